@@ -1,0 +1,1 @@
+//! Per frame, one tile, one thread, no locks: from rates to triangles.

@@ -1,0 +1,3 @@
+//! Readers of CAD files.
+#[cfg(feature = "step")]
+pub mod step;

@@ -1,0 +1,1 @@
+//! STEP (ISO 10303-21) to a model.

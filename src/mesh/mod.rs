@@ -1,0 +1,10 @@
+//! Output vocabulary: what leaves the engine, and the door it leaves through.
+
+mod patch_mesh;
+pub use patch_mesh::{Batch, EdgeLine, Origin, PatchMesh, TileId};
+
+mod scene;
+pub use scene::{Scene, SceneInstance, ScenePart};
+
+mod sink;
+pub use sink::{MemorySink, MeshSink, SinkError};

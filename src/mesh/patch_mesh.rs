@@ -1,0 +1,75 @@
+//! The triangles of one tile.
+
+use crate::model::{EdgeId, FaceId, PartId};
+use glam::{DVec3, Vec2, Vec3};
+
+/// Where a vertex came from. Vertices of one part with equal `edge` origins have bit-identical positions.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Origin {
+    /// Lattice point (line of u, line of v) of the tile.
+    Lattice {
+        /// Line of u.
+        i: u32,
+        /// Line of v.
+        j: u32,
+    },
+    /// Tessellant `k` of a B-rep edge.
+    Edge {
+        /// The edge.
+        edge: EdgeId,
+        /// Index along the edge, from its start; 0 and the last are the edge's vertices.
+        k: u32,
+    },
+    /// Tessellant `k` of a border between tiles, a seam or a pole of the face.
+    Border {
+        /// Border number within the part's prepared edges.
+        border: u32,
+        /// Index along the border.
+        k: u32,
+    },
+}
+
+/// Triangles of one tile, in the part's coordinates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PatchMesh {
+    /// Positions, millimetres, f64: what all arithmetic of topology and the f64 file formats use.
+    pub positions: Vec<DVec3>,
+    /// Unit normals that point out of the face (face orientation applied).
+    pub normals: Vec<Vec3>,
+    /// Surface parameters of each vertex, in the surface's natural parameters.
+    pub uvs: Vec<Vec2>,
+    /// Where each vertex came from.
+    pub origins: Vec<Origin>,
+    /// Vertex indices, counter-clockwise seen from the outside. No triangle repeats a position.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Identity of a tile: its number in the part, counted over all faces.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct TileId(pub u32);
+
+/// One tile's triangles on their way out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Batch {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// The tile within the part.
+    pub tile: TileId,
+    /// Which worker made it (0 for the serial path). Not part of the result: it depends on the worker count.
+    pub worker: u32,
+    /// The triangles.
+    pub mesh: PatchMesh,
+}
+
+/// The polyline of one B-rep edge: tessellants in order, from start to end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EdgeLine {
+    /// The part.
+    pub part: PartId,
+    /// The edge.
+    pub edge: EdgeId,
+    /// Points, millimetres, part coordinates.
+    pub points: Vec<DVec3>,
+}

@@ -1,0 +1,43 @@
+//! What a sink needs to know beside triangles: parts, instances, names, colours.
+
+use crate::model::Colour;
+use glam::{DAffine3, DVec3};
+
+/// A part as output sees it.
+#[derive(Clone, Debug, Default)]
+pub struct ScenePart {
+    /// Name, possibly empty.
+    pub name: String,
+    /// Colour of each face (already resolved: face, else part); `None` = the viewer's default.
+    pub face_colours: Vec<Option<Colour>>,
+    /// Centre of the part's box: f32 positions are relative to it. Stored once, the same for all faces.
+    pub centre: DVec3,
+    /// Half the diagonal of that box.
+    pub radius: f64,
+}
+
+/// A placed part as output sees it.
+#[derive(Clone, Debug)]
+pub struct SceneInstance {
+    /// Index into [`Scene::parts`].
+    pub part: u32,
+    /// Part to world, millimetres.
+    pub transform: DAffine3,
+    /// Overrides all face colours.
+    pub colour: Option<Colour>,
+    /// Name, possibly empty.
+    pub name: String,
+    /// Number of the instance's first face in the count that runs over all instances.
+    pub first_face: u32,
+}
+
+/// Everything beside triangles.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Name of the model.
+    pub name: String,
+    /// Parts; batches name them by index ([`PartId`](crate::model::PartId)).
+    pub parts: Vec<ScenePart>,
+    /// Placed parts.
+    pub instances: Vec<SceneInstance>,
+}

@@ -1,0 +1,46 @@
+//! Typed indices into the tables of one [`Part`](crate::model::Part) or [`Model`](crate::model::Model).
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// The id of the `index`-th row of its table. Tables hold fewer than 2³² rows.
+            #[must_use]
+            pub fn new(index: usize) -> Self {
+                debug_assert!(u32::try_from(index).is_ok());
+                #[allow(clippy::cast_possible_truncation, reason = "tables are bounded by the builder's limits")]
+                Self(index as u32)
+            }
+
+            /// The row.
+            #[must_use]
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+id!(
+    /// A vertex of a part.
+    VertexId
+);
+id!(
+    /// An edge of a part: one 3-D curve, shared by the faces that meet there.
+    EdgeId
+);
+id!(
+    /// A face of a part.
+    FaceId
+);
+id!(
+    /// A part of a model.
+    PartId
+);
+id!(
+    /// An instance (placed part) of a model.
+    InstanceId
+);

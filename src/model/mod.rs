@@ -1,0 +1,18 @@
+//! What the user said: parts made of faces, edges and vertices, and where they are placed.
+
+mod ids;
+pub use ids::{EdgeId, FaceId, InstanceId, PartId, VertexId};
+
+mod frame3;
+pub use frame3::Frame3;
+
+mod curve;
+pub use curve::{NurbsCurve, NurbsCurve2, NurbsCurve3};
+
+mod surface;
+pub use surface::{NurbsSurface, Surface};
+
+mod part;
+pub use part::{
+    Coedge, Colour, CurveKind, Diagnostic, Edge, Face, Instance, Loop, Model, Part, Severity, Shell, ShellKind,
+};

@@ -1,0 +1,84 @@
+//! Surfaces as the user (or a CAD file) states them, in their natural parameters.
+//!
+//! Natural parameters follow ISO 10303-42: angles in radians, lengths in the part's unit.
+
+use super::{Frame3, NurbsCurve3};
+use glam::DVec3;
+
+/// A NURBS surface. Control point `(i, j)` (i along u) is `points[i * count_v + j]`.
+///
+/// Rules for degrees, knots and weights as for [`NurbsCurve`](super::NurbsCurve), in each direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NurbsSurface {
+    /// Degree in u.
+    pub degree_u: usize,
+    /// Degree in v.
+    pub degree_v: usize,
+    /// Knots in u, written out; `count_u + degree_u + 1` of them.
+    pub knots_u: Vec<f64>,
+    /// Knots in v, written out; `count_v + degree_v + 1` of them.
+    pub knots_v: Vec<f64>,
+    /// Control points, u-major.
+    pub points: Vec<DVec3>,
+    /// Weights in the same order, or empty for a polynomial surface.
+    pub weights: Vec<f64>,
+}
+
+/// The surface of a face.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Surface {
+    /// `S(u,v) = O + u·x + v·y`; normal z.
+    Plane {
+        /// Placement.
+        frame: Frame3,
+    },
+    /// `S(u,v) = O + r(cos u·x + sin u·y) + v·z`; normal outwards.
+    Cylinder {
+        /// Placement; z is the axis.
+        frame: Frame3,
+        /// Radius > 0.
+        radius: f64,
+    },
+    /// `S(u,v) = O + (r + v·tan a)(cos u·x + sin u·y) + v·z`; the apex is at `v = -r / tan a`.
+    Cone {
+        /// Placement; z is the axis.
+        frame: Frame3,
+        /// Radius at v = 0, ≥ 0.
+        radius: f64,
+        /// Half angle a, radians, in (-π/2, π/2), not 0.
+        half_angle: f64,
+    },
+    /// `S(u,v) = O + r cos v (cos u·x + sin u·y) + r sin v·z`, v in [-π/2, π/2].
+    Sphere {
+        /// Placement.
+        frame: Frame3,
+        /// Radius > 0.
+        radius: f64,
+    },
+    /// `S(u,v) = O + (R + r cos v)(cos u·x + sin u·y) + r sin v·z`.
+    /// `minor > major` is a degenerate (self-intersecting) torus: faces use its lemon or apple part.
+    Torus {
+        /// Placement; z is the axis.
+        frame: Frame3,
+        /// R ≥ 0.
+        major: f64,
+        /// r > 0.
+        minor: f64,
+    },
+    /// `S(u,v) = C(u) + v·d` (d not necessarily unit).
+    Extrusion {
+        /// The swept curve.
+        curve: NurbsCurve3,
+        /// Sweep vector per unit of v.
+        direction: DVec3,
+    },
+    /// `S(u,v)` = C(v) turned by the angle u about the frame's z axis through its origin.
+    Revolution {
+        /// The turned curve.
+        curve: NurbsCurve3,
+        /// Placement; z is the axis.
+        frame: Frame3,
+    },
+    /// A B-spline surface as given.
+    Nurbs(NurbsSurface),
+}
