@@ -195,3 +195,100 @@ fn periods_are_seen() {
     assert!(tube.closed_u(1e-9) && !tube.closed_v(1e-9));
     assert_eq!(Surface::Nurbs(tube).period(), [Some(2.0), None]);
 }
+
+#[test]
+fn nurbs_forms_are_exact() {
+    for (surface, [u, v]) in zoo() {
+        let (nurbs, [map_u, map_v]) = surface.to_nurbs(u, v);
+        let size = nurbs.points.iter().fold(0.0_f64, |size, p| size.max(p.distance(nurbs.points[0])));
+        let ((u0, u1), (v0, v1)) = nurbs.domain();
+        assert_eq!((map_u.to_nurbs(u.0), map_u.to_nurbs(u.1)), (u0, u1));
+        assert_eq!((map_v.to_nurbs(v.0), map_v.to_nurbs(v.1)), (v0, v1));
+        let corners = [(u.0, v.0), (u.1, v.1), (u.0, v.1)];
+        for (a, b) in inside([u, v]).chain(corners) {
+            let error = nurbs.point(map_u.to_nurbs(a), map_v.to_nurbs(b)).distance(surface.point(a, b));
+            assert!(error <= 1e-13 * (size + surface.point(a, b).length()), "{surface:?} at {a} {b}: {error}");
+        }
+        assert_eq!(nurbs.points.len(), nurbs.count_u() * nurbs.count_v());
+    }
+}
+
+#[test]
+fn axis_maps_go_both_ways() {
+    for (start, sweep) in [(0.0, TAU), (-0.3, 0.1), (1.0, 4.0), (-7.0, 3.0 * TAU)] {
+        let cylinder = Surface::Cylinder { frame: Frame3::WORLD, radius: 1.0 };
+        let (nurbs, [map, _]) = cylinder.to_nurbs((start, start + sweep), (0.0, 1.0));
+        for &knot in &nurbs.knots_u {
+            assert_eq!(map.to_nurbs(knot), knot);
+            assert_eq!(map.to_natural(knot), knot);
+        }
+        let mut before = f64::NEG_INFINITY;
+        for i in -20..=120 {
+            let angle = start + sweep * i as f64 / 100.0;
+            let nurbs = map.to_nurbs(angle);
+            assert!(nurbs > before);
+            before = nurbs;
+            assert!((map.to_natural(nurbs) - angle).abs() < 1e-13 * (1.0 + angle.abs()));
+            let h = 1e-6;
+            let slope = (map.to_nurbs(angle + h) - map.to_nurbs(angle - h)) / (2.0 * h);
+            assert!((slope - map.rate(angle)).abs() < 1e-6, "{angle}: {slope} {}", map.rate(angle));
+            assert!(map.rate(angle) > 0.785 && map.rate(angle) < 1.28);
+        }
+    }
+}
+
+#[test]
+fn pole_rows_are_one_point() {
+    let sphere = Surface::Sphere { frame: frame(), radius: 3.0 };
+    let (nurbs, _) = sphere.to_nurbs((0.0, TAU), (-FRAC_PI_2, FRAC_PI_2));
+    let nv = nurbs.count_v();
+    for i in 0..nurbs.count_u() {
+        assert_eq!(nurbs.points[i * nv], nurbs.points[0]);
+        assert_eq!(nurbs.points[i * nv + nv - 1], nurbs.points[nv - 1]);
+    }
+    let cone = Surface::Cone { frame: frame(), radius: 1.5, half_angle: 0.4 };
+    let apex = cone.poles()[0].at;
+    let (nurbs, _) = cone.to_nurbs((0.0, 1.0), (apex, 2.0));
+    assert_eq!(nurbs.points[0], nurbs.points[2]);
+}
+
+#[test]
+fn closed_nets_unroll() {
+    // A tube closed in u: clamped (the bumpy net with equal border rows) and unclamped (wrapped rows, even knots).
+    let mut clamped = bumpy(true);
+    for j in 0..5 {
+        clamped.points[5 * 5 + j] = clamped.points[j];
+        clamped.weights[5 * 5 + j] = 2.0 * clamped.weights[j];
+    }
+    let mut wrapped = bumpy(true);
+    wrapped.knots_u = (0..10).map(f64::from).collect();
+    for j in 0..15 {
+        wrapped.points[15 + j] = wrapped.points[j];
+        wrapped.weights[15 + j] = wrapped.weights[j];
+    }
+    for tube in [clamped, wrapped] {
+        let surface = Surface::Nurbs(tube.clone());
+        let ((u0, u1), v) = tube.domain();
+        let period = u1 - u0;
+        assert_eq!(surface.period(), [Some(period), None]);
+        let (unrolled, _) = surface.to_nurbs((u0 - 0.4 * period, u1 + 1.2 * period), v);
+        let ((a, b), _) = unrolled.domain();
+        assert!((a - (u0 - period)).abs() < 1e-12 && (b - (u1 + 2.0 * period)).abs() < 1e-12);
+        for i in 0..100 {
+            let u = u0 + period * (3.99 * i as f64 / 100.0 - 0.99);
+            let once = u0 + (u - u0).rem_euclid(period);
+            let w = 0.3 * v.0 + 0.7 * v.1;
+            assert!(unrolled.point(u, w).distance(tube.point(once, w)) < 1e-12, "{u}");
+        }
+        assert_eq!(surface.to_nurbs((u0, u1), v).0, tube);
+    }
+    // A closed extruded curve and a closed meridian.
+    let circle = NurbsCurve3::arc(&frame(), 2.0, 2.0, 0.0, TAU);
+    let tube = Surface::Extrusion { curve: circle.clone(), direction: frame().z };
+    let (unrolled, _) = tube.to_nurbs((-1.0, 7.0), (0.0, 1.0));
+    assert!(unrolled.point(-1.0, 0.5).distance(tube.point(TAU - 1.0, 0.5)) < 1e-12);
+    let far = Frame3 { origin: frame().origin + frame().x * 20.0, ..frame() };
+    let ring = Surface::Revolution { curve: circle, frame: far };
+    let (unrolled, [map, _]) = ring.to_nurbs((1.0, 2.0), (3.0, 9.0));
+    assert!(unrolled.point(map.to_nurbs(1.3), 8.0).distance(ring.point(1.3, 8.0 - TAU)) < 1e-11);
+}

@@ -3,6 +3,12 @@
 //! Basis: the triangular Cox–de Boor scheme, run once for the function and its derivatives (as in Piegl & Tiller, *The NURBS
 //! Book*, ch. 2). Extraction: Bézier points are blossom values (Ramshaw), written as one small matrix per span.
 
+use glam::DVec4;
+
+/// How often a periodic spline is repeated at most in one direction. A face goes round once or twice; helices are not
+/// periodic surfaces, so more turns are an error of the file, which must not cost memory.
+const MOST_TURNS: f64 = 16.0;
+
 /// Degrees up to this are evaluated without allocating.
 pub(crate) const STACK_DEGREE: usize = 25;
 
@@ -139,4 +145,89 @@ pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f
         }
     }
     matrix
+}
+
+/// Control rows over knots -> Bézier rows over `range` (cut to the domain).
+///
+/// `rows` holds `width` homogeneous points per control row. Returns the segment borders and, segment by segment,
+/// `degree + 1` rows of `width` points. Neighbouring segments share their border row bit for bit.
+pub(crate) fn to_bezier(
+    degree: usize,
+    knots: &[f64],
+    rows: &[DVec4],
+    width: usize,
+    range: (f64, f64),
+) -> (Vec<f64>, Vec<DVec4>) {
+    let (k0, k1) = domain(degree, knots);
+    let (a, b) = (range.0.clamp(k0, k1), range.1.clamp(k0, k1));
+    // A knot this near an end of the range would make a segment of nothing but rounding.
+    let sliver = 1e-12 * (b - a);
+    let mut borders = vec![a];
+    borders.extend(breaks(degree, knots).into_iter().map(|(k, _)| k).filter(|&k| k > a + sliver && k < b - sliver));
+    borders.push(b);
+    let n = degree + 1;
+    let mut net: Vec<DVec4> = Vec::with_capacity((borders.len() - 1) * n * width);
+    for ends in borders.windows(2) {
+        let span = span(degree, knots, 0.5 * (ends[0] + ends[1]));
+        let matrix = extraction(degree, knots, span, ends[0], ends[1]);
+        let source = &rows[(span - degree) * width..(span + 1) * width];
+        for j in 0..n {
+            if j == 0 && !net.is_empty() {
+                net.extend_from_within(net.len() - width..);
+                continue;
+            }
+            let factors = &matrix[j * n..(j + 1) * n];
+            net.extend((0..width).map(|line| {
+                let terms = factors.iter().zip(source[line..].iter().step_by(width)).filter(|(f, _)| **f != 0.0);
+                terms.fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
+            }));
+        }
+    }
+    (borders, net)
+}
+
+/// A periodic spline repeated until it covers `range`; unchanged where the domain covers it already.
+///
+/// The ends must coincide. The copies are joined by a knot of multiplicity `degree`; at most [`MOST_TURNS`] are added on
+/// either side. Rational nets are scaled from copy to copy so that the joined weights agree.
+pub(crate) fn unroll(
+    degree: usize,
+    knots: &[f64],
+    rows: &[DVec4],
+    width: usize,
+    range: (f64, f64),
+) -> (Vec<f64>, Vec<DVec4>) {
+    let (k0, k1) = domain(degree, knots);
+    let period = k1 - k0;
+    // The slack keeps a range that overshoots by rounding on one copy.
+    let turns = |miss: f64| (miss / period - 1e-9).ceil().clamp(0.0, MOST_TURNS);
+    let (before, after) = (turns(k0 - range.0), turns(range.1 - k1));
+    if before + after == 0.0 {
+        return (knots.to_vec(), rows.to_vec());
+    }
+    let count = knots.len() - degree - 1;
+    let clamped = knots[0] == k0 && knots[knots.len() - 1] == k1;
+    let (inner, rows) = if clamped {
+        (knots[degree + 1..count].to_vec(), rows.to_vec())
+    } else {
+        let (borders, pieces) = to_bezier(degree, knots, rows, width, (k0, k1));
+        let joints = borders[1..borders.len() - 1].iter().flat_map(|&k| std::iter::repeat_n(k, degree)).collect();
+        let joined = pieces.chunks_exact((degree + 1) * width).enumerate();
+        (joints, joined.flat_map(|(i, piece)| piece[if i == 0 { 0 } else { width }..].to_vec()).collect())
+    };
+    let scale = rows[rows.len() - width].w / rows[0].w;
+    let mut out_knots = vec![k0 - before * period; degree + 1];
+    let mut out_rows: Vec<DVec4> = Vec::new();
+    let mut copy = -before;
+    while copy <= after {
+        // At the joints of the given copy its own end knots are kept to the last digit.
+        let end = if copy < 0.0 { k0 + (copy + 1.0) * period } else { k1 + copy * period };
+        out_knots.extend(inner.iter().map(|k| k + copy * period));
+        out_knots.extend(std::iter::repeat_n(end, if copy == after { degree + 1 } else { degree }));
+        let factor = scale.powf(copy);
+        let skipped = if out_rows.is_empty() { 0 } else { width };
+        out_rows.extend(rows[skipped..].iter().map(|&p| if factor == 1.0 { p } else { p * factor }));
+        copy += 1.0;
+    }
+    (out_knots, out_rows)
 }

@@ -22,6 +22,11 @@ mod evaluate;
 mod natural;
 pub use natural::Pole;
 
+mod axis_map;
+pub use axis_map::AxisMap;
+
+mod to_nurbs;
+
 mod part;
 pub use part::{
     Coedge, Colour, CurveKind, Diagnostic, Edge, Face, Instance, Loop, Model, Part, Severity, Shell, ShellKind,
