@@ -1,6 +1,10 @@
-//! NURBS curves in space and in a surface's parameter plane.
+//! NURBS curves in space and in a surface's parameter plane, and their evaluation with two derivatives.
 
+use super::Frame3;
+use super::knots::{self, Basis};
 use glam::{DVec2, DVec3};
+use std::fmt::Debug;
+use std::ops::{Add, Mul, Sub};
 
 /// A NURBS curve. `P` is [`DVec3`] for curves in space, [`DVec2`] for pcurves.
 ///
@@ -23,3 +27,232 @@ pub struct NurbsCurve<P> {
 pub type NurbsCurve3 = NurbsCurve<DVec3>;
 /// A curve in a surface's parameter plane.
 pub type NurbsCurve2 = NurbsCurve<DVec2>;
+
+/// What a control point must be able to do; [`DVec2`] and [`DVec3`] are.
+pub trait ControlPoint:
+    Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self>
+{
+    /// The origin.
+    const ORIGIN: Self;
+    /// Euclidean length.
+    fn norm(self) -> f64;
+    /// Scalar product.
+    fn inner(self, other: Self) -> f64;
+    /// Whether all coordinates are finite.
+    fn finite(self) -> bool;
+}
+
+impl ControlPoint for DVec2 {
+    const ORIGIN: Self = Self::ZERO;
+    fn norm(self) -> f64 {
+        self.length()
+    }
+    fn inner(self, other: Self) -> f64 {
+        self.dot(other)
+    }
+    fn finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+impl ControlPoint for DVec3 {
+    const ORIGIN: Self = Self::ZERO;
+    fn norm(self) -> f64 {
+        self.length()
+    }
+    fn inner(self, other: Self) -> f64 {
+        self.dot(other)
+    }
+    fn finite(self) -> bool {
+        self.is_finite()
+    }
+}
+
+/// A point of a curve with its first and second derivative by the parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveDerivatives<P> {
+    /// `C(t)`.
+    pub point: P,
+    /// `C'(t)`.
+    pub d1: P,
+    /// `C''(t)`.
+    pub d2: P,
+}
+
+/// Smallest break of the tangent direction, radians, that counts as a kink. Files round knots and points to 6-15 digits;
+/// below this a "kink" is rounding.
+const KINK: f64 = 1e-6;
+
+impl<P: ControlPoint> NurbsCurve<P> {
+    /// First and last parameter.
+    #[must_use]
+    pub fn domain(&self) -> (f64, f64) {
+        knots::domain(self.degree, &self.knots)
+    }
+
+    /// `C(t)`; `t` outside the domain is moved to its nearer end.
+    #[must_use]
+    pub fn point(&self, t: f64) -> P {
+        self.derivatives(t).point
+    }
+
+    /// `C(t)`, `C'(t)`, `C''(t)`, exact also for rational curves; `t` outside the domain is moved to its nearer end.
+    ///
+    /// At a knot the values belong to the span that starts there (at the domain's end, that ends there). O(degree²); no
+    /// allocation up to degree 25.
+    #[must_use]
+    pub fn derivatives(&self, t: f64) -> CurveDerivatives<P> {
+        let (a, b) = self.domain();
+        let t = t.max(a).min(b);
+        self.derivatives_on(knots::span(self.degree, &self.knots, t), t)
+    }
+
+    /// Derivatives of the polynomial piece on the knot span `span`.
+    fn derivatives_on(&self, span: usize, t: f64) -> CurveDerivatives<P> {
+        let basis = Basis::new(self.degree, &self.knots, span, t);
+        let first = span - self.degree;
+        let points = &self.points[first..=span];
+        let (n, n1, n2) = (basis.row(0), basis.row(1), basis.row(2));
+        let mut sum = [P::ORIGIN; 3];
+        if self.weights.is_empty() {
+            for (j, &p) in points.iter().enumerate() {
+                sum[0] = sum[0] + p * n[j];
+                sum[1] = sum[1] + p * n1[j];
+                sum[2] = sum[2] + p * n2[j];
+            }
+            return CurveDerivatives { point: sum[0], d1: sum[1], d2: sum[2] };
+        }
+        let mut w = [0.0; 3];
+        for ((j, &p), &weight) in points.iter().enumerate().zip(&self.weights[first..=span]) {
+            for (order, value) in [n[j], n1[j], n2[j]].into_iter().enumerate() {
+                sum[order] = sum[order] + p * (weight * value);
+                w[order] += weight * value;
+            }
+        }
+        let per = 1.0 / w[0];
+        let point = sum[0] * per;
+        let d1 = (sum[1] - point * w[1]) * per;
+        let d2 = (sum[2] - point * w[2] - d1 * (2.0 * w[1])) * per;
+        CurveDerivatives { point, d1, d2 }
+    }
+
+    /// The same curve run backwards over the same domain: `reversed.point(t) == point(a + b - t)`.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let (a, b) = self.domain();
+        Self {
+            degree: self.degree,
+            // The ends are kept as they are: `a + b - b` may differ from `a` in the last digit.
+            knots: self
+                .knots
+                .iter()
+                .rev()
+                .map(|&k| {
+                    if k == a {
+                        b
+                    } else if k == b {
+                        a
+                    } else {
+                        a + b - k
+                    }
+                })
+                .collect(),
+            points: self.points.iter().rev().copied().collect(),
+            weights: self.weights.iter().rev().copied().collect(),
+        }
+    }
+
+    /// Parameters of the inner knots where the tangent direction breaks by more than a microradian, increasing.
+    ///
+    /// Only knots of multiplicity ≥ degree can be kinks; many of them are not (arcs, Bézier chains).
+    #[must_use]
+    pub fn kinks(&self) -> Vec<f64> {
+        let (a, b) = self.domain();
+        knots::breaks(self.degree, &self.knots)
+            .into_iter()
+            .filter(|&(t, multiplicity)| t > a && t < b && multiplicity >= self.degree && self.breaks_at(t))
+            .map(|(t, _)| t)
+            .collect()
+    }
+
+    /// Whether the tangents on both sides of the knot `t` differ in direction.
+    fn breaks_at(&self, t: f64) -> bool {
+        let before = knots::span_left(self.degree, &self.knots, t);
+        let after = knots::span(self.degree, &self.knots, t);
+        let left = self.tangent_on(before, t, self.knots[before] - t);
+        let right = self.tangent_on(after, t, self.knots[after + 1] - t);
+        let (l, r) = (left.norm(), right.norm());
+        if l == 0.0 || r == 0.0 {
+            return false;
+        }
+        (left * (1.0 / l) - right * (1.0 / r)).norm() > KINK
+    }
+
+    /// The tangent of the piece on `span` at its end `t`; a chord of the first thousandth of `inside` where it vanishes.
+    fn tangent_on(&self, span: usize, t: f64, inside: f64) -> P {
+        let here = self.derivatives_on(span, t);
+        if here.d1.norm() * inside.abs() > 1e-9 * here.d2.norm() * inside * inside {
+            return here.d1;
+        }
+        let near = self.derivatives_on(span, t + 1e-3 * inside);
+        (near.point - here.point) * inside.signum()
+    }
+}
+
+impl NurbsCurve3 {
+    /// The segment from `a` to `b`, parameter 0 to 1.
+    #[must_use]
+    pub fn line(a: DVec3, b: DVec3) -> Self {
+        Self { degree: 1, knots: vec![0.0, 0.0, 1.0, 1.0], points: vec![a, b], weights: Vec::new() }
+    }
+
+    /// The elliptic arc `O + rx cos t · x + ry sin t · y` for angles from `a0` to `a1 > a0`, exactly, as a rational quadratic.
+    ///
+    /// Equal spans of at most 90° with double inner knots. The parameter equals the angle at span ends; between them it is
+    /// off by the half-angle map of [`AxisMap::Arc`](super::AxisMap). Arcs of more than a turn repeat it.
+    #[must_use]
+    pub fn arc(frame: &Frame3, rx: f64, ry: f64, a0: f64, a1: f64) -> Self {
+        let net = ArcNet::new(a0, a1);
+        let points = net.rays.iter().map(|r| frame.place(DVec3::new(rx * r.x, ry * r.y, 0.0))).collect();
+        Self { degree: 2, knots: net.knots, points, weights: net.weights }
+    }
+}
+
+/// The control polygon of a unit arc: rational quadratic, spans of at most 90°.
+pub(super) struct ArcNet {
+    pub(super) spans: usize,
+    pub(super) step: f64,
+    pub(super) knots: Vec<f64>,
+    /// Control points; those between span ends lie at radius `1 / cos(step / 2)`.
+    pub(super) rays: Vec<DVec2>,
+    pub(super) weights: Vec<f64>,
+}
+
+impl ArcNet {
+    pub(super) fn new(a0: f64, a1: f64) -> Self {
+        let sweep = a1 - a0;
+        // The slack keeps a sweep of k·90° plus rounding at k spans.
+        let wanted = (sweep / std::f64::consts::FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 4096.0);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 1..=4096")]
+        let spans = wanted as usize;
+        let step = sweep / wanted;
+        let half = 0.5 * step;
+        let knot = |i: usize| if i == spans { a1 } else { a0 + step * i as f64 };
+        let ray = |a: f64| DVec2::new(a.cos(), a.sin());
+        let mut net = Self { spans, step, knots: vec![a0], rays: vec![ray(a0)], weights: vec![1.0] };
+        for i in 0..spans {
+            net.knots.extend([knot(i), knot(i)]);
+            net.rays.extend([ray(knot(i) + half) / half.cos(), ray(knot(i + 1))]);
+            net.weights.extend([half.cos(), 1.0]);
+        }
+        net.knots.extend([a1; 3]);
+        // A whole turn closes bit for bit.
+        if (sweep - std::f64::consts::TAU).abs() < 1e-12 {
+            let first = net.rays[0];
+            if let Some(last) = net.rays.last_mut() {
+                *last = first;
+            }
+        }
+        net
+    }
+}

@@ -6,11 +6,26 @@ pub use ids::{EdgeId, FaceId, InstanceId, PartId, VertexId};
 mod frame3;
 pub use frame3::Frame3;
 
+mod knots;
+
 mod curve;
-pub use curve::{NurbsCurve, NurbsCurve2, NurbsCurve3};
+pub use curve::{ControlPoint, CurveDerivatives, NurbsCurve, NurbsCurve2, NurbsCurve3};
 
 mod surface;
 pub use surface::{NurbsSurface, Surface};
+
+mod nurbs_surface;
+pub use nurbs_surface::SurfaceDerivatives;
+
+mod evaluate;
+
+mod natural;
+pub use natural::Pole;
+
+mod axis_map;
+pub use axis_map::AxisMap;
+
+mod to_nurbs;
 
 mod part;
 pub use part::{

@@ -1,0 +1,91 @@
+//! Natural parameters of analytic surfaces <-> parameters of their exact NURBS.
+
+/// How one natural parameter of a surface corresponds to the parameter of its NURBS form.
+///
+/// Strictly increasing both ways; equal at span ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AxisMap {
+    /// The same number.
+    Identity,
+    /// An angle, in `spans` equal spans of `step` ≤ 90° from `start`, each a rational quadratic with weights
+    /// 1, cos(step/2), 1.
+    Arc {
+        /// First angle, radians.
+        start: f64,
+        /// Angle per span, radians.
+        step: f64,
+        /// Number of spans.
+        spans: u32,
+    },
+}
+
+/// Share of a span within which an angle counts as the span's end, so that ends map to the knot itself.
+const SNAP: f64 = 1e-14;
+
+impl AxisMap {
+    /// The NURBS parameter of a natural parameter.
+    ///
+    /// In a span, `tan(φ/2) = s·tan(step/4)` with φ the angle from the span's middle and s in [-1, 1] the NURBS parameter
+    /// across it (the tangent half-angle form of the circle). Beyond the ends it goes on straight with the slope it has there.
+    #[must_use]
+    pub fn to_nurbs(&self, natural: f64) -> f64 {
+        let Self::Arc { start, step, spans } = *self else { return natural };
+        let turns = (natural - start) / step;
+        if turns < 0.0 {
+            return natural_end(natural, start, slope(1.0, step));
+        }
+        let last = f64::from(spans);
+        if turns > last {
+            return natural_end(natural, start + step * last, slope(1.0, step));
+        }
+        let near = turns.round();
+        if (turns - near).abs() <= SNAP * last.max(1.0) {
+            return start + step * near;
+        }
+        let span = turns.floor().min(last - 1.0);
+        let s = (0.5 * step * (turns - span - 0.5)).tan() / (0.25 * step).tan();
+        start + step * (span + 0.5 * (1.0 + s))
+    }
+
+    /// The natural parameter of a NURBS parameter: the inverse of [`to_nurbs`](Self::to_nurbs).
+    #[must_use]
+    pub fn to_natural(&self, nurbs: f64) -> f64 {
+        let Self::Arc { start, step, spans } = *self else { return nurbs };
+        let turns = (nurbs - start) / step;
+        if turns < 0.0 {
+            return natural_end(nurbs, start, 1.0 / slope(1.0, step));
+        }
+        let last = f64::from(spans);
+        if turns > last {
+            return natural_end(nurbs, start + step * last, 1.0 / slope(1.0, step));
+        }
+        let near = turns.round();
+        if (turns - near).abs() <= SNAP * last.max(1.0) {
+            return start + step * near;
+        }
+        let span = turns.floor().min(last - 1.0);
+        let s = 2.0 * (turns - span) - 1.0;
+        start + step * (span + 0.5) + 2.0 * (s * (0.25 * step).tan()).atan()
+    }
+
+    /// How fast the NURBS parameter grows per natural parameter at `natural`; between 0.785 and 1.28 for arcs.
+    #[must_use]
+    pub fn rate(&self, natural: f64) -> f64 {
+        let Self::Arc { start, step, spans } = *self else { return 1.0 };
+        let last = f64::from(spans);
+        let turns = ((natural - start) / step).clamp(0.0, last);
+        let span = turns.floor().min(last - 1.0);
+        slope((0.5 * step * (turns - span - 0.5)).tan() / (0.25 * step).tan(), step)
+    }
+}
+
+/// `d nurbs / d angle` at s across a span.
+fn slope(s: f64, step: f64) -> f64 {
+    let t = (0.25 * step).tan();
+    0.25 * step * (1.0 + s * s * t * t) / t
+}
+
+/// The straight line of the given slope through (`end`, `end`).
+fn natural_end(t: f64, end: f64, slope: f64) -> f64 {
+    end + (t - end) * slope
+}

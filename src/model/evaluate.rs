@@ -1,0 +1,167 @@
+//! Surfaces in their natural parameters -> points, partial derivatives, normals (closed forms of ISO 10303-42).
+
+use super::{Frame3, Surface, SurfaceDerivatives};
+use glam::DVec3;
+
+impl Surface {
+    /// `S(u,v)` in natural parameters.
+    ///
+    /// Analytic surfaces are defined everywhere; curves and NURBS are held to their domain (no wrapping).
+    #[must_use]
+    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+        self.derivatives(u, v).point
+    }
+
+    /// The point and its five partial derivatives by the natural parameters.
+    #[must_use]
+    pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
+        match self {
+            Self::Plane { frame } => SurfaceDerivatives {
+                point: frame.origin + frame.x * u + frame.y * v,
+                du: frame.x,
+                dv: frame.y,
+                duu: DVec3::ZERO,
+                duv: DVec3::ZERO,
+                dvv: DVec3::ZERO,
+            },
+            Self::Cylinder { frame, radius } => turned(frame, u, [*radius, 0.0, 0.0], [v, 1.0, 0.0]),
+            Self::Cone { frame, radius, half_angle } => {
+                let slope = half_angle.tan();
+                turned(frame, u, [radius + v * slope, slope, 0.0], [v, 1.0, 0.0])
+            }
+            Self::Sphere { frame, radius } => {
+                let (s, c) = v.sin_cos();
+                turned(frame, u, [radius * c, -radius * s, -radius * c], [radius * s, radius * c, -radius * s])
+            }
+            Self::Torus { frame, major, minor } => {
+                let (s, c) = v.sin_cos();
+                turned(frame, u, [major + minor * c, -minor * s, -minor * c], [minor * s, minor * c, -minor * s])
+            }
+            Self::Extrusion { curve, direction } => {
+                let c = curve.derivatives(u);
+                SurfaceDerivatives {
+                    point: c.point + *direction * v,
+                    du: c.d1,
+                    dv: *direction,
+                    duu: c.d2,
+                    duv: DVec3::ZERO,
+                    dvv: DVec3::ZERO,
+                }
+            }
+            Self::Revolution { curve, frame } => {
+                let c = curve.derivatives(v);
+                let spin = Spin::new(frame, u);
+                let arm = c.point - frame.origin;
+                SurfaceDerivatives {
+                    point: frame.origin + spin.turn(arm),
+                    du: spin.rate(arm),
+                    dv: spin.turn(c.d1),
+                    duu: spin.bend(arm),
+                    duv: spin.rate(c.d1),
+                    dvv: spin.turn(c.d2),
+                }
+            }
+            Self::Nurbs(surface) => surface.derivatives(u, v),
+        }
+    }
+
+    /// The unit normal along `S_u × S_v`; at poles and collapsed borders its limit from inside the domain.
+    ///
+    /// `None` where the surface has no tangent plane nearby (a net collapsed to a curve or a point).
+    #[must_use]
+    pub fn normal(&self, u: f64, v: f64) -> Option<DVec3> {
+        match self {
+            Self::Plane { frame } => Some(frame.z),
+            Self::Cylinder { frame, .. } => Some(Spin::new(frame, u).outward()),
+            Self::Cone { frame, radius, half_angle } => {
+                let (s, c) = half_angle.sin_cos();
+                let normal = Spin::new(frame, u).outward() * c - frame.z * s;
+                // Beyond the apex S_u turns round, and the normal with it.
+                Some(if radius + v * half_angle.tan() < 0.0 { -normal } else { normal })
+            }
+            Self::Sphere { frame, .. } => {
+                let (s, c) = v.sin_cos();
+                Some(Spin::new(frame, u).outward() * c + frame.z * s)
+            }
+            Self::Torus { frame, major, minor } => {
+                let (s, c) = v.sin_cos();
+                let normal = Spin::new(frame, u).outward() * c + frame.z * s;
+                Some(if major + minor * c < 0.0 { -normal } else { normal })
+            }
+            Self::Extrusion { .. } | Self::Revolution { .. } | Self::Nurbs(_) => self.nudged_normal(u, v),
+        }
+    }
+
+    /// The normal at (u,v), or else at the first of a few points ever farther towards the middle of the domain.
+    fn nudged_normal(&self, u: f64, v: f64) -> Option<DVec3> {
+        let [(u0, u1), (v0, v1)] = self.natural_domain();
+        let middle = |a: f64, b: f64, t: f64| if (b - a).is_finite() { 0.5 * (a + b) } else { t };
+        let (mu, mv) = (middle(u0, u1, u), middle(v0, v1, v));
+        let (range_u, range_v) = (spread(u0, u1), spread(v0, v1));
+        [0.0, 1e-6, 1e-4, 1e-2].into_iter().find_map(|step| {
+            let d = self.derivatives(u + (mu - u) * step, v + (mv - v) * step);
+            // Per whole domain, so that a collapsed direction is small against the other one.
+            let (du, dv) = (d.du * range_u, d.dv * range_v);
+            let (lu, lv) = (du.length(), dv.length());
+            let area = du.cross(dv);
+            let regular = lu.min(lv) > 1e-9 * lu.max(lv) && area.length() > 1e-9 * lu * lv;
+            if regular { area.try_normalize() } else { None }
+        })
+    }
+}
+
+/// The length of a domain, 1 where it is unbounded.
+fn spread(a: f64, b: f64) -> f64 {
+    let d = b - a;
+    if d.is_finite() && d > 0.0 { d } else { 1.0 }
+}
+
+/// Rotation about a frame's axis by one angle, with its derivatives by the angle.
+struct Spin<'a> {
+    frame: &'a Frame3,
+    sin: f64,
+    cos: f64,
+}
+
+impl<'a> Spin<'a> {
+    fn new(frame: &'a Frame3, angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self { frame, sin, cos }
+    }
+
+    /// The unit vector away from the axis.
+    fn outward(&self) -> DVec3 {
+        self.frame.x * self.cos + self.frame.y * self.sin
+    }
+
+    /// The unit vector along growing angle.
+    fn around(&self) -> DVec3 {
+        self.frame.y * self.cos - self.frame.x * self.sin
+    }
+
+    fn turn(&self, d: DVec3) -> DVec3 {
+        self.outward() * d.dot(self.frame.x) + self.around() * d.dot(self.frame.y) + self.frame.z * d.dot(self.frame.z)
+    }
+
+    fn rate(&self, d: DVec3) -> DVec3 {
+        self.around() * d.dot(self.frame.x) - self.outward() * d.dot(self.frame.y)
+    }
+
+    fn bend(&self, d: DVec3) -> DVec3 {
+        -self.outward() * d.dot(self.frame.x) - self.around() * d.dot(self.frame.y)
+    }
+}
+
+/// The surface swept by a meridian turned by `u`: distance from the axis and height, each with two derivatives by v.
+fn turned(frame: &Frame3, u: f64, distance: [f64; 3], height: [f64; 3]) -> SurfaceDerivatives {
+    let spin = Spin::new(frame, u);
+    let (out, around) = (spin.outward(), spin.around());
+    SurfaceDerivatives {
+        point: frame.origin + out * distance[0] + frame.z * height[0],
+        du: around * distance[0],
+        dv: out * distance[1] + frame.z * height[1],
+        duu: -out * distance[0],
+        duv: around * distance[1],
+        dvv: out * distance[2] + frame.z * height[2],
+    }
+}

@@ -1,0 +1,233 @@
+//! Knot vectors -> spans, B-spline basis functions with two derivatives, Bézier extraction matrices.
+//!
+//! Basis: the triangular Cox–de Boor scheme, run once for the function and its derivatives (as in Piegl & Tiller, *The NURBS
+//! Book*, ch. 2). Extraction: Bézier points are blossom values (Ramshaw), written as one small matrix per span.
+
+use glam::DVec4;
+
+/// How often a periodic spline is repeated at most in one direction. A face goes round once or twice; helices are not
+/// periodic surfaces, so more turns are an error of the file, which must not cost memory.
+const MOST_TURNS: f64 = 16.0;
+
+/// Degrees up to this are evaluated without allocating.
+pub(crate) const STACK_DEGREE: usize = 25;
+
+/// The domain `[knots[degree], knots[count]]` of a spline with `count` control points.
+///
+/// Knots that are too few give an empty domain at zero instead of a panic.
+pub(crate) fn domain(degree: usize, knots: &[f64]) -> (f64, f64) {
+    let count = knots.len().saturating_sub(degree + 1);
+    match (knots.get(degree), knots.get(count)) {
+        (Some(&a), Some(&b)) => (a, b),
+        _ => (0.0, 0.0),
+    }
+}
+
+/// The index `i` of the non-empty knot span `[knots[i], knots[i+1])` that holds `t`; the last one at the domain's end.
+pub(crate) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
+    let count = knots.len() - degree - 1;
+    let inside = &knots[degree + 1..count];
+    let found = degree + inside.partition_point(|&k| k <= t);
+    step_back(degree, knots, found)
+}
+
+/// Like [`span`], but at a knot the span that ends there.
+pub(crate) fn span_left(degree: usize, knots: &[f64], t: f64) -> usize {
+    let count = knots.len() - degree - 1;
+    let inside = &knots[degree + 1..count];
+    let found = degree + inside.partition_point(|&k| k < t);
+    step_back(degree, knots, found)
+}
+
+/// The nearest span at or before `found` that is not empty, else the nearest after it.
+fn step_back(degree: usize, knots: &[f64], found: usize) -> usize {
+    let count = knots.len() - degree - 1;
+    let full = |i: &usize| knots[*i] < knots[*i + 1];
+    (degree..=found).rev().find(full).or_else(|| (found..count).find(full)).unwrap_or(degree)
+}
+
+/// Indices of the non-empty spans of the domain, in order.
+pub(crate) fn spans(degree: usize, knots: &[f64]) -> impl Iterator<Item = usize> + '_ {
+    (degree..knots.len().saturating_sub(degree + 1)).filter(|&i| knots[i] < knots[i + 1])
+}
+
+/// The distinct knots of the domain with their multiplicity, ends included.
+pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<(f64, usize)> {
+    let (a, b) = domain(degree, knots);
+    let mut found: Vec<(f64, usize)> = Vec::new();
+    for &k in knots.iter().filter(|&&k| k >= a && k <= b) {
+        match found.last_mut() {
+            Some(last) if last.0 == k => last.1 += 1,
+            _ => found.push((k, 1)),
+        }
+    }
+    found
+}
+
+/// Values, first and second derivatives of the `degree + 1` basis functions that live on one span.
+pub(crate) struct Basis {
+    stack: [[f64; STACK_DEGREE + 1]; 3],
+    heap: Vec<f64>,
+    degree: usize,
+    /// The span they live on; function `j` belongs to control point `span - degree + j`.
+    pub(crate) span: usize,
+}
+
+impl Basis {
+    /// The basis on `span` at `t`, which is normally inside the span but need not be.
+    pub(crate) fn new(degree: usize, knots: &[f64], span: usize, t: f64) -> Self {
+        let mut basis = Self { stack: [[0.0; STACK_DEGREE + 1]; 3], heap: Vec::new(), degree, span };
+        if degree <= STACK_DEGREE {
+            let [n, d1, d2] = &mut basis.stack;
+            fill(degree, knots, span, t, [n, d1, d2]);
+        } else {
+            basis.heap.resize(3 * (degree + 1), 0.0);
+            let (n, rest) = basis.heap.split_at_mut(degree + 1);
+            let (d1, d2) = rest.split_at_mut(degree + 1);
+            fill(degree, knots, span, t, [n, d1, d2]);
+        }
+        basis
+    }
+
+    /// The functions (`order` 0), their first (1) or second (2) derivatives.
+    pub(crate) fn row(&self, order: usize) -> &[f64] {
+        let n = self.degree + 1;
+        if self.heap.is_empty() { &self.stack[order][..n] } else { &self.heap[order * n..(order + 1) * n] }
+    }
+}
+
+/// Raises degree 0 to `degree`, carrying both derivatives along.
+fn fill(degree: usize, knots: &[f64], span: usize, t: f64, [n, d1, d2]: [&mut [f64]; 3]) {
+    n[0] = 1.0;
+    for k in 1..=degree {
+        let (mut carry_n, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
+        let raise = k as f64;
+        for j in 0..k {
+            let left = knots[span + 1 + j - k];
+            let right = knots[span + 1 + j];
+            let per = 1.0 / (right - left);
+            let second = raise * d1[j] * per;
+            let first = raise * n[j] * per;
+            let share = n[j] * per;
+            d2[j] = carry_2 - second;
+            d1[j] = carry_1 - first;
+            n[j] = carry_n + (right - t) * share;
+            carry_2 = second;
+            carry_1 = first;
+            carry_n = (t - left) * share;
+        }
+        d2[k] = carry_2;
+        d1[k] = carry_1;
+        n[k] = carry_n;
+    }
+}
+
+/// Rows `j`, columns `i`: Bézier point `j` of `[a, b]` (inside `span`) is `Σ_i m[j][i] · c[span - degree + i]`.
+///
+/// Row `j` holds the blossom of every basis function at `degree - j` times `a` and `j` times `b`.
+pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f64) -> Vec<f64> {
+    let n = degree + 1;
+    let mut matrix = vec![0.0; n * n];
+    for j in 0..n {
+        let row = &mut matrix[j * n..(j + 1) * n];
+        row[0] = 1.0;
+        for k in 1..=degree {
+            let t = if k <= degree - j { a } else { b };
+            let mut carry = 0.0;
+            for i in 0..k {
+                let left = knots[span + 1 + i - k];
+                let right = knots[span + 1 + i];
+                let share = row[i] / (right - left);
+                row[i] = carry + (right - t) * share;
+                carry = (t - left) * share;
+            }
+            row[k] = carry;
+        }
+    }
+    matrix
+}
+
+/// Control rows over knots -> Bézier rows over `range` (cut to the domain).
+///
+/// `rows` holds `width` homogeneous points per control row. Returns the segment borders and, segment by segment,
+/// `degree + 1` rows of `width` points. Neighbouring segments share their border row bit for bit.
+pub(crate) fn to_bezier(
+    degree: usize,
+    knots: &[f64],
+    rows: &[DVec4],
+    width: usize,
+    range: (f64, f64),
+) -> (Vec<f64>, Vec<DVec4>) {
+    let (k0, k1) = domain(degree, knots);
+    let (a, b) = (range.0.clamp(k0, k1), range.1.clamp(k0, k1));
+    // A knot this near an end of the range would make a segment of nothing but rounding.
+    let sliver = 1e-12 * (b - a);
+    let mut borders = vec![a];
+    borders.extend(breaks(degree, knots).into_iter().map(|(k, _)| k).filter(|&k| k > a + sliver && k < b - sliver));
+    borders.push(b);
+    let n = degree + 1;
+    let mut net: Vec<DVec4> = Vec::with_capacity((borders.len() - 1) * n * width);
+    for ends in borders.windows(2) {
+        let span = span(degree, knots, 0.5 * (ends[0] + ends[1]));
+        let matrix = extraction(degree, knots, span, ends[0], ends[1]);
+        let source = &rows[(span - degree) * width..(span + 1) * width];
+        for j in 0..n {
+            if j == 0 && !net.is_empty() {
+                net.extend_from_within(net.len() - width..);
+                continue;
+            }
+            let factors = &matrix[j * n..(j + 1) * n];
+            net.extend((0..width).map(|line| {
+                let terms = factors.iter().zip(source[line..].iter().step_by(width)).filter(|(f, _)| **f != 0.0);
+                terms.fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
+            }));
+        }
+    }
+    (borders, net)
+}
+
+/// A periodic spline repeated until it covers `range`; unchanged where the domain covers it already.
+///
+/// The ends must coincide. The copies are joined by a knot of multiplicity `degree`; at most [`MOST_TURNS`] are added on
+/// either side. Rational nets are scaled from copy to copy so that the joined weights agree.
+pub(crate) fn unroll(
+    degree: usize,
+    knots: &[f64],
+    rows: &[DVec4],
+    width: usize,
+    range: (f64, f64),
+) -> (Vec<f64>, Vec<DVec4>) {
+    let (k0, k1) = domain(degree, knots);
+    let period = k1 - k0;
+    // The slack keeps a range that overshoots by rounding on one copy.
+    let turns = |miss: f64| (miss / period - 1e-9).ceil().clamp(0.0, MOST_TURNS);
+    let (before, after) = (turns(k0 - range.0), turns(range.1 - k1));
+    if before + after == 0.0 {
+        return (knots.to_vec(), rows.to_vec());
+    }
+    let count = knots.len() - degree - 1;
+    let clamped = knots[0] == k0 && knots[knots.len() - 1] == k1;
+    let (inner, rows) = if clamped {
+        (knots[degree + 1..count].to_vec(), rows.to_vec())
+    } else {
+        let (borders, pieces) = to_bezier(degree, knots, rows, width, (k0, k1));
+        let joints = borders[1..borders.len() - 1].iter().flat_map(|&k| std::iter::repeat_n(k, degree)).collect();
+        let joined = pieces.chunks_exact((degree + 1) * width).enumerate();
+        (joints, joined.flat_map(|(i, piece)| piece[if i == 0 { 0 } else { width }..].to_vec()).collect())
+    };
+    let scale = rows[rows.len() - width].w / rows[0].w;
+    let mut out_knots = vec![k0 - before * period; degree + 1];
+    let mut out_rows: Vec<DVec4> = Vec::new();
+    let mut copy = -before;
+    while copy <= after {
+        // At the joints of the given copy its own end knots are kept to the last digit.
+        let end = if copy < 0.0 { k0 + (copy + 1.0) * period } else { k1 + copy * period };
+        out_knots.extend(inner.iter().map(|k| k + copy * period));
+        out_knots.extend(std::iter::repeat_n(end, if copy == after { degree + 1 } else { degree }));
+        let factor = scale.powf(copy);
+        let skipped = if out_rows.is_empty() { 0 } else { width };
+        out_rows.extend(rows[skipped..].iter().map(|&p| if factor == 1.0 { p } else { p * factor }));
+        copy += 1.0;
+    }
+    (out_knots, out_rows)
+}

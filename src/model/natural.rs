@@ -1,0 +1,184 @@
+//! What a surface's natural parameters do globally: domain, periods, poles, and inversion in closed form.
+
+use super::nurbs_surface::extent;
+use super::{Frame3, NurbsCurve3, Surface};
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Share of the size within which two border rows count as the same: closure is a statement of the file's author, and
+/// both rows are printed from the same numbers.
+const SAME_ROW: f64 = 1e-9;
+/// Share of the size within which a row or a curve end counts as one point (on the axis): axis directions are printed
+/// with as few as seven digits.
+const SAME_POINT: f64 = 1e-7;
+
+/// A line of constant parameter that is a single point in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pole {
+    /// Which parameter is constant on it: 0 for u, 1 for v.
+    pub axis: usize,
+    /// Its value there.
+    pub at: f64,
+    /// The point.
+    pub point: DVec3,
+}
+
+impl Surface {
+    /// First and last natural parameter in u and in v; infinite where the surface is unbounded.
+    ///
+    /// Angles that go round are given as 0 to 2π, though the surface continues beyond.
+    #[must_use]
+    pub fn natural_domain(&self) -> [(f64, f64); 2] {
+        const ALL: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+        match self {
+            Self::Plane { .. } => [ALL, ALL],
+            Self::Cylinder { .. } | Self::Cone { .. } => [(0.0, TAU), ALL],
+            Self::Sphere { .. } => [(0.0, TAU), (-FRAC_PI_2, FRAC_PI_2)],
+            Self::Torus { .. } => [(0.0, TAU), (0.0, TAU)],
+            Self::Extrusion { curve, .. } => [curve.domain(), ALL],
+            Self::Revolution { curve, .. } => [(0.0, TAU), curve.domain()],
+            Self::Nurbs(surface) => surface.domain().into(),
+        }
+    }
+
+    /// After how much u and v the surface repeats; `None` where it does not.
+    ///
+    /// 2π for angles that go round; the length of the domain for closed curves and NURBS.
+    #[must_use]
+    pub fn period(&self) -> [Option<f64>; 2] {
+        match self {
+            Self::Plane { .. } => [None, None],
+            Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } => [Some(TAU), None],
+            Self::Torus { .. } => [Some(TAU), Some(TAU)],
+            Self::Extrusion { curve, .. } => [curve_period(curve), None],
+            Self::Revolution { curve, .. } => [Some(TAU), curve_period(curve)],
+            Self::Nurbs(surface) => {
+                let tol = SAME_ROW * surface.size();
+                let ((u0, u1), (v0, v1)) = surface.domain();
+                // A direction in which every line is a point closes trivially, but nothing goes round in it.
+                let (mut across_u, mut across_v) = (surface.closed_u(tol), surface.closed_v(tol));
+                if across_u && surface.samples_v().iter().all(|&v| self.collapsed(1, v, SAME_POINT * surface.size())) {
+                    across_u = false;
+                }
+                if across_v && surface.samples_u().iter().all(|&u| self.collapsed(0, u, SAME_POINT * surface.size())) {
+                    across_v = false;
+                }
+                [across_u.then_some(u1 - u0), across_v.then_some(v1 - v0)]
+            }
+        }
+    }
+
+    /// The parameter lines that are a single point: a sphere's ends, apexes, axis points, collapsed NURBS borders.
+    #[must_use]
+    pub fn poles(&self) -> Vec<Pole> {
+        let parallel = |at: f64| Pole { axis: 1, at, point: self.point(0.0, at) };
+        match self {
+            Self::Plane { .. } | Self::Cylinder { .. } | Self::Extrusion { .. } => Vec::new(),
+            Self::Cone { frame, radius, half_angle } => {
+                let at = -radius / half_angle.tan();
+                vec![Pole { axis: 1, at, point: frame.origin + frame.z * at }]
+            }
+            Self::Sphere { frame, radius } => [-FRAC_PI_2, FRAC_PI_2]
+                .map(|at| Pole { axis: 1, at, point: frame.origin + frame.z * radius.copysign(at) })
+                .to_vec(),
+            Self::Torus { frame, major, minor } if minor >= major => {
+                let at = (-major / minor).acos();
+                let height = (minor * minor - major * major).sqrt();
+                let pole = |at: f64, z: f64| Pole { axis: 1, at, point: frame.origin + frame.z * z };
+                if height > 0.0 { vec![pole(at, height), pole(TAU - at, -height)] } else { vec![pole(PI, 0.0)] }
+            }
+            Self::Torus { .. } => Vec::new(),
+            Self::Revolution { curve, frame } => {
+                let (a, b) = curve.domain();
+                let tol = SAME_POINT * extent(&curve.points).max(curve.point(a).distance(frame.origin));
+                let distance = |t: f64| {
+                    let local = frame.local(curve.point(t));
+                    local.x.hypot(local.y)
+                };
+                [a, b].into_iter().filter(|&t| distance(t) <= tol).map(parallel).collect()
+            }
+            Self::Nurbs(surface) => {
+                let tol = SAME_POINT * surface.size();
+                let ((u0, u1), (v0, v1)) = surface.domain();
+                [(0, u0), (0, u1), (1, v0), (1, v1)]
+                    .into_iter()
+                    .filter(|&(axis, at)| self.collapsed(axis, at, tol))
+                    .map(|(axis, at)| {
+                        let point = if axis == 0 { surface.point(at, v0) } else { surface.point(u0, at) };
+                        Pole { axis, at, point }
+                    })
+                    .collect()
+            }
+        }
+    }
+
+    /// Whether the line of constant parameter `axis` at `at` stays within `tol` of one point (NURBS only).
+    fn collapsed(&self, axis: usize, at: f64, tol: f64) -> bool {
+        let Self::Nurbs(surface) = self else { return false };
+        let along = if axis == 0 { surface.samples_v() } else { surface.samples_u() };
+        let place = |t: f64| if axis == 0 { surface.point(at, t) } else { surface.point(t, at) };
+        along.first().is_some_and(|&start| along.iter().all(|&t| place(t).distance(place(start)) <= tol))
+    }
+
+    /// The natural parameters of the surface point nearest to `p`, angles in [0, 2π) (a sphere's v in [-π/2, π/2]).
+    ///
+    /// Closed form for planes, cylinders, cones, spheres and tori; `None` for the other kinds and for a `p` that is not
+    /// finite. On the axis u is arbitrary (0). Both nappes of a cone and both sheets of a self-intersecting torus are
+    /// considered.
+    #[must_use]
+    pub fn invert(&self, p: DVec3) -> Option<DVec2> {
+        let found = match self {
+            Self::Plane { frame } => frame.local(p).truncate(),
+            Self::Cylinder { frame, .. } => {
+                let (u, _, z) = polar(frame, p);
+                DVec2::new(turn(u), z)
+            }
+            Self::Cone { frame, radius, half_angle } => {
+                let (u, rho, z) = polar(frame, p);
+                let (s, c) = half_angle.sin_cos();
+                // The meridian line (ρ, z) = (r, 0) + l (sin a, cos a); beyond the apex it has ρ < 0, seen from u + π.
+                let across = |rho: f64| ((rho - radius) * c - z * s).abs();
+                let along = |rho: f64| ((rho - radius) * s + z * c) * c;
+                if across(-rho) < across(rho) {
+                    DVec2::new(turn(u + PI), along(-rho))
+                } else {
+                    DVec2::new(turn(u), along(rho))
+                }
+            }
+            Self::Sphere { frame, .. } => {
+                let (u, rho, z) = polar(frame, p);
+                DVec2::new(turn(u), z.atan2(rho))
+            }
+            Self::Torus { frame, major, minor } => {
+                let (u, rho, z) = polar(frame, p);
+                let away = |rho: f64| ((rho - major).hypot(z) - minor).abs();
+                if minor > major && away(-rho) < away(rho) {
+                    DVec2::new(turn(u + PI), turn(z.atan2(-rho - major)))
+                } else {
+                    DVec2::new(turn(u), turn(z.atan2(rho - major)))
+                }
+            }
+            Self::Extrusion { .. } | Self::Revolution { .. } | Self::Nurbs(_) => return None,
+        };
+        found.is_finite().then_some(found)
+    }
+}
+
+/// Angle, distance from the axis, height.
+fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
+    let local = frame.local(p);
+    (local.y.atan2(local.x), local.x.hypot(local.y), local.z)
+}
+
+/// The angle in [0, 2π).
+fn turn(angle: f64) -> f64 {
+    let wrapped = angle.rem_euclid(TAU);
+    if wrapped < TAU { wrapped } else { 0.0 }
+}
+
+/// The length of a curve's domain if its ends meet (and it goes anywhere at all).
+fn curve_period(curve: &NurbsCurve3) -> Option<f64> {
+    let (a, b) = curve.domain();
+    let size = extent(&curve.points);
+    (size > 0.0 && curve.point(a).distance(curve.point(b)) <= SAME_ROW * size).then_some(b - a)
+}

@@ -1,0 +1,144 @@
+//! Evaluation of NURBS surfaces with first and second partial derivatives, and their closure.
+
+use super::NurbsSurface;
+use super::knots::{self, Basis};
+use glam::DVec3;
+
+/// A surface point with its partial derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceDerivatives {
+    /// `S(u,v)`.
+    pub point: DVec3,
+    /// `S_u`.
+    pub du: DVec3,
+    /// `S_v`.
+    pub dv: DVec3,
+    /// `S_uu`.
+    pub duu: DVec3,
+    /// `S_uv`.
+    pub duv: DVec3,
+    /// `S_vv`.
+    pub dvv: DVec3,
+}
+
+impl NurbsSurface {
+    /// Number of control points along u.
+    #[must_use]
+    pub fn count_u(&self) -> usize {
+        self.knots_u.len().saturating_sub(self.degree_u + 1)
+    }
+
+    /// Number of control points along v.
+    #[must_use]
+    pub fn count_v(&self) -> usize {
+        self.knots_v.len().saturating_sub(self.degree_v + 1)
+    }
+
+    /// First and last parameter in u and in v.
+    #[must_use]
+    pub fn domain(&self) -> ((f64, f64), (f64, f64)) {
+        (knots::domain(self.degree_u, &self.knots_u), knots::domain(self.degree_v, &self.knots_v))
+    }
+
+    /// `S(u,v)`; parameters outside the domain are moved to its border.
+    #[must_use]
+    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+        self.derivatives(u, v).point
+    }
+
+    /// The point and its five partial derivatives, exact also for rational surfaces.
+    ///
+    /// Parameters outside the domain are moved to its border; at a knot the values belong to the span that starts there.
+    /// O(degree_u · degree_v), no allocation up to degree 25.
+    #[must_use]
+    pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
+        let ((u0, u1), (v0, v1)) = self.domain();
+        let (u, v) = (u.max(u0).min(u1), v.max(v0).min(v1));
+        let bu = Basis::new(self.degree_u, &self.knots_u, knots::span(self.degree_u, &self.knots_u, u), u);
+        let bv = Basis::new(self.degree_v, &self.knots_v, knots::span(self.degree_v, &self.knots_v, v), v);
+        let count_v = self.count_v();
+        let (row, column) = (bu.span - self.degree_u, bv.span - self.degree_v);
+        let weighted = !self.weights.is_empty();
+        // Homogeneous sums for the orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
+        let mut p = [DVec3::ZERO; 6];
+        let mut w = [0.0; 6];
+        for a in 0..=self.degree_u {
+            let mut line = [DVec3::ZERO; 3];
+            let mut line_w = [0.0; 3];
+            let start = (row + a) * count_v + column;
+            for b in 0..=self.degree_v {
+                let weight = if weighted { self.weights[start + b] } else { 1.0 };
+                for order in 0..3 {
+                    let value = bv.row(order)[b] * weight;
+                    line[order] += self.points[start + b] * value;
+                    line_w[order] += value;
+                }
+            }
+            let n = [bu.row(0)[a], bu.row(1)[a], bu.row(2)[a]];
+            for (k, (order_u, order_v)) in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].into_iter().enumerate() {
+                p[k] += line[order_v] * n[order_u];
+                w[k] += line_w[order_v] * n[order_u];
+            }
+        }
+        if weighted {
+            quotient(p, w)
+        } else {
+            SurfaceDerivatives { point: p[0], du: p[1], dv: p[2], duu: p[3], duv: p[4], dvv: p[5] }
+        }
+    }
+
+    /// Whether the border lines `u = first` and `u = last` coincide within `tol` (millimetres).
+    #[must_use]
+    pub fn closed_u(&self, tol: f64) -> bool {
+        let ((a, b), _) = self.domain();
+        self.samples_v().into_iter().all(|v| self.point(a, v).distance(self.point(b, v)) <= tol)
+    }
+
+    /// Whether the border lines `v = first` and `v = last` coincide within `tol` (millimetres).
+    #[must_use]
+    pub fn closed_v(&self, tol: f64) -> bool {
+        let (_, (a, b)) = self.domain();
+        self.samples_u().into_iter().all(|u| self.point(u, a).distance(self.point(u, b)) <= tol)
+    }
+
+    /// Parameters in u that determine a curve u -> `S(u, v)`: `degree + 1` in every span.
+    pub(super) fn samples_u(&self) -> Vec<f64> {
+        samples(self.degree_u, &self.knots_u)
+    }
+
+    /// Parameters in v that determine a curve v -> `S(u, v)`: `degree + 1` in every span.
+    pub(super) fn samples_v(&self) -> Vec<f64> {
+        samples(self.degree_v, &self.knots_v)
+    }
+
+    /// Half the diagonal of the control net's box: the length against which coincidence is judged.
+    pub(super) fn size(&self) -> f64 {
+        extent(&self.points)
+    }
+}
+
+/// Half the diagonal of the box of `points`.
+pub(super) fn extent(points: &[DVec3]) -> f64 {
+    let Some(&first) = points.first() else { return 0.0 };
+    let (low, high) = points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
+    0.5 * low.distance(high)
+}
+
+/// `degree + 1` evenly spaced parameters of every span.
+fn samples(degree: usize, knots: &[f64]) -> Vec<f64> {
+    knots::spans(degree, knots)
+        .flat_map(|i| (0..=degree).map(move |j| knots[i] + (knots[i + 1] - knots[i]) * j as f64 / degree.max(1) as f64))
+        .collect()
+}
+
+/// Derivatives of `P / W` from those of `P` and `W`, in the order 1, u, v, uu, uv, vv.
+fn quotient(p: [DVec3; 6], w: [f64; 6]) -> SurfaceDerivatives {
+    let per = 1.0 / w[0];
+    let point = p[0] * per;
+    let du = (p[1] - point * w[1]) * per;
+    let dv = (p[2] - point * w[2]) * per;
+    let duu = (p[3] - du * (2.0 * w[1]) - point * w[3]) * per;
+    let duv = (p[4] - du * w[2] - dv * w[1] - point * w[4]) * per;
+    let dvv = (p[5] - dv * (2.0 * w[2]) - point * w[5]) * per;
+    SurfaceDerivatives { point, du, dv, duu, duv, dvv }
+}
