@@ -2,17 +2,8 @@
 
 use super::{BezierPatches, BezierSpline3, CurveBounds, SurfaceBounds, UvCurve};
 use crate::mesh::{Scene, TileId};
-use crate::model::{Diagnostic, EdgeId, FaceId, PartId};
+use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId};
 use glam::{DVec2, DVec3};
-
-/// How a face's cells are laid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// A plane: one cell, no lattice points.
-    Flat,
-    /// Anything else.
-    Curved,
-}
 
 /// A face ready for tessellation.
 #[derive(Clone, Debug)]
@@ -22,9 +13,9 @@ pub struct PreparedFace {
     /// Derivative bounds per sub-box.
     pub bounds: SurfaceBounds,
     /// From the surface's natural parameters to those of `patches`.
-    pub maps: [(); 2],
-    /// Flat or curved.
-    pub shape: Shape,
+    pub maps: [AxisMap; 2],
+    /// Parameters in u and in v where the surface has a crease: lattice lines always run there.
+    pub creases: [Vec<f64>; 2],
     /// Whether triangles are turned over: outward normal opposite to `S_u × S_v`.
     pub reversed: bool,
     /// Largest distance between the surface and the face's edges: the gap that the file itself leaves, millimetres.
