@@ -13,3 +13,6 @@ pub mod import;
 
 /// Output vocabulary: patch meshes, batches, scene description, sinks, checks.
 pub mod mesh;
+
+/// Once per model: Bézier patches, pcurves, tiles, bounds.
+pub mod prepare;
