@@ -16,3 +16,6 @@ pub mod mesh;
 
 /// Once per model: Bézier patches, pcurves, tiles, bounds.
 pub mod prepare;
+
+/// Every frame: from a plan to the triangles of one tile.
+pub mod frame;
