@@ -1,1 +1,4 @@
 //! Numbers and signs.
+
+/// Bernstein polynomials: bases, products, restriction.
+pub mod bernstein;

@@ -7,6 +7,7 @@ mod frame3;
 pub use frame3::Frame3;
 
 mod knots;
+pub(crate) use knots::to_bezier;
 
 mod curve;
 pub use curve::{ControlPoint, CurveDerivatives, NurbsCurve, NurbsCurve2, NurbsCurve3};
@@ -16,6 +17,7 @@ pub use surface::{NurbsSurface, Surface};
 
 mod nurbs_surface;
 pub use nurbs_surface::SurfaceDerivatives;
+pub(crate) use nurbs_surface::quotient;
 
 mod evaluate;
 
@@ -26,6 +28,7 @@ mod axis_map;
 pub use axis_map::AxisMap;
 
 mod to_nurbs;
+pub(crate) use to_nurbs::homogeneous;
 
 mod part;
 pub use part::{

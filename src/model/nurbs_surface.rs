@@ -132,7 +132,7 @@ fn samples(degree: usize, knots: &[f64]) -> Vec<f64> {
 }
 
 /// Derivatives of `P / W` from those of `P` and `W`, in the order 1, u, v, uu, uv, vv.
-fn quotient(p: [DVec3; 6], w: [f64; 6]) -> SurfaceDerivatives {
+pub(crate) fn quotient(p: [DVec3; 6], w: [f64; 6]) -> SurfaceDerivatives {
     let per = 1.0 / w[0];
     let point = p[0] * per;
     let du = (p[1] - point * w[1]) * per;

@@ -7,7 +7,8 @@ pub use bounds::{BoxBounds, CurveBounds, SurfaceBounds};
 
 mod cuts;
 
-mod decompose;
+/// NURBS to Bézier pieces.
+pub mod decompose;
 pub use decompose::{BezierPatches, BezierSpline3};
 
 mod face;

@@ -1,0 +1,96 @@
+//! Bernstein polynomials on [0, 1]: basis values, products, elevation, restriction to a sub-interval.
+//!
+//! Methods: de Casteljau's triangle throughout; products by convolution of binomially scaled coefficients (Farouki &
+//! Rajan, "Algorithms for polynomials in Bernstein form", CAGD 5, 1988).
+
+use std::ops::{Add, Mul};
+
+/// Degrees up to this are evaluated without allocating.
+pub const STACK_DEGREE: usize = 25;
+
+/// Room for three basis rows of `degree + 1` numbers, on the stack up to [`STACK_DEGREE`].
+pub fn with_rows<R>(degree: usize, work: impl FnOnce(&mut [f64]) -> R) -> R {
+    let len = 3 * (degree + 1);
+    if degree <= STACK_DEGREE {
+        let mut room = [0.0; 3 * (STACK_DEGREE + 1)];
+        work(&mut room[..len])
+    } else {
+        work(&mut vec![0.0; len])
+    }
+}
+
+/// The basis of degree `n.len() - 1` at `x`, written to `n`. Exactly a unit vector at 0 and 1.
+#[inline]
+pub fn basis(x: f64, n: &mut [f64]) {
+    let y = 1.0 - x;
+    n[0] = 1.0;
+    for k in 1..n.len() {
+        let mut carry = 0.0;
+        for value in &mut n[..k] {
+            let old = *value;
+            *value = carry + y * old;
+            carry = x * old;
+        }
+        n[k] = carry;
+    }
+}
+
+/// The basis with its first and second derivatives: `rows` holds three rows of `degree + 1` numbers.
+#[inline]
+pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
+    let y = 1.0 - x;
+    let (n, rest) = rows.split_at_mut(degree + 1);
+    let (d1, d2) = rest.split_at_mut(degree + 1);
+    n[0] = 1.0;
+    d1[0] = 0.0;
+    d2[0] = 0.0;
+    for k in 1..=degree {
+        let raise = k as f64;
+        let (mut carry, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
+        for j in 0..k {
+            let (old, first, second) = (n[j], raise * n[j], raise * d1[j]);
+            d2[j] = carry_2 - second;
+            d1[j] = carry_1 - first;
+            n[j] = carry + y * old;
+            carry_2 = second;
+            carry_1 = first;
+            carry = x * old;
+        }
+        d2[k] = carry_2;
+        d1[k] = carry_1;
+        n[k] = carry;
+    }
+}
+
+/// The binomial coefficients `C(n, 0..=n)`.
+#[must_use]
+pub fn binomials(n: usize) -> Vec<f64> {
+    let mut row = vec![1.0; n + 1];
+    for k in 1..n {
+        row[k] = row[k - 1] * (n + 1 - k) as f64 / k as f64;
+    }
+    row
+}
+
+/// The coefficients of the same polynomial over `[x0, x1]` (of the old [0, 1]), in place.
+///
+/// Ends that are kept (0 or 1) keep their coefficient bit for bit.
+pub fn restrict<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [T], x0: f64, x1: f64) {
+    let n = c.len();
+    if x1 < 1.0 {
+        // Left part of the split at x1: each pass fixes one more coefficient from the left.
+        for pass in 1..n {
+            for j in (pass..n).rev() {
+                c[j] = c[j - 1] * (1.0 - x1) + c[j] * x1;
+            }
+        }
+    }
+    if x0 > 0.0 {
+        let x = if x1 > 0.0 { (x0 / x1).min(1.0) } else { 0.0 };
+        for pass in 1..n {
+            for j in 0..n - pass {
+                c[j] = c[j] * (1.0 - x) + c[j + 1] * x;
+            }
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! NURBS curves and surfaces -> rational Bézier pieces in homogeneous form, by knot insertion (Kumar & Manocha 1995, §2.2).
+
+use crate::math::bernstein;
+use crate::model::{CurveDerivatives, NurbsCurve3, NurbsSurface, SurfaceDerivatives, homogeneous, quotient, to_bezier};
+use glam::{DVec3, DVec4};
+
+/// A curve as rational Bézier segments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BezierSpline3 {
+    /// Degree of every segment.
+    pub degree: usize,
+    /// Parameters where segments begin and end, increasing; one more than there are segments.
+    pub breaks: Vec<f64>,
+    /// `(w·x, w·y, w·z, w)`, `degree + 1` per segment. Neighbours share their common point bit for bit.
+    pub control: Vec<DVec4>,
+}
+
+impl BezierSpline3 {
+    /// The part of `curve` over `range` (cut to the curve's domain), with the curve's parameter.
+    #[must_use]
+    pub fn new(curve: &NurbsCurve3, range: (f64, f64)) -> Self {
+        let rows = homogeneous(&curve.points, uneven(&curve.weights));
+        let (breaks, control) = to_bezier(curve.degree, &curve.knots, &rows, 1, range);
+        Self { degree: curve.degree, breaks, control }
+    }
+
+    /// Number of segments.
+    #[must_use]
+    pub fn segments(&self) -> usize {
+        self.breaks.len() - 1
+    }
+
+    /// The control points of segment `i`.
+    #[must_use]
+    pub fn segment(&self, i: usize) -> &[DVec4] {
+        &self.control[i * (self.degree + 1)..(i + 1) * (self.degree + 1)]
+    }
+
+    /// First and last parameter.
+    #[must_use]
+    pub fn range(&self) -> (f64, f64) {
+        (self.breaks[0], self.breaks[self.breaks.len() - 1])
+    }
+
+    /// `C(t)`, no allocation up to degree 25; `t` outside the range is moved to its nearer end.
+    ///
+    /// The same bits for the same `t`; at a break the stored point, whichever segment is asked.
+    #[must_use]
+    pub fn point(&self, t: f64) -> DVec3 {
+        let (i, x) = locate(&self.breaks, t);
+        bernstein::with_rows(self.degree, |rows| {
+            let n = &mut rows[..=self.degree];
+            bernstein::basis(x, n);
+            let sum = dot(n, self.segment(i));
+            sum.truncate() / sum.w
+        })
+    }
+
+    /// `C`, `C'`, `C''` by the curve's parameter; at a break those of the segment that starts there.
+    #[must_use]
+    pub fn derivatives(&self, t: f64) -> CurveDerivatives<DVec3> {
+        let (i, x) = locate(&self.breaks, t);
+        let per = 1.0 / (self.breaks[i + 1] - self.breaks[i]);
+        bernstein::with_rows(self.degree, |rows| {
+            bernstein::basis_with_derivatives(self.degree, x, rows);
+            let mut orders = rows.chunks_exact(self.degree + 1).map(|row| dot(row, self.segment(i)));
+            let mut next = || orders.next().unwrap_or(DVec4::ZERO);
+            let (p, p1, p2) = (next(), next() * per, next() * (per * per));
+            let point = p.truncate() / p.w;
+            let d1 = (p1.truncate() - point * p1.w) / p.w;
+            let d2 = (p2.truncate() - d1 * (2.0 * p1.w) - point * p2.w) / p.w;
+            CurveDerivatives { point, d1, d2 }
+        })
+    }
+}
+
+/// A surface as a lattice of rational Bézier patches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BezierPatches {
+    /// Degree in u of every patch.
+    pub degree_u: usize,
+    /// Degree in v of every patch.
+    pub degree_v: usize,
+    /// Parameters in u where patches begin and end, increasing.
+    pub breaks_u: Vec<f64>,
+    /// Parameters in v where patches begin and end, increasing.
+    pub breaks_v: Vec<f64>,
+    /// `(w·x, w·y, w·z, w)`, patch by patch (u-major), in a patch control point (a, b) at `a * (degree_v + 1) + b`.
+    /// Neighbours share their border rows bit for bit.
+    pub control: Vec<DVec4>,
+    /// Whether any weight differs from 1.
+    pub rational: bool,
+}
+
+impl BezierPatches {
+    /// The whole surface.
+    #[must_use]
+    pub fn new(surface: &NurbsSurface) -> Self {
+        let (u, v) = surface.domain();
+        Self::over(surface, u, v)
+    }
+
+    /// The surface over the box `u` × `v`, cut to its domain.
+    #[must_use]
+    pub fn over(surface: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> Self {
+        let (degree_u, degree_v) = (surface.degree_u, surface.degree_v);
+        let weights = uneven(&surface.weights);
+        let rows = homogeneous(&surface.points, weights);
+        let width = surface.count_v();
+        let (breaks_u, rows) = to_bezier(degree_u, &surface.knots_u, &rows, width, u);
+        // Now along v: columns become rows.
+        let tall = rows.len() / width;
+        let columns: Vec<DVec4> =
+            (0..width).flat_map(|j| (0..tall).map(move |i| i * width + j)).map(|k| rows[k]).collect();
+        let (breaks_v, columns) = to_bezier(degree_v, &surface.knots_v, &columns, tall, v);
+        let mut control = Vec::with_capacity(columns.len());
+        for i in 0..breaks_u.len() - 1 {
+            for j in 0..breaks_v.len() - 1 {
+                for a in i * (degree_u + 1)..(i + 1) * (degree_u + 1) {
+                    control.extend((j * (degree_v + 1)..(j + 1) * (degree_v + 1)).map(|b| columns[b * tall + a]));
+                }
+            }
+        }
+        Self { degree_u, degree_v, breaks_u, breaks_v, control, rational: !weights.is_empty() }
+    }
+
+    /// Number of patches along u and along v.
+    #[must_use]
+    pub fn counts(&self) -> (usize, usize) {
+        (self.breaks_u.len() - 1, self.breaks_v.len() - 1)
+    }
+
+    /// The control points of patch (i, j), u-major.
+    #[must_use]
+    pub fn patch(&self, i: usize, j: usize) -> &[DVec4] {
+        let size = (self.degree_u + 1) * (self.degree_v + 1);
+        let start = (i * (self.breaks_v.len() - 1) + j) * size;
+        &self.control[start..start + size]
+    }
+
+    /// The point and its five partial derivatives; at a break those of the patch that starts there, outside the domain
+    /// those of its border.
+    #[must_use]
+    pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
+        let ((i, x), (j, y)) = (locate(&self.breaks_u, u), locate(&self.breaks_v, v));
+        let per_u = 1.0 / (self.breaks_u[i + 1] - self.breaks_u[i]);
+        let per_v = 1.0 / (self.breaks_v[j + 1] - self.breaks_v[j]);
+        let (nu, nv) = (self.degree_u + 1, self.degree_v + 1);
+        let mut sums = [DVec4::ZERO; 6];
+        bernstein::with_rows(self.degree_u, |rows_u| {
+            bernstein::with_rows(self.degree_v, |rows_v| {
+                bernstein::basis_with_derivatives(self.degree_u, x, rows_u);
+                bernstein::basis_with_derivatives(self.degree_v, y, rows_v);
+                for (a, line) in self.patch(i, j).chunks_exact(nv).enumerate() {
+                    let along = [0, 1, 2].map(|order| dot(&rows_v[order * nv..(order + 1) * nv], line));
+                    let n = [rows_u[a], rows_u[nu + a], rows_u[2 * nu + a]];
+                    for (sum, (du, dv)) in sums.iter_mut().zip([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]) {
+                        *sum += along[dv] * n[du];
+                    }
+                }
+            });
+        });
+        let per = [1.0, per_u, per_v, per_u * per_u, per_u * per_v, per_v * per_v];
+        for (sum, per) in sums.iter_mut().zip(per) {
+            *sum *= per;
+        }
+        quotient(sums.map(DVec4::truncate), sums.map(|s| s.w))
+    }
+
+    /// The exact curve on the surface at constant u (`axis` 0) or v (`axis` 1) over `range` of the other parameter.
+    #[must_use]
+    pub fn iso_curve(&self, axis: usize, at: f64, range: (f64, f64)) -> BezierSpline3 {
+        let (across, along) =
+            if axis == 0 { (&self.breaks_u, &self.breaks_v) } else { (&self.breaks_v, &self.breaks_u) };
+        let (degree_across, degree) =
+            if axis == 0 { (self.degree_u, self.degree_v) } else { (self.degree_v, self.degree_u) };
+        let (fixed, x) = locate(across, at);
+        let mut n = vec![0.0; degree_across + 1];
+        bernstein::basis(x, &mut n);
+        let last = along.len() - 1;
+        let (a, b) = (range.0.clamp(along[0], along[last]), range.1.clamp(along[0], along[last]));
+        let sliver = 1e-12 * (b - a);
+        let mut breaks = vec![a];
+        breaks.extend(along.iter().copied().filter(|&t| t > a + sliver && t < b - sliver));
+        breaks.push(b);
+        let mut control: Vec<DVec4> = Vec::with_capacity((breaks.len() - 1) * (degree + 1));
+        for ends in breaks.windows(2) {
+            let (k, _) = locate(along, 0.5 * (ends[0] + ends[1]));
+            let patch = if axis == 0 { self.patch(fixed, k) } else { self.patch(k, fixed) };
+            let nv = self.degree_v + 1;
+            let point = |c: usize| {
+                let across = |r: usize| if axis == 0 { patch[r * nv + c] } else { patch[c * nv + r] };
+                n.iter().enumerate().filter(|(_, f)| **f != 0.0).fold(DVec4::ZERO, |sum, (r, &f)| sum + across(r) * f)
+            };
+            let mut piece: Vec<DVec4> = (0..=degree).map(point).collect();
+            let (from, length) = (along[k], along[k + 1] - along[k]);
+            bernstein::restrict(&mut piece, (ends[0] - from) / length, (ends[1] - from) / length);
+            if let Some(&before) = control.last() {
+                piece[0] = before;
+            }
+            control.extend(piece);
+        }
+        BezierSpline3 { degree, breaks, control }
+    }
+}
+
+/// The piece that holds `t` (at a break the one that starts there) and the place in it, 0 to 1; clamped at the ends.
+#[inline]
+pub(crate) fn locate(breaks: &[f64], t: f64) -> (usize, f64) {
+    let inner = &breaks[1..breaks.len() - 1];
+    let i = inner.partition_point(|&b| b <= t);
+    let (a, b) = (breaks[i], breaks[i + 1]);
+    (i, if b > a { ((t - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 })
+}
+
+#[inline]
+fn dot(factors: &[f64], points: &[DVec4]) -> DVec4 {
+    factors.iter().zip(points).fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
+}
+
+/// The weights, or none where they are all equal and cancel.
+fn uneven(weights: &[f64]) -> &[f64] {
+    if weights.windows(2).all(|w| w[0] == w[1]) { &[] } else { weights }
+}

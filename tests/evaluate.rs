@@ -1,0 +1,105 @@
+//! Lattice evaluation against the surface it evaluates.
+
+use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, TAU};
+use trimtess::frame::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
+use trimtess::model::{Frame3, NurbsSurface, Surface};
+use trimtess::prepare::decompose::BezierPatches;
+
+fn bumpy(degree_u: usize, degree_v: usize, rational: bool) -> NurbsSurface {
+    let knots = |degree: usize| {
+        let mut knots = vec![0.0; degree];
+        knots.extend([0.0, 0.6, 1.0, 2.0]);
+        knots.extend(vec![2.0; degree]);
+        knots
+    };
+    let (count_u, count_v) = (degree_u + 3, degree_v + 3);
+    let grid = || (0..count_u).flat_map(|i| (0..count_v).map(move |j| (i as f64, j as f64)));
+    NurbsSurface {
+        degree_u,
+        degree_v,
+        knots_u: knots(degree_u),
+        knots_v: knots(degree_v),
+        points: grid().map(|(x, y)| DVec3::new(x + 0.2 * y.sin(), y, (1.7 * x + 0.9 * y).sin())).collect(),
+        weights: if rational { grid().map(|(x, y)| 1.0 + 0.4 * (2.1 * x - y).cos()).collect() } else { Vec::new() },
+    }
+}
+
+fn lines(a: f64, b: f64, n: usize) -> Vec<f64> {
+    (0..=n).map(|i| if i == n { b } else { a + (b - a) * i as f64 / n as f64 }).collect()
+}
+
+fn all(patches: &BezierPatches, us: &[f64], vs: &[f64]) -> (Vec<DVec3>, Vec<DVec3>, usize) {
+    let (mut p, mut n) = (Vec::new(), Vec::new());
+    let lost = evaluate_lattice(patches, us, vs, |_, _| true, &mut EvaluateScratch::default(), &mut p, &mut n);
+    (p, n, lost)
+}
+
+#[test]
+fn lattice_equals_the_surface() {
+    for (degree_u, degree_v) in [(1, 1), (2, 1), (1, 3), (3, 3), (2, 5), (6, 4), (27, 2)] {
+        for rational in [false, true] {
+            let surface = bumpy(degree_u, degree_v, rational);
+            let patches = BezierPatches::new(&surface);
+            let (us, vs) = (lines(0.0, 2.0, 13), lines(0.1, 1.9, 6));
+            let (positions, normals, lost) = all(&patches, &us, &vs);
+            assert_eq!((positions.len(), normals.len(), lost), (us.len() * vs.len(), us.len() * vs.len(), 0));
+            for (i, &u) in us.iter().enumerate() {
+                for (j, &v) in vs.iter().enumerate() {
+                    let exact = surface.derivatives(u, v);
+                    assert!(positions[i * vs.len() + j].distance(exact.point) < 1e-12);
+                    let normal = exact.du.cross(exact.dv).normalize();
+                    assert!(normals[i * vs.len() + j].distance(normal) < 1e-11, "({degree_u},{degree_v}) {u} {v}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_point_has_the_same_bits_in_any_company() {
+    for (degree_u, degree_v, rational) in [(3, 3, true), (2, 1, true), (1, 2, false), (3, 3, false), (4, 2, true)] {
+        let patches = BezierPatches::new(&bumpy(degree_u, degree_v, rational));
+        let (us, vs) = (lines(0.0, 2.0, 20), lines(0.0, 2.0, 17));
+        let (positions, normals, _) = all(&patches, &us, &vs);
+        let mut scratch = EvaluateScratch::default();
+        let (mut p, mut n) = (Vec::new(), Vec::new());
+        // Every third u, every second v, and only a checkerboard of them.
+        let (some_u, some_v): (Vec<_>, Vec<_>) =
+            (us.iter().copied().step_by(3).collect(), vs.iter().copied().skip(1).step_by(2).collect());
+        evaluate_lattice(&patches, &some_u, &some_v, |i, j| (i + j) % 2 == 0, &mut scratch, &mut p, &mut n);
+        for i in 0..some_u.len() {
+            for j in (0..some_v.len()).filter(|j| (i + j) % 2 == 0) {
+                let (here, there) = (i * some_v.len() + j, 3 * i * vs.len() + 2 * j + 1);
+                assert_eq!((p[here], n[here]), (positions[there], normals[there]));
+            }
+        }
+        let single: Vec<_> = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v))).collect();
+        evaluate_points(&patches, &single, &mut scratch, &mut p, &mut n);
+        assert_eq!((&p, &n), (&positions, &normals));
+    }
+}
+
+#[test]
+fn normals_at_poles_are_limits() {
+    let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 2.0 };
+    let (nurbs, _) = sphere.to_nurbs((0.0, TAU), (-FRAC_PI_2, FRAC_PI_2));
+    let patches = BezierPatches::new(&nurbs);
+    let (us, vs) = (lines(0.0, TAU, 16), lines(-FRAC_PI_2, FRAC_PI_2, 8));
+    let (positions, normals, lost) = all(&patches, &us, &vs);
+    assert_eq!(lost, 0);
+    for (p, n) in positions.iter().zip(&normals) {
+        assert!(n.distance(*p / 2.0) < 1e-6, "{p} {n}");
+    }
+}
+
+#[test]
+fn collapsed_nets_are_counted_and_finite() {
+    let mut surface = bumpy(3, 2, true);
+    surface.points.iter_mut().for_each(|p| *p = DVec3::X * p.x);
+    let (positions, normals, lost) = all(&BezierPatches::new(&surface), &lines(0.0, 2.0, 5), &lines(0.0, 2.0, 5));
+    assert_eq!(lost, 36);
+    assert!(normals.iter().all(|&n| n == DVec3::Z) && positions.iter().all(|p| p.is_finite()));
+    surface.points.iter_mut().for_each(|p| *p = DVec3::ONE);
+    assert_eq!(all(&BezierPatches::new(&surface), &[0.3], &[0.7]).2, 1);
+}
