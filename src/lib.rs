@@ -11,5 +11,8 @@ pub mod model;
 /// Files to [`model`]: STEP.
 pub mod import;
 
+/// From one tile's rates and trim loops to its triangles, per frame.
+pub mod frame;
+
 /// Output vocabulary: patch meshes, batches, scene description, sinks, checks.
 pub mod mesh;
