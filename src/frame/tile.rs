@@ -17,7 +17,7 @@ const BORDER_SNAP: f64 = 1e-9;
 const NONE: u32 = u32::MAX;
 
 /// Buffers that one worker reuses for all its tiles. Leaves no trace in results.
-#[derive(Default, Debug)]
+#[derive(Default)]
 pub struct Scratch {
     cells: Vec<DVec2>,
     uvs: Vec<DVec2>,
@@ -219,9 +219,6 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
         for v in t {
             if *v >= tessellants && *v < tessellants + corners {
                 *v = use_corner(*v - tessellants, &mut s.uvs, &mut mesh.origins);
-            } else if *v >= tessellants + corners {
-                // Moved behind the corners below, when their number is known.
-                continue;
             }
         }
     }

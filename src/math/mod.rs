@@ -1,4 +1,7 @@
-//! Numbers and signs.
+//! Bernstein algebra, bounds, roots, exact predicates, tolerances. Knows no surfaces.
 
-/// Bernstein polynomials: bases, products, restriction.
+/// Products, elevation, subdivision and evaluation in the Bernstein basis.
 pub mod bernstein;
+
+/// Exact signs of orientation.
+pub mod predicates;

@@ -4,8 +4,8 @@ use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, arrang
 use super::cuts::grid_for;
 use super::pcurve::Projector;
 use super::region::{Along, RegionError, region, trace_loop};
-use super::{BezierPatches, BezierSpline3, EdgeShape, SurfaceBounds, UvCurve, UvSample};
-use crate::model::{AxisMap, Face, Loop, Part, Surface};
+use super::{BezierPatches, EdgeShape, SurfaceBounds, UvCurve, UvSample};
+use crate::model::{AxisMap, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -60,6 +60,7 @@ pub(super) struct FaceDraft {
     pub(super) patches: BezierPatches,
     pub(super) bounds: SurfaceBounds,
     pub(super) maps: [AxisMap; 2],
+    pub(super) creases: [Vec<f64>; 2],
     pub(super) gap: f64,
     pub(super) tiles: Vec<DraftTile>,
     pub(super) borders: Vec<DraftBorder>,
@@ -134,6 +135,7 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let box_v = (maps[1].to_nurbs(low.y), maps[1].to_nurbs(high.y));
     let patches = BezierPatches::over(&nurbs, box_u, box_v);
     let bounds = SurfaceBounds::new(&patches);
+    let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
     let borders =
         arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps)).collect();
@@ -158,7 +160,36 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             Along::Pole(_) => None,
         })
         .collect();
-    Ok(FaceDraft { patches, bounds, maps, gap, tiles, borders, breaks, note })
+    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, note })
+}
+
+/// Parameters where the tangent across a knot of full multiplicity breaks.
+fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
+    /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
+    const BREAK: f64 = 1e-3;
+    let (knots, degree, breaks, across) = if axis == 0 {
+        (&nurbs.knots_u, nurbs.degree_u, &patches.breaks_u, &patches.breaks_v)
+    } else {
+        (&nurbs.knots_v, nurbs.degree_v, &patches.breaks_v, &patches.breaks_u)
+    };
+    let tangent = |x: f64, y: f64| {
+        let d = if axis == 0 { patches.derivatives(x, y) } else { patches.derivatives(y, x) };
+        if axis == 0 { d.du } else { d.dv }
+    };
+    let is_crease = |k: usize| {
+        let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
+        let (y0, y1) = (across[0], across[across.len() - 1]);
+        (1..8).any(|i| {
+            let y = y0 + (y1 - y0) * f64::from(i) / 8.0;
+            let (a, b) = (tangent(breaks[k] - step, y), tangent(breaks[k] + step, y));
+            a.length() > 0.0 && b.length() > 0.0 && a.angle_between(b) > BREAK
+        })
+    };
+    (1..breaks.len() - 1)
+        .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)
+        .filter(|&k| is_crease(k))
+        .map(|k| breaks[k])
+        .collect()
 }
 
 /// Diagonal of the box of the face's edges; none for a face without edges.

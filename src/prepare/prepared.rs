@@ -130,3 +130,14 @@ impl Prepared {
         })
     }
 }
+
+impl PreparedPart {
+    /// Row of a tile's face in [`faces`](Self::faces).
+    ///
+    /// # Panics
+    /// Never for tiles of this part: prepare makes tiles only for faces that have a row.
+    #[must_use]
+    pub fn face_of(&self, tile: &Tile) -> usize {
+        self.face_rows[tile.face.index()].expect("a tile's face has a row") as usize
+    }
+}

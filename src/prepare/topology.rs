@@ -92,6 +92,7 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedP
             patches: draft.patches,
             bounds: draft.bounds,
             maps: draft.maps,
+            creases: draft.creases,
             reversed: reversed[k],
             gap: draft.gap,
             tiles: first_tile..id(out.tiles.len()),

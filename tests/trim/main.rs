@@ -1,0 +1,4 @@
+//! The trim triangulation of one tile: the degenerate cases by name, and random tiles against the reference.
+
+mod cases;
+mod checker;
