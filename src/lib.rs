@@ -13,3 +13,6 @@ pub mod import;
 
 /// Output vocabulary: patch meshes, batches, scene description, sinks, checks.
 pub mod mesh;
+
+/// Meshes to files and pictures.
+pub mod out;
