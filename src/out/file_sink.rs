@@ -1,7 +1,7 @@
 //! Batches to a file: keeps what the formats need, writes when the frame is complete.
 
 use super::pending::PendingFile;
-use super::write_ply;
+use super::{write_glb, write_obj, write_ply, write_stl};
 use crate::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use std::fmt;
 use std::io::{self, Write};
@@ -10,13 +10,20 @@ use std::path::{Path, PathBuf};
 /// A mesh file format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Format {
+    /// Binary glTF, see [`write_glb`].
+    Glb,
+    /// Binary STL, see [`write_stl`].
+    Stl,
     /// Stanford PLY, see [`write_ply`].
     Ply,
+    /// Wavefront OBJ, see [`write_obj`].
+    Obj,
 }
 
 impl Format {
     /// Every format, with the extension that chooses it.
-    pub const ALL: [(&'static str, Self); 1] = [("ply", Self::Ply)];
+    pub const ALL: [(&'static str, Self); 4] =
+        [("glb", Self::Glb), ("stl", Self::Stl), ("ply", Self::Ply), ("obj", Self::Obj)];
 
     /// The format that the extension of `path` names, in either case.
     ///
@@ -30,7 +37,10 @@ impl Format {
 
     fn write(self, frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
         match self {
+            Self::Glb => write_glb(frame, file),
+            Self::Stl => write_stl(frame, file),
             Self::Ply => write_ply(frame, file),
+            Self::Obj => write_obj(frame, file),
         }
     }
 }

@@ -6,8 +6,19 @@ mod pending;
 
 mod placed;
 
+mod colour;
+
 mod ply;
 pub use ply::write_ply;
+
+mod stl;
+pub use stl::write_stl;
+
+mod obj;
+pub use obj::write_obj;
+
+mod glb;
+pub use glb::write_glb;
 
 mod file_sink;
 pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
