@@ -22,3 +22,6 @@ pub mod frame;
 
 /// Master, workers and the render thread.
 pub mod parallel;
+
+/// The door out: PLY, OBJ, STL, GLB, pictures.
+pub mod out;

@@ -423,7 +423,9 @@ impl Builder<'_> {
                 if kept[k].is_none() {
                     kept[k] = cells(k).iter().find_map(|c| corners.get(c).copied());
                     if let Some(status) = kept[k] {
-                        cells(k).map(|c| corners.insert(c, status));
+                        for c in cells(k) {
+                            corners.insert(c, status);
+                        }
                         changed = true;
                     }
                 }

@@ -134,8 +134,6 @@ pub(super) enum RegionError {
     Winding { winding: [i32; 2] },
     /// A boundary that goes round has no counterpart on its other side.
     OneSided { loops: usize },
-    /// A loop's ends do not meet.
-    Open { gap: DVec2 },
     /// A point or parameter is not finite.
     NotFinite,
 }
@@ -148,7 +146,6 @@ impl fmt::Display for RegionError {
             }
             Self::Winding { winding: [u, v] } => write!(f, "a loop winds {u} times around u and {v} times around v"),
             Self::OneSided { loops } => write!(f, "{loops} loops go round the surface and do not enclose a region"),
-            Self::Open { gap } => write!(f, "a loop misses its start by ({:.3e}, {:.3e}) in (u,v)", gap.x, gap.y),
             Self::NotFinite => write!(f, "the boundary has no finite image on the surface"),
         }
     }
