@@ -30,10 +30,8 @@ pub(super) struct Delivery {
     pub(super) batches: Vec<Batch>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,
-    /// Faces that came out less than as stated, in the order of their tiles.
+    /// Tiles that came out less than as stated, ascending by (part, tile).
     pub(super) degraded: Vec<DegradedTile>,
-    /// Tiles that were lost to a defect, in order.
-    pub(super) failures: Vec<Failure>,
     /// What it took.
     pub(super) metrics: WorkerMetrics,
 }
@@ -49,17 +47,6 @@ pub struct DegradedTile {
     pub tile: TileId,
     /// What happened to it.
     pub degradation: Degradation,
-}
-
-/// A tile that is missing from the frame because the code that makes it panicked: a defect of this crate.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Failure {
-    /// The part.
-    pub part: PartId,
-    /// The tile within the part.
-    pub tile: TileId,
-    /// What the panic said.
-    pub message: String,
 }
 
 /// One worker's ends of its own two queues.

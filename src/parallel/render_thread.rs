@@ -1,6 +1,6 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order whatever the number of workers.
 
-use super::handoff::{DegradedTile, Delivery, Failure};
+use super::handoff::{DegradedTile, Delivery};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::mesh::{MeshSink, Scene, SinkError};
 use crossbeam::channel::Receiver;
@@ -18,8 +18,6 @@ pub struct FrameReport {
     pub triangles: u64,
     /// Tiles that came out less than as stated, ascending by (part, tile).
     pub degraded: Vec<DegradedTile>,
-    /// Tiles lost to a defect of this crate, ascending by (part, tile).
-    pub failures: Vec<Failure>,
     /// What each worker did, by number.
     pub workers: Vec<WorkerMetrics>,
     /// From the order to the last delivery.
@@ -89,7 +87,6 @@ pub(super) fn commit(
         report.triangles += delivery.metrics.triangles;
         report.workers.push(delivery.metrics);
         report.degraded.extend(delivery.degraded);
-        report.failures.extend(delivery.failures);
         batches.extend(delivery.batches);
         lines.extend(delivery.lines);
     }
@@ -97,7 +94,6 @@ pub(super) fn commit(
     batches.sort_unstable_by_key(|b| (b.part, b.tile));
     lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
-    report.failures.sort_unstable_by_key(|f| (f.part, f.tile));
     report.batches = batches.len();
     let fed = sink
         .begin(scene)

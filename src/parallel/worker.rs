@@ -1,11 +1,11 @@
 //! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
 //! nothing that changes: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, Failure, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, WorkerEnd};
 use super::metrics::Laps;
-use crate::frame::TileOutcome;
-use crate::mesh::{Batch, EdgeLine, TileId};
-use crate::model::{EdgeId, PartId};
+use crate::frame::{Degradation, TileOutcome};
+use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
+use crate::model::{EdgeId, FaceId, PartId};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ pub(super) trait Stages: Send + Sync + 'static {
     /// What the master broadcasts.
     type Plan: Send + Sync + 'static;
     /// What a worker keeps between tiles; its content never shows in a result.
-    type Scratch: Default;
+    type Scratch: Default + Send;
 
     /// Makes one tile.
     fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
@@ -27,8 +27,8 @@ pub(super) trait Stages: Send + Sync + 'static {
 /// What one worker owns, ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Hand {
-    /// Tiles.
-    pub(super) tiles: Vec<(PartId, TileId)>,
+    /// Tiles, and the faces that they belong to.
+    pub(super) tiles: Vec<(PartId, TileId, FaceId)>,
     /// Edges whose polylines it makes.
     pub(super) edges: Vec<(PartId, EdgeId)>,
 }
@@ -49,23 +49,24 @@ impl<S: Stages> Worker<S> {
 
     /// Makes every tile and edge of the hand by `plan`, in ascending order.
     ///
-    /// A panic in a tile costs that tile only and is delivered as a [`Failure`].
+    /// A panic in a tile is a defect of this crate; it costs that tile only, which is delivered as
+    /// [`Degradation::Failed`] with what the panic said.
     pub(super) fn make(&mut self, frame: u64, plan: &S::Plan) -> Delivery {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let mut laps = Laps::start();
-        for &(part, tile) in &self.hand.tiles {
+        for &(part, tile, face) in &self.hand.tiles {
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0).entered();
             let (stages, scratch) = (&*self.stages, &mut self.scratch);
-            match catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch))) {
-                Ok(outcome) => take(&mut delivery, part, tile, outcome),
-                Err(payload) => {
-                    // The scratch may be half written: the next tile gets a new one.
-                    self.scratch = S::Scratch::default();
-                    delivery.failures.push(Failure { part, tile, message: panic_message(&*payload) });
-                }
-            }
+            let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
+            let outcome = outcome.unwrap_or_else(|payload| {
+                // The scratch may be half written: the next tile gets a new one.
+                self.scratch = S::Scratch::default();
+                let degradation = Degradation::Failed(format!("internal error: {}", panic_message(&*payload)));
+                TileOutcome { face, mesh: PatchMesh::default(), degradation: Some(degradation) }
+            });
+            take(&mut delivery, part, tile, outcome);
         }
         delivery.metrics.tiles_time = laps.lap();
         delivery.lines.extend(self.hand.edges.iter().map(|&(part, edge)| self.stages.edge_line(plan, part, edge)));
