@@ -2,7 +2,7 @@
 
 use crate::{Common, Failure};
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, IsTerminal, stderr};
 use tracing_chrome::{ChromeLayerBuilder, FlushGuard};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -21,7 +21,12 @@ pub(crate) fn start(common: &Common) -> Result<Option<FlushGuard>, Failure> {
         Ok(text) => EnvFilter::try_new(&text).map_err(|e| Failure::Usage(format!("RUST_LOG={text}: {e}")))?,
         Err(_) => EnvFilter::new(level),
     };
-    let log = fmt::layer().with_writer(std::io::stderr).with_target(false).with_filter(filter);
+    let log = fmt::layer()
+        .with_writer(stderr)
+        .with_ansi(stderr().is_terminal())
+        .with_target(false)
+        .with_timer(fmt::time::uptime())
+        .with_filter(filter);
     let Some(path) = &common.trace else {
         tracing_subscriber::registry().with(log).init();
         return Ok(None);
@@ -37,7 +42,9 @@ pub(crate) fn start(common: &Common) -> Result<Option<FlushGuard>, Failure> {
 pub(crate) fn report_panics_as_errors() {
     std::panic::set_hook(Box::new(|info| {
         let place = info.location().map(ToString::to_string).unwrap_or_default();
-        let what = info.payload_as_str().unwrap_or("no text");
+        let text = info.payload().downcast_ref::<&str>().copied();
+        let text = text.or_else(|| info.payload().downcast_ref::<String>().map(String::as_str));
+        let what = text.unwrap_or("no text");
         tracing::error!("internal error at {place}: {what}");
     }));
 }

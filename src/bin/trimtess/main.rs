@@ -16,7 +16,7 @@ use std::process::exit;
 
 /// Turns CAD files (trimmed NURBS) into watertight triangles and pictures.
 #[derive(Parser)]
-#[command(name = "trimtess", version, about, max_term_width = 120)]
+#[command(name = "trimtess", version, max_term_width = 120)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -52,6 +52,16 @@ enum Command {
     Tessellate(tessellate::TessellateArgs),
     /// A file to a picture: PNG.
     Render(render::RenderArgs),
+}
+
+impl Command {
+    fn input(&self) -> &input::Input {
+        match self {
+            Self::Info(args) => &args.input,
+            Self::Tessellate(args) => &args.input,
+            Self::Render(args) => &args.input,
+        }
+    }
 }
 
 /// How a command that did its work ended.
@@ -120,6 +130,10 @@ fn run(cli: Cli, laps: report::Laps) -> Result<Done, Failure> {
         // Zero is rayon's word, too, for one thread per core.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
+        if command.input().is_list() {
+            print!("{}", input::builtin_list());
+            return Ok(Done::Clean);
+        }
         match command {
             Command::Info(args) => info::run(&args, &common),
             Command::Tessellate(args) => tessellate::run(&args, &common, laps),

@@ -230,7 +230,9 @@ fn add_degraded(all: &mut Vec<Diagnostic>, degraded: &[DegradedTile], meshed: &[
     for tile in degraded {
         let lost = !meshed[tile.part.index()][tile.face.index()];
         let (severity, reason) = match &tile.degradation {
-            Degradation::NotSimple { .. } => (Severity::Warning, "a trim loop crosses itself; resolved by winding".into()),
+            Degradation::NotSimple { .. } => {
+                (Severity::Warning, "a trim loop crosses itself; resolved by winding".into())
+            }
             Degradation::Empty if lost => (Severity::Error, "nothing is left of it at this tolerance".into()),
             Degradation::Empty => continue,
             Degradation::Failed(reason) => (Severity::Error, format!("not triangulated: {reason}")),
@@ -292,3 +294,105 @@ fn peak_memory() -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DAffine3;
+    use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart, TileId};
+
+    /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a triangle.
+    fn frame() -> MemorySink {
+        let part = |faces: usize| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
+        let instance = |part: u32, first_face: u32| SceneInstance {
+            part,
+            transform: DAffine3::IDENTITY,
+            colour: None,
+            name: String::new(),
+            first_face,
+        };
+        let batch = |face: u32| Batch {
+            part: PartId(0),
+            face: FaceId(face),
+            tile: TileId(face),
+            worker: 0,
+            mesh: PatchMesh {
+                positions: vec![glam::DVec3::ZERO; 4],
+                triangles: vec![[0, 1, 2]],
+                ..PatchMesh::default()
+            },
+        };
+        MemorySink {
+            scene: Scene {
+                name: String::new(),
+                parts: vec![part(3), part(1)],
+                instances: vec![instance(0, 0), instance(1, 3), instance(0, 4)],
+            },
+            batches: vec![batch(0), batch(2)],
+            edge_lines: Vec::new(),
+        }
+    }
+
+    fn diagnostic(severity: Severity, face: Option<u32>) -> Diagnostic {
+        let reason = "why".to_owned();
+        Diagnostic { severity, part: Some(PartId(0)), face: face.map(FaceId), entity: 7, reason }
+    }
+
+    #[test]
+    fn counts_are_per_instance_and_no_face_is_lost_silently() {
+        let report = Report::of(&frame(), &[], &[]);
+        assert_eq!((report.faces, report.faces_without_triangles), (7, 3));
+        assert_eq!((report.triangles, report.vertices), (4, 16));
+        let faces: Vec<_> = report.diagnostics.iter().map(|entry| entry.face).collect();
+        assert_eq!(faces, [Some(1), Some(5), Some(3)]);
+        assert_eq!(report.done(), Done::WithDiagnostics);
+    }
+
+    #[test]
+    fn an_explained_face_is_not_explained_twice() {
+        let report = Report::of(&frame(), &[diagnostic(Severity::Error, Some(1))], &[]);
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face, e.entity, e.reason.as_str())).collect();
+        let unexplained = (Some(3), None, "no triangles, and no stage said why");
+        assert_eq!(told, [(Some(1), Some(7), "why"), (Some(5), Some(7), "why"), unexplained]);
+    }
+
+    #[test]
+    fn many_bad_tiles_of_a_face_are_one_diagnostic() {
+        let bad = |face: u32, degradation: Degradation, tile: u32| DegradedTile {
+            part: PartId(0),
+            face: FaceId(face),
+            tile: TileId(tile),
+            degradation,
+        };
+        let degraded = [
+            bad(0, Degradation::NotSimple { crossings: 1 }, 0),
+            bad(0, Degradation::NotSimple { crossings: 2 }, 1),
+            bad(1, Degradation::Empty, 2),
+            bad(2, Degradation::Empty, 3),
+        ];
+        let report = Report::of(&frame(), &[], &degraded);
+        let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
+        let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
+        assert_eq!(told, [vec!["warning"], vec!["error"], vec![]], "an empty tile of a meshed face is no news");
+    }
+
+    #[test]
+    fn notes_and_warnings_without_a_face_leave_the_status_clean() {
+        let mut report = Report::default();
+        for (severity, face, done) in [
+            (Severity::Note, Some(0), Done::Clean),
+            (Severity::Warning, None, Done::Clean),
+            (Severity::Warning, Some(0), Done::WithDiagnostics),
+            (Severity::Error, None, Done::WithDiagnostics),
+        ] {
+            report.diagnostics = placed(&[diagnostic(severity, face)], &frame().scene);
+            assert_eq!(report.done(), done, "{severity:?} {face:?}");
+        }
+    }
+
+    #[test]
+    fn laps_sum_to_the_total() {
+        let mut laps = Laps::start();
+        let sum: f64 = (0..50).map(|_| laps.lap()).sum();
+        assert!((sum - laps.total()).abs() < 1e-9);
+    }
+}

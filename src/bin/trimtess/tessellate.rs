@@ -25,7 +25,7 @@ const DEFAULT_ANGLE: f64 = 20.0;
 pub(crate) struct TessellateArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
     #[arg(value_name = "FILE", value_parser = input::parse)]
-    input: Input,
+    pub(crate) input: Input,
     /// Where the mesh goes; the extension chooses the format: glb, stl, ply or obj.
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -76,10 +76,6 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
-    if args.input.is_list() {
-        print!("{}", input::builtin_list());
-        return Ok(Done::Clean);
-    }
     let format = Format::of_path(&args.output).map_err(|e| Failure::Usage(e.to_string()))?;
     require_folder(&args.output)?;
     let progress = Progress::start(common);
@@ -96,7 +92,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     progress.stage("tessellating");
     let plan = Arc::new(frame::plan(&prepared, &tolerance));
     let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, common, format.has_edge_lines(), &mut frame)?;
+    let made = make(&prepared, &plan, common, format == Format::Glb, &mut frame)?;
     let mut report = Report::of(&frame, &prepared.diagnostics, &made.degraded);
     let tessellate = laps.lap();
 
