@@ -2,7 +2,7 @@
 
 use crate::{Common, Done, Failure};
 use serde::Serialize;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -224,29 +224,24 @@ pub(crate) fn name(severity: Severity) -> &'static str {
     }
 }
 
-/// One diagnostic per face and kind of trouble, however many tiles had it.
+/// One diagnostic per face and severity, with the words of its first such tile and the number of the others.
 fn add_degraded(all: &mut Vec<Diagnostic>, degraded: &[DegradedTile], meshed: &[Vec<bool>]) {
-    let mut told: Vec<(PartId, FaceId, Severity, String)> = Vec::new();
+    let mut told: BTreeMap<(PartId, FaceId, Severity), (String, u32)> = BTreeMap::new();
     for tile in degraded {
         let lost = !meshed[tile.part.index()][tile.face.index()];
-        let (severity, reason) = match &tile.degradation {
-            Degradation::NotSimple { .. } => {
-                (Severity::Warning, "a trim loop crosses itself; resolved by winding".into())
-            }
-            Degradation::Empty if lost => (Severity::Error, "nothing is left of it at this tolerance".into()),
+        let severity = match &tile.degradation {
+            Degradation::NotSimple { .. } => Severity::Warning,
+            Degradation::Empty if lost => Severity::Error,
+            // The tile's share of the face is thinner than the tolerance; its neighbours close over it.
             Degradation::Empty => continue,
-            Degradation::Failed(reason) => (Severity::Error, format!("not triangulated: {reason}")),
+            Degradation::Failed(_) => Severity::Error,
         };
-        told.push((tile.part, tile.face, severity, reason));
+        let key = (tile.part, tile.face, severity);
+        told.entry(key).and_modify(|(_, others)| *others += 1).or_insert_with(|| (tile.degradation.to_string(), 0));
     }
-    told.sort_unstable();
-    told.dedup();
-    all.extend(told.into_iter().map(|(part, face, severity, reason)| Diagnostic {
-        severity,
-        part: Some(part),
-        face: Some(face),
-        entity: 0,
-        reason,
+    all.extend(told.into_iter().map(|((part, face, severity), (words, others))| {
+        let reason = if others > 0 { format!("{words}; {others} more tiles like it") } else { words };
+        Diagnostic { severity, part: Some(part), face: Some(face), entity: 0, reason }
     }));
 }
 
@@ -364,8 +359,8 @@ mod tests {
             degradation,
         };
         let degraded = [
-            bad(0, Degradation::NotSimple { crossings: 1 }, 0),
-            bad(0, Degradation::NotSimple { crossings: 2 }, 1),
+            bad(0, Degradation::NotSimple { split: 1, unused: 0 }, 0),
+            bad(0, Degradation::NotSimple { split: 2, unused: 0 }, 1),
             bad(1, Degradation::Empty, 2),
             bad(2, Degradation::Empty, 3),
         ];
