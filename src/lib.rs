@@ -20,7 +20,7 @@ pub mod mesh;
 /// Paid every frame: from a tolerance or a view to the triangles of one tile.
 pub mod frame;
 
-/// Master, workers and the render thread.
+/// The same stages on all cores: tiles dealt once, workers that never talk to each other, one committing thread.
 pub mod parallel;
 
 /// The door out: PLY, OBJ, STL, GLB, pictures.
