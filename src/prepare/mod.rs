@@ -11,6 +11,8 @@ mod cuts;
 pub mod decompose;
 pub use decompose::{BezierPatches, BezierSpline3};
 
+mod extent;
+
 mod face;
 
 mod pcurve;
@@ -69,7 +71,9 @@ fn prepare_all(model: Model) -> Prepared {
         parts.push(part);
         diagnostics.extend(found);
     }
-    Prepared { parts, scene: scene(&model), diagnostics }
+    let scene = scene(&model);
+    let diagonal = extent::diagonal(&parts, &scene.instances);
+    Prepared { parts, scene, diagnostics, diagonal }
 }
 
 fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
