@@ -65,11 +65,8 @@ impl Density {
     /// At least `least` gaps. Appends all but `a`.
     pub(super) fn spread(&self, a: f64, b: f64, least: usize, out: &mut Vec<f64>) {
         let most = self.most(a, b);
-        let uniform = self
-            .rates
-            .iter()
-            .zip(self.breaks.windows(2))
-            .all(|(&r, w)| w[1] <= a || w[0] >= b || r >= 0.999 * most);
+        let uniform =
+            self.rates.iter().zip(self.breaks.windows(2)).all(|(&r, w)| w[1] <= a || w[0] >= b || r >= 0.999 * most);
         let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0).min(MAX_LINES as f64) as usize;
         if uniform || even <= least.max(1) {
             let n = even.max(least);

@@ -6,9 +6,7 @@ pub mod evaluate;
 mod lattice;
 
 mod plan;
-pub use plan::{
-    EdgePolyline, PartPlan, Plan, TileLattice, Tolerance, cell_coordinate, plan, plan_part,
-};
+pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, Tolerance, cell_coordinate, plan, plan_part};
 
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};

@@ -99,8 +99,7 @@ pub fn tessellate_tile(
     let face = &rows.faces[rows.face_of(tile_row)];
     let mut mesh = PatchMesh::default();
     trace_loops(rows, plan, tile_row, lattice, face, scratch, &mut mesh);
-    let input =
-        TrimInput { cells: lattice.cells(), points: &scratch.cells, loop_starts: &scratch.loop_starts };
+    let input = TrimInput { cells: lattice.cells(), points: &scratch.cells, loop_starts: &scratch.loop_starts };
     let outcome = trim_tile(&input, &mut scratch.trim, &mut scratch.trimmed);
     let mut degradation = match outcome {
         Ok(TrimOutcome::Repaired { split, unused }) => Some(Degradation::NotSimple { split, unused }),
@@ -225,9 +224,10 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
     let corner = |i: u32, j: u32| j * (nu + 1) + i;
     let mut quads = Vec::with_capacity(s.trimmed.full_cells.len());
     for &[i, j] in &s.trimmed.full_cells {
-        quads.push([corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)].map(|c| {
-            use_corner(c, &mut s.uvs, &mut mesh.origins)
-        }));
+        quads.push(
+            [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]
+                .map(|c| use_corner(c, &mut s.uvs, &mut mesh.origins)),
+        );
     }
     let corners_used = next - tessellants;
     for (k, p) in s.trimmed.extra_points.iter().enumerate() {

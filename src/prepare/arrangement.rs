@@ -463,7 +463,8 @@ impl Builder<'_> {
             };
             // A crossing on a line's very end stands for the corner: nothing lies between.
             if end > at {
-                let border = self.border(column, row, side as usize % 4, [at - side, end - side], [start_node, end_node]);
+                let border =
+                    self.border(column, row, side as usize % 4, [at - side, end - side], [start_node, end_node]);
                 chain.push(border);
             }
             at = end;

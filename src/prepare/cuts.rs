@@ -41,10 +41,7 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> GridPlan {
         }
         fine[axis].push(hi);
     }
-    GridPlan {
-        fine: Grid { lines: fine, wraps: region.wraps },
-        coarse: Grid { lines: coarse, wraps: region.wraps },
-    }
+    GridPlan { fine: Grid { lines: fine, wraps: region.wraps }, coarse: Grid { lines: coarse, wraps: region.wraps } }
 }
 
 /// How many Bézier pieces (or quarter turns) lie between two parameters.
@@ -108,11 +105,7 @@ impl Avoid {
         let score = |x: f64| {
             let reduce = |d: f64| self.period.map_or(d, |p| d - p * (d / p).round());
             let clear = self.points.iter().map(|&p| reduce(x - p).abs()).fold(hi - lo, f64::min);
-            let cuts = self
-                .holes
-                .iter()
-                .filter(|(a, b)| reduce(x - 0.5 * (a + b)).abs() <= 0.5 * (b - a))
-                .count();
+            let cuts = self.holes.iter().filter(|(a, b)| reduce(x - 0.5 * (a + b)).abs() <= 0.5 * (b - a)).count();
             // A clean crossing of a hole is better than a line that grazes a vertex.
             clear / (hi - lo) / (1.0 + cuts as f64)
         };

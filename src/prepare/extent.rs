@@ -71,10 +71,8 @@ fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile) -> Vec<DVec3>
     let count = |breaks: &[f64], a: f64, b: f64| {
         4 * SAMPLES * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)
     };
-    let (nu, nv) = (
-        count(&face.patches.breaks_u, tile.min.x, tile.max.x),
-        count(&face.patches.breaks_v, tile.min.y, tile.max.y),
-    );
+    let (nu, nv) =
+        (count(&face.patches.breaks_u, tile.min.x, tile.max.x), count(&face.patches.breaks_v, tile.min.y, tile.max.y));
     let mut out = Vec::new();
     for i in 0..=nu {
         for j in 0..=nv {

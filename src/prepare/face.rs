@@ -1,6 +1,7 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, arrange};
+use super::critical::critical;
 use super::cuts::grid_for;
 use super::pcurve::Projector;
 use super::region::{Along, RegionError, region, trace_loop};
@@ -137,22 +138,17 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let bounds = SurfaceBounds::new(&patches);
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
-    let borders =
-        arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps)).collect();
-    let tiles = arranged
+    let borders = arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps)).collect();
+    let tiles: Vec<DraftTile> = arranged
         .tiles
         .iter()
         .map(|t| DraftTile {
             min: to_patch(t.min),
             max: to_patch(t.max),
-            loops: t
-                .loops
-                .iter()
-                .map(|l| l.iter().map(|s| stretch(s, &arranged.borders, &maps)).collect())
-                .collect(),
+            loops: t.loops.iter().map(|l| l.iter().map(|s| stretch(s, &arranged.borders, &maps)).collect()).collect(),
         })
         .collect();
-    let breaks = arranged
+    let mut breaks: Vec<(u32, f64)> = arranged
         .crossings
         .iter()
         .filter_map(|c| match c.along {
@@ -160,6 +156,9 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             Along::Pole(_) => None,
         })
         .collect();
+    for tile in &tiles {
+        critical(tile, &mut breaks);
+    }
     Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, note })
 }
 

@@ -5,6 +5,8 @@ mod arrangement;
 mod bounds;
 pub use bounds::{BoxBounds, CurveBounds, SurfaceBounds};
 
+mod critical;
+
 mod cuts;
 
 /// NURBS to Bézier pieces.

@@ -119,7 +119,9 @@ impl<'a> Projector<'a> {
             let spans = match (self.surface, axis) {
                 (Surface::Nurbs(s), 0) => s.count_u() * 2,
                 (Surface::Nurbs(s), _) => s.count_v() * 2,
-                (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => curve.points.len() * 3,
+                (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
+                    curve.points.len() * 3
+                }
                 (Surface::Extrusion { .. }, _) => return vec![0.0],
                 _ => 16,
             };

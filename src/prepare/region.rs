@@ -142,7 +142,11 @@ impl fmt::Display for RegionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unbounded { axis } => {
-                write!(f, "no boundary in direction {}, and the surface has no end there", ['u', 'v'][usize::from(*axis)])
+                write!(
+                    f,
+                    "no boundary in direction {}, and the surface has no end there",
+                    ['u', 'v'][usize::from(*axis)]
+                )
             }
             Self::Winding { winding: [u, v] } => write!(f, "a loop winds {u} times around u and {v} times around v"),
             Self::OneSided { loops } => write!(f, "{loops} loops go round the surface and do not enclose a region"),

@@ -1,9 +1,7 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
 use super::face::{DraftAlong, DraftEnd, FaceDraft};
-use super::{
-    BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile,
-};
+use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, Loop, Part, Surface};
 use glam::DVec3;
@@ -19,13 +17,8 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedP
         wanted[*edge as usize].push(*t);
     }
     let used = used_edges(part.edges.len(), &drafts);
-    let mut edges: Vec<PreparedEdge> = part
-        .edges
-        .iter()
-        .zip(wanted)
-        .zip(used)
-        .map(|((e, ts), used)| brep_edge(part, e, ts, used))
-        .collect();
+    let mut edges: Vec<PreparedEdge> =
+        part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
     let mut out = PreparedPart { brep_edges: edges.len(), ..PreparedPart::default() };
     for (k, draft) in drafts.into_iter().enumerate() {
         let Some(draft) = draft else {
@@ -48,10 +41,7 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedP
             let straight = bounds.is_straight();
             edges.push(PreparedEdge {
                 shape: b.shape.clone(),
-                breaks: vec![
-                    Break { t: b.range.0, point: ends[0] },
-                    Break { t: b.range.1, point: ends[1] },
-                ],
+                breaks: vec![Break { t: b.range.0, point: ends[0] }, Break { t: b.range.1, point: ends[1] }],
                 bounds,
                 straight,
                 uses: Vec::new(),
@@ -78,14 +68,7 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedP
                 .filter(|l| !l.is_empty())
                 .collect();
             let middle = draft.patches.derivatives(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y)).point;
-            out.tiles.push(Tile {
-                face: FaceId::new(k),
-                min: t.min,
-                max: t.max,
-                loops,
-                weight: 1.0,
-                centre: middle,
-            });
+            out.tiles.push(Tile { face: FaceId::new(k), min: t.min, max: t.max, loops, weight: 1.0, centre: middle });
         }
         out.face_rows.push(Some(id(out.faces.len())));
         out.faces.push(PreparedFace {
