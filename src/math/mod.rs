@@ -2,3 +2,6 @@
 
 /// Bernstein polynomials: bases, products, restriction.
 pub mod bernstein;
+
+/// Upper bounds of derivatives of polynomial and rational Bézier nets.
+pub mod bounds;

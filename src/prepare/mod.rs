@@ -2,3 +2,6 @@
 
 /// NURBS to rational Bézier pieces.
 pub mod decompose;
+
+/// Tables of derivative bounds and normal turning per sub-box.
+pub mod bounds;
