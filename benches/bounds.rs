@@ -4,8 +4,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::DVec3;
 use std::hint::black_box;
 use trimtess::model::NurbsSurface;
-use trimtess::prepare::bounds::SurfaceBounds;
-use trimtess::prepare::decompose::BezierPatches;
+use trimtess::prepare::{BezierPatches, SurfaceBounds};
 
 fn tables(c: &mut Criterion) {
     let mut group = c.benchmark_group("bounds/surface");

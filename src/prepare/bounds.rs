@@ -11,24 +11,24 @@ use glam::{DVec3, DVec4};
 /// What a sub-box of a surface can do at most, by the NURBS parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoxBounds {
-    /// M1 = sup ‖S_uu‖.
-    pub m1: f64,
-    /// M2 = sup ‖S_uv‖.
-    pub m2: f64,
-    /// M3 = sup ‖S_vv‖; exactly 0 where the surface is straight in v.
-    pub m3: f64,
-    /// G_u = sup ‖S_u‖.
-    pub g_u: f64,
-    /// G_v = sup ‖S_v‖.
-    pub g_v: f64,
-    /// Θ_u: the most that the unit normal turns along a u-line of the box, radians.
-    pub theta_u: f64,
-    /// Θ_v: the same along v-lines.
-    pub theta_v: f64,
+    /// sup ‖S_uu‖; exactly 0 where the surface is straight and even in u.
+    pub uu: f64,
+    /// sup ‖S_uv‖; exactly 0 on planes and extrusions.
+    pub uv: f64,
+    /// sup ‖S_vv‖; exactly 0 where the surface is straight and even in v.
+    pub vv: f64,
+    /// sup ‖S_u‖.
+    pub u: f64,
+    /// sup ‖S_v‖.
+    pub v: f64,
+    /// The most that the unit normal turns along a u-line of the box, radians.
+    pub turn_u: f64,
+    /// The same along v-lines.
+    pub turn_v: f64,
 }
 
 /// Bounds of a surface, sub-box by sub-box.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceBounds {
     /// Borders of sub-boxes in u, increasing; all patch borders are among them.
     pub breaks_u: Vec<f64>,
@@ -42,15 +42,15 @@ pub struct SurfaceBounds {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StripBounds {
     /// sup ‖C'‖.
-    pub g: f64,
+    pub first: f64,
     /// sup ‖C''‖; exactly 0 where the curve is straight and even.
-    pub m: f64,
+    pub second: f64,
     /// How far the tangent turns, radians.
-    pub theta: f64,
+    pub turn: f64,
 }
 
 /// Bounds of a curve, strip by strip.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveBounds {
     /// Borders of strips, increasing; all segment borders are among them.
     pub breaks: Vec<f64>,
@@ -87,15 +87,15 @@ impl SurfaceBounds {
                 let (u, v) = (breaks_u[i + 1] - breaks_u[i], breaks_v[j + 1] - breaks_v[j]);
                 let keep = |x: f64| if x <= ROUNDING * size { 0.0 } else { x };
                 let straight = local.duu.max(local.duv).max(local.dvv) <= ROUNDING * size;
-                let (theta_u, theta_v) = if straight { (0.0, 0.0) } else { sampler.turning(&net) };
+                let (turn_u, turn_v) = if straight { (0.0, 0.0) } else { sampler.turning(&net) };
                 cells.push(BoxBounds {
-                    m1: keep(local.duu) / (u * u),
-                    m2: keep(local.duv) / (u * v),
-                    m3: keep(local.dvv) / (v * v),
-                    g_u: local.du / u,
-                    g_v: local.dv / v,
-                    theta_u,
-                    theta_v,
+                    uu: keep(local.duu) / (u * u),
+                    uv: keep(local.duv) / (u * v),
+                    vv: keep(local.dvv) / (v * v),
+                    u: local.du / u,
+                    v: local.dv / v,
+                    turn_u,
+                    turn_v,
                 });
             }
         }
@@ -104,12 +104,24 @@ impl SurfaceBounds {
 
     /// The bounds of sub-box (i, j).
     #[must_use]
-    pub fn cell(&self, i: usize, j: usize) -> &BoxBounds {
-        &self.cells[i * (self.breaks_v.len() - 1) + j]
+    pub fn cell(&self, i: usize, j: usize) -> BoxBounds {
+        self.cells[i * (self.breaks_v.len() - 1) + j]
     }
 }
 
 impl CurveBounds {
+    /// The bounds of a curve that is a single point over `range`.
+    #[must_use]
+    pub fn none(range: (f64, f64)) -> Self {
+        Self { breaks: vec![range.0, range.1], strips: vec![StripBounds::default()] }
+    }
+
+    /// Whether every strip is straight and evenly parametrised; the curve may still bend between segments.
+    #[must_use]
+    pub fn is_straight(&self) -> bool {
+        self.strips.iter().all(|s| s.second == 0.0)
+    }
+
     /// Bounds of all segments, in 1 (degree 1) or up to 4 strips each.
     #[must_use]
     pub fn new(spline: &BezierSpline3) -> Self {
@@ -127,9 +139,9 @@ impl CurveBounds {
                 let width = breaks[i + 1] - breaks[i];
                 let straight = second <= ROUNDING * size;
                 StripBounds {
-                    g: first / width,
-                    m: if straight { 0.0 } else { second / (width * width) },
-                    theta: if straight { 0.0 } else { tangent_turning(&net) },
+                    first: first / width,
+                    second: if straight { 0.0 } else { second / (width * width) },
+                    turn: if straight { 0.0 } else { tangent_turning(&net) },
                 }
             })
             .collect();

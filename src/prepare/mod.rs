@@ -1,7 +1,8 @@
 //! Paid once per model: Bézier patches, shared edges, bounds.
 
-/// NURBS to rational Bézier pieces.
-pub mod decompose;
+mod bounds;
+pub use bounds::{BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
-/// Tables of derivative bounds and normal turning per sub-box.
-pub mod bounds;
+/// NURBS to Bézier pieces.
+pub mod decompose;
+pub use decompose::{BezierPatches, BezierSpline3};
