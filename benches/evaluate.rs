@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use std::hint::black_box;
 use trimtess::frame::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use trimtess::model::NurbsSurface;
-use trimtess::prepare::decompose::BezierPatches;
+use trimtess::prepare::BezierPatches;
 
 /// One wavy Bézier patch.
 fn patch(degree_u: usize, degree_v: usize, rational: bool) -> BezierPatches {

@@ -1,9 +1,10 @@
 //! Bézier pieces against the NURBS they were cut from.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use glam::DVec3;
 use std::f64::consts::TAU;
 use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
-use trimtess::prepare::decompose::{BezierPatches, BezierSpline3};
+use trimtess::prepare::{BezierPatches, BezierSpline3};
 
 fn curve(degree: usize, knots: Vec<f64>, rational: bool) -> NurbsCurve3 {
     let count = knots.len() - degree - 1;

@@ -1,10 +1,11 @@
 //! Lattice evaluation against the surface it evaluates.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trimtess::frame::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use trimtess::model::{Frame3, NurbsSurface, Surface};
-use trimtess::prepare::decompose::BezierPatches;
+use trimtess::prepare::BezierPatches;
 
 fn bumpy(degree_u: usize, degree_v: usize, rational: bool) -> NurbsSurface {
     let knots = |degree: usize| {

@@ -6,7 +6,7 @@
 //! lines of its own that follows the bounds along it.
 
 use super::plan::{MAX_LINES, TileLattice, Tolerance};
-use crate::prepare::{BoxBounds, PreparedFace, SurfaceBounds, Tile};
+use crate::prepare::{BoxBounds, PreparedFace, Tile};
 use std::f64::consts::FRAC_PI_2;
 
 /// A piecewise constant density of lines along one parameter.
@@ -123,8 +123,8 @@ fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
 pub(super) fn lattice(face: &PreparedFace, tile: &Tile, tolerance: &Tolerance) -> TileLattice {
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
-    let columns: Vec<BoxBounds> = su.clone().map(|i| worst(sv.clone().map(|j| table.get(i, j)))).collect();
-    let rows: Vec<BoxBounds> = sv.clone().map(|j| worst(su.clone().map(|i| table.get(i, j)))).collect();
+    let columns: Vec<BoxBounds> = su.clone().map(|i| worst(sv.clone().map(|j| table.cell(i, j)))).collect();
+    let rows: Vec<BoxBounds> = sv.clone().map(|j| worst(su.clone().map(|i| table.cell(i, j)))).collect();
     let all = worst(columns.iter().copied());
     let width = tile.max - tile.min;
     let budget = 8.0 * tolerance.chord;
@@ -202,15 +202,4 @@ fn chord_rates(
         columns.iter().map(|b| rate(need_u(b), share_u)).collect(),
         rows.iter().map(|b| rate(need_v(b), (1.0 - share_u).max(one_v.min(0.5)))).collect(),
     )
-}
-
-/// Table row and column order, as the frame reads it.
-trait Table {
-    fn get(&self, i: usize, j: usize) -> BoxBounds;
-}
-
-impl Table for SurfaceBounds {
-    fn get(&self, i: usize, j: usize) -> BoxBounds {
-        self.cells[i * (self.breaks_v.len() - 1) + j]
-    }
 }

@@ -5,3 +5,6 @@ pub mod bernstein;
 
 /// Exact signs of orientation.
 pub mod predicates;
+
+/// Upper bounds of derivatives of polynomial and rational Bézier nets.
+pub mod bounds;

@@ -105,16 +105,18 @@ fn fill(degree: usize, knots: &[f64], span: usize, t: f64, [n, d1, d2]: [&mut [f
         for j in 0..k {
             let left = knots[span + 1 + j - k];
             let right = knots[span + 1 + j];
-            let per = 1.0 / (right - left);
-            let second = raise * d1[j] * per;
-            let first = raise * n[j] * per;
-            let share = n[j] * per;
+            let width = right - left;
+            // A true quotient, so that it is exactly 0 and 1 at the ends and end points come out to the last bit.
+            let x = (t - left) / width;
+            let second = raise * d1[j] / width;
+            let first = raise * n[j] / width;
+            let old = n[j];
             d2[j] = carry_2 - second;
             d1[j] = carry_1 - first;
-            n[j] = carry_n + (right - t) * share;
+            n[j] = carry_n + (1.0 - x) * old;
             carry_2 = second;
             carry_1 = first;
-            carry_n = (t - left) * share;
+            carry_n = x * old;
         }
         d2[k] = carry_2;
         d1[k] = carry_1;
@@ -137,9 +139,10 @@ pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f
             for i in 0..k {
                 let left = knots[span + 1 + i - k];
                 let right = knots[span + 1 + i];
-                let share = row[i] / (right - left);
-                row[i] = carry + (right - t) * share;
-                carry = (t - left) * share;
+                let x = (t - left) / (right - left);
+                let old = row[i];
+                row[i] = carry + (1.0 - x) * old;
+                carry = x * old;
             }
             row[k] = carry;
         }

@@ -19,8 +19,10 @@ impl BezierSpline3 {
     /// The part of `curve` over `range` (cut to the curve's domain), with the curve's parameter.
     #[must_use]
     pub fn new(curve: &NurbsCurve3, range: (f64, f64)) -> Self {
-        let rows = homogeneous(&curve.points, uneven(&curve.weights));
-        let (breaks, control) = to_bezier(curve.degree, &curve.knots, &rows, 1, range);
+        let weights = uneven(&curve.weights);
+        let rows = homogeneous(&curve.points, weights);
+        let (breaks, mut control) = to_bezier(curve.degree, &curve.knots, &rows, 1, range);
+        level(&mut control, !weights.is_empty());
         Self { degree: curve.degree, breaks, control }
     }
 
@@ -121,7 +123,9 @@ impl BezierPatches {
                 }
             }
         }
-        Self { degree_u, degree_v, breaks_u, breaks_v, control, rational: !weights.is_empty() }
+        let rational = !weights.is_empty();
+        level(&mut control, rational);
+        Self { degree_u, degree_v, breaks_u, breaks_v, control, rational }
     }
 
     /// Number of patches along u and along v.
@@ -221,4 +225,11 @@ fn dot(factors: &[f64], points: &[DVec4]) -> DVec4 {
 /// The weights, or none where they are all equal and cancel.
 fn uneven(weights: &[f64]) -> &[f64] {
     if weights.windows(2).all(|w| w[0] == w[1]) { &[] } else { weights }
+}
+
+/// Takes the rounding of knot insertion off the weights of a polynomial net.
+fn level(control: &mut [DVec4], rational: bool) {
+    if !rational {
+        control.iter_mut().for_each(|c| c.w = 1.0);
+    }
 }

@@ -3,7 +3,7 @@
 mod arrangement;
 
 mod bounds;
-pub use bounds::{BoxBounds, CurveBounds, SurfaceBounds};
+pub use bounds::{BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
 mod critical;
 

@@ -1,0 +1,215 @@
+//! Bounds against dense sampling: never below, and not far above.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
+use trimtess::prepare::{BezierPatches, BezierSpline3, BoxBounds, CurveBounds, SurfaceBounds};
+
+fn bumpy(degree_u: usize, degree_v: usize, weight: f64) -> NurbsSurface {
+    let knots = |degree: usize| [vec![0.0; degree + 1], vec![0.8], vec![2.0; degree + 1]].concat();
+    let (count_u, count_v) = (degree_u + 2, degree_v + 2);
+    let grid = || (0..count_u).flat_map(|i| (0..count_v).map(move |j| (i as f64, j as f64)));
+    NurbsSurface {
+        degree_u,
+        degree_v,
+        knots_u: knots(degree_u),
+        knots_v: knots(degree_v),
+        points: grid().map(|(x, y)| DVec3::new(x + 0.2 * y.sin(), y, (1.7 * x + 0.9 * y).sin())).collect(),
+        weights: if weight == 1.0 {
+            Vec::new()
+        } else {
+            grid().map(|(x, y)| weight.powf((2.1 * x - 1.3 * y).cos())).collect()
+        },
+    }
+}
+
+/// Name, surface, largest allowed bound / sampled supremum for first and second derivatives.
+fn cases() -> Vec<(&'static str, NurbsSurface, f64)> {
+    let frame = Frame3::from_axis(DVec3::new(40.0, -20.0, 70.0), DVec3::new(1.0, 2.0, 3.0), DVec3::Y).unwrap();
+    let turn = (0.0, TAU);
+    let cut = |s: Surface, u, v| s.to_nurbs(u, v).0;
+    vec![
+        ("cylinder", cut(Surface::Cylinder { frame, radius: 2.0 }, turn, (0.0, 30.0)), 1.01),
+        ("cone", cut(Surface::Cone { frame, radius: 2.0, half_angle: 0.5 }, turn, (0.0, 3.0)), 1.01),
+        ("sphere", cut(Surface::Sphere { frame, radius: 2.0 }, turn, (-FRAC_PI_2, FRAC_PI_2)), 1.02),
+        ("torus", cut(Surface::Torus { frame, major: 5.0, minor: 1.0 }, turn, turn), 1.02),
+        ("bilinear", bumpy(1, 1, 1.0), 1.001),
+        ("bicubic", bumpy(3, 3, 1.0), 1.02),
+        ("mixed", bumpy(2, 5, 1.0), 1.03),
+        ("rational bilinear", bumpy(1, 1, 1.3), 1.15),
+        ("rational bicubic .8-1.25", bumpy(3, 3, 1.25), 1.05),
+        ("rational bicubic .5-2", bumpy(3, 3, 2.0), 1.15),
+        ("rational mixed", bumpy(4, 2, 1.25), 1.06),
+    ]
+}
+
+/// Suprema of the derivatives over a box by sampling, in the order uu uv vv u v.
+fn sampled(patches: &BezierPatches, u: (f64, f64), v: (f64, f64)) -> [f64; 5] {
+    let mut most = [0.0_f64; 5];
+    let at = |(a, b): (f64, f64), i: usize| a + (b - a) * (1e-9 + (1.0 - 2e-9) * i as f64 / 24.0);
+    for i in 0..=24 {
+        for j in 0..=24 {
+            let d = patches.derivatives(at(u, i), at(v, j));
+            for (m, x) in most.iter_mut().zip([d.duu, d.duv, d.dvv, d.du, d.dv]) {
+                *m = m.max(x.length());
+            }
+        }
+    }
+    most
+}
+
+/// The turning of the normal along a straight parameter path, by 200 steps.
+fn turning(patches: &BezierPatches, from: (f64, f64), to: (f64, f64)) -> f64 {
+    let normal = |k: usize| {
+        let s = 1e-5 + (1.0 - 2e-5) * k as f64 / 200.0;
+        let d = patches.derivatives(from.0 + (to.0 - from.0) * s, from.1 + (to.1 - from.1) * s);
+        d.du.cross(d.dv).normalize()
+    };
+    (0..200).map(|k| 2.0 * (0.5 * normal(k).distance(normal(k + 1))).asin()).sum()
+}
+
+fn list(b: &BoxBounds) -> [f64; 5] {
+    [b.uu, b.uv, b.vv, b.u, b.v]
+}
+
+#[test]
+fn derivative_bounds_hold_and_are_tight() {
+    for (name, surface, limit) in cases() {
+        let patches = BezierPatches::new(&surface);
+        let bounds = SurfaceBounds::new(&patches);
+        let mut worst = [1.0_f64; 5];
+        // Against the largest of each kind: near a zero of a derivative the ratio of one box says nothing.
+        let scale = bounds.cells.iter().fold([0.0_f64; 5], |most, b| std::array::from_fn(|k| most[k].max(list(b)[k])));
+        for i in 0..bounds.breaks_u.len() - 1 {
+            for j in 0..bounds.breaks_v.len() - 1 {
+                let (u, v) =
+                    ((bounds.breaks_u[i], bounds.breaks_u[i + 1]), (bounds.breaks_v[j], bounds.breaks_v[j + 1]));
+                let (found, sampled) = (list(&bounds.cell(i, j)), sampled(&patches, u, v));
+                for k in 0..5 {
+                    assert!(found[k] >= sampled[k] * (1.0 - 1e-9) - 1e-9, "{name}: {found:?} below {sampled:?}");
+                    if sampled[k] > 0.5 * scale[k] && scale[k] > 0.0 {
+                        worst[k] = worst[k].max(found[k] / sampled[k]);
+                    }
+                }
+            }
+        }
+        println!("{name}: bound / sampled, worst box: {worst:.4?}");
+        assert!(worst.iter().all(|&w| w <= limit), "{name}: {worst:?} over {limit}");
+    }
+}
+
+#[test]
+fn turning_is_an_upper_bound_and_exact_on_arcs() {
+    for (name, surface, _) in cases() {
+        let patches = BezierPatches::new(&surface);
+        let bounds = SurfaceBounds::new(&patches);
+        for i in 0..bounds.breaks_u.len() - 1 {
+            for j in 0..bounds.breaks_v.len() - 1 {
+                let (u, v) =
+                    ((bounds.breaks_u[i], bounds.breaks_u[i + 1]), (bounds.breaks_v[j], bounds.breaks_v[j + 1]));
+                let cell = bounds.cell(i, j);
+                for k in 0..=10 {
+                    let s = 1e-5 + (1.0 - 2e-5) * k as f64 / 10.0;
+                    let (mu, mv) = (u.0 + (u.1 - u.0) * s, v.0 + (v.1 - v.0) * s);
+                    let (along_u, along_v) =
+                        (turning(&patches, (u.0, mv), (u.1, mv)), turning(&patches, (mu, v.0), (mu, v.1)));
+                    let slack = |theta: f64| theta * 1.01 + 1e-6;
+                    assert!(along_u <= slack(cell.turn_u), "{name}: {along_u} > {}", cell.turn_u);
+                    assert!(along_v <= slack(cell.turn_v), "{name}: {along_v} > {}", cell.turn_v);
+                }
+            }
+        }
+    }
+    let cylinder = Surface::Cylinder { frame: Frame3::WORLD, radius: 2.0 }.to_nurbs((0.0, TAU), (0.0, 9.0)).0;
+    let bounds = SurfaceBounds::new(&BezierPatches::new(&cylinder));
+    let around: f64 = bounds.cells.iter().map(|c| c.turn_u).sum();
+    assert!((around - TAU).abs() < 1e-3 * TAU, "{around}");
+}
+
+#[test]
+fn straight_directions_are_exactly_zero() {
+    let frame = Frame3::from_axis(DVec3::new(1e4, -2e4, 7.0), DVec3::new(1.0, 2.0, 3.0), DVec3::Y).unwrap();
+    let curve = NurbsCurve3::arc(&frame, 3.0, 2.0, 0.1, 5.0);
+    let skewed = Frame3 { origin: frame.origin + DVec3::new(7.0, 1.0, 2.0), ..frame };
+    let table = |s: Surface, u, v| SurfaceBounds::new(&BezierPatches::new(&s.to_nurbs(u, v).0));
+    let (cylinder, cone) =
+        (Surface::Cylinder { frame, radius: 2.0 }, Surface::Cone { frame: skewed, radius: 2.0, half_angle: -0.7 });
+    let tube = Surface::Extrusion { curve, direction: DVec3::new(0.3, 5.0, -1.0) };
+    for (surface, u, v) in
+        [(cylinder, (0.3, 4.0), (-3.0, 1e3)), (cone, (0.0, TAU), (-4.0, 2.0)), (tube, (0.1, 5.0), (0.2, 7.0))]
+    {
+        let twisted = matches!(surface, Surface::Cone { .. });
+        for cell in table(surface.clone(), u, v).cells {
+            assert_eq!(cell.vv, 0.0);
+            assert!(cell.uu > 0.0 && (cell.uv > 0.0) == twisted);
+            assert!(cell.turn_v < 1e-6 && cell.turn_u > 0.1);
+        }
+    }
+    let plane = table(Surface::Plane { frame }, (-300.0, 200.0), (1.0, 5.0));
+    assert_eq!(plane.cells.len(), 1);
+    assert_eq!((plane.cells[0].uu, plane.cells[0].uv, plane.cells[0].vv), (0.0, 0.0, 0.0));
+    assert_eq!((plane.cells[0].turn_u, plane.cells[0].turn_v), (0.0, 0.0));
+    assert!((plane.cells[0].u - 1.0).abs() < 1e-12 && (plane.cells[0].v - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn curve_bounds_hold_and_are_tight() {
+    let frame = Frame3::WORLD;
+    let wavy = |degree: usize, weights: Vec<f64>| NurbsCurve3 {
+        degree,
+        knots: [vec![0.0; degree + 1], vec![0.8], vec![2.0; degree + 1]].concat(),
+        points: (0..degree + 2).map(|i| DVec3::new(i as f64, (1.7 * i as f64).sin(), (i as f64).cos())).collect(),
+        weights,
+    };
+    let cases = [
+        (NurbsCurve3::arc(&frame, 3.0, 3.0, 0.0, TAU), 1.02),
+        (NurbsCurve3::arc(&frame, 3.0, 0.5, 0.3, 2.0), 1.06),
+        (wavy(3, Vec::new()), 1.02),
+        (wavy(5, Vec::new()), 1.03),
+        (wavy(3, vec![0.7, 1.3, 1.0, 0.8, 1.2]), 1.06),
+    ];
+    for (curve, limit) in cases {
+        let spline = BezierSpline3::new(&curve, curve.domain());
+        let bounds = CurveBounds::new(&spline);
+        assert_eq!(bounds.strips.len(), 4 * spline.segments());
+        let most = bounds.strips.iter().fold(0.0_f64, |most, s| most.max(s.second));
+        for (strip, ends) in bounds.strips.iter().zip(bounds.breaks.windows(2)) {
+            let samples: Vec<_> = (0..=200)
+                .map(|k| spline.derivatives(ends[0] + (ends[1] - ends[0]) * (1e-9 + (1.0 - 2e-9) * k as f64 / 200.0)))
+                .collect();
+            let first = samples.iter().fold(0.0_f64, |m, d| m.max(d.d1.length()));
+            let second = samples.iter().fold(0.0_f64, |m, d| m.max(d.d2.length()));
+            let turned: f64 =
+                samples.windows(2).map(|d| d[0].d1.angle_between(d[1].d1)).filter(|a| a.is_finite()).sum();
+            assert!(strip.first >= first * (1.0 - 1e-9) && strip.first <= limit * first);
+            assert!(strip.second >= second * (1.0 - 1e-9) && (strip.second <= limit * second || second < 0.2 * most));
+            assert!(
+                strip.turn >= 0.99 * turned - 1e-6 && strip.turn <= 1.15 * turned + 1e-3,
+                "{} {turned}",
+                strip.turn
+            );
+        }
+    }
+    let line = NurbsCurve3::line(DVec3::new(1e3, 2.0, 3.0), DVec3::new(1e3 + 1.0, 2.5, 3.7));
+    let bounds = CurveBounds::new(&BezierSpline3::new(&line, (0.2, 0.9)));
+    assert!(bounds.is_straight());
+    assert_eq!((bounds.strips.len(), bounds.strips[0].second, bounds.strips[0].turn), (1, 0.0, 0.0));
+}
+
+#[test]
+fn finely_cut_surfaces_get_small_tables() {
+    let n = 80;
+    let knots: Vec<f64> = [vec![0.0; 3], (0..=n).map(f64::from).collect(), vec![f64::from(n); 3]].concat();
+    let count = n as usize + 3;
+    let points = (0..count * 2).map(|k| DVec3::new((k / 2) as f64, (k % 2) as f64, (k as f64).sin())).collect();
+    let surface = NurbsSurface {
+        degree_u: 3,
+        degree_v: 1,
+        knots_u: knots,
+        knots_v: vec![0.0, 0.0, 1.0, 1.0],
+        points,
+        weights: Vec::new(),
+    };
+    assert_eq!(SurfaceBounds::new(&BezierPatches::new(&surface)).cells.len(), n as usize);
+}
