@@ -27,10 +27,6 @@ impl Tile {
     pub(crate) fn input(&self) -> TrimInput<'_> {
         TrimInput { cells: self.cells, points: &self.points, loop_starts: &self.loop_starts }
     }
-
-    pub(crate) fn area(&self) -> f64 {
-        self.loop_starts.windows(2).map(|w| area(&self.points[w[0] as usize..w[1] as usize])).sum()
-    }
 }
 
 /// Signed area of a polygon, relative to its first point so that small loops far out keep their digits.
@@ -68,7 +64,6 @@ pub(crate) fn position(input: &TrimInput<'_>, out: &TrimOutput, vertex: u32) -> 
 /// What [`check`] measured.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facts {
-    pub(crate) triangles: usize,
     pub(crate) area: f64,
     /// Smallest angle of the trim triangles, degrees.
     pub(crate) min_angle: f64,
@@ -94,7 +89,7 @@ pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Res
     }
     let all = all_triangles(input, out);
     let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
-    let mut facts = Facts { triangles: all.len(), area: 0.0, min_angle: 180.0 };
+    let mut facts = Facts { area: 0.0, min_angle: 180.0 };
     for (index, triangle) in all.iter().enumerate() {
         if triangle.iter().any(|&v| v >= total) {
             return Err(format!("triangle {triangle:?} names a vertex that does not exist"));

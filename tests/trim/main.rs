@@ -2,3 +2,5 @@
 
 mod cases;
 mod checker;
+mod fuzz;
+mod generator;

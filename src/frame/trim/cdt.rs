@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 use spade::handles::{FixedDirectedEdgeHandle, FixedVertexHandle};
-use spade::{ConstrainedDelaunayTriangulation, InsertionError, Point2, Triangulation};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
@@ -33,6 +33,19 @@ pub(super) struct Region {
     pub(super) overlapping: bool,
 }
 
+/// What to do where segments cross, or pass through a vertex.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum AtCrossings {
+    /// Split them there.
+    Split,
+    /// Give up.
+    Refuse,
+}
+
+/// The segments cross, or a coordinate lies outside the range of `spade`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Refused;
+
 /// Rounds of splitting crossing segments. Each round can only meet crossings that the rounding of the round before made;
 /// random self-crossing loops need two or three.
 const MAX_ROUNDS: usize = 8;
@@ -42,7 +55,7 @@ const SMALLEST: f64 = 1.8e-43;
 
 /// Triangulates the region of positive winding number. `sites` may repeat coordinates (one vertex then carries several
 /// indices: a triangle names the one whose segment starts the sector it lies in), and may hold points without segments.
-pub(super) fn triangulate(sites: &[DVec2], segments: &[Segment]) -> Result<Region, InsertionError> {
+pub(super) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: AtCrossings) -> Result<Region, Refused> {
     let classes = Classes::of(sites);
     let mut positions: Vec<Point2<f64>> = classes.first.iter().map(|&s| snapped(sites[s as usize])).collect();
     let mut parts: Vec<Part> = Vec::with_capacity(segments.len());
@@ -52,19 +65,24 @@ pub(super) fn triangulate(sites: &[DVec2], segments: &[Segment]) -> Result<Regio
             parts.push(Part { ends, weight: segment.weight, owner: index as u32 });
         }
     }
-    let real = positions.len();
-    for round in 0.. {
-        let mut cdt = Cdt::bulk_load_cdt(positions.clone(), Vec::new())?;
-        let conflicts = add_constraints(&mut cdt, &mut parts, round + 1 == MAX_ROUNDS);
+    let (whole, real) = (parts.len(), positions.len());
+    let mut rounds = 1;
+    let cdt = loop {
+        let mut cdt = Cdt::bulk_load_cdt(positions.clone(), Vec::new()).map_err(|_| Refused)?;
+        let conflicts = add_constraints(&mut cdt, &mut parts, rounds == MAX_ROUNDS);
+        if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
+            return Err(Refused);
+        }
         if conflicts.is_empty() {
-            let mut region = label(&cdt, &parts, segments.len());
-            region.crossings.extend(positions[real..].iter().map(|p| DVec2::new(p.x, p.y)));
-            classes.name_corners(&mut region, &cdt, &parts, segments, sites.len());
-            return Ok(region);
+            break cdt;
         }
         split(&mut positions, &mut parts, &conflicts);
-    }
-    unreachable!("the last round reports no conflicts")
+        rounds += 1;
+    };
+    let mut region = label(&cdt, &parts, segments.len());
+    region.crossings.extend(positions[real..].iter().map(|p| DVec2::new(p.x, p.y)));
+    classes.name_corners(&mut region, &cdt, &parts, segments, sites.len());
+    Ok(region)
 }
 
 /// A piece of a segment between two vertices.

@@ -7,7 +7,7 @@
 
 use glam::DVec2;
 
-use super::cdt::{self, Segment};
+use super::cdt::{self, AtCrossings, Segment};
 use super::{TrimError, TrimInput, TrimOutcome, TrimOutput};
 
 /// Lattice corners nearer to a segment than this, in cells, are not vertices. It bounds the worst angle that a corner next to
@@ -80,7 +80,7 @@ pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
             }
         }
     }
-    let region = match cdt::triangulate(&sites, &segments) {
+    let region = match cdt::triangulate(&sites, &segments, AtCrossings::Split) {
         Ok(region) => region,
         // `spade` refuses coordinates that are not finite or beyond its range; validated points are neither.
         Err(_) => return TrimOutcome::Repaired { split: 0, unused: tessellant_segments as u32 },
