@@ -11,5 +11,14 @@ pub mod model;
 /// Files to [`model`]: STEP.
 pub mod import;
 
+/// Paid once per model: Bézier patches, pcurves, tiles, shared edges, bounds.
+pub mod prepare;
+
 /// Output vocabulary: patch meshes, batches, scene description, sinks, checks.
 pub mod mesh;
+
+/// Paid every frame: from a tolerance or a view to the triangles of one tile.
+pub mod frame;
+
+/// Master, workers and the render thread.
+pub mod parallel;
