@@ -2,6 +2,9 @@
 //!
 //! The modules below stand in the order in which data flows through them.
 
+/// The vector types of this crate's interface.
+pub use glam;
+
 /// Bernstein algebra, bounds, roots, exact predicates, tolerances. Knows no surfaces.
 pub mod math;
 

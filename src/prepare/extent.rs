@@ -1,4 +1,4 @@
-//! Prepared parts and instances to the diagonal of the placed model's box: of what is kept, never of control points.
+//! Prepared parts and instances to the placed model's box: of what is kept, never of control points.
 
 use super::region::winding_about;
 use super::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile, UvCurve};
@@ -9,8 +9,8 @@ use glam::{DVec2, DVec3};
 /// point to 0.1 % of the radius.
 const SAMPLES: usize = 4;
 
-/// Diagonal of the box of all instances, within about 0.1 %; 0 for an empty model.
-pub(super) fn diagonal(parts: &[PreparedPart], instances: &[SceneInstance]) -> f64 {
+/// Lower and upper corner of the box of all instances, within about 0.1 %; `None` for an empty model.
+pub(super) fn placed_box(parts: &[PreparedPart], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
     let clouds: Vec<Vec<DVec3>> = parts.iter().map(cloud).collect();
     let mut bounds = Bounds::EMPTY;
     for i in instances {
@@ -18,8 +18,7 @@ pub(super) fn diagonal(parts: &[PreparedPart], instances: &[SceneInstance]) -> f
             bounds.add(i.transform.transform_point3(*p));
         }
     }
-    let d = (bounds.high - bounds.low).length();
-    if d.is_finite() { d } else { 0.0 }
+    (bounds.high - bounds.low).is_finite().then_some([bounds.low, bounds.high])
 }
 
 struct Bounds {

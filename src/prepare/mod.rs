@@ -74,8 +74,9 @@ fn prepare_all(model: Model) -> Prepared {
         diagnostics.extend(found);
     }
     let scene = scene(&model);
-    let diagonal = extent::diagonal(&parts, &scene.instances);
-    Prepared { parts, scene, diagnostics, diagonal }
+    let bounds = extent::placed_box(&parts, &scene.instances);
+    let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
+    Prepared { parts, scene, diagnostics, bounds, diagonal }
 }
 
 fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {

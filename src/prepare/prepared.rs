@@ -111,7 +111,10 @@ pub struct Prepared {
     pub scene: Scene,
     /// The model's diagnostics and prepare's own.
     pub diagnostics: Vec<Diagnostic>,
-    /// Diagonal of the box of the trimmed, placed model, millimetres, within about 0.1 %.
+    /// Lower and upper corner of the box of the trimmed, placed model, millimetres, within about 0.1 %; `None` if nothing
+    /// is placed.
+    pub bounds: Option<[DVec3; 2]>,
+    /// Diagonal of that box; 0 without one.
     pub diagonal: f64,
 }
 

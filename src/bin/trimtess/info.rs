@@ -65,7 +65,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     let mut info = Info::of(&model, args.input.name());
     progress.stage("preparing");
     let prepared = prepare(model, &PrepareOptions::DEFAULT);
-    info.r#box = prepared.bounds.map(|(low, high)| [low.to_array(), high.to_array()]);
+    info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
     info.diagnostics = prepared
         .diagnostics

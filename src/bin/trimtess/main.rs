@@ -4,6 +4,7 @@ mod info;
 mod input;
 mod logging;
 mod progress;
+#[cfg(feature = "wgpu")]
 mod render;
 mod report;
 mod tessellate;
@@ -51,6 +52,7 @@ enum Command {
     /// A file to triangles: GLB, STL, PLY or OBJ.
     Tessellate(tessellate::TessellateArgs),
     /// A file to a picture: PNG.
+    #[cfg(feature = "wgpu")]
     Render(render::RenderArgs),
 }
 
@@ -59,6 +61,7 @@ impl Command {
         match self {
             Self::Info(args) => &args.input,
             Self::Tessellate(args) => &args.input,
+            #[cfg(feature = "wgpu")]
             Self::Render(args) => &args.input,
         }
     }
@@ -137,6 +140,7 @@ fn run(cli: Cli, laps: report::Laps) -> Result<Done, Failure> {
         match command {
             Command::Info(args) => info::run(&args, &common),
             Command::Tessellate(args) => tessellate::run(&args, &common, laps),
+            #[cfg(feature = "wgpu")]
             Command::Render(args) => render::run(&args, &common, laps),
         }
     };
