@@ -3,6 +3,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
 use std::hint::black_box;
+use trimtess::math::bounds::patch_bounds;
 use trimtess::model::NurbsSurface;
 use trimtess::prepare::{BezierPatches, SurfaceBounds};
 
@@ -24,6 +25,11 @@ fn tables(c: &mut Criterion) {
         let kind = if rational { "rational" } else { "polynomial" };
         group.bench_function(BenchmarkId::new(kind, format!("{degree_u}x{degree_v}")), |b| {
             b.iter(|| SurfaceBounds::new(black_box(&patches)));
+        });
+        let net = patches.patch(0, 0);
+        group.throughput(Throughput::Elements(1));
+        group.bench_function(BenchmarkId::new(format!("one net, {kind}"), format!("{degree_u}x{degree_v}")), |b| {
+            b.iter(|| patch_bounds(degree_u + 1, black_box(net), rational));
         });
     }
     group.finish();

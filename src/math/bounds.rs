@@ -5,8 +5,8 @@
 //! and bounded by the largest ratio of coefficients (mediant inequality), which needs positive weights. Within a fifth of
 //! the true supremum on quadrics, within a fiftieth on halves of them.
 
+use super::bernstein::binomials;
 use glam::{DVec3, DVec4};
-use std::ops::{AddAssign, Mul};
 
 /// Upper bounds of the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,13 +35,13 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
     let corner = |k: usize| control[k].truncate() / control[k].w;
     let last = control.len() - 1;
     let centre = 0.25 * (corner(0) + corner(points_v - 1) + corner(last + 1 - points_v) + corner(last));
-    let p = Poly::scaled(points_u, control.iter().map(|c| c.truncate() - centre * c.w));
+    let p = Poly::scaled(points_u, points_v, control.iter().map(|c| c.truncate() - centre * c.w));
     let (pu, pv) = (p.by_u(), p.by_v());
     let (puu, puv, pvv) = (pu.by_u(), pu.by_v(), pv.by_v());
     if !rational {
         return NetBounds { du: pu.hull(), dv: pv.hull(), duu: puu.hull(), duv: puv.hull(), dvv: pvv.hull() };
     }
-    let w = Poly::scaled(points_u, control.iter().map(|c| c.w));
+    let w = Poly::scaled_scalar(points_u, points_v, control.iter().map(|c| c.w));
     let (wu, wv) = (w.by_u(), w.by_v());
     let (wuu, wuv, wvv) = (wu.by_u(), wu.by_v(), wv.by_v());
     let w2 = sum(&[(1.0, &w, &w)]);
@@ -76,55 +76,51 @@ pub fn segment_bounds(control: &[DVec4]) -> (f64, f64) {
     (bounds.du, bounds.duu)
 }
 
-/// A polynomial in two variables by its Bernstein coefficients times binomials, so that products are convolutions.
-struct Poly<T> {
+/// A polynomial in two variables, of `dim` components, by its Bernstein coefficients times binomials, so that products are
+/// convolutions. Components lie together, so that a row is one run of numbers.
+struct Poly {
     nu: usize,
     nv: usize,
-    c: Vec<T>,
+    dim: usize,
+    c: Vec<f64>,
 }
 
-trait Coefficient: Copy + Default + Mul<f64, Output = Self> + AddAssign {}
-impl Coefficient for f64 {}
-impl Coefficient for DVec3 {}
+impl Poly {
+    fn scaled(nu: usize, nv: usize, plain: impl Iterator<Item = DVec3>) -> Self {
+        let scaled = binomial_grid(nu, nv).into_iter().zip(plain).flat_map(|(f, p)| (p * f).to_array());
+        Self { nu, nv, dim: 3, c: scaled.collect() }
+    }
 
-impl<T: Coefficient> Poly<T> {
-    fn scaled(nu: usize, plain: impl Iterator<Item = T>) -> Self {
-        let mut c: Vec<T> = plain.collect();
-        let nv = c.len() / nu;
-        let mut in_u = 1.0;
-        for (i, row) in c.chunks_exact_mut(nv).enumerate() {
-            let mut factor = in_u;
-            for (j, value) in row.iter_mut().enumerate() {
-                *value = *value * factor;
-                factor *= (nv - 1 - j) as f64 / (j + 1) as f64;
-            }
-            in_u *= (nu - 1 - i) as f64 / (i + 1) as f64;
-        }
-        Self { nu, nv, c }
+    fn scaled_scalar(nu: usize, nv: usize, plain: impl Iterator<Item = f64>) -> Self {
+        Self { nu, nv, dim: 1, c: binomial_grid(nu, nv).into_iter().zip(plain).map(|(f, w)| f * w).collect() }
     }
 
     /// The zero polynomial of the given size; of no coefficients if one size is 0.
-    fn zero(nu: usize, nv: usize) -> Self {
-        Self { nu, nv, c: vec![T::default(); nu * nv] }
+    fn zero(nu: usize, nv: usize, dim: usize) -> Self {
+        Self { nu, nv, dim, c: vec![0.0; nu * nv * dim] }
     }
 
     fn by_u(&self) -> Self {
-        let mut d = Self::zero(self.nu.saturating_sub(1), self.nv);
-        for i in 0..d.nu {
-            for j in 0..d.nv {
-                d.c[i * d.nv + j] = self.c[(i + 1) * self.nv + j] * (i + 1) as f64;
-                d.c[i * d.nv + j] += self.c[i * self.nv + j] * -((self.nu - 1 - i) as f64);
+        let mut d = Self::zero(self.nu.saturating_sub(1), self.nv, self.dim);
+        let row = self.nv * self.dim;
+        for (i, out) in d.c.chunks_exact_mut(row).enumerate() {
+            let (up, down) = ((i + 1) as f64, (self.nu - 1 - i) as f64);
+            for (k, x) in out.iter_mut().enumerate() {
+                *x = up * self.c[(i + 1) * row + k] - down * self.c[i * row + k];
             }
         }
         d
     }
 
     fn by_v(&self) -> Self {
-        let mut d = Self::zero(self.nu, self.nv.saturating_sub(1));
-        for i in 0..d.nu {
-            for j in 0..d.nv {
-                d.c[i * d.nv + j] = self.c[i * self.nv + j + 1] * (j + 1) as f64;
-                d.c[i * d.nv + j] += self.c[i * self.nv + j] * -((self.nv - 1 - j) as f64);
+        let mut d = Self::zero(self.nu, self.nv.saturating_sub(1), self.dim);
+        if d.c.is_empty() {
+            return d;
+        }
+        for (out, row) in d.c.chunks_exact_mut(d.nv * d.dim).zip(self.c.chunks_exact(self.nv * self.dim)) {
+            for (k, x) in out.iter_mut().enumerate() {
+                let j = k / self.dim;
+                *x = (j + 1) as f64 * row[k + self.dim] - (self.nv - 1 - j) as f64 * row[k];
             }
         }
         d
@@ -133,11 +129,9 @@ impl<T: Coefficient> Poly<T> {
     /// The same polynomial, `by` degrees higher in u.
     fn raised_u(self, by: usize) -> Self {
         (0..by).fold(self, |low, _| {
-            let mut high = Self::zero(low.nu + 1, low.nv);
-            for (k, &value) in low.c.iter().enumerate() {
-                high.c[k] += value;
-                high.c[k + low.nv] += value;
-            }
+            let mut high = Self::zero(low.nu + 1, low.nv, low.dim);
+            axpy(&mut high.c, 1.0, &low.c);
+            axpy(&mut high.c[low.nv * low.dim..], 1.0, &low.c);
             high
         })
     }
@@ -145,52 +139,62 @@ impl<T: Coefficient> Poly<T> {
     /// The same polynomial, `by` degrees higher in v.
     fn raised_v(self, by: usize) -> Self {
         (0..by).fold(self, |low, _| {
-            let mut high = Self::zero(low.nu, low.nv + 1);
-            for i in 0..low.nu {
-                for j in 0..low.nv {
-                    high.c[i * high.nv + j] += low.c[i * low.nv + j];
-                    high.c[i * high.nv + j + 1] += low.c[i * low.nv + j];
-                }
+            let mut high = Self::zero(low.nu, low.nv + 1, low.dim);
+            let rows = low.c.chunks_exact((low.nv * low.dim).max(1));
+            for (out, row) in high.c.chunks_exact_mut((low.nv + 1) * low.dim).zip(rows) {
+                axpy(out, 1.0, row);
+                axpy(&mut out[low.dim..], 1.0, row);
             }
             high
         })
     }
-}
 
-impl Poly<DVec3> {
     /// The largest length of a plain Bernstein coefficient; 0 without any.
     fn hull(&self) -> f64 {
-        if self.c.is_empty() {
-            return 0.0;
-        }
-        self.ratio(&Poly::scaled(self.nu, std::iter::repeat_n(1.0, self.c.len())))
+        self.most(&binomial_grid(self.nu, self.nv))
     }
 
     /// The largest length of a coefficient over the same coefficient of `below`; 0 without any.
-    fn ratio(&self, below: &Poly<f64>) -> f64 {
-        self.c.iter().zip(&below.c).fold(0.0_f64, |most, (n, &w)| most.max(n.length() / w))
+    fn ratio(&self, below: &Self) -> f64 {
+        self.most(&below.c)
+    }
+
+    fn most(&self, below: &[f64]) -> f64 {
+        let lengths = self.c.chunks_exact(3).map(|n| n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        lengths.zip(below).fold(0.0_f64, |most, (n, &w)| most.max(n / (w * w))).sqrt()
     }
 }
 
-/// `Σ factor · a · b`; all products have the same degrees. Factors without coefficients (derivatives of constants) drop out.
-fn sum<T: Coefficient>(terms: &[(f64, &Poly<f64>, &Poly<T>)]) -> Poly<T> {
+/// `C(nu - 1, i) · C(nv - 1, j)`, u-major.
+fn binomial_grid(nu: usize, nv: usize) -> Vec<f64> {
+    if nu == 0 || nv == 0 {
+        return Vec::new();
+    }
+    let (in_u, in_v) = (binomials(nu - 1), binomials(nv - 1));
+    in_u.iter().flat_map(|u| in_v.iter().map(move |v| u * v)).collect()
+}
+
+/// `to += factor · from` over the shorter of both.
+#[inline]
+fn axpy(to: &mut [f64], factor: f64, from: &[f64]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to += factor * from;
+    }
+}
+
+/// `Σ factor · a · b` with scalar `a`; all products have the same degrees. Factors without coefficients (derivatives of
+/// constants) drop out.
+fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
     let kept = || terms.iter().filter(|(_, a, b)| !a.c.is_empty() && !b.c.is_empty());
-    let Some((_, a, b)) = kept().next() else { return Poly::zero(0, 0) };
-    let mut total = Poly::zero(a.nu + b.nu - 1, a.nv + b.nv - 1);
+    let Some((_, a, b)) = kept().next() else { return Poly::zero(0, 0, terms[0].2.dim) };
+    let mut total = Poly::zero(a.nu + b.nu - 1, a.nv + b.nv - 1, b.dim);
+    let row = total.nv * total.dim;
     for (factor, a, b) in kept() {
         debug_assert_eq!((total.nu, total.nv), (a.nu + b.nu - 1, a.nv + b.nv - 1));
-        for i in 0..a.nu {
-            for j in 0..a.nv {
-                let scale = factor * a.c[i * a.nv + j];
-                if scale == 0.0 {
-                    continue;
-                }
-                for k in 0..b.nu {
-                    let to = &mut total.c[(i + k) * total.nv + j..];
-                    for (out, &value) in to.iter_mut().zip(&b.c[k * b.nv..(k + 1) * b.nv]) {
-                        *out += value * scale;
-                    }
-                }
+        for (k, &value) in a.c.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+            let (i, j) = (k / a.nv, k % a.nv);
+            for (r, run) in b.c.chunks_exact(b.nv * b.dim).enumerate() {
+                axpy(&mut total.c[(i + r) * row + j * b.dim..], factor * value, run);
             }
         }
     }

@@ -34,3 +34,12 @@ mod part;
 pub use part::{
     Coedge, Colour, CurveKind, Diagnostic, Edge, Face, Instance, Loop, Model, Part, Severity, Shell, ShellKind,
 };
+
+mod error;
+pub use error::{ModelError, PartError, SplineError, SurfaceError};
+
+mod validate;
+pub use validate::MAX_DEGREE;
+
+mod builder;
+pub use builder::{ModelBuilder, PartBuilder};

@@ -71,7 +71,7 @@ impl SurfaceBounds {
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
         let (count_u, count_v) = patches.counts();
-        let costly = patches.rational && patches.degree_u.max(patches.degree_v) > 2;
+        let costly = patches.rational && patches.degree_u.min(patches.degree_v) > 1;
         let parts_u = parts(patches.degree_u, count_u, costly);
         let parts_v = parts(patches.degree_v, count_v, costly);
         let breaks_u = subdivided(&patches.breaks_u, parts_u);
@@ -288,10 +288,19 @@ fn most_turning(direction: impl Fn(usize, usize) -> Option<DVec3>) -> f64 {
 fn path(directions: impl Iterator<Item = DVec3>) -> f64 {
     let mut before: Option<DVec3> = None;
     directions.fold(0.0, |sum, d| {
-        let angle = before.map_or(0.0, |b| 2.0 * (0.5 * b.distance(d)).min(1.0).asin());
+        let angle = before.map_or(0.0, |b| chord_angle(b.distance(d)));
         before = Some(d);
         sum + angle
     })
+}
+
+/// The angle of a chord of the unit circle; below 0.1 by its series, good to 10⁻⁹.
+fn chord_angle(chord: f64) -> f64 {
+    if chord < 0.1 {
+        let square = chord * chord;
+        return chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)));
+    }
+    2.0 * (0.5 * chord).min(1.0).asin()
 }
 
 /// How far the tangent of a segment turns.

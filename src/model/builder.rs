@@ -1,0 +1,158 @@
+//! Geometry stated by hand -> checked parts and models.
+
+use super::{
+    Coedge, Colour, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Instance, InstanceId, Loop, Model, ModelError,
+    NurbsCurve3, Part, PartError, PartId, Shell, ShellKind, Surface, VertexId,
+};
+use glam::{DAffine3, DVec3};
+use std::f64::consts::TAU;
+
+/// Collects vertices, edges, shells and faces of one part; [`finish`](Self::finish) checks them.
+///
+/// ```
+/// use trimtess::model::{Frame3, PartBuilder, ShellKind, Surface};
+///
+/// let mut disk = PartBuilder::new("disk");
+/// let rim = disk.circle(&Frame3::WORLD, 5.0);
+/// let shell = disk.open_shell(ShellKind::Open);
+/// disk.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![vec![rim.along()]]);
+/// let part = disk.finish()?;
+/// assert_eq!((part.edges.len(), part.faces.len()), (1, 1));
+/// # Ok::<(), trimtess::model::PartError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct PartBuilder {
+    part: Part,
+}
+
+impl PartBuilder {
+    /// An empty part.
+    #[must_use]
+    pub fn new(name: impl Into<String>) -> Self {
+        Self { part: Part { name: name.into(), ..Part::default() } }
+    }
+
+    /// Colour of faces that have none.
+    pub fn colour(&mut self, colour: Colour) {
+        self.part.colour = Some(colour);
+    }
+
+    /// Adds a vertex.
+    pub fn vertex(&mut self, point: DVec3) -> VertexId {
+        self.part.vertices.push(point);
+        VertexId::new(self.part.vertices.len() - 1)
+    }
+
+    /// Adds an edge.
+    pub fn edge(&mut self, edge: Edge) -> EdgeId {
+        self.part.edges.push(edge);
+        EdgeId::new(self.part.edges.len() - 1)
+    }
+
+    /// Adds an edge along the whole of `curve`.
+    pub fn curve(&mut self, curve: NurbsCurve3, kind: CurveKind, start: VertexId, end: VertexId) -> EdgeId {
+        let range = curve.domain();
+        self.edge(Edge { curve, range, start, end, kind, entity: 0 })
+    }
+
+    /// Adds a straight edge.
+    ///
+    /// # Panics
+    /// If a vertex is not this builder's.
+    pub fn line(&mut self, start: VertexId, end: VertexId) -> EdgeId {
+        let [a, b] = [start, end].map(|v| self.part.vertices[v.index()]);
+        self.curve(NurbsCurve3::line(a, b), CurveKind::Line, start, end)
+    }
+
+    /// Adds a whole circle about the frame's z, with a new vertex on the frame's x axis.
+    pub fn circle(&mut self, frame: &Frame3, radius: f64) -> EdgeId {
+        let vertex = self.vertex(frame.place(DVec3::X * radius));
+        self.curve(NurbsCurve3::arc(frame, radius, radius, 0.0, TAU), CurveKind::Circle, vertex, vertex)
+    }
+
+    /// Adds a shell and returns the number that faces name it by.
+    pub fn shell(&mut self, shell: Shell) -> u32 {
+        self.part.shells.push(shell);
+        u32::try_from(self.part.shells.len() - 1).unwrap_or(u32::MAX)
+    }
+
+    /// Adds a shell that comes from no file.
+    pub fn open_shell(&mut self, kind: ShellKind) -> u32 {
+        self.shell(Shell { kind, entity: 0 })
+    }
+
+    /// Adds a face.
+    pub fn face(&mut self, face: Face) -> FaceId {
+        self.part.faces.push(face);
+        FaceId::new(self.part.faces.len() - 1)
+    }
+
+    /// Adds a face with the normal of its surface, without colour and name, bounded by edges.
+    pub fn plain_face(&mut self, surface: Surface, shell: u32, loops: Vec<Vec<Coedge>>) -> FaceId {
+        let loops = loops.into_iter().map(Loop::Edges).collect();
+        self.face(Face { surface, loops, reversed: false, shell, colour: None, name: String::new(), entity: 0 })
+    }
+
+    /// The part, if it is sound.
+    ///
+    /// # Errors
+    /// The first fault that [`Part::check`] finds.
+    pub fn finish(self) -> Result<Part, PartError> {
+        self.part.check()?;
+        Ok(self.part)
+    }
+}
+
+impl EdgeId {
+    /// The edge as a face uses it in its own direction.
+    #[must_use]
+    pub fn along(self) -> Coedge {
+        Coedge { edge: self, reversed: false, pcurve: None }
+    }
+
+    /// The edge as a face uses it against its direction.
+    #[must_use]
+    pub fn against(self) -> Coedge {
+        Coedge { edge: self, reversed: true, pcurve: None }
+    }
+}
+
+/// Collects parts and their instances; [`finish`](Self::finish) checks what parts alone cannot know.
+#[derive(Clone, Debug)]
+pub struct ModelBuilder {
+    model: Model,
+}
+
+impl ModelBuilder {
+    /// An empty model in millimetres.
+    #[must_use]
+    pub fn new(name: impl Into<String>) -> Self {
+        Self { model: Model { name: name.into(), millimetres_per_unit: 1.0, ..Model::default() } }
+    }
+
+    /// Adds a part, not yet placed.
+    pub fn part(&mut self, part: Part) -> PartId {
+        self.model.parts.push(part);
+        PartId::new(self.model.parts.len() - 1)
+    }
+
+    /// Places a part.
+    pub fn instance(&mut self, instance: Instance) -> InstanceId {
+        self.model.instances.push(instance);
+        InstanceId::new(self.model.instances.len() - 1)
+    }
+
+    /// Places a part without colour and name of its own.
+    pub fn place(&mut self, part: PartId, transform: DAffine3) -> InstanceId {
+        self.instance(Instance { part, transform, colour: None, name: String::new() })
+    }
+
+    /// The model, if it is sound.
+    ///
+    /// # Errors
+    /// The first fault that [`Model::check`] finds.
+    pub fn finish(self) -> Result<Model, ModelError> {
+        self.model.check()?;
+        Ok(self.model)
+    }
+}

@@ -1,0 +1,330 @@
+//! What [`Part::check`](super::Part::check) and [`Model::check`](super::Model::check) refuse, with the numbers that show why.
+
+use super::{EdgeId, FaceId, InstanceId, PartId, VertexId};
+use std::error::Error;
+use std::fmt;
+
+/// Why knots, control points and weights do not make a spline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SplineError {
+    /// The degree is 0 or above [`MAX_DEGREE`](super::MAX_DEGREE).
+    Degree {
+        /// As given.
+        degree: usize,
+    },
+    /// Numbers of knots, control points and degree do not fit: `knots = points + degree + 1`, `points > degree`.
+    Count {
+        /// Polynomial degree.
+        degree: usize,
+        /// Number of knots.
+        knots: usize,
+        /// Number of control points (in this direction).
+        points: usize,
+    },
+    /// There are weights, but not one per control point.
+    Weights {
+        /// Number of weights.
+        weights: usize,
+        /// Number of control points.
+        points: usize,
+    },
+    /// A control point has a coordinate that is infinite or not a number.
+    Point {
+        /// Which.
+        index: usize,
+    },
+    /// A weight is not a positive finite number.
+    Weight {
+        /// Which.
+        index: usize,
+        /// As given.
+        weight: f64,
+    },
+    /// A knot is infinite or not a number.
+    Knot {
+        /// Which.
+        index: usize,
+        /// As given.
+        knot: f64,
+    },
+    /// A knot is less than the one before it.
+    Decreasing {
+        /// Which.
+        index: usize,
+        /// The knot before it.
+        before: f64,
+        /// As given.
+        knot: f64,
+    },
+    /// A knot inside the domain is repeated more than `degree` times (at its ends `degree + 1`): the curve would break.
+    Multiplicity {
+        /// The knot.
+        knot: f64,
+        /// How often it stands.
+        multiplicity: usize,
+        /// How often it may stand.
+        most: usize,
+    },
+    /// First and last parameter are equal.
+    Empty {
+        /// Both.
+        at: f64,
+    },
+}
+
+impl fmt::Display for SplineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Degree { degree } => write!(f, "degree {degree} is not in 1..={}", super::MAX_DEGREE),
+            Self::Count { degree, knots, points } => write!(
+                f,
+                "{knots} knots do not fit {points} control points of degree {degree}: {} knots and at least {} points \
+                 are needed",
+                points + degree + 1,
+                degree + 1
+            ),
+            Self::Weights { weights, points } => write!(f, "{weights} weights for {points} control points"),
+            Self::Point { index } => write!(f, "control point {index} is not finite"),
+            Self::Weight { index, weight } => write!(f, "weight {index} is {weight}, not positive and finite"),
+            Self::Knot { index, knot } => write!(f, "knot {index} is {knot}"),
+            Self::Decreasing { index, before, knot } => {
+                write!(f, "knot {index} is {knot}, less than {before} before it")
+            }
+            Self::Multiplicity { knot, multiplicity, most } => {
+                write!(f, "knot {knot} stands {multiplicity} times, at most {most} are allowed")
+            }
+            Self::Empty { at } => write!(f, "the domain is the single parameter {at}"),
+        }
+    }
+}
+
+impl Error for SplineError {}
+
+/// Why a surface is not one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SurfaceError {
+    /// A spline surface is not one in this direction (weights and points are reported with u).
+    Spline {
+        /// `'u'` or `'v'`.
+        direction: char,
+        /// Why.
+        error: SplineError,
+    },
+    /// The swept curve is not one.
+    Curve(SplineError),
+    /// A radius, an angle or a length is out of its range.
+    Measure {
+        /// Which, with its range.
+        what: &'static str,
+        /// As given.
+        value: f64,
+    },
+    /// The frame's axes are not orthonormal and right-handed.
+    Frame {
+        /// Largest entry of `axesᵀ·axes - 1`, or of `x × y - z`.
+        error: f64,
+    },
+}
+
+impl fmt::Display for SurfaceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Spline { direction, error } => write!(f, "in {direction}: {error}"),
+            Self::Curve(error) => write!(f, "swept curve: {error}"),
+            Self::Measure { what, value } => write!(f, "{what}, but is {value}"),
+            Self::Frame { error } => write!(f, "the frame is not orthonormal and right-handed, by {error:.1e}"),
+        }
+    }
+}
+
+impl Error for SurfaceError {}
+
+/// Why a part is not one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PartError {
+    /// A vertex has a coordinate that is infinite or not a number.
+    Vertex(VertexId),
+    /// An edge's curve is not one.
+    Curve {
+        /// The edge.
+        edge: EdgeId,
+        /// Why.
+        error: SplineError,
+    },
+    /// An edge's range is empty, backwards or outside its curve's domain.
+    Range {
+        /// The edge.
+        edge: EdgeId,
+        /// As given.
+        range: (f64, f64),
+        /// What the curve has.
+        domain: (f64, f64),
+    },
+    /// An edge names a vertex that does not exist.
+    NoVertex {
+        /// The edge, if an edge names it.
+        edge: Option<EdgeId>,
+        /// The face, if a vertex loop names it.
+        face: Option<FaceId>,
+        /// The vertex.
+        vertex: VertexId,
+        /// How many there are.
+        count: usize,
+    },
+    /// An end of an edge's curve misses its vertex.
+    EdgeEnd {
+        /// The edge.
+        edge: EdgeId,
+        /// The vertex.
+        vertex: VertexId,
+        /// By how much, millimetres.
+        distance: f64,
+        /// What is allowed.
+        limit: f64,
+    },
+    /// A face's surface is not one.
+    Surface {
+        /// The face.
+        face: FaceId,
+        /// Why.
+        error: SurfaceError,
+    },
+    /// A face names a shell that does not exist.
+    NoShell {
+        /// The face.
+        face: FaceId,
+        /// The shell.
+        shell: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A loop names an edge that does not exist.
+    NoEdge {
+        /// The face.
+        face: FaceId,
+        /// The edge.
+        edge: EdgeId,
+        /// How many there are.
+        count: usize,
+    },
+    /// A coedge's pcurve is not one.
+    Pcurve {
+        /// The face.
+        face: FaceId,
+        /// The coedge's edge.
+        edge: EdgeId,
+        /// Why.
+        error: SplineError,
+    },
+    /// A loop without edges.
+    EmptyLoop {
+        /// The face.
+        face: FaceId,
+        /// Which of its loops.
+        index: usize,
+    },
+    /// A coedge does not start at the vertex where the one before it ends.
+    OpenLoop {
+        /// The face.
+        face: FaceId,
+        /// Which of its loops.
+        index: usize,
+        /// Where a coedge ends.
+        end: VertexId,
+        /// Where the next one starts.
+        start: VertexId,
+        /// How far apart, millimetres.
+        distance: f64,
+    },
+    /// A face without loops on a surface that is not bounded.
+    Unbounded(FaceId),
+}
+
+impl fmt::Display for PartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Vertex(v) => write!(f, "vertex {} is not finite", v.0),
+            Self::Curve { edge, error } => write!(f, "curve of edge {}: {error}", edge.0),
+            Self::Range { edge, range: (a, b), domain: (c, d) } => {
+                write!(f, "edge {} runs from {a} to {b}, its curve from {c} to {d}", edge.0)
+            }
+            Self::NoVertex { edge, face, vertex, count } => {
+                match (edge, face) {
+                    (Some(edge), _) => write!(f, "edge {}", edge.0)?,
+                    (None, Some(face)) => write!(f, "face {}", face.0)?,
+                    (None, None) => {}
+                }
+                write!(f, " names vertex {} of {count}", vertex.0)
+            }
+            Self::EdgeEnd { edge, vertex, distance, limit } => write!(
+                f,
+                "edge {} misses its vertex {} by {distance:.3e} mm, more than {limit:.3e} mm",
+                edge.0, vertex.0
+            ),
+            Self::Surface { face, error } => write!(f, "surface of face {}: {error}", face.0),
+            Self::NoShell { face, shell, count } => write!(f, "face {} names shell {shell} of {count}", face.0),
+            Self::NoEdge { face, edge, count } => write!(f, "face {} names edge {} of {count}", face.0, edge.0),
+            Self::Pcurve { face, edge, error } => write!(f, "pcurve of edge {} on face {}: {error}", edge.0, face.0),
+            Self::EmptyLoop { face, index } => write!(f, "loop {index} of face {} has no edges", face.0),
+            Self::OpenLoop { face, index, end, start, distance } => write!(
+                f,
+                "loop {index} of face {} is open: a coedge ends at vertex {}, the next starts at vertex {}, {distance:.3e} mm \
+                 away",
+                face.0, end.0, start.0
+            ),
+            Self::Unbounded(face) => write!(f, "face {} has no loops and its surface no bounds", face.0),
+        }
+    }
+}
+
+impl Error for PartError {}
+
+/// Why a model is not one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModelError {
+    /// A part is not one.
+    Part {
+        /// Which.
+        part: PartId,
+        /// Why.
+        error: PartError,
+    },
+    /// An instance names a part that does not exist.
+    NoPart {
+        /// The instance.
+        instance: InstanceId,
+        /// The part.
+        part: PartId,
+        /// How many there are.
+        count: usize,
+    },
+    /// An instance's transform is not a rigid motion with a uniform scale.
+    Transform {
+        /// The instance.
+        instance: InstanceId,
+        /// How far `MᵀM / scale²` is from the identity (not a number for transforms that are not finite).
+        error: f64,
+    },
+    /// Millimetres per unit are not positive and finite.
+    Unit {
+        /// As given.
+        millimetres: f64,
+    },
+}
+
+impl fmt::Display for ModelError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Part { part, error } => write!(f, "part {}: {error}", part.0),
+            Self::NoPart { instance, part, count } => {
+                write!(f, "instance {} names part {} of {count}", instance.0, part.0)
+            }
+            Self::Transform { instance, error } => {
+                write!(f, "instance {} is not placed by a rigid motion and a uniform scale, by {error:.1e}", instance.0)
+            }
+            Self::Unit { millimetres } => write!(f, "a unit of {millimetres} mm"),
+        }
+    }
+}
+
+impl Error for ModelError {}

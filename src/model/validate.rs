@@ -1,0 +1,273 @@
+//! Curves, surfaces, parts and models -> nothing, or the first reason why they are refused.
+//!
+//! What passes satisfies every condition that evaluation and preparation rely on; they check none of it again.
+
+use super::nurbs_surface::extent;
+use super::{
+    Coedge, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, Model, ModelError, NurbsCurve, NurbsSurface,
+    Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
+};
+use glam::{DMat3, DVec3};
+use std::f64::consts::FRAC_PI_2;
+
+/// Highest degree. CAD kernels write up to 25; cost grows with the square, binomials stay exact in f64 well beyond.
+pub const MAX_DEGREE: usize = 60;
+
+/// How far frames and placements may be from orthonormal: files print directions with as few as six digits.
+const NOT_ORTHONORMAL: f64 = 1e-4;
+
+/// Share of the part's size by which an edge may miss its vertex.
+const EDGE_GAP: f64 = 1e-4;
+
+impl<P: ControlPoint> NurbsCurve<P> {
+    /// Whether degree, knots, points and weights make a curve.
+    ///
+    /// # Errors
+    /// The first condition of [`NurbsCurve`] that does not hold.
+    pub fn check(&self) -> Result<(), SplineError> {
+        knots(self.degree, &self.knots, self.points.len())?;
+        net(&self.points, &self.weights)
+    }
+}
+
+impl NurbsSurface {
+    /// Whether degrees, knots, points and weights make a surface.
+    ///
+    /// # Errors
+    /// The first condition of [`NurbsSurface`] that does not hold.
+    pub fn check(&self) -> Result<(), SurfaceError> {
+        let along = |direction: char| move |error| SurfaceError::Spline { direction, error };
+        let (count_u, count_v) = (self.count_u(), self.count_v());
+        knots(self.degree_u, &self.knots_u, count_u).map_err(along('u'))?;
+        knots(self.degree_v, &self.knots_v, count_v).map_err(along('v'))?;
+        if count_u.checked_mul(count_v) != Some(self.points.len()) {
+            let points = self.points.len() / count_v;
+            let error = SplineError::Count { degree: self.degree_u, knots: self.knots_u.len(), points };
+            return Err(along('u')(error));
+        }
+        net(&self.points, &self.weights).map_err(along('u'))
+    }
+}
+
+/// Knots against the rules and the number of points.
+fn knots(degree: usize, knots: &[f64], points: usize) -> Result<(), SplineError> {
+    if !(1..=MAX_DEGREE).contains(&degree) {
+        return Err(SplineError::Degree { degree });
+    }
+    if points <= degree || knots.len() != points + degree + 1 {
+        return Err(SplineError::Count { degree, knots: knots.len(), points });
+    }
+    if let Some(index) = knots.iter().position(|k| !k.is_finite()) {
+        return Err(SplineError::Knot { index, knot: knots[index] });
+    }
+    if let Some(index) = (1..knots.len()).find(|&i| knots[i] < knots[i - 1]) {
+        return Err(SplineError::Decreasing { index, before: knots[index - 1], knot: knots[index] });
+    }
+    let (a, b) = super::knots::domain(degree, knots);
+    if a >= b {
+        return Err(SplineError::Empty { at: a });
+    }
+    for run in knots.chunk_by(|a, b| a == b) {
+        let most = if run[0] > a && run[0] < b { degree } else { degree + 1 };
+        if run.len() > most {
+            return Err(SplineError::Multiplicity { knot: run[0], multiplicity: run.len(), most });
+        }
+    }
+    Ok(())
+}
+
+/// Points and weights.
+fn net<P: ControlPoint>(points: &[P], weights: &[f64]) -> Result<(), SplineError> {
+    if !weights.is_empty() && weights.len() != points.len() {
+        return Err(SplineError::Weights { weights: weights.len(), points: points.len() });
+    }
+    if let Some(index) = points.iter().position(|p| !p.finite()) {
+        return Err(SplineError::Point { index });
+    }
+    match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
+        Some(index) => Err(SplineError::Weight { index, weight: weights[index] }),
+        None => Ok(()),
+    }
+}
+
+impl Surface {
+    /// Whether the surface's numbers are in their ranges.
+    ///
+    /// # Errors
+    /// The first condition of [`Surface`] that does not hold.
+    pub fn check(&self) -> Result<(), SurfaceError> {
+        let measure = |what: &'static str, value: f64, holds: bool| {
+            if holds && value.is_finite() { Ok(()) } else { Err(SurfaceError::Measure { what, value }) }
+        };
+        let positive = |what, value: f64| measure(what, value, value > 0.0);
+        match self {
+            Self::Plane { frame } => orthonormal(frame),
+            Self::Cylinder { frame, radius } => {
+                orthonormal(frame)?;
+                positive("a cylinder's radius is positive", *radius)
+            }
+            Self::Cone { frame, radius, half_angle } => {
+                orthonormal(frame)?;
+                measure("a cone's radius is not negative", *radius, *radius >= 0.0)?;
+                let holds = half_angle.abs() < FRAC_PI_2 && *half_angle != 0.0;
+                measure("a cone's half angle is in (-π/2, π/2) and not 0", *half_angle, holds)
+            }
+            Self::Sphere { frame, radius } => {
+                orthonormal(frame)?;
+                positive("a sphere's radius is positive", *radius)
+            }
+            Self::Torus { frame, major, minor } => {
+                orthonormal(frame)?;
+                measure("a torus's major radius is not negative", *major, *major >= 0.0)?;
+                positive("a torus's minor radius is positive", *minor)
+            }
+            Self::Extrusion { curve, direction } => {
+                curve.check().map_err(SurfaceError::Curve)?;
+                positive("the length of an extrusion's direction is positive", direction.length())
+            }
+            Self::Revolution { curve, frame } => {
+                curve.check().map_err(SurfaceError::Curve)?;
+                orthonormal(frame)
+            }
+            Self::Nurbs(surface) => surface.check(),
+        }
+    }
+}
+
+fn orthonormal(frame: &Frame3) -> Result<(), SurfaceError> {
+    let axes = DMat3::from_cols(frame.x, frame.y, frame.z);
+    let error = (axes.transpose() * axes - DMat3::IDENTITY)
+        .to_cols_array()
+        .into_iter()
+        .chain((frame.x.cross(frame.y) - frame.z).to_array())
+        .fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x.abs()) });
+    if error <= NOT_ORTHONORMAL && frame.origin.is_finite() { Ok(()) } else { Err(SurfaceError::Frame { error }) }
+}
+
+impl Part {
+    /// Whether everything in the part is defined and fits together: splines, ranges, ids, loops that close, edges that reach
+    /// their vertices (within 10⁻⁴ of the part's size).
+    ///
+    /// Geometry is not compared with topology beyond that: loops may cross, edges may leave their surface.
+    /// O(everything stored).
+    ///
+    /// # Errors
+    /// The first fault, in the order vertices, edges, faces.
+    pub fn check(&self) -> Result<(), PartError> {
+        if let Some(index) = self.vertices.iter().position(|p| !p.is_finite()) {
+            return Err(PartError::Vertex(VertexId::new(index)));
+        }
+        let size = self.edges.iter().fold(2.0 * extent(&self.vertices), |s, e| s.max(2.0 * extent(&e.curve.points)));
+        for index in 0..self.edges.len() {
+            self.check_edge(EdgeId::new(index), EDGE_GAP * size)?;
+        }
+        for (index, face) in self.faces.iter().enumerate() {
+            self.check_face(FaceId::new(index), face)?;
+        }
+        Ok(())
+    }
+
+    fn check_edge(&self, id: EdgeId, limit: f64) -> Result<(), PartError> {
+        let edge = &self.edges[id.index()];
+        edge.curve.check().map_err(|error| PartError::Curve { edge: id, error })?;
+        let (a, b) = edge.range;
+        let domain = edge.curve.domain();
+        // Rounding of the file's arithmetic may put an end beyond the last knot.
+        let slack = 1e-9 * (domain.1 - domain.0);
+        if !(a < b && a >= domain.0 - slack && b <= domain.1 + slack) {
+            return Err(PartError::Range { edge: id, range: edge.range, domain });
+        }
+        for (vertex, t) in [(edge.start, a), (edge.end, b)] {
+            let count = self.vertices.len();
+            let Some(&point) = self.vertices.get(vertex.index()) else {
+                return Err(PartError::NoVertex { edge: Some(id), face: None, vertex, count });
+            };
+            let distance = point.distance(edge.curve.point(t));
+            if distance > limit {
+                return Err(PartError::EdgeEnd { edge: id, vertex, distance, limit });
+            }
+        }
+        Ok(())
+    }
+
+    fn check_face(&self, id: FaceId, face: &Face) -> Result<(), PartError> {
+        face.surface.check().map_err(|error| PartError::Surface { face: id, error })?;
+        if face.shell as usize >= self.shells.len() {
+            return Err(PartError::NoShell { face: id, shell: face.shell, count: self.shells.len() });
+        }
+        let finite = |(a, b): (f64, f64)| a.is_finite() && b.is_finite();
+        if face.loops.is_empty() && !face.surface.natural_domain().into_iter().all(finite) {
+            return Err(PartError::Unbounded(id));
+        }
+        for (index, boundary) in face.loops.iter().enumerate() {
+            match boundary {
+                Loop::Vertex(vertex) if vertex.index() >= self.vertices.len() => {
+                    let count = self.vertices.len();
+                    return Err(PartError::NoVertex { edge: None, face: Some(id), vertex: *vertex, count });
+                }
+                Loop::Vertex(_) => {}
+                Loop::Edges(coedges) => self.check_loop(id, index, coedges)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn check_loop(&self, face: FaceId, index: usize, coedges: &[Coedge]) -> Result<(), PartError> {
+        let Some(last) = coedges.last() else { return Err(PartError::EmptyLoop { face, index }) };
+        for coedge in coedges {
+            if coedge.edge.index() >= self.edges.len() {
+                return Err(PartError::NoEdge { face, edge: coedge.edge, count: self.edges.len() });
+            }
+            if let Some(pcurve) = &coedge.pcurve {
+                pcurve.check().map_err(|error| PartError::Pcurve { face, edge: coedge.edge, error })?;
+            }
+        }
+        let ends = |coedge: &Coedge| {
+            let edge = &self.edges[coedge.edge.index()];
+            if coedge.reversed { (edge.end, edge.start) } else { (edge.start, edge.end) }
+        };
+        let mut end = ends(last).1;
+        for coedge in coedges {
+            let (start, next) = ends(coedge);
+            if start != end {
+                let distance = self.vertices[end.index()].distance(self.vertices[start.index()]);
+                return Err(PartError::OpenLoop { face, index, end, start, distance });
+            }
+            end = next;
+        }
+        Ok(())
+    }
+}
+
+impl Model {
+    /// Whether all parts are sound, instances name parts, and placements are rigid up to a uniform scale.
+    ///
+    /// # Errors
+    /// The first fault: parts, then instances.
+    pub fn check(&self) -> Result<(), ModelError> {
+        if !(self.millimetres_per_unit > 0.0 && self.millimetres_per_unit.is_finite()) {
+            return Err(ModelError::Unit { millimetres: self.millimetres_per_unit });
+        }
+        for (index, part) in self.parts.iter().enumerate() {
+            part.check().map_err(|error| ModelError::Part { part: PartId::new(index), error })?;
+        }
+        for (index, instance) in self.instances.iter().enumerate() {
+            let id = InstanceId::new(index);
+            let count = self.parts.len();
+            if instance.part.index() >= count {
+                return Err(ModelError::NoPart { instance: id, part: instance.part, count });
+            }
+            let m = instance.transform.matrix3;
+            let square = m.transpose() * m;
+            let scale = (square.x_axis.x + square.y_axis.y + square.z_axis.z) / 3.0;
+            let off = (square * (1.0 / scale) - DMat3::IDENTITY).to_cols_array().into_iter();
+            let error =
+                off.fold(0.0_f64, |most, x| if most.is_nan() || x.is_nan() { f64::NAN } else { most.max(x.abs()) });
+            let finite: DVec3 = instance.transform.translation;
+            if !(error <= NOT_ORTHONORMAL && finite.is_finite()) {
+                return Err(ModelError::Transform { instance: id, error });
+            }
+        }
+        Ok(())
+    }
+}
