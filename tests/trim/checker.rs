@@ -157,3 +157,41 @@ fn on_border_of(input: &TrimInput<'_>, out: &TrimOutput, edge: [u32; 2], exact: 
         })
     })
 }
+
+/// Points of positive winding number are covered by one triangle, others by none. Points within 1e-6 of a segment are skipped.
+pub(crate) fn check_cover(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
+    let all = all_triangles(input, out);
+    let size = DVec2::new(f64::from(input.cells.0), f64::from(input.cells.1));
+    for k in 0..400u32 {
+        // Two irrational strides fill the tile evenly.
+        let p = size * DVec2::new(f64::from(k) * 0.754_877_666, f64::from(k) * 0.569_840_291).fract();
+        let (mut number, mut near) = (0, false);
+        for w in input.loop_starts.windows(2) {
+            let points = &input.points[w[0] as usize..w[1] as usize];
+            for (k, &a) in points.iter().enumerate() {
+                let b = points[(k + 1) % points.len()];
+                let d = b - a;
+                let t = ((p - a).dot(d) / d.length_squared().max(1e-300)).clamp(0.0, 1.0);
+                near |= (a + d * t - p).length() < 1e-6;
+                if a.y <= p.y {
+                    number += i32::from(b.y > p.y && orient2d(a, b, p) > 0.0);
+                } else {
+                    number -= i32::from(b.y <= p.y && orient2d(a, b, p) < 0.0);
+                }
+            }
+        }
+        let covers = |t: &&[u32; 3]| {
+            let [a, b, c] = t.map(|v| position(input, out, v));
+            [(a, b), (b, c), (c, a)].iter().all(|&(from, to)| orient2d(from, to, p) > 0.0)
+        };
+        let edge_of_one = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| position(input, out, v));
+            [(a, b), (b, c), (c, a)].iter().any(|&(from, to)| orient2d(from, to, p) == 0.0)
+        };
+        let covering = all.iter().filter(covers).count();
+        if !near && covering != usize::from(number > 0) && !all.iter().any(edge_of_one) {
+            return Err(format!("{p} has winding number {number} and lies in {covering} triangles"));
+        }
+    }
+    Ok(())
+}

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use arbtest::arbtest;
 use trimtess::frame::trim::{TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
 
-use crate::checker::check;
+use crate::checker::{check, check_cover};
 use crate::generator::{Mode, crossing_tile, tile};
 
 /// Enough for a few hundred tiles per mode in a default run.
@@ -121,7 +121,9 @@ fn crossing_loops_are_repaired() {
         let (scratch, out, [tiles, repaired]) = &mut *state.borrow_mut();
         let outcome = trim_tile(&tile.input(), scratch, out).expect("valid input");
         let exact = !matches!(outcome, TrimOutcome::Repaired { .. });
-        check(&tile.input(), out, exact).unwrap_or_else(|fault| panic!("{fault}\n{:?}\n{tile:?}", out.stats));
+        check(&tile.input(), out, exact)
+            .and_then(|_| check_cover(&tile.input(), out))
+            .unwrap_or_else(|fault| panic!("{fault}\n{:?}\n{tile:?}", out.stats));
         *tiles += 1;
         *repaired += u32::from(!exact);
         Ok(())

@@ -233,7 +233,7 @@ impl Cleanup<'_> {
         for ring in [a, b] {
             self.reload(ring);
             let ids = &self.polygon.ids;
-            if edges.len() + ids.len() > 2 * EAR_LIMIT {
+            if edges.len() + ids.len() > EAR_LIMIT {
                 return false;
             }
             for (k, &id) in ids.iter().enumerate() {

@@ -184,7 +184,12 @@ fn trim_distinct(
     polygon: &mut triangulate::Polygon,
     out: &mut TrimOutput,
 ) -> TrimOutcome {
+    // The two segments of a loop of two tessellants cancel as a chain, and would vanish.
+    let slits = tile.loops().any(|l| l.len() == 2);
     for reach in [reference::CORNER_CLEARANCE, 0.0] {
+        if slits {
+            break;
+        }
         out.clear();
         out.stats.retraced = reach == 0.0;
         trace.run(tile, reach);
