@@ -1,6 +1,6 @@
 //! Offsets of surfaces: exact where the offset is of the same kind, else bicubic pieces refined until sampled errors pass.
 
-use crate::model::{NurbsSurface, Surface};
+use crate::model::{NurbsCurve3, NurbsSurface, Surface};
 use glam::DVec3;
 
 /// Pieces per knot span and direction at which refinement stops.
@@ -36,11 +36,62 @@ pub(super) fn offset(base: &Surface, distance: f64, tolerance: f64) -> Result<(S
             Surface::Torus { frame: *frame, major: *major, minor: positive(minor + distance)? }
         }
         Surface::Nurbs(net) => return approximate(base, net, distance, tolerance),
-        Surface::Extrusion { .. } | Surface::Revolution { .. } => {
-            return Err("offsets of swept surfaces are not read".to_owned());
+        // The normal of a sweep is the same all along the sweep: offsetting its profile offsets it.
+        Surface::Extrusion { curve, direction } => {
+            let (curve, error) = profile(curve, tolerance, |t| beside(base, t, 0.0, distance))?;
+            return Ok((Surface::Extrusion { curve, direction: *direction }, approximated(error)));
+        }
+        Surface::Revolution { curve, frame } => {
+            let (curve, error) = profile(curve, tolerance, |t| beside(base, 0.0, t, distance))?;
+            return Ok((Surface::Revolution { curve, frame: *frame }, approximated(error)));
         }
     };
     Ok((exact, None))
+}
+
+fn approximated(error: f64) -> Option<String> {
+    Some(format!("offset surface approximated within {error:.2e} mm"))
+}
+
+/// The point at `distance` along the normal.
+fn beside(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, String> {
+    let normal = base.normal(u, v).ok_or("the surface to offset has no normal somewhere")?;
+    Ok(base.point(u, v) + normal * distance)
+}
+
+/// The distinct knots of the domain.
+fn breaks_of(knots: &[f64], (a, b): (f64, f64)) -> Vec<f64> {
+    let mut inside: Vec<f64> = knots.iter().copied().filter(|k| *k >= a && *k <= b).collect();
+    inside.dedup();
+    inside
+}
+
+/// A curve of cubic pieces through `at`, over the domain and knots of `base`, and its largest sampled error.
+fn profile(
+    base: &NurbsCurve3,
+    tolerance: f64,
+    at: impl Fn(f64) -> Result<DVec3, String>,
+) -> Result<(NurbsCurve3, f64), String> {
+    let spans = breaks_of(&base.knots, base.domain());
+    let mut pieces = 1;
+    loop {
+        let breaks = refined(&spans, pieces);
+        let ts = thirds(&breaks);
+        let mut points = ts.iter().map(|t| at(*t)).collect::<Result<Vec<_>, _>>()?;
+        to_bezier(&mut points, |k| k, ts.len());
+        let curve = NurbsCurve3 { degree: 3, knots: cubic_knots(&breaks), points, weights: Vec::new() };
+        let mut error: f64 = 0.0;
+        for t in probes(&breaks) {
+            error = error.max(curve.point(t).distance(at(t)?));
+        }
+        if error <= tolerance {
+            return Ok((curve, error));
+        }
+        if pieces >= MAX_PIECES {
+            return Err(format!("the offset surface is still {error:.2e} mm off after refinement"));
+        }
+        pieces *= 2;
+    }
 }
 
 fn approximate(
@@ -49,17 +100,9 @@ fn approximate(
     distance: f64,
     tolerance: f64,
 ) -> Result<(Surface, Option<String>), String> {
-    let at = |u: f64, v: f64| -> Result<DVec3, String> {
-        let normal = base.normal(u, v).ok_or("the surface to offset has no normal somewhere")?;
-        Ok(base.point(u, v) + normal * distance)
-    };
-    let ((u0, u1), (v0, v1)) = net.domain();
-    let spans = |knots: &[f64], a: f64, b: f64| {
-        let mut inside: Vec<f64> = knots.iter().copied().filter(|k| *k >= a && *k <= b).collect();
-        inside.dedup();
-        inside
-    };
-    let (base_u, base_v) = (spans(&net.knots_u, u0, u1), spans(&net.knots_v, v0, v1));
+    let at = |u: f64, v: f64| beside(base, u, v, distance);
+    let (domain_u, domain_v) = net.domain();
+    let (base_u, base_v) = (breaks_of(&net.knots_u, domain_u), breaks_of(&net.knots_v, domain_v));
     let mut pieces = 1;
     loop {
         let (breaks_u, breaks_v) = (refined(&base_u, pieces), refined(&base_v, pieces));
@@ -71,8 +114,7 @@ fn approximate(
         let surface = fit(&breaks_u, &breaks_v, &at)?;
         let error = worst(&surface, &breaks_u, &breaks_v, &at)?;
         if error <= tolerance {
-            let note = format!("offset surface approximated within {error:.2e} mm");
-            return Ok((Surface::Nurbs(surface), Some(note)));
+            return Ok((Surface::Nurbs(surface), approximated(error)));
         }
         if pieces >= MAX_PIECES {
             return Err(format!("the offset surface is still {error:.2e} mm off after refinement"));
@@ -146,6 +188,11 @@ fn cubic_knots(breaks: &[f64]) -> Vec<f64> {
     knots
 }
 
+/// Sixths of every piece: the middles of the thirds, where a cubic through the thirds is farthest off.
+fn probes(breaks: &[f64]) -> Vec<f64> {
+    breaks.windows(2).flat_map(|e| [1.0, 3.0, 5.0].map(|k| e[0] + (e[1] - e[0]) * k / 6.0)).collect()
+}
+
 /// The largest distance at points between those that were interpolated.
 fn worst(
     surface: &NurbsSurface,
@@ -153,10 +200,6 @@ fn worst(
     breaks_v: &[f64],
     at: &impl Fn(f64, f64) -> Result<DVec3, String>,
 ) -> Result<f64, String> {
-    // Sixths: the middles of the thirds, where a cubic through the thirds is farthest off.
-    let probes = |breaks: &[f64]| -> Vec<f64> {
-        breaks.windows(2).flat_map(|e| [1.0, 3.0, 5.0].map(|k| e[0] + (e[1] - e[0]) * k / 6.0)).collect()
-    };
     let (us, vs) = (probes(breaks_u), probes(breaks_v));
     let mut worst: f64 = 0.0;
     for u in &us {

@@ -247,11 +247,15 @@ impl Assembly {
                 }
                 ends.push((tail, head, draft.tolerance));
             }
-            for (i, (_, head, tolerance)) in ends.iter().enumerate() {
-                let (next, ..) = ends[(i + 1) % ends.len()];
-                let apart = self.corners.points[*head].distance(self.corners.points[next]);
-                if apart <= CORNER * tolerance {
-                    self.corners.unite(*head, next);
+            for (i, (tail, head, tolerance)) in ends.iter().enumerate() {
+                let (next_tail, next_head, _) = ends[(i + 1) % ends.len()];
+                // As stated, or else as it would be if either of the two ran the other way.
+                let ways = [(*head, next_tail), (*head, next_head), (*tail, next_tail), (*tail, next_head)];
+                let near = |(a, b): &(usize, usize)| {
+                    self.corners.points[*a].distance(self.corners.points[*b]) <= CORNER * tolerance
+                };
+                if let Some((a, b)) = ways.into_iter().find(near) {
+                    self.corners.unite(a, b);
                 }
             }
         }

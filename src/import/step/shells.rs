@@ -89,7 +89,10 @@ impl Gather<'_> {
                 self.shell(shell, ShellKind::Open, colour, units, into)?;
             }
         } else if is_shell(item) {
-            self.shell(item.id, ShellKind::Open, colour, units, into)?;
+            // A shell listed beside the body it bounds is that body's.
+            if !into.held.contains(&item.id) {
+                self.shell(item.id, ShellKind::Open, colour, units, into)?;
+            }
         } else if is_face(item) {
             if self.take(item.id, into) {
                 let faces = vec![(Source::Face(item.id), false)];
@@ -133,9 +136,8 @@ impl Gather<'_> {
         if !is_shell(shell) {
             return Err(Trouble::new(id, format!("{} where a shell is needed", shell.keyword())));
         }
-        if !self.take(shell.id, into) {
-            return Ok(());
-        }
+        // Two bodies may be bounded by one shell; each gets its faces.
+        self.take(shell.id, into);
         let mut faces = Vec::new();
         for face in shell.fields("CONNECTED_FACE_SET", 1).links(0)? {
             match self.face(face) {
@@ -217,7 +219,7 @@ fn is_face(instance: Instance<'_>) -> bool {
 }
 
 fn is_surface(instance: Instance<'_>) -> bool {
-    instance.types().any(|name| name == "PLANE" || name.ends_with("_SURFACE") || name.starts_with("SURFACE_OF_"))
+    instance.types().any(|name| name == "PLANE" || name.contains("_SURFACE") || name.starts_with("SURFACE_OF_"))
 }
 
 /// Bodies of other geometry than boundary representations.
