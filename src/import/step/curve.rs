@@ -15,6 +15,11 @@ use step_io::parser::Attribute;
 /// Degrees beyond this are taken for nonsense; the highest seen in real files is 22.
 pub(super) const MAX_DEGREE: usize = 40;
 
+/// Ends of an arc closer than this part of its radius are one point.
+const SAME: f64 = 1e-7;
+/// Ends of a spline closer than this are one point; millimetres.
+const SAME_PLACE: f64 = 1e-6;
+
 /// A curve with its parametrisation, before an edge or a trim bounds it.
 #[derive(Clone, Debug)]
 pub(super) enum Carrier {
@@ -81,7 +86,7 @@ impl Geometry<'_> {
         let tolerance = self.units.tolerance;
         let forward = same == same_sense;
         let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
-        let together = ends.closed || ends.start.distance(ends.end) <= tolerance;
+        let chord = ends.start.distance(ends.end);
         let bounded = match carrier {
             Carrier::Line { .. } => return Ok(straight(ends)),
             Carrier::Round { frame, a, b } => {
@@ -93,8 +98,8 @@ impl Geometry<'_> {
                 let from = angle(ends.start);
                 let sweep = (angle(ends.end) - from).rem_euclid(TAU);
                 // Two vertices at one place mean the whole turn, not nothing; rounding may put either sign on nothing.
-                let short = sweep.min(TAU - sweep) * a.max(b) <= 100.0 * tolerance;
-                let sweep = if ends.closed || sweep == 0.0 || (together && short) { TAU } else { sweep };
+                // The stated uncertainty is no measure here: it may be longer than an honest short arc.
+                let sweep = if ends.closed || chord <= SAME * a.max(b) { TAU } else { sweep };
                 let kind = if a == b { CurveKind::Circle } else { CurveKind::Conic };
                 Bounded::whole(NurbsCurve3::arc(&frame, a, b, from, from + sweep), kind)
             }
@@ -113,7 +118,7 @@ impl Geometry<'_> {
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
-                let (curve, range) = cut(curve, ends, together, tolerance)
+                let (curve, range) = cut(curve, ends, ends.closed || chord <= SAME_PLACE.min(tolerance), tolerance)
                     .ok_or_else(|| Trouble::new(id, "both ends of the edge lie at the same parameter of its curve"))?;
                 Bounded { curve, range, kind }
             }
@@ -454,12 +459,12 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
     let (a, b) = curve.domain();
     let (first, last) = (curve.point(a), curve.point(b));
     let whole = (a, b);
-    // Almost every edge uses its whole curve; vertices off by a rounded digit or two are still its ends.
-    let near = 10.0 * tolerance;
+    // Almost every edge uses its whole curve.
+    let near = SAME_PLACE.min(tolerance);
     if first.distance(ends.start) <= near && last.distance(ends.end) <= near {
         return Some((curve, whole));
     }
-    let loops = first.distance(last) <= near;
+    let loops = first.distance(last) <= tolerance;
     if together && !loops {
         return Some((curve, whole));
     }

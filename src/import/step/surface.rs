@@ -81,7 +81,7 @@ impl Geometry<'_> {
             let own = instance.fields("OFFSET_SURFACE", 1);
             let base = self.surface(own.reference(0)?, reach, offset_tolerance, depth + 1)?;
             let distance = own.real(1)? * length * if base.turned { -1.0 } else { 1.0 };
-            let (surface, note) = super::offset::offset(&base.surface, distance, offset_tolerance)
+            let (surface, note) = super::offset::offset(&base.surface, distance, offset_tolerance, reach)
                 .map_err(|reason| Trouble::new(id, reason))?;
             Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
