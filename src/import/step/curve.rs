@@ -106,15 +106,14 @@ impl Geometry<'_> {
             Carrier::Hyperbola { frame, a, b } => {
                 let frame = turn(frame);
                 let at = |p: DVec3| (frame.local(p).y / b).asinh();
-                let range = increasing(at(ends.start), at(ends.end), id)?;
-                Bounded::whole(hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range), CurveKind::Conic)
+                let arc = |range| hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range);
+                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
             Carrier::Parabola { frame, focal } => {
                 let frame = turn(frame);
                 let at = |p: DVec3| frame.local(p).y / (2.0 * focal);
-                let range = increasing(at(ends.start), at(ends.end), id)?;
-                let curve = parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, range);
-                Bounded::whole(curve, CurveKind::Conic)
+                let arc = |range| parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, range);
+                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
@@ -328,8 +327,14 @@ fn increasing(from: f64, to: f64, id: u64) -> Read<(f64, f64)> {
     if from < to && (to - from).is_finite() {
         Ok((from, to))
     } else {
-        Err(Trouble::new(id, "the edge runs against its curve's sense"))
+        Err(Trouble::new(id, "the curve's ends are in the wrong order"))
     }
+}
+
+/// The arc from one parameter to the other. On an open curve the ends alone say which arc it is; a sense that
+/// contradicts them does not matter.
+fn either_way(from: f64, to: f64, arc: impl Fn((f64, f64)) -> NurbsCurve3, id: u64) -> Read<NurbsCurve3> {
+    if from <= to { Ok(arc(increasing(from, to, id)?)) } else { Ok(arc(increasing(to, from, id)?).reversed()) }
 }
 
 pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
@@ -432,23 +437,34 @@ pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Ve
     Ok(if equal { Vec::new() } else { weights })
 }
 
-/// Takes out inner knots that stand more than `degree` times, where both sides meet in one point.
+/// A control point that a knot of too high multiplicity makes superfluous, and its neighbour across the break, if it has
+/// one: an inner knot that stands `degree + 1` times or an end knot that stands more often.
+pub(super) fn superfluous(knots: &[f64], degree: usize) -> Option<(usize, Option<usize>)> {
+    let count = knots.len() - degree - 1;
+    if count <= degree + 1 {
+        return None;
+    }
+    if knots[0] == knots[degree + 1] {
+        return Some((0, None));
+    }
+    if knots[count - 1] == knots[count + degree] {
+        return Some((count - 1, None));
+    }
+    // Knots i ..= i + degree equal: the control points i - 1 and i are the two sides of a break.
+    (degree + 1..count - 1).find(|i| knots[*i] == knots[i + degree]).map(|i| (i, Some(i - 1)))
+}
+
+/// Takes out knots that stand too often, where both sides of the break meet in one point.
 fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
-    let p = curve.degree;
-    let mut i = p + 1;
-    while i < curve.points.len() {
-        // Knots i ..= i + p equal: the span's two control points i - 1 and i are the two sides of a break.
-        if curve.knots[i] == curve.knots[i + p] {
-            if curve.points[i - 1].distance(curve.points[i]) > tolerance {
-                return Err(Trouble::new(id, format!("the curve jumps at knot {}", curve.knots[i])));
-            }
-            curve.knots.remove(i);
-            curve.points.remove(i);
-            if !curve.weights.is_empty() {
-                curve.weights.remove(i);
-            }
-        } else {
-            i += 1;
+    while let Some((i, other)) = superfluous(&curve.knots, curve.degree) {
+        if other.is_some_and(|other| curve.points[other].distance(curve.points[i]) > tolerance) {
+            return Err(Trouble::new(id, format!("the curve jumps at knot {}", curve.knots[i])));
+        }
+        // Behind the last point only the last knots are left to drop.
+        curve.knots.remove(if i + 1 == curve.points.len() { i + curve.degree + 1 } else { i });
+        curve.points.remove(i);
+        if !curve.weights.is_empty() {
+            curve.weights.remove(i);
         }
     }
     Ok(())
