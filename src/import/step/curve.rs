@@ -15,6 +15,11 @@ use step_io::parser::Attribute;
 /// Degrees beyond this are taken for nonsense; the highest seen in real files is 22.
 pub(super) const MAX_DEGREE: usize = 40;
 
+/// Ends of an arc closer than this part of its radius are one point.
+const SAME: f64 = 1e-7;
+/// Ends of a spline closer than this are one point; millimetres.
+const SAME_PLACE: f64 = 1e-6;
+
 /// A curve with its parametrisation, before an edge or a trim bounds it.
 #[derive(Clone, Debug)]
 pub(super) enum Carrier {
@@ -81,7 +86,7 @@ impl Geometry<'_> {
         let tolerance = self.units.tolerance;
         let forward = same == same_sense;
         let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
-        let together = ends.closed || ends.start.distance(ends.end) <= tolerance;
+        let chord = ends.start.distance(ends.end);
         let bounded = match carrier {
             Carrier::Line { .. } => return Ok(straight(ends)),
             Carrier::Round { frame, a, b } => {
@@ -93,27 +98,26 @@ impl Geometry<'_> {
                 let from = angle(ends.start);
                 let sweep = (angle(ends.end) - from).rem_euclid(TAU);
                 // Two vertices at one place mean the whole turn, not nothing; rounding may put either sign on nothing.
-                let short = sweep.min(TAU - sweep) * a.max(b) <= 100.0 * tolerance;
-                let sweep = if ends.closed || sweep == 0.0 || (together && short) { TAU } else { sweep };
+                // The stated uncertainty is no measure here: it may be longer than an honest short arc.
+                let sweep = if ends.closed || chord <= SAME * a.max(b) { TAU } else { sweep };
                 let kind = if a == b { CurveKind::Circle } else { CurveKind::Conic };
                 Bounded::whole(NurbsCurve3::arc(&frame, a, b, from, from + sweep), kind)
             }
             Carrier::Hyperbola { frame, a, b } => {
                 let frame = turn(frame);
                 let at = |p: DVec3| (frame.local(p).y / b).asinh();
-                let range = increasing(at(ends.start), at(ends.end), id)?;
-                Bounded::whole(hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range), CurveKind::Conic)
+                let arc = |range| hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range);
+                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
             Carrier::Parabola { frame, focal } => {
                 let frame = turn(frame);
                 let at = |p: DVec3| frame.local(p).y / (2.0 * focal);
-                let range = increasing(at(ends.start), at(ends.end), id)?;
-                let curve = parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, range);
-                Bounded::whole(curve, CurveKind::Conic)
+                let arc = |range| parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, range);
+                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
-                let (curve, range) = cut(curve, ends, together, tolerance)
+                let (curve, range) = cut(curve, ends, ends.closed || chord <= SAME_PLACE.min(tolerance), tolerance)
                     .ok_or_else(|| Trouble::new(id, "both ends of the edge lie at the same parameter of its curve"))?;
                 Bounded { curve, range, kind }
             }
@@ -323,8 +327,14 @@ fn increasing(from: f64, to: f64, id: u64) -> Read<(f64, f64)> {
     if from < to && (to - from).is_finite() {
         Ok((from, to))
     } else {
-        Err(Trouble::new(id, "the edge runs against its curve's sense"))
+        Err(Trouble::new(id, "the curve's ends are in the wrong order"))
     }
+}
+
+/// The arc from one parameter to the other. On an open curve the ends alone say which arc it is; a sense that
+/// contradicts them does not matter.
+fn either_way(from: f64, to: f64, arc: impl Fn((f64, f64)) -> NurbsCurve3, id: u64) -> Read<NurbsCurve3> {
+    if from <= to { Ok(arc(increasing(from, to, id)?)) } else { Ok(arc(increasing(to, from, id)?).reversed()) }
 }
 
 pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
@@ -427,23 +437,34 @@ pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Ve
     Ok(if equal { Vec::new() } else { weights })
 }
 
-/// Takes out inner knots that stand more than `degree` times, where both sides meet in one point.
+/// A control point that a knot of too high multiplicity makes superfluous, and its neighbour across the break, if it has
+/// one: an inner knot that stands `degree + 1` times or an end knot that stands more often.
+pub(super) fn superfluous(knots: &[f64], degree: usize) -> Option<(usize, Option<usize>)> {
+    let count = knots.len() - degree - 1;
+    if count <= degree + 1 {
+        return None;
+    }
+    if knots[0] == knots[degree + 1] {
+        return Some((0, None));
+    }
+    if knots[count - 1] == knots[count + degree] {
+        return Some((count - 1, None));
+    }
+    // Knots i ..= i + degree equal: the control points i - 1 and i are the two sides of a break.
+    (degree + 1..count - 1).find(|i| knots[*i] == knots[i + degree]).map(|i| (i, Some(i - 1)))
+}
+
+/// Takes out knots that stand too often, where both sides of the break meet in one point.
 fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
-    let p = curve.degree;
-    let mut i = p + 1;
-    while i < curve.points.len() {
-        // Knots i ..= i + p equal: the span's two control points i - 1 and i are the two sides of a break.
-        if curve.knots[i] == curve.knots[i + p] {
-            if curve.points[i - 1].distance(curve.points[i]) > tolerance {
-                return Err(Trouble::new(id, format!("the curve jumps at knot {}", curve.knots[i])));
-            }
-            curve.knots.remove(i);
-            curve.points.remove(i);
-            if !curve.weights.is_empty() {
-                curve.weights.remove(i);
-            }
-        } else {
-            i += 1;
+    while let Some((i, other)) = superfluous(&curve.knots, curve.degree) {
+        if other.is_some_and(|other| curve.points[other].distance(curve.points[i]) > tolerance) {
+            return Err(Trouble::new(id, format!("the curve jumps at knot {}", curve.knots[i])));
+        }
+        // Behind the last point only the last knots are left to drop.
+        curve.knots.remove(if i + 1 == curve.points.len() { i + curve.degree + 1 } else { i });
+        curve.points.remove(i);
+        if !curve.weights.is_empty() {
+            curve.weights.remove(i);
         }
     }
     Ok(())
@@ -454,12 +475,12 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
     let (a, b) = curve.domain();
     let (first, last) = (curve.point(a), curve.point(b));
     let whole = (a, b);
-    // Almost every edge uses its whole curve; vertices off by a rounded digit or two are still its ends.
-    let near = 10.0 * tolerance;
+    // Almost every edge uses its whole curve.
+    let near = SAME_PLACE.min(tolerance);
     if first.distance(ends.start) <= near && last.distance(ends.end) <= near {
         return Some((curve, whole));
     }
-    let loops = first.distance(last) <= near;
+    let loops = first.distance(last) <= tolerance;
     if together && !loops {
         return Some((curve, whole));
     }

@@ -148,11 +148,14 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
     tree.expand();
     let reader = Reader { table: &table, styles: &styles, options };
+    // A file may mix units; the first part's are named.
+    let first = tree.planned.first().and_then(|plan| plan.gathered.shells.first());
+    let millimetres_per_unit = first.map_or(contexts.first, |shell| shell.units).length;
     let read: Vec<(Part, Vec<Diagnostic>)> = std::mem::take(&mut tree.planned)
         .into_par_iter()
         .map(|plan| reader.part(plan.name, &plan.gathered.shells, plan.colour))
         .collect();
-    let mut model = Model { millimetres_per_unit: contexts.first.length, ..Model::default() };
+    let mut model = Model { millimetres_per_unit, ..Model::default() };
     for (part, found) in read {
         let id = Some(PartId::new(model.parts.len()));
         diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));

@@ -193,7 +193,7 @@ impl Corners {
 }
 
 /// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.
-const CORNER: f64 = 100.0;
+const CORNER: f64 = 10.0;
 
 /// A part in the making.
 struct Assembly {

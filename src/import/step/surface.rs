@@ -1,7 +1,7 @@
 //! Surfaces of ISO 10303-42 to the model's surfaces in natural parameters.
 
 use super::conic::{hyperbolic_arc, parabolic_arc};
-use super::curve::{Carrier, Form, check_degree, check_weights, knots_of};
+use super::curve::{Carrier, Form, check_degree, check_weights, knots_of, superfluous};
 use super::place::Geometry;
 use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
@@ -81,7 +81,7 @@ impl Geometry<'_> {
             let own = instance.fields("OFFSET_SURFACE", 1);
             let base = self.surface(own.reference(0)?, reach, offset_tolerance, depth + 1)?;
             let distance = own.real(1)? * length * if base.turned { -1.0 } else { 1.0 };
-            let (surface, note) = super::offset::offset(&base.surface, distance, offset_tolerance)
+            let (surface, note) = super::offset::offset(&base.surface, distance, offset_tolerance, reach)
                 .map_err(|reason| Trouble::new(id, reason))?;
             Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
@@ -203,8 +203,45 @@ impl Geometry<'_> {
         } else {
             Vec::new()
         };
-        Ok(NurbsSurface { degree_u, degree_v, knots_u, knots_v, points, weights })
+        let mut net = NurbsSurface { degree_u, degree_v, knots_u, knots_v, points, weights };
+        drop_breaks(&mut net, self.units.tolerance, id)?;
+        Ok(net)
     }
+}
+
+/// Takes out rows and columns that knots of too high multiplicity make superfluous.
+fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
+    while let Some((row, other)) = superfluous(&net.knots_u, net.degree_u) {
+        let (count_u, count_v) = (net.count_u(), net.count_v());
+        let gap = |other: usize| {
+            let pairs = (0..count_v).map(|j| (other * count_v + j, row * count_v + j));
+            pairs.map(|(a, b)| net.points[a].distance(net.points[b])).fold(0.0, f64::max)
+        };
+        if other.is_some_and(|other| gap(other) > tolerance) {
+            return Err(Trouble::new(id, format!("the surface jumps at u = {}", net.knots_u[row])));
+        }
+        net.knots_u.remove(if row + 1 == count_u { row + net.degree_u + 1 } else { row });
+        net.points.drain(row * count_v..(row + 1) * count_v);
+        if !net.weights.is_empty() {
+            net.weights.drain(row * count_v..(row + 1) * count_v);
+        }
+    }
+    while let Some((column, other)) = superfluous(&net.knots_v, net.degree_v) {
+        let (count_u, count_v) = (net.count_u(), net.count_v());
+        let gap = |other: usize| {
+            let pairs = (0..count_u).map(|i| (i * count_v + other, i * count_v + column));
+            pairs.map(|(a, b)| net.points[a].distance(net.points[b])).fold(0.0, f64::max)
+        };
+        if other.is_some_and(|other| gap(other) > tolerance) {
+            return Err(Trouble::new(id, format!("the surface jumps at v = {}", net.knots_v[column])));
+        }
+        net.knots_v.remove(if column + 1 == count_v { column + net.degree_v + 1 } else { column });
+        let mut at = 0..;
+        net.points.retain(|_| at.next().is_none_or(|k: usize| k % count_v != column));
+        let mut at = 0..;
+        net.weights.retain(|_| at.next().is_none_or(|k: usize| k % count_v != column));
+    }
+    Ok(())
 }
 
 /// The outer ("apple") or inner ("lemon") part of a torus that meets its own axis, as the arc that generates it.

@@ -55,17 +55,17 @@ fn file_note(severity: Severity, reason: String) -> Diagnostic {
 
 /// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.
 fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
-    let (at, span) = match error {
-        Error::Lex(lex) => (lex.span.start, Some(lex.span)),
+    let at = match error {
+        Error::Lex(lex) => lex.span.start,
         Error::UnexpectedToken { span, .. }
         | Error::InvalidAttributePosition { span, .. }
-        | Error::NestingTooDeep { span } => (span.start, Some(*span)),
-        Error::DuplicateEntityId { line, .. } => (line_start(text, *line)?, None),
+        | Error::NestingTooDeep { span } => span.start,
+        Error::DuplicateEntityId { id, line, .. } => repeat_of(text, *id, *line)?,
         Error::UnexpectedEof { .. } => return close(text).then(|| format!("{error}; the incomplete end was left out")),
         _ => return None,
     };
     let at = usize::try_from(at).ok()?.min(text.len());
-    let (from, to) = instance_around(text, at, span.is_none())?;
+    let (from, to) = instance_around(text, at)?;
     let number: String =
         text[from + 1..to].iter().take_while(|b| b.is_ascii_digit()).take(20).map(|b| char::from(*b)).collect();
     for byte in &mut text[from..to] {
@@ -77,18 +77,28 @@ fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
 }
 
 /// Byte range of the instance that `at` lies in: from its `#` to behind its `;`.
-fn instance_around(text: &[u8], at: usize, on_line: bool) -> Option<(usize, usize)> {
+fn instance_around(text: &[u8], at: usize) -> Option<(usize, usize)> {
     let data = find(text, b"DATA")?;
-    let starts = |i: usize| text[i] == b'#' && matches!(last_ink(text, i), Some(b';'));
-    let from = if on_line {
-        (at..text.len()).find(|i| starts(*i))?
-    } else {
-        (data..=at.min(text.len().checked_sub(1)?)).rev().find(|i| starts(*i))?
-    };
+    let starts = |i: usize| text[i] == b'#' && last_ink(text, i) == Some(b';');
+    let from = (data..=at.min(text.len().checked_sub(1)?)).rev().find(|i| starts(*i))?;
     let to = (at.max(from)..text.len())
         .find(|i| text[*i] == b';' && matches!(next_ink(text, *i), Some(b'#' | b'E' | b'e') | None))
         .map_or(text.len(), |i| i + 1);
     Some((from, to))
+}
+
+/// Where instance `id` is defined on or after a line counted from 1.
+fn repeat_of(text: &[u8], id: u64, line: u32) -> Option<u64> {
+    let start = match (line as usize).checked_sub(2) {
+        None => 0,
+        Some(nth) => text.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(i, _)| i + 1).nth(nth)?,
+    };
+    let name = format!("#{id}");
+    let defines = |i: &usize| {
+        text[*i..].starts_with(name.as_bytes())
+            && text[i + name.len()..].iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'=')
+    };
+    u64::try_from((start..text.len()).find(defines)?).ok()
 }
 
 fn last_ink(text: &[u8], before: usize) -> Option<u8> {
@@ -97,16 +107,6 @@ fn last_ink(text: &[u8], before: usize) -> Option<u8> {
 
 fn next_ink(text: &[u8], after: usize) -> Option<u8> {
     text[after + 1..].iter().copied().find(|b| !b.is_ascii_whitespace())
-}
-
-/// Offset of a line counted from 1.
-fn line_start(text: &[u8], line: u32) -> Option<u64> {
-    let mut breaks = text.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(i, _)| i + 1);
-    let start = match (line as usize).checked_sub(2) {
-        None => 0,
-        Some(nth) => breaks.nth(nth)?,
-    };
-    u64::try_from(start).ok()
 }
 
 /// Ends a text that stops in the data section: cuts the unfinished instance and closes section and file.

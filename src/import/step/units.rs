@@ -71,7 +71,7 @@ fn units_of(table: &Table, context: Instance<'_>) -> Option<Units> {
         })
     });
     // Writers state anything from 1e-9 to a tenth of the part; outside these bounds it says nothing about the geometry.
-    units.tolerance = uncertainty.unwrap_or(Units::DEFAULT.tolerance).clamp(1e-7, 0.05);
+    units.tolerance = uncertainty.unwrap_or(Units::DEFAULT.tolerance).clamp(1e-7, 0.01);
     Some(units)
 }
 
