@@ -1,4 +1,4 @@
-//! Meshes to files and pictures: one [`FileSink`] for all formats, chosen by the file's extension.
+//! Meshes to files and pictures: one [`FileSink`](crate::out::FileSink) for all formats, chosen by the file's extension.
 //!
 //! A file appears whole or not at all. Positions that are equal in a part stay equal in the file, whatever the format.
 
