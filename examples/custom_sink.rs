@@ -67,7 +67,7 @@ fn octant(face: u32) -> Batch {
     let positions = vec![DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
     let outward = (positions[0] + positions[1] + positions[2]).normalize().as_vec3();
     // An odd number of mirrors turns the corners' order about.
-    let triangles = vec![if face.count_ones() % 2 == 0 { [0, 1, 2] } else { [0, 2, 1] }];
+    let triangles = vec![if face.count_ones().is_multiple_of(2) { [0, 1, 2] } else { [0, 2, 1] }];
     let mesh = PatchMesh { positions, normals: vec![outward; 3], triangles, ..PatchMesh::default() };
     Batch { part: PartId(0), face: FaceId(face), tile: TileId(face), worker: 0, mesh }
 }
