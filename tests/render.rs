@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3};
 use out_fixture::{box_frame, folder};
 use std::sync::OnceLock;
 use trimtess::mesh::MemorySink;
-use trimtess::out::wgpu::{ColourBy, Image, RenderError, RenderOptions, Renderer};
+use trimtess::out::wgpu::{ColourBy, Image, NoAdapter, RenderError, RenderOptions, Renderer};
 use trimtess::out::{Camera, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
@@ -158,6 +158,14 @@ fn impossible_pictures_are_refused() {
     }
     let empty = renderer.render(&MemorySink::default(), &PLAIN).unwrap();
     assert!(is_backdrop(&empty, 120, 90));
+}
+
+#[test]
+fn messages_tell_what_to_do() {
+    let none = NoAdapter { found: vec!["Some GPU: too old".into()] }.to_string();
+    assert!(none.contains("Some GPU: too old") && none.contains("mesa-vulkan-drivers"), "{none}");
+    let unknown = "depth".parse::<ColourBy>().unwrap_err().to_string();
+    assert!(ColourBy::ALL.iter().all(|(name, _)| unknown.contains(name)), "{unknown}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
-//! The graphics adapters of this machine to a device on the best of them.
+//! The graphics adapters of this machine to a device, with its pipelines, on the best of them.
 
+use super::pipelines::Pipelines;
 use std::fmt;
 
 /// No adapter that can draw.
@@ -24,8 +25,16 @@ impl fmt::Display for NoAdapter {
 
 impl std::error::Error for NoAdapter {}
 
-/// A device on the first adapter that grants one, from the fastest kind to software. `WGPU_BACKEND` narrows the choice.
-pub(super) fn open() -> Result<(::wgpu::Device, ::wgpu::Queue, ::wgpu::AdapterInfo), NoAdapter> {
+/// A device that can draw.
+pub(super) struct Opened {
+    pub(super) device: ::wgpu::Device,
+    pub(super) queue: ::wgpu::Queue,
+    pub(super) info: ::wgpu::AdapterInfo,
+    pub(super) pipelines: Pipelines,
+}
+
+/// A device on the first adapter that grants one and takes the pipelines, from the fastest kind to software. `WGPU_BACKEND` narrows the choice.
+pub(super) fn open() -> Result<Opened, NoAdapter> {
     let wanted = ::wgpu::Backends::all().with_env();
     let mut found = Vec::new();
     // OpenGL is asked only when nothing else answers: it takes a display, or a driver that does without.
@@ -53,9 +62,20 @@ pub(super) fn open() -> Result<(::wgpu::Device, ::wgpu::Queue, ::wgpu::AdapterIn
                 required_limits: ::wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits()),
                 ..::wgpu::DeviceDescriptor::default()
             };
-            match pollster::block_on(adapter.request_device(&descriptor)) {
-                Ok((device, queue)) => return Ok((device, queue, info)),
-                Err(error) => found.push(format!("{}: {error}", info.name)),
+            let (device, queue) = match pollster::block_on(adapter.request_device(&descriptor)) {
+                Ok(granted) => granted,
+                Err(error) => {
+                    found.push(format!("{}: {error}", info.name));
+                    continue;
+                }
+            };
+            let validation = device.push_error_scope(::wgpu::ErrorFilter::Validation);
+            let internal = device.push_error_scope(::wgpu::ErrorFilter::Internal);
+            let pipelines = Pipelines::new(&device);
+            let (internal, validation) = (internal.pop(), validation.pop());
+            match pollster::block_on(internal).or(pollster::block_on(validation)) {
+                Some(error) => found.push(format!("{}: {error}", info.name)),
+                None => return Ok(Opened { device, queue, info, pipelines }),
             }
         }
     }

@@ -72,7 +72,7 @@ pub struct RenderOptions {
     pub camera: Option<Camera>,
     /// What colours tell, [`ColourBy::Model`].
     pub colour_by: ColourBy,
-    /// Whether triangle edges are drawn over the surface, off.
+    /// Whether triangle edges are drawn over the surface, off. They fade where they are only a few pixels long.
     pub wireframe: bool,
     /// Whether B-rep edges are drawn over the surface, off. Draws the edge lines that the frame has.
     pub edges: bool,

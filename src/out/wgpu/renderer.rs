@@ -1,6 +1,6 @@
 //! A frame to an image: one pass per chunk over a multisampled target with reversed floating-point depth.
 
-use super::adapter::{self, NoAdapter};
+use super::adapter::{self, NoAdapter, Opened};
 use super::chunk::{Chunk, Chunks, Pen};
 use super::palette::Palette;
 use super::pipelines::Pipelines;
@@ -90,8 +90,7 @@ impl Renderer {
     /// # Errors
     /// When there is none; the message tells what to install.
     pub fn new() -> Result<Self, NoAdapter> {
-        let (device, queue, info) = adapter::open()?;
-        let pipelines = Pipelines::new(&device);
+        let Opened { device, queue, info, pipelines } = adapter::open()?;
         Ok(Self { device, queue, info, pipelines })
     }
 

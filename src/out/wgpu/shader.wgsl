@@ -88,6 +88,8 @@ fn line_vertex(
     let pixel_a = a.xy / a.w * half_size;
     let pixel_b = b.xy / b.w * half_size;
     var along = pixel_b - pixel_a;
+    // Translucent lines fade out where they would cover the shading they lie on.
+    let opacity = select(colour.a * smoothstep(1.0, 6.0, length(along)), 1.0, colour.a == 1.0);
     along = select(vec2(1.0, 0.0), normalize(along), dot(along, along) > 1e-12);
     let across = vec2(-along.y, along.x);
     let at_end = corner == 1u || corner == 2u || corner == 4u;
@@ -95,7 +97,7 @@ fn line_vertex(
     let offset = 0.5 * width * (select(-along, along, at_end) + select(-across, across, at_left));
     var clip = select(a, b, at_end);
     clip = vec4(clip.xy + offset / half_size * clip.w, clip.z * NEARER, clip.w);
-    return Line(clip, vec4(linear(colour.rgb), colour.a));
+    return Line(clip, vec4(linear(colour.rgb), opacity));
 }
 
 @fragment
