@@ -1,62 +1,73 @@
-//! A sink of one's own: what an engine would upload. `cargo run --release --example custom_sink`
+//! A sink of your own: measures triangles as they stream past, keeps none, and hands them on to a file.
+//!
+//! Run with `cargo run --example custom_sink -- out.ply`.
 
-use std::sync::Arc;
-use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
-use trimtess::model::shapes;
-use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, prepare};
+use glam::{DAffine3, DVec3};
+use std::error::Error;
+use trimtess::mesh::{Batch, EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, ScenePart, SinkError, TileId};
+use trimtess::model::{FaceId, PartId};
 
-/// One vertex buffer and one index buffer for everything: position and normal interleaved, f32.
-#[derive(Default)]
-struct Buffers {
-    centres: Vec<trimtess::glam::DVec3>,
-    vertices: Vec<[f32; 6]>,
-    indices: Vec<u32>,
+/// Sums up each part's area, then lets another sink have the frame.
+struct Measure<S> {
+    areas: Vec<f64>,
+    next: S,
 }
 
-impl MeshSink for Buffers {
+impl<S: MeshSink> MeshSink for Measure<S> {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        *self = Self { centres: scene.parts.iter().map(|part| part.centre).collect(), ..Self::default() };
-        Ok(())
+        self.areas = vec![0.0; scene.parts.len()];
+        self.next.begin(scene)
     }
 
     fn batch(&mut self, batch: Batch) -> Result<(), SinkError> {
-        let too_many =
-            |_| SinkError { context: "index buffer".into(), cause: std::io::Error::other("over 2^32 vertices") };
-        let base = u32::try_from(self.vertices.len()).map_err(too_many)?;
-        // Relative to the part's centre, so that f32 is fine far from the origin; the same for all faces, so that nothing cracks.
-        let centre = self.centres[batch.part.index()];
-        let placed = batch.mesh.positions.iter().map(|&p| (p - centre).as_vec3());
-        self.vertices.extend(placed.zip(&batch.mesh.normals).map(|(p, n)| [p.x, p.y, p.z, n.x, n.y, n.z]));
-        self.indices.extend(batch.mesh.triangles.iter().flatten().map(|index| base + index));
-        Ok(())
+        for corners in &batch.mesh.triangles {
+            let [a, b, c] = corners.map(|corner| batch.mesh.positions[corner as usize]);
+            self.areas[batch.part.index()] += 0.5 * (b - a).cross(c - a).length();
+        }
+        self.next.batch(batch)
     }
 
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
+    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
+        self.next.edge_line(line)
     }
 
     fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
+        self.next.end()
     }
 
     fn abort(&mut self) {
-        *self = Self::default();
+        self.areas.clear();
+        self.next.abort();
     }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let name = shapes::NAMES[0];
-    let model = shapes::by_name(name).ok_or("no such shape")?;
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
-    let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_edge_lines(false))?;
-    let mut buffers = Buffers::default();
-    for relative in [1e-2, 1e-3, 1e-4] {
-        let tolerance = Tolerance { chord: relative * prepared.diagonal, angle: 0.35, max_edge: None };
-        let report = session.frame(&Arc::new(frame::plan(&prepared, &tolerance)), &mut buffers)?;
-        assert_eq!(buffers.indices.len() as u64, 3 * report.triangles);
-        println!("{name} at {relative:.0e}: {} vertices, {} triangles", buffers.vertices.len(), report.triangles);
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "octahedron.ply".into());
+    let mut sink = Measure { areas: Vec::new(), next: trimtess::out::open(path.as_ref())? };
+
+    let part =
+        ScenePart { name: "octahedron".into(), face_colours: vec![None; 8], radius: 10.0, ..ScenePart::default() };
+    let transform = DAffine3::from_translation(DVec3::new(0.0, 0.0, 10.0));
+    let instance = SceneInstance { part: 0, transform, colour: None, name: String::new(), first_face: 0 };
+    sink.begin(&Scene { name: "example".into(), parts: vec![part], instances: vec![instance] })?;
+    for face in 0..8 {
+        if let Err(error) = sink.batch(octant(face)) {
+            sink.abort(); // leaves no half-written file
+            return Err(error.into());
+        }
     }
+    sink.end()?;
+    println!("{path}: {:.3} mm²", sink.areas[0]);
     Ok(())
+}
+
+/// One face of an octahedron that reaches 10 mm along each axis. The bits of `face` are the signs of its corners.
+fn octant(face: u32) -> Batch {
+    let sign = |bit: u32| if face >> bit & 1 == 0 { 10.0 } else { -10.0 };
+    let positions = vec![DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+    let outward = (positions[0] + positions[1] + positions[2]).normalize().as_vec3();
+    // An odd number of mirrors turns the corners' order about.
+    let triangles = vec![if face.count_ones().is_multiple_of(2) { [0, 1, 2] } else { [0, 2, 1] }];
+    let mesh = PatchMesh { positions, normals: vec![outward; 3], triangles, ..PatchMesh::default() };
+    Batch { part: PartId(0), face: FaceId(face), tile: TileId(face), worker: 0, mesh }
 }

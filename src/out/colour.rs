@@ -11,3 +11,11 @@ pub(super) fn linear(colour: Colour) -> Colour {
     let decode = |value: f32| if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
     [decode(r), decode(g), decode(b), alpha]
 }
+
+/// The inverse of [`linear`].
+#[cfg(feature = "wgpu")]
+pub(super) fn srgb(colour: Colour) -> Colour {
+    let [r, g, b, alpha] = colour.map(|value| value.clamp(0.0, 1.0));
+    let encode = |value: f32| if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+    [encode(r), encode(g), encode(b), alpha]
+}

@@ -5,7 +5,7 @@
 //! (EXT_mesh_features), each point of the B-rep edges, which are lines, that of its edge.
 
 use super::colour;
-use super::placed::{batches_by_part, distinct};
+use super::placed::{batches_by_part, distinct, lines_by_part};
 use crate::mesh::{Batch, EdgeLine, MemorySink, SceneInstance, ScenePart};
 use crate::model::Colour;
 use glam::{DMat3, DVec3, Vec3};
@@ -34,14 +34,8 @@ const SHORT_VERTICES: usize = 65_535;
 /// What `file` reports, or more than 4 GiB of data, which the format cannot address.
 pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let mut glb = Glb::default();
-    let mut lines: Vec<Vec<&EdgeLine>> = vec![Vec::new(); frame.scene.parts.len()];
-    for line in &frame.edge_lines {
-        if let Some(lines) = lines.get_mut(line.part.index()) {
-            lines.push(line);
-        }
-    }
     let mut shapes = Vec::new();
-    for ((part, batches), lines) in frame.scene.parts.iter().zip(batches_by_part(frame)).zip(lines) {
+    for ((part, batches), lines) in frame.scene.parts.iter().zip(batches_by_part(frame)).zip(lines_by_part(frame)) {
         shapes.push(glb.shape(part, &batches, &lines)?);
     }
     let mut meshes = HashMap::new();

@@ -1,4 +1,4 @@
-//! Meshes to files: one [`FileSink`] for all formats, chosen by the file's extension.
+//! Meshes to files and pictures: one [`FileSink`](crate::out::FileSink) for all formats, chosen by the file's extension.
 //!
 //! A file appears whole or not at all. Positions that are equal in a part stay equal in the file, whatever the format.
 
@@ -22,3 +22,10 @@ pub use glb::write_glb;
 
 mod file_sink;
 pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
+
+mod camera;
+pub use camera::{BadViewPoint, Camera, ViewPoint};
+
+/// Pictures.
+#[cfg(feature = "wgpu")]
+pub mod wgpu;
