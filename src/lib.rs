@@ -23,6 +23,9 @@ pub mod mesh;
 /// Paid every frame: from a tolerance or a view to the triangles of one tile.
 pub mod frame;
 
+/// The oracle's second half: meshes measured densely against the exact surfaces and edges.
+pub mod audit;
+
 /// The same stages on all cores: tiles dealt once, workers that never talk to each other, one committing thread.
 pub mod parallel;
 

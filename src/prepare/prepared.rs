@@ -2,12 +2,14 @@
 
 use super::{BezierPatches, BezierSpline3, CurveBounds, SurfaceBounds, UvCurve};
 use crate::mesh::{Scene, TileId};
-use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId};
+use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, SurfaceKind};
 use glam::{DVec2, DVec3};
 
 /// A face ready for tessellation.
 #[derive(Clone, Debug)]
 pub struct PreparedFace {
+    /// What the surface was before it became Bézier pieces.
+    pub kind: SurfaceKind,
     /// Bézier pieces over the face's parameter box.
     pub patches: BezierPatches,
     /// Derivative bounds per sub-box.

@@ -72,6 +72,7 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedP
         }
         out.face_rows.push(Some(id(out.faces.len())));
         out.faces.push(PreparedFace {
+            kind: part.faces[k].surface.kind(),
             patches: draft.patches,
             bounds: draft.bounds,
             maps: draft.maps,
