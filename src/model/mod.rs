@@ -34,3 +34,6 @@ mod part;
 pub use part::{
     Coedge, Colour, CurveKind, Diagnostic, Edge, Face, Instance, Loop, Model, Part, Severity, Shell, ShellKind,
 };
+
+/// Small models by name.
+pub mod shapes;
