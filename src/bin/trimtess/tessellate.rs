@@ -80,11 +80,11 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     let progress = Progress::start(common);
 
     progress.stage(format!("reading {}", args.input.name()));
-    let model = args.input.read()?;
+    let model = tracing::info_span!("read").in_scope(|| args.input.read())?;
     let read = laps.lap();
 
     progress.stage("preparing");
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(tracing::info_span!("prepare").in_scope(|| prepare(model, &PrepareOptions::DEFAULT)));
     let tolerance = args.tolerance.resolve(prepared.diagonal);
     let prepare = laps.lap();
 
@@ -100,13 +100,11 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
         check(&frame, &mut report);
     }
     report.diagonal_mm = prepared.diagonal;
-    // The writers need memory of their own.
-    drop(prepared);
-    drop(plan);
     let check = laps.lap();
 
     progress.stage(format!("writing {}", args.output.display()));
-    out::save(&frame, &args.output, format).map_err(|e| Failure::Cannot(e.to_string()))?;
+    let written = tracing::info_span!("write").in_scope(|| out::save(&frame, &args.output, format));
+    written.map_err(|e| Failure::Cannot(e.to_string()))?;
     let write = laps.lap();
     drop(progress);
 
@@ -116,7 +114,10 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     report.angle_deg = Some(args.tolerance.angle);
     report.workers = made.workers.len();
     report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
-    report.publish(common, args.report.as_deref())
+    let done = report.publish(common, args.report.as_deref());
+    // The process is about to end: taking large structures apart would only delay that.
+    std::mem::forget((prepared, plan, frame));
+    done
 }
 
 /// One frame on as many workers as were asked for.
