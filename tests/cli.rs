@@ -50,7 +50,7 @@ fn wrong_usage_is_2() {
     refuses(&[], 2, "Usage");
     refuses(&["tessellate", CUBE], 2, "--output");
     refuses(&["tessellate", CUBE, "-o", "mesh.xyz"], 2, ".xyz");
-    refuses(&["tessellate", CUBE, "-o", out, "--chord", "-1"], 2, "positive");
+    refuses(&["tessellate", CUBE, "-o", out, "--chord=-1"], 2, "positive");
     refuses(&["tessellate", CUBE, "-o", out, "--chord", "nan"], 2, "positive");
     refuses(&["tessellate", CUBE, "-o", out, "--chord", "1", "--chord-rel", "1"], 2, "--chord-rel");
     refuses(&["tessellate", CUBE, "-o", out, "--workers", "0"], 2, "--workers");

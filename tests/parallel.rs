@@ -36,7 +36,7 @@ fn models() -> Vec<(String, Model)> {
     for name in ["red_cube_blue_cylinder", "nist_ctc05"] {
         use trimtess::import::step;
         let path = format!("{}/tests/data/{name}.step", env!("CARGO_MANIFEST_DIR"));
-        models.push((name.into(), step::read(&std::fs::read(path).unwrap(), &step::StepOptions::DEFAULT).unwrap()));
+        models.push((name.into(), step::read(&std::fs::read(path).unwrap(), &step::StepOptions::default()).unwrap()));
     }
     models.retain(|(_, model)| !model.instances.is_empty());
     assert!(!models.is_empty());

@@ -13,3 +13,6 @@ pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
 
 /// Trim triangulation of one tile in cell units.
 pub mod trim;
+
+mod view;
+pub use view::{View, plan_for_view};

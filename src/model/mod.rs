@@ -43,3 +43,6 @@ pub use validate::MAX_DEGREE;
 
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
+
+/// Small models by name.
+pub mod shapes;

@@ -5,9 +5,9 @@ use crate::progress::Progress;
 use crate::report::name;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
-use trimtess::model::{Loop, Model, Part, Severity, ShellKind};
+use trimtess::model::{EdgeId, Loop, Model, Part, Severity, ShellKind, Surface};
 use trimtess::prepare::{PrepareOptions, prepare};
 
 /// `trimtess info`
@@ -37,14 +37,14 @@ struct Info {
     diagnostics: Vec<Told>,
 }
 
-/// Shells by what they bound, and whether every edge's uses cancel.
+/// Shells by what they bound, and whether every edge is used in pairs.
 #[derive(Default, Serialize)]
 struct Shells {
     closed: usize,
     open: usize,
     voids: usize,
-    /// Edges whose uses within their shell do not cancel.
-    unbalanced_edges: usize,
+    /// Edges that their shell uses an odd number of times.
+    free_edges: usize,
 }
 
 /// A diagnostic of the model.
@@ -99,7 +99,7 @@ impl Info {
         let mut shells = Shells::default();
         for part in &model.parts {
             for face in &part.faces {
-                *surfaces.entry(face.surface.kind().name()).or_insert(0) += 1;
+                *surfaces.entry(surface_name(&face.surface)).or_insert(0) += 1;
             }
             shells.add(part);
         }
@@ -140,10 +140,8 @@ impl Info {
             }
             None => line("box", "none: nothing to measure".into()),
         }
-        let Shells { closed, open, voids, unbalanced_edges } = self.shells;
-        let unbalanced =
-            if open > 0 { format!(" ({unbalanced_edges} edges whose uses do not cancel)") } else { String::new() };
-        line("shells", format!("{closed} closed, {voids} of them voids; {open} open{unbalanced}"));
+        let Shells { closed, open, voids, free_edges } = self.shells;
+        line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {free_edges} free edges"));
         let count = |severity| self.diagnostics.iter().filter(|d| d.severity == severity).count();
         let (errors, warnings, notes) = (count("error"), count("warning"), count("note"));
         line("diagnostics", format!("{errors} errors, {warnings} warnings, {notes} notes"));
@@ -162,32 +160,43 @@ impl Info {
 }
 
 impl Shells {
-    /// Adds the shells of a part. A shell is closed when the directed uses of each of its edges cancel.
+    /// Adds the shells of a part. A shell is closed when its faces use each of its edges an even number of times.
     fn add(&mut self, part: &Part) {
-        let mut balance: HashMap<(u32, u32), i64> = HashMap::new();
+        let mut odd: HashSet<(u32, EdgeId)> = HashSet::new();
         for face in &part.faces {
             for boundary in &face.loops {
                 let Loop::Edges(coedges) = boundary else { continue };
                 for coedge in coedges {
-                    let sign = if coedge.reversed == face.reversed { 1 } else { -1 };
-                    *balance.entry((face.shell, coedge.edge.0)).or_default() += sign;
+                    let edge = (face.shell, coedge.edge);
+                    if !odd.insert(edge) {
+                        odd.remove(&edge);
+                    }
                 }
             }
         }
-        let mut open = vec![false; part.shells.len()];
-        for (_, (shell, _)) in balance.iter().map(|(key, sum)| (sum, key)).filter(|(sum, _)| **sum != 0) {
-            self.unbalanced_edges += 1;
-            if let Some(open) = open.get_mut(*shell as usize) {
-                *open = true;
-            }
-        }
-        for (shell, is_open) in part.shells.iter().zip(open) {
-            if is_open {
+        self.free_edges += odd.len();
+        let open: HashSet<u32> = odd.into_iter().map(|(shell, _)| shell).collect();
+        for (number, shell) in (0_u32..).zip(&part.shells) {
+            if open.contains(&number) {
                 self.open += 1;
             } else {
                 self.closed += 1;
                 self.voids += usize::from(shell.kind == ShellKind::Void);
             }
         }
+    }
+}
+
+/// A surface's kind, in one word.
+fn surface_name(surface: &Surface) -> &'static str {
+    match surface {
+        Surface::Plane { .. } => "plane",
+        Surface::Cylinder { .. } => "cylinder",
+        Surface::Cone { .. } => "cone",
+        Surface::Sphere { .. } => "sphere",
+        Surface::Torus { .. } => "torus",
+        Surface::Extrusion { .. } => "extrusion",
+        Surface::Revolution { .. } => "revolution",
+        Surface::Nurbs(_) => "nurbs",
     }
 }

@@ -58,7 +58,7 @@ fn builtin(name: &str) -> Result<Model, Failure> {
 fn file(path: &Path) -> Result<Model, Failure> {
     let cannot = |what: String| Failure::Cannot(format!("{}: {what}", path.display()));
     let bytes = std::fs::read(path).map_err(|e| cannot(e.to_string()))?;
-    let mut model = step::read(&bytes, &StepOptions::DEFAULT).map_err(|e| cannot(e.to_string()))?;
+    let mut model = step::read(&bytes, &StepOptions::default()).map_err(|e| cannot(e.to_string()))?;
     if model.name.is_empty() {
         model.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     }

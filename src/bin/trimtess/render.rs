@@ -88,7 +88,6 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     let camera = aim(args, common, &prepared)?;
     let view = View {
         eye: camera.eye,
-        target: camera.target,
         fov_y: camera.fov_y,
         size: args.size,
         deviation_px: args.deviation_px,
