@@ -6,7 +6,7 @@ use super::cuts::grid_for;
 use super::pcurve::Projector;
 use super::region::{Along, RegionError, region, trace_loop};
 use super::{BezierPatches, EdgeShape, SurfaceBounds, UvCurve, UvSample};
-use crate::model::{AxisMap, Face, Loop, NurbsSurface, Part, Surface};
+use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -100,7 +100,8 @@ impl From<RegionError> for FaceError {
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
     let extent = face_extent(part, face).unwrap_or(size);
-    let projector = Projector::new(&face.surface, 1e-6 * extent);
+    let mut projector = Projector::new(&face.surface, 1e-6 * extent);
+    projector.adopt(boundary_points(part, face));
     let mut gap = 0.0;
     let mut loops = Vec::with_capacity(face.loops.len());
     for l in &face.loops {
@@ -189,6 +190,23 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
         .filter(|&k| is_crease(k))
         .map(|k| breaks[k])
         .collect()
+}
+
+/// The B-rep vertices on a face's boundary.
+fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = DVec3> + 'a {
+    face.loops.iter().flat_map(move |l| {
+        let (coedges, single): (&[Coedge], _) = match l {
+            Loop::Edges(coedges) => (coedges, None),
+            Loop::Vertex(v) => (&[], Some(*v)),
+        };
+        let of_edge = |c: &Coedge| part.edges[c.edge.index()].start;
+        let of_end = |c: &Coedge| part.edges[c.edge.index()].end;
+        coedges
+            .iter()
+            .flat_map(move |c| [of_edge(c), of_end(c)])
+            .chain(single)
+            .map(|v| part.vertices[v.index()])
+    })
 }
 
 /// Diagonal of the box of the face's edges; none for a face without edges.

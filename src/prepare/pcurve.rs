@@ -52,6 +52,16 @@ impl<'a> Projector<'a> {
         }
     }
 
+    /// Lets a B-rep vertex at a pole stand for the pole's point, so that all faces there have the same one.
+    pub(super) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>) {
+        for v in vertices {
+            let near = 10.0 * self.tolerance;
+            for pole in self.poles.iter_mut().filter(|p| p.point.distance(v) <= near) {
+                pole.point = v;
+            }
+        }
+    }
+
     /// The pole at a point, if it is one.
     pub(super) fn pole_at(&self, p: DVec3) -> Option<usize> {
         self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)
@@ -127,7 +137,8 @@ impl<'a> Projector<'a> {
             };
             let n = spans.clamp(8, 64);
             let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
-            (0..=n).map(|k| a + (b - a) * k as f64 / n as f64).collect()
+            // Midpoints: on a pole line the surface has no direction to go.
+            (0..n).map(|k| a + (b - a) * (k as f64 + 0.5) / n as f64).collect()
         };
         let vs = axis_values(1);
         axis_values(0)
@@ -319,9 +330,19 @@ impl Walk<'_> {
 
     /// The sample at a pole: the collapsed coordinate is the pole's, the other continues from `inner`.
     fn at_pole(&self, t: f64, pole: &Pole, inner: &UvSample) -> (UvSample, f64) {
-        let slope = if inner.d.is_finite() { inner.d } else { DVec2::ZERO };
-        let mut uv = inner.uv + slope * (t - inner.t);
-        uv[pole.axis] = pole.at;
+        let step = inner.d * (t - inner.t);
+        let small = (0..2).all(|axis| {
+            let (lo, hi) = self.projector.domain[axis];
+            step[axis].abs() <= 0.1 * self.projector.period[axis].unwrap_or(hi - lo)
+        });
+        let mut uv = inner.uv + if step.is_finite() && small { step } else { DVec2::ZERO };
+        // The pole line, or image of one, nearest to where the edge comes from: a closed profile meets its axis twice.
+        let fixed = pole.axis;
+        let from = inner.uv[fixed];
+        let images = self.projector.poles.iter().filter(|p| p.axis == fixed && p.point == pole.point).map(|p| {
+            p.at + self.projector.period[fixed].map_or(0.0, |period| period * ((from - p.at) / period).round())
+        });
+        uv[fixed] = images.min_by(|a, b| (a - from).abs().total_cmp(&(b - from).abs())).unwrap_or(pole.at);
         (UvSample { t, uv, d: DVec2::NAN }, 0.0)
     }
 
@@ -377,7 +398,7 @@ fn least_squares(a: DVec3, b: DVec3, r: DVec3) -> DVec2 {
 fn jacobian_solve(a: DVec3, b: DVec3, c: DVec3) -> DVec2 {
     let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
     let det = e * g - f * f;
-    if det > 1e-12 * e * g && e > 0.0 && g > 0.0 {
+    if det > 1e-12 * e * g && e > 1e-18 * g && g > 1e-18 * e {
         DVec2::new((g * c.dot(a) - f * c.dot(b)) / det, (e * c.dot(b) - f * c.dot(a)) / det)
     } else {
         DVec2::NAN

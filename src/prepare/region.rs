@@ -243,7 +243,7 @@ fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec
     let run = 1 - fixed;
     let Some(p) = projector.period[run] else { return to };
     // The kept side below a pole line v = at: the loop runs towards -u there; right of u = at: towards -v.
-    let below = inside[fixed] < pole.at;
+    let below = inside[fixed] < from[fixed];
     let positive = below != (fixed == 1);
     let mut by = (to[run] - from[run]).rem_euclid(p);
     if by < 1e-6 * p || by > (1.0 - 1e-6) * p {
@@ -262,15 +262,14 @@ fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec
 
 /// The stretch along a pole line; none where it has no length.
 fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to: DVec2) -> Option<Piece> {
-    let at = &projector.poles[pole];
-    let fixed = at.axis;
+    let fixed = projector.poles[pole].axis;
     let run = 1 - fixed;
     let (a, b) = (from[run], to[run]);
     if (a - b).abs() <= 1e-12 * (1.0 + a.abs() + b.abs()) {
         return None;
     }
     let sample = |t: f64| {
-        let mut uv = DVec2::splat(at.at);
+        let mut uv = DVec2::splat(from[fixed]);
         uv[run] = t;
         let mut d = DVec2::ZERO;
         d[run] = 1.0;
@@ -381,7 +380,7 @@ fn band(mut loops: Vec<UvLoop>, axis: usize, projector: &Projector<'_>) -> Resul
         p.iter().map(|q| q[across]).sum::<f64>() / p.len() as f64
     };
     let (lo, hi) = projector.domain[across];
-    let ends = [lo, hi].map(|x| if projector.period[across].is_some() { f64::NAN } else { x });
+    let mut ends = [lo, hi].map(|x| if projector.period[across].is_some() { f64::NAN } else { x });
     if let Some(p) = projector.period[across] {
         if round.len() != 2 {
             return Err(RegionError::OneSided { loops: round.len() });
@@ -396,6 +395,15 @@ fn band(mut loops: Vec<UvLoop>, axis: usize, projector: &Projector<'_>) -> Resul
         round[1].shift(by);
     } else {
         round.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+        // A pole ends the surface as well (the apex of a cone).
+        let (first, last) = (mean(&round[0]), mean(&round[round.len() - 1]));
+        for p in projector.poles.iter().filter(|p| p.axis == across) {
+            if p.at < first {
+                ends[0] = ends[0].max(p.at);
+            } else if p.at > last {
+                ends[1] = ends[1].min(p.at);
+            }
+        }
         let sides: Vec<bool> = round.iter().map(|l| l.winding[axis] == lower).collect();
         let fits = |first_is_lower: bool| sides.iter().enumerate().all(|(k, &s)| s == (first_is_lower == (k % 2 == 0)));
         let possible = |first_is_lower: bool| {
