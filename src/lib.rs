@@ -2,6 +2,9 @@
 //!
 //! The modules below stand in the order in which data flows through them.
 
+/// The vector types of this crate's interface.
+pub use glam;
+
 /// Bernstein algebra, bounds, roots, exact predicates, tolerances. Knows no surfaces.
 pub mod math;
 
@@ -11,11 +14,20 @@ pub mod model;
 /// Files to [`model`]: STEP.
 pub mod import;
 
+/// Paid once per model: Bézier patches, pcurves, tiles, shared edges, bounds.
+pub mod prepare;
+
 /// Output vocabulary: patch meshes, batches, scene description, sinks, checks.
 pub mod mesh;
 
-/// Once per model: Bézier patches, pcurves, tiles, bounds.
-pub mod prepare;
-
-/// Every frame: from a plan to the triangles of one tile.
+/// Paid every frame: from a tolerance or a view to the triangles of one tile.
 pub mod frame;
+
+/// The oracle's second half: meshes measured densely against the exact surfaces and edges.
+pub mod audit;
+
+/// The same stages on all cores: tiles dealt once, workers that never talk to each other, one committing thread.
+pub mod parallel;
+
+/// The door out: PLY, OBJ, STL, GLB, pictures.
+pub mod out;

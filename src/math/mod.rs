@@ -1,7 +1,10 @@
-//! Numbers and signs.
+//! Bernstein algebra, bounds, roots, exact predicates, tolerances. Knows no surfaces.
 
-/// Bernstein polynomials: bases, products, restriction.
+/// Products, elevation, subdivision and evaluation in the Bernstein basis.
 pub mod bernstein;
+
+/// Exact signs of orientation.
+pub mod predicates;
 
 /// Upper bounds of derivatives of polynomial and rational Bézier nets.
 pub mod bounds;

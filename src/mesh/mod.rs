@@ -8,3 +8,9 @@ pub use scene::{Scene, SceneInstance, ScenePart};
 
 mod sink;
 pub use sink::{MemorySink, MeshSink, SinkError};
+
+mod check;
+pub use check::{BadEdge, MeshFacts, SceneFacts, check_part, check_scene};
+
+mod stats;
+pub use stats::MeshStats;

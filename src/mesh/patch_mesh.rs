@@ -20,6 +20,11 @@ pub enum Origin {
         /// Index along the edge, from its start; 0 and the last are the edge's vertices.
         k: u32,
     },
+    /// A point where two boundary segments of a self-crossing face meet: its neighbours do not know of it.
+    Crossing {
+        /// Number within the tile.
+        k: u32,
+    },
     /// Tessellant `k` of a border between tiles, a seam or a pole of the face.
     Border {
         /// Border number within the part's prepared edges.

@@ -55,6 +55,29 @@ pub trait MeshSink: Send {
     fn abort(&mut self);
 }
 
+/// So that sinks chosen at run time fit where a sink's type is asked for.
+impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        (**self).begin(scene)
+    }
+
+    fn batch(&mut self, batch: Batch) -> Result<(), SinkError> {
+        (**self).batch(batch)
+    }
+
+    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
+        (**self).edge_line(line)
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        (**self).end()
+    }
+
+    fn abort(&mut self) {
+        (**self).abort();
+    }
+}
+
 /// Keeps everything in memory.
 #[derive(Clone, Debug, Default)]
 pub struct MemorySink {

@@ -13,7 +13,7 @@ mod curve;
 pub use curve::{ControlPoint, CurveDerivatives, NurbsCurve, NurbsCurve2, NurbsCurve3};
 
 mod surface;
-pub use surface::{NurbsSurface, Surface};
+pub use surface::{NurbsSurface, Surface, SurfaceKind};
 
 mod nurbs_surface;
 pub use nurbs_surface::SurfaceDerivatives;
@@ -43,3 +43,6 @@ pub use validate::MAX_DEGREE;
 
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
+
+/// Small models by name.
+pub mod shapes;

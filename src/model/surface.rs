@@ -82,3 +82,70 @@ pub enum Surface {
     /// A B-spline surface as given.
     Nurbs(NurbsSurface),
 }
+
+/// What kind of surface a face lies on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum SurfaceKind {
+    /// [`Surface::Plane`]
+    Plane,
+    /// [`Surface::Cylinder`]
+    Cylinder,
+    /// [`Surface::Cone`]
+    Cone,
+    /// [`Surface::Sphere`]
+    Sphere,
+    /// [`Surface::Torus`]
+    Torus,
+    /// [`Surface::Extrusion`]
+    Extrusion,
+    /// [`Surface::Revolution`]
+    Revolution,
+    /// [`Surface::Nurbs`]
+    Nurbs,
+}
+
+impl SurfaceKind {
+    /// All kinds, in the order of declaration.
+    pub const ALL: [Self; 8] = [
+        Self::Plane,
+        Self::Cylinder,
+        Self::Cone,
+        Self::Sphere,
+        Self::Torus,
+        Self::Extrusion,
+        Self::Revolution,
+        Self::Nurbs,
+    ];
+
+    /// The kind in one word, lower case.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Plane => "plane",
+            Self::Cylinder => "cylinder",
+            Self::Cone => "cone",
+            Self::Sphere => "sphere",
+            Self::Torus => "torus",
+            Self::Extrusion => "extrusion",
+            Self::Revolution => "revolution",
+            Self::Nurbs => "nurbs",
+        }
+    }
+}
+
+impl Surface {
+    /// Its kind.
+    #[must_use]
+    pub const fn kind(&self) -> SurfaceKind {
+        match self {
+            Self::Plane { .. } => SurfaceKind::Plane,
+            Self::Cylinder { .. } => SurfaceKind::Cylinder,
+            Self::Cone { .. } => SurfaceKind::Cone,
+            Self::Sphere { .. } => SurfaceKind::Sphere,
+            Self::Torus { .. } => SurfaceKind::Torus,
+            Self::Extrusion { .. } => SurfaceKind::Extrusion,
+            Self::Revolution { .. } => SurfaceKind::Revolution,
+            Self::Nurbs(_) => SurfaceKind::Nurbs,
+        }
+    }
+}

@@ -1,1 +1,31 @@
-//! out
+//! Meshes to files and pictures: one [`FileSink`](crate::out::FileSink) for all formats, chosen by the file's extension.
+//!
+//! A file appears whole or not at all. Positions that are equal in a part stay equal in the file, whatever the format.
+
+mod pending;
+
+mod placed;
+
+mod colour;
+
+mod ply;
+pub use ply::write_ply;
+
+mod stl;
+pub use stl::write_stl;
+
+mod obj;
+pub use obj::write_obj;
+
+mod glb;
+pub use glb::write_glb;
+
+mod file_sink;
+pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
+
+mod camera;
+pub use camera::{BadViewPoint, Camera, ViewPoint};
+
+/// Pictures.
+#[cfg(feature = "wgpu")]
+pub mod wgpu;

@@ -1,1 +1,17 @@
-//! parallel
+//! Tiles dealt once to workers that never talk to each other; one thread commits what they make. See `README.md` here.
+
+pub mod distribute;
+
+mod handoff;
+pub use handoff::DegradedTile;
+
+mod master;
+pub use master::{Session, SessionOptions, StartError, serial};
+
+mod metrics;
+pub use metrics::{WorkerMetrics, balance};
+
+mod render_thread;
+pub use render_thread::{FrameError, FrameReport};
+
+mod worker;

@@ -1,8 +1,140 @@
-//! Paid once per model: Bézier patches, shared edges, bounds.
+//! Paid once per model: Bézier patches, pcurves, tiles, shared edges, bounds. Parallel over faces (rayon).
+
+mod arrangement;
 
 mod bounds;
 pub use bounds::{BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
+mod critical;
+
+mod cuts;
+
 /// NURBS to Bézier pieces.
 pub mod decompose;
 pub use decompose::{BezierPatches, BezierSpline3};
+
+mod extent;
+
+mod face;
+
+mod pcurve;
+
+mod prepared;
+pub use prepared::{Break, EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
+
+mod region;
+
+mod topology;
+
+mod uv_curve;
+pub use uv_curve::{UvCurve, UvSample};
+
+use crate::mesh::{Scene, SceneInstance, ScenePart};
+use crate::model::{Diagnostic, FaceId, Model, Part, PartId, Severity};
+use rayon::prelude::*;
+
+/// Knobs of [`prepare`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrepareOptions {
+    /// Threads to use; `None` = the rayon pool the caller is in.
+    pub threads: Option<usize>,
+}
+
+impl PrepareOptions {
+    /// The caller's rayon pool.
+    pub const DEFAULT: Self = Self { threads: None };
+}
+
+impl Default for PrepareOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Makes a model ready for tessellation.
+///
+/// Never fails as a whole: a face that cannot be used becomes a diagnostic in [`Prepared::diagnostics`], and its
+/// neighbours are not touched. The result does not depend on the number of threads. Cost: about 20–200 µs per face.
+#[must_use]
+pub fn prepare(model: Model, options: &PrepareOptions) -> Prepared {
+    let pool = options.threads.and_then(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().ok());
+    match pool {
+        Some(pool) => pool.install(|| prepare_all(model)),
+        None => prepare_all(model),
+    }
+}
+
+fn prepare_all(model: Model) -> Prepared {
+    let done: Vec<(PreparedPart, Vec<Diagnostic>)> =
+        model.parts.par_iter().enumerate().map(|(k, part)| prepare_part(PartId::new(k), part)).collect();
+    let mut diagnostics = model.diagnostics.clone();
+    let mut parts = Vec::with_capacity(done.len());
+    for (part, found) in done {
+        parts.push(part);
+        diagnostics.extend(found);
+    }
+    let scene = scene(&model);
+    let bounds = extent::placed_box(&parts, &scene.instances);
+    let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
+    Prepared { parts, scene, diagnostics, bounds, diagonal }
+}
+
+fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
+    let (low, high) = topology::control_box(part);
+    let size = (high - low).length();
+    let results: Vec<_> = part.faces.par_iter().map(|f| face::draft(part, f, size)).collect();
+    let mut diagnostics = Vec::new();
+    let mut drafts = Vec::with_capacity(results.len());
+    for (k, result) in results.into_iter().enumerate() {
+        let told = match &result {
+            Ok(draft) => draft.note.clone().map(|note| (Severity::Note, note)),
+            Err(e) => Some((Severity::Error, e.to_string())),
+        };
+        if let Some((severity, reason)) = told {
+            diagnostics.push(Diagnostic {
+                severity,
+                part: Some(id),
+                face: Some(FaceId::new(k)),
+                entity: part.faces[k].entity,
+                reason,
+            });
+        }
+        drafts.push(result.ok());
+    }
+    (topology::assemble(part, drafts), diagnostics)
+}
+
+fn scene(model: &Model) -> Scene {
+    let parts: Vec<ScenePart> = model
+        .parts
+        .iter()
+        .map(|p| {
+            let (low, high) = topology::control_box(p);
+            let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+            let known = centre.is_finite() && radius.is_finite();
+            ScenePart {
+                name: p.name.clone(),
+                face_colours: p.faces.iter().map(|f| f.colour.or(p.colour)).collect(),
+                centre: if known { centre } else { glam::DVec3::ZERO },
+                radius: if known { radius } else { 0.0 },
+            }
+        })
+        .collect();
+    let mut first_face = 0;
+    let instances = model
+        .instances
+        .iter()
+        .map(|i| {
+            let first = first_face;
+            first_face += u32::try_from(model.parts[i.part.index()].faces.len()).unwrap_or(0);
+            SceneInstance {
+                part: i.part.0,
+                transform: i.transform,
+                colour: i.colour,
+                name: i.name.clone(),
+                first_face: first,
+            }
+        })
+        .collect();
+    Scene { name: model.name.clone(), parts, instances }
+}

@@ -1,1 +1,325 @@
-//! STEP (ISO 10303-21) to a model.
+//! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) to a [`Model`]; syntax by the crate `step-io`.
+//!
+//! The steps are the files of this folder: `text` parses (and cuts out what breaks the syntax), `table` gives typed access
+//! to instances, `units` and `place` turn numbers into millimetres and frames, `curve` and `surface` read geometry, `loops`,
+//! `shells` and `part` topology, `style` colours, `product` the assembly.
+
+mod boundary;
+mod conic;
+mod curve;
+mod loops;
+mod offset;
+mod part;
+mod place;
+mod product;
+mod shells;
+mod spline;
+mod style;
+mod surface;
+mod table;
+mod text;
+mod units;
+
+use crate::model::{Colour, Diagnostic, Instance, Model, Part, PartId, Severity};
+use glam::DAffine3;
+use part::Reader;
+use product::{Builder, Group, MAX_ASSEMBLY_DEPTH, Structure};
+use rayon::prelude::*;
+use shells::{Gather, Gathered};
+use std::collections::HashSet;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use style::Styles;
+use table::Table;
+use units::Contexts;
+
+/// Limits and tolerances of reading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepOptions {
+    /// How far the B-spline that stands for an offset of a B-spline surface may be from it, millimetres. Default 0.001.
+    pub offset_tolerance: f64,
+    /// Files longer than this are refused, bytes. Reading takes about eight times the file's size in memory. Default 2 GiB.
+    pub max_bytes: u64,
+    /// How many instances that break the syntax may be cut out before the file is given up. Each costs another pass over
+    /// the text. Default 16.
+    pub max_syntax_repairs: usize,
+    /// How many placed parts and assemblies an assembly tree may expand to. Default 1 000 000.
+    pub max_instances: usize,
+}
+
+impl Default for StepOptions {
+    fn default() -> Self {
+        Self { offset_tolerance: 1e-3, max_bytes: 2 << 30, max_syntax_repairs: 16, max_instances: 1_000_000 }
+    }
+}
+
+/// Why a file gives no model at all.
+#[derive(Debug)]
+pub enum StepError {
+    /// The file cannot be opened or read.
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+    /// The file is longer than [`StepOptions::max_bytes`].
+    TooLarge {
+        /// Its length.
+        bytes: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The bytes are not Part 21 text.
+    NotStep {
+        /// What they look like, and what to do about it.
+        looks_like: &'static str,
+    },
+    /// The syntax is broken in more places than [`StepOptions::max_syntax_repairs`], or where nothing can be cut out.
+    Syntax {
+        /// The parser's message, with line and column.
+        message: String,
+        /// How many instances had been cut out before.
+        repairs: usize,
+    },
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Io { path, error } => write!(f, "cannot read {}: {error}", path.display()),
+            Self::TooLarge { bytes, limit } => {
+                write!(f, "the file has {bytes} bytes, the limit is {limit}; raise StepOptions::max_bytes to read it")
+            }
+            Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
+            Self::Syntax { message, repairs } => write!(
+                f,
+                "{message} ({repairs} broken instances left out before it); export the file again or correct that line"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for StepError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Io { error, .. } => Some(error),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a STEP file. The model's name is the file's, without extension.
+///
+/// # Errors
+/// As [`read`], and [`StepError::Io`] if the file cannot be read.
+pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError> {
+    let io = |error| StepError::Io { path: path.to_owned(), error };
+    let bytes = std::fs::metadata(path).map_err(io)?.len();
+    check_size(bytes, options)?;
+    let text = std::fs::read(path).map_err(io)?;
+    let mut model = read(&text, options)?;
+    model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(model)
+}
+
+fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
+    if bytes > options.max_bytes {
+        return Err(StepError::TooLarge { bytes, limit: options.max_bytes });
+    }
+    Ok(())
+}
+
+/// Reads the text of a STEP file.
+///
+/// Each product definition with geometry is one part, placed as often as the assembly says; geometry that no product owns
+/// makes parts of its own, placed once. What is not understood is named in [`Model::diagnostics`] and costs nothing else: a
+/// file without any face gives an empty model. Runs on the threads of the current rayon pool.
+///
+/// # Errors
+/// If the bytes are no STEP text, are more than [`StepOptions::max_bytes`], or break the syntax beyond repair.
+pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
+    check_size(bytes.len() as u64, options)?;
+    let mut diagnostics = Vec::new();
+    let table = text::parse(bytes, options, &mut diagnostics)?;
+    let contexts = Contexts::read(&table);
+    let styles = Styles::read(&table);
+    let structure = Builder::build(&table, &contexts, &styles);
+    let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
+    tree.expand();
+    let reader = Reader { table: &table, styles: &styles, options };
+    // A file may mix units; the first part's are named.
+    let first = tree.planned.first().and_then(|plan| plan.gathered.shells.first());
+    let millimetres_per_unit = first.map_or(contexts.first, |shell| shell.units).length;
+    let read: Vec<(Part, Vec<Diagnostic>)> = std::mem::take(&mut tree.planned)
+        .into_par_iter()
+        .map(|plan| reader.part(plan.name, &plan.gathered.shells, plan.colour))
+        .collect();
+    let mut model = Model { millimetres_per_unit, ..Model::default() };
+    for (part, found) in read {
+        let id = Some(PartId::new(model.parts.len()));
+        diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));
+        model.parts.push(part);
+    }
+    model.instances = tree.instances;
+    diagnostics.extend(tree.diagnostics);
+    if !contexts.stated && !model.parts.is_empty() {
+        let reason = "the file names no length unit; millimetres assumed".to_owned();
+        diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
+    }
+    if styles.along_paths > 0 {
+        let reason = format!("{} colours that hold along paths of occurrences are not applied", styles.along_paths);
+        diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
+    }
+    if model.parts.iter().all(|part| part.faces.is_empty()) {
+        let reason = format!("no faces among the file's {} instances", table.len());
+        diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
+    }
+    model.diagnostics = diagnostics;
+    Ok(model)
+}
+
+/// A part that will be read.
+struct Plan {
+    name: String,
+    gathered: Gathered,
+    colour: Option<Colour>,
+}
+
+/// The assembly tree while it is expanded into instances.
+struct Tree<'a> {
+    table: &'a Table,
+    contexts: &'a Contexts,
+    options: &'a StepOptions,
+    groups: Vec<Group>,
+    gather: Gather<'a>,
+    /// For each group: not looked at yet, without geometry, or the part it makes.
+    parts: Vec<Option<Option<PartId>>>,
+    planned: Vec<Plan>,
+    instances: Vec<Instance>,
+    /// Occurrences walked through, assemblies included.
+    visits: usize,
+    /// Groups from the root to here.
+    path: Vec<usize>,
+    /// Groups that have been reached.
+    reached: HashSet<usize>,
+    /// Occurrences left out because they would never end, each reported once.
+    cyclic: HashSet<(usize, usize)>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl<'a> Tree<'a> {
+    fn new(
+        table: &'a Table,
+        contexts: &'a Contexts,
+        styles: &'a Styles,
+        options: &'a StepOptions,
+        structure: Structure,
+    ) -> Self {
+        let mut tree = Self {
+            table,
+            contexts,
+            options,
+            parts: vec![None; structure.groups.len()],
+            groups: structure.groups,
+            gather: Gather { table, styles, taken: HashSet::new(), unread: Vec::new() },
+            planned: Vec::new(),
+            instances: Vec::new(),
+            visits: 0,
+            path: Vec::new(),
+            reached: HashSet::new(),
+            cyclic: HashSet::new(),
+            diagnostics: Vec::new(),
+        };
+        for trouble in structure.troubles {
+            tree.say(Severity::Warning, trouble.entity, trouble.reason);
+        }
+        tree
+    }
+
+    fn say(&mut self, severity: Severity, entity: u64, reason: String) {
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, reason });
+    }
+
+    fn expand(&mut self) {
+        // Products nobody uses are the roots; then representations outside products; then what is left in cycles.
+        let count = self.groups.len();
+        let roots = (0..count).filter(|g| self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
+        let bare = (0..count).filter(|g| !self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
+        for group in roots.into_iter().chain(bare).chain(0..count) {
+            if !self.reached.contains(&group) {
+                let name = self.groups[group].name.clone();
+                self.walk(group, DAffine3::IDENTITY, name, None);
+            }
+        }
+        let left = self.gather.leftovers(self.contexts.first);
+        if !left.shells.is_empty() {
+            let part = PartId::new(self.planned.len());
+            self.planned.push(Plan { name: String::new(), gathered: left, colour: None });
+            let transform = DAffine3::IDENTITY;
+            self.instances.push(Instance { part, transform, colour: None, name: String::new() });
+        }
+        for trouble in std::mem::take(&mut self.gather.unread) {
+            self.say(Severity::Error, trouble.entity, trouble.reason);
+        }
+        if self.visits > self.options.max_instances {
+            let reason = format!(
+                "the assembly has more than {} occurrences; the rest was left out (StepOptions::max_instances)",
+                self.options.max_instances
+            );
+            self.say(Severity::Error, 0, reason);
+        }
+    }
+
+    fn walk(&mut self, group: usize, transform: DAffine3, name: String, colour: Option<Colour>) {
+        self.visits += 1;
+        if self.visits > self.options.max_instances {
+            return;
+        }
+        self.reached.insert(group);
+        if let Some(part) = self.part(group) {
+            self.instances.push(Instance { part, transform, colour, name });
+        }
+        self.path.push(group);
+        for child in 0..self.groups[group].children.len() {
+            let child = self.groups[group].children[child].clone();
+            if self.path.contains(&child.group) || self.path.len() >= MAX_ASSEMBLY_DEPTH {
+                if self.cyclic.insert((group, child.group)) {
+                    let name = &self.groups[group].name;
+                    let reason = format!("assembly '{name}' contains itself; that occurrence was left out");
+                    self.say(Severity::Error, 0, reason);
+                }
+                continue;
+            }
+            let name = if child.name.is_empty() { self.groups[child.group].name.clone() } else { child.name };
+            self.walk(child.group, transform * child.transform, name, colour.or(child.colour));
+        }
+        self.path.pop();
+    }
+
+    /// The part that a group's own items make; the same for all its occurrences.
+    fn part(&mut self, group: usize) -> Option<PartId> {
+        if let Some(known) = self.parts[group] {
+            return known;
+        }
+        let mut gathered = Gathered::default();
+        let mut colour = None;
+        for id in &self.groups[group].representations {
+            let Some((items, context)) = product::representation(self.table, *id) else { continue };
+            let units = self.contexts.of(context);
+            colour = colour.or(self.gather.styles.of(*id));
+            for item in items {
+                // A representation that no product owns may only repeat what a product has.
+                if self.groups[group].product || !self.gather.taken.contains(&item) {
+                    self.gather.item(item, units, &mut gathered);
+                }
+            }
+        }
+        let part = (!gathered.shells.is_empty()).then(|| PartId::new(self.planned.len()));
+        if part.is_some() {
+            self.planned.push(Plan { name: self.groups[group].name.clone(), gathered, colour });
+        }
+        self.parts[group] = Some(part);
+        part
+    }
+}

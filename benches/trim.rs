@@ -1,0 +1,121 @@
+//! Cost of the trim triangulation per tessellant.
+//!
+//! * `lattice/*`: 32 x 32 cells, sweeping the length of segments in cells;
+//! * `one_cell/*`: planes, that is, tiles of one cell, sweeping the number of tessellants, without and with holes;
+//! * `cylinder/*`: tiles of one row;
+//! * `reference/*`: the whole-tile reference on the first tile, for comparison.
+
+use std::f64::consts::TAU;
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::DVec2;
+use trimtess::frame::trim::{TrimInput, TrimOutput, TrimScratch, reference, trim_tile};
+
+struct Tile {
+    cells: (u32, u32),
+    points: Vec<DVec2>,
+    loop_starts: Vec<u32>,
+}
+
+impl Tile {
+    fn new(cells: (u32, u32)) -> Self {
+        Self { cells, points: Vec::new(), loop_starts: vec![0] }
+    }
+
+    fn with(mut self, points: impl IntoIterator<Item = DVec2>) -> Self {
+        self.points.extend(points);
+        self.loop_starts.push(self.points.len() as u32);
+        self
+    }
+
+    fn with_border(self, segment: f64) -> Self {
+        let (w, h) = (f64::from(self.cells.0), f64::from(self.cells.1));
+        let corners = [DVec2::ZERO, DVec2::new(w, 0.0), DVec2::new(w, h), DVec2::new(0.0, h)];
+        let side = move |k: usize| {
+            let (a, b) = (corners[k], corners[(k + 1) % 4]);
+            let steps = (a.distance(b) / segment).ceil() as u32;
+            (0..steps).map(move |s| a.lerp(b, f64::from(s) / f64::from(steps)))
+        };
+        self.with((0..4).flat_map(side))
+    }
+
+    fn input(&self) -> TrimInput<'_> {
+        TrimInput { cells: self.cells, points: &self.points, loop_starts: &self.loop_starts }
+    }
+}
+
+/// A wavy loop with segments of about the given length; clockwise if `turns` is -1.
+fn wavy(centre: DVec2, radius: f64, segment: f64, turns: f64) -> impl Iterator<Item = DVec2> {
+    let count = ((TAU * radius / segment).ceil() as u32).max(3);
+    (0..count).map(move |k| {
+        let angle = turns * TAU * f64::from(k) / f64::from(count);
+        centre + DVec2::from_angle(angle) * radius * (1.0 + 0.15 * (3.0 * angle).sin())
+    })
+}
+
+/// A border and three holes.
+fn pierced(segment: f64) -> Tile {
+    let mut tile = Tile::new((32, 32)).with_border(segment);
+    for (x, y, radius) in [(9.3, 8.1, 5.0), (22.7, 12.4, 6.5), (14.2, 24.6, 4.5)] {
+        tile = tile.with(wavy(DVec2::new(x, y), radius, segment, -1.0));
+    }
+    tile
+}
+
+/// A trim loop instead of the border, with a hole.
+fn trimmed(segment: f64) -> Tile {
+    let centre = DVec2::new(16.1, 15.7);
+    Tile::new((32, 32)).with(wavy(centre, 13.0, segment, 1.0)).with(wavy(centre, 5.0, segment, -1.0))
+}
+
+/// One cell with a disc of `count` tessellants.
+fn disc(count: u32) -> Tile {
+    Tile::new((1, 1)).with(wavy(DVec2::splat(0.5), 0.4, TAU * 0.4 / f64::from(count), 1.0))
+}
+
+/// A plate with `holes` x `holes` round holes of 24 tessellants.
+fn plate(cells: (u32, u32), holes: u32) -> Tile {
+    let mut tile = Tile::new(cells).with_border(1.0);
+    let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
+    for i in 0..holes {
+        for j in 0..holes {
+            let centre = size * (DVec2::new(f64::from(i), f64::from(j)) + 0.5) / f64::from(holes);
+            let radius = 0.3 * size.min_element() / f64::from(holes);
+            tile = tile.with(wavy(centre, radius, TAU * radius / 24.0, -1.0));
+        }
+    }
+    tile
+}
+
+fn bench(c: &mut Criterion) {
+    let mut run = |group: &str, id: BenchmarkId, tile: &Tile| {
+        let (mut scratch, mut out) = (TrimScratch::default(), TrimOutput::default());
+        let mut group = c.benchmark_group(group);
+        group.throughput(Throughput::Elements(tile.points.len() as u64));
+        group.bench_function(id, |b| {
+            b.iter(|| trim_tile(black_box(&tile.input()), &mut scratch, &mut out).expect("valid input"));
+        });
+    };
+    for segment in [1.0, 0.5, 0.2, 0.1] {
+        run("lattice", BenchmarkId::new("pierced", segment), &pierced(segment));
+        run("lattice", BenchmarkId::new("trimmed", segment), &trimmed(segment));
+    }
+    for count in [4, 8, 12, 16, 24, 32, 40, 64, 256, 4_096, 100_000] {
+        run("one_cell", BenchmarkId::new("disc", count), &disc(count));
+    }
+    for holes in [1, 4, 16, 64] {
+        run("one_cell", BenchmarkId::new("plate", holes * holes), &plate((1, 1), holes));
+    }
+    run("cylinder", BenchmarkId::new("plate", 16), &plate((40, 1), 4));
+    let tile = pierced(1.0);
+    let mut out = TrimOutput::default();
+    let mut group = c.benchmark_group("reference");
+    group.throughput(Throughput::Elements(tile.points.len() as u64));
+    group.bench_function("pierced/1", |b| {
+        b.iter(|| reference::trim_tile_reference(black_box(&tile.input()), &mut out).expect("valid input"));
+    });
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

@@ -1,0 +1,31 @@
+//! A STEP file to a mesh file: `cargo run --release --example step_to_glb -- IN.step OUT.glb`
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use trimtess::frame::{self, Tolerance};
+use trimtess::import::step::{self, StepOptions};
+use trimtess::out;
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::{PrepareOptions, prepare};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let paths: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
+    let [input, output] = &paths[..] else { return Err("usage: step_to_glb IN.step OUT.glb".into()) };
+
+    let model = step::read(&std::fs::read(input)?, &StepOptions::default())?;
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    for diagnostic in &prepared.diagnostics {
+        eprintln!("{:?}: #{}: {}", diagnostic.severity, diagnostic.entity, diagnostic.reason);
+    }
+
+    // A thousandth of the model's diagonal, and at least 18 segments around a full circle.
+    let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
+    let plan = Arc::new(frame::plan(&prepared, &tolerance));
+    let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;
+    let mut sink = out::open(output)?;
+    let report = session.frame(&plan, &mut *sink)?;
+
+    assert!(report.triangles > 0, "no triangles in {}", input.display());
+    println!("{} triangles, made in {:?} by {} workers", report.triangles, report.made_in, report.workers.len());
+    Ok(())
+}

@@ -1,0 +1,201 @@
+//! Triangles -> how far they are from the exact surfaces of their faces, by dense sampling and foot points.
+
+use super::edges;
+use super::foot::{parameter_box, search_surface, walk_surface};
+use super::report::{DeviationReport, EdgePlace, Place};
+use super::tally::Tally;
+use crate::mesh::{Batch, MemorySink, Origin, PatchMesh};
+use crate::model::{FaceId, PartId, SurfaceKind};
+use crate::prepare::{BezierPatches, Prepared, PreparedFace};
+use glam::{DVec2, DVec3};
+use std::collections::BTreeMap;
+
+/// Samples aimed at. Small meshes get more per triangle, so that a face judged flat by mistake shows.
+const SAMPLES: f64 = 2e6;
+/// Most triangles measured; of larger meshes every k-th.
+const MOST_TRIANGLES: u64 = 4_000_000;
+/// Steps of the barycentric lattices that samples are taken from, finest last. Even: the middle of an edge is where a
+/// triangle is farthest from a cylinder or a sphere.
+const STEPS: [u32; 5] = [2, 4, 6, 8, 10];
+/// Share of the tolerance below which a distance is not measured more exactly.
+const ENOUGH: f64 = 1e-4;
+/// Starts per direction of the search that a sample over the tolerance gets.
+const STARTS: u32 = 6;
+/// Searches in all: a mesh that is wrong everywhere is known to be wrong by then.
+const SEARCHES: u32 = 50_000;
+
+/// Measures every triangle and every edge polyline of `mesh`, which was made from `prepared` (batches and edges that
+/// `prepared` does not have are left out).
+///
+/// Each triangle is sampled at 4 to 64 points, more on larger ones and in smaller meshes: midpoints of edges, inner
+/// points, never corners. A sample's distance to its face's whole surface (within the face's parameter box, trimmed or
+/// not) is that of its foot point. It is found by Newton's method from the interpolated parameters, so it is never too
+/// small, and by a search over the triangle's surroundings where that leaves it over the tolerance. `chord` is in
+/// millimetres. Cost: about 1 s per two million samples; O(faces) memory.
+#[must_use]
+pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> DeviationReport {
+    let triangles: u64 = mesh.batches.iter().map(|b| b.mesh.triangles.len() as u64).sum();
+    let size: f64 = mesh.batches.iter().map(|b| squared_sizes(&b.mesh).sum::<f64>()).sum();
+    let patterns = STEPS.map(pattern);
+    let mut audit = Audit {
+        chord,
+        mean_size: size / triangles.max(1) as f64,
+        share: (SAMPLES / triangles.max(1) as f64).max(4.0),
+        stride: triangles.div_ceil(MOST_TRIANGLES).max(1),
+        searches: SEARCHES,
+        patterns: &patterns,
+        raw: Tally::default(),
+        kinds: BTreeMap::new(),
+        faces: BTreeMap::new(),
+        measured: 0,
+        seen: 0,
+        uvs: Vec::new(),
+    };
+    for batch in &mesh.batches {
+        let face = prepared.parts.get(batch.part.index()).and_then(|part| {
+            let row = (*part.face_rows.get(batch.face.index())?)?;
+            part.faces.get(row as usize)
+        });
+        if let Some(face) = face {
+            audit.batch(batch, face);
+        }
+    }
+    let (edges, edge_places) = edges::measure(prepared, mesh, chord);
+    audit.report(triangles, &edges, edge_places)
+}
+
+/// Squares of longest sides.
+fn squared_sizes(mesh: &PatchMesh) -> impl Iterator<Item = f64> {
+    mesh.triangles.iter().map(|t| squared_size(t.map(|v| mesh.positions[v as usize])))
+}
+
+fn squared_size([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+}
+
+/// Barycentric coordinates of a lattice of `steps` per side without the corners; the centre is always one of them.
+fn pattern(steps: u32) -> Vec<DVec3> {
+    let n = f64::from(steps);
+    let mut points = Vec::new();
+    for i in 0..=steps {
+        for j in 0..=steps - i {
+            let k = steps - i - j;
+            if i.max(j).max(k) < steps {
+                points.push(DVec3::new(f64::from(i), f64::from(j), f64::from(k)) / n);
+            }
+        }
+    }
+    if !steps.is_multiple_of(3) {
+        points.push(DVec3::splat(1.0 / 3.0));
+    }
+    points
+}
+
+struct Audit<'a> {
+    chord: f64,
+    /// Mean squared longest side.
+    mean_size: f64,
+    /// Samples for a triangle of mean size.
+    share: f64,
+    stride: u64,
+    searches: u32,
+    patterns: &'a [Vec<DVec3>],
+    raw: Tally,
+    kinds: BTreeMap<SurfaceKind, Tally>,
+    faces: BTreeMap<(PartId, FaceId), Place>,
+    measured: u64,
+    seen: u64,
+    uvs: Vec<DVec2>,
+}
+
+impl Audit<'_> {
+    fn batch(&mut self, batch: &Batch, face: &PreparedFace) {
+        let mesh = &batch.mesh;
+        let mut uvs = std::mem::take(&mut self.uvs);
+        uvs.clear();
+        uvs.extend(mesh.uvs.iter().map(|uv| {
+            let natural = uv.as_dvec2();
+            DVec2::new(face.maps[0].to_nurbs(natural.x), face.maps[1].to_nurbs(natural.y))
+        }));
+        let patterns = self.patterns;
+        let mut worst: Option<(f64, usize, DVec3)> = None;
+        let mut tally = self.kinds.remove(&face.kind).unwrap_or_default();
+        for (number, corners) in mesh.triangles.iter().enumerate() {
+            self.seen += 1;
+            if !self.seen.is_multiple_of(self.stride) {
+                continue;
+            }
+            self.measured += 1;
+            let points = corners.map(|v| mesh.positions[v as usize]);
+            let parameters = corners.map(|v| uvs[v as usize]);
+            let on_lattice = corners.iter().all(|&v| matches!(mesh.origins[v as usize], Origin::Lattice { .. }));
+            let gap = if on_lattice { 0.0 } else { face.gap };
+            let wanted = self.share * squared_size(points) / self.mean_size;
+            let flat = face.kind == SurfaceKind::Plane;
+            let finest = patterns.len() - 1;
+            let pattern =
+                if flat { 0 } else { patterns.iter().position(|p| p.len() as f64 >= wanted).unwrap_or(finest) };
+            for weights in &patterns[pattern] {
+                let p = points[0] * weights.x + points[1] * weights.y + points[2] * weights.z;
+                let uv = parameters[0] * weights.x + parameters[1] * weights.y + parameters[2] * weights.z;
+                let distance = self.distance(&face.patches, p, uv, parameters, gap);
+                self.raw.add(distance / self.chord);
+                let beyond = (distance - gap).max(0.0) / self.chord;
+                tally.add(beyond);
+                if worst.is_none_or(|(most, ..)| beyond > most) {
+                    worst = Some((beyond, number, p));
+                }
+            }
+        }
+        self.kinds.insert(face.kind, tally);
+        self.uvs = uvs;
+        if let Some((over_tolerance, triangle, point)) = worst {
+            let (part, face_id, tile) = (batch.part, batch.face, batch.tile);
+            let place =
+                Place { part, face: face_id, tile, triangle, kind: face.kind, point, over_tolerance, gap: face.gap };
+            let known = self.faces.entry((part, face_id)).or_insert(place);
+            if place.over_tolerance > known.over_tolerance {
+                *known = place;
+            }
+        }
+    }
+
+    /// Distance of a sample to the surface.
+    fn distance(&mut self, patches: &BezierPatches, p: DVec3, uv: DVec2, corners: [DVec2; 3], gap: f64) -> f64 {
+        let enough = ENOUGH * self.chord;
+        let walked = walk_surface(patches, p, uv, enough).distance;
+        if walked <= self.chord + gap || self.searches == 0 {
+            return walked;
+        }
+        self.searches -= 1;
+        let [a, b, c] = corners;
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let around = 0.5 * (high - low);
+        let (start, end) = parameter_box(patches);
+        let ends = ((low - around).max(start), (high + around).min(end));
+        walked.min(search_surface(patches, p, ends, STARTS, enough).distance)
+    }
+
+    fn report(self, triangles: u64, edges: &Tally, mut worst_edges: Vec<EdgePlace>) -> DeviationReport {
+        let mut beyond = Tally::default();
+        self.kinds.values().for_each(|tally| beyond.join(tally));
+        let mut worst: Vec<Place> = self.faces.into_values().collect();
+        worst.sort_by(|a, b| b.over_tolerance.total_cmp(&a.over_tolerance));
+        let faces_over = worst.iter().take_while(|place| place.over_tolerance > 1.0).count();
+        worst.truncate(DeviationReport::PLACES);
+        worst_edges.sort_by(|a, b| b.over_tolerance.total_cmp(&a.over_tolerance));
+        worst_edges.truncate(DeviationReport::PLACES);
+        DeviationReport {
+            chord: self.chord,
+            raw: self.raw.spread(),
+            beyond_gap: beyond.spread(),
+            kinds: self.kinds.iter().map(|(&kind, tally)| (kind, tally.spread())).collect(),
+            worst,
+            faces_over,
+            edges: edges.spread(),
+            worst_edges,
+            triangles,
+            measured: self.measured,
+        }
+    }
+}

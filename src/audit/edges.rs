@@ -1,0 +1,103 @@
+//! Edge polylines -> how far they are from the exact curves, and the curves from them.
+
+use super::foot::{search_curve, walk_curve};
+use super::report::EdgePlace;
+use super::tally::Tally;
+use crate::mesh::MemorySink;
+use crate::prepare::{BezierSpline3, EdgeShape, Prepared, PreparedEdge};
+use glam::DVec3;
+
+/// Inner samples per segment, each way; odd, so that the middle is one.
+const SAMPLES: u32 = 5;
+/// Starts of a search along a curve, per Bézier segment, where following the polyline did not lead to the foot.
+const STARTS: u32 = 32;
+
+/// Ratios of all edge samples, and the worst place of each edge.
+pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> (Tally, Vec<EdgePlace>) {
+    let mut tally = Tally::default();
+    let mut places = Vec::new();
+    for line in &mesh.edge_lines {
+        let Some(edge) = prepared.parts.get(line.part.index()).and_then(|part| part.edges.get(line.edge.index()))
+        else {
+            continue;
+        };
+        let EdgeShape::Curve(curve) = &edge.shape else { continue };
+        let mut place = EdgePlace { part: line.part, edge: line.edge, point: DVec3::ZERO, over_tolerance: -1.0 };
+        Follower { edge, curve, chord }.measure(&line.points, &mut |distance, point| {
+            let ratio = distance / chord;
+            tally.add(ratio);
+            if ratio > place.over_tolerance {
+                place = EdgePlace { point, over_tolerance: ratio, ..place };
+            }
+        });
+        if place.over_tolerance >= 0.0 {
+            places.push(place);
+        }
+    }
+    (tally, places)
+}
+
+/// Follows a curve along its polyline. Only points are given, so parameters are found again: at breaks exactly, between
+/// them by walking on from the sample before.
+struct Follower<'a> {
+    edge: &'a PreparedEdge,
+    curve: &'a BezierSpline3,
+    chord: f64,
+}
+
+impl Follower<'_> {
+    fn measure(&self, points: &[DVec3], add: &mut impl FnMut(f64, DVec3)) {
+        let (t0, t1) = self.curve.range();
+        let [start, end] = [(points.first(), t0), (points.last(), t1)]
+            .map(|(p, t)| p.map_or(0.0, |p| p.distance(self.curve.point(t))));
+        let breaks = &self.edge.breaks;
+        let mut next_break = 1;
+        let mut from = t0;
+        for (k, ends) in points.windows(2).enumerate() {
+            let limit = breaks.get(next_break).map_or(t1, |b| b.t);
+            // Vertices may miss the curve: that is the file's doing, and shows on the first and the last segment.
+            let first = if k == 0 { start } else { 0.0 };
+            let last = if k + 2 == points.len() { end } else { 0.0 };
+            let gap = first.max(last);
+            let mut t = from;
+            for i in 1..=SAMPLES {
+                let p = ends[0].lerp(ends[1], f64::from(i) / f64::from(SAMPLES + 1));
+                let (distance, at) = self.foot(p, t, (from, limit), gap);
+                t = at;
+                add((distance - gap).max(0.0), p);
+            }
+            let to = if breaks.get(next_break).is_some_and(|b| b.point == ends[1]) {
+                next_break += 1;
+                limit
+            } else {
+                self.foot(ends[1], t, (from, limit), gap).1
+            };
+            for i in 1..=SAMPLES {
+                let p = self.curve.point(from + (to - from) * f64::from(i) / f64::from(SAMPLES + 1));
+                add((distance_to_segment(p, ends[0], ends[1]) - gap).max(0.0), p);
+            }
+            from = to;
+        }
+    }
+
+    /// Distance of `p` to the curve within `range` and the parameter of its foot, starting from `t`.
+    fn foot(&self, p: DVec3, t: f64, range: (f64, f64), gap: f64) -> (f64, f64) {
+        let enough = 1e-4 * self.chord;
+        let found = walk_curve(self.curve, p, t, range, enough);
+        if found.distance <= self.chord + gap {
+            return (found.distance, found.at);
+        }
+        let segments = u32::try_from(self.curve.segments()).unwrap_or(u32::MAX).min(64);
+        let searched = search_curve(self.curve, p, range, STARTS * segments, enough);
+        if searched.distance < found.distance { (searched.distance, searched.at) } else { (found.distance, found.at) }
+    }
+}
+
+/// Infinite when a point is not finite.
+fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let along = b - a;
+    let squared = along.length_squared();
+    let s = if squared > 0.0 { ((p - a).dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    let distance = p.distance(a + along * s);
+    if distance.is_nan() { f64::INFINITY } else { distance }
+}

@@ -1,0 +1,168 @@
+//! Point and starting parameters -> nearest point of a surface or a curve, by Newton's method held to the parameter box
+//! (Piegl & Tiller, The NURBS Book, §6.1).
+
+use crate::model::SurfaceDerivatives;
+use crate::prepare::{BezierPatches, BezierSpline3};
+use glam::{DVec2, DVec3};
+
+/// A walk ends when its next step is this share of the distance: the distance then changes by less than 0.13 %.
+const CLOSE: f64 = 0.05;
+/// Steps of a walk. Samples start near their foot: two or three are common, more only where the surface folds.
+const STEPS: usize = 16;
+/// How often a step that leads away is cut to a quarter.
+const CUTS: usize = 4;
+/// Share of the product of squared derivative lengths below which their determinant counts as zero.
+const SINGULAR: f64 = 1e-9;
+
+/// Where a walk ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foot<T> {
+    /// Distance to the point walked for, the least on the way; infinite when that point is not finite.
+    pub(super) distance: f64,
+    /// Parameters there.
+    pub(super) at: T,
+}
+
+impl<T> Foot<T> {
+    fn new(distance: f64, at: T) -> Self {
+        Self { distance: if distance.is_nan() { f64::INFINITY } else { distance }, at }
+    }
+}
+
+/// Walks over the surface towards `p`. A distance of at most `enough` is not improved.
+pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enough: f64) -> Foot<DVec2> {
+    let (low, high) = parameter_box(patches);
+    let mut at = start.clamp(low, high);
+    let mut here = patches.derivatives(at.x, at.y);
+    let mut distance = here.point.distance(p);
+    for _ in 0..STEPS {
+        if distance <= enough {
+            break;
+        }
+        let step = surface_step(&here, p, at, low, high);
+        if (here.du * step.x + here.dv * step.y).length() <= CLOSE * distance {
+            break;
+        }
+        let mut share = 1.0;
+        let nearer = (0..CUTS).find_map(|_| {
+            let to = (at + step * share).clamp(low, high);
+            share *= 0.25;
+            let there = patches.derivatives(to.x, to.y);
+            (there.point.distance(p) < distance).then_some((to, there))
+        });
+        let Some((to, there)) = nearer else { break };
+        (at, here, distance) = (to, there, there.point.distance(p));
+    }
+    Foot::new(distance, at)
+}
+
+/// Walks from the best of a `steps` × `steps` grid of starts over the box from `low` to `high`.
+pub(super) fn search_surface(
+    patches: &BezierPatches,
+    p: DVec3,
+    (low, high): (DVec2, DVec2),
+    steps: u32,
+    enough: f64,
+) -> Foot<DVec2> {
+    let mut best = Foot { distance: f64::INFINITY, at: low };
+    for i in 0..steps {
+        for j in 0..steps {
+            let at = low + (high - low) * DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5) / f64::from(steps);
+            let distance = patches.derivatives(at.x, at.y).point.distance(p);
+            if distance < best.distance {
+                best = Foot { distance, at };
+            }
+        }
+    }
+    walk_surface(patches, p, best.at, enough)
+}
+
+/// First and last corner of the parameter box.
+pub(super) fn parameter_box(patches: &BezierPatches) -> (DVec2, DVec2) {
+    let ends = |breaks: &[f64]| (breaks[0], breaks[breaks.len() - 1]);
+    let ((u0, u1), (v0, v1)) = (ends(&patches.breaks_u), ends(&patches.breaks_v));
+    (DVec2::new(u0, v0), DVec2::new(u1, v1))
+}
+
+/// Newton's step for the squared distance; Gauss and Newton's where the exact Hessian is not positive; the better single
+/// direction at poles and where a coordinate is held by the box.
+fn surface_step(here: &SurfaceDerivatives, p: DVec3, at: DVec2, low: DVec2, high: DVec2) -> DVec2 {
+    let r = here.point - p;
+    let slope = DVec2::new(here.du.dot(r), here.dv.dot(r));
+    let held = |x: f64, low: f64, high: f64, slope: f64| (x <= low && slope >= 0.0) || (x >= high && slope <= 0.0);
+    let (uu, uv, vv) = (here.du.length_squared(), here.du.dot(here.dv), here.dv.length_squared());
+    let (exact_uu, exact_uv, exact_vv) = (uu + r.dot(here.duu), uv + r.dot(here.duv), vv + r.dot(here.dvv));
+    let along_u = || if uu > 0.0 { -slope.x / exact_uu.max(0.25 * uu) } else { 0.0 };
+    let along_v = || if vv > 0.0 { -slope.y / exact_vv.max(0.25 * vv) } else { 0.0 };
+    match (held(at.x, low.x, high.x, slope.x), held(at.y, low.y, high.y, slope.y)) {
+        (true, true) => return DVec2::ZERO,
+        (true, false) => return DVec2::new(0.0, along_v()),
+        (false, true) => return DVec2::new(along_u(), 0.0),
+        (false, false) => {}
+    }
+    let solve = |a: f64, b: f64, c: f64| {
+        let det = a * c - b * b;
+        (a > 0.0 && c > 0.0 && det > SINGULAR * a * c)
+            .then(|| DVec2::new(b * slope.y - c * slope.x, b * slope.x - a * slope.y) / det)
+    };
+    solve(exact_uu, exact_uv, exact_vv).or_else(|| solve(uu, uv, vv)).unwrap_or_else(|| {
+        let step = DVec2::new(along_u(), along_v());
+        if slope.x * step.x < slope.y * step.y { DVec2::new(step.x, 0.0) } else { DVec2::new(0.0, step.y) }
+    })
+}
+
+/// Walks along the curve towards `p`, between the parameters `low` and `high`.
+pub(super) fn walk_curve(
+    curve: &BezierSpline3,
+    p: DVec3,
+    start: f64,
+    (low, high): (f64, f64),
+    enough: f64,
+) -> Foot<f64> {
+    let mut at = start.max(low).min(high);
+    let mut here = curve.derivatives(at);
+    let mut distance = here.point.distance(p);
+    for _ in 0..STEPS {
+        if distance <= enough {
+            break;
+        }
+        let r = here.point - p;
+        let (slope, bend) = (here.d1.dot(r), here.d1.length_squared());
+        if bend <= 0.0 {
+            break;
+        }
+        let step = (at - slope / (bend + r.dot(here.d2)).max(0.25 * bend)).max(low).min(high) - at;
+        if (here.d1 * step).length() <= CLOSE * distance {
+            break;
+        }
+        let mut share = 1.0;
+        let nearer = (0..CUTS).find_map(|_| {
+            let to = at + step * share;
+            share *= 0.25;
+            let there = curve.derivatives(to);
+            (there.point.distance(p) < distance).then_some((to, there))
+        });
+        let Some((to, there)) = nearer else { break };
+        (at, here, distance) = (to, there, there.point.distance(p));
+    }
+    Foot::new(distance, at)
+}
+
+/// Walks from the best of `steps` starts between `low` and `high`.
+pub(super) fn search_curve(
+    curve: &BezierSpline3,
+    p: DVec3,
+    (low, high): (f64, f64),
+    steps: u32,
+    enough: f64,
+) -> Foot<f64> {
+    let mut best = Foot { distance: f64::INFINITY, at: low };
+    for i in 0..=steps {
+        let at = low + (high - low) * f64::from(i) / f64::from(steps);
+        let distance = curve.point(at).distance(p);
+        if distance < best.distance {
+            best = Foot { distance, at };
+        }
+    }
+    walk_curve(curve, p, best.at, (low, high), enough)
+}

@@ -1,0 +1,113 @@
+//! What the deviation audit found, for programs and as a table.
+
+use super::Spread;
+use crate::mesh::TileId;
+use crate::model::{EdgeId, FaceId, PartId, SurfaceKind};
+use glam::DVec3;
+use std::fmt;
+
+/// A place on a face where the mesh is far from its surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// The tile within the part.
+    pub tile: TileId,
+    /// The triangle within the tile's batch.
+    pub triangle: usize,
+    /// The surface's kind.
+    pub kind: SurfaceKind,
+    /// The point on the triangle, part coordinates, millimetres.
+    pub point: DVec3,
+    /// Distance to the surface, less the gap allowed there, over the chord tolerance.
+    pub over_tolerance: f64,
+    /// The gap between surface and edges that the file leaves on this face, millimetres.
+    pub gap: f64,
+}
+
+/// A place on an edge where the polyline is far from its curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgePlace {
+    /// The part.
+    pub part: PartId,
+    /// The edge within the part.
+    pub edge: EdgeId,
+    /// The point on the polyline or the curve, part coordinates, millimetres.
+    pub point: DVec3,
+    /// Distance, less that between vertex and curve end in the file, over the chord tolerance.
+    pub over_tolerance: f64,
+}
+
+/// Deviation of a mesh from its exact geometry, as shares of the chord tolerance. Each part counts once, however often it
+/// is placed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DeviationReport {
+    /// The chord tolerance that all ratios refer to, millimetres.
+    pub chord: f64,
+    /// Distances of triangles to surfaces as they are.
+    pub raw: Spread,
+    /// The same beyond the gap that the file leaves between a face's surface and its edges. Triangles whose corners are
+    /// all lattice points get no such allowance.
+    pub beyond_gap: Spread,
+    /// `beyond_gap` per kind of surface, without kinds that do not occur.
+    pub kinds: Vec<(SurfaceKind, Spread)>,
+    /// The worst place beyond the gap of each of the worst faces, worst first, at most [`Self::PLACES`].
+    pub worst: Vec<Place>,
+    /// Faces with a sample over the tolerance.
+    pub faces_over: usize,
+    /// Distances between edge polylines and edge curves, both ways, beyond the gap between vertices and curve ends.
+    pub edges: Spread,
+    /// The worst place of the worst edges, worst first, at most [`Self::PLACES`].
+    pub worst_edges: Vec<EdgePlace>,
+    /// Triangles of the mesh.
+    pub triangles: u64,
+    /// How many of them were measured: all, up to four million.
+    pub measured: u64,
+}
+
+impl DeviationReport {
+    /// Most places named.
+    pub const PLACES: usize = 8;
+
+    /// Samples per measured triangle.
+    #[must_use]
+    pub fn samples_per_triangle(&self) -> f64 {
+        self.raw.samples as f64 / self.measured.max(1) as f64
+    }
+}
+
+impl fmt::Display for DeviationReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "deviation / {:.4e} mm    samples     over   median      99%    99.9%    worst", self.chord)?;
+        for (kind, spread) in &self.kinds {
+            writeln!(f, "  {:<22}{spread}", kind.name())?;
+        }
+        writeln!(f, "  {:<22}{}", "all", self.beyond_gap)?;
+        writeln!(f, "  {:<22}{}", "all, gaps included", self.raw)?;
+        writeln!(f, "  {:<22}{}", "edges", self.edges)?;
+        for place in &self.worst {
+            let Place { part, face, tile, triangle, kind, point, over_tolerance, gap } = place;
+            writeln!(
+                f,
+                "  {over_tolerance:.4} at part {} face {} ({}, gap {gap:.1e}) tile {} triangle {triangle}, {point:.6}",
+                part.0,
+                face.0,
+                kind.name(),
+                tile.0
+            )?;
+        }
+        for EdgePlace { part, edge, point, over_tolerance } in &self.worst_edges {
+            writeln!(f, "  {over_tolerance:.4} at part {} edge {}, {point:.6}", part.0, edge.0)?;
+        }
+        write!(
+            f,
+            "  {} faces over; measured {} of {} triangles, {:.1} samples each",
+            self.faces_over,
+            self.measured,
+            self.triangles,
+            self.samples_per_triangle()
+        )
+    }
+}

@@ -1,0 +1,202 @@
+//! `trimtess info`: what a file states, before any triangle is made.
+
+use crate::input::{self, Input};
+use crate::progress::Progress;
+use crate::report::name;
+use crate::{Common, Done, Failure};
+use serde::Serialize;
+use std::collections::{BTreeMap, HashSet};
+use std::fmt::Write as _;
+use trimtess::model::{EdgeId, Loop, Model, Part, Severity, ShellKind, Surface};
+use trimtess::prepare::{PrepareOptions, prepare};
+
+/// `trimtess info`
+#[derive(clap::Args)]
+pub(crate) struct InfoArgs {
+    /// A STEP file, builtin:NAME, or builtin:list.
+    #[arg(value_name = "FILE", value_parser = input::parse)]
+    pub(crate) input: Input,
+}
+
+/// What is told. Counts are per part unless they say placed; lengths are millimetres.
+#[derive(Serialize)]
+struct Info {
+    input: String,
+    parts: usize,
+    instances: usize,
+    faces: usize,
+    placed_faces: usize,
+    /// Faces by kind of surface.
+    surfaces: BTreeMap<&'static str, usize>,
+    edges: usize,
+    millimetres_per_unit: f64,
+    /// Lower and upper corner of the tight box of the trimmed, placed model.
+    r#box: Option<[[f64; 3]; 2]>,
+    diagonal: f64,
+    shells: Shells,
+    diagnostics: Vec<Told>,
+}
+
+/// Shells by what they bound, and whether every edge is used in pairs.
+#[derive(Default, Serialize)]
+struct Shells {
+    closed: usize,
+    open: usize,
+    voids: usize,
+    /// Edges that their shell uses an odd number of times.
+    free_edges: usize,
+}
+
+/// A diagnostic of the model.
+#[derive(Serialize)]
+struct Told {
+    severity: &'static str,
+    part: Option<u32>,
+    face: Option<u32>,
+    entity: u64,
+    reason: String,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
+    let progress = Progress::start(common);
+    progress.stage(format!("reading {}", args.input.name()));
+    let model = args.input.read()?;
+    let mut info = Info::of(&model, args.input.name());
+    progress.stage("preparing");
+    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
+    info.diagonal = prepared.diagonal;
+    info.diagnostics = prepared
+        .diagnostics
+        .iter()
+        .map(|d| Told {
+            severity: name(d.severity),
+            part: d.part.map(|part| part.0),
+            face: d.face.map(|face| face.0),
+            entity: d.entity,
+            reason: d.reason.clone(),
+        })
+        .collect();
+    drop(progress);
+    if common.json {
+        let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the answer: {e}")))?;
+        println!("{text}");
+    } else {
+        print!("{}", info.text(common.verbose > 0));
+    }
+    let troubled = prepared
+        .diagnostics
+        .iter()
+        .any(|d| d.severity == Severity::Error || d.severity == Severity::Warning && d.face.is_some());
+    Ok(if troubled { Done::WithDiagnostics } else { Done::Clean })
+}
+
+impl Info {
+    /// Everything that the model alone tells.
+    fn of(model: &Model, input: String) -> Self {
+        let mut surfaces = BTreeMap::new();
+        let mut shells = Shells::default();
+        for part in &model.parts {
+            for face in &part.faces {
+                *surfaces.entry(surface_name(&face.surface)).or_insert(0) += 1;
+            }
+            shells.add(part);
+        }
+        let placed = model.instances.iter().filter_map(|i| model.parts.get(i.part.index()));
+        Self {
+            input,
+            parts: model.parts.len(),
+            instances: model.instances.len(),
+            faces: model.parts.iter().map(|part| part.faces.len()).sum(),
+            placed_faces: placed.map(|part| part.faces.len()).sum(),
+            surfaces,
+            edges: model.parts.iter().map(|part| part.edges.len()).sum(),
+            millimetres_per_unit: model.millimetres_per_unit,
+            r#box: None,
+            diagonal: 0.0,
+            shells,
+            diagnostics: Vec::new(),
+        }
+    }
+
+    /// For people; `all` diagnostics, or how many there are of each severity.
+    fn text(&self, all: bool) -> String {
+        let mut text = format!("{}\n", self.input);
+        let mut line = |label: &str, what: String| {
+            let _ = writeln!(text, "  {label:12}{what}");
+        };
+        line("parts", format!("{}, placed {} times", self.parts, self.instances));
+        line("faces", format!("{}, placed {} times", self.faces, self.placed_faces));
+        let kinds: Vec<String> = self.surfaces.iter().map(|(kind, count)| format!("{count} {kind}")).collect();
+        line("surfaces", kinds.join(", "));
+        line("edges", self.edges.to_string());
+        line("unit", format!("{} mm", self.millimetres_per_unit));
+        match &self.r#box {
+            Some([low, high]) => {
+                let size: Vec<String> = (0..3).map(|k| format!("{:.6}", high[k] - low[k])).collect();
+                line("box", format!("{low:.6?} to {high:.6?}"));
+                line("size", format!("{} mm, diagonal {:.6} mm", size.join(" × "), self.diagonal));
+            }
+            None => line("box", "none: nothing to measure".into()),
+        }
+        let Shells { closed, open, voids, free_edges } = self.shells;
+        line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {free_edges} free edges"));
+        let count = |severity| self.diagnostics.iter().filter(|d| d.severity == severity).count();
+        let (errors, warnings, notes) = (count("error"), count("warning"), count("note"));
+        line("diagnostics", format!("{errors} errors, {warnings} warnings, {notes} notes"));
+        if all {
+            for Told { severity, part, face, entity, reason } in &self.diagnostics {
+                let place = match (part, face) {
+                    (Some(part), Some(face)) => format!("part {part} face {face} "),
+                    (Some(part), None) => format!("part {part} "),
+                    _ => String::new(),
+                };
+                line(severity, format!("{place}(#{entity}) {reason}"));
+            }
+        }
+        text
+    }
+}
+
+impl Shells {
+    /// Adds the shells of a part. A shell is closed when its faces use each of its edges an even number of times.
+    fn add(&mut self, part: &Part) {
+        let mut odd: HashSet<(u32, EdgeId)> = HashSet::new();
+        for face in &part.faces {
+            for boundary in &face.loops {
+                let Loop::Edges(coedges) = boundary else { continue };
+                for coedge in coedges {
+                    let edge = (face.shell, coedge.edge);
+                    if !odd.insert(edge) {
+                        odd.remove(&edge);
+                    }
+                }
+            }
+        }
+        self.free_edges += odd.len();
+        let open: HashSet<u32> = odd.into_iter().map(|(shell, _)| shell).collect();
+        for (number, shell) in (0_u32..).zip(&part.shells) {
+            if open.contains(&number) {
+                self.open += 1;
+            } else {
+                self.closed += 1;
+                self.voids += usize::from(shell.kind == ShellKind::Void);
+            }
+        }
+    }
+}
+
+/// A surface's kind, in one word.
+fn surface_name(surface: &Surface) -> &'static str {
+    match surface {
+        Surface::Plane { .. } => "plane",
+        Surface::Cylinder { .. } => "cylinder",
+        Surface::Cone { .. } => "cone",
+        Surface::Sphere { .. } => "sphere",
+        Surface::Torus { .. } => "torus",
+        Surface::Extrusion { .. } => "extrusion",
+        Surface::Revolution { .. } => "revolution",
+        Surface::Nurbs(_) => "nurbs",
+    }
+}

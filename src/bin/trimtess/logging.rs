@@ -1,0 +1,50 @@
+//! `-v`, `-q`, `RUST_LOG`, `--trace` -> where tracing's spans and events go: standard error and a timeline file.
+
+use crate::{Common, Failure};
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal, stderr};
+use tracing_chrome::{ChromeLayerBuilder, FlushGuard};
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{EnvFilter, Layer, fmt};
+
+/// Starts logging. The guard, if any, completes the timeline file when it is dropped.
+pub(crate) fn start(common: &Common) -> Result<Option<FlushGuard>, Failure> {
+    let level = match (common.quiet, common.verbose) {
+        (true, _) => "error",
+        (_, 0) => "warn",
+        (_, 1) => "warn,trimtess=info",
+        (_, 2) => "warn,trimtess=debug",
+        _ => "trace",
+    };
+    let filter = match std::env::var(EnvFilter::DEFAULT_ENV) {
+        Ok(text) => EnvFilter::try_new(&text).map_err(|e| Failure::Usage(format!("RUST_LOG={text}: {e}")))?,
+        Err(_) => EnvFilter::new(level),
+    };
+    let log = fmt::layer()
+        .with_writer(stderr)
+        .with_ansi(stderr().is_terminal())
+        .with_target(false)
+        .with_timer(fmt::time::uptime())
+        .with_filter(filter);
+    let Some(path) = &common.trace else {
+        tracing_subscriber::registry().with(log).init();
+        return Ok(None);
+    };
+    let file = File::create(path).map_err(|e| Failure::Cannot(format!("{}: {e}", path.display())))?;
+    let (timeline, guard) = ChromeLayerBuilder::new().writer(BufWriter::new(file)).include_args(true).build();
+    let timeline = timeline.with_filter(EnvFilter::new("trimtess=trace"));
+    tracing_subscriber::registry().with(log).with(timeline).init();
+    Ok(Some(guard))
+}
+
+/// A panic is a defect of this program: it is logged with its place, and what it cost is told where it is noticed.
+pub(crate) fn report_panics_as_errors() {
+    std::panic::set_hook(Box::new(|info| {
+        let place = info.location().map(ToString::to_string).unwrap_or_default();
+        let text = info.payload().downcast_ref::<&str>().copied();
+        let text = text.or_else(|| info.payload().downcast_ref::<String>().map(String::as_str));
+        let what = text.unwrap_or("no text");
+        tracing::error!("internal error at {place}: {what}");
+    }));
+}

@@ -1,0 +1,163 @@
+//! Command line -> exit status: 0 all faces meshed, 3 done but faces carry diagnostics, 1 cannot do it, 2 wrong usage.
+
+mod info;
+mod input;
+mod logging;
+mod progress;
+#[cfg(feature = "wgpu")]
+mod render;
+mod report;
+mod tessellate;
+
+use clap::{Args, Parser, Subcommand};
+use std::fmt;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::exit;
+
+/// Turns CAD files (trimmed NURBS) into watertight triangles and pictures.
+#[derive(Parser)]
+#[command(name = "trimtess", version, max_term_width = 120)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    #[command(flatten)]
+    common: Common,
+}
+
+/// What every subcommand takes.
+#[derive(Args)]
+struct Common {
+    /// Threads to use at most (default: one per core).
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    workers: Option<u16>,
+    /// Print the result as JSON on standard output.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Say more on standard error; repeat for more. `RUST_LOG` overrides it.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+    /// Say nothing on standard error but why it failed.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Write a timeline for chrome://tracing or Perfetto.
+    #[arg(long, global = true, value_name = "OUT.json")]
+    trace: Option<PathBuf>,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// What is in a file: parts, instances, faces by kind, units, box, closedness, diagnostics.
+    Info(info::InfoArgs),
+    /// A file to triangles: GLB, STL, PLY or OBJ.
+    Tessellate(tessellate::TessellateArgs),
+    /// A file to a picture: PNG.
+    #[cfg(feature = "wgpu")]
+    Render(render::RenderArgs),
+}
+
+impl Command {
+    fn input(&self) -> &input::Input {
+        match self {
+            Self::Info(args) => &args.input,
+            Self::Tessellate(args) => &args.input,
+            #[cfg(feature = "wgpu")]
+            Self::Render(args) => &args.input,
+        }
+    }
+}
+
+/// How a command that did its work ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Done {
+    /// Every face was meshed as stated.
+    Clean,
+    /// Some faces carry a diagnostic.
+    WithDiagnostics,
+}
+
+impl Done {
+    fn status(self) -> i32 {
+        match self {
+            Self::Clean => 0,
+            Self::WithDiagnostics => 3,
+        }
+    }
+}
+
+/// Why a command did not do its work.
+#[derive(Debug)]
+enum Failure {
+    /// It cannot be done: what, where, and what to try.
+    Cannot(String),
+    /// It was asked for wrongly.
+    Usage(String),
+}
+
+impl Failure {
+    fn status(&self) -> i32 {
+        match self {
+            Self::Cannot(_) => 1,
+            Self::Usage(_) => 2,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Cannot(message) | Self::Usage(message) => f.write_str(message),
+        }
+    }
+}
+
+fn main() {
+    let laps = report::Laps::start();
+    let cli = Cli::parse();
+    logging::report_panics_as_errors();
+    let trace = match logging::start(&cli.common) {
+        Ok(trace) => trace,
+        Err(failure) => leave(Err(failure)),
+    };
+    let result = run(cli, laps);
+    // The timeline is complete only when its guard is gone; `leave` does not unwind the stack.
+    drop(trace);
+    leave(result)
+}
+
+/// Runs the command; a panic in the library is a defect and ends as status 1, with a message.
+fn run(cli: Cli, laps: report::Laps) -> Result<Done, Failure> {
+    let work = move || {
+        let Cli { command, common } = cli;
+        let workers = usize::from(common.workers.unwrap_or(0));
+        // Zero is rayon's word, too, for one thread per core.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).build_global();
+        pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
+        if command.input().is_list() {
+            print!("{}", input::builtin_list());
+            return Ok(Done::Clean);
+        }
+        match command {
+            Command::Info(args) => info::run(&args, &common),
+            Command::Tessellate(args) => tessellate::run(&args, &common, laps),
+            #[cfg(feature = "wgpu")]
+            Command::Render(args) => render::run(&args, &common, laps),
+        }
+    };
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|_| {
+        let what = "internal error (details above); please report it with the file that shows it";
+        Err(Failure::Cannot(what.into()))
+    })
+}
+
+/// Ends the process without taking large structures apart first.
+fn leave(result: Result<Done, Failure>) -> ! {
+    let flushed = std::io::stdout().flush();
+    match result {
+        Ok(done) => exit(if flushed.is_ok() { done.status() } else { 1 }),
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            exit(failure.status())
+        }
+    }
+}

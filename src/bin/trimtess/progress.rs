@@ -1,0 +1,41 @@
+//! Stages of long work -> a spinner on standard error, when that is a terminal.
+
+use crate::Common;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{IsTerminal, stderr};
+use std::time::Duration;
+
+/// The spinner, or nothing.
+pub(crate) struct Progress(Option<ProgressBar>);
+
+impl Progress {
+    /// Shows nothing with `-q`, with `-v` (whose lines tell the same) and where nobody watches.
+    pub(crate) fn start(common: &Common) -> Self {
+        if common.quiet || common.verbose > 0 || !stderr().is_terminal() {
+            return Self(None);
+        }
+        let bar = ProgressBar::new_spinner();
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        Self(Some(bar))
+    }
+
+    /// A stage starts.
+    pub(crate) fn stage(&self, what: impl Into<String>) {
+        let what = what.into();
+        tracing::info!("{what}");
+        if let Some(bar) = &self.0 {
+            bar.set_message(what);
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! A finished frame -> what is told about it: counts per instance, diagnostics per placed face, seconds, memory.
+
+use crate::{Common, Done, Failure};
+use serde::Serialize;
+use std::collections::{BTreeMap, HashSet};
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+use trimtess::frame::Degradation;
+use trimtess::mesh::{MemorySink, Scene};
+use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
+use trimtess::parallel::DegradedTile;
+
+/// Diagnostics printed on standard error before the rest is only counted.
+const PRINTED: usize = 12;
+
+/// Running time in consecutive laps, so that the stages sum to the whole.
+pub(crate) struct Laps {
+    start: Instant,
+    last: Instant,
+}
+
+impl Laps {
+    pub(crate) fn start() -> Self {
+        let now = Instant::now();
+        Self { start: now, last: now }
+    }
+
+    /// Seconds since the last lap, or the start.
+    pub(crate) fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        let lap = now - self.last;
+        self.last = now;
+        lap.as_secs_f64()
+    }
+
+    /// Seconds from the start to the last lap: the sum of all laps.
+    pub(crate) fn total(&self) -> f64 {
+        (self.last - self.start).as_secs_f64()
+    }
+}
+
+/// Seconds per stage; they sum to `total`.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Seconds {
+    pub(crate) read: f64,
+    pub(crate) prepare: f64,
+    pub(crate) tessellate: f64,
+    pub(crate) check: f64,
+    pub(crate) write: f64,
+    pub(crate) total: f64,
+}
+
+/// A diagnostic as it is told. `face` runs over all instances, as `face_id` does in a PLY.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Entry {
+    pub(crate) severity: &'static str,
+    pub(crate) face: Option<u64>,
+    pub(crate) entity: Option<u64>,
+    pub(crate) reason: String,
+}
+
+/// Everything that is told about a frame. Counts are per instance: a part placed twice counts twice.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Report {
+    pub(crate) input: String,
+    pub(crate) output: String,
+    pub(crate) parts: usize,
+    pub(crate) instances: usize,
+    pub(crate) faces: u64,
+    pub(crate) faces_without_triangles: u64,
+    pub(crate) diagnostics: Vec<Entry>,
+    pub(crate) triangles: u64,
+    pub(crate) vertices: u64,
+    /// Edges whose directed uses do not cancel. Only `--check` counts them.
+    pub(crate) unbalanced_edges: Option<u64>,
+    /// Edges with one triangle. Only `--check` counts them.
+    pub(crate) open_edges: Option<u64>,
+    /// Only `--check` measures it.
+    pub(crate) max_deviation_over_tolerance: Option<f64>,
+    pub(crate) chord_mm: Option<f64>,
+    pub(crate) angle_deg: Option<f64>,
+    pub(crate) diagonal_mm: f64,
+    pub(crate) workers: usize,
+    pub(crate) seconds: Seconds,
+    /// Largest resident size of the process; null where the system does not tell.
+    pub(crate) peak_memory_bytes: Option<u64>,
+}
+
+impl Report {
+    /// Counts a frame and gives every face without triangles its diagnostic.
+    pub(crate) fn of(frame: &MemorySink, diagnostics: &[Diagnostic], degraded: &[DegradedTile]) -> Self {
+        let scene = &frame.scene;
+        let mut sizes = vec![(0_u64, 0_u64); scene.parts.len()];
+        let mut meshed: Vec<Vec<bool>> = scene.parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
+        for batch in &frame.batches {
+            let (triangles, vertices) = &mut sizes[batch.part.index()];
+            *triangles += batch.mesh.triangles.len() as u64;
+            *vertices += batch.mesh.positions.len() as u64;
+            meshed[batch.part.index()][batch.face.index()] |= !batch.mesh.triangles.is_empty();
+        }
+        let mut all: Vec<Diagnostic> = diagnostics.to_vec();
+        add_degraded(&mut all, degraded, &meshed);
+        add_unexplained(&mut all, &meshed);
+        let mut report = Self { parts: scene.parts.len(), instances: scene.instances.len(), ..Self::default() };
+        for instance in &scene.instances {
+            let part = instance.part as usize;
+            report.faces += meshed[part].len() as u64;
+            report.faces_without_triangles += meshed[part].iter().filter(|meshed| !**meshed).count() as u64;
+            report.triangles += sizes[part].0;
+            report.vertices += sizes[part].1;
+        }
+        report.diagnostics = placed(&all, scene);
+        report
+    }
+
+    /// Clean, or with diagnostics: a face that is lost or not quite as stated. Notes do not count.
+    pub(crate) fn done(&self) -> Done {
+        let counts = |entry: &Entry| match entry.severity {
+            "error" => true,
+            "warning" => entry.face.is_some(),
+            _ => false,
+        };
+        if self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
+    }
+
+    /// Adds something that concerns no single face.
+    pub(crate) fn add_error(&mut self, reason: String) {
+        self.diagnostics.push(Entry { severity: name(Severity::Error), face: None, entity: None, reason });
+    }
+
+    /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
+    pub(crate) fn publish(&mut self, common: &Common, file: Option<&Path>) -> Result<Done, Failure> {
+        self.peak_memory_bytes = peak_memory();
+        if !common.quiet {
+            eprint!("{}", self.told_diagnostics(common.verbose > 0));
+        }
+        let json = || serde_json::to_string(self).map_err(|e| Failure::Cannot(format!("the report: {e}")));
+        if let Some(path) = file {
+            std::fs::write(path, json()? + "\n").map_err(|e| Failure::Cannot(format!("{}: {e}", path.display())))?;
+        }
+        if common.json {
+            println!("{}", json()?);
+        } else {
+            print!("{}", self.summary());
+        }
+        Ok(self.done())
+    }
+
+    /// The first diagnostics, or all.
+    fn told_diagnostics(&self, all: bool) -> String {
+        let mut text = String::new();
+        let (notes, rest): (Vec<&Entry>, Vec<&Entry>) =
+            self.diagnostics.iter().partition(|e| e.severity == name(Severity::Note));
+        let told = if all { self.diagnostics.len() } else { PRINTED };
+        for entry in rest.iter().chain(if all { notes.iter() } else { [].iter() }).take(told) {
+            let _ = writeln!(text, "{entry}");
+        }
+        if rest.len() > told {
+            let _ = writeln!(text, "… and {} more (-v prints all, --report writes them)", rest.len() - told);
+        }
+        text
+    }
+
+    /// What a person wants to know.
+    fn summary(&self) -> String {
+        let mut text = String::new();
+        let _ = writeln!(text, "{} -> {}", self.input, self.output);
+        let _ = writeln!(
+            text,
+            "  {} faces in {} parts, {} instances; {} faces without triangles, {} diagnostics",
+            self.faces,
+            self.parts,
+            self.instances,
+            self.faces_without_triangles,
+            self.diagnostics.len()
+        );
+        let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
+        if let (Some(chord), Some(angle)) = (self.chord_mm, self.angle_deg) {
+            let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };
+            let _ = write!(text, "; chord {chord:.4} mm ({relative:.1e} of the diagonal), angle {angle}°");
+        }
+        text.push('\n');
+        if let (Some(open), Some(unbalanced)) = (self.open_edges, self.unbalanced_edges) {
+            let _ = write!(text, "  check: {open} open edges, {unbalanced} unbalanced");
+            if let Some(deviation) = self.max_deviation_over_tolerance {
+                let _ = write!(text, ", largest deviation {deviation:.3} of the tolerance");
+            }
+            text.push('\n');
+        }
+        let Seconds { read, prepare, tessellate, check, write, total } = self.seconds;
+        let _ = write!(text, "  seconds: read {read:.3}, prepare {prepare:.3}, tessellate {tessellate:.3}, ");
+        if check > 0.0 {
+            let _ = write!(text, "check {check:.3}, ");
+        }
+        let _ = write!(text, "write {write:.3}, total {total:.3}");
+        if let Some(bytes) = self.peak_memory_bytes {
+            let _ = write!(text, "; peak memory {} MiB", bytes >> 20);
+        }
+        text.push('\n');
+        text
+    }
+}
+
+impl std::fmt::Display for Entry {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.severity)?;
+        if let Some(face) = self.face {
+            write!(f, ": face {face}")?;
+        }
+        if let Some(entity) = self.entity {
+            write!(f, " (#{entity})")?;
+        }
+        write!(f, ": {}", self.reason)
+    }
+}
+
+/// The severity's word in reports.
+pub(crate) fn name(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Note => "note",
+        Severity::Warning => "warning",
+        Severity::Error => "error",
+    }
+}
+
+/// One diagnostic per face and severity, with the words of its first such tile and the number of the others.
+fn add_degraded(all: &mut Vec<Diagnostic>, degraded: &[DegradedTile], meshed: &[Vec<bool>]) {
+    let mut told: BTreeMap<(PartId, FaceId, Severity), (String, u32)> = BTreeMap::new();
+    for tile in degraded {
+        let lost = !meshed[tile.part.index()][tile.face.index()];
+        let severity = match &tile.degradation {
+            Degradation::NotSimple { .. } => Severity::Warning,
+            Degradation::Empty if lost => Severity::Error,
+            // The tile's share of the face is thinner than the tolerance; its neighbours close over it.
+            Degradation::Empty => continue,
+            Degradation::Failed(_) => Severity::Error,
+        };
+        let key = (tile.part, tile.face, severity);
+        told.entry(key).and_modify(|(_, others)| *others += 1).or_insert_with(|| (tile.degradation.to_string(), 0));
+    }
+    all.extend(told.into_iter().map(|((part, face, severity), (words, others))| {
+        let reason = if others > 0 { format!("{words}; {others} more tiles like it") } else { words };
+        Diagnostic { severity, part: Some(part), face: Some(face), entity: 0, reason }
+    }));
+}
+
+/// A face without triangles that no stage spoke of is a defect, and not a silent one.
+fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>]) {
+    let explained: HashSet<_> =
+        all.iter().filter(|d| d.severity > Severity::Note).filter_map(|d| d.part.zip(d.face)).collect();
+    for (part, faces) in meshed.iter().enumerate() {
+        for face in (0..faces.len()).filter(|&face| !faces[face]) {
+            let (part, face) = (PartId::new(part), FaceId::new(face));
+            if !explained.contains(&(part, face)) {
+                let reason = "no triangles, and no stage said why".into();
+                let (part, face) = (Some(part), Some(face));
+                all.push(Diagnostic { severity: Severity::Error, part, face, entity: 0, reason });
+            }
+        }
+    }
+}
+
+/// Diagnostics of faces once per instance, with the face's number in the scene; worst first, in the order they came.
+fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
+    let mut sorted: Vec<&Diagnostic> = all.iter().collect();
+    sorted.sort_by_key(|d| std::cmp::Reverse(d.severity));
+    let mut entries = Vec::with_capacity(sorted.len());
+    for diagnostic in sorted {
+        let entity = Some(diagnostic.entity).filter(|&entity| entity != 0);
+        let entry =
+            |face| Entry { severity: name(diagnostic.severity), face, entity, reason: diagnostic.reason.clone() };
+        match (diagnostic.part, diagnostic.face) {
+            (Some(part), Some(face)) => {
+                let of_part = scene.instances.iter().filter(|instance| instance.part == part.0);
+                entries.extend(of_part.map(|i| entry(Some(u64::from(i.first_face) + u64::from(face.0)))));
+            }
+            _ => entries.push(entry(None)),
+        }
+    }
+    entries
+}
+
+/// Largest resident size of this process, from the kernel's account of it.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DAffine3;
+    use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart, TileId};
+
+    /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a triangle.
+    fn frame() -> MemorySink {
+        let part = |faces: usize| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
+        let instance = |part: u32, first_face: u32| SceneInstance {
+            part,
+            transform: DAffine3::IDENTITY,
+            colour: None,
+            name: String::new(),
+            first_face,
+        };
+        let batch = |face: u32| Batch {
+            part: PartId(0),
+            face: FaceId(face),
+            tile: TileId(face),
+            worker: 0,
+            mesh: PatchMesh {
+                positions: vec![glam::DVec3::ZERO; 4],
+                triangles: vec![[0, 1, 2]],
+                ..PatchMesh::default()
+            },
+        };
+        MemorySink {
+            scene: Scene {
+                name: String::new(),
+                parts: vec![part(3), part(1)],
+                instances: vec![instance(0, 0), instance(1, 3), instance(0, 4)],
+            },
+            batches: vec![batch(0), batch(2)],
+            edge_lines: Vec::new(),
+        }
+    }
+
+    fn diagnostic(severity: Severity, face: Option<u32>) -> Diagnostic {
+        let reason = "why".to_owned();
+        Diagnostic { severity, part: Some(PartId(0)), face: face.map(FaceId), entity: 7, reason }
+    }
+
+    #[test]
+    fn counts_are_per_instance_and_no_face_is_lost_silently() {
+        let report = Report::of(&frame(), &[], &[]);
+        assert_eq!((report.faces, report.faces_without_triangles), (7, 3));
+        assert_eq!((report.triangles, report.vertices), (4, 16));
+        let faces: Vec<_> = report.diagnostics.iter().map(|entry| entry.face).collect();
+        assert_eq!(faces, [Some(1), Some(5), Some(3)]);
+        assert_eq!(report.done(), Done::WithDiagnostics);
+    }
+
+    #[test]
+    fn an_explained_face_is_not_explained_twice() {
+        let report = Report::of(&frame(), &[diagnostic(Severity::Error, Some(1))], &[]);
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face, e.entity, e.reason.as_str())).collect();
+        let unexplained = (Some(3), None, "no triangles, and no stage said why");
+        assert_eq!(told, [(Some(1), Some(7), "why"), (Some(5), Some(7), "why"), unexplained]);
+    }
+
+    #[test]
+    fn many_bad_tiles_of_a_face_are_one_diagnostic() {
+        let bad = |face: u32, degradation: Degradation, tile: u32| DegradedTile {
+            part: PartId(0),
+            face: FaceId(face),
+            tile: TileId(tile),
+            degradation,
+        };
+        let degraded = [
+            bad(0, Degradation::NotSimple { split: 1, unused: 0 }, 0),
+            bad(0, Degradation::NotSimple { split: 2, unused: 0 }, 1),
+            bad(1, Degradation::Empty, 2),
+            bad(2, Degradation::Empty, 3),
+        ];
+        let report = Report::of(&frame(), &[], &degraded);
+        let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
+        let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
+        assert_eq!(told, [vec!["warning"], vec!["error"], vec![]], "an empty tile of a meshed face is no news");
+    }
+
+    #[test]
+    fn notes_and_warnings_without_a_face_leave_the_status_clean() {
+        let mut report = Report::default();
+        for (severity, face, done) in [
+            (Severity::Note, Some(0), Done::Clean),
+            (Severity::Warning, None, Done::Clean),
+            (Severity::Warning, Some(0), Done::WithDiagnostics),
+            (Severity::Error, None, Done::WithDiagnostics),
+        ] {
+            report.diagnostics = placed(&[diagnostic(severity, face)], &frame().scene);
+            assert_eq!(report.done(), done, "{severity:?} {face:?}");
+        }
+    }
+
+    #[test]
+    fn laps_sum_to_the_total() {
+        let mut laps = Laps::start();
+        let sum: f64 = (0..50).map(|_| laps.lap()).sum();
+        assert!((sum - laps.total()).abs() < 1e-9);
+    }
+}

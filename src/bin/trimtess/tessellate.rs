@@ -1,0 +1,166 @@
+//! `trimtess tessellate`: a file to a mesh file within a chord and angle tolerance.
+
+use crate::input::{self, Input};
+use crate::progress::Progress;
+use crate::report::{Laps, Report};
+use crate::{Common, Done, Failure};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use trimtess::frame::{self, Tolerance};
+use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::out::{self, Format};
+use trimtess::parallel::{FrameReport, Session, SessionOptions, balance};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+/// Chord tolerance when none is asked for, as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is
+/// visibly a prism; at 1e-4 triangles are ten times as many and look the same on a screen.
+const DEFAULT_CHORD_REL: f64 = 1e-3;
+
+/// Angle tolerance when none is asked for, degrees: about 18 segments around a full circle, however small.
+const DEFAULT_ANGLE: f64 = 20.0;
+
+/// `trimtess tessellate`
+#[derive(clap::Args)]
+pub(crate) struct TessellateArgs {
+    /// A STEP file, builtin:NAME, or builtin:list.
+    #[arg(value_name = "FILE", value_parser = input::parse)]
+    pub(crate) input: Input,
+    /// Where the mesh goes; the extension chooses the format: glb, stl, ply or obj.
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    tolerance: ToleranceArgs,
+    /// Check the mesh (open edges, orientation) and measure its deviation from the exact surfaces.
+    #[arg(long)]
+    check: bool,
+    /// Write a report as JSON.
+    #[arg(long, value_name = "OUT.json")]
+    report: Option<PathBuf>,
+}
+
+/// How fine.
+#[derive(clap::Args)]
+struct ToleranceArgs {
+    /// Largest distance between triangles and surface, millimetres.
+    #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "chord_rel")]
+    chord: Option<f64>,
+    /// The same as a fraction of the model's diagonal [default: 1e-3].
+    #[arg(long, value_name = "FRACTION", value_parser = positive)]
+    chord_rel: Option<f64>,
+    /// Largest turning of the normal across a triangle, degrees.
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = DEFAULT_ANGLE)]
+    angle: f64,
+    /// Largest length of a triangle's edge, millimetres.
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    max_edge: Option<f64>,
+}
+
+impl ToleranceArgs {
+    /// For a model of this diagonal, millimetres.
+    fn resolve(&self, diagonal: f64) -> Tolerance {
+        let relative = self.chord_rel.unwrap_or(DEFAULT_CHORD_REL) * diagonal;
+        let chord = self.chord.unwrap_or(relative);
+        Tolerance { chord, angle: self.angle.to_radians(), max_edge: self.max_edge }
+    }
+}
+
+/// Reads a number that must be finite and above zero.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
+        Ok(number) => Err(format!("{number} is not a positive number")),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
+    let format = Format::of_path(&args.output).map_err(|e| Failure::Usage(e.to_string()))?;
+    require_folder(&args.output)?;
+    let progress = Progress::start(common);
+
+    progress.stage(format!("reading {}", args.input.name()));
+    let model = tracing::info_span!("read").in_scope(|| args.input.read())?;
+    let read = laps.lap();
+
+    progress.stage("preparing");
+    let prepared = Arc::new(tracing::info_span!("prepare").in_scope(|| prepare(model, &PrepareOptions::DEFAULT)));
+    let tolerance = args.tolerance.resolve(prepared.diagonal);
+    let prepare = laps.lap();
+
+    progress.stage("tessellating");
+    let plan = Arc::new(frame::plan(&prepared, &tolerance));
+    let mut frame = MemorySink::default();
+    let made = make(&prepared, &plan, common, format == Format::Glb, &mut frame)?;
+    let mut report = Report::of(&frame, &prepared.diagnostics, &made.degraded);
+    let tessellate = laps.lap();
+
+    if args.check {
+        progress.stage("checking");
+        check(&frame, &mut report);
+    }
+    report.diagonal_mm = prepared.diagonal;
+    let check = laps.lap();
+
+    progress.stage(format!("writing {}", args.output.display()));
+    let written = tracing::info_span!("write").in_scope(|| out::save(&frame, &args.output, format));
+    written.map_err(|e| Failure::Cannot(e.to_string()))?;
+    let write = laps.lap();
+    drop(progress);
+
+    report.input = args.input.name();
+    report.output = args.output.display().to_string();
+    report.chord_mm = Some(tolerance.chord);
+    report.angle_deg = Some(args.tolerance.angle);
+    report.workers = made.workers.len();
+    report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
+    let done = report.publish(common, args.report.as_deref());
+    // The process is about to end: taking large structures apart would only delay that.
+    std::mem::forget((prepared, plan, frame));
+    done
+}
+
+/// One frame on as many workers as were asked for.
+pub(crate) fn make(
+    prepared: &Arc<Prepared>,
+    plan: &Arc<frame::Plan>,
+    common: &Common,
+    edge_lines: bool,
+    sink: &mut MemorySink,
+) -> Result<FrameReport, Failure> {
+    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
+    let options = SessionOptions { workers: usize::from(common.workers.unwrap_or(0)), edge_lines };
+    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+    let made = session.frame(plan, sink).map_err(|e| cannot(&e))?;
+    tracing::info!(
+        triangles = made.triangles,
+        batches = made.batches,
+        workers = made.workers.len(),
+        balance = balance(&made.workers),
+        "made in {:?}, committed in {:?}",
+        made.made_in,
+        made.committed_in
+    );
+    Ok(made)
+}
+
+/// Checks the mesh and books what is found.
+fn check(frame: &MemorySink, report: &mut Report) {
+    let facts = check_scene(frame);
+    report.open_edges = Some(facts.total.open_edges);
+    report.unbalanced_edges = Some(facts.total.unbalanced_edges);
+    if !facts.total.is_well_formed() {
+        report.add_error(format!("the mesh is malformed: {}", facts.total));
+    }
+    tracing::info!("{}", facts.total);
+}
+
+/// A folder that is not there is found before the work, not after it.
+pub(crate) fn require_folder(output: &Path) -> Result<(), Failure> {
+    match output.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(Failure::Cannot(format!("{}: there is no folder {}", output.display(), folder.display())))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,331 @@
+//! Directed segments with multiplicities -> the triangles of positive winding number, by a constrained Delaunay
+//! triangulation (`spade`). Segments that cross are split where they meet, never dropped.
+
+use std::collections::HashMap;
+
+use glam::DVec2;
+use spade::handles::{FixedDirectedEdgeHandle, FixedVertexHandle};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
+type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
+
+/// A constraint: crossing it from right to left raises the winding number by `weight`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Segment {
+    /// Vertex ids, indices into the site list.
+    pub(super) ends: [u32; 2],
+    pub(super) weight: i32,
+}
+
+/// What [`triangulate`] found out about the segments.
+#[derive(Clone, Default, Debug)]
+pub(super) struct Region {
+    /// Counter-clockwise triangles of positive winding number, by site index; indices from the number of sites on count
+    /// `crossings`.
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Points where segments had to be split.
+    pub(super) crossings: Vec<DVec2>,
+    /// Segments that are not one edge.
+    pub(super) split: u32,
+    /// Segments without a kept triangle on the left of every part.
+    pub(super) unused: u32,
+    /// A face of winding number other than 0 and 1 exists, or a segment keeps both sides without a counter-segment.
+    pub(super) overlapping: bool,
+}
+
+/// What to do where segments cross, or pass through a vertex.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum AtCrossings {
+    /// Split them there.
+    Split,
+    /// Give up.
+    Refuse,
+}
+
+/// The segments cross, or a coordinate lies outside the range of `spade`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Refused;
+
+/// Rounds of splitting crossing segments. Each round can only meet crossings that the rounding of the round before made;
+/// random self-crossing loops need two or three.
+const MAX_ROUNDS: usize = 8;
+
+/// Smallest magnitude `spade` accepts, other than zero.
+const SMALLEST: f64 = 1.8e-43;
+
+/// Triangulates the region of positive winding number. `sites` may repeat coordinates (one vertex then carries several
+/// indices: a triangle names the one whose segment starts the sector it lies in), and may hold points without segments.
+pub(super) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: AtCrossings) -> Result<Region, Refused> {
+    let classes = Classes::of(sites);
+    let mut positions: Vec<Point2<f64>> = classes.first.iter().map(|&s| snapped(sites[s as usize])).collect();
+    let mut parts: Vec<Part> = Vec::with_capacity(segments.len());
+    for (index, segment) in segments.iter().enumerate() {
+        let ends = segment.ends.map(|v| classes.of_site[v as usize]);
+        if ends[0] != ends[1] {
+            parts.push(Part { ends, weight: segment.weight, owner: index as u32 });
+        }
+    }
+    let (whole, real) = (parts.len(), positions.len());
+    let mut rounds = 1;
+    let cdt = loop {
+        let mut cdt = Cdt::bulk_load_cdt(positions.clone(), Vec::new()).map_err(|_| Refused)?;
+        let conflicts = add_constraints(&mut cdt, &mut parts, rounds == MAX_ROUNDS);
+        if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
+            return Err(Refused);
+        }
+        if conflicts.is_empty() {
+            break cdt;
+        }
+        split(&mut positions, &mut parts, &conflicts);
+        rounds += 1;
+    };
+    let mut region = label(&cdt, &parts, segments.len());
+    region.crossings.extend(positions[real..].iter().map(|p| DVec2::new(p.x, p.y)));
+    classes.name_corners(&mut region, &cdt, &parts, segments, sites.len());
+    Ok(region)
+}
+
+/// A piece of a segment between two vertices.
+#[derive(Clone, Copy)]
+struct Part {
+    ends: [u32; 2],
+    weight: i32,
+    /// Index of the segment.
+    owner: u32,
+}
+
+fn snapped(p: DVec2) -> Point2<f64> {
+    // Adding zero turns -0.0 into 0.0.
+    let f = |x: f64| if x.abs() < SMALLEST { 0.0 } else { x + 0.0 };
+    Point2::new(f(p.x), f(p.y))
+}
+
+fn vertex(index: u32) -> FixedVertexHandle {
+    FixedVertexHandle::from_index(index as usize)
+}
+
+/// Makes every part an edge, splits parts that pass through vertices, and returns the crossings as (part, the constraint
+/// edges it would cross). With `give_up`, parts that cross are removed instead.
+fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(Part, Vec<[u32; 2]>)> {
+    let mut conflicts = Vec::new();
+    let mut done = Vec::with_capacity(parts.len());
+    for &part in parts.iter() {
+        let [a, b] = part.ends.map(vertex);
+        let chain = cdt.try_add_constraint(a, b);
+        if chain.is_empty() {
+            if !give_up {
+                let crossed = cdt.get_conflicting_edges_between_vertices(a, b);
+                let ends = |e: FixedDirectedEdgeHandle| {
+                    let e = cdt.directed_edge(e);
+                    [e.from().index() as u32, e.to().index() as u32]
+                };
+                conflicts.push((part, crossed.map(|e| ends(e.fix())).collect()));
+                done.push(part);
+            }
+            continue;
+        }
+        for edge in chain {
+            let edge = cdt.directed_edge(edge);
+            done.push(Part { ends: [edge.from().index() as u32, edge.to().index() as u32], ..part });
+        }
+    }
+    *parts = done;
+    conflicts
+}
+
+/// Splits the crossing parts and the parts they cross at new vertices.
+fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(Part, Vec<[u32; 2]>)]) {
+    let key = |p: Point2<f64>| (p.x.to_bits(), p.y.to_bits());
+    let mut known: HashMap<(u64, u64), u32> =
+        positions.iter().enumerate().map(|(index, &p)| (key(p), index as u32)).collect();
+    let undirected = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let mut cuts: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+    for (part, crossed) in conflicts {
+        for &edge in crossed {
+            let [a, b] = part.ends.map(|v| positions[v as usize]);
+            let [c, d] = edge.map(|v| positions[v as usize]);
+            let (ab, cd) = (DVec2::new(b.x - a.x, b.y - a.y), DVec2::new(d.x - c.x, d.y - c.y));
+            let t = DVec2::new(c.x - a.x, c.y - a.y).perp_dot(cd) / ab.perp_dot(cd);
+            let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 };
+            let point = snapped(DVec2::new(a.x + t * ab.x, a.y + t * ab.y));
+            let index = *known.entry(key(point)).or_insert_with(|| {
+                positions.push(point);
+                positions.len() as u32 - 1
+            });
+            cuts.entry(undirected(part.ends)).or_default().push(index);
+            cuts.entry(undirected(edge)).or_default().push(index);
+        }
+    }
+    let mut done = Vec::with_capacity(parts.len() + 2 * conflicts.len());
+    for &part in parts.iter() {
+        let Some(at) = cuts.get(&undirected(part.ends)) else {
+            done.push(part);
+            continue;
+        };
+        let [a, b] = part.ends.map(|v| positions[v as usize]);
+        let along = |v: u32| {
+            let p = positions[v as usize];
+            (p.x - a.x) * (b.x - a.x) + (p.y - a.y) * (b.y - a.y)
+        };
+        let mut at = at.clone();
+        at.sort_unstable_by(|&p, &q| along(p).total_cmp(&along(q)).then(p.cmp(&q)));
+        at.push(part.ends[1]);
+        let mut from = part.ends[0];
+        for to in at {
+            if to != from {
+                done.push(Part { ends: [from, to], ..part });
+                from = to;
+            }
+        }
+    }
+    *parts = done;
+}
+
+/// Winding numbers of all faces, from the outer face inwards, and the triangles whose number is positive.
+fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
+    let mut region = Region::default();
+    // By undirected edge, for its normalized direction.
+    let mut weight = vec![0i32; cdt.num_undirected_edges()];
+    let mut balance = vec![0u8; if cdt.num_vertices() == 0 { 0 } else { cdt.num_undirected_edges() }];
+    let mut pieces = vec![0u32; segments];
+    for part in parts {
+        pieces[part.owner as usize] += 1;
+        let Some(edge) = cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1])) else { continue };
+        let undirected = edge.as_undirected().fix();
+        let forward = undirected.as_directed() == edge.fix();
+        weight[undirected.index()] += if forward { part.weight } else { -part.weight };
+        balance[undirected.index()] |= if forward { 1 } else { 2 };
+    }
+    region.split = pieces.iter().filter(|&&n| n > 1).count() as u32;
+
+    const UNSEEN: i32 = i32::MIN;
+    let mut winding = vec![UNSEEN; cdt.num_all_faces()];
+    winding[cdt.outer_face().index()] = 0;
+    let step = |edge: FixedDirectedEdgeHandle| {
+        let undirected = edge.as_undirected();
+        if undirected.as_directed() == edge { weight[undirected.index()] } else { -weight[undirected.index()] }
+    };
+    let mut stack = Vec::new();
+    // A hull edge has the outer face on its left; its reverse runs along the inner face.
+    for edge in cdt.convex_hull() {
+        let inner = edge.rev();
+        if let Some(face) = inner.face().as_inner()
+            && winding[face.index()] == UNSEEN
+        {
+            winding[face.index()] = step(inner.fix());
+            stack.push(face.fix());
+        }
+    }
+    while let Some(face) = stack.pop() {
+        let here = winding[face.index()];
+        for edge in cdt.face(face).adjacent_edges() {
+            if let Some(next) = edge.rev().face().as_inner()
+                && winding[next.index()] == UNSEEN
+            {
+                winding[next.index()] = here - step(edge.fix());
+                stack.push(next.fix());
+            }
+        }
+    }
+    for face in cdt.inner_faces() {
+        let number = winding[face.index()];
+        region.overlapping |= !(0..=1).contains(&number);
+        if number > 0 {
+            region.triangles.push(face.vertices().map(|v| v.index() as u32));
+        }
+    }
+    let mut unused = vec![false; segments];
+    for part in parts {
+        let Some(edge) = cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1])) else { continue };
+        let kept = |index: usize| winding[index] > 0;
+        let (left, right) = (kept(edge.face().index()), kept(edge.rev().face().index()));
+        unused[part.owner as usize] |= !left;
+        region.overlapping |= left && right && balance[edge.as_undirected().index()] != 3;
+    }
+    region.unused = unused.iter().filter(|&&u| u).count() as u32;
+    region
+}
+
+/// Sites with equal coordinates.
+struct Classes {
+    of_site: Vec<u32>,
+    /// The site of least index of each class.
+    first: Vec<u32>,
+    /// Whether any class has two members.
+    shared: Vec<bool>,
+}
+
+impl Classes {
+    fn of(sites: &[DVec2]) -> Self {
+        let key = |s: u32| {
+            let p = snapped(sites[s as usize]);
+            (p.x, p.y)
+        };
+        let mut order: Vec<u32> = (0..sites.len() as u32).collect();
+        order.sort_unstable_by(|&s, &t| {
+            let ((ax, ay), (bx, by)) = (key(s), key(t));
+            ax.total_cmp(&bx).then(ay.total_cmp(&by)).then(s.cmp(&t))
+        });
+        // The leader of a class is its least site; classes are then numbered in site order.
+        let mut leader = vec![0u32; sites.len()];
+        for (at, &site) in order.iter().enumerate() {
+            leader[site as usize] =
+                if at > 0 && key(order[at - 1]) == key(site) { leader[order[at - 1] as usize] } else { site };
+        }
+        let mut classes = Self { of_site: vec![0; sites.len()], first: Vec::new(), shared: Vec::new() };
+        for (site, &leader) in leader.iter().enumerate() {
+            if leader as usize == site {
+                classes.of_site[site] = classes.first.len() as u32;
+                classes.first.push(leader);
+                classes.shared.push(false);
+            } else {
+                let class = classes.of_site[leader as usize];
+                classes.of_site[site] = class;
+                classes.shared[class as usize] = true;
+            }
+        }
+        classes
+    }
+
+    /// Replaces class indices in the triangles by site indices; crossings follow after the sites.
+    fn name_corners(&self, region: &mut Region, cdt: &Cdt, parts: &[Part], segments: &[Segment], sites: usize) {
+        let real = self.first.len() as u32;
+        let shared = |class: u32| class < real && self.shared[class as usize];
+        // Outgoing constraint edges of shared vertices, and the site their segment starts from.
+        let mut tails: HashMap<[u32; 2], u32> = HashMap::new();
+        for part in parts {
+            let site = segments[part.owner as usize].ends[0];
+            if shared(part.ends[0]) && self.of_site[site as usize] == part.ends[0] {
+                tails.entry(part.ends).or_insert(site);
+            }
+        }
+        for triangle in &mut region.triangles {
+            let classes = *triangle;
+            for corner in 0..3 {
+                let (class, next) = (classes[corner], classes[(corner + 1) % 3]);
+                triangle[corner] = if class >= real {
+                    sites as u32 + class - real
+                } else if !shared(class) {
+                    self.first[class as usize]
+                } else {
+                    sector_start(cdt, class, next, &tails).unwrap_or(self.first[class as usize])
+                };
+            }
+        }
+    }
+}
+
+/// Turns clockwise about `class` from the edge to `next` until an outgoing segment starts the sector.
+fn sector_start(cdt: &Cdt, class: u32, next: u32, tails: &HashMap<[u32; 2], u32>) -> Option<u32> {
+    let first = cdt.get_edge_from_neighbors(vertex(class), vertex(next))?;
+    let mut edge = first;
+    loop {
+        if let Some(&site) = tails.get(&[class, edge.to().index() as u32]) {
+            return Some(site);
+        }
+        edge = edge.cw();
+        if edge == first {
+            return None;
+        }
+    }
+}

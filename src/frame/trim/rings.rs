@@ -1,0 +1,259 @@
+//! Crossings and kept corners -> cell polygons ("rings"), their triangles, and the full cells.
+//!
+//! A ring walks counter-clockwise around its cell: along a chain of tessellants, from its last crossing to the next crossing
+//! on the kept side or around kept corners, along the next chain, until it is back. Every crossing is met once from either
+//! cell, which is why the rings' boundaries cancel along lattice lines.
+
+use glam::DVec2;
+
+use super::trace::{NONE, Trace};
+use super::triangulate::Polygon;
+use super::{TrimInput, TrimOutput};
+
+/// The loops contradict themselves: crossings do not alternate, or a region reaches beyond the tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inconsistent;
+
+/// Where a piece of the region comes from.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Origin {
+    /// The ring that contains this chain.
+    Chain(u32),
+    /// The corners of this cell, of which all are kept and no edge is crossed.
+    Cell(u32),
+    /// Loops that stay inside one cell: a range of the sorted list of them.
+    Loops(u32, u32),
+}
+
+/// A piece of the region, and its triangles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ring {
+    pub(super) origin: Origin,
+    /// Range in the output's triangles; empty when they could not be made.
+    pub(super) triangles: [u32; 2],
+    pub(super) solved: bool,
+}
+
+/// All rings of a tile.
+#[derive(Default)]
+pub(super) struct Rings {
+    pub(super) rings: Vec<Ring>,
+    /// By chain.
+    pub(super) ring_of: Vec<u32>,
+    /// Twice the area of all triangles and full cells.
+    pub(super) double_area: f64,
+    pub(super) failed: u32,
+}
+
+impl Rings {
+    /// Finds and triangulates all rings, and lists the full cells. Rings that fail stay without triangles.
+    pub(super) fn build(
+        &mut self,
+        tile: &TrimInput<'_>,
+        trace: &Trace,
+        polygon: &mut Polygon,
+        out: &mut TrimOutput,
+    ) -> Result<(), Inconsistent> {
+        self.rings.clear();
+        self.ring_of.clear();
+        self.ring_of.resize(trace.crossings.len(), NONE);
+        self.double_area = 0.0;
+        self.failed = 0;
+        for k in 0..trace.crossings.len() as u32 {
+            if self.ring_of[k as usize] == NONE {
+                let ring = self.rings.len() as u32;
+                walk(tile, trace, k, polygon, |chain| self.ring_of[chain as usize] = ring)?;
+                self.add(Origin::Chain(k), polygon, out);
+            }
+        }
+        self.list_full_cells(tile, trace, polygon, out);
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn add(&mut self, origin: Origin, polygon: &mut Polygon, out: &mut TrimOutput) {
+        let before = out.triangles.len() as u32;
+        let area = polygon.triangulate(&mut out.triangles);
+        self.double_area += area.unwrap_or(0.0);
+        self.failed += u32::from(area.is_none());
+        self.rings.push(Ring { origin, triangles: [before, out.triangles.len() as u32], solved: area.is_some() });
+    }
+
+    /// Cells with four kept corners and no crossing, 64 at a time.
+    fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut Polygon, out: &mut TrimOutput) {
+        let (_, nv) = trace.cells();
+        for row in 0..nv {
+            for word in 0..trace.kept.words_per_row() {
+                let kept = |row| trace.kept.word(word, row) & trace.kept.word_after(word, row);
+                let crossed = trace.crossed_h.word(word, row)
+                    | trace.crossed_h.word(word, row + 1)
+                    | trace.crossed_v.word(word, row)
+                    | trace.crossed_v.word_after(word, row);
+                let full = kept(row) & kept(row + 1) & !crossed;
+                let special = full & trace.special.word(word, row);
+                for bit in ones(full & !special) {
+                    out.full_cells.push([word as u32 * 64 + bit, row as u32]);
+                    self.double_area += 2.0;
+                }
+                for bit in ones(special) {
+                    let cell = row as u32 * tile.cells.0 + word as u32 * 64 + bit;
+                    cell_polygon(tile, trace, cell, polygon);
+                    self.add(Origin::Cell(cell), polygon, out);
+                }
+            }
+        }
+    }
+
+    /// The polygon of a ring once more. Not for loops.
+    pub(super) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: Origin, polygon: &mut Polygon) {
+        match origin {
+            Origin::Chain(k) => {
+                let again = walk(tile, trace, k, polygon, |_| ());
+                debug_assert!(again.is_ok(), "a ring that was walked once can be walked again");
+            }
+            Origin::Cell(cell) => cell_polygon(tile, trace, cell, polygon),
+            Origin::Loops(..) => polygon.clear(),
+        }
+    }
+}
+
+/// Indices of the set bits.
+fn ones(mut word: u64) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let bit = word.trailing_zeros();
+        word &= word.wrapping_sub(1);
+        (bit < 64).then_some(bit)
+    })
+}
+
+/// The corners of a cell, snapped ones replaced.
+fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut Polygon) {
+    let (i, j) = ((cell % tile.cells.0) as usize, (cell / tile.cells.0) as usize);
+    polygon.clear();
+    for (a, b) in [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)] {
+        let (id, point) = trace.corner(tile, a, b);
+        polygon.push(id, point);
+    }
+    polygon.close();
+}
+
+/// Collects the polygon of the ring that contains chain `first`; `visit` sees its chains.
+#[inline(always)]
+fn walk(
+    tile: &TrimInput<'_>,
+    trace: &Trace,
+    first: u32,
+    polygon: &mut Polygon,
+    mut visit: impl FnMut(u32),
+) -> Result<(), Inconsistent> {
+    polygon.clear();
+    let mut k = first;
+    let (mut chains, mut corners, mut first_chain) = (0usize, 0usize, 0);
+    loop {
+        visit(k);
+        let crossing = push_chain(tile, trace, k, polygon);
+        if chains == 0 {
+            first_chain = polygon.ids.len();
+        }
+        chains += 1;
+        k = next_chain(trace, crossing, |i, j| {
+            let (id, point) = trace.corner(tile, i, j);
+            polygon.push(id, point);
+            corners += 1;
+        })?;
+        if k == first {
+            break;
+        }
+        if chains > trace.crossings.len() {
+            return Err(Inconsistent);
+        }
+    }
+    let open = polygon.ids.len();
+    polygon.close();
+    let n = polygon.ids.len();
+    let facing = (chains == 1 && n == first_chain + corners) || (chains == 2 && corners == 0);
+    polygon.zip = if n == open && first_chain < n && facing { first_chain } else { 0 };
+    Ok(())
+}
+
+/// Pushes the tessellants of chain `k` and returns the crossing where it ends.
+#[inline(always)]
+fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut Polygon) -> u32 {
+    let from = &trace.crossings[k as usize];
+    let to = &trace.crossings[from.next as usize];
+    let (start, end) = (tile.loop_starts[from.loop_index as usize], tile.loop_starts[from.loop_index as usize + 1]);
+    let wrap = |v: u32| if v == end { start } else { v };
+    let mut push = |v: u32| {
+        let v = wrap(v);
+        polygon.push(v, tile.points[v as usize]);
+    };
+    if from.wraps {
+        // Both snaps may be the loop's end index; the chain passes it.
+        for step in 0..=(to.snap + (end - start) - from.snap) {
+            let v = from.snap + step;
+            push(if v > end { v - (end - start) } else { v });
+        }
+    } else {
+        push(from.snap);
+        if from.snap < to.snap {
+            push(from.snap + 1);
+            // From the third vertex on, a run cannot repeat what is already there.
+            for v in from.snap + 2..=to.snap {
+                let v = wrap(v);
+                polygon.push_distinct(v, tile.points[v as usize]);
+            }
+        }
+    }
+    from.next
+}
+
+/// From the crossing where a chain leaves its cell counter-clockwise to the chain that enters it next; kept corners passed on
+/// the way go to `corner`.
+#[inline(always)]
+pub(super) fn next_chain(
+    trace: &Trace,
+    crossing: u32,
+    mut corner: impl FnMut(usize, usize),
+) -> Result<u32, Inconsistent> {
+    let c = &trace.crossings[crossing as usize];
+    let partner = if c.side < 2 { c.above } else { c.below };
+    if partner != NONE {
+        // Crossings alternate: the next one on the kept side must enter where this one leaves.
+        let enters = trace.crossings[partner as usize].side == (c.side + 2) & 3;
+        return if enters { Ok(partner) } else { Err(Inconsistent) };
+    }
+    let (i, j) = (c.cell[0] as usize, c.cell[1] as usize);
+    let (nu, nv) = trace.cells();
+    let mut side = c.side;
+    for _ in 0..4 {
+        let (ci, cj) = corner_after(i, j, side);
+        if ci == 0 || cj == 0 || ci == nu || cj == nv {
+            return Err(Inconsistent);
+        }
+        corner(ci, cj);
+        side = (side + 1) & 3;
+        if let Some(first) = trace.first_on_side(i, j, side) {
+            let enters = trace.crossings[first as usize].side == (side + 2) & 3;
+            return if enters { Ok(first) } else { Err(Inconsistent) };
+        }
+    }
+    Err(Inconsistent)
+}
+
+/// The corner at the counter-clockwise end of a cell's side.
+#[inline(always)]
+pub(super) fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
+    match side {
+        0 => (i + 1, j),
+        1 => (i + 1, j + 1),
+        2 => (i, j + 1),
+        _ => (i, j),
+    }
+}
+
+/// A polygon from a whole loop of tessellants.
+pub(super) fn loop_polygon(points: &[DVec2], first_id: u32, polygon: &mut Polygon) {
+    polygon.clear();
+    polygon.ids.extend((0..points.len() as u32).map(|k| first_id + k));
+    polygon.points.extend_from_slice(points);
+}

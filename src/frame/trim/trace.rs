@@ -1,0 +1,602 @@
+//! Loops of tessellants -> crossings with lattice lines in curve order, ordered along each lattice edge too, and which lattice
+//! corners are kept. One step of a two-dimensional digital differential analyser per crossing; no winding tests.
+//!
+//! Neither the owner of a tessellant near a lattice line nor the order of crossings that nearly coincide has to be right: both
+//! cells see the same choice, and a wrong one ends in a triangle that is not positive, never in a wrong mesh.
+
+use glam::DVec2;
+
+use super::TrimInput;
+use super::reference::CORNER_CLEARANCE;
+use crate::math::predicates::orient2d;
+
+/// No crossing, ring or cell.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Positions along a lattice line, or parameters of a segment, closer than this are compared exactly. Rounding errors of
+/// positions are about 1e-12 on the largest lattice; beyond 1e-6 the exact path would show in the profile.
+const DOUBTFUL: f64 = 1e-9;
+
+/// A tessellant segment leaves the cell `cell` through its side `side` (0 bottom, 1 right, 2 top, 3 left).
+///
+/// The part of the loop from one crossing to the next is a *chain*; it carries the index of the crossing it starts from, and
+/// lies in one cell.
+#[derive(Clone, Copy)]
+pub(super) struct Crossing {
+    /// Coordinate along the lattice line.
+    position: f64,
+    /// First tessellant of the segment.
+    segment: u32,
+    /// The end of the segment that stands for the crossing: `segment` or `segment + 1`, which may be the loop's end index.
+    pub(super) snap: u32,
+    /// The next crossing of the loop.
+    pub(super) next: u32,
+    /// Neighbours along the lattice edge, in rising and falling direction, or [`NONE`].
+    pub(super) above: u32,
+    pub(super) below: u32,
+    pub(super) loop_index: u32,
+    pub(super) cell: [u16; 2],
+    pub(super) side: u8,
+    /// The chain from here passes the loop's first tessellant.
+    pub(super) wraps: bool,
+}
+
+/// Rows of bits, one row per lattice row.
+#[derive(Default)]
+pub(super) struct Bits {
+    words_per_row: usize,
+    words: Vec<u64>,
+}
+
+impl Bits {
+    fn reset(&mut self, columns: usize, rows: usize) {
+        self.words_per_row = columns.div_ceil(64);
+        self.words.clear();
+        self.words.resize(self.words_per_row * rows, 0);
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, column: usize, row: usize) -> bool {
+        self.words[row * self.words_per_row + (column >> 6)] >> (column & 63) & 1 != 0
+    }
+
+    /// Sets the bit and returns its old value.
+    #[inline(always)]
+    fn set(&mut self, column: usize, row: usize) -> bool {
+        let word = &mut self.words[row * self.words_per_row + (column >> 6)];
+        let old = *word >> (column & 63) & 1 != 0;
+        *word |= 1 << (column & 63);
+        old
+    }
+
+    #[inline(always)]
+    fn flip(&mut self, column: usize, row: usize) {
+        self.words[row * self.words_per_row + (column >> 6)] ^= 1 << (column & 63);
+    }
+
+    /// Bits `64 * word ..` of the row.
+    #[inline(always)]
+    pub(super) fn word(&self, word: usize, row: usize) -> u64 {
+        self.words[row * self.words_per_row + word]
+    }
+
+    /// Bits `64 * word + 1 ..` of the row.
+    #[inline(always)]
+    pub(super) fn word_after(&self, word: usize, row: usize) -> u64 {
+        let carry = if word + 1 < self.words_per_row { self.word(word + 1, row) << 63 } else { 0 };
+        self.word(word, row) >> 1 | carry
+    }
+
+    pub(super) fn words_per_row(&self) -> usize {
+        self.words_per_row
+    }
+}
+
+/// The crossings of a lattice edge: first, last, and the one inserted last, where the next one is likely to belong.
+#[derive(Clone, Copy, Default)]
+struct EdgeList {
+    first: u32,
+    last: u32,
+    recent: u32,
+}
+
+/// A tile's loops seen from its lattice.
+#[derive(Default)]
+pub(super) struct Trace {
+    nu: usize,
+    nv: usize,
+    /// Tessellants within this distance of a lattice line belong to the kept side of it.
+    reach: f64,
+    pub(super) crossings: Vec<Crossing>,
+    /// By lattice edge; meaningful only where the bit in `crossed_h` or `crossed_v` is set, so it is never cleared.
+    lists: Vec<EdgeList>,
+    /// Horizontal lattice edges (i, j)-(i + 1, j) with crossings, and with an odd number of them.
+    pub(super) crossed_h: Bits,
+    odd_h: Bits,
+    /// Vertical lattice edges (i, j)-(i, j + 1) with crossings.
+    pub(super) crossed_v: Bits,
+    /// Lattice corners inside the region.
+    pub(super) kept: Bits,
+    /// Cells that are not plainly full even if nothing crosses their edges.
+    pub(super) special: Bits,
+    /// Kept corners replaced by a tessellant, and by which.
+    snapped: Bits,
+    replacement: Vec<u32>,
+    /// Corners that a tessellant (distances scaled down, so that it wins) or a crossing lies close to.
+    candidates: Vec<Candidate>,
+    /// Loops that stay inside one cell, with that cell.
+    pub(super) in_cell_loops: Vec<InCellLoop>,
+    /// Twice the signed area of all loops.
+    pub(super) double_area: f64,
+}
+
+struct Candidate {
+    corner: u32,
+    distance: f64,
+    tessellant: u32,
+}
+
+/// A loop without crossings.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct InCellLoop {
+    pub(super) cell: u32,
+    pub(super) loop_index: u32,
+}
+
+impl Trace {
+    /// Traces all loops. `reach` is [`CORNER_CLEARANCE`], or 0 to own tessellants exactly.
+    pub(super) fn run(&mut self, tile: &TrimInput<'_>, reach: f64) {
+        self.reset(tile, reach);
+        for (index, ends) in tile.loop_starts.windows(2).enumerate() {
+            if ends[0] < ends[1] {
+                self.trace_loop(tile, index as u32, ends[0] as usize, ends[1] as usize);
+            }
+        }
+        self.keep_corners();
+        if !self.candidates.is_empty() {
+            self.snap_corners();
+        }
+    }
+
+    fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
+        let (nu, nv) = (tile.cells.0 as usize, tile.cells.1 as usize);
+        (self.nu, self.nv, self.reach) = (nu, nv, reach);
+        for bits in [
+            &mut self.crossed_h,
+            &mut self.odd_h,
+            &mut self.crossed_v,
+            &mut self.kept,
+            &mut self.special,
+            &mut self.snapped,
+        ] {
+            bits.reset(nu + 1, nv + 1);
+        }
+        let edges = nu * (nv + 1) + (nu + 1) * nv;
+        if self.lists.len() < edges {
+            self.lists.resize(edges, EdgeList::default());
+        }
+        let corners = (nu + 1) * (nv + 1);
+        if self.replacement.len() < corners {
+            self.replacement.resize(corners, 0);
+        }
+        self.crossings.clear();
+        self.candidates.clear();
+        self.in_cell_loops.clear();
+        self.double_area = 0.0;
+    }
+
+    fn trace_loop(&mut self, tile: &TrimInput<'_>, index: u32, start: usize, end: usize) {
+        let points = &tile.points[start..end];
+        let count = points.len();
+        let first_crossing = self.crossings.len();
+        let centre = 0.5 * DVec2::new(self.nu as f64, self.nv as f64);
+        let mut a = points[0];
+        let home = if self.near_line(a) {
+            self.kept_side_cell(points[count - 1], a, points[1 % count])
+        } else {
+            self.cell_of(a)
+        };
+        let mut from = home;
+        let mut arm = a - centre;
+        for k in 0..count {
+            let last = k + 1 == count;
+            let d = if last { points[0] } else { points[k + 1] };
+            let next_arm = d - centre;
+            self.double_area += arm.perp_dot(next_arm);
+            arm = next_arm;
+            let mut to = self.cell_of(d);
+            if self.near_line(d) {
+                let next = if k + 2 >= count { points[(k + 2) % count] } else { points[k + 2] };
+                to = if last { home } else { self.kept_side_cell(a, d, next) };
+                self.note_near_corner(d, (start + if last { 0 } else { k + 1 }) as u32);
+            }
+            if from != to {
+                self.step_through(tile, index, start + k, a, d, from, to);
+            }
+            a = d;
+            from = to;
+        }
+        let crossings = self.crossings.len();
+        if crossings == first_crossing {
+            self.in_cell_loops
+                .push(InCellLoop { cell: (from.1 as usize * self.nu + from.0 as usize) as u32, loop_index: index });
+            self.special.set(from.0 as usize, from.1 as usize);
+        } else {
+            let last = &mut self.crossings[crossings - 1];
+            last.next = first_crossing as u32;
+            last.wraps = true;
+        }
+    }
+
+    /// Adds the crossings of the segment from `a` in cell `from` to `d` in cell `to`: as many steps in x and in y as the cells
+    /// are apart, whatever the coordinates say.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "inlined into its one caller; a struct would only repeat the names")]
+    fn step_through(
+        &mut self,
+        tile: &TrimInput<'_>,
+        loop_index: u32,
+        segment: usize,
+        a: DVec2,
+        d: DVec2,
+        from: (i32, i32),
+        to: (i32, i32),
+    ) {
+        let (di, dj) = (to.0 - from.0, to.1 - from.1);
+        let direction = d - a;
+        // Infinite in a direction that has no steps, or when the cells differ only by ownership.
+        let inverse = direction.recip();
+        let (mut i, mut j) = from;
+        let (mut steps_x, mut steps_y) = (di.abs(), dj.abs());
+        let mut snap = segment as u32;
+        while steps_x + steps_y > 0 {
+            let line = DVec2::new(f64::from(i + i32::from(di > 0)), f64::from(j + i32::from(dj > 0)));
+            let t = (line - a) * inverse;
+            let x_first = if steps_y == 0 {
+                true
+            } else if steps_x == 0 {
+                false
+            } else if (t.x - t.y).abs() > DOUBTFUL {
+                t.x < t.y
+            } else {
+                let turn = orient2d(a, d, line);
+                let turn = if turn == 0.0 { direction.y } else { turn };
+                (turn > 0.0) == ((di > 0) == (dj > 0))
+            };
+            if x_first {
+                let t = unit(t.x);
+                let side = if di > 0 { 1 } else { 3 };
+                snap = self.push(tile, loop_index, segment as u32, a.y + t * direction.y, t, [i, j], side, snap);
+                i += di.signum();
+                steps_x -= 1;
+            } else {
+                let t = unit(t.y);
+                let side = if dj > 0 { 2 } else { 0 };
+                snap = self.push(tile, loop_index, segment as u32, a.x + t * direction.x, t, [i, j], side, snap);
+                j += dj.signum();
+                steps_y -= 1;
+            }
+        }
+    }
+
+    /// Appends a crossing, puts it in order along its lattice edge, and returns its snap, which never falls along a segment.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "inlined into its two callers; a struct would only repeat the names")]
+    fn push(
+        &mut self,
+        tile: &TrimInput<'_>,
+        loop_index: u32,
+        segment: u32,
+        position: f64,
+        t: f64,
+        cell: [i32; 2],
+        side: u8,
+        least_snap: u32,
+    ) -> u32 {
+        let snap = (segment + u32::from(t >= 0.5)).max(least_snap);
+        let (i, j) = (cell[0] as usize, cell[1] as usize);
+        let edge = self.edge(i, j, side);
+        let seen = if edge.horizontal {
+            self.odd_h.flip(edge.column, edge.row);
+            self.crossed_h.set(edge.column, edge.row)
+        } else {
+            self.crossed_v.set(edge.column, edge.row)
+        };
+        let index = self.crossings.len() as u32;
+        let mut crossing = Crossing {
+            position,
+            segment,
+            snap,
+            next: index + 1,
+            above: NONE,
+            below: NONE,
+            loop_index,
+            cell: [i as u16, j as u16],
+            side,
+            wraps: false,
+        };
+        if seen {
+            self.insert(tile, &mut crossing, index, edge.index);
+        } else {
+            self.lists[edge.index] = EdgeList { first: index, last: index, recent: index };
+        }
+        self.crossings.push(crossing);
+        // Border corners are never kept, and every border crossing lies on one: they must not reach the slow path.
+        let (line, distance) = nearest_line(position);
+        let limit = if edge.horizontal { self.nu } else { self.nv };
+        if distance < CORNER_CLEARANCE && line > 0 && line < limit as i32 {
+            let line = line as usize;
+            let (ci, cj) = if edge.horizontal { (line, edge.row) } else { (edge.column, line) };
+            self.note_near_crossing(tile, ci, cj, distance, snap, loop_index);
+        }
+        snap
+    }
+
+    #[inline(always)]
+    fn insert(&mut self, tile: &TrimInput<'_>, crossing: &mut Crossing, index: u32, edge: usize) {
+        let EdgeList { first, last, recent } = self.lists[edge];
+        let (mut below, mut above) = (recent, self.crossings[recent as usize].above);
+        if self.less(tile, crossing, recent) {
+            while below != NONE && self.less(tile, crossing, below) {
+                above = below;
+                below = self.crossings[below as usize].below;
+            }
+        } else {
+            while above != NONE && !self.less(tile, crossing, above) {
+                below = above;
+                above = self.crossings[above as usize].above;
+            }
+        }
+        (crossing.below, crossing.above) = (below, above);
+        if below != NONE {
+            self.crossings[below as usize].above = index;
+        }
+        if above != NONE {
+            self.crossings[above as usize].below = index;
+        }
+        self.lists[edge] = EdgeList {
+            first: if below == NONE { index } else { first },
+            last: if above == NONE { index } else { last },
+            recent: index,
+        };
+    }
+
+    #[inline(always)]
+    fn less(&self, tile: &TrimInput<'_>, crossing: &Crossing, other: u32) -> bool {
+        let difference = crossing.position - self.crossings[other as usize].position;
+        if difference.abs() > DOUBTFUL { difference < 0.0 } else { self.less_exact(tile, crossing, other) }
+    }
+
+    /// The order of two crossings that rounding cannot tell apart: the segment that lies entirely on one side of the other
+    /// segment's line decides. Simple loops always have one.
+    #[cold]
+    #[inline(never)]
+    fn less_exact(&self, tile: &TrimInput<'_>, crossing: &Crossing, other: u32) -> bool {
+        let other = &self.crossings[other as usize];
+        let ends = |c: &Crossing| {
+            let end = tile.loop_starts[c.loop_index as usize + 1];
+            let next = if c.segment + 1 == end { tile.loop_starts[c.loop_index as usize] } else { c.segment + 1 };
+            (tile.points[c.segment as usize], tile.points[next as usize])
+        };
+        // Left of a segment that crosses upwards or to the right of a vertical edge is "greater" along the edge.
+        let leftward_is_greater = |c: &Crossing| c.side < 2;
+        let ((a, d), (b, e)) = (ends(crossing), ends(other));
+        let (at_a, at_d) = (orient2d(b, e, a), orient2d(b, e, d));
+        if at_a >= 0.0 && at_d >= 0.0 && (at_a > 0.0 || at_d > 0.0) {
+            return !leftward_is_greater(other);
+        }
+        if at_a <= 0.0 && at_d <= 0.0 && (at_a < 0.0 || at_d < 0.0) {
+            return leftward_is_greater(other);
+        }
+        let other_is_left = orient2d(a, d, b) >= 0.0 && orient2d(a, d, e) >= 0.0;
+        other_is_left == leftward_is_greater(crossing)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn note_near_crossing(
+        &mut self,
+        tile: &TrimInput<'_>,
+        i: usize,
+        j: usize,
+        distance: f64,
+        snap: u32,
+        loop_index: u32,
+    ) {
+        let loop_index = loop_index as usize;
+        let wrapped = snap == tile.loop_starts[loop_index + 1];
+        let tessellant = if wrapped { tile.loop_starts[loop_index] } else { snap };
+        // A tessellant on the corner, at distance 0, comes before a crossing there.
+        let distance = distance + f64::MIN_POSITIVE;
+        self.candidates.push(Candidate { corner: (j * (self.nu + 1) + i) as u32, distance, tessellant });
+    }
+
+    /// Called for tessellants near a lattice line: near a corner as well?
+    #[cold]
+    #[inline(never)]
+    fn note_near_corner(&mut self, p: DVec2, tessellant: u32) {
+        let corner = (p + 0.5).floor();
+        let distance = (p - corner).abs().max_element();
+        let inner = |c: f64, limit: usize| c > 0.0 && c < limit as f64;
+        if distance < CORNER_CLEARANCE && inner(corner.x, self.nu) && inner(corner.y, self.nv) {
+            let corner = (corner.y as usize * (self.nu + 1) + corner.x as usize) as u32;
+            // Scaled so that a tessellant wins over a crossing.
+            self.candidates.push(Candidate { corner, distance: distance * CORNER_CLEARANCE, tessellant });
+        }
+    }
+
+    /// The half-open cell of a point; the last cell of a row or column is closed.
+    #[inline(always)]
+    fn cell_of(&self, p: DVec2) -> (i32, i32) {
+        ((p.x as i32).min(self.nu as i32 - 1), (p.y as i32).min(self.nv as i32 - 1))
+    }
+
+    /// Whether the point lies within the clearance of an inner lattice line.
+    #[inline(always)]
+    fn near_line(&self, p: DVec2) -> bool {
+        let near = |coordinate: f64, limit: usize| {
+            let (line, distance) = nearest_line(coordinate);
+            distance < CORNER_CLEARANCE && line > 0 && line < limit as i32
+        };
+        near(p.x, self.nu) || near(p.y, self.nv)
+    }
+
+    /// The cell on the kept side of the inner lattice lines that tessellant `a`, between `prev` and `next`, lies on. So tips
+    /// that touch a line, and segments along it, belong to the cells they bound, and do not disturb the full cells beyond.
+    #[cold]
+    #[inline(never)]
+    fn kept_side_cell(&self, prev: DVec2, a: DVec2, next: DVec2) -> (i32, i32) {
+        let half_open = self.cell_of(a);
+        let mut cell = [half_open.0, half_open.1];
+        let limits = [self.nu as f64, self.nv as f64];
+        for axis in 0..2 {
+            let line = (a[axis] + 0.5).floor();
+            if (a[axis] - line).abs() > self.reach || line <= 0.0 || line >= limits[axis] {
+                continue;
+            }
+            let beyond = |q: DVec2| {
+                let distance = q[axis] - line;
+                if distance.abs() <= self.reach { 0.0 } else { distance.signum() }
+            };
+            let (before, after) = (beyond(prev), beyond(next));
+            // Moving up along a vertical line keeps its left, moving right along a horizontal one keeps what is above.
+            let keeps_greater = if axis == 0 { -1.0 } else { 1.0 };
+            let kept = if after == 0.0 {
+                keeps_greater * (next[1 - axis] - a[1 - axis])
+            } else if before == 0.0 {
+                keeps_greater * (a[1 - axis] - prev[1 - axis])
+            } else if before == after {
+                // A right turn is the tip of something trimmed: the kept side is the far one.
+                if orient2d(prev, a, next) < 0.0 { -before } else { before }
+            } else {
+                continue;
+            };
+            cell[axis] = line as i32 - i32::from(kept < 0.0);
+        }
+        (cell[0], cell[1])
+    }
+
+    /// A corner is kept if an odd number of crossings lies before it on its row; rows on the tile border keep nothing.
+    fn keep_corners(&mut self) {
+        let words = self.kept.words_per_row;
+        for row in 1..self.nv {
+            let mut carry = 0u64;
+            for word in 0..words {
+                let mut parity = self.odd_h.word(word, row);
+                for shift in [1, 2, 4, 8, 16, 32] {
+                    parity ^= parity << shift;
+                }
+                parity ^= carry;
+                // Bit i is the parity of edges 0..=i, which is that of corner i + 1.
+                self.kept.words[row * words + word] = parity << 1 | carry & 1;
+                carry = if parity >> 63 == 1 { u64::MAX } else { 0 };
+            }
+        }
+    }
+
+    /// Replaces kept corners close to the boundary by the nearest candidate, in all four cells alike.
+    #[cold]
+    #[inline(never)]
+    fn snap_corners(&mut self) {
+        let mut candidates = std::mem::take(&mut self.candidates);
+        candidates.sort_unstable_by(|a, b| {
+            a.corner.cmp(&b.corner).then(a.distance.total_cmp(&b.distance)).then(a.tessellant.cmp(&b.tessellant))
+        });
+        let mut last = NONE;
+        for candidate in &candidates {
+            if candidate.corner == last {
+                continue;
+            }
+            last = candidate.corner;
+            let (i, j) = (last as usize % (self.nu + 1), last as usize / (self.nu + 1));
+            if self.kept.get(i, j) {
+                self.replacement[last as usize] = candidate.tessellant;
+                self.snapped.set(i, j);
+                for (x, y) in [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)] {
+                    self.special.set(x, y);
+                }
+            }
+        }
+        candidates.clear();
+        self.candidates = candidates;
+    }
+
+    /// The vertex that stands for a kept corner.
+    #[inline(always)]
+    pub(super) fn corner(&self, tile: &TrimInput<'_>, i: usize, j: usize) -> (u32, DVec2) {
+        if self.snapped.get(i, j) {
+            let vertex = self.replacement[j * (self.nu + 1) + i];
+            (vertex, tile.points[vertex as usize])
+        } else {
+            (tile.corner_id(i as u32, j as u32), DVec2::new(i as f64, j as f64))
+        }
+    }
+
+    #[inline(always)]
+    fn edge(&self, i: usize, j: usize, side: u8) -> LatticeEdge {
+        let (column, row, horizontal) = match side {
+            0 => (i, j, true),
+            1 => (i + 1, j, false),
+            2 => (i, j + 1, true),
+            _ => (i, j, false),
+        };
+        let index =
+            if horizontal { row * self.nu + column } else { self.nu * (self.nv + 1) + row * (self.nu + 1) + column };
+        LatticeEdge { index, horizontal, column, row }
+    }
+
+    #[inline(always)]
+    fn is_crossed(&self, edge: &LatticeEdge) -> bool {
+        let bits = if edge.horizontal { &self.crossed_h } else { &self.crossed_v };
+        bits.get(edge.column, edge.row)
+    }
+
+    /// The first crossing of the cell's side when going around the cell counter-clockwise.
+    #[inline(always)]
+    pub(super) fn first_on_side(&self, i: usize, j: usize, side: u8) -> Option<u32> {
+        let edge = self.edge(i, j, side);
+        self.is_crossed(&edge).then(|| {
+            let list = &self.lists[edge.index];
+            if side < 2 { list.first } else { list.last }
+        })
+    }
+
+    /// The crossing that chain `k` started from was reached by this chain.
+    pub(super) fn chain_before(&self, k: u32) -> u32 {
+        if k > 0 && self.crossings[k as usize - 1].next == k {
+            return k - 1;
+        }
+        let mut last = k as usize;
+        while !self.crossings[last].wraps {
+            last += 1;
+        }
+        last as u32
+    }
+
+    /// Rows and columns of the lattice.
+    pub(super) fn cells(&self) -> (usize, usize) {
+        (self.nu, self.nv)
+    }
+}
+
+/// Into 0..=1; what is not a number becomes 0.
+#[inline(always)]
+fn unit(t: f64) -> f64 {
+    if t > 0.0 { t.min(1.0) } else { 0.0 }
+}
+
+/// The lattice line nearest to a coordinate that is not below -0.5, and the distance to it. By integer conversion, because
+/// rounding functions are calls on processors without SSE 4.1.
+#[inline(always)]
+fn nearest_line(coordinate: f64) -> (i32, f64) {
+    let line = (coordinate + 0.5) as i32;
+    (line, (coordinate - f64::from(line)).abs())
+}
+
+/// Where a lattice edge's data stand.
+struct LatticeEdge {
+    index: usize,
+    horizontal: bool,
+    column: usize,
+    row: usize,
+}

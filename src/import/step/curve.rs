@@ -1,0 +1,519 @@
+//! Curves of ISO 10303-42 to NURBS: as the carrier of an edge between two vertices, or as a bounded curve of its own.
+//!
+//! Conics become rational quadratics (model's arcs, and `conic`), B-splines stay as they are, everything that only wraps
+//! another curve (surface curves, trimmed curves) is unwrapped.
+
+use super::conic::{hyperbolic_arc, parabolic_arc};
+use super::place::Geometry;
+use super::spline;
+use super::table::{Instance, MAX_DEPTH, Read, Trouble, link, number};
+use crate::model::{CurveKind, Frame3, NurbsCurve3};
+use glam::DVec3;
+use std::f64::consts::TAU;
+use step_io::parser::Attribute;
+
+/// Degrees beyond this are taken for nonsense; the highest seen in real files is 22.
+pub(super) const MAX_DEGREE: usize = 40;
+
+/// Ends of an arc closer than this part of its radius are one point.
+const SAME: f64 = 1e-7;
+/// Ends of a spline closer than this are one point; millimetres.
+const SAME_PLACE: f64 = 1e-6;
+
+/// A curve with its parametrisation, before an edge or a trim bounds it.
+#[derive(Clone, Debug)]
+pub(super) enum Carrier {
+    Line {
+        point: DVec3,
+        along: DVec3,
+    },
+    /// Circle or ellipse.
+    Round {
+        frame: Frame3,
+        a: f64,
+        b: f64,
+    },
+    Hyperbola {
+        frame: Frame3,
+        a: f64,
+        b: f64,
+    },
+    Parabola {
+        frame: Frame3,
+        focal: f64,
+    },
+    Spline {
+        curve: NurbsCurve3,
+        kind: CurveKind,
+    },
+}
+
+/// An edge's curve, running from its start vertex to its end vertex.
+#[derive(Clone, Debug)]
+pub(super) struct Bounded {
+    pub(super) curve: NurbsCurve3,
+    pub(super) range: (f64, f64),
+    pub(super) kind: CurveKind,
+}
+
+impl Bounded {
+    fn whole(curve: NurbsCurve3, kind: CurveKind) -> Self {
+        Self { range: curve.domain(), curve, kind }
+    }
+}
+
+/// What an `EDGE_CURVE` says about its ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    pub(super) start: DVec3,
+    pub(super) end: DVec3,
+    /// Start and end are one vertex: a closed curve is run through once.
+    pub(super) closed: bool,
+}
+
+/// The segment between two vertices; `None` if they coincide.
+pub(super) fn straight(ends: Ends) -> Option<Bounded> {
+    (ends.start != ends.end).then(|| Bounded::whole(NurbsCurve3::line(ends.start, ends.end), CurveKind::Line))
+}
+
+const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "BOUNDED_SURFACE_CURVE"];
+
+impl Geometry<'_> {
+    /// The part of curve `id` between two vertices, along the curve's sense or against it. `None` for a straight edge
+    /// without length.
+    pub(super) fn between(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<Bounded>> {
+        let (carrier, same) = self.carrier(id, 0)?;
+        let tolerance = self.units.tolerance;
+        let forward = same == same_sense;
+        let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
+        let chord = ends.start.distance(ends.end);
+        let bounded = match carrier {
+            Carrier::Line { .. } => return Ok(straight(ends)),
+            Carrier::Round { frame, a, b } => {
+                let frame = turn(frame);
+                let angle = |p: DVec3| {
+                    let d = frame.local(p);
+                    (d.y / b).atan2(d.x / a)
+                };
+                let from = angle(ends.start);
+                let sweep = (angle(ends.end) - from).rem_euclid(TAU);
+                // Two vertices at one place mean the whole turn, not nothing; rounding may put either sign on nothing.
+                // The stated uncertainty is no measure here: it may be longer than an honest short arc.
+                let sweep = if ends.closed || chord <= SAME * a.max(b) { TAU } else { sweep };
+                let kind = if a == b { CurveKind::Circle } else { CurveKind::Conic };
+                Bounded::whole(NurbsCurve3::arc(&frame, a, b, from, from + sweep), kind)
+            }
+            Carrier::Hyperbola { frame, a, b } => {
+                let frame = turn(frame);
+                let at = |p: DVec3| (frame.local(p).y / b).asinh();
+                let arc = |range| hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range);
+                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
+            }
+            Carrier::Parabola { frame, focal } => {
+                let frame = turn(frame);
+                let at = |p: DVec3| frame.local(p).y / (2.0 * focal);
+                let arc = |range| parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, range);
+                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
+            }
+            Carrier::Spline { curve, kind } => {
+                let curve = if forward { curve } else { curve.reversed() };
+                let (curve, range) = cut(curve, ends, ends.closed || chord <= SAME_PLACE.min(tolerance), tolerance)
+                    .ok_or_else(|| Trouble::new(id, "both ends of the edge lie at the same parameter of its curve"))?;
+                Bounded { curve, range, kind }
+            }
+        };
+        Ok(Some(bounded))
+    }
+
+    /// A curve that is bounded by itself, in its own sense. Circles and ellipses count as bounded: one turn from angle 0.
+    pub(super) fn bounded(&self, id: u64, depth: usize) -> Read<NurbsCurve3> {
+        let instance = self.unwrap(id, depth)?;
+        if instance.is("TRIMMED_CURVE") {
+            return self.trimmed(instance, depth);
+        }
+        match self.carrier(instance.id, depth)?.0 {
+            Carrier::Round { frame, a, b } => Ok(NurbsCurve3::arc(&frame, a, b, 0.0, TAU)),
+            Carrier::Spline { curve, .. } => Ok(curve),
+            Carrier::Line { .. } | Carrier::Hyperbola { .. } | Carrier::Parabola { .. } => {
+                Err(Trouble::new(instance.id, format!("{} has no ends of its own", instance.keyword())))
+            }
+        }
+    }
+
+    /// Follows curves that only add pcurves to another one.
+    fn unwrap(&self, id: u64, depth: usize) -> Read<Instance<'_>> {
+        let mut instance = self.get(id)?;
+        for _ in depth..MAX_DEPTH {
+            let Some(kind) = WRAPPERS.into_iter().find(|kind| instance.is(kind)) else { return Ok(instance) };
+            // A complex instance declares the curve in SURFACE_CURVE whatever its subtype.
+            let declared = if instance.is("SURFACE_CURVE") { "SURFACE_CURVE" } else { kind };
+            instance = self.get(instance.fields(declared, 1).reference(0)?)?;
+        }
+        Err(Trouble::new(id, "curves refer to one another too deeply"))
+    }
+
+    /// The carrier of a curve, and whether it runs the carrier's way.
+    pub(super) fn carrier(&self, id: u64, depth: usize) -> Read<(Carrier, bool)> {
+        let instance = self.unwrap(id, depth)?;
+        let id = instance.id;
+        if depth >= MAX_DEPTH {
+            return Err(Trouble::new(id, "curves refer to one another too deeply"));
+        }
+        let positive = |value: f64| {
+            if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, format!("a radius or axis of {value}"))) }
+        };
+        let length = self.units.length;
+        let carrier = if instance.is("LINE") {
+            let fields = instance.fields("LINE", 1);
+            Carrier::Line { point: self.point(fields.reference(0)?)?, along: self.vector(fields.reference(1)?)? }
+        } else if instance.is("CIRCLE") {
+            let radius = positive(instance.fields("CIRCLE", 2).real(0)? * length)?;
+            Carrier::Round { frame: self.conic_frame(instance)?, a: radius, b: radius }
+        } else if instance.is("ELLIPSE") {
+            let own = instance.fields("ELLIPSE", 2);
+            let (a, b) = (positive(own.real(0)? * length)?, positive(own.real(1)? * length)?);
+            Carrier::Round { frame: self.conic_frame(instance)?, a, b }
+        } else if instance.is("HYPERBOLA") {
+            let own = instance.fields("HYPERBOLA", 2);
+            let (a, b) = (positive(own.real(0)? * length)?, positive(own.real(1)? * length)?);
+            Carrier::Hyperbola { frame: self.conic_frame(instance)?, a, b }
+        } else if instance.is("PARABOLA") {
+            let focal = positive(instance.fields("PARABOLA", 2).real(0)? * length)?;
+            Carrier::Parabola { frame: self.conic_frame(instance)?, focal }
+        } else if instance.is("TRIMMED_CURVE") {
+            let fields = instance.fields("TRIMMED_CURVE", 1);
+            let (carrier, same) = self.carrier(fields.reference(0)?, depth + 1)?;
+            return Ok((carrier, same == fields.flag(3, true)));
+        } else if instance.is("POLYLINE") {
+            let mut points = self.points(instance.fields("POLYLINE", 1).links(0)?)?;
+            points.dedup();
+            Carrier::Spline { curve: polyline(points, id)?, kind: CurveKind::Polyline }
+        } else if instance.is("COMPOSITE_CURVE") {
+            Carrier::Spline { curve: self.composite(instance, depth)?, kind: CurveKind::Spline }
+        } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
+            Carrier::Spline { curve: self.b_spline(instance)?, kind: CurveKind::Spline }
+        } else {
+            return Err(Trouble::new(id, format!("curves of type {} are not read", instance.keyword())));
+        };
+        Ok((carrier, true))
+    }
+
+    fn conic_frame(&self, conic: Instance<'_>) -> Read<Frame3> {
+        self.frame(conic.fields("CONIC", 1).reference(0)?)
+    }
+
+    /// A `TRIMMED_CURVE` as a curve from its first trim to its second.
+    fn trimmed(&self, instance: Instance<'_>, depth: usize) -> Read<NurbsCurve3> {
+        let id = instance.id;
+        let fields = instance.fields("TRIMMED_CURVE", 1);
+        let (carrier, same) = self.carrier(fields.reference(0)?, depth + 1)?;
+        let sense = fields.flag(3, true);
+        let by_point = fields.keyword(4) == "CARTESIAN";
+        let t1 = self.trim(&carrier, fields.list(1)?, by_point, id)?;
+        let t2 = self.trim(&carrier, fields.list(2)?, by_point, id)?;
+        // Along the carrier from low to high; the trimmed curve runs that way if its sense agrees.
+        let (mut low, mut high) = if sense { (t1, t2) } else { (t2, t1) };
+        if !same {
+            (low, high) = (high, low);
+        }
+        let curve = match carrier {
+            Carrier::Line { point, along } => {
+                if low == high {
+                    return Err(Trouble::new(id, "a trimmed line without length"));
+                }
+                NurbsCurve3::line(point + along * low, point + along * high)
+            }
+            Carrier::Round { frame, a, b } => {
+                let sweep = (high - low).rem_euclid(TAU);
+                // Rounded trims of a whole turn may come out a little above it.
+                let sweep = if sweep < 1e-9 { TAU } else { sweep };
+                NurbsCurve3::arc(&frame, a, b, low, low + sweep)
+            }
+            Carrier::Hyperbola { frame, a, b } => {
+                hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, increasing(low, high, id)?)
+            }
+            Carrier::Parabola { frame, focal } => {
+                parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, increasing(low, high, id)?)
+            }
+            Carrier::Spline { curve, .. } => {
+                let (a, b) = curve.domain();
+                let (low, high) = (low.clamp(a, b), high.clamp(a, b));
+                let closed = curve.point(a).distance(curve.point(b)) <= self.units.tolerance;
+                if low < high {
+                    spline::piece(&curve, low, high)
+                } else if closed && low < b && high > a {
+                    let moved = spline::restart(&curve, low);
+                    spline::piece(&moved, low, high + (b - a))
+                } else if closed {
+                    curve
+                } else {
+                    return Err(Trouble::new(id, "a trimmed curve without length"));
+                }
+            }
+        };
+        Ok(if sense { curve } else { curve.reversed() })
+    }
+
+    /// The parameter of one trim on the carrier; radians and plain numbers.
+    fn trim(&self, carrier: &Carrier, select: &[Attribute], by_point: bool, id: u64) -> Read<f64> {
+        let value = select.iter().find_map(number).map(|value| match carrier {
+            Carrier::Round { .. } => value * self.units.angle,
+            _ => value,
+        });
+        let point = select.iter().find_map(link);
+        let foot = |point: u64| -> Read<f64> {
+            let p = self.point(point)?;
+            Ok(match carrier {
+                Carrier::Line { point, along } => (p - *point).dot(*along) / along.length_squared(),
+                Carrier::Round { frame, a, b } => {
+                    let d = frame.local(p);
+                    (d.y / b).atan2(d.x / a)
+                }
+                Carrier::Hyperbola { frame, b, .. } => (frame.local(p).y / b).asinh(),
+                Carrier::Parabola { frame, focal } => frame.local(p).y / (2.0 * focal),
+                Carrier::Spline { curve, .. } => spline::nearest(curve, p),
+            })
+        };
+        let t = match (value, point) {
+            (Some(value), point) if !by_point || point.is_none() => value,
+            (_, Some(point)) => foot(point)?,
+            _ => return Err(Trouble::new(id, "a trim that is neither a point nor a parameter")),
+        };
+        if t.is_finite() { Ok(t) } else { Err(Trouble::new(id, "a trim at infinity")) }
+    }
+
+    fn composite(&self, instance: Instance<'_>, depth: usize) -> Read<NurbsCurve3> {
+        let mut pieces = Vec::new();
+        for segment in instance.fields("COMPOSITE_CURVE", 1).links(0)? {
+            let fields = self.get(segment)?.fields("COMPOSITE_CURVE_SEGMENT", 0);
+            let piece = self.bounded(fields.reference(2)?, depth + 1)?;
+            pieces.push(if fields.flag(1, true) { piece } else { piece.reversed() });
+        }
+        spline::join(&pieces).ok_or_else(|| Trouble::new(instance.id, "a composite curve without segments"))
+    }
+
+    /// A B-spline curve of any form.
+    fn b_spline(&self, instance: Instance<'_>) -> Read<NurbsCurve3> {
+        let id = instance.id;
+        let shape = instance.fields("B_SPLINE_CURVE", 1);
+        let degree = shape.count(0)?;
+        let points = self.points(shape.links(1)?)?;
+        let count = points.len();
+        check_degree(degree, count, id)?;
+        let stated = instance.is("B_SPLINE_CURVE_WITH_KNOTS").then(|| instance.fields("B_SPLINE_CURVE_WITH_KNOTS", 6));
+        let stated = stated.map(|own| Ok((own.counts(0)?, own.reals(1)?))).transpose()?;
+        let knots = knots_of(stated, Form::of(instance, "CURVE"), count, degree, id)?;
+        let weights = if instance.is("RATIONAL_B_SPLINE_CURVE") {
+            check_weights(instance.fields("RATIONAL_B_SPLINE_CURVE", 6).reals(0)?, count, id)?
+        } else {
+            Vec::new()
+        };
+        let mut curve = NurbsCurve3 { degree, knots, points, weights };
+        drop_breaks(&mut curve, self.units.tolerance, id)?;
+        Ok(curve)
+    }
+}
+
+const SPLINES: [&str; 6] = [
+    "B_SPLINE_CURVE",
+    "B_SPLINE_CURVE_WITH_KNOTS",
+    "RATIONAL_B_SPLINE_CURVE",
+    "QUASI_UNIFORM_CURVE",
+    "UNIFORM_CURVE",
+    "BEZIER_CURVE",
+];
+
+fn increasing(from: f64, to: f64, id: u64) -> Read<(f64, f64)> {
+    if from < to && (to - from).is_finite() {
+        Ok((from, to))
+    } else {
+        Err(Trouble::new(id, "the curve's ends are in the wrong order"))
+    }
+}
+
+/// The arc from one parameter to the other. On an open curve the ends alone say which arc it is; a sense that
+/// contradicts them does not matter.
+fn either_way(from: f64, to: f64, arc: impl Fn((f64, f64)) -> NurbsCurve3, id: u64) -> Read<NurbsCurve3> {
+    if from <= to { Ok(arc(increasing(from, to, id)?)) } else { Ok(arc(increasing(to, from, id)?).reversed()) }
+}
+
+pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
+    if points.len() < 2 {
+        return Err(Trouble::new(id, "a polyline of fewer than two different points"));
+    }
+    let last = (points.len() - 1) as f64;
+    let mut knots = vec![0.0];
+    knots.extend((0..points.len()).map(|i| i as f64));
+    knots.push(last);
+    Ok(NurbsCurve3 { degree: 1, knots, points, weights: Vec::new() })
+}
+
+/// The knot vectors that a B-spline has which states none.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Form {
+    /// Clamped, inner knots equally spaced and single.
+    QuasiUniform,
+    /// All knots equally spaced and single.
+    Uniform,
+    /// Clamped, inner knots of multiplicity `degree`.
+    Bezier,
+}
+
+impl Form {
+    /// The form of a curve or surface; `what` is `CURVE` or `SURFACE`.
+    pub(super) fn of(instance: Instance<'_>, what: &str) -> Self {
+        let is = |form: &str| instance.types().any(|name| name.strip_suffix(what) == Some(form));
+        if is("UNIFORM_") {
+            Self::Uniform
+        } else if is("BEZIER_") {
+            Self::Bezier
+        } else {
+            Self::QuasiUniform
+        }
+    }
+}
+
+/// Stated knots written out, or those that the form implies.
+pub(super) fn knots_of(
+    stated: Option<(Vec<usize>, Vec<f64>)>,
+    form: Form,
+    count: usize,
+    degree: usize,
+    id: u64,
+) -> Read<Vec<f64>> {
+    if let Some((multiplicities, values)) = stated {
+        if values.windows(2).any(|pair| pair[0] > pair[1]) {
+            return Err(Trouble::new(id, "knots that decrease"));
+        }
+        let knots = spline::write_out(&values, &multiplicities, count, degree).ok_or_else(|| {
+            Trouble::new(
+                id,
+                format!(
+                    "knot multiplicities do not add up to {} ({count} points, degree {degree})",
+                    count + degree + 1
+                ),
+            )
+        })?;
+        if knots[degree] >= knots[count] {
+            return Err(Trouble::new(id, "an empty knot range"));
+        }
+        return Ok(knots);
+    }
+    let clamped = |inner: &mut dyn Iterator<Item = f64>, last: f64| -> Vec<f64> {
+        let ends = |value: f64| std::iter::repeat_n(value, degree + 1);
+        ends(0.0).chain(inner).chain(ends(last)).collect()
+    };
+    match form {
+        Form::Uniform => Ok((0..=count + degree).map(|i| i as f64 - degree as f64).collect()),
+        Form::QuasiUniform => {
+            let spans = count - degree;
+            Ok(clamped(&mut (1..spans).map(|i| i as f64), spans as f64))
+        }
+        Form::Bezier if (count - 1).is_multiple_of(degree) => {
+            let spans = (count - 1) / degree;
+            let mut inner = (1..spans).flat_map(|i| std::iter::repeat_n(i as f64, degree));
+            Ok(clamped(&mut inner, spans as f64))
+        }
+        Form::Bezier => Err(Trouble::new(id, format!("{count} points make no Bezier chain of degree {degree}"))),
+    }
+}
+
+pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
+    if degree == 0 || degree > MAX_DEGREE || count <= degree {
+        return Err(Trouble::new(id, format!("degree {degree} with {count} control points")));
+    }
+    Ok(())
+}
+
+/// Weights, or none where they are all equal.
+pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Vec<f64>> {
+    if weights.len() != count {
+        return Err(Trouble::new(id, format!("{} weights for {count} control points", weights.len())));
+    }
+    if let Some(bad) = weights.iter().find(|w| **w <= 0.0) {
+        return Err(Trouble::new(id, format!("a weight of {bad}")));
+    }
+    let equal = weights.windows(2).all(|pair| pair[0] == pair[1]);
+    Ok(if equal { Vec::new() } else { weights })
+}
+
+/// A control point that a knot of too high multiplicity makes superfluous, and its neighbour across the break, if it has
+/// one: an inner knot that stands `degree + 1` times or an end knot that stands more often.
+pub(super) fn superfluous(knots: &[f64], degree: usize) -> Option<(usize, Option<usize>)> {
+    let count = knots.len() - degree - 1;
+    if count <= degree + 1 {
+        return None;
+    }
+    if knots[0] == knots[degree + 1] {
+        return Some((0, None));
+    }
+    if knots[count - 1] == knots[count + degree] {
+        return Some((count - 1, None));
+    }
+    // Knots i ..= i + degree equal: the control points i - 1 and i are the two sides of a break.
+    (degree + 1..count - 1).find(|i| knots[*i] == knots[i + degree]).map(|i| (i, Some(i - 1)))
+}
+
+/// Takes out knots that stand too often, where both sides of the break meet in one point.
+fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
+    while let Some((i, other)) = superfluous(&curve.knots, curve.degree) {
+        if other.is_some_and(|other| curve.points[other].distance(curve.points[i]) > tolerance) {
+            return Err(Trouble::new(id, format!("the curve jumps at knot {}", curve.knots[i])));
+        }
+        // Behind the last point only the last knots are left to drop.
+        curve.knots.remove(if i + 1 == curve.points.len() { i + curve.degree + 1 } else { i });
+        curve.points.remove(i);
+        if !curve.weights.is_empty() {
+            curve.weights.remove(i);
+        }
+    }
+    Ok(())
+}
+
+/// The part of a spline between two vertices, run forward; a closed curve may be passed through its seam.
+fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option<(NurbsCurve3, (f64, f64))> {
+    let (a, b) = curve.domain();
+    let (first, last) = (curve.point(a), curve.point(b));
+    let whole = (a, b);
+    // Almost every edge uses its whole curve.
+    let near = SAME_PLACE.min(tolerance);
+    if first.distance(ends.start) <= near && last.distance(ends.end) <= near {
+        return Some((curve, whole));
+    }
+    let loops = first.distance(last) <= tolerance;
+    if together && !loops {
+        return Some((curve, whole));
+    }
+    let seam = |t: f64, p: DVec3| first.distance(p) <= near || t <= a || t >= b;
+    let from = spline::nearest(&curve, ends.start);
+    if together {
+        if seam(from, ends.start) {
+            return Some((curve, whole));
+        }
+        let moved = spline::restart(&curve, from);
+        let range = moved.domain();
+        return Some((moved, range));
+    }
+    let to = spline::nearest(&curve, ends.end);
+    if !loops {
+        return if from < to {
+            Some((curve, (from, to)))
+        } else if from > to {
+            // The file's sense flag contradicts its vertices; the vertices decide.
+            let range = (a + b - from, a + b - to);
+            Some((curve.reversed(), range))
+        } else {
+            None
+        };
+    }
+    let from = if seam(from, ends.start) { a } else { from };
+    let to = if seam(to, ends.end) { b } else { to };
+    if from < to {
+        return Some((curve, (from, to)));
+    }
+    if from == to {
+        return None;
+    }
+    let moved = spline::restart(&curve, from);
+    Some((moved, (from, to + (b - a))))
+}

@@ -1,0 +1,168 @@
+//! Faces and their bounds as the file states them: which edges, which way, in which order.
+
+use super::curve::Ends;
+use super::place::Geometry;
+use super::shells::Source;
+use super::table::{MAX_DEPTH, Read, Trouble};
+use glam::DVec3;
+
+/// One use of an edge by a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Use {
+    pub(super) edge: EdgeKey,
+    pub(super) reversed: bool,
+}
+
+/// What makes an edge one edge, whoever uses it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum EdgeKey {
+    /// An `EDGE_CURVE`.
+    Curve(u64),
+    /// A side of a `POLY_LOOP`: its two points, the lower number first.
+    Side(u64, u64),
+    /// A segment of a surface's boundary curve.
+    Segment(u64),
+}
+
+/// A vertex: a `VERTEX_POINT`, a point of a `POLY_LOOP`, or one end of a boundary segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum VertexKey {
+    Point(u64),
+    /// End (false: start, true: end) of a boundary segment.
+    End(u64, bool),
+}
+
+/// A stated bound.
+#[derive(Clone, Debug)]
+pub(super) enum Bound {
+    Edges(Vec<Use>),
+    Vertex(u64),
+}
+
+impl Bound {
+    /// The same bound run through the other way.
+    pub(super) fn reverse(&mut self) {
+        if let Self::Edges(uses) = self {
+            uses.reverse();
+            for edge in uses {
+                edge.reversed = !edge.reversed;
+            }
+        }
+    }
+}
+
+/// A face before its surface and edges are read.
+#[derive(Clone, Debug)]
+pub(super) struct StatedFace {
+    pub(super) surface: u64,
+    pub(super) same_sense: bool,
+    /// Bounds that run counterclockwise seen from the tip of the *face's* normal.
+    pub(super) bounds: Vec<Bound>,
+}
+
+impl Geometry<'_> {
+    pub(super) fn stated_face(&self, source: Source) -> Read<StatedFace> {
+        match source {
+            Source::Face(id) => {
+                let own = self.get(id)?.fields("FACE_SURFACE", 2);
+                // A complex instance keeps the bounds in FACE.
+                let bounds = self.get(id)?.fields("FACE", 1).links(0)?;
+                Ok(StatedFace {
+                    surface: own.reference(0)?,
+                    same_sense: own.flag(1, true),
+                    bounds: bounds.map(|bound| self.bound(bound)).collect::<Read<_>>()?,
+                })
+            }
+            Source::Surface(id) => {
+                let surface = self.get(id)?;
+                let mut bounds = Vec::new();
+                if surface.is("CURVE_BOUNDED_SURFACE") {
+                    let own = surface.fields("CURVE_BOUNDED_SURFACE", 1);
+                    for boundary in own.links(1)? {
+                        let segments = self.get(boundary)?.fields("COMPOSITE_CURVE", 1).links(0)?;
+                        bounds.push(Bound::Edges(segments.map(|id| self.segment_use(id)).collect::<Read<_>>()?));
+                    }
+                } else if surface.is("RECTANGULAR_TRIMMED_SURFACE") {
+                    return Err(Trouble::new(id, "a rectangular trimmed surface outside a face is not read"));
+                }
+                Ok(StatedFace { surface: id, same_sense: true, bounds })
+            }
+        }
+    }
+
+    fn segment_use(&self, id: u64) -> Read<Use> {
+        let same = self.get(id)?.fields("COMPOSITE_CURVE_SEGMENT", 0).flag(1, true);
+        Ok(Use { edge: EdgeKey::Segment(id), reversed: !same })
+    }
+
+    fn bound(&self, id: u64) -> Read<Bound> {
+        let fields = self.get(id)?.fields("FACE_BOUND", 1);
+        let of = self.get(fields.reference(0)?)?;
+        let mut bound = if of.is("EDGE_LOOP") {
+            // In a complex instance the list stands in PATH.
+            let list = ["EDGE_LOOP", "PATH"].into_iter().find_map(|name| of.fields(name, 1).links(0).ok());
+            let list = list.ok_or_else(|| Trouble::new(of.id, "an EDGE_LOOP without a list of edges"))?;
+            Bound::Edges(list.map(|edge| self.oriented_edge(edge)).collect::<Read<_>>()?)
+        } else if of.is("VERTEX_LOOP") {
+            Bound::Vertex(of.fields("VERTEX_LOOP", 1).reference(0)?)
+        } else if of.is("POLY_LOOP") {
+            let points: Vec<u64> = of.fields("POLY_LOOP", 1).links(0)?.collect();
+            Bound::Edges(sides(&points))
+        } else {
+            return Err(Trouble::new(of.id, format!("bounds of type {} are not read", of.keyword())));
+        };
+        if let Bound::Edges(uses) = &bound
+            && uses.is_empty()
+        {
+            return Err(Trouble::new(of.id, "a loop without edges"));
+        }
+        if !fields.flag(1, true) {
+            bound.reverse();
+        }
+        Ok(bound)
+    }
+
+    fn oriented_edge(&self, id: u64) -> Read<Use> {
+        let (mut edge, mut reversed) = (self.get(id)?, false);
+        for _ in 0..MAX_DEPTH {
+            if edge.is("EDGE_CURVE") {
+                return Ok(Use { edge: EdgeKey::Curve(edge.id), reversed });
+            }
+            if !edge.is("ORIENTED_EDGE") {
+                return Err(Trouble::new(edge.id, format!("edges of type {} are not read", edge.keyword())));
+            }
+            // name, (start, end, derived), edge, orientation
+            let own = edge.fields("ORIENTED_EDGE", 3);
+            reversed ^= !own.flag(1, true);
+            edge = self.get(own.reference(0)?)?;
+        }
+        Err(Trouble::new(id, "oriented edges refer to one another too deeply"))
+    }
+
+    /// The point of a vertex instance.
+    pub(super) fn vertex(&self, id: u64) -> Read<DVec3> {
+        let vertex = self.get(id)?;
+        if vertex.is("CARTESIAN_POINT") {
+            return self.point(id);
+        }
+        self.point(vertex.fields("VERTEX_POINT", 1).reference(0)?)
+    }
+
+    /// The vertices of an `EDGE_CURVE`, and where they are.
+    pub(super) fn edge_ends(&self, id: u64) -> Read<([u64; 2], Ends)> {
+        let own = self.get(id)?.fields("EDGE", 1);
+        let (from, to) = (own.reference(0)?, own.reference(1)?);
+        Ok(([from, to], Ends { start: self.vertex(from)?, end: self.vertex(to)?, closed: from == to }))
+    }
+}
+
+/// The sides of a polygon; a point repeated in a row makes none.
+fn sides(points: &[u64]) -> Vec<Use> {
+    let next = points.iter().cycle().skip(1);
+    points
+        .iter()
+        .zip(next)
+        .filter(|(a, b)| a != b)
+        .map(|(a, b)| Use { edge: EdgeKey::Side(*a.min(b), *a.max(b)), reversed: a > b })
+        .collect()
+}

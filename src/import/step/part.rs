@@ -1,0 +1,412 @@
+//! Gathered shells to one part: every vertex and edge once, faces with oriented loops, what fails as diagnostics.
+
+use super::StepOptions;
+use super::curve::{Bounded, Ends, straight};
+use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
+use super::place::Geometry;
+use super::shells::{ShellUse, Source};
+use super::style::Styles;
+use super::surface::Stated;
+use super::table::{Read, Table, Trouble};
+use super::units::Units;
+use crate::model::{
+    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Loop, Part, Severity, Shell, Surface, VertexId,
+};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::collections::{HashMap, HashSet};
+
+/// An edge before its vertices have ids.
+struct Draft {
+    ends: [VertexKey; 2],
+    points: [DVec3; 2],
+    /// None for an edge without length.
+    curve: Option<Bounded>,
+    /// Distance by which the curve misses its vertices.
+    gap: f64,
+    tolerance: f64,
+    entity: u64,
+}
+
+/// What all parts of a file are read with.
+#[derive(Clone, Copy)]
+pub(super) struct Reader<'a> {
+    pub(super) table: &'a Table,
+    pub(super) styles: &'a Styles,
+    pub(super) options: &'a StepOptions,
+}
+
+impl Reader<'_> {
+    /// Reads the faces of `shells`. Diagnostics have no part yet.
+    pub(super) fn part(&self, name: String, shells: &[ShellUse], colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
+        let jobs: Vec<(u32, &ShellUse, Source, bool)> = (0u32..)
+            .zip(shells)
+            .flat_map(|(i, shell)| shell.faces.iter().map(move |(source, turned)| (i, shell, *source, *turned)))
+            .collect();
+        let stated: Vec<Read<StatedFace>> = jobs
+            .par_iter()
+            .with_min_len(16)
+            .map(|(_, shell, source, _)| self.geometry(shell.units).stated_face(*source))
+            .collect();
+        let edges = self.edges(&jobs, &stated);
+        let surfaces: Vec<Option<Read<Stated>>> = jobs
+            .par_iter()
+            .zip(&stated)
+            .with_min_len(16)
+            .map(|((_, shell, ..), face)| {
+                let face = face.as_ref().ok()?;
+                let reach = || reach(face, &edges);
+                let geometry = self.geometry(shell.units);
+                Some(geometry.surface(face.surface, &reach, self.options.offset_tolerance, 0))
+            })
+            .collect();
+        let mut assembly = Assembly::new(name, shells, colour, edges);
+        stated.iter().flatten().for_each(|face| assembly.meet(face));
+        for (((shell_index, shell, source, turned), face), surface) in jobs.into_iter().zip(stated).zip(surfaces) {
+            let geometry = self.geometry(shell.units);
+            let done = face.and_then(|face| match surface {
+                Some(surface) => assembly.face(&geometry, face, surface?, source),
+                None => Err(Trouble::new(source.id(), "its surface was not read")),
+            });
+            match done {
+                Ok((surface, loops, against)) => assembly.part.faces.push(Face {
+                    surface,
+                    loops,
+                    reversed: against != turned,
+                    shell: shell_index,
+                    colour: self.styles.of(source.id()).or(shell.colour),
+                    name: self.table.find(source.id()).map(|i| i.label().to_owned()).unwrap_or_default(),
+                    entity: source.id(),
+                }),
+                Err(trouble) => assembly.lost(source, &trouble),
+            }
+        }
+        assembly.finish()
+    }
+
+    fn geometry(&self, units: Units) -> Geometry<'_> {
+        Geometry { table: self.table, units }
+    }
+
+    /// Every edge that the faces use, read once.
+    fn edges(
+        &self,
+        jobs: &[(u32, &ShellUse, Source, bool)],
+        stated: &[Read<StatedFace>],
+    ) -> HashMap<EdgeKey, Read<Draft>> {
+        let mut known = HashSet::new();
+        let mut order = Vec::new();
+        for ((_, shell, ..), face) in jobs.iter().zip(stated) {
+            let Ok(face) = face else { continue };
+            for bound in &face.bounds {
+                let Bound::Edges(uses) = bound else { continue };
+                for edge in uses.iter().filter(|edge| known.insert(edge.edge)) {
+                    order.push((edge.edge, shell.units, face.surface));
+                }
+            }
+        }
+        order
+            .into_par_iter()
+            .with_min_len(32)
+            .map(|(key, units, surface)| (key, self.edge(key, units, surface)))
+            .collect()
+    }
+
+    fn edge(&self, key: EdgeKey, units: Units, surface: u64) -> Read<Draft> {
+        let geometry = self.geometry(units);
+        let (entity, ends, at, curve) = match key {
+            EdgeKey::Curve(id) => {
+                let (ends, at) = geometry.edge_ends(id)?;
+                let own = self.table.get(id)?.fields("EDGE_CURVE", 3);
+                let curve = geometry.between(own.reference(0)?, at, own.flag(1, true))?;
+                (id, ends.map(VertexKey::Point), at, curve)
+            }
+            EdgeKey::Side(a, b) => {
+                let at = Ends { start: geometry.point(a)?, end: geometry.point(b)?, closed: false };
+                (0, [a, b].map(VertexKey::Point), at, straight(at))
+            }
+            EdgeKey::Segment(id) => {
+                let (at, curve) = geometry.segment(id, surface)?;
+                (id, [VertexKey::End(id, false), VertexKey::End(id, true)], at, Some(curve))
+            }
+        };
+        let gap = curve.as_ref().map_or(0.0, |Bounded { curve, range, .. }| {
+            curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
+        });
+        if !gap.is_finite() {
+            return Err(Trouble::new(entity, "the edge's curve has no finite ends"));
+        }
+        Ok(Draft { ends, points: [at.start, at.end], curve, gap, tolerance: units.tolerance, entity })
+    }
+}
+
+/// Points whose hull covers the face's boundary.
+fn reach(face: &StatedFace, edges: &HashMap<EdgeKey, Read<Draft>>) -> Vec<DVec3> {
+    let uses = face.bounds.iter().flat_map(|bound| match bound {
+        Bound::Edges(uses) => uses.as_slice(),
+        Bound::Vertex(_) => &[],
+    });
+    uses.filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok())
+        .filter_map(|draft| draft.curve.as_ref())
+        .flat_map(|bounded| bounded.curve.points.iter().copied())
+        .collect()
+}
+
+/// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.
+#[derive(Default)]
+struct Corners {
+    index: HashMap<VertexKey, usize>,
+    parent: Vec<usize>,
+    points: Vec<DVec3>,
+}
+
+impl Corners {
+    fn of(&mut self, key: VertexKey, point: DVec3) -> usize {
+        let fresh = self.parent.len();
+        let at = *self.index.entry(key).or_insert(fresh);
+        if at == fresh {
+            self.parent.push(fresh);
+            self.points.push(point);
+        }
+        self.root(at)
+    }
+
+    fn root(&mut self, mut at: usize) -> usize {
+        while self.parent[at] != at {
+            self.parent[at] = self.parent[self.parent[at]];
+            at = self.parent[at];
+        }
+        at
+    }
+
+    /// Makes two corners one; the one met first in the file stays.
+    fn unite(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b)] = a.min(b);
+    }
+
+    /// The two corners of a coedge, in loop order.
+    fn ends(&mut self, draft: &Draft, reversed: bool) -> (usize, usize) {
+        let [a, b] = [0, 1].map(|i| self.of(draft.ends[i], draft.points[i]));
+        if reversed { (b, a) } else { (a, b) }
+    }
+}
+
+/// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.
+const CORNER: f64 = 10.0;
+
+/// A part in the making.
+struct Assembly {
+    part: Part,
+    edges: HashMap<EdgeKey, Read<Draft>>,
+    edge_ids: HashMap<EdgeKey, EdgeId>,
+    corners: Corners,
+    vertex_ids: HashMap<usize, VertexId>,
+    diagnostics: Vec<Diagnostic>,
+    /// How many edges miss their vertices, the worst of them and by how much.
+    gaps: (usize, u64, f64),
+}
+
+impl Assembly {
+    fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: HashMap<EdgeKey, Read<Draft>>) -> Self {
+        let shells = shells.iter().map(|shell| Shell { kind: shell.kind, entity: shell.entity }).collect();
+        Self {
+            part: Part { name, shells, colour, ..Part::default() },
+            edges,
+            edge_ids: HashMap::new(),
+            corners: Corners::default(),
+            vertex_ids: HashMap::new(),
+            diagnostics: Vec::new(),
+            gaps: (0, 0, 0.0),
+        }
+    }
+
+    fn say(&mut self, severity: Severity, entity: u64, reason: String) {
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, reason });
+    }
+
+    fn lost(&mut self, source: Source, trouble: &Trouble) {
+        let reason = if trouble.entity == source.id() {
+            format!("face left out: {}", trouble.reason)
+        } else {
+            format!("face left out: #{}: {}", trouble.entity, trouble.reason)
+        };
+        self.say(Severity::Error, source.id(), reason);
+    }
+
+    /// Unites the corners at which neighbours in the loops of a face meet. All faces go through this before any is built.
+    fn meet(&mut self, face: &StatedFace) {
+        for bound in &face.bounds {
+            let Bound::Edges(uses) = bound else { continue };
+            let mut ends = Vec::with_capacity(uses.len());
+            for edge in uses {
+                let Some(Ok(draft)) = self.edges.get(&edge.edge) else { continue };
+                let (tail, head) = self.corners.ends(draft, edge.reversed);
+                if draft.curve.is_none() {
+                    self.corners.unite(tail, head);
+                }
+                ends.push((tail, head, draft.tolerance));
+            }
+            for (i, (tail, head, tolerance)) in ends.iter().enumerate() {
+                let (next_tail, next_head, _) = ends[(i + 1) % ends.len()];
+                // As stated, or else as it would be if either of the two ran the other way.
+                let ways = [(*head, next_tail), (*head, next_head), (*tail, next_tail), (*tail, next_head)];
+                let near = |(a, b): &(usize, usize)| {
+                    self.corners.points[*a].distance(self.corners.points[*b]) <= CORNER * tolerance
+                };
+                if let Some((a, b)) = ways.into_iter().find(near) {
+                    self.corners.unite(a, b);
+                }
+            }
+        }
+    }
+
+    /// The coedges of a loop, checked to run head to tail; edges without length are passed over.
+    fn chain(&mut self, uses: Vec<Use>, face: u64) -> Read<Vec<Use>> {
+        let mut chain = Vec::with_capacity(uses.len());
+        let mut ends = Vec::with_capacity(uses.len());
+        for edge in uses {
+            match self.edges.get(&edge.edge) {
+                Some(Ok(draft)) if draft.curve.is_some() => {
+                    ends.push(self.corners.ends(draft, edge.reversed));
+                    chain.push(edge);
+                }
+                Some(Ok(_)) => {}
+                Some(Err(trouble)) => return Err(trouble.clone()),
+                None => return Err(Trouble::new(face, "an edge of the face was not read")),
+            }
+        }
+        let count = chain.len();
+        let open = |ends: &[(usize, usize)]| (0..count).find(|i| ends[*i].1 != ends[(*i + 1) % count].0);
+        let Some(first) = open(&ends) else { return Ok(chain) };
+        // Some writers get the senses of edges wrong. The order with the right senses is one of two: the first edge
+        // as stated, or turned.
+        for turn in [false, true] {
+            let mut tried = ends.clone();
+            if turn {
+                tried[0] = (tried[0].1, tried[0].0);
+            }
+            for i in 1..count {
+                if tried[i].0 != tried[i - 1].1 {
+                    tried[i] = (tried[i].1, tried[i].0);
+                }
+            }
+            if open(&tried).is_none() {
+                for i in 0..count {
+                    chain[i].reversed ^= tried[i] != ends[i];
+                }
+                let reason = "edges of a loop ran against it and were turned".to_owned();
+                self.say(Severity::Warning, face, reason);
+                return Ok(chain);
+            }
+        }
+        let (a, b) = (ends[first].1, ends[(first + 1) % count].0);
+        let gap = self.corners.points[a].distance(self.corners.points[b]);
+        let reason =
+            format!("a loop is open: {gap:.3e} mm between its edges {} and {}", first + 1, (first + 1) % count + 1);
+        Err(Trouble::new(face, reason))
+    }
+
+    /// Adds a face whose surface and bounds are read.
+    fn face(
+        &mut self,
+        geometry: &Geometry<'_>,
+        stated: StatedFace,
+        surface: Stated,
+        source: Source,
+    ) -> Read<(Surface, Vec<Loop>, bool)> {
+        let same = stated.same_sense != surface.turned;
+        let whole = surface.surface.natural_domain();
+        if stated.bounds.is_empty() && !whole.iter().all(|(a, b)| a.is_finite() && b.is_finite()) {
+            return Err(Trouble::new(stated.surface, "no bounds on a surface that has none of its own"));
+        }
+        // Everything that can fail comes before the part changes, so that a lost face leaves nothing behind.
+        let mut chains = Vec::with_capacity(stated.bounds.len());
+        for mut bound in stated.bounds {
+            if !same {
+                bound.reverse();
+            }
+            chains.push(match bound {
+                Bound::Edges(uses) => Chain::Edges(self.chain(uses, source.id())?),
+                Bound::Vertex(id) => Chain::Vertex(VertexKey::Point(id), geometry.vertex(id)?),
+            });
+        }
+        let mut loops = Vec::with_capacity(chains.len());
+        for chain in chains {
+            match chain {
+                Chain::Vertex(key, point) => {
+                    let corner = self.corners.of(key, point);
+                    loops.push(Loop::Vertex(self.vertex(corner)));
+                }
+                Chain::Edges(uses) if uses.is_empty() => {
+                    self.say(Severity::Note, source.id(), "a loop of edges without length was left out".to_owned());
+                }
+                Chain::Edges(uses) => loops.push(Loop::Edges(self.coedges(uses))),
+            }
+        }
+        if let Some(reason) = surface.note {
+            let face = Some(FaceId::new(self.part.faces.len()));
+            self.diagnostics.push(Diagnostic {
+                severity: Severity::Note,
+                part: None,
+                face,
+                entity: source.id(),
+                reason,
+            });
+        }
+        Ok((surface.surface, loops, !same))
+    }
+
+    fn coedges(&mut self, uses: Vec<Use>) -> Vec<Coedge> {
+        uses.into_iter()
+            .filter_map(|edge| {
+                let id = match self.edge_ids.get(&edge.edge) {
+                    Some(id) => *id,
+                    None => self.edge(edge.edge)?,
+                };
+                Some(Coedge { edge: id, reversed: edge.reversed, pcurve: None })
+            })
+            .collect()
+    }
+
+    /// Moves an edge into the part. `None` for one that was not read, which `chain` has refused before.
+    fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
+        let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
+        let Bounded { curve, range, kind } = draft.curve.clone()?;
+        let (entity, gap, near) = (draft.entity, draft.gap, CORNER * draft.tolerance);
+        let draft = self.edges.get(&key)?.as_ref().ok()?;
+        let (start, end) = self.corners.ends(draft, false);
+        let edge = Edge { curve, range, start: self.vertex(start), end: self.vertex(end), kind, entity };
+        if gap > near {
+            let (count, worst, by) = self.gaps;
+            self.gaps = if gap > by { (count + 1, entity, gap) } else { (count + 1, worst, by) };
+        }
+        let id = EdgeId::new(self.part.edges.len());
+        self.part.edges.push(edge);
+        self.edge_ids.insert(key, id);
+        Some(id)
+    }
+
+    fn vertex(&mut self, corner: usize) -> VertexId {
+        let corner = self.corners.root(corner);
+        *self.vertex_ids.entry(corner).or_insert_with(|| {
+            self.part.vertices.push(self.corners.points[corner]);
+            VertexId::new(self.part.vertices.len() - 1)
+        })
+    }
+
+    fn finish(mut self) -> (Part, Vec<Diagnostic>) {
+        let (count, entity, gap) = self.gaps;
+        if count > 0 {
+            let reason = format!("{count} edges miss their vertices, #{entity} by {gap:.3e} mm");
+            self.say(Severity::Note, entity, reason);
+        }
+        (self.part, self.diagnostics)
+    }
+}
+
+/// A bound that has passed its checks.
+enum Chain {
+    Edges(Vec<Use>),
+    Vertex(VertexKey, DVec3),
+}

@@ -1,0 +1,105 @@
+//! Points, directions and placements of ISO 10303-42 to millimetre vectors and orthonormal frames.
+
+use super::table::{Instance, Read, Table, Trouble};
+use super::units::Units;
+use crate::model::Frame3;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// The instances of one representation: the table and what its numbers mean.
+#[derive(Clone, Copy)]
+pub(super) struct Geometry<'a> {
+    pub(super) table: &'a Table,
+    pub(super) units: Units,
+}
+
+impl<'a> Geometry<'a> {
+    pub(super) fn get(&self, id: u64) -> Read<Instance<'a>> {
+        self.table.get(id)
+    }
+
+    /// A `CARTESIAN_POINT`, in millimetres.
+    pub(super) fn point(&self, id: u64) -> Read<DVec3> {
+        let instance = self.get(id)?;
+        if !instance.is("CARTESIAN_POINT") {
+            return Err(Trouble::new(id, format!("{} where a CARTESIAN_POINT is needed", instance.keyword())));
+        }
+        Ok(self.triple(instance.fields("CARTESIAN_POINT", 1).list(0)?, id)? * self.units.length)
+    }
+
+    pub(super) fn points(&self, ids: impl Iterator<Item = u64>) -> Read<Vec<DVec3>> {
+        ids.map(|id| self.point(id)).collect()
+    }
+
+    fn triple(&self, list: &[step_io::parser::Attribute], id: u64) -> Read<DVec3> {
+        let mut out = [0.0; 3];
+        for (slot, value) in out.iter_mut().zip(list) {
+            *slot =
+                super::table::number(value).ok_or_else(|| Trouble::new(id, "a coordinate is not a finite number"))?;
+        }
+        Ok(DVec3::from_array(out))
+    }
+
+    /// A `DIRECTION`, not normalised.
+    pub(super) fn direction(&self, id: u64) -> Read<DVec3> {
+        self.triple(self.get(id)?.fields("DIRECTION", 1).list(0)?, id)
+    }
+
+    /// A `VECTOR`, in millimetres.
+    pub(super) fn vector(&self, id: u64) -> Read<DVec3> {
+        let fields = self.get(id)?.fields("VECTOR", 1);
+        let direction = self.direction(fields.reference(0)?)?;
+        let direction = direction.try_normalize().ok_or_else(|| Trouble::new(id, "a VECTOR without direction"))?;
+        let magnitude = fields.real(1)?;
+        Ok(direction * magnitude * self.units.length)
+    }
+
+    /// An `AXIS2_PLACEMENT_3D` (or an `AXIS1_PLACEMENT`, whose first axis is then arbitrary).
+    pub(super) fn frame(&self, id: u64) -> Read<Frame3> {
+        let instance = self.get(id)?;
+        if !(instance.is("AXIS2_PLACEMENT_3D") || instance.is("AXIS1_PLACEMENT")) {
+            return Err(Trouble::new(id, format!("{} where a placement is needed", instance.keyword())));
+        }
+        let fields = instance.fields("AXIS2_PLACEMENT_3D", 1);
+        let origin = self.point(fields.reference(0)?)?;
+        let axis = self.axis(fields.optional(1), DVec3::Z)?;
+        let reference = self.axis(fields.optional(2), DVec3::X)?;
+        Frame3::from_axis(origin, axis, reference)
+            .ok_or_else(|| Trouble::new(id, "the axis of the placement has no direction"))
+    }
+
+    fn axis(&self, id: Option<u64>, default: DVec3) -> Read<DVec3> {
+        id.map_or(Ok(default), |id| self.direction(id))
+    }
+
+    /// The motion that a placement stands for: an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
+    pub(super) fn motion(&self, id: u64) -> Read<DAffine3> {
+        let instance = self.get(id)?;
+        if instance.is("AXIS2_PLACEMENT_3D") {
+            let frame = self.frame(id)?;
+            return Ok(affine(frame.x, frame.y, frame.z, frame.origin));
+        }
+        if instance.is("CARTESIAN_TRANSFORMATION_OPERATOR_3D") {
+            // Simple instances list name, axis 1, axis 2, origin, scale, axis 3, with or without the name and description
+            // of the functionally defined transformation behind the first name.
+            let before = if instance.fields("CARTESIAN_TRANSFORMATION_OPERATOR", 0).len() >= 8 { 3 } else { 1 };
+            let own = instance.fields("CARTESIAN_TRANSFORMATION_OPERATOR", before);
+            let third = instance.fields("CARTESIAN_TRANSFORMATION_OPERATOR_3D", before + 4);
+            let frame = Frame3::from_axis(
+                self.point(own.reference(2)?)?,
+                self.axis(third.optional(0), DVec3::Z)?,
+                self.axis(own.optional(0), DVec3::X)?,
+            );
+            let frame = frame.ok_or_else(|| Trouble::new(id, "the axis of the transformation has no direction"))?;
+            let y = self.axis(own.optional(1), frame.y)?;
+            // A mirror shows in the second axis.
+            let y = if y.dot(frame.y) < 0.0 { -frame.y } else { frame.y };
+            let scale = own.real(3).unwrap_or(1.0);
+            return Ok(affine(frame.x * scale, y * scale, frame.z * scale, frame.origin));
+        }
+        Err(Trouble::new(id, format!("{} where a placement is needed", instance.keyword())))
+    }
+}
+
+fn affine(x: DVec3, y: DVec3, z: DVec3, origin: DVec3) -> DAffine3 {
+    DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), origin)
+}

@@ -1,0 +1,331 @@
+//! Product structure to groups of representation items and the tree in which they are placed.
+//!
+//! A group is what becomes one part: a product definition with all its representations, or a representation that no
+//! product owns. Occurrences come from NEXT_ASSEMBLY_USAGE_OCCURRENCE with its context-dependent representation, from
+//! relationships that carry a transformation by themselves, and from MAPPED_ITEM.
+
+use super::place::Geometry;
+use super::shells::is_body;
+use super::style::Styles;
+use super::table::{Instance, MAX_DEPTH, Read, Table, Trouble};
+use super::units::Contexts;
+use crate::model::Colour;
+use glam::DAffine3;
+use std::collections::{HashMap, HashSet};
+
+/// What becomes one part, and what is placed in it.
+#[derive(Debug, Default)]
+pub(super) struct Group {
+    pub(super) name: String,
+    pub(super) representations: Vec<u64>,
+    pub(super) children: Vec<Child>,
+    /// Whether a product definition stands behind it.
+    pub(super) product: bool,
+    /// Whether some other group places it.
+    pub(super) placed: bool,
+}
+
+/// A group as another one places it.
+#[derive(Clone, Debug)]
+pub(super) struct Child {
+    pub(super) group: usize,
+    pub(super) transform: DAffine3,
+    pub(super) name: String,
+    pub(super) colour: Option<Colour>,
+}
+
+/// The whole structure.
+pub(super) struct Structure {
+    pub(super) groups: Vec<Group>,
+    pub(super) troubles: Vec<Trouble>,
+}
+
+pub(super) struct Builder<'a> {
+    table: &'a Table,
+    contexts: &'a Contexts,
+    styles: &'a Styles,
+    groups: Vec<Group>,
+    /// The group of a representation.
+    owner: HashMap<u64, usize>,
+    troubles: Vec<Trouble>,
+}
+
+/// Items and context of a representation.
+pub(super) fn representation<'a>(
+    table: &'a Table,
+    id: u64,
+) -> Option<(impl Iterator<Item = u64> + use<'a>, Option<u64>)> {
+    let fields = table.find(id)?.fields("REPRESENTATION", 1);
+    Some((fields.links(0).ok()?, fields.optional(1)))
+}
+
+impl<'a> Builder<'a> {
+    pub(super) fn build(table: &'a Table, contexts: &'a Contexts, styles: &'a Styles) -> Structure {
+        let mut builder =
+            Self { table, contexts, styles, groups: Vec::new(), owner: HashMap::new(), troubles: Vec::new() };
+        let definitions = builder.definitions();
+        let relations = Relations::read(table);
+        builder.own_related(&relations);
+        builder.bare_representations(&relations);
+        builder.occurrences(&definitions, &relations);
+        builder.mapped_items();
+        Structure { groups: builder.groups, troubles: builder.troubles }
+    }
+
+    /// A group for each product definition, with the representations that define its shape.
+    fn definitions(&mut self) -> HashMap<u64, usize> {
+        let mut definitions = HashMap::new();
+        for definition in self.table.iter().filter(|i| i.types().any(|name| DEFINITIONS.contains(&name))) {
+            definitions.insert(definition.id, self.groups.len());
+            self.groups.push(Group { name: self.product_name(definition), product: true, ..Group::default() });
+        }
+        for link in self.table.iter().filter(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
+            let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
+            let (Some(property), Some(shape)) = (own.optional(0), own.optional(1)) else { continue };
+            let Some(&group) = self.defined(property).and_then(|definition| definitions.get(&definition)) else {
+                continue;
+            };
+            self.own(shape, group);
+        }
+        definitions
+    }
+
+    /// What a `PRODUCT_DEFINITION_SHAPE` is the shape of.
+    fn defined(&self, property: u64) -> Option<u64> {
+        self.table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
+    }
+
+    fn product_name(&self, definition: Instance<'_>) -> String {
+        let product = || {
+            let formation = definition.fields("PRODUCT_DEFINITION", 0).optional(2)?;
+            let product = self.table.find(formation)?.fields("PRODUCT_DEFINITION_FORMATION", 0).optional(2)?;
+            let fields = self.table.find(product)?.fields("PRODUCT", 0);
+            Some(if fields.text(1).is_empty() { fields.text(0) } else { fields.text(1) })
+        };
+        product().unwrap_or_default().to_owned()
+    }
+
+    fn own(&mut self, representation: u64, group: usize) {
+        self.owner.entry(representation).or_insert(group);
+        let list = &mut self.groups[group].representations;
+        if !list.contains(&representation) {
+            list.push(representation);
+        }
+    }
+
+    /// Gives representations that are only tied to an owned one the same owner.
+    fn own_related(&mut self, relations: &Relations) {
+        let mut queue: Vec<(u64, usize)> = self
+            .groups
+            .iter()
+            .enumerate()
+            .flat_map(|(g, group)| group.representations.iter().map(move |r| (*r, g)))
+            .collect();
+        while let Some((from, group)) = queue.pop() {
+            for to in relations.equal.get(&from).into_iter().flatten() {
+                if !self.owner.contains_key(to) {
+                    self.own(*to, group);
+                    queue.push((*to, group));
+                }
+            }
+        }
+    }
+
+    /// Groups for representations that hold bodies or place others, and that no product owns.
+    fn bare_representations(&mut self, relations: &Relations) {
+        let bare: Vec<u64> = self
+            .table
+            .iter()
+            .filter(|i| i.types().any(|name| name.ends_with("REPRESENTATION") && !PICTURES.contains(&name)))
+            .filter(|i| !i.types().any(|name| PICTURES.contains(&name)))
+            .filter(|i| !self.owner.contains_key(&i.id) && self.holds_shape(i.id))
+            .map(|i| i.id)
+            .collect();
+        for id in bare {
+            if self.owner.contains_key(&id) {
+                continue;
+            }
+            let group = self.groups.len();
+            let name = self.table.find(id).map(|i| i.label().to_owned()).unwrap_or_default();
+            self.groups.push(Group { name, ..Group::default() });
+            self.own(id, group);
+            self.own_related(relations);
+        }
+    }
+
+    fn holds_shape(&self, id: u64) -> bool {
+        representation(self.table, id).is_some_and(|(mut items, _)| {
+            items.any(|item| self.table.find(item).is_some_and(|i| is_body(i) || i.is("MAPPED_ITEM")))
+        })
+    }
+
+    fn geometry(&self, representation_id: u64) -> Geometry<'a> {
+        let context = representation(self.table, representation_id).and_then(|(_, context)| context);
+        Geometry { table: self.table, units: self.contexts.of(context) }
+    }
+
+    /// Usage occurrences, with the relationship that places each.
+    fn occurrences(&mut self, definitions: &HashMap<u64, usize>, relations: &Relations) {
+        let mut placements: HashMap<u64, (u64, u64)> = HashMap::new();
+        let mut used = HashSet::new();
+        for shape in self.table.iter().filter(|i| i.is("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")) {
+            let own = shape.fields("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 0);
+            let (Some(relation), Some(property)) = (own.optional(0), own.optional(1)) else { continue };
+            if let Some(occurrence) = self.defined(property) {
+                placements.insert(occurrence, (relation, shape.id));
+                used.insert(relation);
+            }
+        }
+        for usage in self.table.iter().filter(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE")) {
+            let own = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
+            let (Some(parent), Some(child)) = (own.optional(3), own.optional(4)) else { continue };
+            let (Some(&parent), Some(&child)) = (definitions.get(&parent), definitions.get(&child)) else {
+                self.troubles
+                    .push(Trouble::new(usage.id, "an occurrence of a product definition that is not in the file"));
+                continue;
+            };
+            let placement = placements.get(&usage.id).copied();
+            let transform = match placement {
+                Some((relation, _)) => self.placed_by(relations, relation, parent, child),
+                None => Err(Trouble::new(usage.id, "an occurrence without placement stands at the origin")),
+            };
+            let transform = self.or_identity(transform);
+            let name = [own.text(1), own.text(0)].into_iter().find(|text| !text.is_empty()).unwrap_or_default();
+            let colour = placement.and_then(|(relation, shape)| {
+                [relation, shape, usage.id].into_iter().find_map(|id| self.styles.by_occurrence.get(&id).copied())
+            });
+            self.place(parent, Child { group: child, transform, name: name.to_owned(), colour });
+        }
+        // Transformed relationships that no occurrence uses place representations all by themselves.
+        for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
+            let Some(&(first, second, _)) = relations.moved.get(&relation) else { continue };
+            let (Some(&child), Some(&parent)) = (self.owner.get(&first), self.owner.get(&second)) else { continue };
+            if child == parent || self.groups[parent].children.iter().any(|c| c.group == child) {
+                continue;
+            }
+            let transform = self.placed_by(relations, relation, parent, child);
+            let transform = self.or_identity(transform);
+            self.place(parent, Child { group: child, transform, name: String::new(), colour: None });
+        }
+    }
+
+    fn or_identity(&mut self, transform: Read<DAffine3>) -> DAffine3 {
+        transform.unwrap_or_else(|trouble| {
+            self.troubles.push(trouble);
+            DAffine3::IDENTITY
+        })
+    }
+
+    fn place(&mut self, parent: usize, child: Child) {
+        self.groups[child.group].placed = true;
+        self.groups[parent].children.push(child);
+    }
+
+    /// The motion from the child's coordinates to the parent's that a transformed relationship states.
+    fn placed_by(&self, relations: &Relations, relation: u64, parent: usize, child: usize) -> Read<DAffine3> {
+        let &(first, second, operator) = relations
+            .moved
+            .get(&relation)
+            .ok_or_else(|| Trouble::new(relation, "an occurrence placed by a relationship without transformation"))?;
+        // The component comes first and the assembly second, but some writers swap them.
+        let has = |group: usize, id: u64| self.groups[group].representations.contains(&id);
+        let swapped = has(parent, first) && has(child, second) && !(has(child, first) && has(parent, second));
+        let transformation = self.table.get(operator)?;
+        if !transformation.is("ITEM_DEFINED_TRANSFORMATION") {
+            let motion = self.geometry(second).motion(operator)?;
+            return if swapped { invert(motion, operator) } else { Ok(motion) };
+        }
+        let own = transformation.fields("ITEM_DEFINED_TRANSFORMATION", 2);
+        let (mut from, mut to) = (own.reference(0)?, own.reference(1)?);
+        let lists = |id: u64, item: u64| {
+            representation(self.table, id).is_some_and(|(mut items, _)| items.any(|listed| listed == item))
+        };
+        if lists(second, from) && lists(first, to) && !(lists(first, from) && lists(second, to)) {
+            (from, to) = (to, from);
+        }
+        let (from, to) = (self.geometry(first).motion(from)?, self.geometry(second).motion(to)?);
+        let motion = to * invert(from, operator)?;
+        if swapped { invert(motion, operator) } else { Ok(motion) }
+    }
+
+    fn mapped_items(&mut self) {
+        for parent in 0..self.groups.len() {
+            for id in self.groups[parent].representations.clone() {
+                let Some((items, _)) = representation(self.table, id) else { continue };
+                for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("MAPPED_ITEM"))) {
+                    match self.mapped(item, id) {
+                        Ok(child) if child.group == parent => {
+                            self.troubles.push(Trouble::new(item, "an item that maps its own representation"));
+                        }
+                        Ok(child) => self.place(parent, child),
+                        Err(trouble) => self.troubles.push(trouble),
+                    }
+                }
+            }
+        }
+    }
+
+    fn mapped(&self, item: u64, within: u64) -> Read<Child> {
+        let instance = self.table.get(item)?;
+        let own = instance.fields("MAPPED_ITEM", 1);
+        let map = self.table.get(own.reference(0)?)?.fields("REPRESENTATION_MAP", 0);
+        let (origin, source) = (map.reference(0)?, map.reference(1)?);
+        let group = *self
+            .owner
+            .get(&source)
+            .ok_or_else(|| Trouble::new(item, format!("the mapped representation #{source} holds no bodies")))?;
+        let target = self.geometry(within).motion(own.reference(1)?)?;
+        let transform = target * invert(self.geometry(source).motion(origin)?, item)?;
+        let colour = self.styles.by_occurrence.get(&item).copied().or(self.styles.of(item));
+        Ok(Child { group, transform, name: instance.label().to_owned(), colour })
+    }
+}
+
+const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];
+
+/// Representations that show shapes and do not define them.
+const PICTURES: [&str; 6] = [
+    "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION",
+    "MECHANICAL_DESIGN_SHADED_PRESENTATION_REPRESENTATION",
+    "MECHANICAL_DESIGN_PRESENTATION_REPRESENTATION_WITH_DRAUGHTING",
+    "DRAUGHTING_MODEL",
+    "PRESENTATION_REPRESENTATION",
+    "PRESENTED_ITEM_REPRESENTATION",
+];
+
+fn invert(motion: DAffine3, id: u64) -> Read<DAffine3> {
+    let inverse = motion.inverse();
+    if inverse.is_finite() { Ok(inverse) } else { Err(Trouble::new(id, "a transformation that cannot be inverted")) }
+}
+
+/// Relationships between representations.
+struct Relations {
+    /// Those that only say that two representations are of the same thing in the same coordinates; both ways.
+    equal: HashMap<u64, Vec<u64>>,
+    /// Those with a transformation: first and second representation, transformation; by their own number.
+    moved: std::collections::BTreeMap<u64, (u64, u64, u64)>,
+}
+
+impl Relations {
+    fn read(table: &Table) -> Self {
+        let mut relations = Self { equal: HashMap::new(), moved: std::collections::BTreeMap::new() };
+        for relation in table.iter().filter(|i| i.is("SHAPE_REPRESENTATION_RELATIONSHIP") || i.is(MOVED)) {
+            let own = relation.fields("REPRESENTATION_RELATIONSHIP", 0);
+            let (Some(first), Some(second)) = (own.optional(2), own.optional(3)) else { continue };
+            if relation.is(MOVED) {
+                if let Some(operator) = relation.fields(MOVED, 4).optional(0) {
+                    relations.moved.insert(relation.id, (first, second, operator));
+                }
+            } else {
+                relations.equal.entry(first).or_default().push(second);
+                relations.equal.entry(second).or_default().push(first);
+            }
+        }
+        relations
+    }
+}
+
+const MOVED: &str = "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION";
+
+/// How deep assemblies may nest.
+pub(super) const MAX_ASSEMBLY_DEPTH: usize = 4 * MAX_DEPTH;

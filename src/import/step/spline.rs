@@ -1,0 +1,220 @@
+//! B-spline curves cut, joined, raised in degree and searched for the nearest point: what folding a file's curve into an
+//! edge needs. Knots are inserted by Boehm's rule; degrees are raised Bézier piece by Bézier piece.
+
+use crate::model::NurbsCurve3;
+use glam::{DVec3, DVec4, Vec4Swizzles};
+
+/// The knot vector with multiplicities written out; `None` unless it has `count + degree + 1` knots.
+pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, degree: usize) -> Option<Vec<f64>> {
+    let total = multiplicities.iter().try_fold(0usize, |sum, m| sum.checked_add(*m))?;
+    if values.len() != multiplicities.len() || total != count + degree + 1 {
+        return None;
+    }
+    let each = values.iter().zip(multiplicities);
+    Some(each.flat_map(|(value, times)| std::iter::repeat_n(*value, *times)).collect())
+}
+
+fn lift(curve: &NurbsCurve3) -> Vec<DVec4> {
+    let weight = |i: usize| curve.weights.get(i).copied().unwrap_or(1.0);
+    curve.points.iter().enumerate().map(|(i, p)| (*p * weight(i)).extend(weight(i))).collect()
+}
+
+fn drop_lift(degree: usize, knots: Vec<f64>, lifted: &[DVec4], rational: bool) -> NurbsCurve3 {
+    NurbsCurve3 {
+        degree,
+        knots,
+        points: lifted.iter().map(|p| p.xyz() / p.w).collect(),
+        weights: if rational { lifted.iter().map(|p| p.w).collect() } else { Vec::new() },
+    }
+}
+
+/// Inserts `t` into the knots until it stands there `degree` times. `t` lies in the domain.
+fn saturate(degree: usize, knots: &mut Vec<f64>, points: &mut Vec<DVec4>, t: f64) {
+    let present = knots.iter().filter(|k| **k == t).count();
+    for _ in present..degree {
+        // The last knot ≤ t; t < domain end or t already saturates a clamped end.
+        let last = knots.partition_point(|k| *k <= t) - 1;
+        let multiplicity = knots.iter().filter(|k| **k == t).count();
+        let first = last + 1 - degree;
+        let mut fresh = Vec::with_capacity(points.len() + 1);
+        fresh.extend_from_slice(&points[..first]);
+        for i in first..=last - multiplicity {
+            let a = (t - knots[i]) / (knots[i + degree] - knots[i]);
+            fresh.push(points[i - 1] * (1.0 - a) + points[i] * a);
+        }
+        fresh.extend_from_slice(&points[last - multiplicity..]);
+        *points = fresh;
+        knots.insert(last + 1, t);
+    }
+}
+
+/// The part over `[from, to]`, clamped. Both lie in the domain, `from < to`.
+pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
+    let p = curve.degree;
+    let (mut knots, mut points) = (curve.knots.clone(), lift(curve));
+    saturate(p, &mut knots, &mut points, from);
+    saturate(p, &mut knots, &mut points, to);
+    let start = knots.partition_point(|k| *k <= from) - 1;
+    let end = knots.partition_point(|k| *k < to);
+    let mut cut = vec![from; p + 1];
+    cut.extend_from_slice(&knots[start + 1..end]);
+    cut.extend(std::iter::repeat_n(to, p + 1));
+    drop_lift(p, cut, &points[start - p..end], !curve.weights.is_empty())
+}
+
+/// A closed curve, started (and ended) at the inner parameter `s` instead; the domain becomes `[s, s + period]`.
+pub(super) fn restart(curve: &NurbsCurve3, s: f64) -> NurbsCurve3 {
+    let (a, b) = curve.domain();
+    append(piece(curve, s, b), &piece(curve, a, s))
+}
+
+/// Appends a clamped curve of the same degree whose start is the first one's end; its parameters are shifted.
+fn append(mut curve: NurbsCurve3, next: &NurbsCurve3) -> NurbsCurve3 {
+    let p = curve.degree;
+    let shift = curve.domain().1 - next.domain().0;
+    if !curve.weights.is_empty() || !next.weights.is_empty() {
+        curve.weights.resize(curve.points.len(), 1.0);
+        let weight = |i: usize| next.weights.get(i).copied().unwrap_or(1.0);
+        // A common factor of all weights changes nothing: make the joint's weights agree.
+        let factor = curve.weights.last().copied().unwrap_or(1.0) / weight(0);
+        curve.weights.extend((1..next.points.len()).map(|i| weight(i) * factor));
+    }
+    curve.points.extend_from_slice(&next.points[1..]);
+    curve.knots.pop();
+    curve.knots.extend(next.knots[p + 1..].iter().map(|k| k + shift));
+    curve
+}
+
+/// Curves end to end as one; degrees are raised to the highest among them. `None` for none.
+pub(super) fn join(curves: &[NurbsCurve3]) -> Option<NurbsCurve3> {
+    let degree = curves.iter().map(|c| c.degree).max()?;
+    curves.iter().map(|c| raise(c, degree)).reduce(|all, next| append(all, &next))
+}
+
+/// The same curve in a higher degree, as a clamped chain of Bézier pieces.
+fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
+    let (a, b) = curve.domain();
+    let whole = piece(curve, a, b);
+    if whole.degree == degree {
+        return whole;
+    }
+    let (mut p, mut knots, mut points) = (whole.degree, whole.knots.clone(), lift(&whole));
+    let mut breaks: Vec<f64> = knots.clone();
+    breaks.dedup();
+    for t in &breaks[1..breaks.len() - 1] {
+        saturate(p, &mut knots, &mut points, *t);
+    }
+    while p < degree {
+        let mut raised = vec![points[0]];
+        for bezier in points.windows(p + 1).step_by(p) {
+            for i in 1..=p {
+                let a = i as f64 / (p + 1) as f64;
+                raised.push(bezier[i - 1] * a + bezier[i] * (1.0 - a));
+            }
+            raised.push(bezier[p]);
+        }
+        points = raised;
+        p += 1;
+    }
+    let inner = breaks[1..breaks.len() - 1].iter().flat_map(|t| std::iter::repeat_n(*t, p));
+    let knots = std::iter::repeat_n(a, p + 1).chain(inner).chain(std::iter::repeat_n(b, p + 1)).collect();
+    drop_lift(p, knots, &points, !whole.weights.is_empty())
+}
+
+/// The parameter of the curve's point nearest to `p`: the best of a few samples in every span, polished by Newton's method.
+pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
+    let (a, b) = curve.domain();
+    let samples = curve.degree + 2;
+    let mut best = (a, curve.point(a).distance_squared(p), b - a);
+    for ends in curve.knots[curve.degree..=curve.points.len()].windows(2) {
+        let step = (ends[1] - ends[0]) / samples as f64;
+        if step <= 0.0 {
+            continue;
+        }
+        for i in 1..=samples {
+            let t = if i == samples { ends[1] } else { ends[0] + step * i as f64 };
+            let distance = curve.point(t).distance_squared(p);
+            if distance < best.1 {
+                best = (t, distance, step);
+            }
+        }
+    }
+    let (low, high) = ((best.0 - best.2).max(a), (best.0 + best.2).min(b));
+    let mut t = best.0;
+    for _ in 0..24 {
+        let d = curve.derivatives(t);
+        let away = d.point - p;
+        let slope = d.d1.length_squared() + away.dot(d.d2);
+        // Where the second derivative would send it uphill, Gauss-Newton still goes down.
+        let slope = if slope > 0.0 { slope } else { d.d1.length_squared() };
+        if slope <= 0.0 {
+            break;
+        }
+        let next = (t - away.dot(d.d1) / slope).clamp(low, high);
+        let done = (next - t).abs() <= 1e-15 * (b - a);
+        t = next;
+        if done {
+            break;
+        }
+    }
+    if curve.point(t).distance_squared(p) <= best.1 { t } else { best.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Frame3;
+    use std::f64::consts::TAU;
+
+    fn circle() -> NurbsCurve3 {
+        NurbsCurve3::arc(&Frame3::WORLD, 2.0, 1.0, 0.0, TAU)
+    }
+
+    #[test]
+    fn a_restarted_curve_is_the_same_curve() {
+        let (whole, moved) = (circle(), restart(&circle(), 1.0));
+        assert_eq!(moved.domain(), (1.0, 1.0 + TAU));
+        for i in 0..=100 {
+            let t = 1.0 + TAU * f64::from(i) / 100.0;
+            let expected = whole.point(if t > TAU { t - TAU } else { t });
+            assert!(moved.point(t).distance(expected) < 1e-12, "at {t}");
+        }
+    }
+
+    #[test]
+    fn a_piece_of_an_unclamped_curve_is_clamped() {
+        let points: Vec<DVec3> = (0..7).map(|i| DVec3::new(f64::from(i), f64::from(i * i % 5), 0.3)).collect();
+        let curve = NurbsCurve3 { degree: 3, knots: (0..11).map(f64::from).collect(), points, weights: vec![] };
+        let cut = piece(&curve, 3.0, 5.5);
+        assert_eq!(cut.domain(), (3.0, 5.5));
+        assert!(cut.points[0].distance(curve.point(3.0)) < 1e-14);
+        for i in 0..=20 {
+            let t = 3.0 + 2.5 * f64::from(i) / 20.0;
+            assert!(cut.point(t).distance(curve.point(t)) < 1e-13, "at {t}");
+        }
+    }
+
+    #[test]
+    fn a_line_joins_an_arc() {
+        let arc = NurbsCurve3::arc(&Frame3::WORLD, 1.0, 1.0, 0.0, 1.0);
+        let line = NurbsCurve3::line(DVec3::new(3.0, 0.0, 0.0), DVec3::X);
+        let both = join(&[line, arc.clone()]).expect("two curves");
+        assert_eq!((both.degree, both.domain()), (2, (0.0, 2.0)));
+        for i in 0..=10 {
+            let t = f64::from(i) / 10.0;
+            assert!(both.point(t).distance(DVec3::X * (3.0 - 2.0 * t)) < 1e-14);
+            assert!(both.point(1.0 + t).distance(arc.point(t)) < 1e-14);
+        }
+    }
+
+    #[test]
+    fn nearest_finds_the_foot() {
+        let curve = circle();
+        for i in 0..50 {
+            let t = TAU * f64::from(i) / 50.0 + 0.01;
+            let d = curve.derivatives(t);
+            let beside = d.point + DVec3::Z * 0.3;
+            assert!(curve.point(nearest(&curve, beside)).distance(d.point) < 1e-9);
+        }
+    }
+}

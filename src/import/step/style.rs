@@ -1,0 +1,108 @@
+//! Styled items to colours of the things they style.
+
+use super::table::{Instance, Table};
+use crate::model::Colour;
+use std::collections::{HashMap, HashSet};
+
+/// Colours by the number of the styled instance.
+#[derive(Default)]
+pub(super) struct Styles {
+    colours: HashMap<u64, Colour>,
+    /// Colours that hold only where the item is used by one occurrence: its relationship and the colour.
+    pub(super) by_occurrence: HashMap<u64, Colour>,
+    /// Overrides that hold along a path of several occurrences, which an instance table cannot say.
+    pub(super) along_paths: usize,
+}
+
+impl Styles {
+    pub(super) fn read(table: &Table) -> Self {
+        let mut styles = Self::default();
+        let mut known = HashMap::new();
+        let mut overridden = HashSet::new();
+        for styled in table.iter().filter(|i| i.types().any(|name| name.ends_with("STYLED_ITEM"))) {
+            let fields = styled.fields("STYLED_ITEM", 1);
+            let (Ok(list), Some(item)) = (fields.links(0), fields.optional(1)) else { continue };
+            let Some(colour) = list.into_iter().find_map(|style| {
+                *known.entry(style).or_insert_with(|| table.find(style).and_then(|i| surface_colour(table, i, 0)))
+            }) else {
+                continue;
+            };
+            if styled.is("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM") {
+                let own = styled.fields("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM", 4);
+                let contexts: Vec<u64> = own.links(0).map(Iterator::collect).unwrap_or_default();
+                let whole = table.find(item).is_some_and(|i| !(i.is("ADVANCED_FACE") || i.is("FACE_SURFACE")));
+                match contexts[..] {
+                    [context] if whole => {
+                        styles.by_occurrence.insert(context, colour);
+                    }
+                    _ => styles.along_paths += 1,
+                }
+            } else if styled.is("OVER_RIDING_STYLED_ITEM") {
+                styles.colours.insert(item, colour);
+                overridden.insert(item);
+            } else if !overridden.contains(&item) {
+                styles.colours.insert(item, colour);
+            }
+        }
+        styles
+    }
+
+    pub(super) fn of(&self, id: u64) -> Option<Colour> {
+        self.colours.get(&id).copied()
+    }
+}
+
+/// The chain from a style assignment to a surface's colour is at most this long.
+const MAX_CHAIN: usize = 10;
+
+/// The surface colour that a presentation style leads to; styles of curves and points do not count.
+fn surface_colour(table: &Table, instance: Instance<'_>, depth: usize) -> Option<Colour> {
+    const SKIPPED: [&str; 5] =
+        ["CURVE_STYLE", "POINT_STYLE", "TEXT_STYLE", "SURFACE_STYLE_BOUNDARY", "SURFACE_STYLE_PARAMETER_LINE"];
+    if depth > MAX_CHAIN || SKIPPED.into_iter().any(|name| instance.is(name)) {
+        return None;
+    }
+    if instance.is("COLOUR_RGB") {
+        let own = instance.fields("COLOUR_RGB", 1);
+        #[allow(clippy::cast_possible_truncation, reason = "colours are single precision")]
+        let channel = |i| own.real(i).ok().map(|value: f64| value.clamp(0.0, 1.0) as f32);
+        return Some([channel(0)?, channel(1)?, channel(2)?, 1.0]);
+    }
+    if instance.is("DRAUGHTING_PRE_DEFINED_COLOUR") || instance.is("PRE_DEFINED_COLOUR") {
+        return named(instance.label());
+    }
+    let mut colour: Option<Colour> = None;
+    let mut opacity = None;
+    instance.references(&mut |id| {
+        let Some(next) = table.find(id) else { return };
+        if next.is("SURFACE_STYLE_TRANSPARENT") {
+            let transparency = next.fields("SURFACE_STYLE_TRANSPARENT", 0).real(0).unwrap_or(0.0);
+            #[allow(clippy::cast_possible_truncation, reason = "colours are single precision")]
+            let value = (1.0 - transparency.clamp(0.0, 1.0)) as f32;
+            opacity = Some(value);
+        } else if colour.is_none() || next.is("SURFACE_STYLE_RENDERING_WITH_PROPERTIES") {
+            let found = surface_colour(table, next, depth + 1);
+            if let (Some(new), Some([.., old])) = (found, colour) {
+                // A rendering style beside a fill style adds its opacity.
+                opacity = Some(new[3].min(old));
+            }
+            colour = colour.or(found);
+        }
+    });
+    colour.map(|[r, g, b, a]: Colour| [r, g, b, opacity.unwrap_or(a)])
+}
+
+/// The colours that ISO 10303-46 names.
+fn named(name: &str) -> Option<Colour> {
+    Some(match name.to_ascii_lowercase().as_str() {
+        "red" => [1.0, 0.0, 0.0, 1.0],
+        "green" => [0.0, 1.0, 0.0, 1.0],
+        "blue" => [0.0, 0.0, 1.0, 1.0],
+        "yellow" => [1.0, 1.0, 0.0, 1.0],
+        "magenta" => [1.0, 0.0, 1.0, 1.0],
+        "cyan" => [0.0, 1.0, 1.0, 1.0],
+        "black" => [0.0, 0.0, 0.0, 1.0],
+        "white" => [1.0, 1.0, 1.0, 1.0],
+        _ => return None,
+    })
+}

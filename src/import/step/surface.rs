@@ -1,0 +1,307 @@
+//! Surfaces of ISO 10303-42 to the model's surfaces in natural parameters.
+
+use super::conic::{hyperbolic_arc, parabolic_arc};
+use super::curve::{Carrier, Form, check_degree, check_weights, knots_of, superfluous};
+use super::place::Geometry;
+use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
+use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Points whose hull covers a face's boundary, asked for only where a sweep of an unbounded curve has to be bounded.
+pub(super) type Reach<'a> = &'a dyn Fn() -> Vec<DVec3>;
+
+/// A surface and how it stands to what the file stated.
+#[derive(Clone, Debug)]
+pub(super) struct Stated {
+    pub(super) surface: Surface,
+    /// Whether its normal is opposite to the stated surface's.
+    pub(super) turned: bool,
+    /// What was not taken word for word.
+    pub(super) note: Option<String>,
+}
+
+impl Stated {
+    fn exact(surface: Surface) -> Self {
+        Self { surface, turned: false, note: None }
+    }
+}
+
+const SPLINES: [&str; 6] = [
+    "B_SPLINE_SURFACE",
+    "B_SPLINE_SURFACE_WITH_KNOTS",
+    "RATIONAL_B_SPLINE_SURFACE",
+    "QUASI_UNIFORM_SURFACE",
+    "UNIFORM_SURFACE",
+    "BEZIER_SURFACE",
+];
+
+impl Geometry<'_> {
+    /// Surface `id` of a face. `offset_tolerance` is how far the approximation of an offset surface may be off, millimetres.
+    pub(super) fn surface(&self, id: u64, reach: Reach<'_>, offset_tolerance: f64, depth: usize) -> Read<Stated> {
+        let instance = self.get(id)?;
+        if depth >= MAX_DEPTH {
+            return Err(Trouble::new(id, "surfaces refer to one another too deeply"));
+        }
+        let length = self.units.length;
+        let frame = || self.frame(instance.fields("ELEMENTARY_SURFACE", 1).reference(0)?);
+        let radius = |own: Fields<'_>, i: usize| -> Read<f64> {
+            let r = own.real(i)? * length;
+            if r > 0.0 { Ok(r) } else { Err(Trouble::new(id, format!("a radius of {r}"))) }
+        };
+        if instance.is("PLANE") {
+            Ok(Stated::exact(Surface::Plane { frame: frame()? }))
+        } else if instance.is("CYLINDRICAL_SURFACE") {
+            let radius = radius(instance.fields("CYLINDRICAL_SURFACE", 2), 0)?;
+            Ok(Stated::exact(Surface::Cylinder { frame: frame()?, radius }))
+        } else if instance.is("CONICAL_SURFACE") {
+            self.cone(instance, frame()?)
+        } else if instance.is("SPHERICAL_SURFACE") {
+            let radius = radius(instance.fields("SPHERICAL_SURFACE", 2), 0)?;
+            Ok(Stated::exact(Surface::Sphere { frame: frame()?, radius }))
+        } else if instance.is("TOROIDAL_SURFACE") || instance.is("DEGENERATE_TOROIDAL_SURFACE") {
+            let own = instance.fields("TOROIDAL_SURFACE", 2);
+            let (major, minor) = (own.real(0)? * length, radius(own, 1)?);
+            if major < 0.0 {
+                return Err(Trouble::new(id, format!("a torus of major radius {major}")));
+            }
+            let frame = frame()?;
+            if instance.is("DEGENERATE_TOROIDAL_SURFACE") && minor > major {
+                let outer = instance.fields("DEGENERATE_TOROIDAL_SURFACE", 4).flag(0, true);
+                return Ok(Stated::exact(spindle(&frame, major, minor, outer)));
+            }
+            Ok(Stated::exact(Surface::Torus { frame, major, minor }))
+        } else if instance.is("SURFACE_OF_LINEAR_EXTRUSION") {
+            self.extrusion(instance, reach, depth)
+        } else if instance.is("SURFACE_OF_REVOLUTION") {
+            self.revolution(instance, reach, depth)
+        } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
+            Ok(Stated::exact(Surface::Nurbs(self.b_spline_surface(instance)?)))
+        } else if instance.is("OFFSET_SURFACE") {
+            let own = instance.fields("OFFSET_SURFACE", 1);
+            let base = self.surface(own.reference(0)?, reach, offset_tolerance, depth + 1)?;
+            let distance = own.real(1)? * length * if base.turned { -1.0 } else { 1.0 };
+            let (surface, note) = super::offset::offset(&base.surface, distance, offset_tolerance, reach)
+                .map_err(|reason| Trouble::new(id, reason))?;
+            Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })
+        } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
+            let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
+            let base = self.surface(own.reference(0)?, reach, offset_tolerance, depth + 1)?;
+            let turned = base.turned != (own.flag(5, true) != own.flag(6, true));
+            Ok(Stated { turned, ..base })
+        } else if instance.is("CURVE_BOUNDED_SURFACE") {
+            let base = instance.fields("CURVE_BOUNDED_SURFACE", 1).reference(0)?;
+            self.surface(base, reach, offset_tolerance, depth + 1)
+        } else {
+            Err(Trouble::new(id, format!("surfaces of type {} are not read", instance.keyword())))
+        }
+    }
+
+    fn cone(&self, instance: Instance<'_>, frame: Frame3) -> Read<Stated> {
+        let own = instance.fields("CONICAL_SURFACE", 2);
+        let radius = own.real(0)? * self.units.length;
+        let stated = own.real(1)?;
+        let mut half_angle = stated * self.units.angle;
+        let mut note = None;
+        if half_angle.abs() >= FRAC_PI_2 && stated.abs() < 90.0 {
+            half_angle = stated.to_radians();
+            note =
+                Some(format!("a half angle of {stated} cannot be in the file's angle unit and was taken for degrees"));
+        }
+        if radius < 0.0 || !(1e-12..FRAC_PI_2).contains(&half_angle.abs()) {
+            if radius > 0.0 && half_angle.abs() < 1e-12 {
+                return Ok(Stated::exact(Surface::Cylinder { frame, radius }));
+            }
+            return Err(Trouble::new(instance.id, format!("a cone of radius {radius} and half angle {stated}")));
+        }
+        Ok(Stated { surface: Surface::Cone { frame, radius, half_angle }, turned: false, note })
+    }
+
+    fn extrusion(&self, instance: Instance<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
+        let own = instance.fields("SURFACE_OF_LINEAR_EXTRUSION", 1);
+        let (swept, direction) = (own.reference(0)?, self.vector(own.reference(1)?)?);
+        if direction == DVec3::ZERO {
+            return Err(Trouble::new(instance.id, "an extrusion without direction"));
+        }
+        let curve = match self.bounded(swept, depth + 1) {
+            Ok(curve) => curve,
+            Err(trouble) => match self.carrier(swept, depth + 1)? {
+                // A swept line is a plane; its normal is the one that the sweep's parameters give.
+                (Carrier::Line { point, along }, same) => {
+                    let along = if same { along } else { -along };
+                    let frame = Frame3::from_axis(point, along.cross(direction), along)
+                        .ok_or_else(|| Trouble::new(instance.id, "a line extruded along itself"))?;
+                    return Ok(Stated::exact(Surface::Plane { frame }));
+                }
+                (carrier, same) => {
+                    let flat = |p: &DVec3, frame: &Frame3| {
+                        let slope = direction.dot(frame.z);
+                        *p - direction * ((*p - frame.origin).dot(frame.z) / slope)
+                    };
+                    let curve = reaching(&carrier, &reach(), flat).ok_or(trouble)?;
+                    if same { curve } else { curve.reversed() }
+                }
+            },
+        };
+        Ok(Stated::exact(Surface::Extrusion { curve, direction }))
+    }
+
+    fn revolution(&self, instance: Instance<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
+        let own = instance.fields("SURFACE_OF_REVOLUTION", 1);
+        let (swept, frame) = (own.reference(0)?, self.frame(own.reference(1)?)?);
+        let curve = match self.bounded(swept, depth + 1) {
+            Ok(curve) => curve,
+            Err(trouble) => {
+                let (carrier, same) = self.carrier(swept, depth + 1)?;
+                let Carrier::Line { point, along } = carrier else { return Err(trouble) };
+                let curve = turned_line(&frame, point, along, &reach()).ok_or(trouble)?;
+                if same { curve } else { curve.reversed() }
+            }
+        };
+        Ok(Stated::exact(Surface::Revolution { curve, frame }))
+    }
+
+    fn b_spline_surface(&self, instance: Instance<'_>) -> Read<NurbsSurface> {
+        let id = instance.id;
+        let shape = instance.fields("B_SPLINE_SURFACE", 1);
+        let (degree_u, degree_v) = (shape.count(0)?, shape.count(1)?);
+        let rows = shape.list(2)?;
+        let mut points = Vec::new();
+        let mut count_v = 0;
+        for row in rows {
+            let step_io::parser::Attribute::List(row) = row else {
+                return Err(Trouble::new(id, "the control net is not a list of rows"));
+            };
+            let row = self.points(row.iter().filter_map(super::table::link))?;
+            if count_v != 0 && row.len() != count_v {
+                return Err(Trouble::new(id, "rows of different lengths in the control net"));
+            }
+            count_v = row.len();
+            points.extend(row);
+        }
+        let count_u = rows.len();
+        check_degree(degree_u, count_u, id)?;
+        check_degree(degree_v, count_v, id)?;
+        let form = Form::of(instance, "SURFACE");
+        let (stated_u, stated_v) = if instance.is("B_SPLINE_SURFACE_WITH_KNOTS") {
+            let own = instance.fields("B_SPLINE_SURFACE_WITH_KNOTS", 8);
+            (Some((own.counts(0)?, own.reals(2)?)), Some((own.counts(1)?, own.reals(3)?)))
+        } else {
+            (None, None)
+        };
+        let knots_u = knots_of(stated_u, form, count_u, degree_u, id)?;
+        let knots_v = knots_of(stated_v, form, count_v, degree_v, id)?;
+        let weights = if instance.is("RATIONAL_B_SPLINE_SURFACE") {
+            let mut weights = Vec::with_capacity(points.len());
+            for row in instance.fields("RATIONAL_B_SPLINE_SURFACE", 8).list(0)? {
+                let step_io::parser::Attribute::List(row) = row else {
+                    return Err(Trouble::new(id, "the weights are not a list of rows"));
+                };
+                weights.extend(row.iter().filter_map(super::table::number));
+            }
+            check_weights(weights, points.len(), id)?
+        } else {
+            Vec::new()
+        };
+        let mut net = NurbsSurface { degree_u, degree_v, knots_u, knots_v, points, weights };
+        drop_breaks(&mut net, self.units.tolerance, id)?;
+        Ok(net)
+    }
+}
+
+/// Takes out rows and columns that knots of too high multiplicity make superfluous.
+fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
+    while let Some((row, other)) = superfluous(&net.knots_u, net.degree_u) {
+        let (count_u, count_v) = (net.count_u(), net.count_v());
+        let gap = |other: usize| {
+            let pairs = (0..count_v).map(|j| (other * count_v + j, row * count_v + j));
+            pairs.map(|(a, b)| net.points[a].distance(net.points[b])).fold(0.0, f64::max)
+        };
+        if other.is_some_and(|other| gap(other) > tolerance) {
+            return Err(Trouble::new(id, format!("the surface jumps at u = {}", net.knots_u[row])));
+        }
+        net.knots_u.remove(if row + 1 == count_u { row + net.degree_u + 1 } else { row });
+        net.points.drain(row * count_v..(row + 1) * count_v);
+        if !net.weights.is_empty() {
+            net.weights.drain(row * count_v..(row + 1) * count_v);
+        }
+    }
+    while let Some((column, other)) = superfluous(&net.knots_v, net.degree_v) {
+        let (count_u, count_v) = (net.count_u(), net.count_v());
+        let gap = |other: usize| {
+            let pairs = (0..count_u).map(|i| (i * count_v + other, i * count_v + column));
+            pairs.map(|(a, b)| net.points[a].distance(net.points[b])).fold(0.0, f64::max)
+        };
+        if other.is_some_and(|other| gap(other) > tolerance) {
+            return Err(Trouble::new(id, format!("the surface jumps at v = {}", net.knots_v[column])));
+        }
+        net.knots_v.remove(if column + 1 == count_v { column + net.degree_v + 1 } else { column });
+        let mut at = 0..;
+        net.points.retain(|_| at.next().is_none_or(|k: usize| k % count_v != column));
+        let mut at = 0..;
+        net.weights.retain(|_| at.next().is_none_or(|k: usize| k % count_v != column));
+    }
+    Ok(())
+}
+
+/// The outer ("apple") or inner ("lemon") part of a torus that meets its own axis, as the arc that generates it.
+///
+/// The arc's ends lie on the axis exactly; the surface has the torus's parameters up to the arc's parametrisation.
+fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
+    // Where the tube's circle crosses the axis.
+    let half = (-major / minor).acos();
+    let (middle, half) = if outer { (0.0, half) } else { (PI, PI - half) };
+    let plane = Frame3 { origin: frame.origin + frame.x * major, x: frame.x, y: frame.z, z: -frame.y };
+    let mut curve = NurbsCurve3::arc(&plane, minor, minor, middle - half, middle + half);
+    let onto_axis = |p: &mut DVec3| *p = frame.origin + frame.z * (*p - frame.origin).dot(frame.z);
+    if let Some(first) = curve.points.first_mut() {
+        onto_axis(first);
+    }
+    if let Some(last) = curve.points.last_mut() {
+        onto_axis(last);
+    }
+    Surface::Revolution { curve, frame: *frame }
+}
+
+/// The part of an unbounded conic that sweeps over all of `reach`; `flat` moves a point into the conic's plane.
+fn reaching(carrier: &Carrier, reach: &[DVec3], flat: impl Fn(&DVec3, &Frame3) -> DVec3) -> Option<NurbsCurve3> {
+    match carrier {
+        Carrier::Hyperbola { frame, a, b } => {
+            let range = widened(reach.iter().map(|p| (frame.local(flat(p, frame)).y / b).asinh()))?;
+            Some(hyperbolic_arc(frame.origin, frame.x * *a, frame.y * *b, range))
+        }
+        Carrier::Parabola { frame, focal } => {
+            let range = widened(reach.iter().map(|p| frame.local(flat(p, frame)).y / (2.0 * focal)))?;
+            Some(parabolic_arc(frame.origin, frame.x * *focal, frame.y * *focal, range))
+        }
+        _ => None,
+    }
+}
+
+/// The part of a line whose turns about the axis pass through all of `reach`.
+fn turned_line(frame: &Frame3, point: DVec3, along: DVec3, reach: &[DVec3]) -> Option<NurbsCurve3> {
+    let (start, step) = (frame.local(point), along.try_normalize()?);
+    let climb = step.dot(frame.z);
+    if climb.abs() > 1e-9 {
+        let range = widened(reach.iter().map(|p| (frame.local(*p).z - start.z) / climb))?;
+        return Some(NurbsCurve3::line(point + step * range.0, point + step * range.1));
+    }
+    // A line across the axis sweeps a flat ring: heights say nothing, distances from the axis do.
+    let flat = |v: DVec3| DVec3::new(v.x, v.y, 0.0);
+    let direction = DVec3::new(step.dot(frame.x), step.dot(frame.y), 0.0);
+    let middle = -flat(start).dot(direction);
+    let closest = (flat(start) + direction * middle).length_squared();
+    let far = reach.iter().map(|p| (flat(frame.local(*p)).length_squared() - closest).max(0.0).sqrt());
+    let (_, far) = widened(far)?;
+    // Keep to the side of the axis on which the stated point lies.
+    let (low, high) = if middle <= 0.0 { (middle, middle + far) } else { (middle - far, middle) };
+    Some(NurbsCurve3::line(point + step * low, point + step * high))
+}
+
+/// The range of some parameters, a little widened. `None` if there are none or they are not finite.
+fn widened(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
+    let margin = 1e-3 * (high - low) + f64::EPSILON * low.abs().max(high.abs());
+    let range = (low - margin, high + margin);
+    (range.0 < range.1 && (range.1 - range.0).is_finite() && TAU.is_finite()).then_some(range)
+}

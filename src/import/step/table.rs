@@ -1,0 +1,277 @@
+//! Part 21 syntax trees to a table of instances addressed by number; typed access to their attributes.
+
+use step_io::parser::{Attribute, RawEntity, RawEntityPart};
+
+/// Why an instance could not be read: which one, and what is wrong with it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Trouble {
+    pub(super) entity: u64,
+    pub(super) reason: String,
+}
+
+impl Trouble {
+    pub(super) fn new(entity: u64, reason: impl Into<String>) -> Self {
+        Self { entity, reason: reason.into() }
+    }
+}
+
+pub(super) type Read<T> = Result<T, Trouble>;
+
+/// How deep references of one kind may nest (curves in curves, surfaces in surfaces, shells in shells) before a file is
+/// taken for cyclic. Real files stay below 6.
+pub(super) const MAX_DEPTH: usize = 24;
+
+/// All instances of a file, in order of their numbers.
+pub(super) struct Table {
+    rows: Vec<RawEntity>,
+    /// Row + 1 by instance number where the numbers are dense enough, else empty and rows are searched.
+    dense: Vec<u32>,
+}
+
+impl Table {
+    /// `rows` must be sorted by number, without duplicates.
+    pub(super) fn new(rows: Vec<RawEntity>) -> Self {
+        let mut dense = Vec::new();
+        let last = rows.last().map_or(0, RawEntity::id);
+        // Four bytes a number: worth it while the numbers are at most eight times as many as the instances.
+        if let Ok(last) = usize::try_from(last)
+            && last <= rows.len().saturating_mul(8).saturating_add(1024)
+            && u32::try_from(rows.len()).is_ok_and(|n| n < u32::MAX)
+        {
+            dense.resize(last + 1, 0);
+            for (row, number) in rows.iter().zip(1u32..) {
+                if let Some(slot) = usize::try_from(row.id()).ok().and_then(|id| dense.get_mut(id)) {
+                    *slot = number;
+                }
+            }
+        }
+        Self { rows, dense }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub(super) fn find(&self, id: u64) -> Option<Instance<'_>> {
+        let row = if self.dense.is_empty() {
+            self.rows.binary_search_by_key(&id, RawEntity::id).ok()?
+        } else {
+            let slot = *usize::try_from(id).ok().and_then(|id| self.dense.get(id))?;
+            (slot as usize).checked_sub(1)?
+        };
+        self.rows.get(row).map(|raw| Instance { id, raw })
+    }
+
+    /// The instance that `id` names, or the trouble that it is missing.
+    pub(super) fn get(&self, id: u64) -> Read<Instance<'_>> {
+        self.find(id).ok_or_else(|| Trouble::new(id, format!("#{id} is referred to but not in the file")))
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = Instance<'_>> {
+        self.rows.iter().map(|raw| Instance { id: raw.id(), raw })
+    }
+}
+
+/// One instance of the file.
+#[derive(Clone, Copy)]
+pub(super) struct Instance<'a> {
+    pub(super) id: u64,
+    raw: &'a RawEntity,
+}
+
+impl<'a> Instance<'a> {
+    /// Whether its type is `name`, or one of its types if it is complex.
+    pub(super) fn is(&self, name: &str) -> bool {
+        match self.raw {
+            RawEntity::Simple { name: own, .. } => own == name,
+            RawEntity::Complex { parts, .. } => parts.iter().any(|part| part.name == name),
+        }
+    }
+
+    /// Its type name, or all of them joined if it is complex.
+    pub(super) fn keyword(&self) -> String {
+        match self.raw {
+            RawEntity::Simple { name, .. } => name.clone(),
+            RawEntity::Complex { parts, .. } => {
+                parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>().join("+")
+            }
+        }
+    }
+
+    /// Its types.
+    pub(super) fn types(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        let (one, many): (Option<&'a str>, &'a [RawEntityPart]) = match self.raw {
+            RawEntity::Simple { name, .. } => (Some(name.as_str()), &[]),
+            RawEntity::Complex { parts, .. } => (None, parts.as_slice()),
+        };
+        one.into_iter().chain(many.iter().map(|part| part.name.as_str()))
+    }
+
+    /// The attributes that the type `name` itself declares.
+    ///
+    /// A simple instance lists the attributes of its supertypes first, `inherited` of them; a complex one writes each
+    /// type's own. A simple instance of a subtype of `name` answers too, so the caller has to know that it is one.
+    pub(super) fn fields(&self, name: &'static str, inherited: usize) -> Fields<'a> {
+        let attributes: &'a [Attribute] = match self.raw {
+            RawEntity::Simple { attributes, .. } => attributes.get(inherited..).unwrap_or_default(),
+            RawEntity::Complex { parts, .. } => {
+                parts.iter().find(|part| part.name == name).map_or(&[][..], |part| part.attributes.as_slice())
+            }
+        };
+        Fields { entity: self.id, name, attributes }
+    }
+
+    /// The name that a `REPRESENTATION_ITEM` (or anything else whose first attribute is its name) carries.
+    pub(super) fn label(&self) -> &'a str {
+        let attributes: &'a [Attribute] = match self.raw {
+            RawEntity::Simple { attributes, .. } => attributes,
+            RawEntity::Complex { parts, .. } => parts
+                .iter()
+                .find(|part| part.name == "REPRESENTATION_ITEM" || part.name == "REPRESENTATION")
+                .map_or(&[][..], |part| part.attributes.as_slice()),
+        };
+        match attributes.first() {
+            Some(Attribute::String(text)) => text.as_str(),
+            _ => "",
+        }
+    }
+
+    /// Calls `visit` for every instance number its attributes mention.
+    pub(super) fn references(&self, visit: &mut impl FnMut(u64)) {
+        match self.raw {
+            RawEntity::Simple { attributes, .. } => attributes.iter().for_each(|a| references(a, visit)),
+            RawEntity::Complex { parts, .. } => {
+                parts.iter().flat_map(|part| &part.attributes).for_each(|a| references(a, visit));
+            }
+        }
+    }
+}
+
+fn references(attribute: &Attribute, visit: &mut impl FnMut(u64)) {
+    match attribute {
+        Attribute::EntityRef(id) => visit(*id),
+        // The parser bounds the nesting.
+        Attribute::List(items) => items.iter().for_each(|item| references(item, visit)),
+        Attribute::Typed { value, .. } => references(value, visit),
+        _ => {}
+    }
+}
+
+/// The attributes that one type declares in one instance.
+#[derive(Clone, Copy)]
+pub(super) struct Fields<'a> {
+    entity: u64,
+    name: &'static str,
+    attributes: &'a [Attribute],
+}
+
+impl<'a> Fields<'a> {
+    fn wrong(&self, index: usize, wanted: &str) -> Trouble {
+        Trouble::new(self.entity, format!("attribute {} of {} should be {wanted}", index + 1, self.name))
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.attributes.len()
+    }
+
+    pub(super) fn any(&self, index: usize) -> Option<&'a Attribute> {
+        self.attributes.get(index)
+    }
+
+    pub(super) fn real(&self, index: usize) -> Read<f64> {
+        self.any(index).and_then(number).ok_or_else(|| self.wrong(index, "a finite number"))
+    }
+
+    /// A whole number that is not negative.
+    pub(super) fn count(&self, index: usize) -> Read<usize> {
+        self.any(index).and_then(whole).ok_or_else(|| self.wrong(index, "a whole number"))
+    }
+
+    pub(super) fn reference(&self, index: usize) -> Read<u64> {
+        self.optional(index).ok_or_else(|| self.wrong(index, "a reference"))
+    }
+
+    pub(super) fn optional(&self, index: usize) -> Option<u64> {
+        self.any(index).and_then(link)
+    }
+
+    pub(super) fn list(&self, index: usize) -> Read<&'a [Attribute]> {
+        match self.any(index) {
+            Some(Attribute::List(items)) => Ok(items),
+            _ => Err(self.wrong(index, "a list")),
+        }
+    }
+
+    /// The references in a list; other things in it are passed over.
+    pub(super) fn links(&self, index: usize) -> Read<impl Iterator<Item = u64> + use<'a>> {
+        Ok(self.list(index)?.iter().filter_map(link))
+    }
+
+    pub(super) fn reals(&self, index: usize) -> Read<Vec<f64>> {
+        let items = self.list(index)?;
+        items.iter().map(|item| number(item).ok_or_else(|| self.wrong(index, "a list of finite numbers"))).collect()
+    }
+
+    pub(super) fn counts(&self, index: usize) -> Read<Vec<usize>> {
+        let items = self.list(index)?;
+        items.iter().map(|item| whole(item).ok_or_else(|| self.wrong(index, "a list of whole numbers"))).collect()
+    }
+
+    /// `.T.` or `.F.`; anything else reads as `default`.
+    pub(super) fn flag(&self, index: usize, default: bool) -> bool {
+        match self.any(index) {
+            Some(Attribute::Enum(value)) if value == "T" || value == "TRUE" => true,
+            Some(Attribute::Enum(value)) if value == "F" || value == "FALSE" => false,
+            _ => default,
+        }
+    }
+
+    pub(super) fn keyword(&self, index: usize) -> &'a str {
+        match self.any(index) {
+            Some(Attribute::Enum(value)) => value,
+            _ => "",
+        }
+    }
+
+    pub(super) fn text(&self, index: usize) -> &'a str {
+        match self.any(index) {
+            Some(Attribute::String(text)) => text,
+            _ => "",
+        }
+    }
+}
+
+/// The number an attribute is, bare or typed (`LENGTH_MEASURE(2.5)`).
+pub(super) fn number(attribute: &Attribute) -> Option<f64> {
+    match attribute {
+        Attribute::Real(value) => value.is_finite().then_some(*value),
+        #[allow(clippy::cast_precision_loss, reason = "a coordinate beyond 2^53 has no exact meaning anyway")]
+        Attribute::Integer(value) => Some(*value as f64),
+        Attribute::Typed { value, .. } => match value.as_ref() {
+            Attribute::Typed { .. } => None,
+            inner => number(inner),
+        },
+        _ => None,
+    }
+}
+
+fn whole(attribute: &Attribute) -> Option<usize> {
+    match attribute {
+        Attribute::Integer(value) => usize::try_from(*value).ok(),
+        #[allow(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to be a small whole number"
+        )]
+        Attribute::Real(value) if value.fract() == 0.0 && (0.0..1e9).contains(value) => Some(*value as usize),
+        _ => None,
+    }
+}
+
+/// The instance number an attribute refers to.
+pub(super) fn link(attribute: &Attribute) -> Option<u64> {
+    match attribute {
+        Attribute::EntityRef(id) => Some(*id),
+        _ => None,
+    }
+}

@@ -1,0 +1,140 @@
+//! Part 21 bytes to an instance table; instances that break the syntax are cut out one at a time, so that one bad line
+//! does not cost the file.
+
+use super::table::Table;
+use super::{StepError, StepOptions};
+use crate::model::{Diagnostic, Severity};
+use std::borrow::Cow;
+use step_io::{Error, parser};
+
+const MAGIC: &[u8] = b"ISO-10303-21";
+/// The magic may follow a byte order mark or a comment; a file that has not said it by here is something else.
+const MAGIC_WITHIN: usize = 4096;
+/// Notes about repaired syntax that are listed one by one.
+const LISTED_WARNINGS: usize = 8;
+
+/// Parses the whole text.
+pub(super) fn parse(
+    bytes: &[u8],
+    options: &StepOptions,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Result<Table, StepError> {
+    let head = &bytes[..bytes.len().min(MAGIC_WITHIN)];
+    let Some(start) = find(head, MAGIC) else {
+        return Err(StepError::NotStep { looks_like: guess(bytes) });
+    };
+    let mut text = Cow::Borrowed(&bytes[start..]);
+    let mut cuts = 0;
+    loop {
+        let error = match parser::parse(&text[..]) {
+            Ok(graph) => {
+                for warning in graph.warnings.iter().take(LISTED_WARNINGS) {
+                    diagnostics.push(file_note(Severity::Note, warning.to_string()));
+                }
+                if let Some(more) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
+                    diagnostics.push(file_note(Severity::Note, format!("{more} more repairs of the syntax")));
+                }
+                return Ok(Table::new(graph.entities.into_values().collect()));
+            }
+            Err(error) => error,
+        };
+        if cuts == options.max_syntax_repairs {
+            return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
+        }
+        let Some(reason) = mend(text.to_mut(), &error) else {
+            return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
+        };
+        diagnostics.push(file_note(Severity::Error, reason));
+        cuts += 1;
+    }
+}
+
+fn file_note(severity: Severity, reason: String) -> Diagnostic {
+    Diagnostic { severity, part: None, face: None, entity: 0, reason }
+}
+
+/// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.
+fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
+    let at = match error {
+        Error::Lex(lex) => lex.span.start,
+        Error::UnexpectedToken { span, .. }
+        | Error::InvalidAttributePosition { span, .. }
+        | Error::NestingTooDeep { span } => span.start,
+        Error::DuplicateEntityId { id, line, .. } => repeat_of(text, *id, *line)?,
+        Error::UnexpectedEof { .. } => return close(text).then(|| format!("{error}; the incomplete end was left out")),
+        _ => return None,
+    };
+    let at = usize::try_from(at).ok()?.min(text.len());
+    let (from, to) = instance_around(text, at)?;
+    let number: String =
+        text[from + 1..to].iter().take_while(|b| b.is_ascii_digit()).take(20).map(|b| char::from(*b)).collect();
+    for byte in &mut text[from..to] {
+        if *byte != b'\n' {
+            *byte = b' ';
+        }
+    }
+    Some(format!("{error}; instance #{number} was left out"))
+}
+
+/// Byte range of the instance that `at` lies in: from its `#` to behind its `;`.
+fn instance_around(text: &[u8], at: usize) -> Option<(usize, usize)> {
+    let data = find(text, b"DATA")?;
+    let starts = |i: usize| text[i] == b'#' && last_ink(text, i) == Some(b';');
+    let from = (data..=at.min(text.len().checked_sub(1)?)).rev().find(|i| starts(*i))?;
+    let to = (at.max(from)..text.len())
+        .find(|i| text[*i] == b';' && matches!(next_ink(text, *i), Some(b'#' | b'E' | b'e') | None))
+        .map_or(text.len(), |i| i + 1);
+    Some((from, to))
+}
+
+/// Where instance `id` is defined on or after a line counted from 1.
+fn repeat_of(text: &[u8], id: u64, line: u32) -> Option<u64> {
+    let start = match (line as usize).checked_sub(2) {
+        None => 0,
+        Some(nth) => text.iter().enumerate().filter(|(_, b)| **b == b'\n').map(|(i, _)| i + 1).nth(nth)?,
+    };
+    let name = format!("#{id}");
+    let defines = |i: &usize| {
+        text[*i..].starts_with(name.as_bytes())
+            && text[i + name.len()..].iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'=')
+    };
+    u64::try_from((start..text.len()).find(defines)?).ok()
+}
+
+fn last_ink(text: &[u8], before: usize) -> Option<u8> {
+    text[..before].iter().rev().copied().find(|b| !b.is_ascii_whitespace())
+}
+
+fn next_ink(text: &[u8], after: usize) -> Option<u8> {
+    text[after + 1..].iter().copied().find(|b| !b.is_ascii_whitespace())
+}
+
+/// Ends a text that stops in the data section: cuts the unfinished instance and closes section and file.
+fn close(text: &mut Vec<u8>) -> bool {
+    const END: &[u8] = b"\nENDSEC;\nEND-ISO-10303-21;\n";
+    let Some(data) = find(text, b"DATA") else { return false };
+    if text.ends_with(END) {
+        return false;
+    }
+    let Some(last) = text.iter().rposition(|b| *b == b';').filter(|i| *i > data) else { return false };
+    text.truncate(last + 1);
+    text.extend_from_slice(END);
+    true
+}
+
+fn find(text: &[u8], word: &[u8]) -> Option<usize> {
+    text.windows(word.len()).position(|w| w == word)
+}
+
+/// What a file that is not Part 21 seems to be.
+fn guess(bytes: &[u8]) -> &'static str {
+    match bytes {
+        [] => "an empty file",
+        [b'P', b'K', 3, 4, ..] => "a ZIP archive: unpack it and read the .stp file inside",
+        [0x1f, 0x8b, ..] => "a gzip file: unpack it first",
+        _ if bytes.starts_with(b"<?xml") => "XML: export Part 21 text (.stp, .step) instead",
+        _ if bytes.starts_with(b"solid") => "an STL mesh: export STEP from the CAD system",
+        _ if bytes.get(72) == Some(&b'S') => "IGES: export STEP from the CAD system",
+        _ => "no Part 21 text: check that it was downloaded or exported whole",
+    }
+}

@@ -1,0 +1,136 @@
+//! Unit contexts of representations to factors: millimetres per length unit, radians per angle unit.
+
+use super::table::{Instance, MAX_DEPTH, Table};
+use std::collections::HashMap;
+
+/// What the numbers of one representation mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Units {
+    /// Millimetres per length unit.
+    pub(super) length: f64,
+    /// Radians per plane angle unit.
+    pub(super) angle: f64,
+    /// The file's stated uncertainty, or a customary one; millimetres.
+    pub(super) tolerance: f64,
+}
+
+impl Units {
+    /// Millimetres and radians: what a file means that says nothing.
+    pub(super) const DEFAULT: Self = Self { length: 1.0, angle: 1.0, tolerance: 1e-5 };
+}
+
+/// The factors of every context of the file.
+pub(super) struct Contexts {
+    known: HashMap<u64, Units>,
+    /// The first context with units in the file, for geometry that no representation owns.
+    pub(super) first: Units,
+    /// Whether any context names a length unit.
+    pub(super) stated: bool,
+}
+
+impl Contexts {
+    pub(super) fn read(table: &Table) -> Self {
+        let mut known = HashMap::new();
+        let mut first = None;
+        for context in table.iter().filter(|i| i.is("GLOBAL_UNIT_ASSIGNED_CONTEXT")) {
+            let units = units_of(table, context);
+            if let Some(units) = units {
+                first.get_or_insert(units);
+            }
+            known.insert(context.id, units.unwrap_or(Units::DEFAULT));
+        }
+        Self { known, first: first.unwrap_or(Units::DEFAULT), stated: first.is_some() }
+    }
+
+    /// Units of a representation's context; the file's first ones where it has none.
+    pub(super) fn of(&self, context: Option<u64>) -> Units {
+        context.and_then(|id| self.known.get(&id).copied()).unwrap_or(self.first)
+    }
+}
+
+/// `None` when the context names no length unit.
+fn units_of(table: &Table, context: Instance<'_>) -> Option<Units> {
+    let mut units = Units::DEFAULT;
+    let mut length = None;
+    for unit in context.fields("GLOBAL_UNIT_ASSIGNED_CONTEXT", 2).links(0).ok()? {
+        match factor(table, unit, 0) {
+            Some((Kind::Length, metres)) if length.is_none() => length = Some(1e3 * metres),
+            Some((Kind::Angle, radians)) => units.angle = radians,
+            _ => {}
+        }
+    }
+    units.length = length?;
+    let stated = context.fields("GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT", usize::MAX).links(0).ok();
+    let uncertainty = stated.and_then(|mut list| {
+        list.find_map(|id| {
+            let (value, unit) = measure(table, id)?;
+            match factor(table, unit, 0) {
+                Some((Kind::Length, metres)) => Some(1e3 * metres * value),
+                _ => None,
+            }
+        })
+    });
+    // Writers state anything from 1e-9 to a tenth of the part; outside these bounds it says nothing about the geometry.
+    units.tolerance = uncertainty.unwrap_or(Units::DEFAULT.tolerance).clamp(1e-7, 0.01);
+    Some(units)
+}
+
+/// Value and unit of a measure with unit, simple or complex.
+fn measure(table: &Table, id: u64) -> Option<(f64, u64)> {
+    let fields = table.find(id)?.fields("MEASURE_WITH_UNIT", 0);
+    let value = fields.real(0).ok().filter(|value| *value > 0.0)?;
+    Some((value, fields.optional(1)?))
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Length,
+    Angle,
+}
+
+/// What a unit measures, and how many metres or radians it is.
+fn factor(table: &Table, id: u64, depth: usize) -> Option<(Kind, f64)> {
+    if depth > MAX_DEPTH {
+        return None;
+    }
+    let unit = table.find(id)?;
+    if unit.is("CONVERSION_BASED_UNIT") {
+        // A simple instance states its dimensions first; in a complex one they stand in NAMED_UNIT.
+        let conversion = unit.fields("CONVERSION_BASED_UNIT", 1).reference(1).ok()?;
+        let (value, base) = measure(table, conversion)?;
+        let (kind, base) = factor(table, base, depth + 1)?;
+        return Some((kind, value * base));
+    }
+    if unit.is("SI_UNIT") {
+        let si = unit.fields("SI_UNIT", 1);
+        let kind = match si.keyword(1) {
+            "METRE" => Kind::Length,
+            "RADIAN" => Kind::Angle,
+            _ => return None,
+        };
+        return Some((kind, prefix(si.keyword(0))));
+    }
+    None
+}
+
+fn prefix(name: &str) -> f64 {
+    match name {
+        "EXA" => 1e18,
+        "PETA" => 1e15,
+        "TERA" => 1e12,
+        "GIGA" => 1e9,
+        "MEGA" => 1e6,
+        "KILO" => 1e3,
+        "HECTO" => 1e2,
+        "DECA" => 1e1,
+        "DECI" => 1e-1,
+        "CENTI" => 1e-2,
+        "MILLI" => 1e-3,
+        "MICRO" => 1e-6,
+        "NANO" => 1e-9,
+        "PICO" => 1e-12,
+        "FEMTO" => 1e-15,
+        "ATTO" => 1e-18,
+        _ => 1.0,
+    }
+}

@@ -1,0 +1,385 @@
+//! Batches to facts: is this mesh closed, oriented, finite, and how large is it? Directed edge uses are summed over
+//! vertices welded by their exact bits (never by distance), as in a half-edge pairing test.
+//!
+//! This is the oracle that tests, `--check` and examples share.
+
+use super::{Batch, MemorySink, SceneInstance};
+use crate::model::{FaceId, PartId};
+use glam::DVec3;
+use std::collections::HashMap;
+use std::fmt;
+use std::hash::{BuildHasherDefault, Hasher};
+
+/// How many bad edges of a part are kept as examples, longest first.
+const EXAMPLES: usize = 8;
+
+/// An edge whose directed uses do not cancel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BadEdge {
+    /// The part.
+    pub part: PartId,
+    /// One end, millimetres, part coordinates.
+    pub from: DVec3,
+    /// The other end.
+    pub to: DVec3,
+    /// Uses `from → to` minus uses `to → from`; positive.
+    pub balance: u32,
+    /// Triangles that use the edge, in either direction.
+    pub uses: u32,
+    /// Their faces, ascending, each once.
+    pub faces: Vec<FaceId>,
+}
+
+/// What is true of a mesh. Counts of a closed, consistently oriented mesh: zero in `open_edges`, `unbalanced_edges`,
+/// `collapsed`, `non_finite` and `bad_indices`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshFacts {
+    /// Triangles, collapsed ones included.
+    pub triangles: u64,
+    /// Distinct positions that vertices have (-0.0 equals 0.0).
+    pub vertices: u64,
+    /// Triangles that repeat a position. They take part in no other count.
+    pub collapsed: u64,
+    /// Other triangles of exactly zero area.
+    pub zero_area: u64,
+    /// Vertices with a position or normal that is not finite.
+    pub non_finite: u64,
+    /// Triangles that name a vertex their batch does not have. They take part in no other count.
+    pub bad_indices: u64,
+    /// Edges used by one triangle.
+    pub open_edges: u64,
+    /// Edges used by more than two triangles.
+    pub nonmanifold_edges: u64,
+    /// Edges whose directed uses do not cancel; every open edge is one of them.
+    pub unbalanced_edges: u64,
+    /// Their length, each times its balance, millimetres.
+    pub unbalanced_length: f64,
+    /// Pieces connected through positions.
+    pub components: u64,
+    /// Those of negative volume: voids, or turned inside out.
+    pub negative_components: u64,
+    /// Sum of the triangles' areas, mm².
+    pub area: f64,
+    /// Volume by the divergence theorem about the box's centre, mm³; meaningful when nothing is unbalanced.
+    pub volume: f64,
+    /// Some unbalanced edges, longest first.
+    pub examples: Vec<BadEdge>,
+}
+
+impl MeshFacts {
+    /// Whether every edge's directed uses cancel and nothing is malformed.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.unbalanced_edges == 0 && self.is_well_formed()
+    }
+
+    /// Whether no triangle repeats a position or names a missing vertex, and all vertices are finite. Holds for sheets too.
+    #[must_use]
+    pub fn is_well_formed(&self) -> bool {
+        self.collapsed == 0 && self.non_finite == 0 && self.bad_indices == 0
+    }
+
+    /// Adds `part` once more, placed with a uniform scale whose determinant is `det` (negative: mirrored, windings turned).
+    fn add_placed(&mut self, part: &Self, det: f64) {
+        let scale = det.abs().cbrt();
+        self.triangles += part.triangles;
+        self.vertices += part.vertices;
+        self.collapsed += part.collapsed;
+        self.zero_area += part.zero_area;
+        self.non_finite += part.non_finite;
+        self.bad_indices += part.bad_indices;
+        self.open_edges += part.open_edges;
+        self.nonmanifold_edges += part.nonmanifold_edges;
+        self.unbalanced_edges += part.unbalanced_edges;
+        self.unbalanced_length += part.unbalanced_length * scale;
+        self.components += part.components;
+        self.negative_components += part.negative_components;
+        self.area += part.area * scale * scale;
+        self.volume += part.volume * det.abs();
+    }
+}
+
+impl fmt::Display for MeshFacts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} triangles, {} vertices, area {:.9e} mm², volume {:.9e} mm³, {} pieces ({} of negative volume); \
+             open {}, unbalanced {} ({:.3e} mm), non-manifold {}, collapsed {}, zero area {}, not finite {}, bad indices {}",
+            self.triangles,
+            self.vertices,
+            self.area,
+            self.volume,
+            self.components,
+            self.negative_components,
+            self.open_edges,
+            self.unbalanced_edges,
+            self.unbalanced_length,
+            self.nonmanifold_edges,
+            self.collapsed,
+            self.zero_area,
+            self.non_finite,
+            self.bad_indices
+        )?;
+        for edge in &self.examples {
+            write!(
+                f,
+                "\n  part {} edge {} → {} used {} times, balance {}, faces {:?}",
+                edge.part.0,
+                edge.from,
+                edge.to,
+                edge.uses,
+                edge.balance,
+                edge.faces.iter().map(|face| face.0).collect::<Vec<_>>()
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Facts of a whole scene.
+#[derive(Clone, Debug, Default)]
+pub struct SceneFacts {
+    /// Each part by itself, in its own coordinates, in the order of the scene.
+    pub parts: Vec<MeshFacts>,
+    /// Sum over instances (a part placed twice counts twice, one that is not placed does not); lengths, areas and volumes
+    /// are those of the placed parts. The examples are those of the first parts that have any, in part coordinates.
+    pub total: MeshFacts,
+    /// Faces that yielded no triangle, by (part, face), each part once.
+    pub faces_without_triangles: Vec<(PartId, FaceId)>,
+    /// Faces that yielded no triangle, counted per instance.
+    pub placed_faces_without_triangles: u64,
+}
+
+/// Checks every part of a finished frame. O(triangles), about 0.4 µs each.
+#[must_use]
+pub fn check_scene(frame: &MemorySink) -> SceneFacts {
+    let mut facts = SceneFacts::default();
+    let mut missing = vec![0_u64; frame.scene.parts.len()];
+    let mut batches: Vec<Vec<&Batch>> = vec![Vec::new(); frame.scene.parts.len()];
+    for batch in &frame.batches {
+        if let Some(of_part) = batches.get_mut(batch.part.index()) {
+            of_part.push(batch);
+        }
+    }
+    for (index, (part, batches)) in frame.scene.parts.iter().zip(batches).enumerate() {
+        let id = PartId::new(index);
+        let mut meshed = vec![false; part.face_colours.len()];
+        for batch in batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()) {
+            if let Some(face) = meshed.get_mut(batch.face.index()) {
+                *face = true;
+            }
+        }
+        let empty = meshed.iter().enumerate().filter(|(_, meshed)| !**meshed).map(|(face, _)| (id, FaceId::new(face)));
+        let before = facts.faces_without_triangles.len();
+        facts.faces_without_triangles.extend(empty);
+        missing[index] = (facts.faces_without_triangles.len() - before) as u64;
+        facts.parts.push(check_part(batches));
+    }
+    for SceneInstance { part, transform, .. } in &frame.scene.instances {
+        if let Some(part_facts) = facts.parts.get(*part as usize) {
+            facts.total.add_placed(part_facts, transform.matrix3.determinant());
+            facts.placed_faces_without_triangles += missing[*part as usize];
+        }
+    }
+    let examples = facts.parts.iter().flat_map(|part| &part.examples).take(EXAMPLES).cloned();
+    facts.total.examples = examples.collect();
+    facts
+}
+
+/// Checks the batches of one part, in its coordinates.
+#[must_use]
+pub fn check_part<'a>(batches: impl IntoIterator<Item = &'a Batch>) -> MeshFacts {
+    let mut facts = MeshFacts::default();
+    let soup = Soup::weld(batches, &mut facts);
+    facts.vertices = soup.points.len() as u64;
+    soup.measure(&mut facts);
+    soup.pair_edges(&mut facts);
+    facts
+}
+
+/// Triangles over welded vertices.
+struct Soup<'a> {
+    points: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    /// (first triangle, batch), ascending: whose triangle is it?
+    owners: Vec<(usize, &'a Batch)>,
+}
+
+impl<'a> Soup<'a> {
+    fn weld(batches: impl IntoIterator<Item = &'a Batch>, facts: &mut MeshFacts) -> Self {
+        let mut soup = Self { points: Vec::new(), triangles: Vec::new(), owners: Vec::new() };
+        let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
+        let mut ids = Vec::new();
+        for batch in batches {
+            let mesh = &batch.mesh;
+            let broken_normals = mesh.normals.iter().filter(|normal| !normal.is_finite()).count();
+            let broken = mesh.positions.iter().filter(|point| !point.is_finite()).count();
+            facts.non_finite += (broken + broken_normals) as u64;
+            ids.clear();
+            ids.extend(mesh.positions.iter().map(|&point| {
+                let point = point + DVec3::ZERO; // -0.0 + 0.0 = 0.0
+                let fresh = u32::try_from(soup.points.len()).unwrap_or(u32::MAX);
+                *known.entry(point.to_array().map(f64::to_bits)).or_insert_with(|| {
+                    soup.points.push(point);
+                    fresh
+                })
+            }));
+            soup.owners.push((soup.triangles.len(), batch));
+            facts.triangles += mesh.triangles.len() as u64;
+            for corners in &mesh.triangles {
+                let [Some(&a), Some(&b), Some(&c)] = corners.map(|corner| ids.get(corner as usize)) else {
+                    facts.bad_indices += 1;
+                    continue;
+                };
+                if a == b || b == c || c == a {
+                    facts.collapsed += 1;
+                } else {
+                    soup.triangles.push([a, b, c]);
+                }
+            }
+        }
+        soup
+    }
+
+    fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        triangle.map(|corner| self.points[corner as usize])
+    }
+
+    /// Area, volume and components.
+    fn measure(&self, facts: &mut MeshFacts) {
+        let (low, high) = self
+            .points
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &point| (low.min(point), high.max(point)));
+        let centre = if self.points.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
+        let mut pieces = Pieces::new(self.points.len());
+        for &[a, b, c] in &self.triangles {
+            pieces.join(a, b);
+            pieces.join(b, c);
+        }
+        let mut volumes = vec![0.0; self.points.len()];
+        let mut used = vec![false; self.points.len()];
+        let (mut total, mut swept) = (0.0, 0.0);
+        for &triangle in &self.triangles {
+            let [a, b, c] = self.corners(triangle).map(|point| point - centre);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            facts.zero_area += u64::from(area == 0.0);
+            facts.area += area;
+            let volume = a.dot(b.cross(c)) / 6.0;
+            total += volume;
+            swept += f64::abs(volume);
+            let root = pieces.root(triangle[0]) as usize;
+            volumes[root] += volume;
+            used[root] = true;
+        }
+        facts.volume = total;
+        facts.components = used.iter().filter(|used| **used).count() as u64;
+        // Rounding may leave a flat piece's volume just below zero.
+        facts.negative_components = volumes.iter().filter(|volume| **volume < -1e-12 * swept).count() as u64;
+    }
+
+    /// Gathers the directed uses of each edge: a counting sort by the lower vertex, then a sort of each short list.
+    fn pair_edges(&self, facts: &mut MeshFacts) {
+        let uses = || {
+            self.triangles.iter().enumerate().flat_map(|(index, &[a, b, c])| {
+                [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to, index))
+            })
+        };
+        let mut starts = vec![0_usize; self.points.len() + 1];
+        for (low, ..) in uses() {
+            starts[low as usize + 1] += 1;
+        }
+        for vertex in 1..starts.len() {
+            starts[vertex] += starts[vertex - 1];
+        }
+        let mut next = starts.clone();
+        let mut sorted = vec![(0_u32, false, 0_usize); 3 * self.triangles.len()];
+        for (low, high, forward, triangle) in uses() {
+            let slot = &mut next[low as usize];
+            sorted[*slot] = (high, forward, triangle);
+            *slot += 1;
+        }
+        let mut unbalanced = Vec::new();
+        for range in starts.windows(2) {
+            sorted[range[0]..range[1]].sort_unstable();
+        }
+        for (low, range) in starts.windows(2).enumerate() {
+            for group in sorted[range[0]..range[1]].chunk_by(|x, y| x.0 == y.0) {
+                let forward = group.iter().filter(|(_, forward, _)| *forward).count();
+                let balance = (2 * forward).abs_diff(group.len());
+                facts.open_edges += u64::from(group.len() == 1);
+                facts.nonmanifold_edges += u64::from(group.len() > 2);
+                if balance != 0 {
+                    let (from, to) = (self.points[low], self.points[group[0].0 as usize]);
+                    let length = from.distance(to);
+                    facts.unbalanced_edges += 1;
+                    facts.unbalanced_length += length * balance as f64;
+                    let ends = if 2 * forward > group.len() { (from, to) } else { (to, from) };
+                    unbalanced.push((length, ends, balance, group));
+                }
+            }
+        }
+        unbalanced.sort_by(|x, y| y.0.total_cmp(&x.0)); // stable: ties stay in vertex order
+        facts.examples = unbalanced
+            .into_iter()
+            .take(EXAMPLES)
+            .filter_map(|(_, (from, to), balance, group)| {
+                let mut faces: Vec<_> = group.iter().filter_map(|use_| Some(self.owner(use_.2)?.face)).collect();
+                faces.sort_unstable();
+                faces.dedup();
+                let part = self.owner(group[0].2)?.part;
+                Some(BadEdge { part, from, to, balance: balance as u32, uses: group.len() as u32, faces })
+            })
+            .collect();
+    }
+
+    fn owner(&self, triangle: usize) -> Option<&'a Batch> {
+        let after = self.owners.partition_point(|(first, _)| *first <= triangle);
+        self.owners[..after].last().map(|(_, batch)| *batch)
+    }
+}
+
+/// Disjoint sets of vertices: union by smaller index, path halving.
+struct Pieces(Vec<u32>);
+
+impl Pieces {
+    fn new(vertices: usize) -> Self {
+        Self((0..vertices as u32).collect())
+    }
+
+    fn root(&mut self, mut vertex: u32) -> u32 {
+        while self.0[vertex as usize] != vertex {
+            let parent = self.0[vertex as usize];
+            self.0[vertex as usize] = self.0[parent as usize];
+            vertex = parent;
+        }
+        vertex
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+/// A multiplicative hash for coordinate bits: their low bits are often zero, so the high half is folded down at the end.
+#[derive(Default)]
+struct BitMix(u64);
+
+impl Hasher for BitMix {
+    fn finish(&self) -> u64 {
+        self.0 ^ (self.0 >> 32)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for chunk in bytes.chunks(8) {
+            let mut word = [0; 8];
+            word[..chunk.len()].copy_from_slice(chunk);
+            self.write_u64(u64::from_le_bytes(word));
+        }
+    }
+
+    fn write_u64(&mut self, word: u64) {
+        self.0 = (self.0.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+}

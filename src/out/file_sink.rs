@@ -1,0 +1,136 @@
+//! Batches to a file: keeps what the formats need, writes when the frame is complete.
+
+use super::pending::PendingFile;
+use super::{write_glb, write_obj, write_ply, write_stl};
+use crate::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use std::fmt;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A mesh file format.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Format {
+    /// Binary glTF, see [`write_glb`].
+    Glb,
+    /// Binary STL, see [`write_stl`].
+    Stl,
+    /// Stanford PLY, see [`write_ply`].
+    Ply,
+    /// Wavefront OBJ, see [`write_obj`].
+    Obj,
+}
+
+impl Format {
+    /// Every format, with the extension that chooses it.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("glb", Self::Glb), ("stl", Self::Stl), ("ply", Self::Ply), ("obj", Self::Obj)];
+
+    /// The format that the extension of `path` names, in either case.
+    ///
+    /// # Errors
+    /// When the extension is missing or names none.
+    pub fn of_path(path: &Path) -> Result<Self, UnknownFormat> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let known = Self::ALL.iter().find(|(name, _)| *name == extension);
+        known.map(|(_, format)| *format).ok_or(UnknownFormat { extension })
+    }
+
+    fn write(self, frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
+        match self {
+            Self::Glb => write_glb(frame, file),
+            Self::Stl => write_stl(frame, file),
+            Self::Ply => write_ply(frame, file),
+            Self::Obj => write_obj(frame, file),
+        }
+    }
+}
+
+/// A file name whose extension names no format that can be written.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct UnknownFormat {
+    /// The extension, in lower case, without its dot; empty if there is none.
+    pub extension: String,
+}
+
+impl fmt::Display for UnknownFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.extension.as_str() {
+            "" => f.write_str("the file name has no extension")?,
+            extension => write!(f, "cannot write .{extension} files")?,
+        }
+        f.write_str("; known are")?;
+        for (index, (name, _)) in Format::ALL.iter().enumerate() {
+            write!(f, "{} .{name}", if index == 0 { "" } else { "," })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for UnknownFormat {}
+
+/// Writes a finished frame to `path`; the file appears whole or not at all.
+///
+/// # Errors
+/// When the file cannot be created, written or renamed; nothing is left behind then, and what stood at `path` stays.
+pub fn save(frame: &MemorySink, path: &Path, format: Format) -> Result<(), SinkError> {
+    PendingFile::create(path)?.publish(|file| format.write(frame, file))
+}
+
+/// A sink that writes `path` in the format its extension names.
+///
+/// # Errors
+/// When the extension names no format. The file system is first touched at `begin`.
+pub fn open(path: &Path) -> Result<Box<dyn MeshSink>, UnknownFormat> {
+    Ok(Box::new(FileSink::new(path, Format::of_path(path)?)))
+}
+
+/// Collects a frame and writes it at `end`. Holds all triangles until then, because the formats state counts first and
+/// instances share their part's triangles.
+#[derive(Debug)]
+pub struct FileSink {
+    path: PathBuf,
+    format: Format,
+    frame: MemorySink,
+    pending: Option<PendingFile>,
+}
+
+impl FileSink {
+    /// A sink for `path`, whatever its extension.
+    #[must_use]
+    pub fn new(path: &Path, format: Format) -> Self {
+        Self { path: path.to_owned(), format, frame: MemorySink::default(), pending: None }
+    }
+}
+
+impl MeshSink for FileSink {
+    /// Creates the temporary file at once: a folder that cannot be written to is found before the work, not after it.
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.pending = Some(PendingFile::create(&self.path)?);
+        self.frame.begin(scene)
+    }
+
+    fn batch(&mut self, mut batch: Batch) -> Result<(), SinkError> {
+        batch.mesh.uvs = Vec::new(); // no format carries these; a third of the memory
+        batch.mesh.origins = Vec::new();
+        self.frame.batch(batch)
+    }
+
+    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
+        self.frame.edge_line(line)
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        let pending = match self.pending.take() {
+            Some(pending) => pending,
+            None => PendingFile::create(&self.path)?,
+        };
+        pending.publish(|file| self.format.write(&self.frame, file))?;
+        self.frame = MemorySink::default();
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        self.pending = None;
+        self.frame = MemorySink::default();
+    }
+}

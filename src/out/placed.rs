@@ -1,0 +1,80 @@
+//! A frame's batches to placed batches: each instance's triangles in world coordinates.
+
+use crate::mesh::{Batch, EdgeLine, MemorySink, PatchMesh, SceneInstance};
+use crate::model::PartId;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Batches of each part, in the order they came.
+pub(super) fn batches_by_part(frame: &MemorySink) -> Vec<Vec<&Batch>> {
+    by_part(frame, &frame.batches, |batch| batch.part)
+}
+
+/// Edge polylines of each part, in the order they came.
+pub(super) fn lines_by_part(frame: &MemorySink) -> Vec<Vec<&EdgeLine>> {
+    by_part(frame, &frame.edge_lines, |line| line.part)
+}
+
+fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
+    let mut parts: Vec<Vec<&T>> = (0..frame.scene.parts.len()).map(|_| Vec::new()).collect();
+    for item in items {
+        if let Some(of_part) = parts.get_mut(part(item).index()) {
+            of_part.push(item);
+        }
+    }
+    parts
+}
+
+/// Instances with the batches of their parts; instances of parts that are not there are passed over.
+pub(super) fn placed<'a>(
+    frame: &'a MemorySink,
+    by_part: &'a [Vec<&'a Batch>],
+) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a Batch])> {
+    frame
+        .scene
+        .instances
+        .iter()
+        .filter_map(|instance| Some((instance, by_part.get(instance.part as usize)?.as_slice())))
+}
+
+/// Part to world, for positions, normals and windings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    transform: DAffine3,
+    /// Inverse transpose up to scale (the cofactor matrix), so that normals stay normal; keeps outside outside.
+    normals: DMat3,
+    mirrored: bool,
+}
+
+impl Placement {
+    pub(super) fn new(transform: &DAffine3) -> Self {
+        let m = transform.matrix3;
+        let mirrored = m.determinant() < 0.0;
+        let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+        let normals = if mirrored { -cofactors } else { cofactors };
+        Self { transform: *transform, normals, mirrored }
+    }
+
+    /// A function of the bits of `point` alone, so what coincides in the part coincides in the world. Never -0.0.
+    pub(super) fn position(&self, point: DVec3) -> DVec3 {
+        self.transform.transform_point3(point) + DVec3::ZERO
+    }
+
+    /// The unit normal in the world; +z where the part's normal is zero.
+    pub(super) fn normal(&self, normal: glam::Vec3) -> DVec3 {
+        (self.normals * normal.as_dvec3()).normalize_or(DVec3::Z)
+    }
+
+    /// The corners in the order that is counter-clockwise from outside.
+    pub(super) fn winding(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
+        if self.mirrored { [a, c, b] } else { [a, b, c] }
+    }
+}
+
+/// The triangles of `mesh` whose corners, as `rounded` has them, are three different points. Triangles that name a missing
+/// vertex are passed over.
+pub(super) fn distinct<'a, P: PartialEq>(mesh: &'a PatchMesh, rounded: &'a [P]) -> impl Iterator<Item = [u32; 3]> + 'a {
+    mesh.triangles.iter().copied().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
+        [Some(a), Some(b), Some(c)] => a != b && b != c && c != a,
+        _ => false,
+    })
+}

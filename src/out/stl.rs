@@ -1,0 +1,55 @@
+//! A frame to binary STL: single-precision millimetres in world coordinates, a flat normal per triangle.
+
+use super::placed::{Placement, batches_by_part, distinct, placed};
+use crate::mesh::{Batch, MemorySink};
+use glam::Vec3;
+use std::io::{self, Write};
+
+/// Writes every instance. Each position is rounded once from its world coordinates, so that the file closes wherever
+/// the mesh does; triangles whose rounded corners coincide are left out.
+///
+/// # Errors
+/// What `file` reports, or more than 2³² triangles.
+pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
+    let by_part = batches_by_part(frame);
+    let mut world = Vec::new();
+    let mut triangles = 0_u64;
+    for (instance, batches) in placed(frame, &by_part) {
+        let placement = Placement::new(&instance.transform);
+        for batch in batches {
+            round(batch, &placement, &mut world);
+            triangles += distinct(&batch.mesh, &world).count() as u64;
+        }
+    }
+    let count = u32::try_from(triangles)
+        .map_err(|_| io::Error::other(format!("{triangles} triangles; STL counts up to {}", u32::MAX)))?;
+    // Readers take a head that starts with "solid" for the text form.
+    let mut head = [b' '; 80];
+    let title = b"binary STL, millimetres, written by trimtess";
+    head[..title.len()].copy_from_slice(title);
+    file.write_all(&head)?;
+    file.write_all(&count.to_le_bytes())?;
+    let mut bytes = Vec::new();
+    for (instance, batches) in placed(frame, &by_part) {
+        let placement = Placement::new(&instance.transform);
+        for batch in batches {
+            round(batch, &placement, &mut world);
+            bytes.clear();
+            for corners in distinct(&batch.mesh, &world) {
+                let [a, b, c] = placement.winding(corners).map(|corner| world[corner as usize]);
+                let normal = (b - a).as_dvec3().cross((c - a).as_dvec3()).normalize_or_zero().as_vec3();
+                for coordinate in [normal, a, b, c].iter().flat_map(Vec3::to_array) {
+                    bytes.extend_from_slice(&coordinate.to_le_bytes());
+                }
+                bytes.extend_from_slice(&[0, 0]);
+            }
+            file.write_all(&bytes)?;
+        }
+    }
+    Ok(())
+}
+
+fn round(batch: &Batch, placement: &Placement, world: &mut Vec<Vec3>) {
+    world.clear();
+    world.extend(batch.mesh.positions.iter().map(|&point| placement.position(point).as_vec3() + Vec3::ZERO));
+}

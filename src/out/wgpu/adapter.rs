@@ -1,0 +1,83 @@
+//! The graphics adapters of this machine to a device, with its pipelines, on the best of them.
+
+use super::pipelines::Pipelines;
+use std::fmt;
+
+/// No adapter that can draw.
+#[derive(Clone, Debug)]
+pub struct NoAdapter {
+    /// What was found and why it would not do; empty if nothing was found.
+    pub found: Vec<String>,
+}
+
+impl fmt::Display for NoAdapter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("no graphics adapter to draw with")?;
+        for refusal in &self.found {
+            write!(f, "; {refusal}")?;
+        }
+        f.write_str(
+            ". Install the graphics driver, or a software one: on Debian and Ubuntu `apt install mesa-vulkan-drivers`, \
+             on Fedora `dnf install mesa-vulkan-drivers`, on Arch `pacman -S vulkan-swrast`",
+        )
+    }
+}
+
+impl std::error::Error for NoAdapter {}
+
+/// A device that can draw.
+pub(super) struct Opened {
+    pub(super) device: ::wgpu::Device,
+    pub(super) queue: ::wgpu::Queue,
+    pub(super) info: ::wgpu::AdapterInfo,
+    pub(super) pipelines: Pipelines,
+}
+
+/// A device on the first adapter that grants one and takes the pipelines, from the fastest kind to software. `WGPU_BACKEND` narrows the choice.
+pub(super) fn open() -> Result<Opened, NoAdapter> {
+    let wanted = ::wgpu::Backends::all().with_env();
+    let mut found = Vec::new();
+    // OpenGL is asked only when nothing else answers: it takes a display, or a driver that does without.
+    for backends in [wanted & ::wgpu::Backends::PRIMARY, wanted & ::wgpu::Backends::SECONDARY] {
+        if backends.is_empty() {
+            continue;
+        }
+        let instance = ::wgpu::Instance::new(::wgpu::InstanceDescriptor {
+            backends,
+            flags: ::wgpu::InstanceFlags::empty(),
+            ..::wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
+        adapters.sort_by_key(|adapter| match adapter.get_info().device_type {
+            ::wgpu::DeviceType::DiscreteGpu => 0,
+            ::wgpu::DeviceType::IntegratedGpu => 1,
+            ::wgpu::DeviceType::VirtualGpu => 2,
+            ::wgpu::DeviceType::Other => 3,
+            ::wgpu::DeviceType::Cpu => 4,
+        });
+        for adapter in adapters {
+            let info = adapter.get_info();
+            let descriptor = ::wgpu::DeviceDescriptor {
+                label: Some("trimtess"),
+                required_limits: ::wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits()),
+                ..::wgpu::DeviceDescriptor::default()
+            };
+            let (device, queue) = match pollster::block_on(adapter.request_device(&descriptor)) {
+                Ok(granted) => granted,
+                Err(error) => {
+                    found.push(format!("{}: {error}", info.name));
+                    continue;
+                }
+            };
+            let validation = device.push_error_scope(::wgpu::ErrorFilter::Validation);
+            let internal = device.push_error_scope(::wgpu::ErrorFilter::Internal);
+            let pipelines = Pipelines::new(&device);
+            let (internal, validation) = (internal.pop(), validation.pop());
+            match pollster::block_on(internal).or(pollster::block_on(validation)) {
+                Some(error) => found.push(format!("{}: {error}", info.name)),
+                None => return Ok(Opened { device, queue, info, pipelines }),
+            }
+        }
+    }
+    Err(NoAdapter { found })
+}

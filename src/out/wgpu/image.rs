@@ -1,0 +1,46 @@
+//! Pixels to a PNG file.
+
+use crate::mesh::SinkError;
+use crate::out::pending::PendingFile;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// A picture.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green, blue (sRGB) and alpha, row by row from the top left: 4 × width × height bytes.
+    pub pixels: Vec<u8>,
+}
+
+impl Image {
+    /// The pixel `x` from the left, `y` from the top; `None` outside.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
+        let at = 4 * (y as usize * self.width as usize + x as usize);
+        let inside = x < self.width && y < self.height;
+        inside.then(|| self.pixels.get(at..at + 4)?.try_into().ok()).flatten()
+    }
+
+    /// Writes a PNG; the file appears whole or not at all.
+    ///
+    /// # Errors
+    /// When the file cannot be created, written or renamed, or `pixels` has not the size stated.
+    pub fn write_png(&self, path: &Path) -> Result<(), SinkError> {
+        PendingFile::create(path)?.publish(|file| self.encode(file))
+    }
+
+    fn encode(&self, file: &mut impl Write) -> io::Result<()> {
+        let mut encoder = png::Encoder::new(file, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.pixels)?;
+        writer.finish()?;
+        Ok(())
+    }
+}

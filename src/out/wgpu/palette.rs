@@ -1,0 +1,92 @@
+//! Numbers to colours that are easily told apart: hues a golden section apart at even lightness (Ottosson's OKLab).
+
+use super::ColourBy;
+use crate::mesh::{Batch, MemorySink, Origin, SceneInstance};
+use crate::out::colour;
+
+/// An 8-bit sRGB colour and its opacity.
+pub(super) type Srgb = [u8; 4];
+
+/// Blue to red by way of green, as heat maps have it.
+const RAMP: [[f32; 3]; 5] =
+    [[0.23, 0.37, 0.85], [0.20, 0.70, 0.85], [0.42, 0.80, 0.40], [0.95, 0.80, 0.28], [0.85, 0.26, 0.21]];
+
+/// Chooses the colour of each placed batch.
+pub(super) struct Palette<'a> {
+    by: ColourBy,
+    frame: &'a MemorySink,
+    /// Logarithms of the fewest and the most lattice cells of a tile.
+    rates: (f32, f32),
+}
+
+impl<'a> Palette<'a> {
+    pub(super) fn new(by: ColourBy, frame: &'a MemorySink) -> Self {
+        let rates = match by {
+            ColourBy::Rate => frame
+                .batches
+                .iter()
+                .map(rate)
+                .fold((f32::INFINITY, 0.0), |(low, high), rate| (f32::min(low, rate), f32::max(high, rate))),
+            _ => (0.0, 0.0),
+        };
+        Self { by, frame, rates }
+    }
+
+    pub(super) fn of(&self, instance: &SceneInstance, batch: &Batch) -> Srgb {
+        match self.by {
+            ColourBy::Model => {
+                let part = self.frame.scene.parts.get(batch.part.index());
+                let face = part.and_then(|part| part.face_colours.get(batch.face.index()).copied().flatten());
+                bytes(instance.colour.or(face).unwrap_or(colour::DEFAULT))
+            }
+            ColourBy::Part => hue(batch.part.0),
+            ColourBy::Face => hue(instance.first_face.wrapping_add(batch.face.0)),
+            // Neighbouring parts start at different hues.
+            ColourBy::Tile => hue(batch.tile.0.wrapping_add(batch.part.0.wrapping_mul(7))),
+            ColourBy::Worker => hue(batch.worker),
+            ColourBy::Rate => {
+                let (low, high) = self.rates;
+                ramp(if high > low { (rate(batch) - low) / (high - low) } else { 0.0 })
+            }
+        }
+    }
+}
+
+/// Logarithm of the tile's lattice cells, as far as its vertices tell: lines beyond the trimmed part leave no vertex.
+fn rate(batch: &Batch) -> f32 {
+    let lines = batch.mesh.origins.iter().filter_map(|origin| match origin {
+        Origin::Lattice { i, j } => Some((*i, *j)),
+        _ => None,
+    });
+    let (u, v) = lines.fold((0, 0), |(u, v), (i, j)| (i.max(u), j.max(v)));
+    ((u as f32 + 1.0) * (v as f32 + 1.0)).ln()
+}
+
+fn ramp(position: f32) -> Srgb {
+    let scaled = position.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
+    let stop = (scaled as usize).min(RAMP.len() - 2);
+    let part = scaled - stop as f32;
+    let [r, g, b] = std::array::from_fn(|k| RAMP[stop][k] + part * (RAMP[stop + 1][k] - RAMP[stop][k]));
+    bytes([r, g, b, 1.0])
+}
+
+/// The colour of the `number`-th thing.
+fn hue(number: u32) -> Srgb {
+    let turn = (f64::from(number) * 0.618_033_988_749_894_9 + 0.05).fract() as f32 * std::f32::consts::TAU;
+    let lightness = [0.80, 0.70, 0.86][(number % 3) as usize];
+    let (a, b) = (0.11 * turn.cos(), 0.11 * turn.sin());
+    let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
+    let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
+    let s = (lightness - 0.089_484_18 * a - 1.291_485_5 * b).powi(3);
+    bytes(colour::srgb([
+        4.076_741_7 * l - 3.307_711_6 * m + 0.230_969_94 * s,
+        -1.268_438 * l + 2.609_757_4 * m - 0.341_319_4 * s,
+        -0.004_196_086_3 * l - 0.703_418_6 * m + 1.707_614_7 * s,
+        1.0,
+    ]))
+}
+
+fn bytes(colour: [f32; 4]) -> Srgb {
+    let [r, g, b, _] = colour.map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8);
+    [r, g, b, 255]
+}

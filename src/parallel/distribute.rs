@@ -1,0 +1,179 @@
+//! Weighted tile centres -> one list of tiles per worker, dealt once. Neighbours go to different workers.
+//!
+//! Method: Kumar & Manocha 1995, section 6 (neighbouring patches onto different processors, statically), made concrete
+//! as stratified dealing: tiles are sorted along a Hilbert curve through their centres; each window of as many
+//! consecutive tiles as there are workers is dealt one tile each, the heaviest to the worker with the least so far.
+//! A zoom into one corner is a stretch of the curve and thus loads every worker.
+//! Hilbert index: J. Skilling, *Programming the Hilbert curve*, AIP Conf. Proc. 707 (2004), 381.
+
+use glam::DVec3;
+
+/// Bits per axis of a Hilbert index: three axes fill 63 of 64 bits.
+const BITS: u32 = 21;
+
+/// What the dealer knows of one tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load {
+    /// Where the tile is, in coordinates common to all tiles that are dealt together. Finite.
+    pub centre: DVec3,
+    /// Expected cost, in any unit common to all tiles; positive and finite.
+    pub weight: f64,
+}
+
+/// The owner of each tile: `hands[w]` holds worker w's indices into `loads`, ascending.
+///
+/// Every index is in exactly one hand. After each window the workers' sums differ by at most the largest weight, so the
+/// final sums do too. The same loads and worker count give the same hands. `O(n log n)`.
+/// `workers` of 0 is taken as 1.
+#[must_use]
+pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
+    let workers = workers.max(1);
+    let mut hands = vec![Vec::with_capacity(loads.len().div_ceil(workers)); workers];
+    let mut sums = vec![0.0_f64; workers];
+    let mut window: Vec<usize> = Vec::with_capacity(workers);
+    let mut receivers: Vec<usize> = (0..workers).collect();
+    for chunk in along_curve(loads).chunks(workers) {
+        window.clear();
+        window.extend_from_slice(chunk);
+        // Sort keys end in an index, so that ties are decided and not left to luck.
+        window.sort_unstable_by(|&a, &b| loads[b].weight.total_cmp(&loads[a].weight).then(a.cmp(&b)));
+        receivers.sort_unstable_by(|&a, &b| sums[a].total_cmp(&sums[b]).then(a.cmp(&b)));
+        for (&tile, &worker) in window.iter().zip(&receivers) {
+            hands[worker].push(tile);
+            sums[worker] += loads[tile].weight;
+        }
+    }
+    for hand in &mut hands {
+        hand.sort_unstable();
+    }
+    hands
+}
+
+/// Indices of `loads`, sorted along a Hilbert curve that fills the cube around all centres.
+fn along_curve(loads: &[Load]) -> Vec<usize> {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for load in loads {
+        low = low.min(load.centre);
+        high = high.max(load.centre);
+    }
+    let steps = f64::from((1_u32 << BITS) - 1);
+    let side = (high - low).max_element();
+    let scale = if side > 0.0 { steps / side } else { 0.0 };
+    let mut keyed: Vec<(u64, usize)> = loads
+        .iter()
+        .enumerate()
+        .map(|(index, load)| {
+            let cell = ((load.centre - low) * scale).clamp(DVec3::ZERO, DVec3::splat(steps));
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..2^21 above")]
+            let axes = [cell.x as u32, cell.y as u32, cell.z as u32];
+            (hilbert_index(axes, BITS), index)
+        })
+        .collect();
+    keyed.sort_unstable();
+    keyed.into_iter().map(|(_, index)| index).collect()
+}
+
+/// Position of a lattice cell along the Hilbert curve that fills a cube of `2^bits` cells a side.
+///
+/// `axes` are below `2^bits`, `1 ≤ bits ≤ 21`. Cells with consecutive indices share a side.
+fn hilbert_index(mut axes: [u32; 3], bits: u32) -> u64 {
+    // Undo, from the coarsest level down, the reflections and axis exchanges that the curve makes in each octant ...
+    for level in (1..bits).rev() {
+        let bit = 1_u32 << level;
+        let finer = bit - 1;
+        for k in 0..3 {
+            if axes[k] & bit == 0 {
+                let differing = (axes[0] ^ axes[k]) & finer;
+                axes[0] ^= differing;
+                axes[k] ^= differing;
+            } else {
+                axes[0] ^= finer;
+            }
+        }
+    }
+    // ... which leaves a Gray code whose digits are the axes' bits, level by level.
+    axes[1] ^= axes[0];
+    axes[2] ^= axes[1];
+    let mut correction = 0;
+    for level in 1..bits {
+        if axes[2] & (1 << level) != 0 {
+            correction ^= (1_u32 << level) - 1;
+        }
+    }
+    (0..bits).rev().fold(0, |index, level| {
+        axes.iter().fold(index, |index, axis| (index << 1) | u64::from(((axis ^ correction) >> level) & 1))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hilbert_curve_visits_every_cell_and_steps_to_neighbours() {
+        for bits in 1..=4 {
+            let side = 1_u32 << bits;
+            let mut cells: Vec<(u64, [u32; 3])> = Vec::new();
+            for x in 0..side {
+                for y in 0..side {
+                    cells.extend((0..side).map(|z| (hilbert_index([x, y, z], bits), [x, y, z])));
+                }
+            }
+            cells.sort_unstable();
+            for (expected, (index, _)) in cells.iter().enumerate() {
+                assert_eq!(*index, expected as u64, "{bits} bits");
+            }
+            for pair in cells.windows(2) {
+                let step: u32 = (0..3).map(|k| pair[0].1[k].abs_diff(pair[1].1[k])).sum();
+                assert_eq!(step, 1, "{bits} bits: {pair:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_tile_is_dealt_once_and_sums_differ_by_one_weight_at_most() {
+        arbtest::arbtest(|u| {
+            let count = u.int_in_range(0..=400_usize)?;
+            let mut loads = Vec::with_capacity(count);
+            for _ in 0..count {
+                let mut coordinate = || Ok(f64::from(u.int_in_range(-1000..=1000_i32)?));
+                let centre = DVec3::new(coordinate()?, coordinate()?, coordinate()?);
+                loads.push(Load { centre, weight: f64::from(u.int_in_range(1..=100_u32)?) });
+            }
+            let workers = u.int_in_range(1..=9_usize)?;
+            let hands = deal(&loads, workers);
+            assert_eq!(hands, deal(&loads, workers));
+            assert_eq!(hands.len(), workers);
+            assert!(hands.iter().all(|hand| hand.is_sorted()));
+            let mut all = hands.concat();
+            all.sort_unstable();
+            assert!(all.iter().copied().eq(0..count));
+            let sums: Vec<f64> = hands.iter().map(|h| h.iter().map(|&i| loads[i].weight).sum()).collect();
+            let spread = sums.iter().copied().fold(0.0, f64::max) - sums.iter().copied().fold(f64::INFINITY, f64::min);
+            assert!(spread <= loads.iter().map(|l| l.weight).fold(0.0, f64::max), "{sums:?}");
+            Ok(())
+        });
+    }
+
+    #[test]
+    fn any_corner_of_a_grid_loads_every_worker() {
+        let at = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), 0.0);
+        let cells: Vec<(u32, u32)> = (0..32).flat_map(|x| (0..32).map(move |y| (x, y))).collect();
+        let loads: Vec<Load> = cells.iter().map(|&(x, y)| Load { centre: at(x, y), weight: 1.0 }).collect();
+        for workers in [2, 4, 8] {
+            let hands = deal(&loads, workers);
+            for corner in [(0, 0), (0, 24), (24, 0), (24, 24), (12, 12)] {
+                let inside = |i: usize| {
+                    (corner.0..corner.0 + 8).contains(&cells[i].0) && (corner.1..corner.1 + 8).contains(&cells[i].1)
+                };
+                let shares: Vec<usize> = hands.iter().map(|h| h.iter().filter(|&&i| inside(i)).count()).collect();
+                let fair = 64 / workers;
+                assert!(
+                    shares.iter().all(|&s| s >= fair / 2 && s <= fair * 2),
+                    "{workers} workers, {corner:?}: {shares:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! What crosses threads, and nothing else does: orders to the workers, deliveries to the render thread.
+
+use super::metrics::WorkerMetrics;
+use crate::frame::Degradation;
+use crate::mesh::{Batch, EdgeLine, TileId};
+use crate::model::{FaceId, PartId};
+use crossbeam::channel::{Receiver, Sender, bounded};
+use std::sync::Arc;
+
+/// Orders a worker may have waiting: the frame that it makes next.
+const ORDERS_AHEAD: usize = 1;
+
+/// Deliveries a worker may have waiting: the frame that the render thread commits next, and a late one.
+const DELIVERIES_AHEAD: usize = 2;
+
+/// Master to worker: make your tiles by this plan.
+pub(super) struct Order<P> {
+    /// Number of the frame, ascending.
+    pub(super) frame: u64,
+    /// The plan, the same for all workers.
+    pub(super) plan: Arc<P>,
+}
+
+/// Worker to render thread: everything that one worker made for one frame.
+#[derive(Default)]
+pub(super) struct Delivery {
+    /// Number of the frame.
+    pub(super) frame: u64,
+    /// Batches with triangles, ascending by (part, tile).
+    pub(super) batches: Vec<Batch>,
+    /// Edge polylines, ascending by (part, edge).
+    pub(super) lines: Vec<EdgeLine>,
+    /// Tiles that came out less than as stated, ascending by (part, tile).
+    pub(super) degraded: Vec<DegradedTile>,
+    /// What it took.
+    pub(super) metrics: WorkerMetrics,
+}
+
+/// A tile that came out less than as stated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DegradedTile {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// The tile within the part.
+    pub tile: TileId,
+    /// What happened to it.
+    pub degradation: Degradation,
+}
+
+/// One worker's ends of its own two queues.
+pub(super) struct WorkerEnd<P> {
+    pub(super) orders: Receiver<Order<P>>,
+    pub(super) deliveries: Sender<Delivery>,
+}
+
+/// The other ends: the master's and the render thread's.
+pub(super) fn queues<P>() -> (Sender<Order<P>>, WorkerEnd<P>, Receiver<Delivery>) {
+    let (give_order, orders) = bounded(ORDERS_AHEAD);
+    let (deliveries, take_delivery) = bounded(DELIVERIES_AHEAD);
+    (give_order, WorkerEnd { orders, deliveries }, take_delivery)
+}

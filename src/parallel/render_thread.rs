@@ -1,0 +1,109 @@
+//! Deliveries of all workers -> one frame in the sink, in (part, tile) order whatever the number of workers.
+
+use super::handoff::{DegradedTile, Delivery};
+use super::metrics::{Laps, WorkerMetrics};
+use crate::mesh::{MeshSink, Scene, SinkError};
+use crossbeam::channel::Receiver;
+use std::fmt;
+use std::time::Duration;
+
+/// A committed frame.
+#[derive(Clone, Debug, Default)]
+pub struct FrameReport {
+    /// Number of the frame within its session, from 0.
+    pub frame: u64,
+    /// Tiles with triangles.
+    pub batches: usize,
+    /// Triangles of all batches, each part counted once.
+    pub triangles: u64,
+    /// Tiles that came out less than as stated, ascending by (part, tile).
+    pub degraded: Vec<DegradedTile>,
+    /// What each worker did, by number.
+    pub workers: Vec<WorkerMetrics>,
+    /// From the order to the last delivery.
+    pub made_in: Duration,
+    /// From there until the sink had everything.
+    pub committed_in: Duration,
+}
+
+/// Why a frame was not committed. The sink has been told to abort if it had begun.
+#[derive(Debug)]
+pub enum FrameError {
+    /// The sink refused.
+    Sink(SinkError),
+    /// A worker's thread is gone: the session is over.
+    WorkerLost {
+        /// Its number.
+        worker: usize,
+    },
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sink(error) => error.fmt(f),
+            Self::WorkerLost { worker } => write!(f, "the thread of worker {worker} ended before its frame was made"),
+        }
+    }
+}
+
+impl std::error::Error for FrameError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Sink(error) => Some(error),
+            Self::WorkerLost { .. } => None,
+        }
+    }
+}
+
+/// Takes worker by worker what belongs to `frame`; a late delivery of an earlier frame is dropped.
+pub(super) fn gather(queues: &[Receiver<Delivery>], frame: u64) -> Result<Vec<Delivery>, FrameError> {
+    let mut deliveries = Vec::with_capacity(queues.len());
+    for (worker, queue) in queues.iter().enumerate() {
+        let delivery = loop {
+            let delivery = queue.recv().map_err(|_| FrameError::WorkerLost { worker })?;
+            if delivery.frame == frame {
+                break delivery;
+            }
+        };
+        deliveries.push(delivery);
+    }
+    Ok(deliveries)
+}
+
+/// Feeds the sink with a frame that all workers have reported: `begin`, batches by (part, tile), edge lines by
+/// (part, edge), `end`; `abort` after the first refusal. `laps` started with the order.
+pub(super) fn commit(
+    deliveries: Vec<Delivery>,
+    scene: &Scene,
+    sink: &mut dyn MeshSink,
+    mut laps: Laps,
+) -> Result<FrameReport, FrameError> {
+    let _span = tracing::debug_span!("commit").entered();
+    let mut report = FrameReport { made_in: laps.lap(), ..FrameReport::default() };
+    let (mut batches, mut lines) = (Vec::new(), Vec::new());
+    for delivery in deliveries {
+        report.frame = delivery.frame;
+        report.triangles += delivery.metrics.triangles;
+        report.workers.push(delivery.metrics);
+        report.degraded.extend(delivery.degraded);
+        batches.extend(delivery.batches);
+        lines.extend(delivery.lines);
+    }
+    // The keys are unique: no ties that the number of workers could decide.
+    batches.sort_unstable_by_key(|b| (b.part, b.tile));
+    lines.sort_unstable_by_key(|l| (l.part, l.edge));
+    report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
+    report.batches = batches.len();
+    let fed = sink
+        .begin(scene)
+        .and_then(|()| batches.into_iter().try_for_each(|batch| sink.batch(batch)))
+        .and_then(|()| lines.into_iter().try_for_each(|line| sink.edge_line(line)))
+        .and_then(|()| sink.end());
+    if let Err(error) = fed {
+        sink.abort();
+        return Err(FrameError::Sink(error));
+    }
+    report.committed_in = laps.lap();
+    Ok(report)
+}

@@ -1,0 +1,105 @@
+//! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
+//! nothing that changes: no locks, no messages to other workers.
+
+use super::handoff::{DegradedTile, Delivery, WorkerEnd};
+use super::metrics::Laps;
+use crate::frame::{Degradation, TileOutcome};
+use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
+use crate::model::{EdgeId, FaceId, PartId};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+/// The stages that a worker runs. [`Prepared`](crate::prepare::Prepared) is the real one; tests put others in its place.
+pub(super) trait Stages: Send + Sync + 'static {
+    /// What the master broadcasts.
+    type Plan: Send + Sync + 'static;
+    /// What a worker keeps between tiles; its content never shows in a result.
+    type Scratch: Default + Send;
+
+    /// Makes one tile.
+    fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
+
+    /// Makes one edge's polyline.
+    fn edge_line(&self, plan: &Self::Plan, part: PartId, edge: EdgeId) -> EdgeLine;
+}
+
+/// What one worker owns, ascending.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Hand {
+    /// Tiles, and the faces that they belong to.
+    pub(super) tiles: Vec<(PartId, TileId, FaceId)>,
+    /// Edges whose polylines it makes.
+    pub(super) edges: Vec<(PartId, EdgeId)>,
+}
+
+/// A worker: a hand and the scratch it is worked with.
+pub(super) struct Worker<S: Stages> {
+    number: u32,
+    stages: Arc<S>,
+    hand: Hand,
+    scratch: S::Scratch,
+}
+
+impl<S: Stages> Worker<S> {
+    /// The worker `number` with its hand.
+    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand) -> Self {
+        Self { number, stages, hand, scratch: S::Scratch::default() }
+    }
+
+    /// Makes every tile and edge of the hand by `plan`, in ascending order.
+    ///
+    /// A panic in a tile is a defect of this crate; it costs that tile only, which is delivered as
+    /// [`Degradation::Failed`] with what the panic said.
+    pub(super) fn make(&mut self, frame: u64, plan: &S::Plan) -> Delivery {
+        let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
+        let mut delivery = Delivery { frame, ..Delivery::default() };
+        delivery.metrics.worker = self.number;
+        let mut laps = Laps::start();
+        for &(part, tile, face) in &self.hand.tiles {
+            let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0).entered();
+            let (stages, scratch) = (&*self.stages, &mut self.scratch);
+            let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
+            let outcome = outcome.unwrap_or_else(|payload| {
+                // The scratch may be half written: the next tile gets a new one.
+                self.scratch = S::Scratch::default();
+                let degradation = Degradation::Failed(format!("internal error: {}", panic_message(&*payload)));
+                TileOutcome { face, mesh: PatchMesh::default(), degradation: Some(degradation) }
+            });
+            take(&mut delivery, part, tile, outcome);
+        }
+        delivery.metrics.tiles_time = laps.lap();
+        delivery.lines.extend(self.hand.edges.iter().map(|&(part, edge)| self.stages.edge_line(plan, part, edge)));
+        delivery.metrics.lines_time = laps.lap();
+        delivery
+    }
+
+    /// Serves orders until the master or the render thread hangs up.
+    pub(super) fn serve(mut self, end: &WorkerEnd<S::Plan>) {
+        while let Ok(order) = end.orders.recv() {
+            let delivery = self.make(order.frame, &order.plan);
+            if end.deliveries.send(delivery).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// Books one tile.
+fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcome) {
+    let TileOutcome { mesh, face, degradation } = outcome;
+    delivery.metrics.tiles += 1;
+    delivery.metrics.triangles += mesh.triangles.len() as u64;
+    if let Some(degradation) = degradation {
+        delivery.degraded.push(DegradedTile { part, face, tile, degradation });
+    }
+    if !mesh.triangles.is_empty() {
+        delivery.batches.push(Batch { part, face, tile, worker: delivery.metrics.worker, mesh });
+    }
+}
+
+/// What a panic said, if it said it in text.
+fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text").to_owned()
+}

@@ -1,0 +1,175 @@
+//! Trim arcs of a tile to critical parameters: tessellants without which coarse polylines could cross.
+//!
+//! If the hulls of two arcs are disjoint, so are the polylines through their ends and through any refinement of them
+//! (Li et al., JCDE 13(1), 2026, lemma on critical parameters). Arcs whose hulls meet are halved until they do not.
+//! Arcs that share an end are apart when the cones that they fill, seen from that end, are.
+
+use super::UvCurve;
+use super::face::{DraftAlong, DraftTile};
+use glam::DVec2;
+use std::f64::consts::TAU;
+
+/// Halvings of one arc. Arcs that still meet after 8 touch, to 1/256 of their length: then no finite set of points
+/// keeps their polylines apart, and the trim stage resolves what crosses.
+const MAX_DEPTH: u32 = 8;
+
+/// Pairs of arcs examined per tile, in multiples of the number of arcs. Real faces need 1–3; a crowd of overlapping
+/// loops must not cost quadratic time.
+const PAIRS_PER_ARC: usize = 200;
+
+/// An arc between two mandatory parameters.
+struct Arc {
+    edge: u32,
+    points: Vec<(f64, DVec2)>,
+}
+
+/// A stretch of an arc's points.
+#[derive(Clone, Copy)]
+struct Span<'a> {
+    arc: &'a Arc,
+    from: usize,
+    to: usize,
+}
+
+/// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain.
+pub(super) fn critical(tile: &DraftTile, breaks: &mut Vec<(u32, f64)>) {
+    let scale = (tile.max - tile.min).recip();
+    let mut arcs: Vec<Arc> = tile.loops.iter().flatten().filter_map(|u| arc(u, tile.min, scale)).collect();
+    if arcs.iter().all(|a| a.points.len() == 2) {
+        return;
+    }
+    arcs.sort_by(|a, b| low(a).total_cmp(&low(b)));
+    let mut budget = PAIRS_PER_ARC * arcs.len();
+    for i in 0..arcs.len() {
+        let reach = arcs[i].points.iter().fold(f64::NEG_INFINITY, |m, p| m.max(p.1.x));
+        for j in i + 1..arcs.len() {
+            if low(&arcs[j]) > reach || budget == 0 {
+                break;
+            }
+            if arcs[i].points.len() == 2 && arcs[j].points.len() == 2 {
+                continue;
+            }
+            budget -= 1;
+            separate(Span::of(&arcs[i]), Span::of(&arcs[j]), 0, breaks);
+        }
+    }
+}
+
+fn low(a: &Arc) -> f64 {
+    a.points.iter().fold(f64::INFINITY, |m, p| m.min(p.1.x))
+}
+
+/// Points along a use, in the unit square of the tile; two for a straight one.
+fn arc(u: &super::face::DraftUse, origin: DVec2, scale: DVec2) -> Option<Arc> {
+    let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
+    let (a, b) = (u.from.min(u.to), u.from.max(u.to));
+    let mut ts = vec![a];
+    for w in samples.windows(2) {
+        ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
+    }
+    ts.push(b);
+    let mut hint = 0;
+    let mut points: Vec<(f64, DVec2)> =
+        ts.into_iter().map(|t| (t, (u.uv.point(t, &mut hint) - origin) * scale)).collect();
+    let (p, q) = (points[0].1, points[points.len() - 1].1);
+    let chord = q - p;
+    let length = chord.length();
+    if length > 0.0 && points.iter().all(|x| chord.perp_dot(x.1 - p).abs() <= 1e-9 * length) {
+        points = vec![points[0], points[points.len() - 1]];
+    }
+    Some(Arc { edge, points })
+}
+
+impl<'a> Span<'a> {
+    fn of(arc: &'a Arc) -> Self {
+        Self { arc, from: 0, to: arc.points.len() - 1 }
+    }
+
+    fn points(&self) -> impl Iterator<Item = DVec2> + Clone + 'a {
+        self.arc.points[self.from..=self.to].iter().map(|p| p.1)
+    }
+
+    fn ends(&self) -> [DVec2; 2] {
+        [self.arc.points[self.from].1, self.arc.points[self.to].1]
+    }
+
+    fn can_split(&self) -> bool {
+        self.to - self.from >= 2
+    }
+
+    fn split(&self) -> (usize, [Self; 2]) {
+        let mid = usize::midpoint(self.from, self.to);
+        (mid, [Self { to: mid, ..*self }, Self { from: mid, ..*self }])
+    }
+
+    /// Largest distance of the points from the chord.
+    fn fatness(&self) -> f64 {
+        let [a, b] = self.ends();
+        let n = (b - a).perp().normalize_or_zero();
+        self.points().map(|p| n.dot(p - a).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Halves two arcs until their hulls are apart; each halving becomes a break.
+fn separate(a: Span<'_>, b: Span<'_>, depth: u32, breaks: &mut Vec<(u32, f64)>) {
+    if depth >= 2 * MAX_DEPTH || apart(a, b) {
+        return;
+    }
+    let (fat_a, fat_b) = (a.fatness(), b.fatness());
+    let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
+    if !split_a && !b.can_split() {
+        return;
+    }
+    let (halved, other) = if split_a { (a, b) } else { (b, a) };
+    let (mid, halves) = halved.split();
+    breaks.push((halved.arc.edge, halved.arc.points[mid].0));
+    for half in halves {
+        separate(half, other, depth + 1, breaks);
+    }
+}
+
+/// Whether a line separates two arcs, or a wedge at an end that they share.
+fn apart(a: Span<'_>, b: Span<'_>) -> bool {
+    const SAME: f64 = 1e-9;
+    let shared: Vec<DVec2> = a.ends().into_iter().filter(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME)).collect();
+    match shared[..] {
+        [] => separated_by_line(a, b) || separated_by_line(b, a),
+        [p] => cones_apart(a, b, p, SAME),
+        _ => false,
+    }
+}
+
+/// Whether the direction across `a`'s chord, or along it, keeps the arcs apart.
+fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
+    let [p, q] = a.ends();
+    let along = (q - p).normalize_or_zero();
+    [along.perp(), along].into_iter().any(|n| {
+        let range = |s: Span<'_>| {
+            s.points().map(|x| n.dot(x)).fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x), r.1.max(x)))
+        };
+        let (ra, rb) = (range(a), range(b));
+        ra.1 < rb.0 || rb.1 < ra.0
+    })
+}
+
+/// Whether the directions from `p` to the points of two arcs fill disjoint cones.
+fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2, same: f64) -> bool {
+    let cone = |s: Span<'_>| {
+        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > same);
+        let first = directions.next()?;
+        // Angles relative to the first direction; an arc that turns back around `p` fills everything.
+        let (lo, hi) = directions.fold((0.0_f64, 0.0_f64), |r, d| {
+            let angle = first.angle_to(d);
+            (r.0.min(angle), r.1.max(angle))
+        });
+        Some((first.to_angle(), lo, hi))
+    };
+    let (Some((fa, la, ha)), Some((fb, lb, hb))) = (cone(a), cone(b)) else { return true };
+    if ha - la > 3.0 || hb - lb > 3.0 {
+        return false;
+    }
+    // Middle directions further apart than both half widths.
+    let (ma, mb) = (fa + 0.5 * (la + ha), fb + 0.5 * (lb + hb));
+    let between = (ma - mb) - TAU * ((ma - mb) / TAU).round();
+    between.abs() > 0.5 * (ha - la) + 0.5 * (hb - lb)
+}

@@ -1,0 +1,114 @@
+//! Where a face is cut into tiles: seams where it goes round, and lines that cap a tile's cost.
+//!
+//! Cut lines may stand anywhere on a smooth surface, so they are put where they meet the loops cleanly: far from
+//! vertices and from places where a loop runs along them.
+
+use super::arrangement::Grid;
+use super::face::is_flat;
+use super::region::Region;
+use crate::model::Surface;
+use std::f64::consts::FRAC_PI_2;
+
+/// Spans (Bézier pieces or quarter turns) along one side of a tile. More make tiles so heavy that a few of them
+/// decide a frame's time; fewer add borders, and borders are triangles that the surface does not need.
+const SPANS_PER_TILE: usize = 12;
+
+/// A grid with the tiles wanted, and the one with the least cuts that still opens all wraps.
+pub(super) struct GridPlan {
+    pub(super) fine: Grid,
+    pub(super) coarse: Grid,
+}
+
+pub(super) fn grid_for(region: &Region, surface: &Surface) -> GridPlan {
+    let mut coarse = [Vec::new(), Vec::new()];
+    let mut fine = [Vec::new(), Vec::new()];
+    for axis in 0..2 {
+        let (lo, hi) = region.bounds[axis];
+        let avoid = Avoid::new(region, axis);
+        let (lo, hi) = if region.wraps[axis] {
+            let c = avoid.best(lo, hi);
+            (c, c + (hi - lo))
+        } else {
+            (lo, hi)
+        };
+        coarse[axis] = vec![lo, hi];
+        fine[axis] = vec![lo];
+        let tiles = if is_flat(surface) { 1 } else { spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE) };
+        let width = (hi - lo) / tiles as f64;
+        for k in 1..tiles {
+            let x = lo + width * k as f64;
+            fine[axis].push(avoid.best(x - 0.2 * width, x + 0.2 * width));
+        }
+        fine[axis].push(hi);
+    }
+    GridPlan { fine: Grid { lines: fine, wraps: region.wraps }, coarse: Grid { lines: coarse, wraps: region.wraps } }
+}
+
+/// How many Bézier pieces (or quarter turns) lie between two parameters.
+fn spans(surface: &Surface, axis: usize, lo: f64, hi: f64) -> usize {
+    let in_knots = |knots: &[f64]| {
+        let mut n = 1;
+        for w in knots.windows(2) {
+            n += usize::from(w[0] < w[1] && w[1] > lo && w[1] < hi);
+        }
+        n
+    };
+    match (surface, axis) {
+        (Surface::Nurbs(s), 0) => in_knots(&s.knots_u),
+        (Surface::Nurbs(s), _) => in_knots(&s.knots_v),
+        (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => in_knots(&curve.knots),
+        (Surface::Sphere { .. } | Surface::Torus { .. }, _)
+        | (Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Revolution { .. }, 0) => {
+            ((hi - lo) / FRAC_PI_2).ceil().max(1.0) as usize
+        }
+        _ => 1,
+    }
+}
+
+/// Coordinates at which a cut would meet a loop badly, and those where it would cross a hole.
+struct Avoid {
+    points: Vec<f64>,
+    holes: Vec<(f64, f64)>,
+    period: Option<f64>,
+}
+
+impl Avoid {
+    fn new(region: &Region, axis: usize) -> Self {
+        let mut points = Vec::new();
+        let mut holes = Vec::new();
+        for l in &region.loops {
+            let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+            for p in &l.pieces {
+                points.push(p.start()[axis]);
+                for w in p.samples.windows(2) {
+                    lo = lo.min(w[0].uv[axis]).min(w[1].uv[axis]);
+                    hi = hi.max(w[0].uv[axis]).max(w[1].uv[axis]);
+                    // A turning point, or a stretch along a would-be line.
+                    let steep = |d: glam::DVec2| d[axis].abs() > 0.02 * d[1 - axis].abs();
+                    if !steep(w[0].d) || !steep(w[1].d) || w[0].d[axis] * w[1].d[axis] <= 0.0 {
+                        points.extend([w[0].uv[axis], w[1].uv[axis]]);
+                    }
+                }
+            }
+            if l.winding == [0, 0] && region.wraps[axis] {
+                holes.push((lo, hi));
+            }
+        }
+        let period = region.wraps[axis].then(|| region.bounds[axis].1 - region.bounds[axis].0);
+        Self { points, holes, period }
+    }
+
+    /// The cleanest of 48 lines between `lo` and `hi`.
+    fn best(&self, lo: f64, hi: f64) -> f64 {
+        let n = 48;
+        let candidates = (0..n).map(|k| lo + (hi - lo) * (k as f64 + 0.5) / f64::from(n));
+        let score = |x: f64| {
+            let reduce = |d: f64| self.period.map_or(d, |p| d - p * (d / p).round());
+            let clear = self.points.iter().map(|&p| reduce(x - p).abs()).fold(hi - lo, f64::min);
+            let cuts = self.holes.iter().filter(|(a, b)| reduce(x - 0.5 * (a + b)).abs() <= 0.5 * (b - a)).count();
+            // A clean crossing of a hole is better than a line that grazes a vertex.
+            clear / (hi - lo) / (1.0 + cuts as f64)
+        };
+        candidates.max_by(|&a, &b| score(a).total_cmp(&score(b))).unwrap_or(lo)
+    }
+}

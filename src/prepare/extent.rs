@@ -1,0 +1,101 @@
+//! Prepared parts and instances to the placed model's box: of what is kept, never of control points.
+
+use super::region::winding_about;
+use super::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile, UvCurve};
+use crate::mesh::SceneInstance;
+use glam::{DVec2, DVec3};
+
+/// Samples per strip of an edge's bounds table and per span of a tile's side. Sixteen on a quarter turn find its extreme
+/// point to 0.1 % of the radius.
+const SAMPLES: usize = 4;
+
+/// Lower and upper corner of the box of all instances, within about 0.1 %; `None` for an empty model.
+pub(super) fn placed_box(parts: &[PreparedPart], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
+    let clouds: Vec<Vec<DVec3>> = parts.iter().map(cloud).collect();
+    let mut bounds = Bounds::EMPTY;
+    for i in instances {
+        for p in &clouds[i.part as usize] {
+            bounds.add(i.transform.transform_point3(*p));
+        }
+    }
+    (bounds.high - bounds.low).is_finite().then_some([bounds.low, bounds.high])
+}
+
+struct Bounds {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Bounds {
+    const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    fn add(&mut self, p: DVec3) {
+        self.low = self.low.min(p);
+        self.high = self.high.max(p);
+    }
+
+    fn holds(&self, p: DVec3) -> bool {
+        let slack = 1e-9 * (self.high - self.low).length();
+        p.cmpge(self.low - slack).all() && p.cmple(self.high + slack).all()
+    }
+}
+
+/// Points of a part that span its box.
+fn cloud(part: &PreparedPart) -> Vec<DVec3> {
+    let mut out = Vec::new();
+    for edge in part.edges.iter().filter(|e| !e.uses.is_empty()) {
+        out.extend(edge.breaks.iter().map(|b| b.point));
+        if let (EdgeShape::Curve(curve), false) = (&edge.shape, edge.straight) {
+            let (a, b) = curve.range();
+            let n = SAMPLES * edge.bounds.breaks.len();
+            out.extend((1..n).map(|k| curve.point(a + (b - a) * k as f64 / n as f64)));
+        }
+    }
+    let mut bounds = Bounds::EMPTY;
+    out.iter().for_each(|p| bounds.add(*p));
+    for tile in &part.tiles {
+        let face = &part.faces[part.face_of(tile)];
+        // What the control net cannot reach need not be looked for.
+        if face.patches.control.iter().all(|c| bounds.holds(c.truncate() / c.w)) {
+            continue;
+        }
+        out.extend(interior(part, face, tile));
+    }
+    out
+}
+
+/// A lattice of points of a tile, those inside its loops.
+fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile) -> Vec<DVec3> {
+    let polygons: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| polygon(part, l)).collect();
+    let count = |breaks: &[f64], a: f64, b: f64| {
+        4 * SAMPLES * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)
+    };
+    let (nu, nv) =
+        (count(&face.patches.breaks_u, tile.min.x, tile.max.x), count(&face.patches.breaks_v, tile.min.y, tile.max.y));
+    let mut out = Vec::new();
+    for i in 0..=nu {
+        for j in 0..=nv {
+            let uv = tile.min + (tile.max - tile.min) * DVec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
+            if polygons.iter().map(|p| winding_about(p, uv)).sum::<i32>() > 0 {
+                out.push(face.patches.derivatives(uv.x, uv.y).point);
+            }
+        }
+    }
+    out
+}
+
+/// A loop as a polygon through points of its pcurves.
+fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
+    let mut out = Vec::new();
+    for u in uses {
+        let breaks = &part.edges[u.edge as usize].breaks;
+        let (a, b) = (breaks[u.from as usize].t, breaks[u.to as usize].t);
+        let n = match &u.uv {
+            UvCurve::Hermite(samples) => 2 * samples.len(),
+            UvCurve::Iso { .. } => 1,
+        };
+        let mut hint = 0;
+        out.extend((0..n).map(|k| u.uv.point(a + (b - a) * k as f64 / n as f64, &mut hint)));
+    }
+    out
+}

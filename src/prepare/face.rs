@@ -1,0 +1,270 @@
+//! One face of a model to patches, tiles and borders: everything that needs no other face.
+
+use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, arrange};
+use super::critical::critical;
+use super::cuts::grid_for;
+use super::pcurve::Projector;
+use super::region::{Along, RegionError, region, trace_loop};
+use super::{BezierPatches, EdgeShape, SurfaceBounds, UvCurve, UvSample};
+use crate::model::{AxisMap, Face, Loop, NurbsSurface, Part, Surface};
+use glam::{DVec2, DVec3};
+use std::fmt;
+
+/// A stretch of a tile's loop before breaks are numbered.
+#[derive(Clone, Debug)]
+pub(super) struct DraftUse {
+    /// What it runs along.
+    pub(super) along: DraftAlong,
+    /// Parameters where it starts and ends, in loop direction.
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pub(super) uv: UvCurve,
+}
+
+/// What a stretch runs along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DraftAlong {
+    /// B-rep edge of the part.
+    Edge(u32),
+    /// Border of the face.
+    Border(u32),
+}
+
+/// A border of a face before it is numbered in the part.
+#[derive(Clone, Debug)]
+pub(super) struct DraftBorder {
+    pub(super) shape: EdgeShape,
+    pub(super) range: (f64, f64),
+    pub(super) ends: [DraftEnd; 2],
+}
+
+/// Where a border ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum DraftEnd {
+    /// At a point of the face's own.
+    Point(DVec3),
+    /// On a B-rep edge, at the break nearest to the parameter.
+    OnEdge(u32, f64),
+}
+
+/// A tile in patch parameters.
+#[derive(Clone, Debug)]
+pub(super) struct DraftTile {
+    pub(super) min: DVec2,
+    pub(super) max: DVec2,
+    pub(super) loops: Vec<Vec<DraftUse>>,
+}
+
+/// A face on its own.
+#[derive(Clone, Debug)]
+pub(super) struct FaceDraft {
+    pub(super) patches: BezierPatches,
+    pub(super) bounds: SurfaceBounds,
+    pub(super) maps: [AxisMap; 2],
+    pub(super) creases: [Vec<f64>; 2],
+    pub(super) gap: f64,
+    pub(super) tiles: Vec<DraftTile>,
+    pub(super) borders: Vec<DraftBorder>,
+    /// Parameters of B-rep edges where tile borders cross them, and critical ones.
+    pub(super) breaks: Vec<(u32, f64)>,
+    /// Something to tell, though the face is usable.
+    pub(super) note: Option<String>,
+}
+
+/// Why a face cannot be used.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum FaceError {
+    /// No region.
+    Region(RegionError),
+    /// The region has no extent in direction 0 (u) or 1 (v).
+    Thin { axis: usize, extent: f64 },
+}
+
+impl fmt::Display for FaceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Region(e) => e.fmt(f),
+            Self::Thin { axis, extent } => {
+                write!(f, "the kept region is only {extent:e} wide in {}", ['u', 'v'][*axis])
+            }
+        }
+    }
+}
+
+impl From<RegionError> for FaceError {
+    fn from(e: RegionError) -> Self {
+        Self::Region(e)
+    }
+}
+
+/// Prepares a face by itself. `size` is the diagonal of the part's box.
+pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
+    let extent = face_extent(part, face).unwrap_or(size);
+    let projector = Projector::new(&face.surface, 1e-6 * extent);
+    let mut gap = 0.0;
+    let mut loops = Vec::with_capacity(face.loops.len());
+    for l in &face.loops {
+        if let Loop::Edges(coedges) = l
+            && !coedges.is_empty()
+        {
+            loops.push(trace_loop(part, coedges, &projector, &mut gap)?);
+        }
+    }
+    let region = region(loops, &projector)?;
+    let plan = grid_for(&region, &face.surface);
+    let (grid, arranged, note) = match arrange(&region, &plan.fine, &projector) {
+        Ok(a) => (plan.fine, a, None),
+        Err(e) => match arrange(&region, &plan.coarse, &projector) {
+            Ok(a) => (plan.coarse, a, Some(format!("{e}; kept as fewer tiles"))),
+            Err(_) => return Err(RegionError::OneSided { loops: region.loops.len() }.into()),
+        },
+    };
+    let mut low = DVec2::INFINITY;
+    let mut high = DVec2::NEG_INFINITY;
+    for tile in &arranged.tiles {
+        low = low.min(tile.min);
+        high = high.max(tile.max);
+    }
+    for axis in 0..2 {
+        let extent = high[axis] - low[axis];
+        if !(extent > 0.0 && extent.is_finite()) {
+            return Err(FaceError::Thin { axis, extent });
+        }
+    }
+    let (nurbs, maps) = face.surface.to_nurbs((low.x, high.x), (low.y, high.y));
+    let box_u = (maps[0].to_nurbs(low.x), maps[0].to_nurbs(high.x));
+    let box_v = (maps[1].to_nurbs(low.y), maps[1].to_nurbs(high.y));
+    let patches = BezierPatches::over(&nurbs, box_u, box_v);
+    let bounds = SurfaceBounds::new(&patches);
+    let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
+    let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
+    let borders = arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps)).collect();
+    let tiles: Vec<DraftTile> = arranged
+        .tiles
+        .iter()
+        .map(|t| DraftTile {
+            min: to_patch(t.min),
+            max: to_patch(t.max),
+            loops: t.loops.iter().map(|l| l.iter().map(|s| stretch(s, &arranged.borders, &maps)).collect()).collect(),
+        })
+        .collect();
+    let mut breaks: Vec<(u32, f64)> = arranged
+        .crossings
+        .iter()
+        .filter_map(|c| match c.along {
+            Along::Edge(e) => Some((e, c.t)),
+            Along::Pole(_) => None,
+        })
+        .collect();
+    for tile in &tiles {
+        critical(tile, &mut breaks);
+    }
+    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, note })
+}
+
+/// Parameters where the tangent across a knot of full multiplicity breaks.
+fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
+    /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
+    const BREAK: f64 = 1e-3;
+    let (knots, degree, breaks, across) = if axis == 0 {
+        (&nurbs.knots_u, nurbs.degree_u, &patches.breaks_u, &patches.breaks_v)
+    } else {
+        (&nurbs.knots_v, nurbs.degree_v, &patches.breaks_v, &patches.breaks_u)
+    };
+    let tangent = |x: f64, y: f64| {
+        let d = if axis == 0 { patches.derivatives(x, y) } else { patches.derivatives(y, x) };
+        if axis == 0 { d.du } else { d.dv }
+    };
+    let is_crease = |k: usize| {
+        let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
+        let (y0, y1) = (across[0], across[across.len() - 1]);
+        (1..8).any(|i| {
+            let y = y0 + (y1 - y0) * f64::from(i) / 8.0;
+            let (a, b) = (tangent(breaks[k] - step, y), tangent(breaks[k] + step, y));
+            a.length() > 0.0 && b.length() > 0.0 && a.angle_between(b) > BREAK
+        })
+    };
+    (1..breaks.len() - 1)
+        .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)
+        .filter(|&k| is_crease(k))
+        .map(|k| breaks[k])
+        .collect()
+}
+
+/// Diagonal of the box of the face's edges; none for a face without edges.
+fn face_extent(part: &Part, face: &Face) -> Option<f64> {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for l in &face.loops {
+        if let Loop::Edges(coedges) = l {
+            for p in coedges.iter().flat_map(|c| &part.edges[c.edge.index()].curve.points) {
+                low = low.min(*p);
+                high = high.max(*p);
+            }
+        }
+    }
+    let d = (high - low).length();
+    (d.is_finite() && d > 0.0).then_some(d)
+}
+
+fn stretch(s: &Stretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
+    match s {
+        Stretch::Edge { edge, from, to, samples } => {
+            let samples: Box<[UvSample]> = samples
+                .iter()
+                .map(|s| UvSample {
+                    t: s.t,
+                    uv: DVec2::new(maps[0].to_nurbs(s.uv.x), maps[1].to_nurbs(s.uv.y)),
+                    d: DVec2::new(s.d.x * maps[0].rate(s.uv.x), s.d.y * maps[1].rate(s.uv.y)),
+                })
+                .collect();
+            DraftUse { along: DraftAlong::Edge(*edge), from: *from, to: *to, uv: UvCurve::Hermite(samples) }
+        }
+        Stretch::Border { border, reversed, at } => {
+            let b = &borders[*border];
+            let run = &maps[1 - b.axis];
+            let (lo, hi) = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
+            let (from, to) = if *reversed { (hi, lo) } else { (lo, hi) };
+            let uv = UvCurve::Iso { axis: u8::from(b.axis == 1), at: maps[b.axis].to_nurbs(*at) };
+            #[allow(clippy::cast_possible_truncation, reason = "a face has far fewer borders")]
+            DraftUse { along: DraftAlong::Border(*border as u32), from, to, uv }
+        }
+    }
+}
+
+fn border(
+    b: &Border,
+    arranged: &Arranged,
+    grid: &Grid,
+    projector: &Projector<'_>,
+    patches: &BezierPatches,
+    maps: &[AxisMap; 2],
+) -> DraftBorder {
+    let run = &maps[1 - b.axis];
+    let range = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
+    let at = maps[b.axis].to_nurbs(b.at);
+    let shape = match b.pole {
+        Some(pole) => EdgeShape::Point(projector.poles[pole].point),
+        None => EdgeShape::Curve(patches.iso_curve(b.axis, at, range)),
+    };
+    let ends = b.nodes.map(|node| match node {
+        Node::Pole(pole) => DraftEnd::Point(projector.poles[pole].point),
+        Node::Crossing(k) => match arranged.crossings[k] {
+            Crossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
+            Crossing { along: Along::Pole(pole), .. } => DraftEnd::Point(projector.poles[pole].point),
+        },
+        Node::Corner(i, j) => match arranged.pole_corners.get(&(i, j)) {
+            Some(&pole) => DraftEnd::Point(projector.poles[pole].point),
+            None => {
+                let (u, v) = (maps[0].to_nurbs(grid.lines[0][i]), maps[1].to_nurbs(grid.lines[1][j]));
+                DraftEnd::Point(patches.derivatives(u, v).point)
+            }
+        },
+    });
+    DraftBorder { shape, range, ends }
+}
+
+/// Whether a surface is flat: its tiles need no cuts.
+pub(super) fn is_flat(surface: &Surface) -> bool {
+    matches!(surface, Surface::Plane { .. })
+}

@@ -1,0 +1,385 @@
+//! Edge curves to pcurves: the 3-D curve is the master, its image on the surface is marched along it.
+//!
+//! Each sample is projected from its predecessor's neighbourhood (march projection), so that the image stays on one
+//! sheet of a folded or periodic surface; the samples carry derivatives and become cubic Hermite pieces, refined until
+//! the image of the fit stays within a tolerance of the projection. The result has the edge's own parameter.
+
+use super::UvSample;
+use crate::model::{CurveKind, Edge, Pole, Surface};
+use glam::{DVec2, DVec3};
+use std::cell::OnceCell;
+
+/// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000: an edge that needs
+/// more is noise, and its gap is reported.
+const MAX_DEPTH: u32 = 10;
+
+/// Newton steps of one projection. Quadratic convergence needs 3–5 from a good seed; slow tangential ones about 30.
+const MAX_STEPS: u32 = 40;
+
+/// Finds the parameters of points on one surface.
+pub(super) struct Projector<'a> {
+    surface: &'a Surface,
+    /// Periods in u and v.
+    pub(super) period: [Option<f64>; 2],
+    /// Natural domain; infinite where the surface is.
+    pub(super) domain: [(f64, f64); 2],
+    /// Parameter lines that collapse to a point.
+    pub(super) poles: Vec<Pole>,
+    /// Length below which points of this face are one.
+    pub(super) tolerance: f64,
+    seeds: OnceCell<Vec<(DVec2, DVec3)>>,
+}
+
+/// The image of one edge in one face.
+pub(super) struct Marched {
+    /// In order of the edge's parameter.
+    pub(super) samples: Vec<UvSample>,
+    /// Largest distance between edge and surface at the samples.
+    pub(super) gap: f64,
+    /// Poles at the ends, in order of the edge's parameter.
+    pub(super) poles: [Option<usize>; 2],
+}
+
+impl<'a> Projector<'a> {
+    pub(super) fn new(surface: &'a Surface, tolerance: f64) -> Self {
+        Self {
+            surface,
+            period: surface.period(),
+            domain: surface.natural_domain(),
+            poles: surface.poles(),
+            tolerance,
+            seeds: OnceCell::new(),
+        }
+    }
+
+    /// The pole at a point, if it is one.
+    pub(super) fn pole_at(&self, p: DVec3) -> Option<usize> {
+        self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)
+    }
+
+    /// `uv` moved by whole periods next to `near`.
+    pub(super) fn unwrap(&self, mut uv: DVec2, near: DVec2) -> DVec2 {
+        for axis in 0..2 {
+            if let Some(p) = self.period[axis] {
+                uv[axis] += p * ((near[axis] - uv[axis]) / p).round();
+            }
+        }
+        uv
+    }
+
+    /// Parameters of the surface point nearest to `p`, on the sheet of `seed` where there is one.
+    pub(super) fn project(&self, p: DVec3, seed: Option<DVec2>) -> DVec2 {
+        if let Some(uv) = self.surface.invert(p) {
+            return seed.map_or(uv, |s| self.unwrap(uv, s));
+        }
+        if let Some(s) = seed {
+            let (uv, distance) = self.newton(p, s);
+            if distance <= 1e3 * self.tolerance {
+                return uv;
+            }
+            let (far, better) = self.search(p);
+            return if better < 0.5 * distance { self.unwrap(far, s) } else { uv };
+        }
+        self.search(p).0
+    }
+
+    fn search(&self, p: DVec3) -> (DVec2, f64) {
+        let seeds = self.seeds.get_or_init(|| self.seed_grid());
+        let sweep = match self.surface {
+            Surface::Extrusion { direction, .. } => direction.normalize_or_zero(),
+            _ => DVec3::ZERO,
+        };
+        let mut best = [(f64::INFINITY, DVec2::ZERO); 4];
+        for (uv, s) in seeds {
+            let d = p - *s;
+            let d = (d - sweep * d.dot(sweep)).length_squared();
+            if d < best[3].0 {
+                best[3] = (d, *uv);
+                best.sort_by(|a, b| a.0.total_cmp(&b.0));
+            }
+        }
+        let mut answer = (DVec2::ZERO, f64::INFINITY);
+        for (d, uv) in best {
+            if d.is_finite() {
+                let found = self.newton(p, uv);
+                if found.1 < answer.1 {
+                    answer = found;
+                }
+                if answer.1 <= self.tolerance {
+                    break;
+                }
+            }
+        }
+        answer
+    }
+
+    fn seed_grid(&self) -> Vec<(DVec2, DVec3)> {
+        let axis_values = |axis: usize| -> Vec<f64> {
+            let (a, b) = self.domain[axis];
+            let spans = match (self.surface, axis) {
+                (Surface::Nurbs(s), 0) => s.count_u() * 2,
+                (Surface::Nurbs(s), _) => s.count_v() * 2,
+                (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
+                    curve.points.len() * 3
+                }
+                (Surface::Extrusion { .. }, _) => return vec![0.0],
+                _ => 16,
+            };
+            let n = spans.clamp(8, 64);
+            let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
+            (0..=n).map(|k| a + (b - a) * k as f64 / n as f64).collect()
+        };
+        let vs = axis_values(1);
+        axis_values(0)
+            .into_iter()
+            .flat_map(|u| vs.iter().map(move |&v| DVec2::new(u, v)))
+            .map(|uv| (uv, self.surface.point(uv.x, uv.y)))
+            .collect()
+    }
+
+    /// Moves an evaluation parameter into the domain of a periodic surface.
+    fn wrap(&self, mut uv: DVec2) -> DVec2 {
+        for axis in 0..2 {
+            let (lo, hi) = self.domain[axis];
+            if let Some(p) = self.period[axis] {
+                if lo.is_finite() && (uv[axis] < lo || uv[axis] > hi) {
+                    uv[axis] = lo + (uv[axis] - lo).rem_euclid(p);
+                }
+            } else {
+                uv[axis] = uv[axis].clamp(lo, hi);
+            }
+        }
+        uv
+    }
+
+    /// Gauss–Newton to the foot point; the second value is its distance.
+    fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, f64) {
+        let mut uv = start;
+        for axis in 0..2 {
+            if self.period[axis].is_none() {
+                uv[axis] = uv[axis].clamp(self.domain[axis].0, self.domain[axis].1);
+            }
+        }
+        let mut best = (uv, f64::INFINITY);
+        for _ in 0..MAX_STEPS {
+            let w = self.wrap(uv);
+            let d = self.surface.derivatives(w.x, w.y);
+            let r = p - d.point;
+            if r.length() < best.1 {
+                best = (uv, r.length());
+            }
+            let step = least_squares(d.du, d.dv, r);
+            let mut next = uv + step;
+            for axis in 0..2 {
+                if self.period[axis].is_some() {
+                    let limit = 0.25 * self.period[axis].unwrap_or(f64::INFINITY);
+                    next[axis] = uv[axis] + (next[axis] - uv[axis]).clamp(-limit, limit);
+                    continue;
+                }
+                let (lo, hi) = self.domain[axis];
+                if next[axis] < lo || next[axis] > hi {
+                    next[axis] = next[axis].clamp(lo, hi);
+                    // The other coordinate goes its own way along the border.
+                    let other = 1 - axis;
+                    let (along, fixed) = if other == 0 { (d.du, d.dv) } else { (d.dv, d.du) };
+                    let rest = r - fixed * (next[axis] - uv[axis]);
+                    let g = along.length_squared();
+                    if g > 0.0 {
+                        next[other] = uv[other] + rest.dot(along) / g;
+                    }
+                }
+            }
+            for axis in 0..2 {
+                if self.period[axis].is_none() {
+                    next[axis] = next[axis].clamp(self.domain[axis].0, self.domain[axis].1);
+                }
+            }
+            let moved = next - uv;
+            uv = next;
+            if d.du.length() * moved.x.abs() + d.dv.length() * moved.y.abs() <= 1e-4 * self.tolerance {
+                let w = self.wrap(uv);
+                let r = self.surface.point(w.x, w.y).distance(p);
+                return if r <= best.1 { (uv, r) } else { best };
+            }
+        }
+        best
+    }
+
+    /// The image of `edge` (its ends being `ends`), marched in loop direction from `seed`.
+    pub(super) fn march(&self, edge: &Edge, ends: [DVec3; 2], reversed: bool, seed: Option<DVec2>) -> Marched {
+        let (t0, t1) = edge.range;
+        let end_poles = [self.pole_at(ends[0]), self.pole_at(ends[1])];
+        let mut ts = self.first_parameters(edge);
+        if reversed {
+            ts.reverse();
+        }
+        let walk = Walk { projector: self, edge, ends };
+        let order = |pair: [Option<usize>; 2]| if reversed { [pair[1], pair[0]] } else { pair };
+        let [first_pole, last_pole] = order(end_poles);
+        let mut out: Vec<(UvSample, f64)> = Vec::with_capacity(2 * ts.len());
+        let span = (t1 - t0) * if reversed { -1.0 } else { 1.0 };
+        let near_end = |t: f64, inward: f64, pole: usize, seed: Option<DVec2>| {
+            let inner = walk.sample(t + inward, seed);
+            walk.at_pole(t, &self.poles[pole], &inner.0)
+        };
+        let first = match first_pole {
+            Some(pole) => near_end(ts[0], 1e-3 * span, pole, None),
+            None => walk.sample(ts[0], seed),
+        };
+        out.push(first);
+        for (k, &t) in ts.iter().enumerate().skip(1) {
+            let previous = out[out.len() - 1].0;
+            let slope = if previous.d.is_finite() { previous.d } else { DVec2::ZERO };
+            let guess = self.guess(previous.uv, slope * (t - previous.t));
+            let next = match last_pole {
+                Some(pole) if k + 1 == ts.len() => near_end(t, -1e-3 * span, pole, Some(previous.uv)),
+                _ => walk.sample(t, Some(guess)),
+            };
+            if self.is_exact(edge) {
+                out.push(next);
+            } else {
+                walk.refine(&previous, &next.0, 0, &mut out);
+                out.push(next);
+            }
+        }
+        let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
+        let mut samples: Vec<UvSample> = out.into_iter().map(|s| s.0).collect();
+        if reversed {
+            samples.reverse();
+        }
+        fill_slopes(&mut samples);
+        Marched { samples, gap, poles: end_poles }
+    }
+
+    /// Where to look next: a prediction, but never further than a quarter period away.
+    fn guess(&self, uv: DVec2, step: DVec2) -> DVec2 {
+        let mut scale = 1.0_f64;
+        for axis in 0..2 {
+            let (lo, hi) = self.domain[axis];
+            let room = self.period[axis].map_or(hi - lo, |p| 0.5 * p);
+            if room.is_finite() && step[axis].abs() > 0.5 * room {
+                scale = scale.min(0.5 * room / step[axis].abs());
+            }
+        }
+        uv + step * scale
+    }
+
+    /// A straight edge in a plane: two samples say it all.
+    fn is_exact(&self, edge: &Edge) -> bool {
+        edge.kind == CurveKind::Line && matches!(self.surface, Surface::Plane { .. })
+    }
+
+    fn first_parameters(&self, edge: &Edge) -> Vec<f64> {
+        let (t0, t1) = edge.range;
+        let knots = edge.curve.knots.iter().copied().filter(|&k| k > t0 && k < t1);
+        let mut ts = vec![t0];
+        ts.extend(knots);
+        ts.push(t1);
+        ts.dedup();
+        let pieces = match edge.kind {
+            CurveKind::Line if self.is_exact(edge) => 1,
+            CurveKind::Line | CurveKind::Circle | CurveKind::Conic => 2,
+            CurveKind::Polyline => 1,
+            CurveKind::Spline if ts.len() > 32 => 1,
+            CurveKind::Spline => (8 / (ts.len() - 1)).max(2),
+        };
+        let mut fine = Vec::with_capacity(pieces * ts.len());
+        for w in ts.windows(2) {
+            fine.extend((0..pieces).map(|k| w[0] + (w[1] - w[0]) * k as f64 / pieces as f64));
+        }
+        fine.push(t1);
+        fine
+    }
+}
+
+/// One edge on one surface.
+struct Walk<'a> {
+    projector: &'a Projector<'a>,
+    edge: &'a Edge,
+    ends: [DVec3; 2],
+}
+
+impl Walk<'_> {
+    /// The sample at `t` and the gap there.
+    fn sample(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64) {
+        let c = self.edge.curve.derivatives(t);
+        let p = if t == self.edge.range.0 {
+            self.ends[0]
+        } else if t == self.edge.range.1 {
+            self.ends[1]
+        } else {
+            c.point
+        };
+        let uv = self.projector.project(p, seed);
+        let w = self.projector.wrap(uv);
+        let s = self.projector.surface.derivatives(w.x, w.y);
+        let d = jacobian_solve(s.du, s.dv, c.d1);
+        (UvSample { t, uv, d }, s.point.distance(p))
+    }
+
+    /// The sample at a pole: the collapsed coordinate is the pole's, the other continues from `inner`.
+    fn at_pole(&self, t: f64, pole: &Pole, inner: &UvSample) -> (UvSample, f64) {
+        let slope = if inner.d.is_finite() { inner.d } else { DVec2::ZERO };
+        let mut uv = inner.uv + slope * (t - inner.t);
+        uv[pole.axis] = pole.at;
+        (UvSample { t, uv, d: DVec2::NAN }, 0.0)
+    }
+
+    fn refine(&self, a: &UvSample, b: &UvSample, depth: u32, out: &mut Vec<(UvSample, f64)>) {
+        if depth >= MAX_DEPTH {
+            return;
+        }
+        let t = 0.5 * (a.t + b.t);
+        let mut pair = [*a, *b];
+        fill_slopes(&mut pair);
+        let guess = UvSample::between(&pair[0], &pair[1], t);
+        let mid = self.sample(t, Some(guess));
+        let w = self.projector.wrap(mid.0.uv);
+        let s = self.projector.surface.derivatives(w.x, w.y);
+        let off = (mid.0.uv - guess).abs();
+        if s.du.length() * off.x + s.dv.length() * off.y > 4.0 * self.projector.tolerance {
+            self.refine(a, &mid.0, depth + 1, out);
+            out.push(mid);
+            self.refine(&mid.0, b, depth + 1, out);
+        }
+    }
+}
+
+/// Slopes that could not be had from the surface (poles) are taken from the neighbours.
+fn fill_slopes(samples: &mut [UvSample]) {
+    for i in 0..samples.len() {
+        if samples[i].d.is_finite() {
+            continue;
+        }
+        let k = if i + 1 < samples.len() { i + 1 } else { i - 1 };
+        let chord = (samples[k].uv - samples[i].uv) / (samples[k].t - samples[i].t);
+        samples[i].d = if samples[k].d.is_finite() { 2.0 * chord - samples[k].d } else { chord };
+    }
+}
+
+/// The step (du, dv) that brings `a du + b dv` nearest to `r`; along one direction only where the other has none.
+fn least_squares(a: DVec3, b: DVec3, r: DVec3) -> DVec2 {
+    let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
+    let det = e * g - f * f;
+    if det > 1e-14 * e * g {
+        return DVec2::new((g * r.dot(a) - f * r.dot(b)) / det, (e * r.dot(b) - f * r.dot(a)) / det);
+    }
+    if e >= g && e > 0.0 {
+        DVec2::new(r.dot(a) / e, 0.0)
+    } else if g > 0.0 {
+        DVec2::new(0.0, r.dot(b) / g)
+    } else {
+        DVec2::ZERO
+    }
+}
+
+/// The velocity in (u,v) of a point that moves with velocity `c` in space; NaN where the surface is singular.
+fn jacobian_solve(a: DVec3, b: DVec3, c: DVec3) -> DVec2 {
+    let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
+    let det = e * g - f * f;
+    if det > 1e-12 * e * g && e > 0.0 && g > 0.0 {
+        DVec2::new((g * c.dot(a) - f * c.dot(b)) / det, (e * c.dot(b) - f * c.dot(a)) / det)
+    } else {
+        DVec2::NAN
+    }
+}

@@ -1,0 +1,150 @@
+//! What prepare leaves behind: faces cut into tiles, edges with their breaks, everything the frame needs and no more.
+
+use super::{BezierPatches, BezierSpline3, CurveBounds, SurfaceBounds, UvCurve};
+use crate::mesh::{Scene, TileId};
+use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, SurfaceKind};
+use glam::{DVec2, DVec3};
+
+/// A face ready for tessellation.
+#[derive(Clone, Debug)]
+pub struct PreparedFace {
+    /// What the surface was before it became Bézier pieces.
+    pub kind: SurfaceKind,
+    /// Bézier pieces over the face's parameter box.
+    pub patches: BezierPatches,
+    /// Derivative bounds per sub-box.
+    pub bounds: SurfaceBounds,
+    /// From the surface's natural parameters to those of `patches`.
+    pub maps: [AxisMap; 2],
+    /// Parameters in u and in v where the surface has a crease: lattice lines always run there.
+    pub creases: [Vec<f64>; 2],
+    /// Whether triangles are turned over: outward normal opposite to `S_u × S_v`.
+    pub reversed: bool,
+    /// Largest distance between the surface and the face's edges: the gap that the file itself leaves, millimetres.
+    pub gap: f64,
+    /// The face's tiles within [`PreparedPart::tiles`].
+    pub tiles: std::ops::Range<u32>,
+}
+
+/// What an edge's points are.
+#[derive(Clone, Debug)]
+pub enum EdgeShape {
+    /// A curve in space.
+    Curve(BezierSpline3),
+    /// A border that collapses to a pole or apex.
+    Point(DVec3),
+}
+
+/// A parameter of an edge that every tessellation of it contains.
+#[derive(Clone, Copy, Debug)]
+pub struct Break {
+    /// The edge's parameter.
+    pub t: f64,
+    /// The point there: a B-rep vertex, a crossing with a tile border, a critical point. Meshes use this very value.
+    pub point: DVec3,
+}
+
+/// A B-rep edge, or a border between tiles: one curve, shared by the tiles along it.
+#[derive(Clone, Debug)]
+pub struct PreparedEdge {
+    /// Its points.
+    pub shape: EdgeShape,
+    /// First and last are the ends; increasing in `t`.
+    pub breaks: Vec<Break>,
+    /// Derivative bounds per strip.
+    pub bounds: CurveBounds,
+    /// Straight: one segment between breaks keeps every tolerance.
+    pub straight: bool,
+    /// The tiles that use it: (tile, loop, use within the loop).
+    pub uses: Vec<(TileId, u32, u32)>,
+}
+
+/// A stretch of an edge as one tile's trim loop uses it.
+#[derive(Clone, Debug)]
+pub struct EdgeUse {
+    /// Index into [`PreparedPart::edges`].
+    pub edge: u32,
+    /// Break where the stretch starts, in loop direction.
+    pub from: u32,
+    /// Break where it ends; less than `from` when the loop runs against the edge.
+    pub to: u32,
+    /// The stretch in the tile's (u,v).
+    pub uv: UvCurve,
+}
+
+/// A rectangle of a face's parameter plane with its trim loops.
+#[derive(Clone, Debug)]
+pub struct Tile {
+    /// The face.
+    pub face: FaceId,
+    /// Lower corner, in the parameters of the face's patches.
+    pub min: DVec2,
+    /// Upper corner.
+    pub max: DVec2,
+    /// Trim loops, kept side left; each a closed chain of edge stretches.
+    pub loops: Vec<Vec<EdgeUse>>,
+    /// Estimated cost at a reference tolerance, arbitrary unit.
+    pub weight: f64,
+    /// A point near the middle, part coordinates.
+    pub centre: DVec3,
+}
+
+/// A part ready for tessellation.
+#[derive(Clone, Debug, Default)]
+pub struct PreparedPart {
+    /// Faces, as in the model's part.
+    pub faces: Vec<PreparedFace>,
+    /// For each face of the model's part its row in `faces`; `None` when prepare could not use it (a diagnostic says why).
+    pub face_rows: Vec<Option<u32>>,
+    /// Tiles, sorted by face.
+    pub tiles: Vec<Tile>,
+    /// B-rep edges in the model's order, then borders.
+    pub edges: Vec<PreparedEdge>,
+    /// How many of `edges` are B-rep edges.
+    pub brep_edges: usize,
+}
+
+/// A model ready for tessellation.
+#[derive(Clone, Debug, Default)]
+pub struct Prepared {
+    /// Parts, as in the model.
+    pub parts: Vec<PreparedPart>,
+    /// Names, colours, instances: what sinks are told.
+    pub scene: Scene,
+    /// The model's diagnostics and prepare's own.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Lower and upper corner of the box of the trimmed, placed model, millimetres, within about 0.1 %; `None` if nothing
+    /// is placed.
+    pub bounds: Option<[DVec3; 2]>,
+    /// Diagonal of that box; 0 without one.
+    pub diagonal: f64,
+}
+
+impl Prepared {
+    /// Every tile: its part, its number within the part, and the tile.
+    pub fn tiles(&self) -> impl Iterator<Item = (PartId, TileId, &Tile)> {
+        self.parts.iter().enumerate().flat_map(|(p, part)| {
+            part.tiles.iter().enumerate().map(move |(t, tile)| (PartId::new(p), TileId(t as u32), tile))
+        })
+    }
+
+    /// Every B-rep edge that some tile uses: its part and its number within the part.
+    pub fn brep_edges(&self) -> impl Iterator<Item = (PartId, EdgeId)> {
+        self.parts.iter().enumerate().flat_map(|(p, part)| {
+            (0..part.brep_edges)
+                .filter(|&e| !part.edges[e].uses.is_empty())
+                .map(move |e| (PartId::new(p), EdgeId::new(e)))
+        })
+    }
+}
+
+impl PreparedPart {
+    /// Row of a tile's face in [`faces`](Self::faces).
+    ///
+    /// # Panics
+    /// Never for tiles of this part: prepare makes tiles only for faces that have a row.
+    #[must_use]
+    pub fn face_of(&self, tile: &Tile) -> usize {
+        self.face_rows[tile.face.index()].expect("a tile's face has a row") as usize
+    }
+}

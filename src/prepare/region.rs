@@ -1,0 +1,458 @@
+//! A face's loops to a region of its unrolled parameter plane.
+//!
+//! On periodic surfaces a loop is followed by continuity, so it may end a whole number of periods from where it began
+//! (its winding). Orientation is derived from areas, nesting and windings wherever they decide; the file's word counts
+//! only on closed surfaces, where both sides of a loop are bounded.
+
+use super::UvSample;
+use super::pcurve::Projector;
+use crate::model::{Coedge, Part};
+use glam::{DVec2, DVec3};
+use std::fmt;
+
+/// What a piece of a loop runs along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Along {
+    /// A B-rep edge of the part.
+    Edge(u32),
+    /// A pole of the surface (index into the projector's poles); the parameter is the running coordinate.
+    Pole(usize),
+}
+
+/// A stretch of a loop with one pcurve.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub(super) along: Along,
+    /// Whether the loop runs against the parameter.
+    pub(super) reversed: bool,
+    /// In order of the parameter.
+    pub(super) samples: Vec<UvSample>,
+}
+
+impl Piece {
+    pub(super) fn start(&self) -> DVec2 {
+        self.samples[if self.reversed { self.samples.len() - 1 } else { 0 }].uv
+    }
+
+    pub(super) fn end(&self) -> DVec2 {
+        self.samples[if self.reversed { 0 } else { self.samples.len() - 1 }].uv
+    }
+
+    pub(super) fn shift(&mut self, by: DVec2) {
+        let Along::Edge(_) = self.along else {
+            for s in &mut self.samples {
+                s.uv += by;
+                s.t += by.dot(s.d);
+            }
+            return;
+        };
+        for s in &mut self.samples {
+            s.uv += by;
+        }
+    }
+
+    fn reverse(&mut self) {
+        self.reversed = !self.reversed;
+    }
+
+    /// Points in loop order, without the last.
+    fn polyline(&self) -> impl Iterator<Item = DVec2> + '_ {
+        let n = self.samples.len();
+        (0..n - 1).flat_map(move |k| {
+            let (a, b) = if self.reversed { (n - 1 - k, n - 2 - k) } else { (k, k + 1) };
+            let (lo, hi) = (&self.samples[a.min(b)], &self.samples[a.max(b)]);
+            [self.samples[a].uv, UvSample::between(lo, hi, 0.5 * (lo.t + hi.t))]
+        })
+    }
+}
+
+/// A loop in the unrolled plane.
+#[derive(Clone, Debug)]
+pub(super) struct UvLoop {
+    pub(super) pieces: Vec<Piece>,
+    /// Periods by which the end misses the start.
+    pub(super) winding: [i32; 2],
+}
+
+impl UvLoop {
+    pub(super) fn polyline(&self) -> Vec<DVec2> {
+        self.pieces.iter().flat_map(Piece::polyline).collect()
+    }
+
+    fn reverse(&mut self) {
+        self.pieces.reverse();
+        self.pieces.iter_mut().for_each(Piece::reverse);
+        self.winding = [-self.winding[0], -self.winding[1]];
+    }
+
+    pub(super) fn shift(&mut self, by: DVec2) {
+        self.pieces.iter_mut().for_each(|p| p.shift(by));
+    }
+}
+
+/// Twice the signed area of a closed polygon.
+fn area2(p: &[DVec2]) -> f64 {
+    let Some(&o) = p.first() else { return 0.0 };
+    (0..p.len()).map(|i| (p[i] - o).perp_dot(p[(i + 1) % p.len()] - o)).sum()
+}
+
+/// Winding number of a closed polygon about `q`.
+pub(super) fn winding_about(p: &[DVec2], q: DVec2) -> i32 {
+    let mut w = 0;
+    for i in 0..p.len() {
+        let (a, b) = (p[i], p[(i + 1) % p.len()]);
+        if (a.y <= q.y) != (b.y <= q.y) {
+            let left = (b - a).perp_dot(q - a);
+            if a.y <= q.y && left > 0.0 {
+                w += 1;
+            } else if a.y > q.y && left < 0.0 {
+                w -= 1;
+            }
+        }
+    }
+    w
+}
+
+/// The kept part of the unrolled plane.
+#[derive(Clone, Debug)]
+pub(super) struct Region {
+    pub(super) loops: Vec<UvLoop>,
+    /// Directions in which it goes all the way round and must be cut open.
+    pub(super) wraps: [bool; 2],
+    /// Its box; in a direction that wraps, one period wherever it starts.
+    pub(super) bounds: [(f64, f64); 2],
+    /// Whether the corners of the box are kept where no loop says so.
+    pub(super) corners_kept: bool,
+}
+
+/// Why a face has no region.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum RegionError {
+    /// No boundary, and the surface has no end.
+    Unbounded { axis: u8 },
+    /// A loop winds around both directions, or more than once.
+    Winding { winding: [i32; 2] },
+    /// A boundary that goes round has no counterpart on its other side.
+    OneSided { loops: usize },
+    /// A point or parameter is not finite.
+    NotFinite,
+}
+
+impl fmt::Display for RegionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unbounded { axis } => {
+                write!(
+                    f,
+                    "no boundary in direction {}, and the surface has no end there",
+                    ['u', 'v'][usize::from(*axis)]
+                )
+            }
+            Self::Winding { winding: [u, v] } => write!(f, "a loop winds {u} times around u and {v} times around v"),
+            Self::OneSided { loops } => write!(f, "{loops} loops go round the surface and do not enclose a region"),
+            Self::NotFinite => write!(f, "the boundary has no finite image on the surface"),
+        }
+    }
+}
+
+/// Follows a loop over the surface.
+pub(super) fn trace_loop(
+    part: &Part,
+    coedges: &[Coedge],
+    projector: &Projector<'_>,
+    gap: &mut f64,
+) -> Result<UvLoop, RegionError> {
+    let ends = |c: &Coedge| {
+        let e = &part.edges[c.edge.index()];
+        [part.vertices[e.start.index()], part.vertices[e.end.index()]]
+    };
+    let start_point = |c: &Coedge| ends(c)[usize::from(c.reversed)];
+    let first = coedges.iter().position(|c| projector.pole_at(start_point(c)).is_none()).unwrap_or(0);
+    let mut pieces: Vec<Piece> = Vec::with_capacity(coedges.len() + 1);
+    let mut jumps = Vec::new();
+    for c in coedges[first..].iter().chain(&coedges[..first]) {
+        let previous_end = pieces.last().map(Piece::end);
+        let m = projector.march(&part.edges[c.edge.index()], ends(c), c.reversed, previous_end);
+        if m.samples.iter().any(|s| !s.uv.is_finite()) {
+            return Err(RegionError::NotFinite);
+        }
+        *gap = gap.max(m.gap);
+        let mut piece = Piece { along: Along::Edge(c.edge.0), reversed: c.reversed, samples: m.samples };
+        if let Some(end) = previous_end {
+            match m.poles[usize::from(c.reversed)] {
+                Some(pole) => {
+                    let inside = pieces.last().map_or(end, |p| p.samples[p.samples.len() / 2].uv);
+                    let to = jump_target(projector, pole, inside, end, piece.start());
+                    piece.shift(to - piece.start());
+                    if let Some(jump) = pole_piece(projector, pole, end, to) {
+                        jumps.push(pieces.len());
+                        pieces.push(jump);
+                    }
+                }
+                None => {
+                    let by = projector.unwrap(piece.start(), end) - piece.start();
+                    piece.shift(by);
+                }
+            }
+        }
+        pieces.push(piece);
+    }
+    let (start, end) = (pieces[0].start(), pieces[pieces.len() - 1].end());
+    if let Some(pole) = projector.pole_at(start_point(&coedges[first])) {
+        if let Some(jump) = pole_piece(projector, pole, end, start) {
+            pieces.push(jump);
+        }
+        return Ok(UvLoop { pieces, winding: [0, 0] });
+    }
+    let mut winding = [0, 0];
+    let mut miss = end - start;
+    for axis in 0..2 {
+        if let Some(p) = projector.period[axis] {
+            let k = (miss[axis] / p).round();
+            #[allow(clippy::cast_possible_truncation, reason = "a handful of turns")]
+            {
+                winding[axis] = k as i32;
+            }
+            miss[axis] -= k * p;
+        }
+    }
+    // One jump at a pole: how far it goes round follows from closing the loop.
+    if let ([jump], true) = (&jumps[..], winding != [0, 0]) {
+        let mut by = DVec2::ZERO;
+        for axis in 0..2 {
+            by[axis] = -f64::from(winding[axis]) * projector.period[axis].unwrap_or(0.0);
+        }
+        let Along::Pole(pole) = pieces[*jump].along else { return Err(RegionError::Winding { winding }) };
+        let (from, to) = (pieces[*jump - 1].end(), pieces[*jump].end() + by);
+        pieces[jump + 1..].iter_mut().for_each(|p| p.shift(by));
+        match pole_piece(projector, pole, from, to) {
+            Some(piece) => pieces[*jump] = piece,
+            None => {
+                pieces.remove(*jump);
+            }
+        }
+        winding = [0, 0];
+    }
+    Ok(UvLoop { pieces, winding })
+}
+
+/// Where the loop continues after touching a pole: kept side left means that it goes round one given way.
+fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec2, to: DVec2) -> DVec2 {
+    let pole = &projector.poles[pole];
+    let fixed = pole.axis;
+    let run = 1 - fixed;
+    let Some(p) = projector.period[run] else { return to };
+    // The kept side below a pole line v = at: the loop runs towards -u there; right of u = at: towards -v.
+    let below = inside[fixed] < pole.at;
+    let positive = below != (fixed == 1);
+    let mut by = (to[run] - from[run]).rem_euclid(p);
+    if by < 1e-6 * p || by > (1.0 - 1e-6) * p {
+        by = 0.0;
+    }
+    let by = match (positive, by == 0.0) {
+        (true, true) => p,
+        (true, false) => by,
+        (false, true) => -p,
+        (false, false) => by - p,
+    };
+    let mut target = to;
+    target[run] = from[run] + by;
+    target
+}
+
+/// The stretch along a pole line; none where it has no length.
+fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to: DVec2) -> Option<Piece> {
+    let at = &projector.poles[pole];
+    let fixed = at.axis;
+    let run = 1 - fixed;
+    let (a, b) = (from[run], to[run]);
+    if (a - b).abs() <= 1e-12 * (1.0 + a.abs() + b.abs()) {
+        return None;
+    }
+    let sample = |t: f64| {
+        let mut uv = DVec2::splat(at.at);
+        uv[run] = t;
+        let mut d = DVec2::ZERO;
+        d[run] = 1.0;
+        UvSample { t, uv, d }
+    };
+    Some(Piece { along: Along::Pole(pole), reversed: a > b, samples: vec![sample(a.min(b)), sample(a.max(b))] })
+}
+
+/// The region that the loops bound.
+pub(super) fn region(mut loops: Vec<UvLoop>, projector: &Projector<'_>) -> Result<Region, RegionError> {
+    let polygons: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
+    if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
+        return band(loops, axis, projector);
+    }
+    let periodic = projector.period.map(|p| p.is_some());
+    if loops.is_empty() {
+        for axis in 0..2 {
+            let (lo, hi) = projector.domain[axis];
+            if !(lo.is_finite() && hi.is_finite()) {
+                return Err(RegionError::Unbounded { axis: u8::from(axis == 1) });
+            }
+        }
+        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, corners_kept: true });
+    }
+    let areas: Vec<f64> = polygons.iter().map(|p| area2(p)).collect();
+    let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
+    if closed && areas.iter().all(|&a| a < 0.0) {
+        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, corners_kept: true });
+    }
+    gather(&mut loops, &areas, projector);
+    nest(&mut loops);
+    let bounds = loops_box(&loops);
+    Ok(Region { loops, wraps: [false, false], bounds, corners_kept: false })
+}
+
+fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
+    let (lo, hi) = projector.domain[axis];
+    let is_pole = |x: f64| projector.poles.iter().any(|p| p.axis == axis && (p.at - x).abs() < 1e-12);
+    lo.is_finite() && hi.is_finite() && is_pole(lo) && is_pole(hi)
+}
+
+fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
+    let mut b = [(f64::INFINITY, f64::NEG_INFINITY); 2];
+    for p in loops.iter().flat_map(|l| l.polyline()) {
+        for axis in 0..2 {
+            b[axis] = (b[axis].0.min(p[axis]), b[axis].1.max(p[axis]));
+        }
+    }
+    b
+}
+
+/// Moves loops by whole periods so that all lie in or around the largest one.
+fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
+    if projector.period == [None, None] {
+        return;
+    }
+    let Some(outer) = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs())) else { return };
+    let polygon = loops[outer].polyline();
+    for k in 0..loops.len() {
+        if k == outer {
+            continue;
+        }
+        let probe = loops[k].pieces[0].samples[loops[k].pieces[0].samples.len() / 2].uv;
+        let steps = |axis: usize| if projector.period[axis].is_some() { -3..=3 } else { 0..=0 };
+        let found = steps(0).flat_map(|i| steps(1).map(move |j| (i, j))).find_map(|(i, j)| {
+            let by = DVec2::new(
+                f64::from(i) * projector.period[0].unwrap_or(0.0),
+                f64::from(j) * projector.period[1].unwrap_or(0.0),
+            );
+            (winding_about(&polygon, probe + by) != 0).then_some(by)
+        });
+        if let Some(by) = found {
+            loops[k].shift(by);
+        }
+    }
+}
+
+/// Orients loops by nesting: outermost counter-clockwise, holes clockwise, islands counter-clockwise.
+fn nest(loops: &mut [UvLoop]) {
+    let polygons: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
+    for k in 0..loops.len() {
+        // A loop may touch another at a vertex: let the majority of its points decide.
+        let depth = (0..polygons.len())
+            .filter(|&o| {
+                o != k && {
+                    let n = polygons[k].len();
+                    let probes = (0..5).map(|i| polygons[k][(i * n / 5 + i) % n]);
+                    probes.filter(|&q| winding_about(&polygons[o], q) != 0).count() >= 3
+                }
+            })
+            .count();
+        if (area2(&polygons[k]) > 0.0) != (depth % 2 == 0) {
+            loops[k].reverse();
+        }
+    }
+}
+
+/// Loops that go round in direction `axis`: they bound the region across, alternately from below and from above.
+fn band(mut loops: Vec<UvLoop>, axis: usize, projector: &Projector<'_>) -> Result<Region, RegionError> {
+    let across = 1 - axis;
+    if let Some(l) = loops.iter().find(|l| l.winding[across] != 0 || l.winding[axis].abs() > 1) {
+        return Err(RegionError::Winding { winding: l.winding });
+    }
+    let lower = if axis == 0 { 1 } else { -1 };
+    let (mut round, mut inner): (Vec<UvLoop>, Vec<UvLoop>) = loops.drain(..).partition(|l| l.winding[axis] != 0);
+    let mean = |l: &UvLoop| {
+        let p = l.polyline();
+        p.iter().map(|q| q[across]).sum::<f64>() / p.len() as f64
+    };
+    let (lo, hi) = projector.domain[across];
+    let ends = [lo, hi].map(|x| if projector.period[across].is_some() { f64::NAN } else { x });
+    if let Some(p) = projector.period[across] {
+        if round.len() != 2 {
+            return Err(RegionError::OneSided { loops: round.len() });
+        }
+        if round[0].winding[axis] == round[1].winding[axis] {
+            round[1].reverse();
+        }
+        round.sort_by_key(|l| l.winding[axis] != lower);
+        let up = (mean(&round[1]) - mean(&round[0])).rem_euclid(p) - (mean(&round[1]) - mean(&round[0]));
+        let mut by = DVec2::ZERO;
+        by[across] = up;
+        round[1].shift(by);
+    } else {
+        round.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+        let sides: Vec<bool> = round.iter().map(|l| l.winding[axis] == lower).collect();
+        let fits = |first_is_lower: bool| sides.iter().enumerate().all(|(k, &s)| s == (first_is_lower == (k % 2 == 0)));
+        let possible = |first_is_lower: bool| {
+            let last_is_lower = first_is_lower == (round.len() % 2 == 1);
+            (first_is_lower || ends[0].is_finite()) && (!last_is_lower || ends[1].is_finite())
+        };
+        let first_is_lower = match (fits(true) && possible(true), fits(false) && possible(false)) {
+            (true, _) => true,
+            (_, true) => false,
+            // The stated orientation cannot be: the one that closes without the surface's own ends is right.
+            _ if round.len() % 2 == 0 => true,
+            _ if possible(true) => true,
+            _ if possible(false) => false,
+            _ => return Err(RegionError::OneSided { loops: round.len() }),
+        };
+        for (k, l) in round.iter_mut().enumerate() {
+            if (l.winding[axis] == lower) != (first_is_lower == (k % 2 == 0)) {
+                l.reverse();
+            }
+        }
+    }
+    let mut bounds = loops_box(&round);
+    if round.first().is_some_and(|l| l.winding[axis] != lower) {
+        bounds[across].0 = ends[0];
+    }
+    if round.last().is_some_and(|l| l.winding[axis] == lower) {
+        bounds[across].1 = ends[1];
+    }
+    let period = projector.period[axis].ok_or(RegionError::OneSided { loops: round.len() })?;
+    bounds[axis] = (bounds[axis].0, bounds[axis].0 + period);
+    // Loops that do not go round are holes.
+    for l in &mut inner {
+        if area2(&l.polyline()) > 0.0 {
+            l.reverse();
+        }
+        if let Some(p) = projector.period[across] {
+            let c = l.pieces[0].start()[across];
+            let mut by = DVec2::ZERO;
+            by[across] = p * ((0.5 * (bounds[across].0 + bounds[across].1) - c) / p).round();
+            l.shift(by);
+        }
+    }
+    round.append(&mut inner);
+    let mut wraps = [false, false];
+    wraps[axis] = true;
+    Ok(Region { loops: round, wraps, bounds, corners_kept: false })
+}
+
+/// Positions of poles that the region's box touches, by axis and side (0 low, 1 high).
+pub(super) fn pole_sides(region: &Region, projector: &Projector<'_>) -> [[Option<(usize, DVec3)>; 2]; 2] {
+    let at = |axis: usize, x: f64| {
+        let scale = 1e-9 * (1.0 + x.abs());
+        projector
+            .poles
+            .iter()
+            .position(|p| p.axis == axis && (p.at - x).abs() <= scale)
+            .map(|k| (k, projector.poles[k].point))
+    };
+    [0, 1].map(|axis| [at(axis, region.bounds[axis].0), at(axis, region.bounds[axis].1)])
+}

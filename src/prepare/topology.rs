@@ -1,0 +1,233 @@
+//! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
+
+use super::face::{DraftAlong, DraftEnd, FaceDraft};
+use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::mesh::TileId;
+use crate::model::{CurveKind, Edge, FaceId, Loop, Part, Surface};
+use glam::DVec3;
+
+/// Breaks closer than this share of an edge's range are one.
+const SAME_BREAK: f64 = 1e-9;
+
+/// Joins the drafts of a part's faces (none for faces that could not be used).
+pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedPart {
+    let reversed = orient(part, &drafts);
+    let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
+    for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
+        wanted[*edge as usize].push(*t);
+    }
+    let used = used_edges(part.edges.len(), &drafts);
+    let mut edges: Vec<PreparedEdge> =
+        part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
+    let mut out = PreparedPart { brep_edges: edges.len(), ..PreparedPart::default() };
+    for (k, draft) in drafts.into_iter().enumerate() {
+        let Some(draft) = draft else {
+            out.face_rows.push(None);
+            continue;
+        };
+        let first_border = edges.len();
+        for b in &draft.borders {
+            let ends = b.ends.map(|end| match end {
+                DraftEnd::Point(p) => p,
+                DraftEnd::OnEdge(e, t) => {
+                    let breaks = &edges[e as usize].breaks;
+                    breaks[nearest_break(breaks, t)].point
+                }
+            });
+            let bounds = match &b.shape {
+                EdgeShape::Curve(c) => CurveBounds::new(c),
+                EdgeShape::Point(_) => CurveBounds::none(b.range),
+            };
+            let straight = bounds.is_straight();
+            edges.push(PreparedEdge {
+                shape: b.shape.clone(),
+                breaks: vec![Break { t: b.range.0, point: ends[0] }, Break { t: b.range.1, point: ends[1] }],
+                bounds,
+                straight,
+                uses: Vec::new(),
+            });
+        }
+        let first_tile = id(out.tiles.len());
+        for t in draft.tiles {
+            let loops = t
+                .loops
+                .into_iter()
+                .map(|l| {
+                    l.into_iter()
+                        .filter_map(|u| {
+                            let edge = match u.along {
+                                DraftAlong::Edge(e) => e as usize,
+                                DraftAlong::Border(b) => first_border + b as usize,
+                            };
+                            let breaks = &edges[edge].breaks;
+                            let (from, to) = (nearest_break(breaks, u.from), nearest_break(breaks, u.to));
+                            (from != to).then_some(EdgeUse { edge: id(edge), from: id(from), to: id(to), uv: u.uv })
+                        })
+                        .collect::<Vec<_>>()
+                })
+                .filter(|l| !l.is_empty())
+                .collect();
+            let middle = draft.patches.derivatives(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y)).point;
+            out.tiles.push(Tile { face: FaceId::new(k), min: t.min, max: t.max, loops, weight: 1.0, centre: middle });
+        }
+        out.face_rows.push(Some(id(out.faces.len())));
+        out.faces.push(PreparedFace {
+            kind: part.faces[k].surface.kind(),
+            patches: draft.patches,
+            bounds: draft.bounds,
+            maps: draft.maps,
+            creases: draft.creases,
+            reversed: reversed[k],
+            gap: draft.gap,
+            tiles: first_tile..id(out.tiles.len()),
+        });
+    }
+    for (k, tile) in out.tiles.iter().enumerate() {
+        for (l, uses) in tile.loops.iter().enumerate() {
+            for (u, edge_use) in uses.iter().enumerate() {
+                edges[edge_use.edge as usize].uses.push((TileId(id(k)), id(l), id(u)));
+            }
+        }
+    }
+    out.edges = edges;
+    out
+}
+
+fn id(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+fn used_edges(count: usize, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
+    let mut used = vec![false; count];
+    for u in drafts.iter().flatten().flat_map(|d| &d.tiles).flat_map(|t| &t.loops).flatten() {
+        if let DraftAlong::Edge(e) = u.along {
+            used[e as usize] = true;
+        }
+    }
+    used
+}
+
+/// Index of the break nearest to a parameter.
+fn nearest_break(breaks: &[Break], t: f64) -> usize {
+    let k = breaks.partition_point(|b| b.t < t);
+    if k == 0 {
+        0
+    } else if k == breaks.len() || t - breaks[k - 1].t <= breaks[k].t - t {
+        k - 1
+    } else {
+        k
+    }
+}
+
+fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdge {
+    let (t0, t1) = e.range;
+    if !used {
+        return PreparedEdge {
+            shape: EdgeShape::Point(part.vertices[e.start.index()]),
+            breaks: Vec::new(),
+            bounds: CurveBounds::none(e.range),
+            straight: true,
+            uses: Vec::new(),
+        };
+    }
+    let curve = BezierSpline3::new(&e.curve, e.range);
+    let bounds = CurveBounds::new(&curve);
+    let straight = e.kind == CurveKind::Line || bounds.is_straight();
+    ts.extend(e.curve.kinks().into_iter().filter(|&k| k > t0 && k < t1));
+    let close = SAME_BREAK * (t1 - t0);
+    ts.retain(|t| t - t0 > close && t1 - t > close);
+    ts.sort_by(f64::total_cmp);
+    ts.dedup_by(|b, a| *b - *a <= close);
+    let mut breaks = Vec::with_capacity(ts.len() + 2);
+    breaks.push(Break { t: t0, point: part.vertices[e.start.index()] });
+    breaks.extend(ts.into_iter().map(|t| Break { t, point: curve.point(t) }));
+    breaks.push(Break { t: t1, point: part.vertices[e.end.index()] });
+    PreparedEdge { shape: EdgeShape::Curve(curve), breaks, bounds, straight, uses: Vec::new() }
+}
+
+/// For each face whether its outward normal is opposite to `S_u × S_v`.
+///
+/// Loops run counter-clockwise in (u,v) by now, so two faces are turned the same way exactly when they run along their
+/// common edge in opposite directions once turned. The file's word decides only for connected groups as a whole.
+fn orient(part: &Part, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
+    let mut reversed: Vec<bool> = part.faces.iter().map(|f| f.reversed).collect();
+    let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.edges.len()];
+    for (k, draft) in drafts.iter().enumerate() {
+        let Some(draft) = draft else { continue };
+        // Each direction once, however many pieces the edge was cut into.
+        for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
+            if let DraftAlong::Edge(e) = u.along {
+                let entry = (k, u.from < u.to);
+                if !uses[e as usize].contains(&entry) {
+                    uses[e as usize].push(entry);
+                }
+            }
+        }
+    }
+    // (neighbour, whether both must be turned alike)
+    let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.faces.len()];
+    for pair in &uses {
+        if let [(a, forward_a), (b, forward_b)] = pair[..]
+            && a != b
+            && part.faces[a].shell == part.faces[b].shell
+        {
+            neighbours[a].push((b, forward_a != forward_b));
+            neighbours[b].push((a, forward_a != forward_b));
+        }
+    }
+    let mut seen = vec![false; part.faces.len()];
+    for start in 0..part.faces.len() {
+        if seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let mut group = vec![(start, reversed[start])];
+        let mut next = 0;
+        while next < group.len() {
+            let (face, turned) = group[next];
+            next += 1;
+            for &(other, alike) in &neighbours[face] {
+                if !seen[other] {
+                    seen[other] = true;
+                    group.push((other, turned == alike));
+                }
+            }
+        }
+        let disagree = group.iter().filter(|(face, turned)| *turned != part.faces[*face].reversed).count();
+        let flip = 2 * disagree > group.len();
+        for (face, turned) in group {
+            reversed[face] = turned != flip;
+        }
+    }
+    reversed
+}
+
+/// Box of a part's vertices and control points; of its whole surfaces where a face has no edges.
+pub(super) fn control_box(part: &Part) -> (DVec3, DVec3) {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    let mut add = |p: DVec3| {
+        low = low.min(p);
+        high = high.max(p);
+    };
+    part.vertices.iter().for_each(|&p| add(p));
+    part.edges.iter().flat_map(|e| &e.curve.points).for_each(|&p| add(p));
+    for face in &part.faces {
+        if face.loops.iter().any(|l| matches!(l, Loop::Edges(_))) {
+            continue;
+        }
+        match &face.surface {
+            Surface::Nurbs(s) => s.points.iter().for_each(|&p| add(p)),
+            Surface::Sphere { frame, radius } => {
+                add(frame.origin + DVec3::splat(*radius));
+                add(frame.origin - DVec3::splat(*radius));
+            }
+            Surface::Torus { frame, major, minor } => {
+                add(frame.origin + DVec3::splat(major + minor));
+                add(frame.origin - DVec3::splat(major + minor));
+            }
+            _ => {}
+        }
+    }
+    (low, high)
+}

@@ -1,0 +1,253 @@
+//! Meshes with a known distance to their surface -> the audit measures that distance, and finds what is wrong.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+use trimtess::audit::{DeviationReport, deviation};
+use trimtess::frame::{self, Tolerance};
+use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, PatchMesh, TileId};
+use trimtess::model::{
+    Coedge, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Instance, Loop, Model, NurbsCurve3, NurbsSurface, Part,
+    PartId, Shell, ShellKind, Surface, SurfaceKind, VertexId,
+};
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, Prepared, PreparedFace, prepare};
+
+const RADIUS: f64 = 10.0;
+const HEIGHT: f64 = 15.0;
+
+fn model_of(part: Part) -> Model {
+    Model {
+        parts: vec![part],
+        instances: vec![Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: String::new() }],
+        millimetres_per_unit: 1.0,
+        ..Model::default()
+    }
+}
+
+fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
+    Face { surface, loops, reversed, shell: 0, colour: None, name: String::new(), entity: 0 }
+}
+
+fn whole(surface: Surface) -> Model {
+    model_of(Part {
+        faces: vec![face(surface, Vec::new(), false)],
+        shells: vec![Shell { kind: ShellKind::Open, entity: 0 }],
+        ..Part::default()
+    })
+}
+
+/// A solid cylinder: edges 0 and 1 are its circles (bottom, top), edge 2 its seam; faces bottom, top, wall.
+fn cylinder() -> Model {
+    let level = |z: f64| Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+    let vertices = vec![DVec3::new(RADIUS, 0.0, 0.0), DVec3::new(RADIUS, 0.0, HEIGHT)];
+    let circle = |z: f64, vertex: u32| Edge {
+        curve: NurbsCurve3::arc(&level(z), RADIUS, RADIUS, 0.0, TAU),
+        range: (0.0, TAU),
+        start: VertexId(vertex),
+        end: VertexId(vertex),
+        kind: CurveKind::Circle,
+        entity: 0,
+    };
+    let seam = Edge {
+        curve: NurbsCurve3::line(vertices[0], vertices[1]),
+        range: (0.0, 1.0),
+        start: VertexId(0),
+        end: VertexId(1),
+        kind: CurveKind::Line,
+        entity: 0,
+    };
+    let edges = vec![circle(0.0, 0), circle(HEIGHT, 1), seam];
+    let along = |uses: &[(u32, bool)]| {
+        let coedge = |&(edge, reversed): &(u32, bool)| Coedge { edge: EdgeId(edge), reversed, pcurve: None };
+        vec![Loop::Edges(uses.iter().map(coedge).collect())]
+    };
+    let faces = vec![
+        face(Surface::Plane { frame: level(0.0) }, along(&[(0, false)]), true),
+        face(Surface::Plane { frame: level(HEIGHT) }, along(&[(1, false)]), false),
+        face(
+            Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS },
+            along(&[(0, false), (2, false), (1, true), (2, true)]),
+            false,
+        ),
+    ];
+    let shells = vec![Shell { kind: ShellKind::Outer, entity: 0 }];
+    model_of(Part { vertices, edges, faces, shells, ..Part::default() })
+}
+
+/// z = `bow` (x² + y²) over [-1, 1]², as a bicubic.
+fn paraboloid(bow: f64) -> Surface {
+    let at = [-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0];
+    let squares = [1.0, -1.0 / 3.0, -1.0 / 3.0, 1.0];
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let points = (0..16).map(|k| (k / 4, k % 4));
+    Surface::Nurbs(NurbsSurface {
+        degree_u: 3,
+        degree_v: 3,
+        knots_u: knots.clone(),
+        knots_v: knots,
+        points: points.map(|(i, j)| DVec3::new(at[i], at[j], bow * (squares[i] + squares[j]))).collect(),
+        weights: Vec::new(),
+    })
+}
+
+/// The face's parameter box in natural parameters.
+fn natural_box(face: &PreparedFace) -> (DVec2, DVec2) {
+    let ends = |axis: usize, breaks: &[f64]| {
+        (face.maps[axis].to_natural(breaks[0]), face.maps[axis].to_natural(breaks[breaks.len() - 1]))
+    };
+    let ((u0, u1), (v0, v1)) = (ends(0, &face.patches.breaks_u), ends(1, &face.patches.breaks_v));
+    (DVec2::new(u0, v0), DVec2::new(u1, v1))
+}
+
+/// A uniform lattice of `n` × `m` cells over a face in natural parameters, as one batch.
+fn lattice(prepared: &Prepared, number: u32, surface: &Surface, n: u32, m: u32) -> MemorySink {
+    let part = &prepared.parts[0];
+    let row = part.face_rows[number as usize].unwrap() as usize;
+    let (low, high) = natural_box(&part.faces[row]);
+    let mut mesh = PatchMesh::default();
+    for j in 0..=m {
+        for i in 0..=n {
+            let uv = low + (high - low) * DVec2::new(f64::from(i) / f64::from(n), f64::from(j) / f64::from(m));
+            mesh.positions.push(surface.point(uv.x, uv.y));
+            mesh.normals.push(Vec3::Z);
+            mesh.uvs.push(Vec2::new(uv.x as f32, uv.y as f32));
+            mesh.origins.push(Origin::Lattice { i, j });
+        }
+    }
+    for (i, j) in (0..m).flat_map(|j| (0..n).map(move |i| (i, j))) {
+        let corner = |i: u32, j: u32| j * (n + 1) + i;
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        for t in [[a, b, c], [a, c, d]] {
+            let distinct =
+                |x: usize, y: usize| mesh.positions[t[x] as usize].distance(mesh.positions[t[y] as usize]) > 1e-9;
+            if distinct(0, 1) && distinct(1, 2) && distinct(2, 0) {
+                mesh.triangles.push(t);
+            }
+        }
+    }
+    let tile = TileId(part.faces[row].tiles.start);
+    let batch = Batch { part: PartId(0), face: FaceId(number), tile, worker: 0, mesh };
+    MemorySink { scene: prepared.scene.clone(), batches: vec![batch], edge_lines: Vec::new() }
+}
+
+fn prepared(model: Model) -> Arc<Prepared> {
+    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    Arc::new(prepared)
+}
+
+fn framed(prepared: &Arc<Prepared>, chord: f64) -> MemorySink {
+    let tolerance = Tolerance { chord, angle: 1.5, max_edge: None };
+    let mut sink = MemorySink::default();
+    serial(prepared, &frame::plan(prepared, &tolerance), true, &mut sink).unwrap();
+    assert!(!sink.batches.is_empty() && sink.batches.iter().all(|b| !b.mesh.triangles.is_empty()));
+    sink
+}
+
+/// Asserts that the worst distance is `expected` millimetres within 2 % and not the least bit less.
+fn assert_worst(report: &DeviationReport, expected: f64) {
+    let worst = report.raw.worst * report.chord;
+    assert!(worst >= expected * (1.0 - 1e-6) && worst <= 1.02 * expected, "{worst} for {expected}\n{report}");
+}
+
+#[test]
+fn sphere_lattice_has_its_sagitta() {
+    let surface = Surface::Sphere { frame: Frame3::WORLD, radius: RADIUS };
+    let prepared = prepared(whole(surface.clone()));
+    for (n, m) in [(12, 7), (48, 21), (120, 61)] {
+        // The row that straddles the equator is made of rectangles: they are farthest from the sphere in their middle.
+        let (half_u, half_v) = (PI / f64::from(n), 0.5 * PI / f64::from(m));
+        let sagitta = RADIUS * (1.0 - half_u.cos() * half_v.cos());
+        let report = deviation(&prepared, &lattice(&prepared, 0, &surface, n, m), 0.7 * sagitta);
+        assert_worst(&report, sagitta);
+        assert_eq!((report.kinds[0].0, report.kinds.len(), report.faces_over), (SurfaceKind::Sphere, 1, 1));
+        assert_eq!(report.measured, report.triangles);
+        assert!((4.0..=64.0).contains(&report.samples_per_triangle()));
+    }
+}
+
+#[test]
+fn cylinder_lattice_and_circle_have_their_sagitta() {
+    let model = cylinder();
+    let surface = model.parts[0].faces[2].surface.clone();
+    let circle = model.parts[0].edges[1].curve.clone();
+    let prepared = prepared(model);
+    for n in [5_u32, 16, 97, 1000] {
+        let sagitta = RADIUS * (1.0 - (PI / f64::from(n)).cos());
+        let mut mesh = lattice(&prepared, 2, &surface, n, 1);
+        let points = (0..=n).map(|k| {
+            let (s, c) = (TAU * f64::from(k) / f64::from(n)).sin_cos();
+            if k % n == 0 { circle.point(0.0) } else { DVec3::new(RADIUS * c, RADIUS * s, HEIGHT) }
+        });
+        mesh.edge_lines = vec![EdgeLine { part: PartId(0), edge: EdgeId(1), points: points.collect() }];
+        let report = deviation(&prepared, &mesh, sagitta);
+        assert_worst(&report, sagitta);
+        let edge = report.edges.worst;
+        assert!((edge - 1.0).abs() < 0.02, "edge {edge}\n{report}");
+        assert_eq!(report.worst_edges[0].edge, EdgeId(1));
+    }
+}
+
+#[test]
+fn bicubic_lattice_has_its_sagitta() {
+    let bow = 0.1;
+    let surface = paraboloid(bow);
+    let prepared = prepared(whole(surface.clone()));
+    for n in [10, 50, 120] {
+        let step = 2.0 / f64::from(n);
+        let sagitta = 0.5 * bow * step * step;
+        let report = deviation(&prepared, &lattice(&prepared, 0, &surface, n, n), sagitta);
+        assert!((report.raw.worst - 1.0).abs() < 0.02, "{report}");
+        assert_eq!(report.kinds[0].0, SurfaceKind::Nurbs);
+    }
+}
+
+#[test]
+fn frames_keep_their_tolerance_here() {
+    for model in [cylinder(), whole(Surface::Sphere { frame: Frame3::WORLD, radius: RADIUS }), whole(paraboloid(0.4))] {
+        let prepared = prepared(model);
+        for chord in [0.5, 0.05, 0.005] {
+            let report = deviation(&prepared, &framed(&prepared, chord), chord);
+            assert!(report.beyond_gap.worst <= 1.0 && report.faces_over == 0, "{report}");
+            assert!(report.edges.worst <= 1.0, "{report}");
+            assert!(report.beyond_gap.samples > 100 && report.beyond_gap.worst > 0.1, "{report}");
+        }
+    }
+}
+
+#[test]
+fn a_moved_vertex_is_found_on_its_face() {
+    let prepared = prepared(cylinder());
+    let chord = 0.01;
+    let mut mesh = framed(&prepared, chord);
+    let wall = mesh.batches.iter().position(|b| b.face == FaceId(2)).unwrap();
+    let batch = &mut mesh.batches[wall];
+    let triangle = batch.mesh.triangles.len() / 2;
+    let vertex = batch.mesh.triangles[triangle][0] as usize;
+    let outwards = batch.mesh.normals[vertex].as_dvec3();
+    batch.mesh.positions[vertex] += 4.0 * chord * outwards;
+    let (tile, place) = (batch.tile, batch.mesh.positions[vertex]);
+    let report = deviation(&prepared, &mesh, chord);
+    assert_eq!((report.faces_over, report.worst[0].face, report.worst[0].tile), (1, FaceId(2), tile), "{report}");
+    assert!(report.worst[0].over_tolerance > 1.5 && report.worst[0].point.distance(place) < HEIGHT, "{report}");
+    let uses = |t: &[u32; 3]| t.iter().any(|&v| v as usize == vertex);
+    assert!(uses(&mesh.batches[wall].mesh.triangles[report.worst[0].triangle]));
+}
+
+#[test]
+fn a_moved_edge_point_and_one_that_is_no_number_are_found() {
+    let prepared = prepared(cylinder());
+    let chord = 0.01;
+    let mut mesh = framed(&prepared, chord);
+    let line = mesh.edge_lines.iter_mut().find(|line| line.edge == EdgeId(0)).unwrap();
+    let middle = line.points.len() / 2;
+    line.points[middle] += DVec3::Z * (5.0 * chord);
+    let report = deviation(&prepared, &mesh, chord);
+    assert_eq!((report.worst_edges[0].edge, report.faces_over), (EdgeId(0), 0));
+    assert!(report.worst_edges[0].over_tolerance > 2.0 && report.edges.over > 0, "{report}");
+    mesh.batches[0].mesh.positions[0] = DVec3::NAN;
+    let report = deviation(&prepared, &mesh, chord);
+    assert_eq!((report.beyond_gap.worst, report.worst[0].face), (f64::INFINITY, mesh.batches[0].face), "{report}");
+}

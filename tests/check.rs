@@ -1,0 +1,188 @@
+//! The oracle itself: exact facts of closed solids, and each kind of damage found and located.
+
+mod out_fixture;
+
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use out_fixture::{box_batches, box_frame};
+use trimtess::mesh::{Batch, MeshFacts, MeshStats, PatchMesh, TileId, check_part, check_scene};
+use trimtess::model::{FaceId, PartId};
+
+fn cube() -> Vec<Batch> {
+    box_batches(DVec3::ONE)
+}
+
+fn mesh(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Batch {
+    let positions: Vec<_> = positions.iter().map(|&p| DVec3::from_array(p)).collect();
+    let normals = vec![Vec3::Z; positions.len()];
+    let mesh = PatchMesh { positions, normals, triangles: triangles.to_vec(), ..PatchMesh::default() };
+    Batch { part: PartId(0), face: FaceId(0), tile: TileId(0), worker: 0, mesh }
+}
+
+#[test]
+fn a_closed_cube_is_exact() {
+    let expected =
+        MeshFacts { triangles: 12, vertices: 8, components: 1, area: 6.0, volume: 1.0, ..MeshFacts::default() };
+    let facts = check_part(&cube());
+    assert_eq!(facts, expected);
+    assert!(facts.is_closed());
+}
+
+#[test]
+fn a_closed_tetrahedron_is_exact() {
+    let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]];
+    let solid = mesh(&corners, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]);
+    let facts = check_part([&solid]);
+    assert_eq!((facts.triangles, facts.vertices, facts.components), (4, 4, 1));
+    assert_eq!(facts.volume, 4.5);
+    assert!((facts.area - (13.5 + 4.5 * 3.0_f64.sqrt())).abs() < 1e-14);
+    assert!(facts.is_closed());
+}
+
+#[test]
+fn a_missing_triangle_leaves_three_open_edges() {
+    let mut batches = cube();
+    batches[1].mesh.triangles.remove(0); // corners 4, 5, 7
+    let facts = check_part(&batches);
+    assert_eq!((facts.open_edges, facts.unbalanced_edges, facts.nonmanifold_edges), (3, 3, 0));
+    assert_eq!(facts.unbalanced_length, 2.0 + 2.0_f64.sqrt());
+    let longest = &facts.examples[0];
+    assert_eq!((longest.balance, longest.uses), (1, 1));
+    assert_eq!(longest.faces, [FaceId(1)]);
+    // The remaining triangle runs 4 → 7.
+    assert_eq!((longest.from, longest.to), (DVec3::new(0.0, 0.0, 1.0), DVec3::ONE));
+    assert!(!facts.is_closed() && facts.is_well_formed());
+}
+
+#[test]
+fn a_flipped_triangle_unbalances_edges_that_are_not_open() {
+    let mut batches = cube();
+    batches[1].mesh.triangles[0].swap(0, 1);
+    let facts = check_part(&batches);
+    assert_eq!((facts.open_edges, facts.unbalanced_edges), (0, 3));
+    assert!(facts.examples.iter().all(|edge| edge.balance == 2 && edge.uses == 2));
+    let faces: Vec<_> = facts.examples.iter().map(|edge| edge.faces.len()).collect();
+    assert_eq!(faces, [1, 2, 2], "the diagonal lies inside one face");
+}
+
+#[test]
+fn a_vertex_that_misses_by_one_bit_opens_the_mesh() {
+    let mut batches = cube();
+    batches[1].mesh.positions[2].x = f64::from_bits(1.0_f64.to_bits() + 1);
+    let facts = check_part(&batches);
+    assert_eq!(facts.vertices, 9);
+    assert_eq!(facts.open_edges, 4);
+}
+
+#[test]
+fn zero_has_no_sign() {
+    let mut batches = cube();
+    for point in &mut batches[1].mesh.positions {
+        if point.x == 0.0 {
+            point.x = -0.0;
+        }
+    }
+    assert!(check_part(&batches).is_closed());
+}
+
+#[test]
+fn degenerate_triangles_are_told_apart() {
+    let points = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0; 3]];
+    let facts = check_part([&mesh(&points, &[[0, 1, 2], [0, 1, 3], [0, 1, 9]])]);
+    assert_eq!((facts.zero_area, facts.collapsed, facts.bad_indices), (1, 1, 1));
+    assert_eq!(facts.open_edges, 3, "collapsed and broken triangles use no edges");
+}
+
+#[test]
+fn values_that_are_not_finite_are_counted() {
+    let mut batches = cube();
+    batches[0].mesh.positions[0].x = f64::NAN;
+    batches[3].mesh.normals[1].z = f32::INFINITY;
+    assert_eq!(check_part(&batches).non_finite, 2);
+}
+
+#[test]
+fn solids_that_share_an_edge_stay_balanced() {
+    let mut batches = cube();
+    for mut batch in cube() {
+        for point in &mut batch.mesh.positions {
+            *point += DVec3::new(1.0, 1.0, 0.0);
+        }
+        batches.push(batch);
+    }
+    let facts = check_part(&batches);
+    assert_eq!((facts.nonmanifold_edges, facts.unbalanced_edges, facts.components), (1, 0, 1));
+    assert_eq!(facts.volume, 2.0);
+}
+
+#[test]
+fn an_inside_out_piece_is_found() {
+    let mut batches = cube();
+    for mut batch in cube() {
+        for point in &mut batch.mesh.positions {
+            *point = 0.5 * *point + DVec3::splat(0.25);
+        }
+        batch.mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+        batches.push(batch);
+    }
+    let facts = check_part(&batches);
+    assert_eq!((facts.components, facts.negative_components), (2, 1));
+    assert!((facts.volume - 0.875).abs() < 1e-14);
+}
+
+#[test]
+fn a_scene_counts_placed_parts() {
+    let turned = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(2.0),
+        DQuat::from_rotation_z(1.0),
+        DVec3::new(5.0, 6.0, 7.0),
+    );
+    let mirrored = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY, turned, mirrored]);
+    frame.batches.remove(4);
+    let facts = check_scene(&frame);
+    assert_eq!(facts.parts.len(), 1);
+    assert_eq!(facts.total.triangles, 30);
+    assert_eq!(facts.total.open_edges, 12);
+    assert!((facts.total.area - (5.0 + 20.0 + 5.0)).abs() < 1e-12, "{}", facts.total.area);
+    assert_eq!(facts.faces_without_triangles, [(PartId(0), FaceId(4))]);
+    assert_eq!(facts.placed_faces_without_triangles, 3);
+}
+
+#[test]
+fn thinness_is_height_over_edge() {
+    let h = 0.75_f64.sqrt();
+    let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, h, 0.0], [0.5, -0.001, 0.0]];
+    let stats = MeshStats::of([&mesh(&points, &[[0, 1, 2], [0, 3, 1]])]);
+    assert_eq!((stats.triangles, stats.vertices, stats.slivers), (2, 4, 1));
+    assert!((stats.min_thinness - 0.001).abs() < 1e-12);
+    assert!((stats.mean_thinness - (h + 0.001) / 2.0).abs() < 1e-12);
+}
+
+/// A torus grid of 2 million triangles in one part; prints how long the check takes.
+#[test]
+fn two_million_triangles_are_checked_quickly() {
+    const N: u32 = 1000;
+    let angle = |k: u32| f64::from(k % N) * std::f64::consts::TAU / f64::from(N);
+    let rows = 40;
+    let batches: Vec<_> = (0..N / rows)
+        .map(|strip| {
+            let mut points = Vec::new();
+            for i in strip * rows..=(strip + 1) * rows {
+                for j in 0..=N {
+                    let ring = 3.0 + angle(j).cos();
+                    points.push([ring * angle(i).cos(), ring * angle(i).sin(), angle(j).sin()]);
+                }
+            }
+            let quads = (0..rows).flat_map(|i| (0..N).map(move |j| i * (N + 1) + j));
+            let triangles: Vec<_> = quads.flat_map(|a| [[a, a + N + 1, a + N + 2], [a, a + N + 2, a + 1]]).collect();
+            mesh(&points, &triangles)
+        })
+        .collect();
+    let start = std::time::Instant::now();
+    let facts = check_part(&batches);
+    println!("{} triangles checked in {:?}", facts.triangles, start.elapsed());
+    assert!(facts.is_closed(), "{facts}");
+    assert_eq!(facts.vertices, u64::from(N * N));
+    let exact = 2.0 * std::f64::consts::PI.powi(2) * 3.0;
+    assert!((facts.volume / exact - 1.0).abs() < 1e-4);
+}

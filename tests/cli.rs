@@ -1,0 +1,185 @@
+//! The command line as others rely on it: exit statuses, report keys, files that appear whole or not at all.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![cfg(feature = "cli")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
+
+/// A folder of its own for each test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(test);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn trimtess(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trimtess"))
+        .args(args)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env_remove("RUST_LOG")
+        .output()
+        .unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn json(bytes: &[u8]) -> Value {
+    serde_json::from_slice(bytes).unwrap_or_else(|e| panic!("{e}: {}", text(bytes)))
+}
+
+/// The status, and that a refusal says why in one clear message.
+fn refuses(args: &[&str], status: i32, why: &str) {
+    let output = trimtess(args);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{args:?}: {stderr}");
+    assert!(stderr.contains(why), "{args:?}: {stderr}");
+    assert!(!stderr.contains("panicked") && !stderr.contains("internal error"), "{args:?}: {stderr}");
+}
+
+#[test]
+fn wrong_usage_is_2() {
+    let out = folder("usage").join("x.glb");
+    let out = out.to_str().unwrap();
+    refuses(&[], 2, "Usage");
+    refuses(&["tessellate", CUBE], 2, "--output");
+    refuses(&["tessellate", CUBE, "-o", "mesh.xyz"], 2, ".xyz");
+    refuses(&["tessellate", CUBE, "-o", out, "--chord=-1"], 2, "positive");
+    refuses(&["tessellate", CUBE, "-o", out, "--chord", "nan"], 2, "positive");
+    refuses(&["tessellate", CUBE, "-o", out, "--chord", "1", "--chord-rel", "1"], 2, "--chord-rel");
+    refuses(&["tessellate", CUBE, "-o", out, "--workers", "0"], 2, "--workers");
+    refuses(&["info", "builtin:no-such-shape"], 2, "builtin:list");
+    assert!(!Path::new(out).exists());
+}
+
+#[test]
+fn what_cannot_be_done_is_1_and_names_the_file() {
+    let folder = folder("cannot");
+    let (text_file, mesh) = (folder.join("letter.step"), folder.join("x.ply"));
+    fs::write(&text_file, "Dear Sir or Madam").unwrap();
+    let mesh = mesh.to_str().unwrap();
+    refuses(&["tessellate", "no/such/file.step", "-o", mesh], 1, "no/such/file.step");
+    refuses(&["tessellate", text_file.to_str().unwrap(), "-o", mesh], 1, "letter.step");
+    refuses(&["info", text_file.to_str().unwrap()], 1, "letter.step");
+    refuses(&["tessellate", CUBE, "-o", "no/such/folder/x.ply"], 1, "no/such/folder");
+    assert!(!Path::new(mesh).exists());
+}
+
+#[test]
+fn a_report_has_the_promised_keys_and_its_seconds_sum() {
+    let folder = folder("report");
+    let (mesh, report) = (folder.join("cube.ply"), folder.join("cube.json"));
+    let output = trimtess(&[
+        "tessellate",
+        CUBE,
+        "-o",
+        mesh.to_str().unwrap(),
+        "--check",
+        "--json",
+        "--report",
+        report.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let told = json(&output.stdout);
+    assert_eq!(told, json(&fs::read(&report).unwrap()), "standard output and the report file say the same");
+    assert_eq!(told["faces"], 9);
+    assert_eq!(told["faces_without_triangles"], 0);
+    assert_eq!(told["open_edges"], 0);
+    assert!(told["max_deviation_over_tolerance"].as_f64().unwrap() <= 1.0);
+    assert!(told["diagnostics"].is_array());
+    assert!(told["triangles"].as_u64().unwrap() >= 12 + 12);
+    assert!(told["vertices"].as_u64().unwrap() > 0);
+    let seconds = &told["seconds"];
+    let second = |stage: &str| seconds[stage].as_f64().unwrap_or_else(|| panic!("{stage} in {seconds}"));
+    let sum: f64 = ["read", "prepare", "tessellate", "check", "write"].into_iter().map(second).sum();
+    assert!((sum - second("total")).abs() < 1e-6, "{seconds}");
+    if cfg!(target_os = "linux") {
+        assert!(told["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
+    }
+}
+
+#[test]
+fn all_formats_are_written_and_do_not_depend_on_workers() {
+    let folder = folder("formats");
+    for extension in ["glb", "stl", "ply", "obj"] {
+        let mut seen: Option<Vec<u8>> = None;
+        for workers in ["1", "2", "3"] {
+            let mesh = folder.join(format!("cube{workers}.{extension}"));
+            let output = trimtess(&["tessellate", CUBE, "-o", mesh.to_str().unwrap(), "--workers", workers, "-q"]);
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            assert!(output.stderr.is_empty(), "-q: {}", text(&output.stderr));
+            let bytes = fs::read(&mesh).unwrap();
+            assert!(*seen.get_or_insert_with(|| bytes.clone()) == bytes, "{extension} with {workers} workers differs");
+        }
+    }
+}
+
+#[test]
+fn info_counts() {
+    let output = trimtess(&["info", CUBE, "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let info = json(&output.stdout);
+    assert_eq!(info["placed_faces"], 9);
+    assert_eq!(info["surfaces"]["plane"], 8);
+    assert_eq!(info["surfaces"]["cylinder"], 1);
+    assert_eq!(info["millimetres_per_unit"], 1000.0);
+    assert_eq!(info["shells"]["open"], 0);
+    // The box of a 10 mm cube at the origin and a cylinder of radius 5 mm beside it.
+    assert!((info["diagonal"].as_f64().unwrap() - 28.722_813).abs() < 1e-2, "{info}");
+    let people = text(&trimtess(&["info", CUBE]).stdout);
+    assert!(people.contains("8 plane") && people.contains("closed"), "{people}");
+}
+
+#[test]
+fn every_builtin_can_be_tessellated() {
+    let list = text(&trimtess(&["info", "builtin:list"]).stdout);
+    assert!(list.lines().count() > 0);
+    let mesh = folder("builtin").join("shape.stl");
+    for name in list.lines() {
+        let output = trimtess(&["tessellate", name, "-o", mesh.to_str().unwrap(), "--check", "--json"]);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output.stderr));
+        assert!(json(&output.stdout)["triangles"].as_u64().unwrap() > 0, "{name}");
+    }
+}
+
+/// A file that stops anywhere is read as far as it goes, or refused with a message; it never brings the program down.
+#[test]
+fn truncated_files_are_no_disaster() {
+    let folder = folder("truncated");
+    let whole = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(CUBE)).unwrap();
+    let (file, mesh) = (folder.join("cut.step"), folder.join("cut.ply"));
+    for tenths in 0..10 {
+        fs::write(&file, &whole[..whole.len() * tenths / 10]).unwrap();
+        let output = trimtess(&["tessellate", file.to_str().unwrap(), "-o", mesh.to_str().unwrap()]);
+        let stderr = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{tenths}: {:?} {stderr}", output.status);
+        assert!(!stderr.contains("internal error"), "{tenths}: {stderr}");
+        assert!(output.status.code() != Some(1) || stderr.contains("cut.step"), "{tenths}: {stderr}");
+    }
+}
+
+#[test]
+fn a_timeline_is_complete_json() {
+    let folder = folder("timeline");
+    let (mesh, trace) = (folder.join("cube.ply"), folder.join("trace.json"));
+    let output = trimtess(&[
+        "tessellate",
+        CUBE,
+        "-o",
+        mesh.to_str().unwrap(),
+        "--workers",
+        "2",
+        "--trace",
+        trace.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let events = json(&fs::read(&trace).unwrap());
+    let named = |name: &str| events.as_array().unwrap().iter().any(|e| e["name"] == name);
+    assert!(named("worker") && named("tile") && named("commit"), "{events}");
+}

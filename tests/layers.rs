@@ -1,0 +1,115 @@
+//! Sources -> wrong-way `use`s: the table of docs/architecture.md, enforced.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Folder of `src/`, and the folders it may name. Written in story order.
+const MAY_USE: [(&str, &[&str]); 9] = [
+    ("math", &[]),
+    ("model", &["math"]),
+    ("import", &["math", "model"]),
+    ("mesh", &["model"]),
+    ("prepare", &["math", "model", "mesh"]),
+    ("frame", &["math", "model", "mesh", "prepare"]),
+    ("parallel", &["model", "mesh", "prepare", "frame"]),
+    ("audit", &["math", "model", "mesh", "prepare", "frame"]),
+    ("out", &["model", "mesh"]),
+];
+
+/// Thread libraries, and the only folders that may name them: work stealing would move tiles away from the worker that
+/// caches them, and queues belong to the protocol of `parallel`.
+const CRATE_ONLY_IN: [(&str, &[&str]); 2] = [("rayon", &["import", "prepare"]), ("crossbeam", &["parallel"])];
+
+/// All `.rs` files under `dir`, sorted.
+fn sources(dir: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut open = vec![dir.to_path_buf()];
+    while let Some(dir) = open.pop() {
+        for entry in fs::read_dir(&dir).unwrap_or_else(|e| panic!("{}: {e}", dir.display())) {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+/// Code without comment lines: a layer may be spoken of anywhere.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+/// First words reached through `crate::x` or `crate::{x, y::z}`.
+fn named_layers(text: &str) -> impl Iterator<Item = &str> {
+    text.split("crate::").skip(1).flat_map(|rest| {
+        let grouped = rest.starts_with('{');
+        let end = rest.find(|c: char| if grouped { c == ';' } else { !c.is_alphanumeric() && c != '_' });
+        rest[..end.unwrap_or(rest.len())].split(|c: char| !c.is_alphanumeric() && c != '_')
+    })
+}
+
+/// Whether `text` names the crate `name` at the start of a path.
+fn names_crate(text: &str, name: &str) -> bool {
+    text.match_indices(name).any(|(at, _)| {
+        let before = text[..at].chars().next_back();
+        let after = &text[at + name.len()..];
+        before.is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != ':') && after.starts_with("::")
+    })
+}
+
+fn src() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+#[test]
+fn layers_point_one_way() {
+    let mut bad = Vec::new();
+    for (layer, allowed) in MAY_USE {
+        let forbidden: Vec<_> =
+            MAY_USE.iter().map(|(l, _)| *l).filter(|l| *l != layer && !allowed.contains(l)).collect();
+        for path in sources(&src().join(layer)) {
+            for word in named_layers(&code(&path)).filter(|word| forbidden.contains(word)) {
+                bad.push(format!("{} may not name `{word}`", path.display()));
+            }
+        }
+    }
+    assert!(bad.is_empty(), "{bad:#?}");
+}
+
+#[test]
+fn every_folder_of_src_is_in_the_table() {
+    for entry in fs::read_dir(src()).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        let known = name == "lib.rs" || name == "bin" || MAY_USE.iter().any(|(layer, _)| *layer == name);
+        assert!(known, "src/{name} has no row in MAY_USE");
+    }
+}
+
+#[test]
+fn thread_libraries_stay_in_their_folders() {
+    let mut bad = Vec::new();
+    for (layer, _) in MAY_USE {
+        for path in sources(&src().join(layer)) {
+            let text = code(&path);
+            for (name, _) in CRATE_ONLY_IN.iter().filter(|(name, at)| !at.contains(&layer) && names_crate(&text, name))
+            {
+                bad.push(format!("{} may not name the crate `{name}`", path.display()));
+            }
+        }
+    }
+    assert!(bad.is_empty(), "{bad:#?}");
+}
+
+#[test]
+fn the_scanner_sees_what_it_should() {
+    assert_eq!(named_layers("use crate::frame::plan; crate::out::open()").collect::<Vec<_>>(), ["frame", "out"]);
+    assert!(named_layers("use crate::{mesh::Batch, parallel};").any(|word| word == "parallel"));
+    assert!(names_crate("use rayon::prelude::*;", "rayon"));
+    assert!(!names_crate("fn crayon::x() { rayon }", "rayon"));
+}

@@ -1,0 +1,77 @@
+//! Model -> prepare -> plan -> tiles: closed solids give closed meshes at every tolerance.
+
+use glam::DVec3;
+use std::sync::Arc;
+use trimtess::frame::{Tolerance, plan};
+use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::model::{
+    Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Instance, Loop, Model, NurbsCurve3, Part, PartId, Shell, ShellKind,
+    Surface, VertexId,
+};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::{PrepareOptions, prepare};
+
+fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
+    Face { surface, loops, reversed, shell: 0, colour: None, name: String::new(), entity: 0 }
+}
+
+fn coedge(edge: u32, reversed: bool) -> Coedge {
+    Coedge { edge: EdgeId(edge), reversed, pcurve: None }
+}
+
+/// A closed cylinder about z of radius 5 and height 8; with or without a seam edge on its side.
+fn cylinder(seam: bool) -> Part {
+    let top = Frame3 { origin: DVec3::Z * 8.0, ..Frame3::WORLD };
+    let circle = |frame: &Frame3| NurbsCurve3::arc(frame, 5.0, 5.0, 0.0, std::f64::consts::TAU);
+    let edge = |curve: NurbsCurve3, start: u32, end: u32, kind| {
+        let range = curve.domain();
+        Edge { curve, range, start: VertexId(start), end: VertexId(end), kind, entity: 0 }
+    };
+    let vertices = vec![DVec3::new(5.0, 0.0, 0.0), DVec3::new(5.0, 0.0, 8.0)];
+    let edges = vec![
+        edge(circle(&Frame3::WORLD), 0, 0, CurveKind::Circle),
+        edge(circle(&top), 1, 1, CurveKind::Circle),
+        edge(NurbsCurve3::line(vertices[0], vertices[1]), 0, 1, CurveKind::Line),
+    ];
+    let side = if seam {
+        vec![Loop::Edges(vec![coedge(0, false), coedge(2, false), coedge(1, true), coedge(2, true)])]
+    } else {
+        vec![Loop::Edges(vec![coedge(0, false)]), Loop::Edges(vec![coedge(1, true)])]
+    };
+    let faces = vec![
+        face(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, side, false),
+        face(Surface::Plane { frame: Frame3::WORLD }, vec![Loop::Edges(vec![coedge(0, true)])], true),
+        face(Surface::Plane { frame: top }, vec![Loop::Edges(vec![coedge(1, false)])], false),
+    ];
+    Part { vertices, edges, faces, shells: vec![Shell { kind: ShellKind::Outer, entity: 0 }], ..Part::default() }
+}
+
+fn model(part: Part) -> Model {
+    let instance = Instance { part: PartId(0), transform: glam::DAffine3::IDENTITY, colour: None, name: String::new() };
+    Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
+}
+
+fn mesh(model: Model, chord: f64) -> MemorySink {
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
+    let mut sink = MemorySink::default();
+    let mut session = Session::start(prepared, &SessionOptions::DEFAULT.with_workers(1)).expect("threads");
+    let report = session.frame(&plan, &mut sink).expect("a frame");
+    assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+    sink
+}
+
+#[test]
+fn a_cylinder_is_closed_with_and_without_a_seam() {
+    for seam in [true, false] {
+        for chord in [1.0, 0.1, 0.01, 1e-4] {
+            let sink = mesh(model(cylinder(seam)), chord);
+            let facts = check_scene(&sink).total;
+            assert_eq!(facts.unbalanced_edges, 0, "seam {seam}, chord {chord}: {facts}");
+            let exact = std::f64::consts::PI * 25.0 * 8.0;
+            let slack = 4.0 * chord * std::f64::consts::TAU * 5.0 * 8.0;
+            assert!(facts.volume > exact - slack && facts.volume < exact, "volume {} of {exact}", facts.volume);
+        }
+    }
+}

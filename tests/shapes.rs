@@ -1,0 +1,61 @@
+//! Every named shape -> a mesh whose area, volume and closedness are those of its closed form, decade by decade.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+use trimtess::frame::{self, Tolerance};
+use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
+use trimtess::model::shapes;
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, prepare};
+
+/// Area and, for solids, volume.
+fn exact(name: &str) -> (Option<f64>, Option<f64>) {
+    let washer = (2.0 * PI * (100.0 - 36.0) + 2.0 * PI * 16.0 * 3.0, PI * (100.0 - 36.0) * 3.0);
+    let cylinder = (2.0 * PI * 25.0 + 2.0 * PI * 5.0 * 8.0, PI * 25.0 * 8.0);
+    match name {
+        "square" => (Some(400.0 - 36.0 * PI), None),
+        "box" => (Some(2.0 * (600.0 + 300.0 + 200.0)), Some(6000.0)),
+        "cylinder" => (Some(cylinder.0), Some(cylinder.1)),
+        "washer" => (Some(washer.0), Some(washer.1)),
+        "cone" => (Some(PI * 25.0 * (1.0 + 2.0_f64.sqrt())), Some(PI * 125.0 / 3.0)),
+        "sphere" => (Some(4.0 * PI * 25.0), Some(4.0 / 3.0 * PI * 125.0)),
+        "torus" => (Some(4.0 * PI * PI * 8.0 * 3.0), Some(2.0 * PI * PI * 8.0 * 9.0)),
+        "pair" => (Some(2.0 * washer.0 + cylinder.0), Some(2.0 * washer.1 + cylinder.1)),
+        _ => (None, None),
+    }
+}
+
+fn mesh(name: &str, chord: f64) -> MeshFacts {
+    let model = shapes::by_name(name).unwrap_or_else(|| panic!("no shape {name}"));
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    assert!(prepared.diagnostics.is_empty(), "{name}: {:?}", prepared.diagnostics);
+    let plan = frame::plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+    let mut sink = MemorySink::default();
+    let report = serial(&prepared, &plan, false, &mut sink).unwrap_or_else(|e| panic!("{name}: {e}"));
+    assert!(report.degraded.is_empty(), "{name} at {chord}: {:?}", report.degraded);
+    check_scene(&sink).total
+}
+
+#[test]
+fn meshes_have_the_area_and_volume_of_their_shape() {
+    for name in shapes::NAMES {
+        for chord in [0.1, 0.01, 0.001] {
+            let facts = mesh(name, chord);
+            assert!(facts.is_well_formed(), "{name} at {chord}: {facts}");
+            let (area, volume) = exact(name);
+            // A chord of c on a radius r takes about c/r of the area; the smallest radius here is 3.
+            let near = |got: f64, want: f64| (got / want - 1.0).abs() <= chord / 3.0 * 1.5 + 1e-12;
+            if let Some(area) = area {
+                assert!(near(facts.area, area), "{name} at {chord}: area {}, exact {area}", facts.area);
+            }
+            match volume {
+                Some(volume) => {
+                    assert!(facts.is_closed(), "{name} at {chord}: {facts}");
+                    assert_eq!(facts.negative_components, 0, "{name} at {chord}: {facts}");
+                    assert!(near(facts.volume, volume), "{name} at {chord}: volume {}, exact {volume}", facts.volume);
+                }
+                None => assert!(facts.unbalanced_edges > 0, "{name} is a sheet: {facts}"),
+            }
+        }
+    }
+}

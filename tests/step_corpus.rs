@@ -1,0 +1,144 @@
+//! Every STEP file of the corpus beside the checkout: face counts and units against what OpenCASCADE found, and the
+//! geometry against itself. Skipped, with a message, where the corpus is absent.
+#![cfg(feature = "step")]
+
+use std::path::{Path, PathBuf};
+use trimtess::import::step::{StepOptions, read_file};
+use trimtess::model::{Loop, Model, Part, Severity, Surface};
+
+/// Files where our count of faces is right and differs from OpenCASCADE's.
+const OTHER_COUNT: [(&str, usize, &str); 1] =
+    [("thor_art1_body.step", 280, "OpenCASCADE cuts some of the file's 280 faces into 284")];
+
+fn corpus() -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/corpus");
+    if path.join("reference.jsonl").exists() {
+        return Some(path);
+    }
+    println!("skipped: no corpus at {}", path.display());
+    None
+}
+
+/// The value of a key in one line of JSON, up to the next comma or bracket.
+fn value<'a>(line: &'a str, key: &str) -> Option<&'a str> {
+    let start = line.find(&format!("\"{key}\": "))? + key.len() + 4;
+    let rest = &line[start..];
+    Some(rest[..rest.find([',', '}']).unwrap_or(rest.len())].trim_matches(['"', '[', ']']))
+}
+
+fn files(reference: &str) -> impl Iterator<Item = (&str, &str)> {
+    reference
+        .lines()
+        .filter_map(|line| Some((value(line, "file")?, line)))
+        .filter(|(file, _)| Path::new(file).extension().is_some_and(|e| e == "stp" || e == "step"))
+}
+
+fn read(path: &Path) -> Model {
+    read_file(path, &StepOptions::default()).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+#[test]
+fn counts_and_units_agree_with_the_reference() {
+    let Some(corpus) = corpus() else { return };
+    let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for (file, facts) in files(&reference) {
+        let model = read(&corpus.join(file));
+        count += 1;
+        let unique: usize = model.parts.iter().map(|part| part.faces.len()).sum();
+        let placed: usize = model.instances.iter().map(|i| model.parts[i.part.index()].faces.len()).sum();
+        let number = |key| value(facts, key).and_then(|text| text.parse::<usize>().ok());
+        let expected = match OTHER_COUNT.iter().find(|(name, ..)| *name == file) {
+            Some((_, ours, _)) => (Some(*ours), Some(*ours)),
+            None => (number("faces"), number("unique_faces")),
+        };
+        if (Some(placed), Some(unique)) != expected {
+            wrong.push(format!("{file}: {placed} faces placed, {unique} unique, expected {expected:?}"));
+        }
+        let unit = match value(facts, "units_in_file").unwrap_or_default() {
+            "INCH" | "inch" => 25.4,
+            "FOOT" => 304.8,
+            "METRE" | "metre" => 1000.0,
+            "millimetre" => 1.0,
+            _ => model.millimetres_per_unit,
+        };
+        if (model.millimetres_per_unit - unit).abs() > 1e-12 * unit {
+            wrong.push(format!("{file}: {} mm per unit, expected {unit}", model.millimetres_per_unit));
+        }
+        for lost in model.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
+            wrong.push(format!("{file}: #{} {}", lost.entity, lost.reason));
+        }
+    }
+    assert_eq!(count, 39, "the corpus holds 39 STEP files");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+fn diagonal(part: &Part) -> f64 {
+    let points = part.edges.iter().flat_map(|edge| &edge.curve.points);
+    let (low, high) = points.fold((glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY), |(low, high), point| {
+        (low.min(*point), high.max(*point))
+    });
+    if low.x <= high.x { (high - low).length() } else { 1.0 }
+}
+
+#[test]
+fn edges_end_at_their_vertices_and_lie_on_their_surfaces() {
+    let Some(corpus) = corpus() else { return };
+    let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
+    let mut wrong = Vec::new();
+    for (file, _) in files(&reference) {
+        let model = read(&corpus.join(file));
+        let (mut worst_end, mut worst_side): ((f64, u64), (f64, u64)) = ((0.0, 0), (0.0, 0));
+        for part in &model.parts {
+            let size = diagonal(part);
+            for edge in &part.edges {
+                let (a, b) = edge.range;
+                let (from, to) = edge.curve.domain();
+                assert!(a < b && from <= a && b <= to, "{file} #{}: range {a} to {b}", edge.entity);
+                let gap = edge.curve.point(a).distance(part.vertices[edge.start.index()]);
+                let gap = gap.max(edge.curve.point(b).distance(part.vertices[edge.end.index()]));
+                if gap / size > worst_end.0 {
+                    worst_end = (gap / size, edge.entity);
+                }
+            }
+            for face in &part.faces {
+                for bound in &face.loops {
+                    let Loop::Edges(coedges) = bound else { continue };
+                    let ends = |i: usize| {
+                        let coedge = &coedges[i % coedges.len()];
+                        let edge = &part.edges[coedge.edge.index()];
+                        if coedge.reversed { (edge.end, edge.start) } else { (edge.start, edge.end) }
+                    };
+                    for i in 0..coedges.len() {
+                        assert_eq!(ends(i).1, ends(i + 1).0, "{file}: a loop of #{} is open", face.entity);
+                        let edge = &part.edges[coedges[i].edge.index()];
+                        if matches!(
+                            face.surface,
+                            Surface::Nurbs(_) | Surface::Extrusion { .. } | Surface::Revolution { .. }
+                        ) {
+                            continue;
+                        }
+                        for k in 0..=8 {
+                            let t = edge.range.0 + (edge.range.1 - edge.range.0) * f64::from(k) / 8.0;
+                            let p = edge.curve.point(t);
+                            let Some(uv) = face.surface.invert(p) else { continue };
+                            let off = face.surface.point(uv.x, uv.y).distance(p) / size;
+                            if off > worst_side.0 {
+                                worst_side = (off, face.entity);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        println!(
+            "{file}: vertices missed by {:.1e} of the diagonal (#{}), surfaces by {:.1e} (#{})",
+            worst_end.0, worst_end.1, worst_side.0, worst_side.1
+        );
+        if worst_end.0 > 1e-4 || worst_side.0 > 1e-3 {
+            wrong.push(file);
+        }
+    }
+    assert!(wrong.is_empty(), "inexact: {wrong:?}");
+}

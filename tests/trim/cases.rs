@@ -1,0 +1,464 @@
+//! Tiles with one difficulty each. Every tile is also run rotated and mirrored: eight tiles per case.
+
+use std::f64::consts::TAU;
+
+use glam::DVec2;
+use trimtess::frame::trim::{TrimError, TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
+
+use crate::checker::{Tile, check, check_cover};
+
+fn polygon(points: &[(f64, f64)]) -> Vec<DVec2> {
+    points.iter().map(|&(x, y)| DVec2::new(x, y)).collect()
+}
+
+/// A regular polygon, clockwise (a hole) if `turns` is -1.
+fn round(centre: (f64, f64), radius: f64, count: u32, turns: f64) -> Vec<DVec2> {
+    let point = |k| DVec2::from_angle(turns * TAU * f64::from(k) / f64::from(count)) * radius;
+    (0..count).map(|k| DVec2::new(centre.0, centre.1) + point(k)).collect()
+}
+
+/// An axis-parallel rectangle as a hole.
+fn rectangle(low: (f64, f64), high: (f64, f64)) -> Vec<DVec2> {
+    polygon(&[low, (low.0, high.1), high, (high.0, low.1)])
+}
+
+fn reversed(mut points: Vec<DVec2>) -> Vec<DVec2> {
+    points.reverse();
+    points
+}
+
+/// The tile's border, `steps` segments per side, counter-clockwise.
+pub(crate) fn border(cells: (u32, u32), steps: u32) -> Vec<DVec2> {
+    let (w, h) = (f64::from(cells.0), f64::from(cells.1));
+    let corners = [DVec2::ZERO, DVec2::new(w, 0.0), DVec2::new(w, h), DVec2::new(0.0, h)];
+    let side = |k: usize| {
+        let (a, b) = (corners[k], corners[(k + 1) % 4]);
+        (0..steps).map(move |s| a + (b - a) * (f64::from(s) / f64::from(steps)))
+    };
+    (0..4).flat_map(side).collect()
+}
+
+/// The tile turned by 90 degrees.
+fn rotated(tile: &Tile) -> Tile {
+    let height = f64::from(tile.cells.1);
+    Tile {
+        cells: (tile.cells.1, tile.cells.0),
+        points: tile.points.iter().map(|p| DVec2::new(height - p.y, p.x)).collect(),
+        loop_starts: tile.loop_starts.clone(),
+    }
+}
+
+/// The tile with left and right exchanged, loops reversed so that they keep the same side.
+fn mirrored(tile: &Tile) -> Tile {
+    let width = f64::from(tile.cells.0);
+    let loops: Vec<Vec<DVec2>> = tile
+        .loop_starts
+        .windows(2)
+        .map(|w| &tile.points[w[0] as usize..w[1] as usize])
+        .map(|l| l.iter().rev().map(|p| DVec2::new(width - p.x, p.y)).collect())
+        .collect();
+    Tile::new(tile.cells, &loops)
+}
+
+fn images(tile: &Tile) -> Vec<Tile> {
+    let mut images = vec![tile.clone(), mirrored(tile)];
+    for k in 0..6 {
+        images.push(rotated(&images[k]));
+    }
+    images
+}
+
+/// Runs the tile and its images, and the reference, through the exact checker. The result is that of the tile itself.
+fn run(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
+    let tile = Tile::new(cells, loops);
+    let mut first = None;
+    for tile in images(&tile) {
+        let (mut out, mut plain) = (TrimOutput::default(), TrimOutput::default());
+        let outcome = trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
+        reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
+        for result in [&out, &plain] {
+            if let Err(fault) = check(&tile.input(), result, true) {
+                panic!("{fault}\n{:?}\n{tile:?}", result.stats);
+            }
+            assert!(!matches!(result.stats.outcome, TrimOutcome::Repaired { .. }), "{:?}", result.stats);
+        }
+        assert_eq!(outcome, out.stats.outcome);
+        first.get_or_insert(out);
+    }
+    first.expect("there are images")
+}
+
+/// Runs loops that are not simple. The result is that of the tile itself.
+fn run_repaired(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
+    let tile = Tile::new(cells, loops);
+    let mut first = None;
+    for tile in images(&tile) {
+        let mut out = TrimOutput::default();
+        let outcome = trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
+        assert!(matches!(outcome, TrimOutcome::Repaired { .. }), "{outcome:?}");
+        if let Err(fault) = check(&tile.input(), &out, false).and_then(|_| check_cover(&tile.input(), &out)) {
+            panic!("{fault}\n{:?}\n{tile:?}", out.stats);
+        }
+        first.get_or_insert(out);
+    }
+    first.expect("there are images")
+}
+
+fn in_border(cells: (u32, u32), steps: u32, hole: Vec<DVec2>) -> TrimOutput {
+    run(cells, &[border(cells, steps), hole])
+}
+
+// -- the degenerate cases of the cell scheme
+
+#[test]
+fn case_01_tessellant_on_a_line_or_a_corner() {
+    in_border((5, 5), 5, polygon(&[(2.0, 1.5), (1.5, 2.4), (2.6, 2.7)]));
+    in_border((5, 5), 5, polygon(&[(2.0, 2.0), (1.6, 2.7), (2.8, 2.5)]));
+    in_border((5, 5), 5, polygon(&[(2.0, 1.0), (1.0, 3.0), (3.0, 4.0), (4.0, 2.0)]));
+}
+
+#[test]
+fn case_02_segments_along_a_line() {
+    in_border((6, 6), 6, rectangle((2.0, 2.0), (4.0, 4.0)));
+    in_border((6, 6), 3, rectangle((1.5, 2.0), (3.25, 4.0)));
+    in_border(
+        (6, 6),
+        4,
+        polygon(&[(1.0, 2.0), (1.3, 3.5), (4.7, 3.5), (4.0, 2.0), (3.25, 2.0), (2.0, 2.0), (1.5, 2.0)]),
+    );
+}
+
+#[test]
+fn case_03_segments_through_corners() {
+    in_border((6, 6), 6, polygon(&[(1.5, 3.0), (3.0, 4.5), (4.5, 3.0), (3.0, 1.5)]));
+    in_border((6, 6), 2, polygon(&[(0.5, 0.5), (1.0, 5.5), (5.5, 5.5)]));
+}
+
+#[test]
+fn case_04_segments_over_many_cells() {
+    in_border((9, 7), 1, polygon(&[(0.3, 0.4), (8.4, 6.3), (8.7, 5.9)]));
+    in_border((9, 7), 1, polygon(&[(1.2, 3.1), (7.7, 3.9), (1.3, 3.3), (7.5, 4.6), (8.2, 3.8)]));
+}
+
+#[test]
+fn case_05_several_passes_in_a_cell() {
+    let comb = polygon(&[
+        (1.1, 0.5),
+        (1.1, 4.5),
+        (1.9, 4.5),
+        (1.9, 0.5),
+        (1.7, 0.5),
+        (1.7, 4.2),
+        (1.5, 4.2),
+        (1.5, 0.6),
+        (1.3, 0.6),
+        (1.3, 4.3),
+        (1.2, 4.3),
+        (1.2, 0.5),
+    ]);
+    in_border((3, 5), 5, comb);
+    let cells = (3, 3);
+    run(cells, &[border(cells, 3), rectangle((0.4, 1.2), (2.7, 1.4)), rectangle((0.5, 1.5), (2.6, 1.6))]);
+}
+
+#[test]
+fn case_06_in_and_out_through_one_edge() {
+    in_border((4, 4), 4, polygon(&[(1.5, 0.6), (1.2, 2.05), (1.8, 2.1)]));
+    in_border((4, 4), 4, polygon(&[(1.2, 1.7), (1.5, 2.001), (1.8, 1.7)]));
+}
+
+#[test]
+fn case_07_loops_inside_one_cell() {
+    for cells in [(1, 1), (4, 4)] {
+        let (hole, island) = (round((0.5, 0.5), 0.3, 12, -1.0), round((0.5, 0.5), 0.2, 9, 1.0));
+        let pit = round((0.5, 0.5), 0.1, 5, -1.0);
+        run(cells, &[border(cells, 3), hole.clone()]);
+        run(cells, &[border(cells, 3), hole.clone(), island.clone()]);
+        run(cells, &[border(cells, 3), hole, island, pit]);
+    }
+    run((4, 4), &[border((4, 4), 4), round((2.5, 2.5), 0.3, 12, -1.0)]);
+    run((4, 4), &[round((2.5, 2.5), 0.3, 12, 1.0)]);
+}
+
+#[test]
+fn case_08_pseudo_active_cells() {
+    // The thin hole passes the corners of cells without a tessellant or a kept corner of theirs.
+    in_border((5, 5), 5, polygon(&[(0.5, 0.9), (0.9, 1.3), (4.3, 4.7), (4.7, 4.3), (1.3, 0.9)]));
+}
+
+#[test]
+fn case_09_ends_on_the_border() {
+    // From border to border, from a patch corner, and touching the border with one tessellant.
+    run((4, 3), &[polygon(&[(0.0, 0.0), (2.5, 0.0), (2.2, 1.4), (1.6, 3.0), (0.0, 3.0)])]);
+    run((4, 3), &[polygon(&[(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)])]);
+    run((4, 4), &[polygon(&[(2.0, 0.0), (4.0, 2.0), (2.0, 4.0), (0.0, 2.0)])]);
+    run((4, 4), &[polygon(&[(0.5, 0.0), (1.5, 1.5), (2.2, 0.0), (3.2, 1.6), (2.0, 3.9), (0.1, 2.0)])]);
+}
+
+#[test]
+fn case_10_cusps() {
+    in_border((3, 3), 3, polygon(&[(0.4, 0.5), (2.5, 1.5 + 1e-9), (2.5, 1.5)]));
+    in_border((3, 3), 3, polygon(&[(1.5 + 1e-7, 1.5), (2.6, 0.6), (0.4, 0.5), (1.5, 1.5)]));
+}
+
+#[test]
+fn case_11_snapped_polygons_that_are_not_simple() {
+    // Two walls of a narrow gap run along each other: the nearer ends change sides.
+    in_border((6, 4), 1, polygon(&[(0.5, 1.95), (0.5, 3.0), (5.5, 3.05), (5.4, 1.9), (5.3, 2.95), (0.7, 2.9)]));
+    in_border((6, 4), 1, polygon(&[(0.6, 0.9), (5.2, 3.1), (5.3, 3.05), (0.7, 0.8)]));
+}
+
+#[test]
+fn case_12_merged_polygons_with_holes() {
+    let mut loops = vec![border((4, 4), 4), polygon(&[(0.5, 0.5), (0.5, 3.5), (3.5, 3.5), (3.5, 0.5)])];
+    loops.push(reversed(polygon(&[(0.6, 0.6), (0.6, 3.4), (3.4, 3.4), (3.4, 0.6)])));
+    loops.push(round((2.02, 2.01), 0.05, 6, -1.0));
+    run((4, 4), &loops);
+}
+
+#[test]
+fn case_13_segments_with_common_ends_and_crossings() {
+    // Zigzags whose segments cross each lattice line within rounding of each other.
+    let mut zigzag = Vec::new();
+    for k in 0..7 {
+        let shift = 1e-12 * f64::from(k);
+        zigzag.extend([DVec2::new(1.2 + shift, 2.5), DVec2::new(1.5 + shift, 0.5)]);
+    }
+    zigzag.extend(polygon(&[(2.5, 1.5), (1.3, 2.9)]));
+    in_border((4, 4), 4, reversed(zigzag));
+    in_border((4, 4), 4, polygon(&[(1.5, 0.5), (1.2, 2.5), (1.5, 0.5 + 1e-12), (1.8, 2.5)]));
+}
+
+#[test]
+fn case_14_trim_in_a_border_cell() {
+    in_border((4, 4), 7, round((0.5, 0.5), 0.45, 16, -1.0));
+    in_border((4, 4), 9, polygon(&[(0.1, 0.2), (0.2, 3.8), (0.9, 3.9), (0.3, 0.1)]));
+}
+
+#[test]
+fn case_15_all_corners_trimmed() {
+    // A kept strip runs through the middle of a row of cells.
+    run((5, 3), &[polygon(&[(0.2, 1.3), (4.8, 1.4), (4.8, 1.6), (0.2, 1.7)])]);
+    run(
+        (5, 5),
+        &[polygon(&[(2.5, 0.4), (2.6, 2.4), (4.6, 2.5), (2.6, 2.6), (2.5, 4.6), (2.4, 2.6), (0.4, 2.5), (2.4, 2.4)])],
+    );
+}
+
+#[test]
+fn case_16_loops_that_touch() {
+    // At a tessellant of both: nothing is split.
+    let (left, right) =
+        (polygon(&[(1.0, 1.0), (1.2, 2.8), (2.5, 2.0)]), polygon(&[(2.5, 2.0), (3.8, 2.8), (3.9, 1.2)]));
+    run((5, 4), &[border((5, 4), 5), left.clone(), right.clone()]);
+    run((1, 1), &[border((5, 4), 5), left, right].map(|l| l.iter().map(|p| *p / DVec2::new(5.0, 4.0)).collect()));
+    // In the middle of a segment: the segment has to end there.
+    let out = run_repaired(
+        (4, 4),
+        &[border((4, 4), 4), rectangle((1.0, 1.0), (2.0, 3.0)), polygon(&[(2.0, 2.0), (3.0, 3.0), (3.0, 1.0)])],
+    );
+    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 1, unused: 0 });
+    assert!(out.extra_points.is_empty());
+}
+
+#[test]
+fn case_17_poles_and_seams() {
+    // A pole is a border side with as many tessellants as the other side needs; a seam has equal ones on both sides.
+    let mut outer = border((6, 3), 1);
+    outer.splice(1..1, (1..40).map(|k| DVec2::new(6.0, 3.0 * f64::from(k) / 40.0)).map(|p| DVec2::new(p.y * 2.0, 0.0)));
+    run((6, 3), &[outer]);
+}
+
+#[test]
+fn case_18_one_row_or_one_cell() {
+    for cells in [(1, 1), (1, 6), (6, 1)] {
+        for steps in [1, 2, 5, 30] {
+            run(cells, &[border(cells, steps)]);
+            run(cells, &[border(cells, steps), round((0.5, 0.5), 0.4, 20, -1.0)]);
+        }
+    }
+    run((6, 1), &[border((6, 1), 2), rectangle((0.3, 0.2), (5.6, 0.7))]);
+}
+
+// -- repeated points and slits
+
+#[test]
+fn repeated_points_vanish() {
+    let mut hole = round((2.0, 2.0), 1.1, 9, -1.0);
+    let twice: Vec<DVec2> = hole.iter().flat_map(|&p| [p, p]).collect();
+    let (plain, doubled) = (in_border((4, 4), 4, hole.clone()), in_border((4, 4), 4, twice));
+    assert_eq!(plain.triangles.len(), doubled.triangles.len());
+    hole.push(hole[0]);
+    assert_eq!(in_border((4, 4), 4, hole).triangles.len(), plain.triangles.len());
+    let point = vec![DVec2::new(1.7, 1.9); 3];
+    let out = run((4, 4), &[border((4, 4), 4), point]);
+    assert_eq!(out.stats.outcome, TrimOutcome::Certified);
+}
+
+#[test]
+fn collinear_runs_along_the_border() {
+    for cells in [(1, 1), (3, 2)] {
+        run(cells, &[border(cells, 17)]);
+        let (w, h) = (f64::from(cells.0), f64::from(cells.1));
+        run(
+            cells,
+            &[polygon(&[(0.0, 0.0), (0.1 * w, 0.0), (0.11 * w, 0.0), (0.9 * w, 0.0), (w, 0.0), (w, h), (0.5 * w, h)])],
+        );
+    }
+}
+
+/// The border with a slit from (x, 0) to the point and back.
+fn border_with_slit(cells: (u32, u32), x: f64, tip: (f64, f64)) -> Vec<DVec2> {
+    let mut outer = border(cells, 1);
+    outer.splice(1..1, polygon(&[(x, 0.0), tip, (x, 0.0)]));
+    outer
+}
+
+#[test]
+fn slits_keep_both_sides() {
+    for cells in [(1, 1), (3, 4)] {
+        let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
+        let tip = size * DVec2::new(0.45, 0.7);
+        let out = run(cells, &[border_with_slit(cells, 0.4 * size.x, (tip.x, tip.y))]);
+        // Left of the way in the slit's root is point 1, left of the way back it is point 3.
+        for edge in [[1, 2], [2, 3]] {
+            let used = out.triangles.iter().any(|t| (0..3).any(|k| [t[k], t[(k + 1) % 3]] == edge));
+            assert!(used, "{edge:?} in {cells:?}");
+        }
+    }
+}
+
+#[test]
+fn slit_of_several_segments() {
+    let way: Vec<DVec2> = (0..=10).map(|k| DVec2::new(1.4 + 0.05 * f64::from(k), 0.3 * f64::from(k))).collect();
+    let mut outer = border((4, 4), 4);
+    let back: Vec<DVec2> = way.iter().rev().skip(1).copied().collect();
+    let at = outer.iter().position(|p| p.x > 1.4).expect("the border reaches the slit");
+    outer.splice(at..at, way.into_iter().chain(back));
+    run((4, 4), &[outer]);
+}
+
+#[test]
+fn slit_as_a_loop_of_two() {
+    run((1, 1), &[border((1, 1), 2), polygon(&[(0.3, 0.4), (0.6, 0.7)])]);
+    run((4, 4), &[border((4, 4), 2), polygon(&[(0.7, 0.9), (3.3, 2.6)])]);
+}
+
+#[test]
+fn hole_joined_to_the_border_by_a_bridge() {
+    for cells in [(1, 1), (5, 5)] {
+        let scale = f64::from(cells.0);
+        let mut outer = border(cells, 1);
+        let mut key = vec![DVec2::new(0.5, 0.0)];
+        let hole = round((0.5, 0.5), 0.25, 12, -1.0);
+        // From the hole's lowest point around and back to it.
+        key.extend((0..=12).map(|k| hole[(3 + k) % 12]));
+        key.push(DVec2::new(0.5, 0.0));
+        outer.splice(1..1, key.iter().map(|p| *p * scale));
+        run(cells, &[outer]);
+    }
+}
+
+#[test]
+fn loops_that_touch_at_tessellants() {
+    for (cells, scale) in [((1, 1), 0.2), ((5, 5), 1.0)] {
+        let scaled = |points: &[(f64, f64)]| -> Vec<DVec2> { polygon(points).iter().map(|p| *p * scale).collect() };
+        let outer = || -> Vec<DVec2> { border((5, 5), 5).iter().map(|p| *p * scale).collect() };
+        // A hole that touches the border at a border tessellant.
+        run(cells, &[outer(), scaled(&[(2.0, 0.0), (1.5, 1.5), (2.5, 1.6)])]);
+        // Two holes in a ring: the region between them hangs together at two points only.
+        run(
+            cells,
+            &[
+                outer(),
+                scaled(&[(1.0, 2.0), (2.5, 4.0), (4.0, 2.0), (2.5, 3.0)]),
+                scaled(&[(1.0, 2.0), (2.5, 1.5), (4.0, 2.0), (2.5, 1.0)]),
+            ],
+        );
+        // One loop that touches itself.
+        run(cells, &[outer(), scaled(&[(2.5, 2.5), (1.0, 2.0), (1.0, 3.0), (2.5, 2.5), (4.0, 3.0), (4.0, 2.0)])]);
+    }
+}
+
+// -- loops that are not simple
+
+#[test]
+fn crossing_loops_are_split_where_they_meet() {
+    let out = run_repaired(
+        (4, 4),
+        &[border((4, 4), 4), rectangle((0.7, 0.7), (2.3, 2.3)), rectangle((1.7, 1.6), (3.3, 3.2))],
+    );
+    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 4, unused: 4 });
+    assert_eq!(out.extra_points.len(), 2);
+}
+
+#[test]
+fn figure_of_eight_keeps_its_left_lobe() {
+    let out = run_repaired((3, 3), &[polygon(&[(0.5, 0.5), (2.5, 2.5), (2.5, 0.5), (0.5, 2.5)])]);
+    assert_eq!(out.extra_points.len(), 1);
+    assert!(!out.triangles.is_empty());
+}
+
+#[test]
+fn overlapping_loops_cancel_or_add() {
+    // A hole that leaves through the border's side, along it, and the same loop twice.
+    run_repaired((3, 3), &[border((3, 3), 1), rectangle((1.0, 0.0), (2.0, 1.5))]);
+    run_repaired((3, 3), &[border((3, 3), 3), border((3, 3), 3)]);
+    run_repaired((3, 3), &[border((3, 3), 3), reversed(border((3, 3), 3))]);
+    run_repaired((1, 1), &[border((1, 1), 3), reversed(border((1, 1), 2))]);
+}
+
+#[test]
+fn loops_that_run_the_wrong_way_keep_nothing() {
+    let out = run_repaired((3, 3), &[reversed(border((3, 3), 2))]);
+    assert!(out.triangles.is_empty() && out.full_cells.is_empty());
+    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 0, unused: 8 });
+}
+
+// -- the contract
+
+#[test]
+fn nothing_in_nothing_out() {
+    let mut out = TrimOutput::default();
+    for loop_starts in [&[0][..], &[0, 0, 0][..]] {
+        let input = TrimInput { cells: (3, 2), points: &[], loop_starts };
+        let outcome = trim_tile(&input, &mut TrimScratch::default(), &mut out);
+        assert_eq!(outcome, Ok(TrimOutcome::Certified));
+        assert!(out.triangles.is_empty() && out.full_cells.is_empty());
+    }
+}
+
+#[test]
+fn input_outside_the_contract_is_refused() {
+    let square = border((2, 2), 1);
+    let refuse = |cells, points: &[DVec2], loop_starts: &[u32]| {
+        let input = TrimInput { cells, points, loop_starts };
+        trim_tile(&input, &mut TrimScratch::default(), &mut TrimOutput::default()).expect_err("refused")
+    };
+    for bad in [f64::NAN, f64::INFINITY, -1e-9, 2.0 + 1e-9] {
+        let mut points = square.clone();
+        points[2].y = bad;
+        assert!(matches!(refuse((2, 2), &points, &[0, 4]), TrimError::PointOutside { index: 2, .. }));
+    }
+    assert_eq!(refuse((2, 2), &square, &[0, 3]), TrimError::LoopStarts { index: 2 });
+    assert_eq!(refuse((2, 2), &square, &[]), TrimError::LoopStarts { index: 0 });
+    assert_eq!(refuse((2, 2), &square, &[1, 4]), TrimError::LoopStarts { index: 0 });
+    assert_eq!(refuse((2, 2), &square, &[0, 3, 2, 4]), TrimError::LoopStarts { index: 2 });
+    for cells in [(0, 2), (2, 0), (70_000, 2)] {
+        assert_eq!(refuse(cells, &[], &[0]), TrimError::Size { points: 0, cells });
+    }
+}
+
+#[test]
+fn scratch_forgets() {
+    let small = Tile::new((3, 3), &[border((3, 3), 3), round((1.5, 1.5), 0.8, 9, -1.0)]);
+    let large = Tile::new((40, 40), &[border((40, 40), 40), round((20.0, 20.0), 15.0, 90, -1.0)]);
+    let mut used = TrimScratch::default();
+    let (mut fresh_out, mut used_out) = (TrimOutput::default(), TrimOutput::default());
+    trim_tile(&small.input(), &mut TrimScratch::default(), &mut fresh_out).expect("valid input");
+    trim_tile(&large.input(), &mut used, &mut used_out).expect("valid input");
+    trim_tile(&small.input(), &mut used, &mut used_out).expect("valid input");
+    assert_eq!(fresh_out.triangles, used_out.triangles);
+    assert_eq!(fresh_out.full_cells, used_out.full_cells);
+    assert_eq!(fresh_out.stats, used_out.stats);
+}
