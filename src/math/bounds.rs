@@ -35,6 +35,9 @@ const PRODUCT: f64 = 1e-14;
 #[must_use]
 pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBounds {
     let points_v = control.len() / points_u;
+    if !rational {
+        return polynomial_bounds(points_u, points_v, control);
+    }
     // Derivatives do not see a translation, but cancellation does.
     let corner = |k: usize| control[k].truncate() / control[k].w;
     let last = control.len() - 1;
@@ -44,16 +47,43 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
     let product = |i: usize, j: usize| weight(i, 0) * (weight(0, j) / weight(0, 0));
     let is_product =
         (1..points_u).all(|i| (1..points_v).all(|j| (weight(i, j) - product(i, j)).abs() <= PRODUCT * weight(i, j)));
-    if !rational {
-        let one = Poly::row([1.0].into_iter());
-        separable_bounds(&p, &one, &one)
-    } else if is_product {
+    if is_product {
         let a = Poly::row((0..points_u).map(|i| weight(i, 0))).transposed();
         let b = Poly::row((0..points_v).map(|j| weight(0, j) / weight(0, 0)));
         separable_bounds(&p, &a, &b)
     } else {
         general_bounds(&p, &Poly::scaled_scalar(points_u, points_v, control.iter().map(|c| c.w)))
     }
+}
+
+/// The convex hulls of the derivative nets.
+fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> NetBounds {
+    let at = |i: usize, j: usize| control[i * points_v + j].truncate();
+    let (p, q) = ((points_u - 1) as f64, (points_v - 1) as f64);
+    let mut most = [0.0_f64; 5];
+    let mut see = |kind: usize, v: DVec3| most[kind] = most[kind].max(v.length_squared());
+    for i in 0..points_u {
+        for j in 0..points_v {
+            let (more_u, more_v) = (i + 1 < points_u, j + 1 < points_v);
+            if more_u {
+                see(0, at(i + 1, j) - at(i, j));
+            }
+            if more_v {
+                see(1, at(i, j + 1) - at(i, j));
+            }
+            if i + 2 < points_u {
+                see(2, at(i + 2, j) - at(i + 1, j) - (at(i + 1, j) - at(i, j)));
+            }
+            if more_u && more_v {
+                see(3, at(i + 1, j + 1) - at(i + 1, j) - (at(i, j + 1) - at(i, j)));
+            }
+            if j + 2 < points_v {
+                see(4, at(i, j + 2) - at(i, j + 1) - (at(i, j + 1) - at(i, j)));
+            }
+        }
+    }
+    let [du, dv, duu, duv, dvv] = most.map(f64::sqrt);
+    NetBounds { du: p * du, dv: q * dv, duu: p * (p - 1.0) * duu, duv: p * q * duv, dvv: q * (q - 1.0) * dvv }
 }
 
 /// Bounds of `P / (A(u) B(v))`.
