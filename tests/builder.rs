@@ -3,18 +3,16 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use trimtess::model::{
-    CurveKind, Edge, EdgeId, Face, Frame3, Loop, ModelBuilder, ModelError, NurbsCurve3, NurbsSurface, Part,
-    PartBuilder, PartError, PartId, ShellKind, SplineError, Surface, SurfaceError, VertexId,
+    CurveKind, Edge, EdgeId, Frame3, Loop, ModelBuilder, ModelError, NurbsCurve3, NurbsSurface, Part, PartBuilder,
+    PartError, PartId, ShellKind, SplineError, Surface, SurfaceError, VertexId,
 };
 
 /// A unit square in the plane.
 fn square() -> PartBuilder {
     let mut part = PartBuilder::new("square");
-    let vertices = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| part.vertex(DVec3::new(x, y, 0.0)));
-    let edges: Vec<EdgeId> = (0..4).map(|k| part.line(vertices[k], vertices[(k + 1) % 4])).collect();
-    let shell = part.open_shell(ShellKind::Open);
-    let outer = edges.into_iter().map(EdgeId::along).collect();
-    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![outer]);
+    let outer = part.polygon(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0)));
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(outer)], false);
     part
 }
 
@@ -204,17 +202,9 @@ fn models_are_refused_with_numbers() {
 #[test]
 fn a_bounded_surface_may_be_kept_whole() {
     let mut part = PartBuilder::new("ball");
-    let shell = part.open_shell(ShellKind::Outer);
+    let shell = part.plain_shell(ShellKind::Outer);
     let surface = Surface::Sphere { frame: Frame3::WORLD, radius: 2.0 };
-    part.face(Face {
-        surface,
-        loops: Vec::new(),
-        reversed: false,
-        shell,
-        colour: None,
-        name: "skin".into(),
-        entity: 0,
-    });
+    part.plain_face(surface, shell, Vec::new(), false);
     part.colour([1.0, 0.0, 0.0, 1.0]);
     let part = part.finish().unwrap();
     assert_eq!((part.faces.len(), part.colour), (1, Some([1.0, 0.0, 0.0, 1.0])));

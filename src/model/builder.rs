@@ -10,12 +10,12 @@ use std::f64::consts::TAU;
 /// Collects vertices, edges, shells and faces of one part; [`finish`](Self::finish) checks them.
 ///
 /// ```
-/// use trimtess::model::{Frame3, PartBuilder, ShellKind, Surface};
+/// use trimtess::model::{Frame3, Loop, PartBuilder, ShellKind, Surface};
 ///
 /// let mut disk = PartBuilder::new("disk");
 /// let rim = disk.circle(&Frame3::WORLD, 5.0);
-/// let shell = disk.open_shell(ShellKind::Open);
-/// disk.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![vec![rim.along()]]);
+/// let shell = disk.plain_shell(ShellKind::Open);
+/// disk.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![rim.along()])], false);
 /// let part = disk.finish()?;
 /// assert_eq!((part.edges.len(), part.faces.len()), (1, 1));
 /// # Ok::<(), trimtess::model::PartError>(())
@@ -64,6 +64,13 @@ impl PartBuilder {
         self.curve(NurbsCurve3::line(a, b), CurveKind::Line, start, end)
     }
 
+    /// Adds straight edges from corner to corner and back to the first, with new vertices; they are a loop as they stand.
+    pub fn polygon(&mut self, corners: &[DVec3]) -> Vec<Coedge> {
+        let vertices: Vec<VertexId> = corners.iter().map(|&corner| self.vertex(corner)).collect();
+        let next = |k: usize| vertices[(k + 1) % vertices.len()];
+        (0..vertices.len()).map(|k| self.line(vertices[k], next(k)).along()).collect()
+    }
+
     /// Adds a whole circle about the frame's z, with a new vertex on the frame's x axis.
     pub fn circle(&mut self, frame: &Frame3, radius: f64) -> EdgeId {
         let vertex = self.vertex(frame.place(DVec3::X * radius));
@@ -77,7 +84,7 @@ impl PartBuilder {
     }
 
     /// Adds a shell that comes from no file.
-    pub fn open_shell(&mut self, kind: ShellKind) -> u32 {
+    pub fn plain_shell(&mut self, kind: ShellKind) -> u32 {
         self.shell(Shell { kind, entity: 0 })
     }
 
@@ -87,10 +94,15 @@ impl PartBuilder {
         FaceId::new(self.part.faces.len() - 1)
     }
 
-    /// Adds a face with the normal of its surface, without colour and name, bounded by edges.
-    pub fn plain_face(&mut self, surface: Surface, shell: u32, loops: Vec<Vec<Coedge>>) -> FaceId {
-        let loops = loops.into_iter().map(Loop::Edges).collect();
-        self.face(Face { surface, loops, reversed: false, shell, colour: None, name: String::new(), entity: 0 })
+    /// Adds a face without colour and name; `reversed` if its outward normal is opposite to the surface's.
+    pub fn plain_face(&mut self, surface: Surface, shell: u32, loops: Vec<Loop>, reversed: bool) -> FaceId {
+        self.face(Face { surface, loops, reversed, shell, colour: None, name: String::new(), entity: 0 })
+    }
+
+    /// What has been added so far.
+    #[must_use]
+    pub fn part(&self) -> &Part {
+        &self.part
     }
 
     /// The part, if it is sound.

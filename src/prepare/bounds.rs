@@ -71,9 +71,9 @@ impl SurfaceBounds {
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
         let (count_u, count_v) = patches.counts();
-        let costly = patches.rational && patches.degree_u.min(patches.degree_v) > 1;
-        let parts_u = parts(patches.degree_u, count_u, costly);
-        let parts_v = parts(patches.degree_v, count_v, costly);
+        let cost = if patches.rational { (patches.degree_u + 1) * (patches.degree_v + 1) } else { 1 };
+        let parts_u = parts(patches.degree_u, count_u, cost);
+        let parts_v = parts(patches.degree_v, count_v, cost);
         let breaks_u = subdivided(&patches.breaks_u, parts_u);
         let breaks_v = subdivided(&patches.breaks_v, parts_v);
         let size = patches.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
@@ -125,7 +125,7 @@ impl CurveBounds {
     /// Bounds of all segments, in 1 (degree 1) or up to 4 strips each.
     #[must_use]
     pub fn new(spline: &BezierSpline3) -> Self {
-        let parts = parts(spline.degree, spline.segments(), false);
+        let parts = parts(spline.degree, spline.segments(), 1);
         let breaks = subdivided(&spline.breaks, parts);
         let size = spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
         let mut net = Vec::with_capacity(spline.degree + 1);
@@ -149,12 +149,13 @@ impl CurveBounds {
     }
 }
 
-/// Sub-boxes per piece: more on few pieces, since tables are for views in which one piece fills the screen.
-fn parts(degree: usize, pieces: usize, costly: bool) -> usize {
-    match (degree, pieces) {
-        (1, _) => 1,
-        (_, 0..=16) if !costly => 4,
-        (_, 0..=64) => 2,
+/// Sub-boxes per piece: more on few pieces, since tables are for views in which one piece fills the screen; fewer where a
+/// rational net has `cost` control points and a box takes their square.
+fn parts(degree: usize, pieces: usize, cost: usize) -> usize {
+    match (degree, pieces, cost) {
+        (1, ..) => 1,
+        (_, 0..=16, 0..=6) => 4,
+        (_, 0..=64, 0..=20) => 2,
         _ => 1,
     }
 }
