@@ -105,7 +105,7 @@ fn vertex(index: u32) -> FixedVertexHandle {
 }
 
 /// Makes every part an edge, splits parts that pass through vertices, and returns the crossings as (part, the constraint
-/// edges it would cross). With `give_up`, parts that cross are removed instead.
+/// edges it would cross). With `give_up`, parts that cross are left without an edge instead.
 fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(Part, Vec<[u32; 2]>)> {
     let mut conflicts = Vec::new();
     let mut done = Vec::with_capacity(parts.len());
@@ -113,14 +113,11 @@ fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(
         let [a, b] = part.ends.map(vertex);
         let chain = cdt.try_add_constraint(a, b);
         if chain.is_empty() {
+            done.push(part);
             if !give_up {
                 let crossed = cdt.get_conflicting_edges_between_vertices(a, b);
-                let ends = |e: FixedDirectedEdgeHandle| {
-                    let e = cdt.directed_edge(e);
-                    [e.from().index() as u32, e.to().index() as u32]
-                };
-                conflicts.push((part, crossed.map(|e| ends(e.fix())).collect()));
-                done.push(part);
+                let ends = crossed.map(|e| [e.from().index() as u32, e.to().index() as u32]).collect();
+                conflicts.push((part, ends));
             }
             continue;
         }
@@ -181,52 +178,27 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(
     *parts = done;
 }
 
-/// Winding numbers of all faces, from the outer face inwards, and the triangles whose number is positive.
+/// The triangles of positive winding number, and how the segments fared.
 fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
     let mut region = Region::default();
-    // By undirected edge, for its normalized direction.
-    let mut weight = vec![0i32; cdt.num_undirected_edges()];
-    let mut balance = vec![0u8; if cdt.num_vertices() == 0 { 0 } else { cdt.num_undirected_edges() }];
+    let mut edges = vec![Edge::default(); cdt.num_undirected_edges()];
     let mut pieces = vec![0u32; segments];
+    let edge_of = |part: &Part| cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1]));
     for part in parts {
+        // A part without an edge crosses another one even after all rounds: its segment counts as split.
+        let Some(edge) = edge_of(part) else {
+            pieces[part.owner as usize] += 2;
+            continue;
+        };
         pieces[part.owner as usize] += 1;
-        let Some(edge) = cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1])) else { continue };
         let undirected = edge.as_undirected().fix();
         let forward = undirected.as_directed() == edge.fix();
-        weight[undirected.index()] += if forward { part.weight } else { -part.weight };
-        balance[undirected.index()] |= if forward { 1 } else { 2 };
+        let slot = &mut edges[undirected.index()];
+        slot.weight += if forward { part.weight } else { -part.weight };
+        *(if forward { &mut slot.forward } else { &mut slot.backward }) = true;
     }
     region.split = pieces.iter().filter(|&&n| n > 1).count() as u32;
-
-    const UNSEEN: i32 = i32::MIN;
-    let mut winding = vec![UNSEEN; cdt.num_all_faces()];
-    winding[cdt.outer_face().index()] = 0;
-    let step = |edge: FixedDirectedEdgeHandle| {
-        let undirected = edge.as_undirected();
-        if undirected.as_directed() == edge { weight[undirected.index()] } else { -weight[undirected.index()] }
-    };
-    let mut stack = Vec::new();
-    // A hull edge has the outer face on its left; its reverse runs along the inner face.
-    for edge in cdt.convex_hull() {
-        let inner = edge.rev();
-        if let Some(face) = inner.face().as_inner()
-            && winding[face.index()] == UNSEEN
-        {
-            winding[face.index()] = step(inner.fix());
-            stack.push(face.fix());
-        }
-    }
-    while let Some(face) = stack.pop() {
-        let here = winding[face.index()];
-        for edge in cdt.face(face).adjacent_edges() {
-            if let Some(next) = edge.rev().face().as_inner()
-                && winding[next.index()] == UNSEEN
-            {
-                winding[next.index()] = here - step(edge.fix());
-                stack.push(next.fix());
-            }
-        }
-    }
+    let winding = winding_numbers(cdt, &edges);
     for face in cdt.inner_faces() {
         let number = winding[face.index()];
         region.overlapping |= !(0..=1).contains(&number);
@@ -236,14 +208,59 @@ fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
     }
     let mut unused = vec![false; segments];
     for part in parts {
-        let Some(edge) = cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1])) else { continue };
+        let Some(edge) = edge_of(part) else { continue };
         let kept = |index: usize| winding[index] > 0;
         let (left, right) = (kept(edge.face().index()), kept(edge.rev().face().index()));
+        let Edge { forward, backward, .. } = edges[edge.as_undirected().index()];
         unused[part.owner as usize] |= !left;
-        region.overlapping |= left && right && balance[edge.as_undirected().index()] != 3;
+        region.overlapping |= left && right && !(forward && backward);
     }
     region.unused = unused.iter().filter(|&&u| u).count() as u32;
     region
+}
+
+/// What parts do to an edge of the triangulation, in its normalized direction.
+#[derive(Clone, Copy, Default)]
+struct Edge {
+    /// Rise of the winding number from right to left.
+    weight: i32,
+    forward: bool,
+    backward: bool,
+}
+
+/// By face, spreading from the outer face, where the number is 0.
+fn winding_numbers(cdt: &Cdt, edges: &[Edge]) -> Vec<i32> {
+    const UNSEEN: i32 = i32::MIN;
+    let mut winding = vec![UNSEEN; cdt.num_all_faces()];
+    winding[cdt.outer_face().index()] = 0;
+    let rise = |edge: FixedDirectedEdgeHandle| {
+        let undirected = edge.as_undirected();
+        let weight = edges[undirected.index()].weight;
+        if undirected.as_directed() == edge { weight } else { -weight }
+    };
+    let mut stack = Vec::new();
+    // A hull edge has the outer face on its left; its reverse runs along the inner face.
+    for edge in cdt.convex_hull() {
+        let inner = edge.rev();
+        if let Some(face) = inner.face().as_inner()
+            && winding[face.index()] == UNSEEN
+        {
+            winding[face.index()] = rise(inner.fix());
+            stack.push(face.fix());
+        }
+    }
+    while let Some(face) = stack.pop() {
+        let here = winding[face.index()];
+        for edge in cdt.face(face).adjacent_edges() {
+            if let Some(next) = edge.rev().face().as_inner()
+                && winding[next.index()] == UNSEEN
+            {
+                winding[next.index()] = here - rise(edge.fix());
+                stack.push(next.fix());
+            }
+        }
+    }
+    winding
 }
 
 /// Sites with equal coordinates.

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::cdt::{self, AtCrossings, Segment};
-use super::rings::{Origin, Ring, Rings, corner_after, loop_polygon, next_chain};
+use super::rings::{Origin, Ring, Rings, corner_after, next_chain};
 use super::trace::{InCellLoop, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
 use super::{TrimInput, TrimOutput};
@@ -140,8 +140,7 @@ impl Cleanup<'_> {
 
     // -- loops inside one cell
 
-    /// Joins the loops of each cell with each other and with the rings of that cell. A loop that is alone in its cell may be
-    /// triangulated at once.
+    /// Joins the loops of each cell with each other and with the rings of that cell.
     fn group_loops(&mut self) {
         let mut from = 0;
         while from < self.loops.len() {
@@ -149,21 +148,10 @@ impl Cleanup<'_> {
             let to = from + self.loops[from..].iter().take_while(|l| l.cell == cell).count();
             let surroundings = self.rings_of_cell(cell);
             let piece = self.add_piece(Origin::Loops(from as u32, to as u32));
-            if surroundings.is_empty() && to == from + 1 {
-                self.triangulate_single_loop(piece, from);
-            }
             for ring in surroundings {
                 self.join(piece, ring);
             }
             from = to;
-        }
-    }
-
-    fn triangulate_single_loop(&mut self, piece: u32, index: usize) {
-        let [start, end] = self.loop_ends(index);
-        if (end - start) as usize <= EAR_LIMIT {
-            loop_polygon(&self.tile.points[start as usize..end as usize], start, self.polygon);
-            self.triangulate_polygon(piece);
         }
     }
 
@@ -303,15 +291,6 @@ impl Cleanup<'_> {
         let ring = &mut self.rings.rings[root as usize];
         ring.triangles = [from, from + triangles.len() as u32];
         ring.solved = true;
-    }
-
-    fn triangulate_polygon(&mut self, piece: u32) {
-        let from = self.out.triangles.len() as u32;
-        if self.polygon.triangulate(&mut self.out.triangles).is_some() {
-            let ring = &mut self.rings.rings[piece as usize];
-            ring.triangles = [from, self.out.triangles.len() as u32];
-            ring.solved = true;
-        }
     }
 
     /// Takes in the neighbours of all members. False if there are none left.

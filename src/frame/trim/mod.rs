@@ -193,14 +193,16 @@ fn trim_distinct(
         out.clear();
         out.stats.retraced = reach == 0.0;
         trace.run(tile, reach);
-        if rings.build(tile, trace, polygon, out).is_err() {
+        let single = trace.crossings.is_empty() && trace.in_cell_loops.len() == 1;
+        let complete = single && rings.build_single_loop(tile, polygon, out);
+        if !complete && rings.build(tile, trace, polygon, out).is_err() {
             continue;
         }
         out.stats.crossings = trace.crossings.len() as u32;
         out.stats.rings = rings.rings.len() as u32;
         out.stats.failed_rings = rings.failed;
         let mut area = rings.double_area;
-        if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
+        if rings.failed > 0 || (!complete && !trace.in_cell_loops.is_empty()) {
             if cleanup::clean_up(tile, trace, rings, polygon, out).is_err() {
                 break;
             }

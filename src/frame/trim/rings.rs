@@ -4,8 +4,6 @@
 //! on the kept side or around kept corners, along the next chain, until it is back. Every crossing is met once from either
 //! cell, which is why the rings' boundaries cancel along lattice lines.
 
-use glam::DVec2;
-
 use super::trace::{NONE, Trace};
 use super::triangulate::Polygon;
 use super::{TrimInput, TrimOutput};
@@ -68,6 +66,25 @@ impl Rings {
         }
         self.list_full_cells(tile, trace, polygon, out);
         Ok(())
+    }
+
+    /// A region of one loop that crosses no lattice line, as most plane faces are, needs no rings. False if the loop is too long
+    /// for its polygon to be triangulated directly, or cannot be.
+    pub(super) fn build_single_loop(
+        &mut self,
+        tile: &TrimInput<'_>,
+        polygon: &mut Polygon,
+        out: &mut TrimOutput,
+    ) -> bool {
+        self.rings.clear();
+        self.failed = 0;
+        polygon.clear();
+        for (id, &point) in tile.points.iter().enumerate() {
+            polygon.push_distinct(id as u32, point);
+        }
+        let area = polygon.triangulate(&mut out.triangles);
+        self.double_area = area.unwrap_or(0.0);
+        area.is_some()
     }
 
     #[inline(always)]
@@ -249,11 +266,4 @@ pub(super) fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
         2 => (i, j + 1),
         _ => (i, j),
     }
-}
-
-/// A polygon from a whole loop of tessellants.
-pub(super) fn loop_polygon(points: &[DVec2], first_id: u32, polygon: &mut Polygon) {
-    polygon.clear();
-    polygon.ids.extend((0..points.len() as u32).map(|k| first_id + k));
-    polygon.points.extend_from_slice(points);
 }
