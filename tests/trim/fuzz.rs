@@ -148,9 +148,9 @@ fn touching_loops() {
         let repair = |outcome| matches!(outcome, TrimOutcome::Repaired { .. });
         let outcome = trim_tile(&tile.input(), scratch, out).expect("valid input");
         let wanted = reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
-        assert_eq!(repair(outcome), repair(wanted), "{outcome:?} {wanted:?} {tile:?}");
+        assert!(repair(wanted) || !repair(outcome), "{outcome:?} {wanted:?} {tile:?}");
         for result in [&*out, &plain] {
-            check(&tile.input(), result, !repair(outcome))
+            check(&tile.input(), result, !repair(result.stats.outcome))
                 .and_then(|_| check_cover(&tile.input(), result))
                 .unwrap_or_else(|fault| panic!("{fault}\n{:?}\n{tile:?}", result.stats));
         }

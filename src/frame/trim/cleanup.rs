@@ -5,9 +5,11 @@
 //! cluster grows by its neighbours. Growth ends: the boundary of all pieces together is that of the tile's region.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::rings::{Origin, Ring, Rings, corner_after, next_chain};
+use super::slits::Slits;
 use super::trace::{InCellLoop, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
 use super::{TrimInput, TrimOutput};
@@ -30,6 +32,7 @@ struct Cleanup<'a> {
     tile: &'a TrimInput<'a>,
     trace: &'a Trace,
     rings: &'a mut Rings,
+    slits: &'a mut Slits,
     polygon: &'a mut Polygon,
     out: &'a mut TrimOutput,
     /// The in-cell loops, by cell.
@@ -51,6 +54,7 @@ pub(super) fn clean_up(
     tile: &TrimInput<'_>,
     trace: &Trace,
     rings: &mut Rings,
+    slits: &mut Slits,
     polygon: &mut Polygon,
     out: &mut TrimOutput,
 ) -> Result<(), NotSimple> {
@@ -67,6 +71,7 @@ pub(super) fn clean_up(
         tile,
         trace,
         rings,
+        slits,
         polygon,
         out,
         loops,
@@ -140,7 +145,7 @@ impl Cleanup<'_> {
 
     // -- loops inside one cell
 
-    /// Joins the loops of each cell with each other and with the rings of that cell.
+    /// Joins the loops of each cell with each other and with the rings of that cell. A few holes in one ring are slit open.
     fn group_loops(&mut self) {
         let mut from = 0;
         while from < self.loops.len() {
@@ -148,11 +153,28 @@ impl Cleanup<'_> {
             let to = from + self.loops[from..].iter().take_while(|l| l.cell == cell).count();
             let surroundings = self.rings_of_cell(cell);
             let piece = self.add_piece(Origin::Loops(from as u32, to as u32));
+            let triangles = self.triangulate_with_slits(from..to, &surroundings);
             for ring in surroundings {
                 self.join(piece, ring);
             }
+            if let Some(triangles) = triangles {
+                let root = self.root(piece);
+                self.solve(root, &triangles);
+            }
             from = to;
         }
+    }
+
+    fn triangulate_with_slits(&mut self, loops: Range<usize>, surroundings: &[u32]) -> Option<Vec<[u32; 3]>> {
+        match surroundings {
+            [] => self.polygon.clear(),
+            &[ring] => self.reload(ring),
+            _ => return None,
+        }
+        let indices = self.loops[loops].iter().map(|l| l.loop_index);
+        let mut triangles = Vec::new();
+        let joined = self.slits.join_holes(self.tile, indices, self.polygon);
+        (joined && self.polygon.triangulate(&mut triangles).is_some()).then_some(triangles)
     }
 
     fn loop_ends(&self, index: usize) -> [u32; 2] {

@@ -4,8 +4,9 @@
 //! on the kept side or around kept corners, along the next chain, until it is back. Every crossing is met once from either
 //! cell, which is why the rings' boundaries cancel along lattice lines.
 
+use super::slits::Slits;
 use super::trace::{NONE, Trace};
-use super::triangulate::Polygon;
+use super::triangulate::{EAR_LIMIT, Polygon};
 use super::{TrimInput, TrimOutput};
 
 /// The loops contradict themselves: crossings do not alternate, or a region reaches beyond the tile.
@@ -68,21 +69,29 @@ impl Rings {
         Ok(())
     }
 
-    /// A region of one loop that crosses no lattice line, as most plane faces are, needs no rings. False if the loop is too long
-    /// for its polygon to be triangulated directly, or cannot be.
-    pub(super) fn build_single_loop(
+    /// A small region whose loops cross no lattice line, as most plane faces are, needs no rings. False if it has too many
+    /// vertices or more than one part, or cannot be triangulated directly.
+    pub(super) fn build_one_cell(
         &mut self,
         tile: &TrimInput<'_>,
+        trace: &Trace,
+        slits: &mut Slits,
         polygon: &mut Polygon,
         out: &mut TrimOutput,
     ) -> bool {
         self.rings.clear();
         self.failed = 0;
-        polygon.clear();
-        for (id, &point) in tile.points.iter().enumerate() {
-            polygon.push_distinct(id as u32, point);
+        let loops = &trace.in_cell_loops;
+        let one_cell =
+            trace.crossings.is_empty() && loops.first().is_some_and(|f| loops.iter().all(|l| l.cell == f.cell));
+        if !one_cell || tile.points.len() > EAR_LIMIT {
+            return false;
         }
-        let area = polygon.triangulate(&mut out.triangles);
+        polygon.clear();
+        let area = slits
+            .join_holes(tile, loops.iter().map(|l| l.loop_index), polygon)
+            .then(|| polygon.triangulate(&mut out.triangles))
+            .flatten();
         self.double_area = area.unwrap_or(0.0);
         area.is_some()
     }
