@@ -181,6 +181,18 @@ fn case_07_loops_inside_one_cell() {
 }
 
 #[test]
+fn few_holes_in_a_cell_are_slit_open() {
+    for (cells, at) in [((1, 1), 0.0), ((5, 5), 2.0)] {
+        let mut loops = vec![border(cells, 3)];
+        for (x, y) in [(0.25, 0.3), (0.7, 0.25), (0.3, 0.7), (0.72, 0.7), (0.5, 0.5)] {
+            loops.push(round((at + x, at + y), 0.1, 6, -1.0));
+            let out = run(cells, &loops);
+            assert_eq!(out.stats.outcome, TrimOutcome::Certified, "{:?}", out.stats);
+        }
+    }
+}
+
+#[test]
 fn case_08_pseudo_active_cells() {
     // The thin hole passes the corners of cells without a tessellant or a kept corner of theirs.
     in_border((5, 5), 5, polygon(&[(0.5, 0.9), (0.9, 1.3), (4.3, 4.7), (4.7, 4.3), (1.3, 0.9)]));

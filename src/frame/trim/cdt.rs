@@ -346,3 +346,66 @@ fn sector_start(cdt: &Cdt, class: u32, next: u32, tails: &HashMap<[u32; 2], u32>
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(low: f64, high: f64) -> [DVec2; 4] {
+        [DVec2::splat(low), DVec2::new(high, low), DVec2::splat(high), DVec2::new(low, high)]
+    }
+
+    fn ring(first: u32, count: u32) -> impl Iterator<Item = Segment> {
+        (0..count).map(move |k| Segment { ends: [first + k, first + (k + 1) % count], weight: 1 })
+    }
+
+    #[test]
+    fn crossings_are_refused_or_split() {
+        let sites = [square(0.0, 2.0), square(1.0, 3.0)].concat();
+        let segments: Vec<Segment> = ring(0, 4).chain(ring(4, 4)).collect();
+        assert!(triangulate(&sites, &segments, AtCrossings::Refuse).is_err());
+        let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
+        assert_eq!(region.crossings.len(), 2);
+        assert_eq!((region.split, region.unused), (4, 0));
+        assert!(region.overlapping, "both squares cover the middle");
+        let position = |v: u32| sites.get(v as usize).copied().unwrap_or_else(|| region.crossings[v as usize - 8]);
+        let area = |t: &[u32; 3]| (position(t[1]) - position(t[0])).perp_dot(position(t[2]) - position(t[0]));
+        assert_eq!(region.triangles.iter().map(area).sum::<f64>(), 14.0);
+    }
+
+    #[test]
+    fn weights_and_free_vertices() {
+        // A frame around a square that someone else fills, and a vertex without segments.
+        let mut sites = [square(0.0, 4.0), square(1.0, 2.0)].concat();
+        sites.push(DVec2::splat(3.0));
+        let inner = ring(4, 4).map(|s| Segment { ends: [s.ends[1], s.ends[0]], weight: 1 });
+        let segments: Vec<Segment> = ring(0, 4).chain(inner).collect();
+        let region = triangulate(&sites, &segments, AtCrossings::Refuse).expect("simple");
+        assert!(!region.overlapping && region.split == 0 && region.unused == 0);
+        // Triangles of a region with one hole: vertices on the boundary, plus two per inner vertex.
+        assert_eq!(region.triangles.len(), 8 + 2);
+        assert!(region.triangles.iter().flatten().any(|&v| v == 8));
+    }
+
+    #[test]
+    fn many_lines_through_one_point_end_somewhere() {
+        // Their crossings round to different points, which cross again.
+        let count = 12;
+        let point =
+            |k: u32| DVec2::new(0.1, 0.7) + DVec2::from_angle(0.37 + f64::from(k) * std::f64::consts::TAU / 24.0);
+        let sites: Vec<DVec2> = (0..2 * count).map(point).collect();
+        let segments: Vec<Segment> = (0..count).map(|k| Segment { ends: [k, k + count], weight: 1 }).collect();
+        let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
+        assert!(region.crossings.len() < 100, "{}", region.crossings.len());
+        assert_eq!(region.split, count);
+    }
+
+    #[test]
+    fn coordinates_beyond_the_range_of_spade_are_refused() {
+        let sites = square(-1e300, 1e300);
+        assert!(triangulate(&sites, &ring(0, 4).collect::<Vec<_>>(), AtCrossings::Split).is_err());
+        let mut sites = square(0.0, 1.0);
+        sites[0] = DVec2::splat(1e-300);
+        assert!(triangulate(&sites, &ring(0, 4).collect::<Vec<_>>(), AtCrossings::Refuse).is_ok());
+    }
+}
