@@ -46,9 +46,9 @@ pub(super) enum AtCrossings {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Refused;
 
-/// Rounds of splitting crossing segments. Each round can only meet crossings that the rounding of the round before made;
-/// random self-crossing loops need two or three.
-const MAX_ROUNDS: usize = 8;
+/// Rounds of splitting crossing segments. A round sees only crossings with segments that are already in, and the next ones
+/// those that rounding made; random self-crossing loops need three to seven.
+const MAX_ROUNDS: usize = 12;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
@@ -130,27 +130,37 @@ fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(
     conflicts
 }
 
+/// Crossings lie on multiples of this, and a vertex as near to one as that is used in its place, so that lines that run along
+/// each other or through one point share their crossings. In cells; a power of two, so that lattice lines are multiples too.
+const CROSSING_GRAIN: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// Splits the crossing parts and the parts they cross at new vertices.
 fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(Part, Vec<[u32; 2]>)]) {
-    let key = |p: Point2<f64>| (p.x.to_bits(), p.y.to_bits());
-    let mut known: HashMap<(u64, u64), u32> =
-        positions.iter().enumerate().map(|(index, &p)| (key(p), index as u32)).collect();
+    let grain = |x: f64| (x / CROSSING_GRAIN).round();
+    let key = |p: Point2<f64>| (grain(p.x) as i64, grain(p.y) as i64);
+    let mut known: HashMap<(i64, i64), u32> = HashMap::new();
+    for (index, &p) in positions.iter().enumerate() {
+        known.entry(key(p)).or_insert(index as u32);
+    }
     let undirected = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
     let mut cuts: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
     for (part, crossed) in conflicts {
         for &edge in crossed {
-            let [a, b] = part.ends.map(|v| positions[v as usize]);
-            let [c, d] = edge.map(|v| positions[v as usize]);
+            let lines = [undirected(part.ends), undirected(edge)];
+            let [a, b] = lines[0].map(|v| positions[v as usize]);
+            let [c, d] = lines[1].map(|v| positions[v as usize]);
             let (ab, cd) = (DVec2::new(b.x - a.x, b.y - a.y), DVec2::new(d.x - c.x, d.y - c.y));
             let t = DVec2::new(c.x - a.x, c.y - a.y).perp_dot(cd) / ab.perp_dot(cd);
             let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 };
-            let point = snapped(DVec2::new(a.x + t * ab.x, a.y + t * ab.y));
+            let round = |x: f64| grain(x) * CROSSING_GRAIN;
+            let point = snapped(DVec2::new(round(a.x + t * ab.x), round(a.y + t * ab.y)));
             let index = *known.entry(key(point)).or_insert_with(|| {
                 positions.push(point);
                 positions.len() as u32 - 1
             });
-            cuts.entry(undirected(part.ends)).or_default().push(index);
-            cuts.entry(undirected(edge)).or_default().push(index);
+            for line in lines {
+                cuts.entry(line).or_default().push(index);
+            }
         }
     }
     let mut done = Vec::with_capacity(parts.len() + 2 * conflicts.len());
