@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::DVec2;
-use trimtess::frame::trim::{TrimInput, TrimOutput};
+use trimtess::frame::trim::{TrimInput, TrimOutcome, TrimOutput};
 use trimtess::math::predicates::orient2d;
 
 /// A tile that owns its loops.
@@ -61,12 +61,20 @@ pub(crate) fn position(input: &TrimInput<'_>, out: &TrimOutput, vertex: u32) -> 
     }
 }
 
+/// The smallest angle of each trim triangle, in degrees.
+pub(crate) fn min_angles(input: &TrimInput<'_>, out: &TrimOutput) -> Vec<f64> {
+    let angle = |p: [DVec2; 3], k: usize| (p[(k + 1) % 3] - p[k]).angle_to(p[(k + 2) % 3] - p[k]).to_degrees();
+    let smallest = |t: &[u32; 3]| {
+        let p = t.map(|v| position(input, out, v));
+        (0..3).map(|k| angle(p, k)).fold(f64::INFINITY, f64::min)
+    };
+    out.triangles.iter().map(smallest).collect()
+}
+
 /// What [`check`] measured.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Facts {
     pub(crate) area: f64,
-    /// Smallest angle of the trim triangles, degrees.
-    pub(crate) min_angle: f64,
 }
 
 /// Positive triangles that match along their inner edges. With `exact`, moreover: every tessellant segment of nonzero length
@@ -89,8 +97,8 @@ pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Res
     }
     let all = all_triangles(input, out);
     let mut edges: HashMap<[u32; 2], u32> = HashMap::new();
-    let mut facts = Facts { area: 0.0, min_angle: 180.0 };
-    for (index, triangle) in all.iter().enumerate() {
+    let mut facts = Facts { area: 0.0 };
+    for triangle in &all {
         if triangle.iter().any(|&v| v >= total) {
             return Err(format!("triangle {triangle:?} names a vertex that does not exist"));
         }
@@ -102,10 +110,6 @@ pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Res
         facts.area += 0.5 * turn;
         for k in 0..3 {
             *edges.entry([vertex(triangle[k]), vertex(triangle[(k + 1) % 3])]).or_default() += 1;
-            if index < out.triangles.len() {
-                let angle = (p[(k + 1) % 3] - p[k]).angle_to(p[(k + 2) % 3] - p[k]).to_degrees();
-                facts.min_angle = facts.min_angle.min(angle);
-            }
         }
     }
     let reverse = |e: &[u32; 2]| [e[1], e[0]];
@@ -158,7 +162,8 @@ fn on_border_of(input: &TrimInput<'_>, out: &TrimOutput, edge: [u32; 2], exact: 
     })
 }
 
-/// Points of positive winding number are covered by one triangle, others by none. Points within 1e-6 of a segment are skipped.
+/// Points are covered as often as the loops wind around them; if the tile was repaired, once where that is positive. Points
+/// within 1e-6 of a segment are skipped.
 pub(crate) fn check_cover(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
     let all = all_triangles(input, out);
     let size = DVec2::new(f64::from(input.cells.0), f64::from(input.cells.1));
@@ -189,7 +194,9 @@ pub(crate) fn check_cover(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(),
             [(a, b), (b, c), (c, a)].iter().any(|&(from, to)| orient2d(from, to, p) == 0.0)
         };
         let covering = all.iter().filter(covers).count();
-        if !near && covering != usize::from(number > 0) && !all.iter().any(edge_of_one) {
+        let repaired = matches!(out.stats.outcome, TrimOutcome::Repaired { .. });
+        let wanted = if repaired { number.clamp(0, 1) } else { number };
+        if !near && covering as i32 != wanted && !all.iter().any(edge_of_one) {
             return Err(format!("{p} has winding number {number} and lies in {covering} triangles"));
         }
     }

@@ -8,7 +8,7 @@ use arbtest::arbtest;
 use trimtess::frame::trim::{TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
 
 use crate::checker::{check, check_cover};
-use crate::generator::{Mode, crossing_tile, tile};
+use crate::generator::{Mode, crossing_tile, tile, touching_tile};
 
 /// Enough for a few hundred tiles per mode in a default run.
 const DEFAULT_MS: u64 = 1_000;
@@ -135,4 +135,34 @@ fn crossing_loops_are_repaired() {
     let [tiles, repaired] = state.into_inner().2;
     println!("crossing: {tiles} tiles, {repaired} repaired");
     assert!(repaired > 0);
+}
+
+/// Loops that touch at tessellants, and slits: as exact as simple loops, unless the reference finds that they overlap too.
+#[test]
+fn touching_loops() {
+    let state = RefCell::new((TrimScratch::default(), TrimOutput::default(), [0u32; 2]));
+    arbtest(|u| {
+        let Some(tile) = touching_tile(u)? else { return Ok(()) };
+        let (scratch, out, [tiles, repaired]) = &mut *state.borrow_mut();
+        let mut plain = TrimOutput::default();
+        let repair = |outcome| matches!(outcome, TrimOutcome::Repaired { .. });
+        let outcome = trim_tile(&tile.input(), scratch, out).expect("valid input");
+        let wanted = reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
+        assert!(repair(wanted) || !repair(outcome), "{outcome:?} {wanted:?} {tile:?}");
+        for result in [&*out, &plain] {
+            check(&tile.input(), result, !repair(result.stats.outcome))
+                .and_then(|_| check_cover(&tile.input(), result))
+                .unwrap_or_else(|fault| panic!("{fault}\n{:?}\n{tile:?}", result.stats));
+        }
+        *tiles += 1;
+        *repaired += u32::from(repair(outcome));
+        Ok(())
+    })
+    .size_min(1_000)
+    .size_max(4_000)
+    .budget_ms(budget())
+    .run();
+    let [tiles, repaired] = state.into_inner().2;
+    println!("touching: {tiles} tiles, {repaired} of them overlap");
+    assert!(tiles > repaired);
 }

@@ -273,3 +273,62 @@ pub(crate) fn crossing_tile(u: &mut Unstructured<'_>) -> Result<Option<Tile>> {
     }
     Ok((!simple(&loops)).then(|| Tile::new(cells, &loops)))
 }
+
+/// A tile whose loops touch each other, themselves and the border at tessellants, and have slits.
+pub(crate) fn touching_tile(u: &mut Unstructured<'_>) -> Result<Option<Tile>> {
+    let cells = (1 + below(u, 4)?, 1 + below(u, 4)?);
+    let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
+    // Coordinates are multiples of a quarter, or of something that does not meet the lattice lines.
+    let grain = *u.choose(&[0.25, 1.0 / 3.0, 0.5])?;
+    let on_grid = |p: DVec2| ((p / grain).round() * grain).clamp(DVec2::ZERO, size);
+    let mut loops = vec![border(cells, (1.0 / grain).round() as u32 * cells.0.max(cells.1))];
+    for _ in 0..1 + below(u, 5)? {
+        let centre = DVec2::new(range(u, 0.0, size.x)?, range(u, 0.0, size.y)?);
+        let (radius, count) = (range(u, 0.2, 0.5)? * size.min_element(), 3 + below(u, 8)?);
+        let mut points: Vec<DVec2> = Vec::new();
+        for k in 0..count {
+            let p = centre + DVec2::from_angle(-TAU * f64::from(k) / f64::from(count)) * radius * range(u, 0.5, 1.2)?;
+            points.push(on_grid(p));
+            if u.ratio(1, 6)? {
+                let tip = on_grid(p + DVec2::new(range(u, -1.0, 1.0)?, range(u, -1.0, 1.0)?));
+                points.extend([tip, on_grid(p)]);
+            }
+        }
+        loops.push(points);
+        let segments = segments(&loops);
+        let bad = segments.iter().enumerate().any(|(k, s)| segments[k + 1..].iter().any(|t| overlap(*s, *t)));
+        if bad {
+            loops.pop();
+        }
+    }
+    Ok((loops.len() > 1).then(|| Tile::new(cells, &loops)))
+}
+
+fn segments(loops: &[Vec<DVec2>]) -> Vec<[DVec2; 2]> {
+    let of_loop = |l: &Vec<DVec2>| (0..l.len()).map(|k| [l[k], l[(k + 1) % l.len()]]).collect::<Vec<_>>();
+    loops.iter().flat_map(of_loop).filter(|s| s[0] != s[1]).collect()
+}
+
+/// The segments meet elsewhere than at common ends, and are not each other's reverse.
+fn overlap([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
+    if (a, b) == (d, c) {
+        return false;
+    }
+    let common = [a == c, a == d, b == c, b == d].iter().filter(|&&equal| equal).count();
+    match common {
+        0 => meet(a, b, c, d),
+        1 => {
+            let (at, p, q) = if a == c {
+                (a, b, d)
+            } else if a == d {
+                (a, b, c)
+            } else if b == c {
+                (b, a, d)
+            } else {
+                (b, a, c)
+            };
+            folds(p, at, q)
+        }
+        _ => true,
+    }
+}

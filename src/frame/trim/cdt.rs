@@ -46,9 +46,9 @@ pub(super) enum AtCrossings {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Refused;
 
-/// Rounds of splitting crossing segments. Each round can only meet crossings that the rounding of the round before made;
-/// random self-crossing loops need two or three.
-const MAX_ROUNDS: usize = 8;
+/// Rounds of splitting crossing segments. A round sees only crossings with segments that are already in, and the next ones
+/// those that rounding made; random self-crossing loops need three to seven.
+const MAX_ROUNDS: usize = 12;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
@@ -105,7 +105,7 @@ fn vertex(index: u32) -> FixedVertexHandle {
 }
 
 /// Makes every part an edge, splits parts that pass through vertices, and returns the crossings as (part, the constraint
-/// edges it would cross). With `give_up`, parts that cross are removed instead.
+/// edges it would cross). With `give_up`, parts that cross are left without an edge instead.
 fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(Part, Vec<[u32; 2]>)> {
     let mut conflicts = Vec::new();
     let mut done = Vec::with_capacity(parts.len());
@@ -113,14 +113,11 @@ fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(
         let [a, b] = part.ends.map(vertex);
         let chain = cdt.try_add_constraint(a, b);
         if chain.is_empty() {
+            done.push(part);
             if !give_up {
                 let crossed = cdt.get_conflicting_edges_between_vertices(a, b);
-                let ends = |e: FixedDirectedEdgeHandle| {
-                    let e = cdt.directed_edge(e);
-                    [e.from().index() as u32, e.to().index() as u32]
-                };
-                conflicts.push((part, crossed.map(|e| ends(e.fix())).collect()));
-                done.push(part);
+                let ends = crossed.map(|e| [e.from().index() as u32, e.to().index() as u32]).collect();
+                conflicts.push((part, ends));
             }
             continue;
         }
@@ -133,27 +130,37 @@ fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(
     conflicts
 }
 
+/// Crossings lie on multiples of this, and a vertex as near to one as that is used in its place, so that lines that run along
+/// each other or through one point share their crossings. In cells; a power of two, so that lattice lines are multiples too.
+const CROSSING_GRAIN: f64 = 1.0 / (1u64 << 40) as f64;
+
 /// Splits the crossing parts and the parts they cross at new vertices.
 fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(Part, Vec<[u32; 2]>)]) {
-    let key = |p: Point2<f64>| (p.x.to_bits(), p.y.to_bits());
-    let mut known: HashMap<(u64, u64), u32> =
-        positions.iter().enumerate().map(|(index, &p)| (key(p), index as u32)).collect();
+    let grain = |x: f64| (x / CROSSING_GRAIN).round();
+    let key = |p: Point2<f64>| (grain(p.x) as i64, grain(p.y) as i64);
+    let mut known: HashMap<(i64, i64), u32> = HashMap::new();
+    for (index, &p) in positions.iter().enumerate() {
+        known.entry(key(p)).or_insert(index as u32);
+    }
     let undirected = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
     let mut cuts: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
     for (part, crossed) in conflicts {
         for &edge in crossed {
-            let [a, b] = part.ends.map(|v| positions[v as usize]);
-            let [c, d] = edge.map(|v| positions[v as usize]);
+            let lines = [undirected(part.ends), undirected(edge)];
+            let [a, b] = lines[0].map(|v| positions[v as usize]);
+            let [c, d] = lines[1].map(|v| positions[v as usize]);
             let (ab, cd) = (DVec2::new(b.x - a.x, b.y - a.y), DVec2::new(d.x - c.x, d.y - c.y));
             let t = DVec2::new(c.x - a.x, c.y - a.y).perp_dot(cd) / ab.perp_dot(cd);
             let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 };
-            let point = snapped(DVec2::new(a.x + t * ab.x, a.y + t * ab.y));
+            let round = |x: f64| grain(x) * CROSSING_GRAIN;
+            let point = snapped(DVec2::new(round(a.x + t * ab.x), round(a.y + t * ab.y)));
             let index = *known.entry(key(point)).or_insert_with(|| {
                 positions.push(point);
                 positions.len() as u32 - 1
             });
-            cuts.entry(undirected(part.ends)).or_default().push(index);
-            cuts.entry(undirected(edge)).or_default().push(index);
+            for line in lines {
+                cuts.entry(line).or_default().push(index);
+            }
         }
     }
     let mut done = Vec::with_capacity(parts.len() + 2 * conflicts.len());
@@ -181,52 +188,27 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(
     *parts = done;
 }
 
-/// Winding numbers of all faces, from the outer face inwards, and the triangles whose number is positive.
+/// The triangles of positive winding number, and how the segments fared.
 fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
     let mut region = Region::default();
-    // By undirected edge, for its normalized direction.
-    let mut weight = vec![0i32; cdt.num_undirected_edges()];
-    let mut balance = vec![0u8; if cdt.num_vertices() == 0 { 0 } else { cdt.num_undirected_edges() }];
+    let mut edges = vec![Edge::default(); cdt.num_undirected_edges()];
     let mut pieces = vec![0u32; segments];
+    let edge_of = |part: &Part| cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1]));
     for part in parts {
+        // A part without an edge crosses another one even after all rounds: its segment counts as split.
+        let Some(edge) = edge_of(part) else {
+            pieces[part.owner as usize] += 2;
+            continue;
+        };
         pieces[part.owner as usize] += 1;
-        let Some(edge) = cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1])) else { continue };
         let undirected = edge.as_undirected().fix();
         let forward = undirected.as_directed() == edge.fix();
-        weight[undirected.index()] += if forward { part.weight } else { -part.weight };
-        balance[undirected.index()] |= if forward { 1 } else { 2 };
+        let slot = &mut edges[undirected.index()];
+        slot.weight += if forward { part.weight } else { -part.weight };
+        *(if forward { &mut slot.forward } else { &mut slot.backward }) = true;
     }
     region.split = pieces.iter().filter(|&&n| n > 1).count() as u32;
-
-    const UNSEEN: i32 = i32::MIN;
-    let mut winding = vec![UNSEEN; cdt.num_all_faces()];
-    winding[cdt.outer_face().index()] = 0;
-    let step = |edge: FixedDirectedEdgeHandle| {
-        let undirected = edge.as_undirected();
-        if undirected.as_directed() == edge { weight[undirected.index()] } else { -weight[undirected.index()] }
-    };
-    let mut stack = Vec::new();
-    // A hull edge has the outer face on its left; its reverse runs along the inner face.
-    for edge in cdt.convex_hull() {
-        let inner = edge.rev();
-        if let Some(face) = inner.face().as_inner()
-            && winding[face.index()] == UNSEEN
-        {
-            winding[face.index()] = step(inner.fix());
-            stack.push(face.fix());
-        }
-    }
-    while let Some(face) = stack.pop() {
-        let here = winding[face.index()];
-        for edge in cdt.face(face).adjacent_edges() {
-            if let Some(next) = edge.rev().face().as_inner()
-                && winding[next.index()] == UNSEEN
-            {
-                winding[next.index()] = here - step(edge.fix());
-                stack.push(next.fix());
-            }
-        }
-    }
+    let winding = winding_numbers(cdt, &edges);
     for face in cdt.inner_faces() {
         let number = winding[face.index()];
         region.overlapping |= !(0..=1).contains(&number);
@@ -236,14 +218,59 @@ fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
     }
     let mut unused = vec![false; segments];
     for part in parts {
-        let Some(edge) = cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1])) else { continue };
+        let Some(edge) = edge_of(part) else { continue };
         let kept = |index: usize| winding[index] > 0;
         let (left, right) = (kept(edge.face().index()), kept(edge.rev().face().index()));
+        let Edge { forward, backward, .. } = edges[edge.as_undirected().index()];
         unused[part.owner as usize] |= !left;
-        region.overlapping |= left && right && balance[edge.as_undirected().index()] != 3;
+        region.overlapping |= left && right && !(forward && backward);
     }
     region.unused = unused.iter().filter(|&&u| u).count() as u32;
     region
+}
+
+/// What parts do to an edge of the triangulation, in its normalized direction.
+#[derive(Clone, Copy, Default)]
+struct Edge {
+    /// Rise of the winding number from right to left.
+    weight: i32,
+    forward: bool,
+    backward: bool,
+}
+
+/// By face, spreading from the outer face, where the number is 0.
+fn winding_numbers(cdt: &Cdt, edges: &[Edge]) -> Vec<i32> {
+    const UNSEEN: i32 = i32::MIN;
+    let mut winding = vec![UNSEEN; cdt.num_all_faces()];
+    winding[cdt.outer_face().index()] = 0;
+    let rise = |edge: FixedDirectedEdgeHandle| {
+        let undirected = edge.as_undirected();
+        let weight = edges[undirected.index()].weight;
+        if undirected.as_directed() == edge { weight } else { -weight }
+    };
+    let mut stack = Vec::new();
+    // A hull edge has the outer face on its left; its reverse runs along the inner face.
+    for edge in cdt.convex_hull() {
+        let inner = edge.rev();
+        if let Some(face) = inner.face().as_inner()
+            && winding[face.index()] == UNSEEN
+        {
+            winding[face.index()] = rise(inner.fix());
+            stack.push(face.fix());
+        }
+    }
+    while let Some(face) = stack.pop() {
+        let here = winding[face.index()];
+        for edge in cdt.face(face).adjacent_edges() {
+            if let Some(next) = edge.rev().face().as_inner()
+                && winding[next.index()] == UNSEEN
+            {
+                winding[next.index()] = here - rise(edge.fix());
+                stack.push(next.fix());
+            }
+        }
+    }
+    winding
 }
 
 /// Sites with equal coordinates.
@@ -327,5 +354,68 @@ fn sector_start(cdt: &Cdt, class: u32, next: u32, tails: &HashMap<[u32; 2], u32>
         if edge == first {
             return None;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(low: f64, high: f64) -> [DVec2; 4] {
+        [DVec2::splat(low), DVec2::new(high, low), DVec2::splat(high), DVec2::new(low, high)]
+    }
+
+    fn ring(first: u32, count: u32) -> impl Iterator<Item = Segment> {
+        (0..count).map(move |k| Segment { ends: [first + k, first + (k + 1) % count], weight: 1 })
+    }
+
+    #[test]
+    fn crossings_are_refused_or_split() {
+        let sites = [square(0.0, 2.0), square(1.0, 3.0)].concat();
+        let segments: Vec<Segment> = ring(0, 4).chain(ring(4, 4)).collect();
+        assert!(triangulate(&sites, &segments, AtCrossings::Refuse).is_err());
+        let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
+        assert_eq!(region.crossings.len(), 2);
+        assert_eq!((region.split, region.unused), (4, 0));
+        assert!(region.overlapping, "both squares cover the middle");
+        let position = |v: u32| sites.get(v as usize).copied().unwrap_or_else(|| region.crossings[v as usize - 8]);
+        let area = |t: &[u32; 3]| (position(t[1]) - position(t[0])).perp_dot(position(t[2]) - position(t[0]));
+        assert_eq!(region.triangles.iter().map(area).sum::<f64>(), 14.0);
+    }
+
+    #[test]
+    fn weights_and_free_vertices() {
+        // A frame around a square that someone else fills, and a vertex without segments.
+        let mut sites = [square(0.0, 4.0), square(1.0, 2.0)].concat();
+        sites.push(DVec2::splat(3.0));
+        let inner = ring(4, 4).map(|s| Segment { ends: [s.ends[1], s.ends[0]], weight: 1 });
+        let segments: Vec<Segment> = ring(0, 4).chain(inner).collect();
+        let region = triangulate(&sites, &segments, AtCrossings::Refuse).expect("simple");
+        assert!(!region.overlapping && region.split == 0 && region.unused == 0);
+        // Triangles of a region with one hole: vertices on the boundary, plus two per inner vertex.
+        assert_eq!(region.triangles.len(), 8 + 2);
+        assert!(region.triangles.iter().flatten().any(|&v| v == 8));
+    }
+
+    #[test]
+    fn many_lines_through_one_point_end_somewhere() {
+        // Their crossings round to different points, which cross again.
+        let count = 12;
+        let point =
+            |k: u32| DVec2::new(0.1, 0.7) + DVec2::from_angle(0.37 + f64::from(k) * std::f64::consts::TAU / 24.0);
+        let sites: Vec<DVec2> = (0..2 * count).map(point).collect();
+        let segments: Vec<Segment> = (0..count).map(|k| Segment { ends: [k, k + count], weight: 1 }).collect();
+        let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
+        assert!(region.crossings.len() < 100, "{}", region.crossings.len());
+        assert_eq!(region.split, count);
+    }
+
+    #[test]
+    fn coordinates_beyond_the_range_of_spade_are_refused() {
+        let sites = square(-1e300, 1e300);
+        assert!(triangulate(&sites, &ring(0, 4).collect::<Vec<_>>(), AtCrossings::Split).is_err());
+        let mut sites = square(0.0, 1.0);
+        sites[0] = DVec2::splat(1e-300);
+        assert!(triangulate(&sites, &ring(0, 4).collect::<Vec<_>>(), AtCrossings::Refuse).is_ok());
     }
 }

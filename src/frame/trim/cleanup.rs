@@ -5,9 +5,11 @@
 //! cluster grows by its neighbours. Growth ends: the boundary of all pieces together is that of the tile's region.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 
 use super::cdt::{self, AtCrossings, Segment};
-use super::rings::{Origin, Ring, Rings, corner_after, loop_polygon, next_chain};
+use super::rings::{Origin, Ring, Rings, corner_after, next_chain};
+use super::slits::Slits;
 use super::trace::{InCellLoop, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
 use super::{TrimInput, TrimOutput};
@@ -30,6 +32,7 @@ struct Cleanup<'a> {
     tile: &'a TrimInput<'a>,
     trace: &'a Trace,
     rings: &'a mut Rings,
+    slits: &'a mut Slits,
     polygon: &'a mut Polygon,
     out: &'a mut TrimOutput,
     /// The in-cell loops, by cell.
@@ -51,6 +54,7 @@ pub(super) fn clean_up(
     tile: &TrimInput<'_>,
     trace: &Trace,
     rings: &mut Rings,
+    slits: &mut Slits,
     polygon: &mut Polygon,
     out: &mut TrimOutput,
 ) -> Result<(), NotSimple> {
@@ -67,6 +71,7 @@ pub(super) fn clean_up(
         tile,
         trace,
         rings,
+        slits,
         polygon,
         out,
         loops,
@@ -140,8 +145,7 @@ impl Cleanup<'_> {
 
     // -- loops inside one cell
 
-    /// Joins the loops of each cell with each other and with the rings of that cell. A loop that is alone in its cell may be
-    /// triangulated at once.
+    /// Joins the loops of each cell with each other and with the rings of that cell. A few holes in one ring are slit open.
     fn group_loops(&mut self) {
         let mut from = 0;
         while from < self.loops.len() {
@@ -149,22 +153,28 @@ impl Cleanup<'_> {
             let to = from + self.loops[from..].iter().take_while(|l| l.cell == cell).count();
             let surroundings = self.rings_of_cell(cell);
             let piece = self.add_piece(Origin::Loops(from as u32, to as u32));
-            if surroundings.is_empty() && to == from + 1 {
-                self.triangulate_single_loop(piece, from);
-            }
+            let triangles = self.triangulate_with_slits(from..to, &surroundings);
             for ring in surroundings {
                 self.join(piece, ring);
+            }
+            if let Some(triangles) = triangles {
+                let root = self.root(piece);
+                self.solve(root, &triangles);
             }
             from = to;
         }
     }
 
-    fn triangulate_single_loop(&mut self, piece: u32, index: usize) {
-        let [start, end] = self.loop_ends(index);
-        if (end - start) as usize <= EAR_LIMIT {
-            loop_polygon(&self.tile.points[start as usize..end as usize], start, self.polygon);
-            self.triangulate_polygon(piece);
+    fn triangulate_with_slits(&mut self, loops: Range<usize>, surroundings: &[u32]) -> Option<Vec<[u32; 3]>> {
+        match surroundings {
+            [] => self.polygon.clear(),
+            &[ring] => self.reload(ring),
+            _ => return None,
         }
+        let indices = self.loops[loops].iter().map(|l| l.loop_index);
+        let mut triangles = Vec::new();
+        let joined = self.slits.join_holes(self.tile, indices, self.polygon);
+        (joined && self.polygon.triangulate(&mut triangles).is_some()).then_some(triangles)
     }
 
     fn loop_ends(&self, index: usize) -> [u32; 2] {
@@ -303,15 +313,6 @@ impl Cleanup<'_> {
         let ring = &mut self.rings.rings[root as usize];
         ring.triangles = [from, from + triangles.len() as u32];
         ring.solved = true;
-    }
-
-    fn triangulate_polygon(&mut self, piece: u32) {
-        let from = self.out.triangles.len() as u32;
-        if self.polygon.triangulate(&mut self.out.triangles).is_some() {
-            let ring = &mut self.rings.rings[piece as usize];
-            ring.triangles = [from, self.out.triangles.len() as u32];
-            ring.solved = true;
-        }
     }
 
     /// Takes in the neighbours of all members. False if there are none left.

@@ -19,6 +19,7 @@ mod cleanup;
 /// The whole tile at once by a constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
 pub mod reference;
 mod rings;
+mod slits;
 mod trace;
 mod triangulate;
 
@@ -56,6 +57,10 @@ pub struct TrimOutput {
 }
 
 /// Which rung of the ladder a tile needed; the later, the more work.
+///
+/// Except for [`TrimOutcome::Repaired`], every tessellant segment is an edge of exactly one triangle, in its direction, all
+/// other edges match in pairs, and a point is covered as often as the loops wind around it: once, for simple loops. Loops that
+/// cross themselves but wind around no point clockwise may be covered so, with two layers where they overlap.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub enum TrimOutcome {
     /// Every cell polygon was triangulated by itself.
@@ -66,7 +71,7 @@ pub enum TrimOutcome {
     /// Some cells, or the whole tile, needed a constrained Delaunay triangulation. As conforming as the rungs above.
     Cdt,
     /// The loops cross or overlap themselves or each other. The kept region is the points of positive winding number; it is
-    /// still covered by positive triangles that match along their inner edges.
+    /// still covered once by positive triangles that match along their inner edges.
     Repaired {
         /// Tessellant segments that do not appear as one edge: split at a crossing or at another loop's vertex.
         split: u32,
@@ -143,10 +148,17 @@ impl std::error::Error for TrimError {}
 /// Work space of [`trim_tile`]; holds capacity only, no result depends on what it was used for before.
 #[derive(Default)]
 pub struct TrimScratch {
+    ladder: Ladder,
+    distinct: Distinct,
+}
+
+/// Work space of the rungs that work cell by cell.
+#[derive(Default)]
+struct Ladder {
     trace: trace::Trace,
     rings: rings::Rings,
+    slits: slits::Slits,
     polygon: triangulate::Polygon,
-    distinct: Distinct,
 }
 
 /// Triangulates the trimmed part of one tile.
@@ -163,64 +175,75 @@ pub fn trim_tile(
 ) -> Result<TrimOutcome, TrimError> {
     out.clear();
     input.validate()?;
-    let TrimScratch { trace, rings, polygon, distinct } = scratch;
+    let TrimScratch { ladder, distinct } = scratch;
     let outcome = if distinct.collect(input) {
-        let tile = TrimInput { cells: input.cells, points: &distinct.points, loop_starts: &distinct.loop_starts };
-        let outcome = trim_distinct(&tile, trace, rings, polygon, out);
+        let outcome = ladder.climb(&distinct.tile(input), out);
         distinct.restore_ids(input, &mut out.triangles);
         outcome
     } else {
-        trim_distinct(input, trace, rings, polygon, out)
+        ladder.climb(input, out)
     };
     out.stats.outcome = outcome;
     Ok(outcome)
 }
 
-/// Up the ladder, for loops without segments of length zero.
-fn trim_distinct(
-    tile: &TrimInput<'_>,
-    trace: &mut trace::Trace,
-    rings: &mut rings::Rings,
-    polygon: &mut triangulate::Polygon,
-    out: &mut TrimOutput,
-) -> TrimOutcome {
-    // The two segments of a loop of two tessellants cancel as a chain, and would vanish.
-    let slits = tile.loops().any(|l| l.len() == 2);
-    for reach in [reference::CORNER_CLEARANCE, 0.0] {
-        if slits {
-            break;
-        }
-        out.clear();
-        out.stats.retraced = reach == 0.0;
-        trace.run(tile, reach);
-        if rings.build(tile, trace, polygon, out).is_err() {
-            continue;
-        }
-        out.stats.crossings = trace.crossings.len() as u32;
-        out.stats.rings = rings.rings.len() as u32;
-        out.stats.failed_rings = rings.failed;
-        let mut area = rings.double_area;
-        if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
-            if cleanup::clean_up(tile, trace, rings, polygon, out).is_err() {
-                break;
+impl Ladder {
+    /// Loops without segments of length zero -> triangles, by the first rung that holds.
+    fn climb(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
+        // The two segments of a loop of two tessellants cancel as a chain, and would vanish.
+        if tile.loops().all(|l| l.len() != 2) {
+            for reach in [reference::CORNER_CLEARANCE, 0.0] {
+                out.clear();
+                out.stats.retraced = reach == 0.0;
+                match self.by_cells(tile, reach, out) {
+                    Ok(outcome) => return outcome,
+                    Err(Refused::OrderOfCrossings) => {}
+                    Err(Refused::NotSimple) => break,
+                }
             }
-            area = out.double_area(tile);
+        }
+        out.stats.whole_tile = true;
+        reference::triangulate_tile(tile, out)
+    }
+
+    fn by_cells(&mut self, tile: &TrimInput<'_>, reach: f64, out: &mut TrimOutput) -> Result<TrimOutcome, Refused> {
+        let Self { trace, rings, slits, polygon } = self;
+        trace.run(tile, reach);
+        out.stats.crossings = trace.crossings.len() as u32;
+        let mut area = 0.0;
+        if rings.build_one_cell(tile, trace, slits, polygon, out) {
+            area += rings.double_area;
+        } else {
+            rings.build(tile, trace, polygon, out).map_err(|_| Refused::OrderOfCrossings)?;
+            out.stats.rings = rings.rings.len() as u32;
+            out.stats.failed_rings = rings.failed;
+            area += rings.double_area;
+            if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
+                cleanup::clean_up(tile, trace, rings, slits, polygon, out).map_err(|_| Refused::NotSimple)?;
+                area = out.double_area(tile);
+            }
         }
         // Positive triangles of the right total area cover the region once. Loops that are not simple can pass everything
         // but this, because full cells come from parities and rings from the order of crossings.
         let cells = f64::from(tile.cells.0) * f64::from(tile.cells.1);
-        if (area - trace.double_area).abs() <= AREA_TOLERANCE * cells {
-            return if out.stats.clusters > 0 {
-                TrimOutcome::Cdt
-            } else if out.stats.merged_rings > 0 {
-                TrimOutcome::Merged
-            } else {
-                TrimOutcome::Certified
-            };
+        if (area - trace.double_area).abs() > AREA_TOLERANCE * cells {
+            return Err(Refused::OrderOfCrossings);
         }
+        Ok(if out.stats.clusters > 0 {
+            TrimOutcome::Cdt
+        } else if out.stats.merged_rings > 0 {
+            TrimOutcome::Merged
+        } else {
+            TrimOutcome::Certified
+        })
     }
-    out.stats.whole_tile = true;
-    reference::triangulate_tile(tile, out)
+}
+
+/// Why a tile could not be triangulated cell by cell.
+enum Refused {
+    /// Exact ownership may help.
+    OrderOfCrossings,
+    NotSimple,
 }
 
 /// Largest difference between twice the triangles' area and twice the loops', as a share of the tile. Rounding stays below
@@ -267,6 +290,10 @@ impl Distinct {
             self.loop_starts.push(self.points.len() as u32);
         }
         true
+    }
+
+    fn tile<'a>(&'a self, input: &TrimInput<'_>) -> TrimInput<'a> {
+        TrimInput { cells: input.cells, points: &self.points, loop_starts: &self.loop_starts }
     }
 
     fn restore_ids(&self, input: &TrimInput<'_>, triangles: &mut [[u32; 3]]) {

@@ -8,7 +8,7 @@
 use glam::DVec2;
 
 use super::cdt::{self, AtCrossings, Segment};
-use super::{TrimError, TrimInput, TrimOutcome, TrimOutput};
+use super::{Distinct, TrimError, TrimInput, TrimOutcome, TrimOutput};
 
 /// Lattice corners nearer to a segment than this, in cells, are not vertices. It bounds the worst angle that a corner next to
 /// a segment can make; any positive value is correct.
@@ -24,9 +24,17 @@ const ZONE: i32 = i32::MIN;
 pub fn trim_tile_reference(input: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, TrimError> {
     out.clear();
     input.validate()?;
+    let mut distinct = Distinct::default();
+    let outcome = if distinct.collect(input) {
+        let outcome = triangulate_tile(&distinct.tile(input), out);
+        distinct.restore_ids(input, &mut out.triangles);
+        outcome
+    } else {
+        triangulate_tile(input, out)
+    };
     out.stats.whole_tile = true;
-    out.stats.outcome = triangulate_tile(input, out);
-    Ok(out.stats.outcome)
+    out.stats.outcome = outcome;
+    Ok(outcome)
 }
 
 /// The work of [`trim_tile_reference`] on valid input; appends nothing but overwrites triangles, cells and extra points.

@@ -4,10 +4,9 @@
 //! on the kept side or around kept corners, along the next chain, until it is back. Every crossing is met once from either
 //! cell, which is why the rings' boundaries cancel along lattice lines.
 
-use glam::DVec2;
-
+use super::slits::Slits;
 use super::trace::{NONE, Trace};
-use super::triangulate::Polygon;
+use super::triangulate::{EAR_LIMIT, Polygon};
 use super::{TrimInput, TrimOutput};
 
 /// The loops contradict themselves: crossings do not alternate, or a region reaches beyond the tile.
@@ -68,6 +67,33 @@ impl Rings {
         }
         self.list_full_cells(tile, trace, polygon, out);
         Ok(())
+    }
+
+    /// A small region whose loops cross no lattice line, as most plane faces are, needs no rings. False if it has too many
+    /// vertices or more than one part, or cannot be triangulated directly.
+    pub(super) fn build_one_cell(
+        &mut self,
+        tile: &TrimInput<'_>,
+        trace: &Trace,
+        slits: &mut Slits,
+        polygon: &mut Polygon,
+        out: &mut TrimOutput,
+    ) -> bool {
+        self.rings.clear();
+        self.failed = 0;
+        let loops = &trace.in_cell_loops;
+        let one_cell =
+            trace.crossings.is_empty() && loops.first().is_some_and(|f| loops.iter().all(|l| l.cell == f.cell));
+        if !one_cell || tile.points.len() > EAR_LIMIT {
+            return false;
+        }
+        polygon.clear();
+        let area = slits
+            .join_holes(tile, loops.iter().map(|l| l.loop_index), polygon)
+            .then(|| polygon.triangulate(&mut out.triangles))
+            .flatten();
+        self.double_area = area.unwrap_or(0.0);
+        area.is_some()
     }
 
     #[inline(always)]
@@ -249,11 +275,4 @@ pub(super) fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
         2 => (i, j + 1),
         _ => (i, j),
     }
-}
-
-/// A polygon from a whole loop of tessellants.
-pub(super) fn loop_polygon(points: &[DVec2], first_id: u32, polygon: &mut Polygon) {
-    polygon.clear();
-    polygon.ids.extend((0..points.len() as u32).map(|k| first_id + k));
-    polygon.points.extend_from_slice(points);
 }

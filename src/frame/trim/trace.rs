@@ -92,6 +92,24 @@ impl Bits {
     }
 }
 
+/// The segment being traced.
+struct Segment<'a> {
+    tile: &'a TrimInput<'a>,
+    loop_index: u32,
+    /// Its first tessellant.
+    first: u32,
+    a: DVec2,
+    d: DVec2,
+}
+
+impl Segment<'_> {
+    /// Which end stands for the point at parameter `t`.
+    #[inline(always)]
+    fn nearer_end(&self, t: f64) -> u32 {
+        self.first + u32::from(t >= 0.5)
+    }
+}
+
 /// The crossings of a lattice edge: first, last, and the one inserted last, where the next one is likely to belong.
 #[derive(Clone, Copy, Default)]
 struct EdgeList {
@@ -211,7 +229,8 @@ impl Trace {
                 self.note_near_corner(d, (start + if last { 0 } else { k + 1 }) as u32);
             }
             if from != to {
-                self.step_through(tile, index, start + k, a, d, from, to);
+                let segment = Segment { tile, loop_index: index, first: (start + k) as u32, a, d };
+                self.step_through(&segment, from, to);
             }
             a = d;
             from = to;
@@ -228,27 +247,18 @@ impl Trace {
         }
     }
 
-    /// Adds the crossings of the segment from `a` in cell `from` to `d` in cell `to`: as many steps in x and in y as the cells
-    /// are apart, whatever the coordinates say.
+    /// Adds the crossings of a segment from cell `from` to cell `to`: as many steps in x and in y as the cells are apart,
+    /// whatever the coordinates say.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "inlined into its one caller; a struct would only repeat the names")]
-    fn step_through(
-        &mut self,
-        tile: &TrimInput<'_>,
-        loop_index: u32,
-        segment: usize,
-        a: DVec2,
-        d: DVec2,
-        from: (i32, i32),
-        to: (i32, i32),
-    ) {
+    fn step_through(&mut self, segment: &Segment<'_>, from: (i32, i32), to: (i32, i32)) {
+        let (a, d) = (segment.a, segment.d);
         let (di, dj) = (to.0 - from.0, to.1 - from.1);
         let direction = d - a;
         // Infinite in a direction that has no steps, or when the cells differ only by ownership.
         let inverse = direction.recip();
         let (mut i, mut j) = from;
         let (mut steps_x, mut steps_y) = (di.abs(), dj.abs());
-        let mut snap = segment as u32;
+        let mut snap = segment.first;
         while steps_x + steps_y > 0 {
             let line = DVec2::new(f64::from(i + i32::from(di > 0)), f64::from(j + i32::from(dj > 0)));
             let t = (line - a) * inverse;
@@ -266,13 +276,13 @@ impl Trace {
             if x_first {
                 let t = unit(t.x);
                 let side = if di > 0 { 1 } else { 3 };
-                snap = self.push(tile, loop_index, segment as u32, a.y + t * direction.y, t, [i, j], side, snap);
+                snap = self.push(segment, [i, j], side, a.y + t * direction.y, snap.max(segment.nearer_end(t)));
                 i += di.signum();
                 steps_x -= 1;
             } else {
                 let t = unit(t.y);
                 let side = if dj > 0 { 2 } else { 0 };
-                snap = self.push(tile, loop_index, segment as u32, a.x + t * direction.x, t, [i, j], side, snap);
+                snap = self.push(segment, [i, j], side, a.x + t * direction.x, snap.max(segment.nearer_end(t)));
                 j += dj.signum();
                 steps_y -= 1;
             }
@@ -281,19 +291,7 @@ impl Trace {
 
     /// Appends a crossing, puts it in order along its lattice edge, and returns its snap, which never falls along a segment.
     #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "inlined into its two callers; a struct would only repeat the names")]
-    fn push(
-        &mut self,
-        tile: &TrimInput<'_>,
-        loop_index: u32,
-        segment: u32,
-        position: f64,
-        t: f64,
-        cell: [i32; 2],
-        side: u8,
-        least_snap: u32,
-    ) -> u32 {
-        let snap = (segment + u32::from(t >= 0.5)).max(least_snap);
+    fn push(&mut self, segment: &Segment<'_>, cell: [i32; 2], side: u8, position: f64, snap: u32) -> u32 {
         let (i, j) = (cell[0] as usize, cell[1] as usize);
         let edge = self.edge(i, j, side);
         let seen = if edge.horizontal {
@@ -305,18 +303,18 @@ impl Trace {
         let index = self.crossings.len() as u32;
         let mut crossing = Crossing {
             position,
-            segment,
+            segment: segment.first,
             snap,
             next: index + 1,
             above: NONE,
             below: NONE,
-            loop_index,
+            loop_index: segment.loop_index,
             cell: [i as u16, j as u16],
             side,
             wraps: false,
         };
         if seen {
-            self.insert(tile, &mut crossing, index, edge.index);
+            self.insert(segment.tile, &mut crossing, index, edge.index);
         } else {
             self.lists[edge.index] = EdgeList { first: index, last: index, recent: index };
         }
@@ -327,7 +325,7 @@ impl Trace {
         if distance < CORNER_CLEARANCE && line > 0 && line < limit as i32 {
             let line = line as usize;
             let (ci, cj) = if edge.horizontal { (line, edge.row) } else { (edge.column, line) };
-            self.note_near_crossing(tile, ci, cj, distance, snap, loop_index);
+            self.note_near_crossing(segment, (ci, cj), distance, snap);
         }
         snap
     }
@@ -394,18 +392,9 @@ impl Trace {
 
     #[cold]
     #[inline(never)]
-    fn note_near_crossing(
-        &mut self,
-        tile: &TrimInput<'_>,
-        i: usize,
-        j: usize,
-        distance: f64,
-        snap: u32,
-        loop_index: u32,
-    ) {
-        let loop_index = loop_index as usize;
-        let wrapped = snap == tile.loop_starts[loop_index + 1];
-        let tessellant = if wrapped { tile.loop_starts[loop_index] } else { snap };
+    fn note_near_crossing(&mut self, segment: &Segment<'_>, (i, j): (usize, usize), distance: f64, snap: u32) {
+        let ends = &segment.tile.loop_starts[segment.loop_index as usize..];
+        let tessellant = if snap == ends[1] { ends[0] } else { snap };
         // A tessellant on the corner, at distance 0, comes before a crossing there.
         let distance = distance + f64::MIN_POSITIVE;
         self.candidates.push(Candidate { corner: (j * (self.nu + 1) + i) as u32, distance, tessellant });

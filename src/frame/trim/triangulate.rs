@@ -327,3 +327,80 @@ fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
     let (a, b, c) = (a - p, b - p, c - p);
     a.length_squared() * b.perp_dot(c) - b.length_squared() * a.perp_dot(c) + c.length_squared() * a.perp_dot(b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn polygon(points: &[(f64, f64)]) -> Polygon {
+        let mut polygon = Polygon::default();
+        for (id, &(x, y)) in points.iter().enumerate() {
+            polygon.push(id as u32, DVec2::new(x, y));
+        }
+        polygon.close();
+        polygon
+    }
+
+    #[test]
+    fn spikes_and_repeats_vanish() {
+        let mut polygon = Polygon::default();
+        for id in [3, 1, 1, 2, 1, 4, 5, 4, 3, 9, 3] {
+            polygon.push(id, DVec2::new(f64::from(id), f64::from(id * id)));
+        }
+        polygon.close();
+        assert_eq!(polygon.ids, [3, 1, 4]);
+        polygon.clear();
+        for id in [7, 8, 7] {
+            polygon.push(id, DVec2::ZERO);
+        }
+        polygon.close();
+        assert!(polygon.ids.is_empty() && polygon.points.is_empty());
+    }
+
+    #[test]
+    fn area_is_that_of_the_polygon() {
+        let arrow = [(0.0, 0.0), (4.0, 1.0), (0.0, 2.0), (1.5, 1.2), (1.0, 1.0), (1.5, 0.8)];
+        for count in 3..=arrow.len() {
+            let mut out = Vec::new();
+            let mut polygon = polygon(&arrow[..count]);
+            let want: f64 = (0..count).map(|k| polygon.points[k].perp_dot(polygon.points[(k + 1) % count])).sum();
+            let area = polygon.triangulate(&mut out).expect("simple and counter-clockwise");
+            assert!((area - want).abs() < 1e-12, "{area} instead of {want}");
+            assert_eq!(out.len(), count - 2);
+        }
+    }
+
+    #[test]
+    fn what_is_not_simple_is_refused_and_leaves_nothing() {
+        let clockwise = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.5, 0.5), (1.0, 0.0)];
+        let bow_tie = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)];
+        let flat = [(0.0, 0.0), (1.0, 0.0), (3.0, 0.0), (2.0, 0.0), (1.5, 0.0)];
+        for points in [&clockwise[..], &clockwise[..4], &clockwise[..3], &bow_tie, &flat, &flat[..4], &flat[..3]] {
+            for zip in [0, 2] {
+                let mut polygon = polygon(points);
+                polygon.zip = zip;
+                let mut out = vec![[9; 3]];
+                assert_eq!(polygon.triangulate(&mut out), None, "{points:?}");
+                assert_eq!(out, [[9; 3]]);
+            }
+        }
+    }
+
+    #[test]
+    fn chains_are_zipped_whatever_their_length() {
+        let count = 4 * EAR_LIMIT;
+        let mut polygon = Polygon::default();
+        let half = count / 2;
+        for k in 0..half {
+            polygon.push(k as u32, DVec2::new(k as f64, 0.1 * (k as f64).sin()));
+        }
+        for k in (0..half).rev() {
+            polygon.push((count - 1 - k) as u32, DVec2::new(k as f64 + 0.3, 1.0 + 0.1 * (k as f64).cos()));
+        }
+        let mut out = Vec::new();
+        assert_eq!(polygon.triangulate(&mut out), None, "too long for ears");
+        polygon.zip = half;
+        assert!(polygon.triangulate(&mut out).is_some());
+        assert_eq!(out.len(), count - 2);
+    }
+}
