@@ -19,8 +19,6 @@ const MOST_TRIANGLES: u64 = 4_000_000;
 const STEPS: [u32; 5] = [2, 4, 6, 8, 10];
 /// Share of the tolerance below which a distance is not measured more exactly.
 const ENOUGH: f64 = 1e-4;
-/// Starts per direction of the search that a sample over the tolerance gets.
-const STARTS: u32 = 6;
 /// Searches in all: a mesh that is wrong everywhere is known to be wrong by then.
 const SEARCHES: u32 = 50_000;
 
@@ -51,13 +49,17 @@ pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> Deviatio
         seen: 0,
         uvs: Vec::new(),
     };
+    let misses: Vec<Vec<f64>> =
+        prepared.parts.iter().map(|part| part.edges.iter().map(edges::miss).collect()).collect();
     for batch in &mesh.batches {
-        let face = prepared.parts.get(batch.part.index()).and_then(|part| {
+        let found = prepared.parts.get(batch.part.index()).and_then(|part| {
             let row = (*part.face_rows.get(batch.face.index())?)?;
-            part.faces.get(row as usize)
+            Some((part.faces.get(row as usize)?, part.tiles.get(batch.tile.0 as usize)?))
         });
-        if let Some(face) = face {
-            audit.batch(batch, face);
+        if let Some((face, tile)) = found {
+            let edges = tile.loops.iter().flatten().map(|edge_use| edge_use.edge as usize);
+            let miss = edges.fold(0.0_f64, |most, edge| most.max(misses[batch.part.index()][edge]));
+            audit.batch(batch, face, face.gap + miss);
         }
     }
     let (edges, edge_places) = edges::measure(prepared, mesh, chord);
@@ -109,7 +111,8 @@ struct Audit<'a> {
 }
 
 impl Audit<'_> {
-    fn batch(&mut self, batch: &Batch, face: &PreparedFace) {
+    /// Measures a batch of `face`, whose edges and vertices may be `file_gap` away from its surface.
+    fn batch(&mut self, batch: &Batch, face: &PreparedFace, file_gap: f64) {
         let mesh = &batch.mesh;
         let mut uvs = std::mem::take(&mut self.uvs);
         uvs.clear();
@@ -129,7 +132,7 @@ impl Audit<'_> {
             let points = corners.map(|v| mesh.positions[v as usize]);
             let parameters = corners.map(|v| uvs[v as usize]);
             let on_lattice = corners.iter().all(|&v| matches!(mesh.origins[v as usize], Origin::Lattice { .. }));
-            let gap = if on_lattice { 0.0 } else { face.gap };
+            let gap = if on_lattice { 0.0 } else { file_gap };
             let wanted = self.share * squared_size(points) / self.mean_size;
             let flat = face.kind == SurfaceKind::Plane;
             let finest = patterns.len() - 1;
@@ -152,7 +155,7 @@ impl Audit<'_> {
         if let Some((over_tolerance, triangle, point)) = worst {
             let (part, face_id, tile) = (batch.part, batch.face, batch.tile);
             let place =
-                Place { part, face: face_id, tile, triangle, kind: face.kind, point, over_tolerance, gap: face.gap };
+                Place { part, face: face_id, tile, triangle, kind: face.kind, point, over_tolerance, gap: file_gap };
             let known = self.faces.entry((part, face_id)).or_insert(place);
             if place.over_tolerance > known.over_tolerance {
                 *known = place;
@@ -173,7 +176,7 @@ impl Audit<'_> {
         let around = 0.5 * (high - low);
         let (start, end) = parameter_box(patches);
         let ends = ((low - around).max(start), (high + around).min(end));
-        walked.min(search_surface(patches, p, ends, STARTS, enough).distance)
+        walked.min(search_surface(patches, p, ends, enough).distance)
     }
 
     fn report(self, triangles: u64, edges: &Tally, mut worst_edges: Vec<EdgePlace>) -> DeviationReport {

@@ -37,6 +37,19 @@ pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> (Ta
     (tally, places)
 }
 
+/// How far the vertices of an edge are from its curve's ends at most: the file's doing.
+pub(super) fn miss(edge: &PreparedEdge) -> f64 {
+    match &edge.shape {
+        EdgeShape::Curve(curve) => ends_missed(edge, curve).into_iter().fold(0.0, f64::max),
+        EdgeShape::Point(_) => 0.0,
+    }
+}
+
+/// Distance between vertex and curve at the first and at the last parameter.
+fn ends_missed(edge: &PreparedEdge, curve: &BezierSpline3) -> [f64; 2] {
+    [edge.breaks.first(), edge.breaks.last()].map(|end| end.map_or(0.0, |end| end.point.distance(curve.point(end.t))))
+}
+
 /// Follows a curve along its polyline. Only points are given, so parameters are found again: at breaks exactly, between
 /// them by walking on from the sample before.
 struct Follower<'a> {
@@ -48,8 +61,7 @@ struct Follower<'a> {
 impl Follower<'_> {
     fn measure(&self, points: &[DVec3], add: &mut impl FnMut(f64, DVec3)) {
         let (t0, t1) = self.curve.range();
-        let [start, end] = [(points.first(), t0), (points.last(), t1)]
-            .map(|(p, t)| p.map_or(0.0, |p| p.distance(self.curve.point(t))));
+        let [start, end] = ends_missed(self.edge, self.curve);
         let breaks = &self.edge.breaks;
         let mut next_break = 1;
         let mut from = t0;

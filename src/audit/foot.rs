@@ -10,9 +10,17 @@ const CLOSE: f64 = 0.05;
 /// Steps of a walk. Samples start near their foot: two or three are common, more only where the surface folds.
 const STEPS: usize = 16;
 /// How often a step that leads away is cut to a quarter.
-const CUTS: usize = 4;
+const CUTS: i32 = 5;
+/// Share of the next piece that a step held at a piece's end goes into it.
+const ACROSS: f64 = 1e-3;
 /// Share of the product of squared derivative lengths below which their determinant counts as zero.
 const SINGULAR: f64 = 1e-9;
+
+/// Starts of a search per direction, and per piece where there are many.
+const STARTS: u32 = 6;
+const PER_PIECE: usize = 3;
+/// Most starts of a search per direction.
+const MOST_STARTS: u32 = 32;
 
 /// Where a walk ended.
 #[derive(Clone, Copy, Debug)]
@@ -43,10 +51,10 @@ pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enou
         if (here.du * step.x + here.dv * step.y).length() <= CLOSE * distance {
             break;
         }
-        let mut share = 1.0;
-        let nearer = (0..CUTS).find_map(|_| {
-            let to = (at + step * share).clamp(low, high);
-            share *= 0.25;
+        let whole = (at + step).clamp(low, high);
+        let share = hold(&patches.breaks_u, at.x, whole.x).min(hold(&patches.breaks_v, at.y, whole.y));
+        let nearer = (0..=CUTS).find_map(|cut| {
+            let to = if cut == 0 { whole } else { at + (whole - at) * (share * 0.25_f64.powi(cut - 1)) };
             let there = patches.derivatives(to.x, to.y);
             (there.point.distance(p) < distance).then_some((to, there))
         });
@@ -56,18 +64,24 @@ pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enou
     Foot::new(distance, at)
 }
 
-/// Walks from the best of a `steps` × `steps` grid of starts over the box from `low` to `high`.
+/// Walks from the best of a grid of starts over the box from `low` to `high`: [`STARTS`] per direction, or [`PER_PIECE`]
+/// per piece.
 pub(super) fn search_surface(
     patches: &BezierPatches,
     p: DVec3,
     (low, high): (DVec2, DVec2),
-    steps: u32,
     enough: f64,
 ) -> Foot<DVec2> {
     let mut best = Foot { distance: f64::INFINITY, at: low };
-    for i in 0..steps {
-        for j in 0..steps {
-            let at = low + (high - low) * DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5) / f64::from(steps);
+    let steps = |breaks: &[f64], low: f64, high: f64| {
+        let inner = breaks.iter().filter(|&&b| b > low && b < high).count();
+        u32::try_from(PER_PIECE * (inner + 1)).map_or(MOST_STARTS, |steps| steps.clamp(STARTS, MOST_STARTS))
+    };
+    let (steps_u, steps_v) = (steps(&patches.breaks_u, low.x, high.x), steps(&patches.breaks_v, low.y, high.y));
+    let cell = (high - low) / DVec2::new(f64::from(steps_u), f64::from(steps_v));
+    for i in 0..steps_u {
+        for j in 0..steps_v {
+            let at = low + cell * DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5);
             let distance = patches.derivatives(at.x, at.y).point.distance(p);
             if distance < best.distance {
                 best = Foot { distance, at };
@@ -75,6 +89,21 @@ pub(super) fn search_surface(
         }
     }
     walk_surface(patches, p, best.at, enough)
+}
+
+/// The share of the way from `from` to `to` that ends just across the next break. Speeds of parametrisation may jump a
+/// thousandfold there: a step that a slow piece asks for means nothing in a fast one.
+fn hold(breaks: &[f64], from: f64, to: f64) -> f64 {
+    let across = if to > from {
+        let next = breaks.partition_point(|&b| b <= from);
+        breaks.get(next..next + 2).map(|piece| piece[0] + ACROSS * (piece[1] - piece[0]))
+    } else {
+        let next = breaks.partition_point(|&b| b < from);
+        let piece = next.checked_sub(2).and_then(|start| breaks.get(start..next));
+        piece.map(|piece| piece[1] - ACROSS * (piece[1] - piece[0]))
+    };
+    // Without a way to go the share is no number, and `min` drops it.
+    across.map_or(1.0, |across| ((across - from) / (to - from)).abs().min(1.0))
 }
 
 /// First and last corner of the parameter box.
@@ -135,10 +164,9 @@ pub(super) fn walk_curve(
         if (here.d1 * step).length() <= CLOSE * distance {
             break;
         }
-        let mut share = 1.0;
-        let nearer = (0..CUTS).find_map(|_| {
-            let to = at + step * share;
-            share *= 0.25;
+        let share = hold(&curve.breaks, at, at + step);
+        let nearer = (0..=CUTS).find_map(|cut| {
+            let to = if cut == 0 { at + step } else { at + step * (share * 0.25_f64.powi(cut - 1)) };
             let there = curve.derivatives(to);
             (there.point.distance(p) < distance).then_some((to, there))
         });

@@ -23,7 +23,7 @@ pub struct Place {
     pub point: DVec3,
     /// Distance to the surface, less the gap allowed there, over the chord tolerance.
     pub over_tolerance: f64,
-    /// The gap between surface and edges that the file leaves on this face, millimetres.
+    /// The gap between surface and edges, and between edges and vertices, that the file leaves here, millimetres.
     pub gap: f64,
 }
 
@@ -48,8 +48,8 @@ pub struct DeviationReport {
     pub chord: f64,
     /// Distances of triangles to surfaces as they are.
     pub raw: Spread,
-    /// The same beyond the gap that the file leaves between a face's surface and its edges. Triangles whose corners are
-    /// all lattice points get no such allowance.
+    /// The same beyond the gap that the file leaves between a face's surface and its edges, and between these and their
+    /// vertices. Triangles whose corners are all lattice points get no such allowance.
     pub beyond_gap: Spread,
     /// `beyond_gap` per kind of surface, without kinds that do not occur.
     pub kinds: Vec<(SurfaceKind, Spread)>,
