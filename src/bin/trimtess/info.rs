@@ -7,7 +7,7 @@ use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
-use trimtess::model::{EdgeId, Loop, Model, Part, Severity, ShellKind, Surface};
+use trimtess::model::{EdgeId, Loop, Model, Part, Severity, ShellKind};
 use trimtess::prepare::{PrepareOptions, prepare};
 
 /// `trimtess info`
@@ -99,7 +99,7 @@ impl Info {
         let mut shells = Shells::default();
         for part in &model.parts {
             for face in &part.faces {
-                *surfaces.entry(surface_name(&face.surface)).or_insert(0) += 1;
+                *surfaces.entry(face.surface.kind().name()).or_insert(0) += 1;
             }
             shells.add(part);
         }
@@ -184,19 +184,5 @@ impl Shells {
                 self.voids += usize::from(shell.kind == ShellKind::Void);
             }
         }
-    }
-}
-
-/// A surface's kind, in one word.
-fn surface_name(surface: &Surface) -> &'static str {
-    match surface {
-        Surface::Plane { .. } => "plane",
-        Surface::Cylinder { .. } => "cylinder",
-        Surface::Cone { .. } => "cone",
-        Surface::Sphere { .. } => "sphere",
-        Surface::Torus { .. } => "torus",
-        Surface::Extrusion { .. } => "extrusion",
-        Surface::Revolution { .. } => "revolution",
-        Surface::Nurbs(_) => "nurbs",
     }
 }

@@ -6,6 +6,7 @@ use crate::report::{Laps, Report};
 use crate::{Common, Done, Failure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use trimtess::audit;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::out::{self, Format};
@@ -97,7 +98,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
 
     if args.check {
         progress.stage("checking");
-        check(&frame, &mut report);
+        check(&prepared, &frame, tolerance.chord, &mut report);
     }
     report.diagonal_mm = prepared.diagonal;
     let check = laps.lap();
@@ -144,15 +145,19 @@ pub(crate) fn make(
     Ok(made)
 }
 
-/// Checks the mesh and books what is found.
-fn check(frame: &MemorySink, report: &mut Report) {
-    let facts = check_scene(frame);
-    report.open_edges = Some(facts.total.open_edges);
-    report.unbalanced_edges = Some(facts.total.unbalanced_edges);
-    if !facts.total.is_well_formed() {
-        report.add_error(format!("the mesh is malformed: {}", facts.total));
+/// Runs both halves of the oracle and books what they find.
+fn check(prepared: &Prepared, frame: &MemorySink, chord: f64, report: &mut Report) {
+    let facts = check_scene(frame).total;
+    report.open_edges = Some(facts.open_edges);
+    report.unbalanced_edges = Some(facts.unbalanced_edges);
+    if !facts.is_well_formed() {
+        report.add_error(format!("the mesh is malformed: {facts}"));
     }
-    tracing::info!("{}", facts.total);
+    tracing::info!("{facts}");
+    let deviation = audit::deviation(prepared, frame, chord);
+    report.max_deviation_over_tolerance = Some(deviation.beyond_gap.worst.max(deviation.edges.worst));
+    report.p999_deviation_over_tolerance = Some(deviation.beyond_gap.p999.max(deviation.edges.p999));
+    tracing::info!("{deviation}");
 }
 
 /// A folder that is not there is found before the work, not after it.
