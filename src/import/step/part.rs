@@ -55,8 +55,8 @@ impl Reader<'_> {
             .with_min_len(16)
             .map(|((_, shell, ..), face)| {
                 let face = face.as_ref().ok()?;
-                let reach = || reach(face, &edges);
                 let geometry = self.geometry(shell.units);
+                let reach = || reach(&geometry, face, &edges);
                 Some(geometry.surface(face.surface, &reach, self.options.offset_tolerance, 0))
             })
             .collect();
@@ -141,15 +141,18 @@ impl Reader<'_> {
 }
 
 /// Points whose hull covers the face's boundary.
-fn reach(face: &StatedFace, edges: &HashMap<EdgeKey, Read<Draft>>) -> Vec<DVec3> {
-    let uses = face.bounds.iter().flat_map(|bound| match bound {
-        Bound::Edges(uses) => uses.as_slice(),
-        Bound::Vertex(_) => &[],
-    });
-    uses.filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok())
-        .filter_map(|draft| draft.curve.as_ref())
-        .flat_map(|bounded| bounded.curve.points.iter().copied())
-        .collect()
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &HashMap<EdgeKey, Read<Draft>>) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    for bound in &face.bounds {
+        match bound {
+            Bound::Vertex(id) => points.extend(geometry.vertex(*id).ok()),
+            Bound::Edges(uses) => {
+                let drafts = uses.iter().filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok()?.curve.as_ref());
+                points.extend(drafts.flat_map(|bounded| bounded.curve.points.iter().copied()));
+            }
+        }
+    }
+    points
 }
 
 /// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.

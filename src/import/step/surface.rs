@@ -6,7 +6,7 @@ use super::place::Geometry;
 use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
 use glam::DVec3;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Points whose hull covers a face's boundary, asked for only where a sweep of an unbounded curve has to be bounded.
 pub(super) type Reach<'a> = &'a dyn Fn() -> Vec<DVec3>;
@@ -267,11 +267,13 @@ fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
 fn reaching(carrier: &Carrier, reach: &[DVec3], flat: impl Fn(&DVec3, &Frame3) -> DVec3) -> Option<NurbsCurve3> {
     match carrier {
         Carrier::Hyperbola { frame, a, b } => {
-            let range = widened(reach.iter().map(|p| (frame.local(flat(p, frame)).y / b).asinh()))?;
+            let (low, high) = extent(reach.iter().map(|p| (frame.local(flat(p, frame)).y / b).asinh()))?;
+            let range = widened(low, high)?;
             Some(hyperbolic_arc(frame.origin, frame.x * *a, frame.y * *b, range))
         }
         Carrier::Parabola { frame, focal } => {
-            let range = widened(reach.iter().map(|p| frame.local(flat(p, frame)).y / (2.0 * focal)))?;
+            let (low, high) = extent(reach.iter().map(|p| frame.local(flat(p, frame)).y / (2.0 * focal)))?;
+            let range = widened(low, high)?;
             Some(parabolic_arc(frame.origin, frame.x * *focal, frame.y * *focal, range))
         }
         _ => None,
@@ -282,26 +284,41 @@ fn reaching(carrier: &Carrier, reach: &[DVec3], flat: impl Fn(&DVec3, &Frame3) -
 fn turned_line(frame: &Frame3, point: DVec3, along: DVec3, reach: &[DVec3]) -> Option<NurbsCurve3> {
     let (start, step) = (frame.local(point), along.try_normalize()?);
     let climb = step.dot(frame.z);
-    if climb.abs() > 1e-9 {
-        let range = widened(reach.iter().map(|p| (frame.local(*p).z - start.z) / climb))?;
-        return Some(NurbsCurve3::line(point + step * range.0, point + step * range.1));
-    }
-    // A line across the axis sweeps a flat ring: heights say nothing, distances from the axis do.
     let flat = |v: DVec3| DVec3::new(v.x, v.y, 0.0);
     let direction = DVec3::new(step.dot(frame.x), step.dot(frame.y), 0.0);
+    if climb.abs() > 1e-9 {
+        let along = |p: &DVec3| (frame.local(*p).z - start.z) / climb;
+        let (mut low, mut high) = extent(reach.iter().map(along))?;
+        // A boundary at one height encloses the apex, if there is one: the line's nearest point to the axis.
+        let apex = -flat(start).dot(direction) / direction.length_squared();
+        if high - low <= 1e-6 * (low - apex).abs() {
+            (low, high) = (low.min(apex), high.max(apex));
+        }
+        // The pole must stay the end of the line.
+        let (from, to) = widened(low, high)?;
+        let (from, to) = (if low == apex { low } else { from }, if high == apex { high } else { to });
+        return Some(NurbsCurve3::line(point + step * from, point + step * to));
+    }
+    // A line across the axis sweeps a flat ring: heights say nothing, distances from the axis do.
     let middle = -flat(start).dot(direction);
     let closest = (flat(start) + direction * middle).length_squared();
     let far = reach.iter().map(|p| (flat(frame.local(*p)).length_squared() - closest).max(0.0).sqrt());
-    let (_, far) = widened(far)?;
+    let (near, far) = extent(far)?;
+    let (_, far) = widened(near, far)?;
     // Keep to the side of the axis on which the stated point lies.
     let (low, high) = if middle <= 0.0 { (middle, middle + far) } else { (middle - far, middle) };
     Some(NurbsCurve3::line(point + step * low, point + step * high))
 }
 
-/// The range of some parameters, a little widened. `None` if there are none or they are not finite.
-fn widened(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+/// The smallest and the largest of some parameters. `None` if there are none.
+fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
-    let margin = 1e-3 * (high - low) + f64::EPSILON * low.abs().max(high.abs());
+    (low <= high).then_some((low, high))
+}
+
+/// A range a little widened. `None` if it is not finite or still empty.
+fn widened(low: f64, high: f64) -> Option<(f64, f64)> {
+    let margin = 1e-3 * (high - low) + 4.0 * f64::EPSILON * low.abs().max(high.abs());
     let range = (low - margin, high + margin);
-    (range.0 < range.1 && (range.1 - range.0).is_finite() && TAU.is_finite()).then_some(range)
+    (range.0 < range.1 && (range.1 - range.0).is_finite()).then_some(range)
 }

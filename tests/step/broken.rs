@@ -1,0 +1,134 @@
+//! Broken and hostile files: a message or a diagnostic, never a panic, and nothing else lost.
+
+use crate::{file, model, only_part, world};
+use trimtess::import::step::{StepError, StepOptions, read, read_file};
+use trimtess::model::{Model, Severity};
+
+const BALLS: &str = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60,#70),#1);\n\
+    #60=MANIFOLD_SOLID_BREP('',#61);\n#61=CLOSED_SHELL('',(#62));\n#62=ADVANCED_FACE('',(),#63,.T.);\n\
+    #63=SPHERICAL_SURFACE('',#20,1.);\n\
+    #70=MANIFOLD_SOLID_BREP('',#71);\n#71=CLOSED_SHELL('',(#72));\n#72=ADVANCED_FACE('',(),#73,.T.);\n\
+    #73=SPHERICAL_SURFACE('',#20,2.);\n";
+
+fn try_read(text: &str) -> Result<Model, StepError> {
+    read(text.as_bytes(), &StepOptions::default())
+}
+
+fn faces(model: &Model) -> usize {
+    model.parts.iter().map(|part| part.faces.len()).sum()
+}
+
+fn errors(model: &Model) -> Vec<String> {
+    let lost = model.diagnostics.iter().filter(|d| d.severity == Severity::Error);
+    lost.map(|d| d.reason.clone()).collect()
+}
+
+#[test]
+fn a_syntax_error_costs_one_instance() {
+    let text = file(&(world() + BALLS));
+    assert_eq!(faces(&try_read(&text).expect("sound")), 2);
+    for (good, bad) in [
+        ("#73=SPHERICAL_SURFACE('',#20,2.)", "#73=SPHERICAL_SURFACE('',#20,?2.)"),
+        ("#73=SPHERICAL_SURFACE('',#20,2.)", "#73=SPHERICAL_SURFACE('',#20,2.))"),
+        ("#73=SPHERICAL_SURFACE('',#20,2.)", "#63=SPHERICAL_SURFACE('',#20,2.)"),
+        ("#73=SPHERICAL_SURFACE('',#20,2.);", "#73=SPHERICAL_SURFACE('',#20,2."),
+    ] {
+        let broken = text.replace(good, bad);
+        let model = try_read(&broken).unwrap_or_else(|e| panic!("{bad}: {e}"));
+        assert_eq!(faces(&model), 1, "{bad}: {:?}", model.diagnostics);
+        let errors = errors(&model);
+        assert!(errors.iter().any(|e| e.contains("was left out") && e.contains("line")), "{bad}: {errors:?}");
+        assert!(errors.iter().any(|e| e.contains("#73")), "{bad}: {errors:?}");
+    }
+}
+
+#[test]
+fn too_many_syntax_errors_give_the_file_up() {
+    let text = file(&(world() + BALLS + &"#9=?;\n".repeat(3)));
+    let options = StepOptions { max_syntax_repairs: 2, ..Default::default() };
+    let error = read(text.as_bytes(), &options).expect_err("three errors");
+    assert!(matches!(error, StepError::Syntax { repairs: 2, .. }), "{error}");
+    assert!(error.to_string().contains("line"), "{error}");
+}
+
+#[test]
+fn a_truncated_file_gives_what_is_whole() {
+    let text = file(&(world() + BALLS));
+    let cut = text.find("#73=").expect("there");
+    for extra in [0, 8, 25] {
+        let model = try_read(&text[..cut + extra]).expect("closed for the writer");
+        assert_eq!(faces(&model), 1, "cut {extra} bytes into #73");
+    }
+}
+
+#[test]
+fn other_files_are_named() {
+    for (bytes, word) in [
+        (&b""[..], "empty"),
+        (b"PK\x03\x04....", "ZIP"),
+        (b"\x1f\x8b...", "gzip"),
+        (b"solid cube\nfacet", "STL"),
+        (b"hello", "no Part 21"),
+    ] {
+        let error = read(bytes, &StepOptions::default()).expect_err("not STEP");
+        assert!(error.to_string().contains(word), "{error}");
+    }
+    let iges = format!("{:72}S      1\n", "");
+    assert!(try_read(&iges).expect_err("IGES").to_string().contains("IGES"));
+    let error = read_file("does/not/exist.stp".as_ref(), &StepOptions::default()).expect_err("absent");
+    assert!(error.to_string().contains("does/not/exist.stp"), "{error}");
+    let options = StepOptions { max_bytes: 10, ..Default::default() };
+    assert!(matches!(read(b"ISO-10303-21;", &options), Err(StepError::TooLarge { bytes: 13, limit: 10 })));
+}
+
+#[test]
+fn a_file_without_faces_is_an_empty_model_with_a_warning() {
+    let model = model(&world());
+    assert!(model.parts.is_empty() && model.instances.is_empty());
+    assert!(model.diagnostics.iter().any(|d| d.reason.contains("no faces")), "{:?}", model.diagnostics);
+}
+
+#[test]
+fn references_in_circles_end() {
+    let circles = "#80=TRIMMED_CURVE('',#80,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(1.)),.T.,.PARAMETER.);\
+        #81=SURFACE_CURVE('',#81,(),.CURVE_3D.);#82=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#83);\
+        #83=COMPOSITE_CURVE('',(#82,#82,#82),.F.);#84=OFFSET_SURFACE('',#84,1.,.F.);\
+        #85=ORIENTED_CLOSED_SHELL('',*,#85,.F.);#86=MANIFOLD_SOLID_BREP('',#85);#87=ORIENTED_FACE('',*,#87,.T.);\
+        #88=ORIENTED_EDGE('',*,*,#88,.T.);#89=EDGE_LOOP('',(#88));#90=FACE_BOUND('',#89,.T.);\
+        #91=ADVANCED_FACE('',(#90),#84,.T.);#92=ADVANCED_FACE('',(),#84,.T.);\
+        #93=SURFACE_OF_LINEAR_EXTRUSION('',#80,#94);#94=VECTOR('',#23,1.);#95=ADVANCED_FACE('',(),#93,.T.);\
+        #96=SURFACE_OF_REVOLUTION('',#83,#20);#97=ADVANCED_FACE('',(),#96,.T.);\
+        #98=SURFACE_OF_REVOLUTION('',#81,#20);#99=ADVANCED_FACE('',(),#98,.T.);\
+        #100=CLOSED_SHELL('',(#91,#92,#95,#97,#99,#87));#101=MANIFOLD_SOLID_BREP('',#100);\
+        #102=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#86,#101,#60),#1);\
+        #103=STYLED_ITEM('',(#104),#60);#104=PRESENTATION_STYLE_ASSIGNMENT((#104));";
+    let model = model(&(world() + BALLS + circles));
+    assert_eq!(faces(&model), 2, "the two balls: {:?}", model.diagnostics);
+    assert!(errors(&model).len() >= 7, "{:?}", errors(&model));
+}
+
+#[test]
+fn nonsense_numbers_cost_their_face() {
+    for bad in [
+        "#73=SPHERICAL_SURFACE('',#20,0.)",
+        "#73=SPHERICAL_SURFACE('',#20,-1.)",
+        "#73=SPHERICAL_SURFACE('',#20,$)",
+        "#73=SPHERICAL_SURFACE('',#9999,1.)",
+        "#73=SPHERICAL_SURFACE('',#73,1.)",
+        "#73=SPHERICAL_SURFACE()",
+        "#73=CONICAL_SURFACE('',#20,1.,1.5707963267948966)",
+        "#73=NO_SUCH_SURFACE('',#20,1.)",
+        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(9000000000000000000,2),(2,2),(0.,1.),(0.,1.),.U.)",
+        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(1.,0.),(0.,1.),.U.)",
+        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(1.,1.),(0.,1.),.U.)",
+        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',900000,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(0.,1.),(0.,1.),.U.)",
+        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(0.,1.),(0.,1.),.U.)",
+        "#73=BEZIER_SURFACE('',0,0,((#21)),.U.,.F.,.F.,.F.)",
+        "#73=BEZIER_SURFACE('',1,1,(),.U.,.F.,.F.,.F.)",
+    ] {
+        let model = model(&(world() + &BALLS.replace("#73=SPHERICAL_SURFACE('',#20,2.)", bad)));
+        assert_eq!(only_part(&model).faces.len(), 1, "{bad}: {:?}", model.diagnostics);
+        let lost = model.diagnostics.iter().filter(|d| d.severity == Severity::Error && d.entity == 72).count();
+        assert_eq!(lost, 1, "{bad}: {:?}", model.diagnostics);
+    }
+}

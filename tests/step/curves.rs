@@ -1,0 +1,233 @@
+//! Edges on every kind of curve: from vertex to vertex, along the stated sense, exactly.
+
+use crate::{clean, edge_of, model, near, only_part, placement, point, shell, vertex, world};
+use glam::DVec3;
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
+use trimtess::model::{CurveKind, Edge, Part};
+
+/// Reads edge #50 from `start` to `end` on curve #60, closed by straight edge #51 in a plane.
+fn edge(start: [f64; 3], end: [f64; 3], same_sense: bool, curve: &str) -> (Part, Edge) {
+    let sense = if same_sense { 'T' } else { 'F' };
+    let (loop_edges, vertices) = if start == end {
+        ("#70".to_owned(), format!("{}#50=EDGE_CURVE('',#30,#30,#60,.{sense}.);", vertex(30, start)))
+    } else {
+        let back = "#51=EDGE_CURVE('',#32,#30,#55,.T.);#55=LINE('',#31,#56);#56=VECTOR('',#57,1.);#57=DIRECTION('',(1.,0.,0.));";
+        let forth = format!("#50=EDGE_CURVE('',#30,#32,#60,.{sense}.);");
+        ("#70,#71".to_owned(), vertex(30, start) + &vertex(32, end) + &forth + back)
+    };
+    let loops = format!(
+        "#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',({loop_edges}));\
+         #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
+    );
+    // An oriented edge that nothing refers to may name an edge that is not there.
+    let face = shell("ADVANCED_FACE('',(#76),#77,.T.)", 2);
+    let model = model(&(world() + &vertices + curve + &loops + &face));
+    clean(&model);
+    let part = only_part(&model).clone();
+    let edge = edge_of(&part, 50).clone();
+    assert!(edge.range.0 < edge.range.1);
+    near(edge.curve.point(edge.range.0), DVec3::from(start));
+    assert!(edge.curve.point(edge.range.1).distance(DVec3::from(end)) < 1e-8);
+    assert_eq!(edge.start == edge.end, start == end);
+    (part, edge)
+}
+
+/// The point at a fraction of the edge's range.
+fn at(edge: &Edge, fraction: f64) -> DVec3 {
+    edge.curve.point(edge.range.0 + (edge.range.1 - edge.range.0) * fraction)
+}
+
+const CIRCLE: &str = "#60=CIRCLE('',#20,2.);";
+
+#[test]
+fn a_line_is_two_points() {
+    let line = "#60=LINE('',#31,#61);#61=VECTOR('',#62,5.);#62=DIRECTION('',(0.,1.,0.));";
+    let (_, edge) = edge([0.0, 0.0, 0.0], [0.0, 3.0, 0.0], true, line);
+    assert_eq!((edge.kind, edge.curve.degree, edge.curve.points.len()), (CurveKind::Line, 1, 2));
+}
+
+#[test]
+fn the_sense_of_a_circle_tells_the_short_arc_from_the_long_one() {
+    let (_, short) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, CIRCLE);
+    near(at(&short, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_eq!((short.kind, short.curve.points.len()), (CurveKind::Circle, 3));
+    let (_, long) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], false, CIRCLE);
+    near(at(&long, 0.5), DVec3::new(-2.0, -2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_eq!(long.curve.points.len(), 7);
+}
+
+#[test]
+fn a_closed_circle_starts_at_its_vertex() {
+    for same_sense in [true, false] {
+        let (_, edge) = edge([0.0, 2.0, 0.0], [0.0, 2.0, 0.0], same_sense, CIRCLE);
+        assert!((edge.range.1 - edge.range.0 - TAU).abs() < 1e-12);
+        let side = if same_sense { -2.0 } else { 2.0 };
+        near(at(&edge, 0.25), DVec3::new(side, 0.0, 0.0));
+        near(at(&edge, 0.5), DVec3::new(0.0, -2.0, 0.0));
+    }
+}
+
+#[test]
+fn two_vertices_in_one_place_close_a_circle_but_a_short_arc_stays_short() {
+    let (_, short) = edge([2.0, 0.0, 0.0], [2.0 * 1e-4f64.cos(), 2.0 * 1e-4f64.sin(), 0.0], true, CIRCLE);
+    assert!((short.range.1 - short.range.0 - 1e-4).abs() < 1e-9);
+    let (_, whole) = edge([2.0, 0.0, 0.0], [2.0 * 1e-9f64.cos(), 2e-9, 0.0], true, CIRCLE);
+    assert!((whole.range.1 - whole.range.0 - TAU).abs() < 1e-12);
+}
+
+#[test]
+fn conics_are_exact() {
+    let (_, ellipse) = edge([3.0, 0.0, 0.0], [0.0, 1.0, 0.0], true, "#60=ELLIPSE('',#20,3.,1.);");
+    near(at(&ellipse, 0.5), DVec3::new(3.0, 1.0, 0.0) * FRAC_1_SQRT_2);
+    assert_eq!(ellipse.kind, CurveKind::Conic);
+    let ends = |t: f64| [3.0 * t.cosh(), 2.0 * t.sinh(), 0.0];
+    // The sense cannot matter on an open curve.
+    for same_sense in [true, false] {
+        let (_, hyperbola) = edge(ends(-0.7), ends(1.9), same_sense, "#60=HYPERBOLA('',#20,3.,2.);");
+        for i in 0..=10 {
+            let p = at(&hyperbola, f64::from(i) / 10.0);
+            assert!(((p.x / 3.0).powi(2) - (p.y / 2.0).powi(2) - 1.0).abs() < 1e-10, "{p}");
+        }
+        let (_, parabola) = edge([1.0, -2.0, 0.0], [4.0, 4.0, 0.0], same_sense, "#60=PARABOLA('',#20,1.);");
+        near(at(&parabola, 0.5), DVec3::new(0.25, 1.0, 0.0));
+    }
+}
+
+/// Control points #61.. of an arch.
+fn arch() -> String {
+    [[0.0, 0.0, 0.0], [1.0, 2.0, 0.0], [3.0, 2.0, 0.0], [4.0, 0.0, 0.0]]
+        .into_iter()
+        .zip(61..)
+        .map(|(p, id)| point(id, p))
+        .collect()
+}
+
+#[test]
+fn a_b_spline_is_kept_and_reversed_where_the_sense_says_so() {
+    let spline = arch()
+        + "#60=B_SPLINE_CURVE_WITH_KNOTS('',3,(#61,#62,#63,#64),.UNSPECIFIED.,.F.,.F.,(4,4),(0.,2.),.UNSPECIFIED.);";
+    let (_, forth) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &spline);
+    assert_eq!((forth.kind, forth.range), (CurveKind::Spline, (0.0, 2.0)));
+    assert_eq!(forth.curve.knots, [0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 2.0]);
+    let (_, back) = edge([4.0, 0.0, 0.0], [0.0; 3], false, &spline);
+    near(back.curve.points[0], DVec3::new(4.0, 0.0, 0.0));
+    // A flag that contradicts the vertices gives way.
+    let (_, wrong) = edge([4.0, 0.0, 0.0], [0.0; 3], true, &spline);
+    near(at(&wrong, 0.25), at(&back, 0.25));
+}
+
+#[test]
+fn an_edge_may_use_a_part_of_its_curve() {
+    let spline = arch() + "#60=BEZIER_CURVE('',3,(#61,#62,#63,#64),.UNSPECIFIED.,.F.,.F.);";
+    let (_, whole) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &spline);
+    let (start, end) = (at(&whole, 0.25), at(&whole, 0.75));
+    let (_, part) = edge(start.into(), end.into(), true, &spline);
+    assert!((part.range.0 - 0.25).abs() < 1e-9 && (part.range.1 - 0.75).abs() < 1e-9, "{:?}", part.range);
+    near(at(&part, 0.5), at(&whole, 0.5));
+}
+
+#[test]
+fn forms_imply_their_knots() {
+    let quasi = arch() + "#60=QUASI_UNIFORM_CURVE('',2,(#61,#62,#63,#64),.UNSPECIFIED.,.F.,.F.);";
+    let (_, edge_quasi) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &quasi);
+    assert_eq!(edge_quasi.curve.knots, [0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]);
+    let uniform = arch() + "#60=UNIFORM_CURVE('',1,(#61,#62,#63,#64),.UNSPECIFIED.,.F.,.F.);";
+    let (_, edge_uniform) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &uniform);
+    assert_eq!(edge_uniform.curve.knots, [-1.0, 0.0, 1.0, 2.0, 3.0, 4.0]);
+}
+
+const QUARTER: &str = "#60=(BOUNDED_CURVE()B_SPLINE_CURVE(2,(#61,#62,#63),.CIRCULAR_ARC.,.F.,.F.)\
+    B_SPLINE_CURVE_WITH_KNOTS((3,3),(0.,1.),.UNSPECIFIED.)CURVE()GEOMETRIC_REPRESENTATION_ITEM()\
+    RATIONAL_B_SPLINE_CURVE((1.,0.7071067811865476,1.))REPRESENTATION_ITEM(''));";
+
+#[test]
+fn a_rational_b_spline_is_complex() {
+    let points = point(61, [2.0, 0.0, 0.0]) + &point(62, [2.0, 2.0, 0.0]) + &point(63, [0.0, 2.0, 0.0]);
+    let (_, edge) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, &(points + QUARTER));
+    near(at(&edge, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_eq!(edge.curve.weights.len(), 3);
+}
+
+#[test]
+fn a_closed_spline_is_passed_through_its_seam() {
+    // A square of quadratic arches, closed at (0,0).
+    let corners =
+        [[0.0, 0.0], [2.0, -1.0], [4.0, 0.0], [5.0, 2.0], [4.0, 4.0], [2.0, 5.0], [0.0, 4.0], [-1.0, 2.0], [0.0, 0.0]];
+    let points: String = corners.iter().zip(61..).map(|(p, id)| point(id, [p[0], p[1], 0.0])).collect();
+    let list = (61..70).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
+    let spline = format!(
+        "{points}#60=B_SPLINE_CURVE_WITH_KNOTS('',2,({list}),.UNSPECIFIED.,.T.,.F.,(3,2,2,2,3),(0.,1.,2.,3.,4.),.UNSPECIFIED.);"
+    );
+    let (_, across) = edge([0.0, 4.0, 0.0], [4.0, 0.0, 0.0], true, &spline);
+    assert!((across.range.1 - across.range.0 - 2.0).abs() < 1e-9);
+    near(at(&across, 0.5), DVec3::ZERO);
+    let (_, whole) = edge([4.0, 4.0, 0.0], [4.0, 4.0, 0.0], true, &spline);
+    near(at(&whole, 0.5), DVec3::ZERO);
+    near(at(&whole, 0.25), DVec3::new(0.0, 4.0, 0.0));
+    let (_, against) = edge([4.0, 4.0, 0.0], [4.0, 4.0, 0.0], false, &spline);
+    near(at(&against, 0.25), DVec3::new(4.0, 0.0, 0.0));
+}
+
+#[test]
+fn wrapped_curves_are_unwrapped() {
+    let trimmed =
+        "#61=CIRCLE('',#20,2.);#60=TRIMMED_CURVE('',#61,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.F.,.PARAMETER.);";
+    // The trimmed curve runs against the circle, and the edge against the trimmed curve.
+    let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], false, trimmed);
+    near(at(&arc, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    let surface_curve = "#61=CIRCLE('',#20,2.);#60=SURFACE_CURVE('',#61,(#77),.CURVE_3D.);";
+    let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, surface_curve);
+    assert_eq!(arc.kind, CurveKind::Circle);
+    let complex = "#61=CIRCLE('',#20,2.);#60=(BOUNDED_CURVE()CURVE()GEOMETRIC_REPRESENTATION_ITEM()REPRESENTATION_ITEM('')\
+        SURFACE_CURVE(#61,(#77),.CURVE_3D.));";
+    let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, complex);
+    assert_eq!(arc.kind, CurveKind::Circle);
+}
+
+#[test]
+fn a_composite_curve_joins_its_segments() {
+    // From (4,0) straight to (2,0), then a quarter circle given in degrees; the line is stated backwards.
+    let curve = point(64, [2.0, 0.0, 0.0])
+        + "#65=LINE('',#64,#66);#66=VECTOR('',#67,1.);#67=DIRECTION('',(1.,0.,0.));\
+           #68=TRIMMED_CURVE('',#65,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(2.)),.T.,.PARAMETER.);\
+           #69=CIRCLE('',#20,2.);#80=TRIMMED_CURVE('',#69,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.T.,.PARAMETER.);\
+           #81=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.F.,#68);#82=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#80);\
+           #60=COMPOSITE_CURVE('',(#81,#82),.F.);";
+    let (_, edge) = edge([4.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, &curve);
+    assert_eq!(edge.curve.degree, 2);
+    let (a, joint) = (edge.range.0, edge.curve.knots[3]);
+    near(edge.curve.point(joint), DVec3::new(2.0, 0.0, 0.0));
+    near(edge.curve.point(0.5 * (a + joint)), DVec3::new(3.0, 0.0, 0.0));
+    near(edge.curve.point(0.5 * (joint + edge.range.1)), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+}
+
+#[test]
+fn a_polyline_keeps_its_kind() {
+    let line = arch() + "#60=POLYLINE('',(#61,#62,#63,#64));";
+    let (_, edge) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &line);
+    assert_eq!((edge.kind, edge.curve.degree), (CurveKind::Polyline, 1));
+    near(edge.curve.point(1.0), DVec3::new(1.0, 2.0, 0.0));
+}
+
+#[test]
+fn superfluous_knots_are_taken_out() {
+    // The inner knot stands degree + 1 times, and both control points there are one.
+    let points = point(61, [0.0, 0.0, 0.0]) + &point(62, [1.0, 1.0, 0.0]) + &point(63, [4.0, 0.0, 0.0]);
+    let curve = points
+        + "#60=B_SPLINE_CURVE_WITH_KNOTS('',1,(#61,#62,#62,#63),.UNSPECIFIED.,.F.,.F.,(2,2,2),(0.,1.,2.),.UNSPECIFIED.);";
+    let (_, edge) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &curve);
+    assert_eq!(edge.curve.knots, [0.0, 0.0, 1.0, 2.0, 2.0]);
+    assert_eq!(edge.curve.points.len(), 3);
+}
+
+#[test]
+fn trims_by_point_and_placed_circles() {
+    // A circle about (1,0,0) whose angle 0 points along -x, trimmed by points.
+    let curve = placement(61, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0])
+        + &point(65, [0.0, 0.0, 0.0])
+        + &point(66, [1.0, -1.0, 0.0])
+        + "#67=CIRCLE('',#61,1.);#68=TRIMMED_CURVE('',#67,(#65),(#66),.T.,.CARTESIAN.);\
+           #69=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#68);#60=COMPOSITE_CURVE('',(#69),.F.);";
+    let (_, edge) = edge([0.0, 0.0, 0.0], [1.0, -1.0, 0.0], true, &curve);
+    near(at(&edge, 0.5), DVec3::new(1.0 - (PI / 4.0).cos(), -(PI / 4.0).sin(), 0.0));
+}

@@ -1,0 +1,96 @@
+//! The STEP reader on hand-made texts, one small file per entity kind.
+#![cfg(feature = "step")]
+
+mod broken;
+mod curves;
+mod products;
+mod surfaces;
+mod topology;
+
+use glam::DVec3;
+use trimtess::import::step::{StepOptions, read};
+use trimtess::model::{Edge, Face, Model, Part, Severity};
+
+/// Millimetres and radians, as contexts #1; degrees as #2; inches as #3.
+const UNITS: &str = "
+#1=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#10))
+  GLOBAL_UNIT_ASSIGNED_CONTEXT((#5,#6,#7))REPRESENTATION_CONTEXT('',''));
+#2=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#5,#8))REPRESENTATION_CONTEXT('',''));
+#3=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#9,#6))REPRESENTATION_CONTEXT('',''));
+#5=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));
+#6=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));
+#7=(NAMED_UNIT(*)SI_UNIT($,.STERADIAN.)SOLID_ANGLE_UNIT());
+#8=(CONVERSION_BASED_UNIT('DEGREE',#11)NAMED_UNIT(#13)PLANE_ANGLE_UNIT());
+#9=(CONVERSION_BASED_UNIT('INCH',#12)LENGTH_UNIT()NAMED_UNIT(#13));
+#10=UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-5),#5,'distance_accuracy_value','');
+#11=PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.017453292519943295),#6);
+#12=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#5);
+#13=DIMENSIONAL_EXPONENTS(0.,0.,0.,0.,0.,0.,0.);
+";
+
+/// A whole file around a data section.
+fn file(data: &str) -> String {
+    format!(
+        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n\
+         FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\n{UNITS}{data}\nENDSEC;\nEND-ISO-10303-21;\n"
+    )
+}
+
+fn model(data: &str) -> Model {
+    read(file(data).as_bytes(), &StepOptions::default()).expect("a readable file")
+}
+
+/// Asserts that nothing was lost or doubtful.
+fn clean(model: &Model) {
+    let bad: Vec<_> = model.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
+    assert!(bad.is_empty(), "{bad:?}");
+}
+
+fn only_part(model: &Model) -> &Part {
+    assert_eq!(model.parts.len(), 1, "{:?}", model.diagnostics);
+    &model.parts[0]
+}
+
+fn only_face(model: &Model) -> &Face {
+    assert_eq!(only_part(model).faces.len(), 1, "{:?}", model.diagnostics);
+    &model.parts[0].faces[0]
+}
+
+fn edge_of(part: &Part, entity: u64) -> &Edge {
+    part.edges.iter().find(|edge| edge.entity == entity).unwrap_or_else(|| panic!("no edge #{entity}"))
+}
+
+fn near(a: DVec3, b: DVec3) {
+    assert!(a.distance(b) < 1e-9, "{a} is not {b}");
+}
+
+fn point(id: u32, p: [f64; 3]) -> String {
+    format!("#{id}=CARTESIAN_POINT('',({:.20},{:.20},{:.20}));\n", p[0], p[1], p[2])
+}
+
+/// An `AXIS2_PLACEMENT_3D` #id using #id+1..#id+3.
+fn placement(id: u32, origin: [f64; 3], axis: [f64; 3], reference: [f64; 3]) -> String {
+    let direction = |id: u32, d: [f64; 3]| format!("#{id}=DIRECTION('',({:?},{:?},{:?}));\n", d[0], d[1], d[2]);
+    format!("#{id}=AXIS2_PLACEMENT_3D('',#{},#{},#{});\n", id + 1, id + 2, id + 3)
+        + &point(id + 1, origin)
+        + &direction(id + 2, axis)
+        + &direction(id + 3, reference)
+}
+
+/// The world's axes as placement #20.
+fn world() -> String {
+    placement(20, [0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+}
+
+/// Vertices #id (point #id+1) at `p`.
+fn vertex(id: u32, p: [f64; 3]) -> String {
+    format!("#{id}=VERTEX_POINT('',#{});\n", id + 1) + &point(id + 1, p)
+}
+
+/// An open shell #90 of the one face #91, in the representation #92 with context `#context`.
+fn shell(face: &str, context: u32) -> String {
+    format!(
+        "#91={face};\n#90=OPEN_SHELL('',(#91));\n#93=SHELL_BASED_SURFACE_MODEL('',(#90));\n\
+         #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#{context});\n"
+    )
+}

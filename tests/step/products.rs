@@ -1,0 +1,254 @@
+//! Product structure: assemblies, mapped items, units, colours, and what no product owns.
+
+use crate::{clean, model, near, placement, world};
+use glam::DVec3;
+use trimtess::model::{Model, Severity};
+
+/// A product definition #id (and id+1..id+4) named `name`, whose shape is representation `shape`.
+fn product(id: u32, name: &str, shape: u32) -> String {
+    format!(
+        "#{id}=PRODUCT_DEFINITION('','',#{},$);#{}=PRODUCT_DEFINITION_FORMATION('','',#{});#{}=PRODUCT('{name}','{name}','',());\
+         #{}=PRODUCT_DEFINITION_SHAPE('','',#{id});#{}=SHAPE_DEFINITION_REPRESENTATION(#{},#{shape});\n",
+        id + 1,
+        id + 1,
+        id + 2,
+        id + 2,
+        id + 3,
+        id + 4,
+        id + 3
+    )
+}
+
+/// A sphere of radius 1 without bounds as solid #id, its shell, face and surface behind it.
+fn ball(id: u32) -> String {
+    format!(
+        "#{id}=MANIFOLD_SOLID_BREP('',#{});#{}=CLOSED_SHELL('',(#{}));#{}=ADVANCED_FACE('',(),#{},.T.);\
+         #{}=SPHERICAL_SURFACE('',#20,1.);\n",
+        id + 1,
+        id + 1,
+        id + 2,
+        id + 2,
+        id + 3,
+        id + 3
+    )
+}
+
+/// Occurrence #id of `child` in `parent` placed by relationship #id+3 between `first` and `second`.
+fn occurrence(id: u32, [parent, child]: [u32; 2], [first, second]: [u32; 2], [from, to]: [u32; 2]) -> String {
+    format!(
+        "#{id}=NEXT_ASSEMBLY_USAGE_OCCURRENCE('{id}','use {id}','',#{parent},#{child},$);\
+         #{}=PRODUCT_DEFINITION_SHAPE('','',#{id});#{}=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#{},#{});\
+         #{}=(REPRESENTATION_RELATIONSHIP('','',#{first},#{second})REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#{})\
+         SHAPE_REPRESENTATION_RELATIONSHIP());#{}=ITEM_DEFINED_TRANSFORMATION('','',#{from},#{to});\n",
+        id + 1,
+        id + 2,
+        id + 3,
+        id + 1,
+        id + 3,
+        id + 4,
+        id + 4
+    )
+}
+
+/// Two nested assemblies: the ball at (1,0,0) turned by 90° about z in "pair", "pair" at (0,10,0) and (0,20,0) in "all".
+fn nested(swap: bool) -> String {
+    let places = placement(30, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0])
+        + &placement(34, [0.0, 10.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + &placement(38, [0.0, 20.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+    let shapes = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);#51=SHAPE_REPRESENTATION('',(#20,#30),#1);\
+                  #52=SHAPE_REPRESENTATION('',(#34,#38),#1);";
+    let order = |child, parent| if swap { [parent, child] } else { [child, parent] };
+    world()
+        + &places
+        + shapes
+        + &ball(60)
+        + &product(100, "ball", 50)
+        + &product(110, "pair", 51)
+        + &product(120, "all", 52)
+        + &occurrence(200, [110, 100], order(50, 51), order(20, 30))
+        + &occurrence(210, [120, 110], order(51, 52), order(20, 34))
+        + &occurrence(220, [120, 110], order(51, 52), order(20, 38))
+}
+
+fn origins(model: &Model) -> Vec<DVec3> {
+    model.instances.iter().map(|i| i.transform.translation).collect()
+}
+
+#[test]
+fn nested_assemblies_share_their_part() {
+    for swap in [false, true] {
+        let model = model(&nested(swap));
+        clean(&model);
+        assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, "ball"));
+        assert_eq!(origins(&model), [DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 20.0, 0.0)], "swapped: {swap}");
+        near(model.instances[1].transform.transform_point3(DVec3::X * 2.0), DVec3::new(1.0, 22.0, 0.0));
+        assert_eq!(model.instances[0].name, "use 200");
+    }
+}
+
+#[test]
+fn each_representation_has_its_own_units() {
+    // The ball is drawn in inches, the assemblies in millimetres.
+    let text = nested(false).replace("(#20,#60),#1)", "(#20,#60),#3)");
+    let model = model(&text);
+    clean(&model);
+    assert_eq!(model.millimetres_per_unit, 25.4);
+    let trimtess::model::Surface::Sphere { radius, .. } = model.parts[0].faces[0].surface else { panic!("no ball") };
+    assert_eq!(radius, 25.4);
+    assert_eq!(origins(&model)[0], DVec3::new(1.0, 10.0, 0.0));
+}
+
+#[test]
+fn a_geometry_representation_may_stand_beside_the_products() {
+    // The product's own representation is empty; another one with the same coordinates holds the solid.
+    let text = world()
+        + &ball(60)
+        + "#50=SHAPE_REPRESENTATION('',(#20),#1);#51=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);\
+           #52=SHAPE_REPRESENTATION_RELATIONSHIP('','',#50,#51);"
+        + &product(100, "ball", 50);
+    let model = model(&text);
+    clean(&model);
+    assert_eq!((model.parts.len(), model.parts[0].name.as_str(), model.instances.len()), (1, "ball", 1));
+    assert_eq!(model.instances[0].transform, glam::DAffine3::IDENTITY);
+}
+
+#[test]
+fn mapped_items_place_representations() {
+    let text = world()
+        + &ball(60)
+        + &placement(30, [5.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + "#50=SHAPE_REPRESENTATION('ball',(#60),#1);#51=REPRESENTATION_MAP(#20,#50);#52=MAPPED_ITEM('left',#51,#20);\
+           #53=MAPPED_ITEM('right',#51,#30);#54=SHAPE_REPRESENTATION('',(#52,#53),#1);"
+        + &product(100, "two balls", 54);
+    let model = model(&text);
+    clean(&model);
+    assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, "ball"));
+    assert_eq!(origins(&model), [DVec3::ZERO, DVec3::X * 5.0]);
+    assert_eq!(model.instances[1].name, "right");
+}
+
+#[test]
+fn a_mapping_operator_may_scale() {
+    let text = world()
+        + &ball(60)
+        + "#30=CARTESIAN_TRANSFORMATION_OPERATOR_3D('',$,$,#31,2.,$);#31=CARTESIAN_POINT('',(5.,0.,0.));\
+           #50=SHAPE_REPRESENTATION('ball',(#60),#1);#51=REPRESENTATION_MAP(#20,#50);#52=MAPPED_ITEM('big',#51,#30);\
+           #54=SHAPE_REPRESENTATION('',(#52),#1);"
+        + &product(100, "big ball", 54);
+    let model = model(&text);
+    clean(&model);
+    near(model.instances[0].transform.transform_point3(DVec3::X), DVec3::X * 7.0);
+}
+
+#[test]
+fn an_assembly_in_itself_ends() {
+    let text = nested(false) + &occurrence(230, [100, 120], [52, 50], [34, 20]);
+    let model = model(&text);
+    assert_eq!(model.parts.len(), 1);
+    assert!(!model.instances.is_empty() && model.instances.len() < 10);
+    assert!(model.diagnostics.iter().any(|d| d.severity == Severity::Error && d.reason.contains("contains itself")));
+}
+
+#[test]
+fn exploding_assemblies_stop_at_the_limit() {
+    // Each of 40 assemblies uses the next one twice: 2^40 balls.
+    let mut text = world() + &ball(60) + "#50=SHAPE_REPRESENTATION('',(#20,#60),#1);";
+    for level in 0..40 {
+        let id = 1000 + 10 * level;
+        text += &product(id, "level", if level == 39 { 50 } else { 51 });
+        if level < 39 {
+            for copy in 0..2 {
+                text += &format!(
+                    "#{}=NEXT_ASSEMBLY_USAGE_OCCURRENCE('','','',#{id},#{},$);",
+                    5000 + 2 * level + copy,
+                    id + 10
+                );
+            }
+        }
+    }
+    let options = trimtess::import::step::StepOptions { max_instances: 1000, ..Default::default() };
+    let model = trimtess::import::step::read(crate::file(&text).as_bytes(), &options).expect("readable");
+    assert!(model.instances.len() <= 1000);
+    assert!(model.diagnostics.iter().any(|d| d.severity == Severity::Error && d.reason.contains("max_instances")));
+}
+
+#[test]
+fn what_no_product_owns_is_read_once() {
+    // A solid in a representation, a solid in nothing, a face in nothing.
+    let text = world()
+        + &ball(60)
+        + &ball(70)
+        + "#80=ADVANCED_FACE('loose',(),#63,.T.);#50=ADVANCED_BREP_SHAPE_REPRESENTATION('free',(#60),#1);";
+    let model = model(&text);
+    clean(&model);
+    assert_eq!(model.parts.iter().map(|p| p.faces.len()).collect::<Vec<_>>(), [1, 2]);
+    assert_eq!(model.instances.len(), 2);
+    assert_eq!(model.parts[0].name, "free");
+}
+
+/// A style #id that paints surfaces.
+fn paint(id: u32, rgb: [f64; 3]) -> String {
+    format!(
+        "#{id}=PRESENTATION_STYLE_ASSIGNMENT((#{},#{}));#{}=SURFACE_STYLE_USAGE(.BOTH.,#{});\
+         #{}=SURFACE_SIDE_STYLE('',(#{}));#{}=SURFACE_STYLE_FILL_AREA(#{});#{}=FILL_AREA_STYLE('',(#{}));\
+         #{}=FILL_AREA_STYLE_COLOUR('',#{});#{}=COLOUR_RGB('',{:?},{:?},{:?});\
+         #{}=CURVE_STYLE('',$,$,#{});#{}=DRAUGHTING_PRE_DEFINED_COLOUR('green');\n",
+        id + 7,
+        id + 1,
+        id + 1,
+        id + 2,
+        id + 2,
+        id + 3,
+        id + 3,
+        id + 4,
+        id + 4,
+        id + 5,
+        id + 5,
+        id + 6,
+        id + 6,
+        rgb[0],
+        rgb[1],
+        rgb[2],
+        id + 7,
+        id + 8,
+        id + 8
+    )
+}
+
+#[test]
+fn colours_come_from_the_face_then_its_shell_then_its_solid() {
+    let solids = world()
+        + &ball(60)
+        + &ball(70)
+        + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60,#70),#1);"
+        + &paint(300, [1.0, 0.0, 0.5])
+        + &paint(310, [0.0, 0.0, 1.0]);
+    let styled = "#330=STYLED_ITEM('',(#300),#60);#331=STYLED_ITEM('',(#310),#72);#332=STYLED_ITEM('',(#300),#71);";
+    let text = solids.clone() + styled;
+    let part = &model(&text).parts[0];
+    assert_eq!(part.faces[0].colour, Some([1.0, 0.0, 0.5, 1.0]));
+    assert_eq!(part.faces[1].colour, Some([0.0, 0.0, 1.0, 1.0]));
+    let over = solids + "#330=STYLED_ITEM('',(#300),#62);#331=OVER_RIDING_STYLED_ITEM('',(#310),#62,#330);";
+    assert_eq!(model(&over).parts[0].faces[0].colour, Some([0.0, 0.0, 1.0, 1.0]));
+}
+
+#[test]
+fn transparency_and_named_colours_are_read() {
+    let text = world()
+        + &ball(60)
+        + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);#300=PRESENTATION_STYLE_ASSIGNMENT((#301));\
+           #301=SURFACE_STYLE_USAGE(.BOTH.,#302);#302=SURFACE_SIDE_STYLE('',(#303));\
+           #303=SURFACE_STYLE_RENDERING_WITH_PROPERTIES($,#304,(#305));#304=DRAUGHTING_PRE_DEFINED_COLOUR('yellow');\
+           #305=SURFACE_STYLE_TRANSPARENT(0.75);#330=STYLED_ITEM('',(#300),#50);";
+    assert_eq!(model(&text).parts[0].colour, Some([1.0, 1.0, 0.0, 0.25]));
+}
+
+#[test]
+fn an_occurrence_may_have_its_own_colour() {
+    let text = nested(false)
+        + &paint(300, [0.0, 1.0, 1.0])
+        + "#330=STYLED_ITEM('',(#300),#60);#331=CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM('',(#300),#60,#330,(#213));";
+    let model = model(&text);
+    assert_eq!(model.instances[0].colour, Some([0.0, 1.0, 1.0, 1.0]));
+    assert_eq!(model.instances[1].colour, None);
+}

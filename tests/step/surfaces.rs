@@ -1,0 +1,220 @@
+//! Faces on every kind of surface, compared with the formulas of ISO 10303-42.
+
+use crate::{clean, model, near, only_face, placement, point, shell, vertex, world};
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI};
+use trimtess::model::{Face, Loop, Severity, Surface};
+
+/// Reads a face on surface #60, bounded by a vertex loop at `anchor`.
+fn face_in(context: u32, anchor: [f64; 3], surface: &str) -> Face {
+    let bound = "#75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.T.);";
+    let text = world() + &vertex(30, anchor) + surface + bound + &shell("ADVANCED_FACE('',(#76),#60,.T.)", context);
+    let model = model(&text);
+    clean(&model);
+    assert!(matches!(only_face(&model).loops[..], [Loop::Vertex(_)]));
+    only_face(&model).clone()
+}
+
+fn face(surface: &str) -> Face {
+    face_in(1, [0.0; 3], surface)
+}
+
+#[test]
+fn elementary_surfaces_stay_what_they_are() {
+    let tilted = placement(61, [1.0, 2.0, 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+    let plane = face(&format!("{tilted}#60=PLANE('',#61);")).surface;
+    near(plane.point(2.0, 5.0), DVec3::new(6.0, 2.0, 5.0));
+    assert_eq!(plane.normal(0.0, 0.0), Some(DVec3::Y));
+    let cylinder = face(&format!("{tilted}#60=CYLINDRICAL_SURFACE('',#61,2.);")).surface;
+    near(cylinder.point(0.0, 4.0), DVec3::new(1.0, 6.0, 5.0));
+    near(cylinder.point(FRAC_PI_2, 0.0), DVec3::new(3.0, 2.0, 3.0));
+    let sphere = face("#60=SPHERICAL_SURFACE('',#20,2.);").surface;
+    near(sphere.point(0.0, FRAC_PI_2), DVec3::new(0.0, 0.0, 2.0));
+    let torus = face("#60=TOROIDAL_SURFACE('',#20,5.,2.);").surface;
+    near(torus.point(PI, 0.0), DVec3::new(-7.0, 0.0, 0.0));
+}
+
+#[test]
+fn units_reach_radii_and_half_angles() {
+    let cone = |context| face_in(context, [0.0; 3], "#60=CONICAL_SURFACE('',#20,2.,0.25);").surface;
+    // Context 2 counts angles in degrees, context 3 lengths in inches.
+    let Surface::Cone { radius, half_angle, .. } = cone(2) else { panic!("no cone") };
+    assert_eq!(radius, 2.0);
+    assert!((half_angle - 0.25f64.to_radians()).abs() < 1e-15);
+    let Surface::Cone { radius, half_angle, .. } = cone(3) else { panic!("no cone") };
+    assert!((radius - 50.8).abs() < 1e-12 && half_angle == 0.25);
+    near(cone(1).point(0.0, 4.0), DVec3::new(2.0 + 4.0 * 0.25f64.tan(), 0.0, 4.0));
+}
+
+#[test]
+fn a_half_angle_that_must_be_degrees_is_taken_for_degrees() {
+    let cone = face("#60=CONICAL_SURFACE('',#20,2.,45.);").surface;
+    near(cone.point(0.0, 1.0), DVec3::new(3.0, 0.0, 1.0));
+}
+
+#[test]
+fn a_degenerate_torus_is_its_outer_or_inner_part() {
+    let part = |outer| face(&format!("#60=DEGENERATE_TOROIDAL_SURFACE('',#20,1.,2.,.{outer}.);")).surface;
+    for (surface, far) in [(part('T'), 3.0), (part('F'), -1.0)] {
+        let [_, (v0, v1)] = surface.natural_domain();
+        let middle = 0.5 * (v0 + v1);
+        near(surface.point(0.0, middle), DVec3::new(far, 0.0, 0.0));
+        // Both ends lie on the axis, where the tube crosses it.
+        let height = 3.0f64.sqrt();
+        assert!((surface.point(1.0, v0) - DVec3::Z * (-height * far.signum())).length() < 1e-12);
+        assert!((surface.point(1.0, v1) - DVec3::Z * (height * far.signum())).length() < 1e-12);
+        // S_u × S_v as the torus formula gives it.
+        let d = surface.derivatives(0.0, middle);
+        assert!(d.du.cross(d.dv).x * far * far.signum() > 0.0);
+    }
+}
+
+#[test]
+fn a_swept_line_is_a_plane_and_a_swept_circle_a_tube() {
+    let line = "#61=LINE('',#21,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(1.,0.,0.));\
+                #64=VECTOR('',#65,3.);#65=DIRECTION('',(0.,1.,0.));#60=SURFACE_OF_LINEAR_EXTRUSION('',#61,#64);";
+    let Surface::Plane { frame } = face(line).surface else { panic!("no plane") };
+    near(frame.z, DVec3::Z);
+    let tube = "#61=CIRCLE('',#20,2.);#64=VECTOR('',#65,3.);#65=DIRECTION('',(0.,0.,1.));\
+                #60=SURFACE_OF_LINEAR_EXTRUSION('',#61,#64);";
+    let surface = face(tube).surface;
+    near(surface.point(PI, 2.0), DVec3::new(-2.0, 0.0, 6.0));
+}
+
+#[test]
+fn a_swept_parabola_reaches_the_whole_boundary() {
+    // Boundary: a straight edge at height 5 from one arm to the other, and the parabola moved up by 5.
+    let arm = |y: f64, z: f64| [0.25 * y * y, y, z];
+    let text = world()
+        + &vertex(30, arm(-4.0, 5.0))
+        + &vertex(32, arm(6.0, 5.0))
+        + &placement(40, [0.0, 0.0, 5.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + "#61=PARABOLA('',#20,1.);#62=VECTOR('',#63,1.);#63=DIRECTION('',(0.,0.,1.));\
+           #60=SURFACE_OF_LINEAR_EXTRUSION('',#61,#62);#64=PARABOLA('',#40,1.);\
+           #50=EDGE_CURVE('',#30,#32,#64,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);#65=LINE('',#31,#62);\
+           #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
+           #76=FACE_OUTER_BOUND('',#75,.T.);"
+        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+    let model = model(&text);
+    clean(&model);
+    let Surface::Extrusion { curve, .. } = &only_face(&model).surface else { panic!("no extrusion") };
+    let (a, b) = curve.domain();
+    assert!(curve.point(a).y < -4.0 && curve.point(b).y > 6.0);
+    assert!(curve.point(a).y > -5.0 && curve.point(b).y < 7.0);
+    near(curve.point(0.3), DVec3::new(0.09, 0.6, 0.0));
+}
+
+#[test]
+fn a_turned_line_is_bounded_by_its_face() {
+    // A circle of radius 2 at height 3 bounds the face of a cylinder that is stated as a turned line.
+    let ring = placement(40, [0.0, 0.0, 3.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+    let text = world()
+        + &ring
+        + &vertex(30, [2.0, 0.0, 3.0])
+        + &point(61, [2.0, 0.0, 0.0])
+        + "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',(0.,0.,1.));#66=AXIS1_PLACEMENT('',#21,#22);\
+           #60=SURFACE_OF_REVOLUTION('',#62,#66);#67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);\
+           #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_BOUND('',#75,.T.);\
+           #69=FACE_BOUND('',#79,.T.);#79=VERTEX_LOOP('',#80);"
+        + &vertex(80, [2.0, 0.0, 1.0])
+        + &shell("ADVANCED_FACE('',(#76,#69),#60,.T.)", 1);
+    let model = model(&text);
+    clean(&model);
+    let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };
+    let (a, b) = curve.domain();
+    assert!(curve.point(a).z < 1.0 && curve.point(b).z > 3.0, "{curve:?}");
+    assert!(curve.point(a).z > 0.9 && curve.point(b).z < 3.1, "{curve:?}");
+    near(curve.point(0.5 * (a + b)) * DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 0.0, 0.0));
+}
+
+#[test]
+fn a_turned_line_bounded_by_one_ring_reaches_the_apex() {
+    let text = world()
+        + &vertex(30, [2.0, 0.0, 2.0])
+        + &placement(40, [0.0, 0.0, 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + &point(61, [1.0, 0.0, 1.0])
+        + "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',(1.,0.,1.));#66=AXIS1_PLACEMENT('',#21,#22);\
+           #60=SURFACE_OF_REVOLUTION('',#62,#66);#67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);\
+           #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_BOUND('',#75,.T.);"
+        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+    let model = model(&text);
+    clean(&model);
+    let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };
+    near(curve.points[0], DVec3::ZERO);
+    assert!(curve.points[1].z > 2.0);
+}
+
+/// A net #61 of 3 × 2 points bent like a roof.
+fn roof() -> String {
+    let points = [[0.0, 0.0, 0.0], [0.0, 4.0, 0.0], [2.0, 0.0, 2.0], [2.0, 4.0, 2.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0]];
+    points.into_iter().zip(61..).map(|(p, id)| point(id, p)).collect()
+}
+
+const NET: &str = "((#61,#62),(#63,#64),(#65,#66))";
+
+#[test]
+fn b_spline_surfaces_of_every_form() {
+    let knots = roof()
+        + &format!(
+            "#60=B_SPLINE_SURFACE_WITH_KNOTS('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.,(3,3),(2,2),(0.,2.),(0.,1.),.UNSPECIFIED.);"
+        );
+    let Surface::Nurbs(net) = face(&knots).surface else { panic!("no net") };
+    assert_eq!((net.degree_u, net.degree_v, net.knots_u.len(), net.knots_v.len()), (2, 1, 6, 4));
+    near(net.point(1.0, 0.5), DVec3::new(2.0, 2.0, 1.0));
+    for form in ["BEZIER", "QUASI_UNIFORM"] {
+        let text = roof() + &format!("#60={form}_SURFACE('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);");
+        near(face(&text).surface.point(0.5, 0.5), DVec3::new(2.0, 2.0, 1.0));
+    }
+    let uniform = roof() + &format!("#60=UNIFORM_SURFACE('',1,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);");
+    near(face(&uniform).surface.point(1.0, 0.5), DVec3::new(2.0, 2.0, 2.0));
+    let rational = roof()
+        + &format!(
+            "#60=(BOUNDED_SURFACE()B_SPLINE_SURFACE(2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.)\
+             B_SPLINE_SURFACE_WITH_KNOTS((3,3),(2,2),(0.,1.),(0.,1.),.UNSPECIFIED.)GEOMETRIC_REPRESENTATION_ITEM()\
+             RATIONAL_B_SPLINE_SURFACE(((1.,1.),(3.,3.),(1.,1.)))REPRESENTATION_ITEM('')SURFACE());"
+        );
+    near(face(&rational).surface.point(0.5, 0.5), DVec3::new(2.0, 2.0, 1.5));
+}
+
+#[test]
+fn offsets_are_exact_where_the_kind_allows_and_close_elsewhere() {
+    let offset = |basis: &str| face(&format!("{basis}#60=OFFSET_SURFACE('',#61,0.5,.F.);")).surface;
+    let Surface::Sphere { radius, .. } = offset("#61=SPHERICAL_SURFACE('',#20,2.);") else { panic!("no sphere") };
+    assert_eq!(radius, 2.5);
+    let cone = offset("#61=CONICAL_SURFACE('',#20,2.,0.25);");
+    let base = Surface::Cone { frame: trimtess::model::Frame3::WORLD, radius: 2.0, half_angle: 0.25 };
+    let moved = base.point(0.3, 1.0) + base.normal(0.3, 1.0).expect("a normal") * 0.5;
+    let back = cone.invert(moved).expect("a cone");
+    near(cone.point(back.x, back.y), moved);
+    let net = roof().replace("#61=", "#161=")
+        + "#61=BEZIER_SURFACE('',2,1,((#161,#62),(#63,#64),(#65,#66)),.UNSPECIFIED.,.F.,.F.,.F.);";
+    let bent = offset(&net);
+    let basis = face(&net.replace("#61=BEZIER", "#60=BEZIER")).surface;
+    for i in 0..=20 {
+        let (u, v) = (f64::from(i) / 20.0, f64::from(i * 7 % 21) / 20.0);
+        let exact = basis.point(u, v) + basis.normal(u, v).expect("a normal") * 0.5;
+        assert!(bent.point(u, v).distance(exact) < 1e-3);
+    }
+}
+
+#[test]
+fn a_trimmed_surface_turned_in_one_direction_turns_the_face() {
+    let text = |v: char| format!("#61=PLANE('',#20);#60=RECTANGULAR_TRIMMED_SURFACE('',#61,0.,1.,0.,1.,.T.,.{v}.);");
+    assert!(!face(&text('T')).reversed);
+    assert!(face(&text('F')).reversed);
+}
+
+#[test]
+fn whole_surfaces_need_bounds_of_their_own() {
+    let set = |surface: &str| {
+        let rest = "#70=GEOMETRIC_SET('',(#60));#92=GEOMETRICALLY_BOUNDED_SURFACE_SHAPE_REPRESENTATION('',(#70),#1);";
+        model(&(world() + &roof() + surface + rest))
+    };
+    let net = set(&format!("#60=BEZIER_SURFACE('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);"));
+    clean(&net);
+    assert!(only_face(&net).loops.is_empty());
+    let plane = set("#60=PLANE('',#20);");
+    assert!(plane.parts[0].faces.is_empty());
+    let lost: Vec<_> = plane.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+    assert!(lost.len() == 1 && lost[0].entity == 60, "{lost:?}");
+}
