@@ -3,7 +3,7 @@
 use std::{f64::consts::PI, path::PathBuf, sync::Arc};
 use trimtess::frame::{self, Tolerance};
 use trimtess::glam::{DAffine3, DVec3};
-use trimtess::model::{Frame3, ModelBuilder, PartBuilder, ShellKind, Surface};
+use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
 use trimtess::{mesh, out, parallel, prepare};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -12,11 +12,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Millimetres. The kept side lies left of every loop: the outer one runs counter-clockwise, the hole against its edge.
     let mut part = PartBuilder::new("square with a hole");
     let corners = [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)];
-    let corners = corners.map(|(x, y)| part.vertex(DVec3::new(x, y, 0.0)));
-    let outer = (0..4).map(|k| part.line(corners[k], corners[(k + 1) % 4]).along()).collect();
+    let outer = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 0.0)));
     let hole = vec![part.circle(&Frame3::WORLD, 6.0).against()];
-    let shell = part.open_shell(ShellKind::Open);
-    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![outer, hole]);
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(outer), Loop::Edges(hole)], false);
     let mut model = ModelBuilder::new("square");
     let part = model.part(part.finish()?);
     model.place(part, DAffine3::IDENTITY);
