@@ -80,7 +80,7 @@ pub enum TrimOutcome {
     },
 }
 
-/// Counts of one tile; all zero after [`TrimOutcome::Certified`] except the first three.
+/// Counts of one tile. A tile that went to the reference keeps the counts of the attempt before.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct TrimStats {
     /// The rung that was needed, as returned.
