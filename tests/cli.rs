@@ -183,3 +183,53 @@ fn a_timeline_is_complete_json() {
     let named = |name: &str| events.as_array().unwrap().iter().any(|e| e["name"] == name);
     assert!(named("worker") && named("tile") && named("commit"), "{events}");
 }
+
+/// A picture, or, where there is no adapter, one message that says what to install.
+#[cfg(feature = "wgpu")]
+#[test]
+fn render_draws_or_says_what_is_missing() {
+    let folder = folder("render");
+    let picture = folder.join("cube.png");
+    let out = picture.to_str().unwrap();
+    refuses(&["render", CUBE, "-o", "cube.jpg"], 2, ".png");
+    refuses(&["render", CUBE, "-o", out, "--size", "100"], 2, "WIDTHxHEIGHT");
+    refuses(&["render", CUBE, "-o", out, "--camera", "upside-down"], 2, "iso");
+    refuses(&["render", CUBE, "-o", out, "--color-by", "mood"], 2, "worker");
+    for extra in
+        [&["--camera", "-30,20,1.2"][..], &["--wireframe", "--edges"], &["--color-by", "tile", "--size-px", "9"]]
+    {
+        let args = [&["render", CUBE, "-o", out, "--size", "160x120", "--json"], extra].concat();
+        let output = trimtess(&args);
+        match output.status.code() {
+            Some(0) => {
+                let bytes = fs::read(&picture).unwrap();
+                assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+                assert_eq!(&bytes[16..24], &[0, 0, 0, 160, 0, 0, 0, 120], "width and height");
+                assert!(json(&output.stdout)["triangles"].as_u64().unwrap() > 0);
+                fs::remove_file(&picture).unwrap();
+            }
+            Some(1) => {
+                assert!(text(&output.stderr).contains("mesa-vulkan-drivers"), "{}", text(&output.stderr));
+                assert!(!picture.exists());
+            }
+            other => panic!("{args:?}: {other:?} {}", text(&output.stderr)),
+        }
+    }
+}
+
+/// A finer picture needs more triangles; a camera further away fewer.
+#[cfg(feature = "wgpu")]
+#[test]
+fn pixels_decide_how_fine_a_picture_is() {
+    let picture = folder("pixels").join("cylinder.png");
+    let triangles = |args: &[&str]| {
+        let base = ["render", "builtin:torus", "-o", picture.to_str().unwrap(), "--size", "320x240", "--json"];
+        let output = trimtess(&[&base[..], args].concat());
+        (output.status.code() == Some(0)).then(|| json(&output.stdout)["triangles"].as_u64().unwrap())
+    };
+    let Some(usual) = triangles(&[]) else { return };
+    let counted = |args: &[&str]| triangles(args).unwrap_or_else(|| panic!("{args:?} drew nothing"));
+    assert!(counted(&["--deviation-px", "0.05"]) > 2 * usual);
+    assert!(counted(&["--camera", "45,35,8", "--deviation-px", "0.05"]) < counted(&["--deviation-px", "0.05"]));
+    assert!(counted(&["--size-px", "4"]) > 2 * usual);
+}

@@ -58,7 +58,7 @@ impl View {
     }
 }
 
-/// Rates for one camera: [`plan`](super::plan) with a tolerance of its own for each part. Cost: as that.
+/// Rates for one camera: [`plan`](super::plan()) with a tolerance of its own for each part. Cost: as that.
 ///
 /// Holds wherever the camera turns, since it depends on distances only. Parts that are not placed are planned as coarse
 /// as angles allow.
