@@ -217,12 +217,12 @@ impl Corners {
 const CORNER: f64 = 10.0;
 
 /// Share of the part's size beyond which a curve that misses its vertices is pulled onto them.
-const PULLED: f64 = 5e-5;
+const PULLED: f64 = 3e-5;
 
 /// A part in the making.
 struct Assembly {
     part: Part,
-    /// Diagonal of the box of all vertices.
+    /// Diagonal of the box of all curves' control points.
     size: f64,
     edges: HashMap<EdgeKey, Read<Draft>>,
     edge_ids: HashMap<EdgeKey, EdgeId>,
@@ -236,7 +236,8 @@ struct Assembly {
 impl Assembly {
     fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: HashMap<EdgeKey, Read<Draft>>) -> Self {
         let shells = shells.iter().map(|shell| Shell { kind: shell.kind, entity: shell.entity }).collect();
-        let points = edges.values().flatten().flat_map(|draft| draft.points);
+        let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
+        let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
         let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
         Self {
             part: Part { name, shells, colour, ..Part::default() },
