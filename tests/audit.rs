@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-use trimtess::audit::{DeviationReport, deviation};
+use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, PatchMesh, TileId};
 use trimtess::model::{
@@ -250,4 +250,17 @@ fn a_moved_edge_point_and_one_that_is_no_number_are_found() {
     mesh.batches[0].mesh.positions[0] = DVec3::NAN;
     let report = deviation(&prepared, &mesh, chord);
     assert_eq!((report.beyond_gap.worst, report.worst[0].face), (f64::INFINITY, mesh.batches[0].face), "{report}");
+}
+
+#[test]
+fn economy_knows_the_smallest_lattice() {
+    let surface = Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS };
+    let prepared = prepared(cylinder());
+    // 24 columns are the fewest; the mesh has twice as many, and four rows where one would do.
+    let chord = RADIUS * (1.0 - (PI / 24.0).cos()) * 1.05;
+    let report = economy(&prepared, &lattice(&prepared, 2, &surface, 48, 4), chord);
+    let [tile] = report.tiles[..] else { panic!("{report}") };
+    assert_eq!((tile.face, tile.made, tile.kind), (FaceId(2), 384.0, SurfaceKind::Cylinder));
+    assert!((48.0..=52.0).contains(&tile.least), "{report}");
+    assert!((report.mean() - report.worst()).abs() < 1e-12);
 }

@@ -14,3 +14,6 @@ mod edges;
 
 mod deviation;
 pub use deviation::deviation;
+
+mod economy;
+pub use economy::{EconomyReport, TileEconomy, economy};

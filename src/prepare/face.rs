@@ -5,7 +5,7 @@ use super::critical::critical;
 use super::cuts::grid_for;
 use super::pcurve::Projector;
 use super::region::{Along, RegionError, region, trace_loop};
-use super::{BezierPatches, EdgeShape, SurfaceBounds, UvCurve, UvSample};
+use super::{BezierPatches, BezierSpline3, EdgeShape, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
 use std::fmt;
@@ -102,13 +102,16 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let extent = face_extent(part, face).unwrap_or(size);
     let mut projector = Projector::new(&face.surface, 1e-6 * extent);
     projector.adopt(boundary_points(part, face));
+    let through: Vec<DVec3> = passing_points(part, face, &projector);
+    projector.adopt(through.into_iter());
     let mut gap = 0.0;
     let mut loops = Vec::with_capacity(face.loops.len());
+    let mut breaks = Vec::new();
     for l in &face.loops {
         if let Loop::Edges(coedges) = l
             && !coedges.is_empty()
         {
-            loops.push(trace_loop(part, coedges, &projector, &mut gap)?);
+            loops.push(trace_loop(part, coedges, &projector, &mut gap, &mut breaks)?);
         }
     }
     let region = region(loops, &projector)?;
@@ -149,14 +152,10 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             loops: t.loops.iter().map(|l| l.iter().map(|s| stretch(s, &arranged.borders, &maps)).collect()).collect(),
         })
         .collect();
-    let mut breaks: Vec<(u32, f64)> = arranged
-        .crossings
-        .iter()
-        .filter_map(|c| match c.along {
-            Along::Edge(e) => Some((e, c.t)),
-            Along::Pole(_) => None,
-        })
-        .collect();
+    breaks.extend(arranged.crossings.iter().filter_map(|c| match c.along {
+        Along::Edge(e) => Some((e, c.t)),
+        Along::Pole(_) => None,
+    }));
     for tile in &tiles {
         critical(tile, &mut breaks);
     }
@@ -207,6 +206,25 @@ fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = D
             .chain(single)
             .map(|v| part.vertices[v.index()])
     })
+}
+
+/// The points at which edges of a face run through poles, as their tessellations will have them.
+fn passing_points(part: &Part, face: &Face, projector: &Projector<'_>) -> Vec<DVec3> {
+    let mut out = Vec::new();
+    if projector.poles.is_empty() {
+        return out;
+    }
+    for l in &face.loops {
+        let Loop::Edges(coedges) = l else { continue };
+        for edge in coedges.iter().map(|c| &part.edges[c.edge.index()]) {
+            let stops = projector.pole_passages(edge);
+            if !stops.is_empty() {
+                let curve = BezierSpline3::new(&edge.curve, edge.range);
+                out.extend(stops.into_iter().map(|t| curve.point(t)));
+            }
+        }
+    }
+    out
 }
 
 /// Diagonal of the box of the face's edges; none for a face without edges.

@@ -216,6 +216,40 @@ impl<'a> Projector<'a> {
         best
     }
 
+    /// Interior parameters at which an edge runs through a pole, increasing; its image jumps there.
+    pub(super) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
+        if self.poles.is_empty() || edge.kind == CurveKind::Line {
+            return Vec::new();
+        }
+        let ts = self.first_parameters(edge);
+        let mut out = Vec::new();
+        for pole in &self.poles {
+            // Where the distance to the pole stops falling.
+            let slope = |t: f64| {
+                let c = edge.curve.derivatives(t);
+                (c.point - pole.point).dot(c.d1)
+            };
+            for w in ts.windows(2) {
+                if slope(w[0]) >= 0.0 || slope(w[1]) < 0.0 {
+                    continue;
+                }
+                let (mut lo, mut hi) = (w[0], w[1]);
+                for _ in 0..60 {
+                    let mid = 0.5 * (lo + hi);
+                    if slope(mid) < 0.0 { lo = mid } else { hi = mid }
+                }
+                let inner = lo.min(hi) > ts[0] + 1e-6 * (ts[ts.len() - 1] - ts[0])
+                    && hi < ts[ts.len() - 1] - 1e-6 * (ts[ts.len() - 1] - ts[0]);
+                if inner && edge.curve.point(hi).distance(pole.point) <= 10.0 * self.tolerance {
+                    out.push(hi);
+                }
+            }
+        }
+        out.sort_by(f64::total_cmp);
+        out.dedup_by(|b, a| *b - *a <= 1e-6 * (edge.range.1 - edge.range.0));
+        out
+    }
+
     /// The image of `edge` (its ends being `ends`), marched in loop direction from `seed`.
     pub(super) fn march(&self, edge: &Edge, ends: [DVec3; 2], reversed: bool, seed: Option<DVec2>) -> Marched {
         let (t0, t1) = edge.range;

@@ -4,10 +4,11 @@
 //! (its winding). Orientation is derived from areas, nesting and windings wherever they decide; the file's word counts
 //! only on closed surfaces, where both sides of a loop are bounded.
 
-use super::UvSample;
 use super::pcurve::Projector;
-use crate::model::{Coedge, Part};
+use super::{BezierSpline3, UvSample};
+use crate::model::{Coedge, Edge, Part};
 use glam::{DVec2, DVec3};
+use std::borrow::Cow;
 use std::fmt;
 
 /// What a piece of a loop runs along.
@@ -155,12 +156,42 @@ impl fmt::Display for RegionError {
     }
 }
 
-/// Follows a loop over the surface.
+/// A coedge's edge in loop order, split where it runs through a pole, with the points at the ends of each stretch. The
+/// splits go to `passages`.
+fn stretches<'a>(
+    part: &'a Part,
+    c: &Coedge,
+    projector: &Projector<'_>,
+    passages: &mut Vec<(u32, f64)>,
+) -> Vec<(Cow<'a, Edge>, [DVec3; 2])> {
+    let edge = &part.edges[c.edge.index()];
+    let ends = [part.vertices[edge.start.index()], part.vertices[edge.end.index()]];
+    let stops = projector.pole_passages(edge);
+    if stops.is_empty() {
+        return vec![(Cow::Borrowed(edge), ends)];
+    }
+    passages.extend(stops.iter().map(|&t| (c.edge.0, t)));
+    let curve = BezierSpline3::new(&edge.curve, edge.range);
+    let mut marks = vec![(edge.range.0, ends[0])];
+    marks.extend(stops.iter().map(|&t| (t, curve.point(t))));
+    marks.push((edge.range.1, ends[1]));
+    let mut out: Vec<_> = marks
+        .windows(2)
+        .map(|w| (Cow::Owned(Edge { range: (w[0].0, w[1].0), ..edge.clone() }), [w[0].1, w[1].1]))
+        .collect();
+    if c.reversed {
+        out.reverse();
+    }
+    out
+}
+
+/// Follows a loop over the surface. Parameters where edges run through poles are appended to `passages`.
 pub(super) fn trace_loop(
     part: &Part,
     coedges: &[Coedge],
     projector: &Projector<'_>,
     gap: &mut f64,
+    passages: &mut Vec<(u32, f64)>,
 ) -> Result<UvLoop, RegionError> {
     let ends = |c: &Coedge| {
         let e = &part.edges[c.edge.index()];
@@ -171,31 +202,33 @@ pub(super) fn trace_loop(
     let mut pieces: Vec<Piece> = Vec::with_capacity(coedges.len() + 1);
     let mut jumps = Vec::new();
     for c in coedges[first..].iter().chain(&coedges[..first]) {
-        let previous_end = pieces.last().map(Piece::end);
-        let m = projector.march(&part.edges[c.edge.index()], ends(c), c.reversed, previous_end);
-        if m.samples.iter().any(|s| !s.uv.is_finite()) {
-            return Err(RegionError::NotFinite);
-        }
-        *gap = gap.max(m.gap);
-        let mut piece = Piece { along: Along::Edge(c.edge.0), reversed: c.reversed, samples: m.samples };
-        if let Some(end) = previous_end {
-            match m.poles[usize::from(c.reversed)] {
-                Some(pole) => {
-                    let inside = pieces.last().map_or(end, |p| p.samples[p.samples.len() / 2].uv);
-                    let to = jump_target(projector, pole, inside, end, piece.start());
-                    piece.shift(to - piece.start());
-                    if let Some(jump) = pole_piece(projector, pole, end, to) {
-                        jumps.push(pieces.len());
-                        pieces.push(jump);
+        for (edge, ends) in stretches(part, c, projector, passages) {
+            let previous_end = pieces.last().map(Piece::end);
+            let m = projector.march(&edge, ends, c.reversed, previous_end);
+            if m.samples.iter().any(|s| !s.uv.is_finite()) {
+                return Err(RegionError::NotFinite);
+            }
+            *gap = gap.max(m.gap);
+            let mut piece = Piece { along: Along::Edge(c.edge.0), reversed: c.reversed, samples: m.samples };
+            if let Some(end) = previous_end {
+                match m.poles[usize::from(c.reversed)] {
+                    Some(pole) => {
+                        let inside = pieces.last().map_or(end, |p| p.samples[p.samples.len() / 2].uv);
+                        let to = jump_target(projector, pole, inside, end, piece.start());
+                        piece.shift(to - piece.start());
+                        if let Some(jump) = pole_piece(projector, pole, end, to) {
+                            jumps.push(pieces.len());
+                            pieces.push(jump);
+                        }
+                    }
+                    None => {
+                        let by = projector.unwrap(piece.start(), end) - piece.start();
+                        piece.shift(by);
                     }
                 }
-                None => {
-                    let by = projector.unwrap(piece.start(), end) - piece.start();
-                    piece.shift(by);
-                }
             }
+            pieces.push(piece);
         }
-        pieces.push(piece);
     }
     let (start, end) = (pieces[0].start(), pieces[pieces.len() - 1].end());
     if let Some(pole) = projector.pole_at(start_point(&coedges[first])) {

@@ -417,6 +417,11 @@ fn overlapping_loops_cancel_or_add() {
     run_repaired((3, 3), &[border((3, 3), 1), rectangle((1.0, 0.0), (2.0, 1.5))]);
     run_repaired((3, 3), &[border((3, 3), 3), border((3, 3), 3)]);
     run_repaired((3, 3), &[border((3, 3), 3), reversed(border((3, 3), 3))]);
+    // A slit gone through twice.
+    let slit = polygon(&[(1.5, 0.0), (1.2, 1.7), (1.5, 0.0), (1.2, 1.7), (1.5, 0.0)]);
+    let outer: Vec<DVec2> = [&border((3, 3), 1)[..1], &slit, &border((3, 3), 1)[1..]].concat();
+    let out = run_repaired((3, 3), &[outer]);
+    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 0, unused: 2 });
     run_repaired((1, 1), &[border((1, 1), 3), reversed(border((1, 1), 2))]);
 }
 

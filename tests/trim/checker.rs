@@ -142,6 +142,40 @@ pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Res
     Ok(facts)
 }
 
+/// Positive triangles whose boundary is that of the loops, as chains: what is known of loops that overlap themselves and were
+/// not repaired. Two layers may then meet in an edge.
+pub(crate) fn check_chain(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
+    let bits = |p: DVec2| ((p.x + 0.0).to_bits(), (p.y + 0.0).to_bits());
+    type Point = (u64, u64);
+    let mut chain: HashMap<[Point; 2], i32> = HashMap::new();
+    let mut add = |a: DVec2, b: DVec2, sign: i32| {
+        let (a, b) = (bits(a), bits(b));
+        *chain.entry([a.min(b), a.max(b)]).or_default() += if a < b { sign } else { -sign };
+    };
+    for triangle in all_triangles(input, out) {
+        let p = triangle.map(|v| position(input, out, v));
+        if orient2d(p[0], p[1], p[2]) <= 0.0 {
+            return Err(format!("triangle {triangle:?} is not positive"));
+        }
+        for k in 0..3 {
+            add(p[k], p[(k + 1) % 3], 1);
+        }
+    }
+    for w in input.loop_starts.windows(2) {
+        let points = &input.points[w[0] as usize..w[1] as usize];
+        for (k, &a) in points.iter().enumerate() {
+            let b = points[(k + 1) % points.len()];
+            if a != b {
+                add(a, b, -1);
+            }
+        }
+    }
+    match chain.iter().find(|(_, n)| **n != 0) {
+        Some((edge, n)) => Err(format!("edge {edge:?} is left over {n} times")),
+        None => Ok(()),
+    }
+}
+
 /// In repaired tiles the border consists of parts of segments: both ends of an unmatched edge must lie near one segment.
 fn on_border_of(input: &TrimInput<'_>, out: &TrimOutput, edge: [u32; 2], exact: bool) -> bool {
     if exact {

@@ -192,7 +192,7 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(
 fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
     let mut region = Region::default();
     let mut edges = vec![Edge::default(); cdt.num_undirected_edges()];
-    let mut pieces = vec![0u32; segments];
+    let (mut pieces, mut unused) = (vec![0u32; segments], vec![false; segments]);
     let edge_of = |part: &Part| cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1]));
     for part in parts {
         // A part without an edge crosses another one even after all rounds: its segment counts as split.
@@ -205,7 +205,10 @@ fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
         let forward = undirected.as_directed() == edge.fix();
         let slot = &mut edges[undirected.index()];
         slot.weight += if forward { part.weight } else { -part.weight };
-        *(if forward { &mut slot.forward } else { &mut slot.backward }) = true;
+        let seen = if forward { &mut slot.forward } else { &mut slot.backward };
+        // Only one triangle has this edge in this direction.
+        unused[part.owner as usize] |= *seen;
+        *seen = true;
     }
     region.split = pieces.iter().filter(|&&n| n > 1).count() as u32;
     let winding = winding_numbers(cdt, &edges);
@@ -216,7 +219,6 @@ fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
             region.triangles.push(face.vertices().map(|v| v.index() as u32));
         }
     }
-    let mut unused = vec![false; segments];
     for part in parts {
         let Some(edge) = edge_of(part) else { continue };
         let kept = |index: usize| winding[index] > 0;

@@ -58,9 +58,10 @@ pub struct TrimOutput {
 
 /// Which rung of the ladder a tile needed; the later, the more work.
 ///
-/// Except for [`TrimOutcome::Repaired`], every tessellant segment is an edge of exactly one triangle, in its direction, all
-/// other edges match in pairs, and a point is covered as often as the loops wind around it: once, for simple loops. Loops that
-/// cross themselves but wind around no point clockwise may be covered so, with two layers where they overlap.
+/// Except for [`TrimOutcome::Repaired`], simple loops are covered once, every tessellant segment is an edge of exactly one
+/// triangle, in its direction, and all other edges match in pairs. Loops that cross but wind around no point backwards may pass
+/// as well: then a point has as many layers as the loops wind around it, with the loops as boundary, and layers may meet in an
+/// edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub enum TrimOutcome {
     /// Every cell polygon was triangulated by itself.
@@ -80,7 +81,7 @@ pub enum TrimOutcome {
     },
 }
 
-/// Counts of one tile; all zero after [`TrimOutcome::Certified`] except the first three.
+/// Counts of one tile. A tile that went to the reference keeps the counts of the attempt before.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct TrimStats {
     /// The rung that was needed, as returned.

@@ -7,13 +7,10 @@ use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
 use super::spline;
 use super::table::{Instance, MAX_DEPTH, Read, Trouble, link, number};
-use crate::model::{CurveKind, Frame3, NurbsCurve3};
+use crate::model::{CurveKind, Frame3, MAX_DEGREE, NurbsCurve3};
 use glam::DVec3;
 use std::f64::consts::TAU;
 use step_io::parser::Attribute;
-
-/// Degrees beyond this are taken for nonsense; the highest seen in real files is 22.
-pub(super) const MAX_DEGREE: usize = 40;
 
 /// Ends of an arc closer than this part of its radius are one point.
 const SAME: f64 = 1e-7;

@@ -5,6 +5,7 @@ use super::curve::{Bounded, Ends, straight};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
 use super::shells::{ShellUse, Source};
+use super::spline;
 use super::style::Styles;
 use super::surface::Stated;
 use super::table::{Read, Table, Trouble};
@@ -20,8 +21,10 @@ use std::collections::{HashMap, HashSet};
 struct Draft {
     ends: [VertexKey; 2],
     points: [DVec3; 2],
-    /// None for an edge without length.
+    /// None for an edge without length, and once the part has it.
     curve: Option<Bounded>,
+    /// Whether the edge has no length.
+    empty: bool,
     /// Distance by which the curve misses its vertices.
     gap: f64,
     tolerance: f64,
@@ -57,7 +60,11 @@ impl Reader<'_> {
                 let face = face.as_ref().ok()?;
                 let geometry = self.geometry(shell.units);
                 let reach = || reach(&geometry, face, &edges);
-                Some(geometry.surface(face.surface, &reach, self.options.offset_tolerance, 0))
+                let read = geometry.surface(face.surface, &reach, self.options.offset_tolerance, 0);
+                Some(read.and_then(|stated| match stated.surface.check() {
+                    Ok(()) => Ok(stated),
+                    Err(error) => Err(Trouble::new(face.surface, error.to_string())),
+                }))
             })
             .collect();
         let mut assembly = Assembly::new(name, shells, colour, edges);
@@ -134,9 +141,20 @@ impl Reader<'_> {
             curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
         });
         if !gap.is_finite() {
-            return Err(Trouble::new(entity, "the edge's curve has no finite ends"));
+            return Err(Trouble::new(entity, "the edge's ends are not finite"));
         }
-        Ok(Draft { ends, points: [at.start, at.end], curve, gap, tolerance: units.tolerance, entity })
+        if let Some(Err(error)) = curve.as_ref().map(|bounded| bounded.curve.check()) {
+            return Err(Trouble::new(entity, error.to_string()));
+        }
+        Ok(Draft {
+            ends,
+            points: [at.start, at.end],
+            empty: curve.is_none(),
+            curve,
+            gap,
+            tolerance: units.tolerance,
+            entity,
+        })
     }
 }
 
@@ -198,9 +216,14 @@ impl Corners {
 /// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.
 const CORNER: f64 = 10.0;
 
+/// Share of the part's size beyond which a curve that misses its vertices is pulled onto them.
+const PULLED: f64 = 3e-5;
+
 /// A part in the making.
 struct Assembly {
     part: Part,
+    /// Diagonal of the box of all curves' control points.
+    size: f64,
     edges: HashMap<EdgeKey, Read<Draft>>,
     edge_ids: HashMap<EdgeKey, EdgeId>,
     corners: Corners,
@@ -213,8 +236,12 @@ struct Assembly {
 impl Assembly {
     fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: HashMap<EdgeKey, Read<Draft>>) -> Self {
         let shells = shells.iter().map(|shell| Shell { kind: shell.kind, entity: shell.entity }).collect();
+        let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
+        let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
+        let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
         Self {
             part: Part { name, shells, colour, ..Part::default() },
+            size: (high - low).max(DVec3::ZERO).length(),
             edges,
             edge_ids: HashMap::new(),
             corners: Corners::default(),
@@ -245,7 +272,7 @@ impl Assembly {
             for edge in uses {
                 let Some(Ok(draft)) = self.edges.get(&edge.edge) else { continue };
                 let (tail, head) = self.corners.ends(draft, edge.reversed);
-                if draft.curve.is_none() {
+                if draft.empty {
                     self.corners.unite(tail, head);
                 }
                 ends.push((tail, head, draft.tolerance));
@@ -270,7 +297,7 @@ impl Assembly {
         let mut ends = Vec::with_capacity(uses.len());
         for edge in uses {
             match self.edges.get(&edge.edge) {
-                Some(Ok(draft)) if draft.curve.is_some() => {
+                Some(Ok(draft)) if !draft.empty => {
                     ends.push(self.corners.ends(draft, edge.reversed));
                     chain.push(edge);
                 }
@@ -375,15 +402,30 @@ impl Assembly {
     /// Moves an edge into the part. `None` for one that was not read, which `chain` has refused before.
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
-        let Bounded { curve, range, kind } = draft.curve.clone()?;
+        let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
         let (entity, gap, near) = (draft.entity, draft.gap, CORNER * draft.tolerance);
         let draft = self.edges.get(&key)?.as_ref().ok()?;
         let (start, end) = self.corners.ends(draft, false);
-        let edge = Edge { curve, range, start: self.vertex(start), end: self.vertex(end), kind, entity };
+        let ends = [start, end].map(|corner| self.corners.points[corner]);
+        let gap = gap.max(curve.point(range.0).distance(ends[0])).max(curve.point(range.1).distance(ends[1]));
         if gap > near {
             let (count, worst, by) = self.gaps;
             self.gaps = if gap > by { (count + 1, entity, gap) } else { (count + 1, worst, by) };
         }
+        if gap > PULLED * self.size {
+            // Too far off for the mesh to bridge: the curve gives way, in its first and last span.
+            curve = spline::piece(&curve, range.0, range.1);
+            range = curve.domain();
+            if let [first, .., last] = curve.points.as_mut_slice() {
+                [*first, *last] = ends;
+            }
+            self.say(
+                Severity::Warning,
+                entity,
+                format!("the edge's curve missed its vertices by {gap:.3e} mm and was pulled"),
+            );
+        }
+        let edge = Edge { curve, range, start: self.vertex(start), end: self.vertex(end), kind, entity };
         let id = EdgeId::new(self.part.edges.len());
         self.part.edges.push(edge);
         self.edge_ids.insert(key, id);
@@ -403,6 +445,9 @@ impl Assembly {
         if count > 0 {
             let reason = format!("{count} edges miss their vertices, #{entity} by {gap:.3e} mm");
             self.say(Severity::Note, entity, reason);
+        }
+        if let Err(error) = self.part.check() {
+            self.say(Severity::Error, 0, format!("the part does not hold together: {error}"));
         }
         (self.part, self.diagnostics)
     }

@@ -94,6 +94,9 @@ impl<'a> Geometry<'a> {
             // A mirror shows in the second axis.
             let y = if y.dot(frame.y) < 0.0 { -frame.y } else { frame.y };
             let scale = own.real(3).unwrap_or(1.0);
+            if scale <= 0.0 {
+                return Err(Trouble::new(id, format!("a transformation that scales by {scale}")));
+            }
             return Ok(affine(frame.x * scale, y * scale, frame.z * scale, frame.origin));
         }
         Err(Trouble::new(id, format!("{} where a placement is needed", instance.keyword())))

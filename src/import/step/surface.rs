@@ -66,6 +66,8 @@ impl Geometry<'_> {
                 return Err(Trouble::new(id, format!("a torus of major radius {major}")));
             }
             let frame = frame()?;
+            // A torus that only touches its axis has one part and one point there; rounded radii must not make it two.
+            let major = if (minor - major).abs() <= 1e-9 * minor { minor } else { major };
             if instance.is("DEGENERATE_TOROIDAL_SURFACE") && minor > major {
                 let outer = instance.fields("DEGENERATE_TOROIDAL_SURFACE", 4).flag(0, true);
                 return Ok(Stated::exact(spindle(&frame, major, minor, outer)));

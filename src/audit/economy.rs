@@ -1,0 +1,187 @@
+//! Triangles made -> how many a uniform lattice would need for the same tolerance, tile by tile, by trying them out.
+
+use super::foot::walk_surface;
+use crate::mesh::{Batch, MemorySink, TileId};
+use crate::model::{FaceId, PartId, SurfaceKind};
+use crate::prepare::{BezierPatches, Prepared, PreparedFace, Tile};
+use glam::{DVec2, DVec3};
+use std::fmt;
+
+/// Most tiles tried, spread evenly over the curved ones.
+const TILES: usize = 64;
+
+/// What one tile cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileEconomy {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// The tile within the part.
+    pub tile: TileId,
+    /// The surface's kind.
+    pub kind: SurfaceKind,
+    /// Triangles made.
+    pub made: f64,
+    /// Triangles of the smallest uniform lattice that passes, less the share of it that is trimmed away; at least 2.
+    pub least: f64,
+}
+
+impl TileEconomy {
+    /// Triangles made per triangle needed.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.made / self.least
+    }
+}
+
+/// How economical a mesh is, on a sample of its curved tiles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EconomyReport {
+    /// The tiles tried, most wasteful first.
+    pub tiles: Vec<TileEconomy>,
+}
+
+impl EconomyReport {
+    /// Triangles made on all tiles tried per triangle needed there; 1 when there are none.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        let (made, least) = self.tiles.iter().fold((0.0, 0.0), |(m, l), tile| (m + tile.made, l + tile.least));
+        if least > 0.0 { made / least } else { 1.0 }
+    }
+
+    /// The largest ratio of a tile; 1 when there are none.
+    #[must_use]
+    pub fn worst(&self) -> f64 {
+        self.tiles.first().map_or(1.0, TileEconomy::ratio)
+    }
+}
+
+impl fmt::Display for EconomyReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "economy: {:.2} triangles made per triangle needed on {} curved tiles, worst {:.2}",
+            self.mean(),
+            self.tiles.len(),
+            self.worst()
+        )?;
+        for tile in self.tiles.iter().take(4) {
+            write!(
+                f,
+                "\n  {:.2} at part {} face {} ({}) tile {}: {} made, {:.0} needed",
+                tile.ratio(),
+                tile.part.0,
+                tile.face.0,
+                tile.kind.name(),
+                tile.tile.0,
+                tile.made,
+                tile.least
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// Compares up to 64 curved tiles of `mesh`, which was made from `prepared`, with the smallest lattice, uniform in the
+/// parameters of the tile's patches, whose sampled distance from the surface is at most `chord` millimetres.
+///
+/// A mesh made for an angle tolerance too pays for that here. Trimmed tiles pay for their boundary. Up to a second a tile,
+/// mostly milliseconds.
+#[must_use]
+pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyReport {
+    let curved: Vec<(&Batch, &PreparedFace, &Tile)> = mesh
+        .batches
+        .iter()
+        .filter(|batch| !batch.mesh.triangles.is_empty())
+        .filter_map(|batch| {
+            let part = prepared.parts.get(batch.part.index())?;
+            let row = (*part.face_rows.get(batch.face.index())?)?;
+            Some((batch, part.faces.get(row as usize)?, part.tiles.get(batch.tile.0 as usize)?))
+        })
+        .filter(|(_, face, _)| face.kind != SurfaceKind::Plane)
+        .collect();
+    let mut tiles: Vec<TileEconomy> = curved
+        .iter()
+        .step_by(curved.len().div_ceil(TILES).max(1))
+        .map(|&(batch, face, tile)| TileEconomy {
+            part: batch.part,
+            face: batch.face,
+            tile: batch.tile,
+            kind: face.kind,
+            made: batch.mesh.triangles.len() as f64,
+            least: (2.0 * f64::from(least_cells(&face.patches, tile, batch, chord)) * kept(batch, face, tile)).max(2.0),
+        })
+        .collect();
+    tiles.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
+    EconomyReport { tiles }
+}
+
+/// Share of the tile's rectangle that its triangles cover.
+fn kept(batch: &Batch, face: &PreparedFace, tile: &Tile) -> f64 {
+    let mesh = &batch.mesh;
+    let place = |vertex: u32| {
+        let uv = mesh.uvs[vertex as usize].as_dvec2();
+        DVec2::new(face.maps[0].to_nurbs(uv.x), face.maps[1].to_nurbs(uv.y))
+    };
+    let area: f64 = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(place);
+            0.5 * (b - a).perp_dot(c - a).abs()
+        })
+        .sum();
+    (area / (tile.max - tile.min).element_product()).clamp(0.0, 1.0)
+}
+
+/// Cells of the smallest uniform lattice that passes; no more than the triangles made.
+fn least_cells(patches: &BezierPatches, tile: &Tile, batch: &Batch, chord: f64) -> u32 {
+    let mut best = u32::try_from(batch.mesh.triangles.len()).unwrap_or(u32::MAX).max(1);
+    let mut across = 1;
+    while across <= best {
+        // The fewest rows that pass and beat the best: first by doubling, then by halving the gap.
+        let limit = best / across;
+        let mut high = 1;
+        while high < limit && !passes(patches, tile, (across, high), chord) {
+            high = (2 * high).min(limit);
+        }
+        let mut low = high / 2;
+        if passes(patches, tile, (across, high), chord) {
+            while high - low > 1 {
+                let middle = low.midpoint(high);
+                if passes(patches, tile, (across, middle), chord) { high = middle } else { low = middle }
+            }
+            best = best.min(across * high);
+        }
+        across = (across + 1).max(across * 6 / 5);
+    }
+    best
+}
+
+/// Whether all cells keep `chord`, sampled in the middle of the shorter diagonal and of two sides.
+fn passes(patches: &BezierPatches, tile: &Tile, (across, along): (u32, u32), chord: f64) -> bool {
+    let step = (tile.max - tile.min) / DVec2::new(f64::from(across), f64::from(along));
+    let place = |i: u32, j: u32| {
+        let uv = tile.min + step * DVec2::new(f64::from(i), f64::from(j));
+        (uv, patches.derivatives(uv.x, uv.y).point)
+    };
+    let near = |(a, p): (DVec2, DVec3), (b, q): (DVec2, DVec3)| {
+        walk_surface(patches, p.midpoint(q), a.midpoint(b), chord).distance <= chord
+    };
+    let line = |i: u32| (0..=along).map(|j| place(i, j)).collect::<Vec<_>>();
+    let mut left = line(0);
+    for i in 1..=across {
+        let right = line(i);
+        for j in 0..along as usize {
+            let [a, b, c, d] = [left[j], right[j], right[j + 1], left[j + 1]];
+            let falling = b.1.distance_squared(d.1) < a.1.distance_squared(c.1);
+            let diagonal = if falling { near(b, d) } else { near(a, c) };
+            if !(diagonal && near(a, b) && near(a, d)) {
+                return false;
+            }
+        }
+        left = right;
+    }
+    true
+}
