@@ -36,6 +36,8 @@ pub(super) struct DraftBorder {
     pub(super) shape: EdgeShape,
     pub(super) range: (f64, f64),
     pub(super) ends: [DraftEnd; 2],
+    /// Parameters inside the range where the surface, and so the border, has a crease.
+    pub(super) creases: Vec<f64>,
 }
 
 /// Where a border ends.
@@ -142,7 +144,7 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let bounds = SurfaceBounds::new(&patches);
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
-    let borders = arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps)).collect();
+    let borders = arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps, &creases)).collect();
     let tiles: Vec<DraftTile> = arranged
         .tiles
         .iter()
@@ -275,6 +277,7 @@ fn border(
     projector: &Projector<'_>,
     patches: &BezierPatches,
     maps: &[AxisMap; 2],
+    creases: &[Vec<f64>; 2],
 ) -> DraftBorder {
     let run = &maps[1 - b.axis];
     let range = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
@@ -297,7 +300,8 @@ fn border(
             }
         },
     });
-    DraftBorder { shape, range, ends }
+    let creases = creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
+    DraftBorder { shape, range, ends, creases }
 }
 
 /// Whether a surface is flat: its tiles need no cuts.

@@ -222,6 +222,7 @@ impl<'a> Projector<'a> {
             return Vec::new();
         }
         let ts = self.first_parameters(edge);
+        let ends = [edge.curve.point(edge.range.0), edge.curve.point(edge.range.1)];
         let mut out = Vec::new();
         for pole in &self.poles {
             // Where the distance to the pole stops falling.
@@ -238,9 +239,11 @@ impl<'a> Projector<'a> {
                     let mid = 0.5 * (lo + hi);
                     if slope(mid) < 0.0 { lo = mid } else { hi = mid }
                 }
-                let inner = lo.min(hi) > ts[0] + 1e-6 * (ts[ts.len() - 1] - ts[0])
-                    && hi < ts[ts.len() - 1] - 1e-6 * (ts[ts.len() - 1] - ts[0]);
-                if inner && edge.curve.point(hi).distance(pole.point) <= 10.0 * self.tolerance {
+                // Not the ends: they are vertices, and the loop already knows what happens there.
+                let p = edge.curve.point(hi);
+                let near = 10.0 * self.tolerance;
+                let clear = ends.iter().all(|end| end.distance(p) > 10.0 * near);
+                if clear && p.distance(pole.point) <= near {
                     out.push(hi);
                 }
             }
@@ -316,7 +319,8 @@ impl<'a> Projector<'a> {
 
     fn first_parameters(&self, edge: &Edge) -> Vec<f64> {
         let (t0, t1) = edge.range;
-        let knots = edge.curve.knots.iter().copied().filter(|&k| k > t0 && k < t1);
+        let margin = 1e-9 * (t1 - t0);
+        let knots = edge.curve.knots.iter().copied().filter(|&k| k > t0 + margin && k < t1 - margin);
         let mut ts = vec![t0];
         ts.extend(knots);
         ts.push(t1);

@@ -274,7 +274,8 @@ fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec
     let pole = &projector.poles[pole];
     let fixed = pole.axis;
     let run = 1 - fixed;
-    let Some(p) = projector.period[run] else { return to };
+    let mut target = projector.unwrap(to, from);
+    let Some(p) = projector.period[run] else { return target };
     // The kept side below a pole line v = at: the loop runs towards -u there; right of u = at: towards -v.
     let below = inside[fixed] < from[fixed];
     let positive = below != (fixed == 1);
@@ -288,7 +289,6 @@ fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec
         (false, true) => -p,
         (false, false) => by - p,
     };
-    let mut target = to;
     target[run] = from[run] + by;
     target
 }
@@ -344,11 +344,21 @@ fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
     lo.is_finite() && hi.is_finite() && is_pole(lo) && is_pole(hi)
 }
 
+/// Box of the loops' pcurves, with the extremes of every Hermite piece.
 fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
     let mut b = [(f64::INFINITY, f64::NEG_INFINITY); 2];
-    for p in loops.iter().flat_map(|l| l.polyline()) {
+    let mut add = |p: DVec2| {
+        for (range, x) in b.iter_mut().zip(p.to_array()) {
+            *range = (range.0.min(x), range.1.max(x));
+        }
+    };
+    for w in loops.iter().flat_map(|l| &l.pieces).flat_map(|p| p.samples.windows(2)) {
+        add(w[0].uv);
+        add(w[1].uv);
         for axis in 0..2 {
-            b[axis] = (b[axis].0.min(p[axis]), b[axis].1.max(p[axis]));
+            for t in UvSample::extremes(&w[0], &w[1], axis) {
+                add(UvSample::between(&w[0], &w[1], t));
+            }
         }
     }
     b

@@ -39,13 +39,13 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedP
                 EdgeShape::Point(_) => CurveBounds::none(b.range),
             };
             let straight = bounds.is_straight();
-            edges.push(PreparedEdge {
-                shape: b.shape.clone(),
-                breaks: vec![Break { t: b.range.0, point: ends[0] }, Break { t: b.range.1, point: ends[1] }],
-                bounds,
-                straight,
-                uses: Vec::new(),
-            });
+            let mut breaks = vec![Break { t: b.range.0, point: ends[0] }];
+            breaks.extend(b.creases.iter().map(|&t| match &b.shape {
+                EdgeShape::Curve(c) => Break { t, point: c.point(t) },
+                EdgeShape::Point(point) => Break { t, point: *point },
+            }));
+            breaks.push(Break { t: b.range.1, point: ends[1] });
+            edges.push(PreparedEdge { shape: b.shape.clone(), breaks, bounds, straight, uses: Vec::new() });
         }
         let first_tile = id(out.tiles.len());
         for t in draft.tiles {

@@ -38,6 +38,18 @@ impl UvSample {
             + b.uv * (s * s * (3.0 - 2.0 * s))
             + (a.d * (r * r * s) - b.d * (s * s * r)) * h
     }
+
+    /// Parameters strictly between two samples at which coordinate `axis` of the cubic turns; at most two.
+    pub(super) fn extremes(a: &Self, b: &Self, axis: usize) -> impl Iterator<Item = f64> {
+        let h = b.t - a.t;
+        let (d0, d1, rise) = (a.d[axis] * h, b.d[axis] * h, b.uv[axis] - a.uv[axis]);
+        // The derivative by s in [0, 1]: d0 + 2 s q + s² p.
+        let (p, q) = (3.0 * (d0 + d1 - 2.0 * rise), 3.0 * rise - 2.0 * d0 - d1);
+        let root = (q * q - p * d0).sqrt();
+        let far = -(q + root.copysign(q));
+        let t = a.t;
+        [far / p, d0 / far].into_iter().filter(|s| *s > 0.0 && *s < 1.0).map(move |s| t + s * h)
+    }
 }
 
 impl UvCurve {
