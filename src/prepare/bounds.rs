@@ -3,6 +3,7 @@
 //! Bounds by [`math::bounds`](crate::math::bounds) on each sub-box's own net; turning sampled with a margin that comes from
 //! halving the samples.
 
+use super::arc_bounds;
 use super::decompose::{BezierPatches, BezierSpline3};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
@@ -122,30 +123,37 @@ impl CurveBounds {
         self.strips.iter().all(|s| s.second == 0.0)
     }
 
-    /// Bounds of all segments, in 1 (degree 1) or up to 4 strips each.
+    /// Bounds of all segments: lines in one strip and circular arcs in two, in closed form; others in up to 4 strips.
     #[must_use]
     pub fn new(spline: &BezierSpline3) -> Self {
         let parts = parts(spline.degree, spline.segments(), 1);
-        let breaks = subdivided(&spline.breaks, parts);
         let size = spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
+        let mut out = Self { breaks: vec![spline.breaks[0]], strips: Vec::new() };
         let mut net = Vec::with_capacity(spline.degree + 1);
-        let strips = (0..breaks.len() - 1)
-            .map(|i| {
-                net.clear();
-                net.extend_from_slice(spline.segment(i / parts));
-                let (x0, x1) = share(i % parts, parts);
-                bernstein::restrict(&mut net, x0, x1);
-                let (first, second) = segment_bounds(&net);
-                let width = breaks[i + 1] - breaks[i];
-                let straight = second <= ROUNDING * size;
-                StripBounds {
-                    first: first / width,
-                    second: if straight { 0.0 } else { second / (width * width) },
-                    turn: if straight { 0.0 } else { tangent_turning(&net) },
-                }
-            })
-            .collect();
-        Self { breaks, strips }
+        for (k, ends) in spline.breaks.windows(2).enumerate() {
+            let strips = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]).unwrap_or_else(|| {
+                let width = (ends[1] - ends[0]) / parts as f64;
+                let strip = |i| {
+                    net.clear();
+                    net.extend_from_slice(spline.segment(k));
+                    let (x0, x1) = share(i, parts);
+                    bernstein::restrict(&mut net, x0, x1);
+                    let (first, second) = segment_bounds(&net);
+                    let straight = second <= ROUNDING * size;
+                    StripBounds {
+                        first: first / width,
+                        second: if straight { 0.0 } else { second / (width * width) },
+                        turn: if straight { 0.0 } else { tangent_turning(&net) },
+                    }
+                };
+                (0..parts).map(strip).collect()
+            });
+            let n = strips.len();
+            out.breaks.extend((1..n).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / n as f64));
+            out.breaks.push(ends[1]);
+            out.strips.extend(strips);
+        }
+        out
     }
 }
 

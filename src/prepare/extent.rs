@@ -12,31 +12,54 @@ const SAMPLES: usize = 4;
 /// Lower and upper corner of the box of all instances, within about 0.1 %; `None` for an empty model.
 pub(super) fn placed_box(parts: &[PreparedPart], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
     let clouds: Vec<Vec<DVec3>> = parts.iter().map(cloud).collect();
-    let mut bounds = Bounds::EMPTY;
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for i in instances {
         for p in &clouds[i.part as usize] {
-            bounds.add(i.transform.transform_point3(*p));
+            let p = i.transform.transform_point3(*p);
+            low = low.min(p);
+            high = high.max(p);
         }
     }
-    (bounds.high - bounds.low).is_finite().then_some([bounds.low, bounds.high])
+    (high - low).is_finite().then_some([low, high])
 }
 
-struct Bounds {
-    low: DVec3,
-    high: DVec3,
-}
+/// Axes, face diagonals and corner diagonals: a part may be placed turned, and then its box shows other extremes.
+const DIRECTIONS: [DVec3; 13] = [
+    DVec3::X,
+    DVec3::Y,
+    DVec3::Z,
+    DVec3::new(1.0, 1.0, 0.0),
+    DVec3::new(1.0, -1.0, 0.0),
+    DVec3::new(1.0, 0.0, 1.0),
+    DVec3::new(1.0, 0.0, -1.0),
+    DVec3::new(0.0, 1.0, 1.0),
+    DVec3::new(0.0, 1.0, -1.0),
+    DVec3::new(1.0, 1.0, 1.0),
+    DVec3::new(1.0, 1.0, -1.0),
+    DVec3::new(1.0, -1.0, 1.0),
+    DVec3::new(-1.0, 1.0, 1.0),
+];
 
-impl Bounds {
-    const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+/// What lies between the extremes of a set of points in thirteen directions.
+struct Hull([(f64, f64); 13]);
+
+impl Hull {
+    fn of(points: &[DVec3]) -> Self {
+        let mut hull = Self([(f64::INFINITY, f64::NEG_INFINITY); 13]);
+        points.iter().for_each(|p| hull.add(*p));
+        hull
+    }
 
     fn add(&mut self, p: DVec3) {
-        self.low = self.low.min(p);
-        self.high = self.high.max(p);
+        for (range, d) in self.0.iter_mut().zip(DIRECTIONS) {
+            let x = d.dot(p);
+            *range = (range.0.min(x), range.1.max(x));
+        }
     }
 
     fn holds(&self, p: DVec3) -> bool {
-        let slack = 1e-9 * (self.high - self.low).length();
-        p.cmpge(self.low - slack).all() && p.cmple(self.high + slack).all()
+        let slack = 1e-9 * (self.0[0].1 - self.0[0].0).max(self.0[1].1 - self.0[1].0).max(self.0[2].1 - self.0[2].0);
+        self.0.iter().zip(DIRECTIONS).all(|(range, d)| (range.0 - slack..=range.1 + slack).contains(&d.dot(p)))
     }
 }
 
@@ -51,21 +74,20 @@ fn cloud(part: &PreparedPart) -> Vec<DVec3> {
             out.extend((1..n).map(|k| curve.point(a + (b - a) * k as f64 / n as f64)));
         }
     }
-    let mut bounds = Bounds::EMPTY;
-    out.iter().for_each(|p| bounds.add(*p));
+    let mut bounds = Hull::of(&out);
     for tile in &part.tiles {
         let face = &part.faces[part.face_of(tile)];
         // What the control net cannot reach need not be looked for.
         if face.patches.control.iter().all(|c| bounds.holds(c.truncate() / c.w)) {
             continue;
         }
-        out.extend(interior(part, face, tile));
+        out.extend(interior(part, face, tile, &mut bounds));
     }
     out
 }
 
-/// A lattice of points of a tile, those inside its loops.
-fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile) -> Vec<DVec3> {
+/// Points of a lattice over a tile that lie inside its loops and outside `bounds`, which they widen.
+fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, bounds: &mut Hull) -> Vec<DVec3> {
     let polygons: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| polygon(part, l)).collect();
     let count = |breaks: &[f64], a: f64, b: f64| {
         4 * SAMPLES * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)
@@ -76,8 +98,10 @@ fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile) -> Vec<DVec3>
     for i in 0..=nu {
         for j in 0..=nv {
             let uv = tile.min + (tile.max - tile.min) * DVec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
-            if polygons.iter().map(|p| winding_about(p, uv)).sum::<i32>() > 0 {
-                out.push(face.patches.derivatives(uv.x, uv.y).point);
+            let p = face.patches.derivatives(uv.x, uv.y).point;
+            if !bounds.holds(p) && polygons.iter().map(|l| winding_about(l, uv)).sum::<i32>() > 0 {
+                bounds.add(p);
+                out.push(p);
             }
         }
     }

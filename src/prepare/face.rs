@@ -1,5 +1,6 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
+use super::arc_bounds;
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, arrange};
 use super::critical::critical;
 use super::cuts::grid_for;
@@ -141,10 +142,11 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let box_u = (maps[0].to_nurbs(low.x), maps[0].to_nurbs(high.x));
     let box_v = (maps[1].to_nurbs(low.y), maps[1].to_nurbs(high.y));
     let patches = BezierPatches::over(&nurbs, box_u, box_v);
-    let bounds = SurfaceBounds::new(&patches);
+    let bounds = arc_bounds::analytic(&face.surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
-    let borders = arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps, &creases)).collect();
+    let borders =
+        arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps, &creases)).collect();
     let tiles: Vec<DraftTile> = arranged
         .tiles
         .iter()
@@ -202,11 +204,7 @@ fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = D
         };
         let of_edge = |c: &Coedge| part.edges[c.edge.index()].start;
         let of_end = |c: &Coedge| part.edges[c.edge.index()].end;
-        coedges
-            .iter()
-            .flat_map(move |c| [of_edge(c), of_end(c)])
-            .chain(single)
-            .map(|v| part.vertices[v.index()])
+        coedges.iter().flat_map(move |c| [of_edge(c), of_end(c)]).chain(single).map(|v| part.vertices[v.index()])
     })
 }
 

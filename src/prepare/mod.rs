@@ -1,5 +1,7 @@
 //! Paid once per model: Bézier patches, pcurves, tiles, shared edges, bounds. Parallel over faces (rayon).
 
+mod arc_bounds;
+
 mod arrangement;
 
 mod bounds;
