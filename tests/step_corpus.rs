@@ -160,9 +160,9 @@ fn edges_end_at_their_vertices_and_lie_on_their_surfaces() {
                         let edge = &part.edges[coedge.edge.index()];
                         if coedge.reversed { (edge.end, edge.start) } else { (edge.start, edge.end) }
                     };
-                    for i in 0..coedges.len() {
+                    for (i, coedge) in coedges.iter().enumerate() {
                         assert_eq!(ends(i).1, ends(i + 1).0, "{file}: a loop of #{} is open", face.entity);
-                        let edge = &part.edges[coedges[i].edge.index()];
+                        let edge = &part.edges[coedge.edge.index()];
                         if matches!(
                             face.surface,
                             Surface::Nurbs(_) | Surface::Extrusion { .. } | Surface::Revolution { .. }

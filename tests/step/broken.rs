@@ -43,6 +43,25 @@ fn a_syntax_error_costs_one_instance() {
 }
 
 #[test]
+fn a_broken_header_is_replaced() {
+    let text = file(&(world() + BALLS));
+    for (good, bad) in [("(''),'2;1')", "(''',;1')"), ("FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));", ""), ("FILE_NAME", "!")] {
+        let model = try_read(&text.replace(good, bad)).unwrap_or_else(|e| panic!("{bad}: {e}"));
+        assert_eq!(faces(&model), 2, "{bad}");
+        assert!(errors(&model).iter().any(|e| e.contains("header")), "{bad}: {:?}", model.diagnostics);
+    }
+}
+
+#[test]
+fn a_stray_quote_does_not_swallow_the_file() {
+    let names: String = (200..260).map(|id| format!("#{id}=CARTESIAN_POINT('p',(0.,0.,0.));\n")).collect();
+    let text = file(&(world() + BALLS + &names));
+    let model = try_read(&text.replace("#205=CARTESIAN_POINT('p'", "#205=CARTESIAN_POINT('p")).expect("mended");
+    assert_eq!(faces(&model), 2);
+    assert!(errors(&model).len() <= 3, "{:?}", errors(&model));
+}
+
+#[test]
 fn too_many_syntax_errors_give_the_file_up() {
     let text = file(&(world() + BALLS + &"#9=?;\n".repeat(3)));
     let options = StepOptions { max_syntax_repairs: 2, ..Default::default() };

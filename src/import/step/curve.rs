@@ -497,7 +497,7 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
             Some((curve, (from, to)))
         } else if from > to {
             // The file's sense flag contradicts its vertices; the vertices decide.
-            let range = (a + b - from, a + b - to);
+            let range = ((a + b - from).max(a), (a + b - to).min(b));
             Some((curve.reversed(), range))
         } else {
             None
@@ -508,9 +508,10 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
     if from < to {
         return Some((curve, (from, to)));
     }
-    if from == to {
+    if !(a < from && from < b && to < from) {
         return None;
     }
     let moved = spline::restart(&curve, from);
-    Some((moved, (from, to + (b - a))))
+    let end = moved.domain().1;
+    Some((moved, (from, (to + (b - a)).min(end))))
 }

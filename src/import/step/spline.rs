@@ -48,9 +48,13 @@ fn saturate(degree: usize, knots: &mut Vec<f64>, points: &mut Vec<DVec4>, t: f64
     }
 }
 
-/// The part over `[from, to]`, clamped. Both lie in the domain, `from < to`.
+/// The part over `[from, to]`, held to the domain, clamped. The whole curve if nothing is left.
 pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
     let p = curve.degree;
+    let (a, b) = curve.domain();
+    // In this order a parameter that is not a number becomes an end of the domain.
+    let (from, to) = (from.max(a).min(b), to.max(a).min(b));
+    let (from, to) = if from < to { (from, to) } else { (a, b) };
     let (mut knots, mut points) = (curve.knots.clone(), lift(curve));
     saturate(p, &mut knots, &mut points, from);
     saturate(p, &mut knots, &mut points, to);
@@ -65,6 +69,9 @@ pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
 /// A closed curve, started (and ended) at the inner parameter `s` instead; the domain becomes `[s, s + period]`.
 pub(super) fn restart(curve: &NurbsCurve3, s: f64) -> NurbsCurve3 {
     let (a, b) = curve.domain();
+    if !(a < s && s < b) {
+        return curve.clone();
+    }
     append(piece(curve, s, b), &piece(curve, a, s))
 }
 

@@ -25,6 +25,7 @@ pub(super) fn parse(
     };
     let mut text = Cow::Borrowed(&bytes[start..]);
     let mut cuts = 0;
+    let mut last = (0, 0);
     loop {
         let error = match parser::parse(&text[..]) {
             Ok(graph) => {
@@ -41,7 +42,7 @@ pub(super) fn parse(
         if cuts == options.max_syntax_repairs {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         }
-        let Some(reason) = mend(text.to_mut(), &error) else {
+        let Some(reason) = mend(text.to_mut(), &error, &mut last) else {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         };
         diagnostics.push(file_note(Severity::Error, reason));
@@ -54,26 +55,60 @@ fn file_note(severity: Severity, reason: String) -> Diagnostic {
 }
 
 /// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.
-fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
+///
+/// `last` is the stretch that was blanked out most recently.
+fn mend(text: &mut Vec<u8>, error: &Error, last: &mut (usize, usize)) -> Option<String> {
     let at = match error {
         Error::Lex(lex) => lex.span.start,
         Error::UnexpectedToken { span, .. }
         | Error::InvalidAttributePosition { span, .. }
+        | Error::MalformedFileSchema { span }
         | Error::NestingTooDeep { span } => span.start,
+        Error::MissingHeaderEntity { .. } => 0,
         Error::DuplicateEntityId { id, line, .. } => repeat_of(text, *id, *line)?,
         Error::UnexpectedEof { .. } => return close(text).then(|| format!("{error}; the incomplete end was left out")),
         _ => return None,
     };
     let at = usize::try_from(at).ok()?.min(text.len());
-    let (from, to) = instance_around(text, at)?;
-    let number: String =
-        text[from + 1..to].iter().take_while(|b| b.is_ascii_digit()).take(20).map(|b| char::from(*b)).collect();
+    if at < find(text, b"DATA")? {
+        return new_header(text).then(|| format!("{error}; the header was left out"));
+    }
+    let (mut from, to) = instance_around(text, at)?;
+    let mut left_out = number(&text[from..to]);
+    if from >= last.1 && last.1 > 0 && text[last.1..from].iter().all(u8::is_ascii_whitespace) {
+        // The error moved on by one instance: something before the first cut, a stray quote say, swallows what follows.
+        if let Some((before, end)) = last.0.checked_sub(1).and_then(|at| instance_around(text, at)) {
+            left_out = number(&text[before..end.min(last.0)]) + " and " + &left_out;
+            from = before;
+        }
+    }
     for byte in &mut text[from..to] {
         if *byte != b'\n' {
             *byte = b' ';
         }
     }
-    Some(format!("{error}; instance #{number} was left out"))
+    *last = (from, to);
+    Some(format!("{error}; instance {left_out} was left out"))
+}
+
+/// The number of the instance that a stretch of text starts with.
+fn number(instance: &[u8]) -> String {
+    let digits = instance.iter().skip(1).take_while(|b| b.is_ascii_digit()).take(20);
+    std::iter::once('#').chain(digits.map(|b| char::from(*b))).collect()
+}
+
+/// Puts an empty header in front of the data section, which says nothing that is needed. Lines keep their numbers.
+fn new_header(text: &mut Vec<u8>) -> bool {
+    const EMPTY: &str = "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');\
+                         FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));ENDSEC;";
+    if text.starts_with(EMPTY.as_bytes()) {
+        return false;
+    }
+    let Some(data) = find(text, b"\nDATA") else { return false };
+    let lines = text[..data].iter().filter(|b| **b == b'\n').count();
+    let header: Vec<u8> = EMPTY.bytes().chain(std::iter::repeat_n(b'\n', lines)).collect();
+    text.splice(..data, header);
+    true
 }
 
 /// Byte range of the instance that `at` lies in: from its `#` to behind its `;`.
