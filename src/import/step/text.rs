@@ -25,7 +25,6 @@ pub(super) fn parse(
     };
     let mut text = Cow::Borrowed(&bytes[start..]);
     let mut cuts = 0;
-    let mut last = (0, 0);
     loop {
         let error = match parser::parse(&text[..]) {
             Ok(graph) => {
@@ -42,7 +41,7 @@ pub(super) fn parse(
         if cuts == options.max_syntax_repairs {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         }
-        let Some(reason) = mend(text.to_mut(), &error, &mut last) else {
+        let Some(reason) = mend(text.to_mut(), &error) else {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         };
         diagnostics.push(file_note(Severity::Error, reason));
@@ -55,9 +54,7 @@ fn file_note(severity: Severity, reason: String) -> Diagnostic {
 }
 
 /// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.
-///
-/// `last` is the stretch that was blanked out most recently.
-fn mend(text: &mut Vec<u8>, error: &Error, last: &mut (usize, usize)) -> Option<String> {
+fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
     let at = match error {
         Error::Lex(lex) => lex.span.start,
         Error::UnexpectedToken { span, .. }
@@ -70,31 +67,52 @@ fn mend(text: &mut Vec<u8>, error: &Error, last: &mut (usize, usize)) -> Option<
         _ => return None,
     };
     let at = usize::try_from(at).ok()?.min(text.len());
-    if at < find(text, b"DATA")? {
+    let data = data_section(text)?;
+    if at < data {
         return new_header(text).then(|| format!("{error}; the header was left out"));
     }
-    let (mut from, to) = instance_around(text, at)?;
-    let mut left_out = number(&text[from..to]);
-    if from >= last.1 && last.1 > 0 && text[last.1..from].iter().all(u8::is_ascii_whitespace) {
-        // The error moved on by one instance: something before the first cut, a stray quote say, swallows what follows.
-        if let Some((before, end)) = last.0.checked_sub(1).and_then(|at| instance_around(text, at)) {
-            left_out = number(&text[before..end.min(last.0)]) + " and " + &left_out;
-            from = before;
-        }
-    }
+    // A stray quote shows only where the string that it opens ends, many instances later.
+    let at = runaway_string(text, data).unwrap_or(at);
+    let (from, to) = instance_around(text, at)?;
+    let number = number(&text[from..to]);
     for byte in &mut text[from..to] {
         if *byte != b'\n' {
             *byte = b' ';
         }
     }
-    *last = (from, to);
-    Some(format!("{error}; instance {left_out} was left out"))
+    Some(format!("{error}; instance {number} was left out"))
 }
 
 /// The number of the instance that a stretch of text starts with.
 fn number(instance: &[u8]) -> String {
     let digits = instance.iter().skip(1).take_while(|b| b.is_ascii_digit()).take(20);
     std::iter::once('#').chain(digits.map(|b| char::from(*b))).collect()
+}
+
+/// Where the first string starts that runs over the end of an instance into the next one.
+fn runaway_string(text: &[u8], data: usize) -> Option<usize> {
+    let mut start = None;
+    for (i, byte) in text.iter().enumerate().skip(data) {
+        match (byte, start) {
+            // A doubled quote inside a string ends and opens it; that makes no difference here.
+            (b'\'', None) => start = Some(i),
+            (b'\'', Some(_)) => start = None,
+            (b';', Some(from)) => {
+                let next = text[i + 1..].iter().position(|b| !b.is_ascii_whitespace()).map(|skip| i + 1 + skip);
+                let defines = next.is_some_and(|next| {
+                    let rest = &text[next..];
+                    let digits = rest.iter().skip(1).take_while(|b| b.is_ascii_digit()).count();
+                    let after = rest.iter().skip(1 + digits).find(|b| !b.is_ascii_whitespace());
+                    rest.first() == Some(&b'#') && digits > 0 && after == Some(&b'=')
+                });
+                if defines {
+                    return Some(from);
+                }
+            }
+            _ => {}
+        }
+    }
+    None
 }
 
 /// Puts an empty header in front of the data section, which says nothing that is needed. Lines keep their numbers.
@@ -104,7 +122,7 @@ fn new_header(text: &mut Vec<u8>) -> bool {
     if text.starts_with(EMPTY.as_bytes()) {
         return false;
     }
-    let Some(data) = find(text, b"\nDATA") else { return false };
+    let Some(data) = data_section(text) else { return false };
     let lines = text[..data].iter().filter(|b| **b == b'\n').count();
     let header: Vec<u8> = EMPTY.bytes().chain(std::iter::repeat_n(b'\n', lines)).collect();
     text.splice(..data, header);
@@ -113,7 +131,7 @@ fn new_header(text: &mut Vec<u8>) -> bool {
 
 /// Byte range of the instance that `at` lies in: from its `#` to behind its `;`.
 fn instance_around(text: &[u8], at: usize) -> Option<(usize, usize)> {
-    let data = find(text, b"DATA")?;
+    let data = data_section(text)?;
     let starts = |i: usize| text[i] == b'#' && last_ink(text, i) == Some(b';');
     let from = (data..=at.min(text.len().checked_sub(1)?)).rev().find(|i| starts(*i))?;
     let to = (at.max(from)..text.len())
@@ -147,7 +165,7 @@ fn next_ink(text: &[u8], after: usize) -> Option<u8> {
 /// Ends a text that stops in the data section: cuts the unfinished instance and closes section and file.
 fn close(text: &mut Vec<u8>) -> bool {
     const END: &[u8] = b"\nENDSEC;\nEND-ISO-10303-21;\n";
-    let Some(data) = find(text, b"DATA") else { return false };
+    let Some(data) = data_section(text) else { return false };
     if text.ends_with(END) {
         return false;
     }
@@ -155,6 +173,12 @@ fn close(text: &mut Vec<u8>) -> bool {
     text.truncate(last + 1);
     text.extend_from_slice(END);
     true
+}
+
+/// Where the word DATA stands that opens the data section: behind the end of the header, which may say it too.
+fn data_section(text: &[u8]) -> Option<usize> {
+    let header = find(text, b"ENDSEC")?;
+    find(&text[header..], b"DATA").map(|at| header + at)
 }
 
 fn find(text: &[u8], word: &[u8]) -> Option<usize> {
