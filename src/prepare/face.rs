@@ -79,6 +79,8 @@ pub(super) struct FaceDraft {
 pub(super) enum FaceError {
     /// No region.
     Region(RegionError),
+    /// The surface is a point or a curve.
+    NoArea { size: f64 },
     /// The region has no extent in direction 0 (u) or 1 (v).
     Thin { axis: usize, extent: f64 },
 }
@@ -87,6 +89,9 @@ impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Region(e) => e.fmt(f),
+            Self::NoArea { size } => {
+                write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
+            }
             Self::Thin { axis, extent } => {
                 write!(f, "the kept region is only {extent:e} wide in {}", ['u', 'v'][*axis])
             }
@@ -143,6 +148,10 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let box_v = (maps[1].to_nurbs(low.y), maps[1].to_nurbs(high.y));
     let patches = BezierPatches::over(&nurbs, box_u, box_v);
     let bounds = arc_bounds::analytic(&face.surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
+    let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
+    if (speed * (high - low)).min_element() <= 1e-12 * size {
+        return Err(FaceError::NoArea { size: (speed * (high - low)).max_element() });
+    }
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
     let borders =

@@ -90,6 +90,7 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
     for (k, result) in results.into_iter().enumerate() {
         let told = match &result {
             Ok(draft) => draft.note.clone().map(|note| (Severity::Note, note)),
+            Err(e @ face::FaceError::NoArea { .. }) => Some((Severity::Note, e.to_string())),
             Err(e) => Some((Severity::Error, e.to_string())),
         };
         if let Some((severity, reason)) = told {

@@ -1,9 +1,8 @@
-//! Every STEP file of the corpus beside the checkout: face counts and units against what OpenCASCADE found, and the
-//! geometry against itself. Skipped, with a message, where the corpus is absent.
-#![cfg(feature = "step")]
+//! Models as read: face counts and units against what OpenCASCADE found, and the geometry against itself.
 
+use crate::reference::{corpus, files, value};
 use glam::DVec3;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use trimtess::import::step::{StepOptions, read_file};
 use trimtess::model::{Loop, Model, Part, Severity, Surface};
 
@@ -14,30 +13,7 @@ const OTHER_COUNT: [(&str, usize, &str); 1] =
 /// OpenCASCADE moves the root of a file by a placement that its representation lists; ISO 10303-41 does not say so.
 const MOVED_BY_REFERENCE: &str = "degenerate_torus.stp";
 
-fn corpus() -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/corpus");
-    if path.join("reference.jsonl").exists() {
-        return Some(path);
-    }
-    println!("skipped: no corpus at {}", path.display());
-    None
-}
-
-/// The value of a key in one line of JSON, up to the next comma or bracket.
-fn value<'a>(line: &'a str, key: &str) -> Option<&'a str> {
-    let start = line.find(&format!("\"{key}\": "))? + key.len() + 4;
-    let rest = &line[start..];
-    Some(rest[..rest.find([',', '}']).unwrap_or(rest.len())].trim_matches(['"', '[', ']']))
-}
-
-fn files(reference: &str) -> impl Iterator<Item = (&str, &str)> {
-    reference
-        .lines()
-        .filter_map(|line| Some((value(line, "file")?, line)))
-        .filter(|(file, _)| Path::new(file).extension().is_some_and(|e| e == "stp" || e == "step"))
-}
-
-fn read(path: &Path) -> Model {
+pub(crate) fn read(path: &Path) -> Model {
     read_file(path, &StepOptions::default()).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 

@@ -1,0 +1,247 @@
+//! Smallest inputs of what prepare has to get right: poles, apexes, seams, wraps, creases, faces without area.
+
+use glam::{DAffine3, DVec3};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+use trimtess::frame::{Tolerance, plan};
+use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
+use trimtess::model::{
+    CurveKind, Face, Frame3, Loop, Model, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, ShellKind,
+    Surface,
+};
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+const CHORDS: [f64; 4] = [0.5, 0.05, 5e-3, 5e-4];
+
+fn model(part: Part) -> Model {
+    let mut model = ModelBuilder::new("test");
+    let part = model.part(part);
+    model.place(part, DAffine3::IDENTITY);
+    model.finish().expect("a valid model")
+}
+
+fn mesh(prepared: &Arc<Prepared>, chord: f64) -> MeshFacts {
+    let plan = plan(prepared, &Tolerance { chord, angle: 0.6, max_edge: None });
+    let mut sink = MemorySink::default();
+    let report = serial(prepared, &plan, false, &mut sink).expect("a frame");
+    assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+    check_scene(&sink).total
+}
+
+/// A closed part of the given volume, at all chords.
+fn is_closed(part: Part, volume: f64, area: f64) {
+    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT));
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    for chord in CHORDS {
+        let facts = mesh(&prepared, chord);
+        assert!(facts.is_well_formed() && facts.is_closed(), "chord {chord}: {facts}");
+        let slack = chord * area;
+        assert!((facts.volume - volume).abs() <= slack, "chord {chord}: volume {} of {volume}", facts.volume);
+    }
+}
+
+/// Frame whose circle lies in the plane of x and z.
+fn upright() -> Frame3 {
+    Frame3::from_axis(DVec3::ZERO, -DVec3::Y, DVec3::X).expect("an axis")
+}
+
+#[test]
+fn a_circle_through_both_poles_of_a_sphere() {
+    // The half with y > 0, bounded by one closed edge that runs through both poles; and its flat side.
+    let mut part = PartBuilder::new("half ball");
+    let circle = part.circle(&upright(), 5.0);
+    let shell = part.plain_shell(ShellKind::Outer);
+    // Seen from outside the kept half lies left when the circle runs from +x over -z.
+    part.plain_face(
+        Surface::Sphere { frame: Frame3::WORLD, radius: 5.0 },
+        shell,
+        vec![Loop::Edges(vec![circle.against()])],
+        false,
+    );
+    part.plain_face(Surface::Plane { frame: upright() }, shell, vec![Loop::Edges(vec![circle.along()])], false);
+    is_closed(part.finish().expect("a valid part"), 2.0 / 3.0 * PI * 125.0, 3.0 * PI * 25.0);
+}
+
+#[test]
+fn an_apex_bounds_a_cone_that_has_only_its_base_circle() {
+    let (radius, height) = (4.0, 6.0);
+    let mut part = PartBuilder::new("cone");
+    let circle = part.circle(&Frame3::WORLD, radius);
+    let apex = part.vertex(DVec3::new(0.0, 0.0, height));
+    let shell = part.plain_shell(ShellKind::Outer);
+    let half_angle = -(radius / height).atan();
+    let side = Surface::Cone { frame: Frame3::WORLD, radius, half_angle };
+    part.plain_face(side, shell, vec![Loop::Edges(vec![circle.along()]), Loop::Vertex(apex)], false);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![circle.against()])], true);
+    let slant = radius.hypot(height);
+    is_closed(
+        part.finish().expect("a valid part"),
+        PI * radius * radius * height / 3.0,
+        PI * radius * (radius + slant),
+    );
+}
+
+#[test]
+fn an_octant_meets_the_pole_at_a_vertex() {
+    // An eighth of a ball: three quarter circles, one of the corners at the pole of the sphere's parametrisation.
+    let r = 5.0;
+    let mut part = PartBuilder::new("octant");
+    let corner = [DVec3::X, DVec3::Y, DVec3::Z].map(|p| part.vertex(p * r));
+    let centre = part.vertex(DVec3::ZERO);
+    let arc = |a: DVec3, b: DVec3| {
+        let frame = Frame3 { origin: DVec3::ZERO, x: a, y: b, z: a.cross(b) };
+        NurbsCurve3::arc(&frame, r, r, 0.0, 0.5 * PI)
+    };
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let arcs = [0, 1, 2].map(|k| {
+        let (a, b) = (k, (k + 1) % 3);
+        part.curve(arc(axes[a], axes[b]), CurveKind::Circle, corner[a], corner[b])
+    });
+    let spokes = [0, 1, 2].map(|k| part.line(centre, corner[k]));
+    let shell = part.plain_shell(ShellKind::Outer);
+    let round = Loop::Edges(arcs.iter().map(|e| e.along()).collect());
+    part.plain_face(Surface::Sphere { frame: Frame3::WORLD, radius: r }, shell, vec![round], false);
+    for k in 0..3 {
+        let (a, b) = (k, (k + 1) % 3);
+        let frame = Frame3 { origin: DVec3::ZERO, x: axes[b], y: axes[a], z: axes[b].cross(axes[a]) };
+        let side = Loop::Edges(vec![spokes[b].along(), arcs[k].against(), spokes[a].against()]);
+        part.plain_face(Surface::Plane { frame }, shell, vec![side], false);
+    }
+    is_closed(part.finish().expect("a valid part"), PI * r.powi(3) / 6.0, 5.0 / 4.0 * PI * r * r);
+}
+
+#[test]
+fn a_hole_in_a_whole_sphere_leaves_the_rest() {
+    let (r, h) = (5.0, 3.0);
+    let ring = (r * r - h * h as f64).sqrt();
+    for axis in [DVec3::Z, DVec3::X, DVec3::new(1.0, 2.0, -0.5).normalize()] {
+        let frame = Frame3::from_axis(axis * h, axis, DVec3::Y).expect("an axis");
+        let mut part = PartBuilder::new("bowl");
+        let circle = part.circle(&frame, ring);
+        let shell = part.plain_shell(ShellKind::Outer);
+        let ball = Surface::Sphere { frame: Frame3::WORLD, radius: r };
+        part.plain_face(ball, shell, vec![Loop::Edges(vec![circle.against()])], false);
+        part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(vec![circle.along()])], false);
+        let cap = PI * (r - h).powi(2) * (2.0 * r + h) / 3.0;
+        is_closed(part.finish().expect("a valid part"), 4.0 / 3.0 * PI * r.powi(3) - cap, 4.0 * PI * r * r);
+    }
+}
+
+#[test]
+fn orientation_that_the_flags_get_wrong_is_set_right() {
+    // The same half ball, every flag of the plane turned: the shell still closes, with positive volume.
+    let mut part = PartBuilder::new("half ball");
+    let circle = part.circle(&upright(), 5.0);
+    let shell = part.plain_shell(ShellKind::Outer);
+    let ball = Surface::Sphere { frame: Frame3::WORLD, radius: 5.0 };
+    part.plain_face(ball, shell, vec![Loop::Edges(vec![circle.against()])], false);
+    part.plain_face(Surface::Plane { frame: upright() }, shell, vec![Loop::Edges(vec![circle.against()])], false);
+    is_closed(part.finish().expect("a valid part"), 2.0 / 3.0 * PI * 125.0, 3.0 * PI * 25.0);
+}
+
+/// A bilinear-by-linear sheet over the given profile points, degree 1 in u.
+fn sheet(profile: &[DVec3]) -> NurbsSurface {
+    let n = profile.len();
+    let mut knots_u = vec![0.0];
+    knots_u.extend((0..n).map(|k| k as f64));
+    knots_u.push((n - 1) as f64);
+    NurbsSurface {
+        degree_u: 1,
+        degree_v: 1,
+        knots_u,
+        knots_v: vec![0.0, 0.0, 1.0, 1.0],
+        points: profile.iter().flat_map(|p| [*p, *p + DVec3::Z * 10.0]).collect(),
+        weights: Vec::new(),
+    }
+}
+
+fn bare(surface: NurbsSurface) -> Part {
+    Part {
+        faces: vec![Face {
+            surface: Surface::Nurbs(surface),
+            loops: Vec::new(),
+            reversed: false,
+            shell: 0,
+            colour: None,
+            name: String::new(),
+            entity: 0,
+        }],
+        shells: vec![trimtess::model::Shell { kind: ShellKind::Open, entity: 0 }],
+        ..Part::default()
+    }
+}
+
+#[test]
+fn creases_are_kept_at_every_tolerance() {
+    // A folded sheet: its area is exact only if lines and borders break at the folds.
+    let profile =
+        [0.0, 1.0, 2.0, 3.5, 4.0, 7.0].map(|x: f64| DVec3::new(x, if x as i32 % 2 == 0 { 0.0 } else { 2.0 }, 0.0));
+    let exact: f64 = profile.windows(2).map(|w| 10.0 * w[0].distance(w[1])).sum();
+    let prepared = Arc::new(prepare(model(bare(sheet(&profile))), &PrepareOptions::DEFAULT));
+    for chord in [100.0, 1.0, 0.01] {
+        let facts = mesh(&prepared, chord);
+        assert!((facts.area / exact - 1.0).abs() < 1e-12, "chord {chord}: area {} of {exact}", facts.area);
+    }
+}
+
+#[test]
+fn a_surface_without_area_is_told_and_costs_nothing() {
+    let mut sheet = sheet(&[DVec3::ZERO, DVec3::X]);
+    sheet.points.fill(DVec3::new(1.0, 2.0, 3.0));
+    let prepared = prepare(model(bare(sheet)), &PrepareOptions::DEFAULT);
+    assert_eq!(prepared.diagnostics.len(), 1, "{:?}", prepared.diagnostics);
+    assert!(prepared.diagnostics[0].reason.contains("no area"), "{}", prepared.diagnostics[0].reason);
+    assert_eq!(prepared.tiles().count(), 0);
+}
+
+#[test]
+fn a_thin_crescent_survives_coarse_tolerances() {
+    // Two arcs that share both ends: without critical parameters both would be the same chord.
+    let frame = |y: f64| Frame3 { origin: DVec3::new(0.0, y, 0.0), ..Frame3::WORLD };
+    let mut part = PartBuilder::new("crescent");
+    let ends = [DVec3::X * 3.0, DVec3::X * -3.0].map(|p| part.vertex(p));
+    let mut arc = |below: f64| {
+        let r = 3.0_f64.hypot(below);
+        let a = (below / 3.0).atan();
+        let curve = NurbsCurve3::arc(&frame(-below), r, r, a, PI - a);
+        part.curve(curve, CurveKind::Circle, ends[0], ends[1])
+    };
+    let (high, low) = (arc(4.0), arc(8.0));
+    let shell = part.plain_shell(ShellKind::Open);
+    let boundary = vec![Loop::Edges(vec![high.along(), low.against()])];
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
+    let prepared = Arc::new(prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT));
+    let segment = |below: f64| {
+        let r = 3.0_f64.hypot(below);
+        let half = (3.0 / r).asin();
+        r * r * (half - half.sin() * half.cos())
+    };
+    let exact = segment(4.0) - segment(8.0);
+    for (chord, slack) in [(10.0, 0.6), (0.01, 0.1), (1e-4, 1e-3)] {
+        let area = mesh(&prepared, chord).area;
+        assert!((area / exact - 1.0).abs() < slack, "chord {chord}: area {area} of {exact}");
+    }
+}
+
+#[test]
+fn a_whole_turn_in_any_place_closes_on_itself() {
+    // A closed circle edge whose vertex lies anywhere on the seam-free cylinder.
+    for start in [0.0, 1.0, 3.0, 6.0] {
+        let mut part = PartBuilder::new("tube");
+        let mut ring = |z: f64, turn: f64| {
+            let frame = Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+            let v = part.vertex(frame.place(DVec3::new(3.0 * (start + turn).cos(), 3.0 * (start + turn).sin(), 0.0)));
+            let curve = NurbsCurve3::arc(&frame, 3.0, 3.0, start + turn, start + turn + TAU);
+            part.curve(curve, CurveKind::Circle, v, v)
+        };
+        let (low, high) = (ring(0.0, 0.0), ring(7.0, 2.0));
+        let shell = part.plain_shell(ShellKind::Outer);
+        let top = Frame3 { origin: DVec3::Z * 7.0, ..Frame3::WORLD };
+        let side = Surface::Cylinder { frame: Frame3::WORLD, radius: 3.0 };
+        part.plain_face(side, shell, vec![Loop::Edges(vec![low.along()]), Loop::Edges(vec![high.against()])], false);
+        part.plain_face(Surface::Plane { frame: top }, shell, vec![Loop::Edges(vec![high.along()])], false);
+        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![low.against()])], true);
+        is_closed(part.finish().expect("a valid part"), PI * 9.0 * 7.0, TAU * 3.0 * 7.0 + TAU * 9.0);
+    }
+}
