@@ -5,9 +5,9 @@ use super::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Share of the size within which two border rows count as the same: closure is a statement of the file's author, and
-/// both rows are printed from the same numbers.
-const SAME_ROW: f64 = 1e-9;
+/// Share of the size within which two border rows count as the same: closure is a statement of the file's author, but some
+/// files print coordinates with seven digits.
+const SAME_ROW: f64 = 1e-6;
 /// Share of the size within which a row or a curve end counts as one point (on the axis): axis directions are printed
 /// with as few as seven digits.
 const SAME_POINT: f64 = 1e-7;

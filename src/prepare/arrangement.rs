@@ -149,16 +149,17 @@ impl Grid {
     }
 }
 
-/// Parameter of a Hermite piece where coordinate `axis` is `x`, which its ends enclose.
-fn crossing_parameter(a: &UvSample, b: &UvSample, axis: usize, x: f64) -> f64 {
-    let (mut lo, mut hi) = (a.t, b.t);
-    let rising = b.uv[axis] > a.uv[axis];
+/// Parameter between `from` and `to` where coordinate `axis` of a Hermite piece is `x`; it is monotone there.
+fn crossing_parameter(piece: [&UvSample; 2], axis: usize, (from, to): (f64, f64), x: f64) -> f64 {
+    let at = |t: f64| UvSample::between(piece[0], piece[1], t)[axis];
+    let (mut lo, mut hi) = (from, to);
+    let rising = at(hi) > at(lo);
     for _ in 0..60 {
         let mid = 0.5 * (lo + hi);
         if mid <= lo || mid >= hi {
             break;
         }
-        if (UvSample::between(a, b, mid)[axis] < x) == rising {
+        if (at(mid) < x) == rising {
             lo = mid;
         } else {
             hi = mid;
@@ -172,17 +173,30 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Cross
     let first = out.len();
     for w in piece.samples.windows(2) {
         for axis in 0..2 {
-            for (line, x) in grid.between(axis, w[0].uv[axis], w[1].uv[axis]) {
-                let t = crossing_parameter(&w[0], &w[1], axis, x);
-                out.push(Crossing {
-                    along: piece.along,
-                    t,
-                    axis,
-                    line,
-                    other: UvSample::between(&w[0], &w[1], t)[1 - axis],
-                    up: (w[1].uv[axis] > w[0].uv[axis]) != piece.reversed,
-                    piece: index,
-                });
+            if !grid.wraps[axis] && grid.count(axis) == 1 {
+                continue;
+            }
+            // Monotone stretches between the samples and the turning points of the cubic.
+            let mut stops = vec![w[0].t];
+            stops.extend(UvSample::extremes(&w[0], &w[1], axis));
+            stops.push(w[1].t);
+            stops.sort_by(f64::total_cmp);
+            let at = |t: f64| UvSample::between(&w[0], &w[1], t);
+            for s in stops.windows(2) {
+                let (a, b) = (at(s[0])[axis], at(s[1])[axis]);
+                for (line, x) in grid.between(axis, a, b) {
+                    let t = crossing_parameter([&w[0], &w[1]], axis, (s[0], s[1]), x);
+                    let other = at(t)[1 - axis];
+                    out.push(Crossing {
+                        along: piece.along,
+                        t,
+                        axis,
+                        line,
+                        other,
+                        up: (b > a) != piece.reversed,
+                        piece: index,
+                    });
+                }
             }
         }
     }

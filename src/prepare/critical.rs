@@ -38,6 +38,7 @@ pub(super) fn critical(tile: &DraftTile, breaks: &mut Vec<(u32, f64)>) {
     if arcs.iter().all(|a| a.points.len() == 2) {
         return;
     }
+    arcs.iter().for_each(|a| separate_from_itself(a, breaks));
     arcs.sort_by(|a, b| low(a).total_cmp(&low(b)));
     let mut budget = PAIRS_PER_ARC * arcs.len();
     for i in 0..arcs.len() {
@@ -107,6 +108,33 @@ impl<'a> Span<'a> {
         let [a, b] = self.ends();
         let n = (b - a).perp().normalize_or_zero();
         self.points().map(|p| n.dot(p - a).abs()).fold(0.0, f64::max)
+    }
+}
+
+/// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
+/// stretches are separated like arcs.
+fn separate_from_itself(arc: &Arc, breaks: &mut Vec<(u32, f64)>) {
+    const TURN: f64 = TAU / 3.0;
+    let mut cuts = vec![0];
+    let mut start: Option<DVec2> = None;
+    for (k, w) in arc.points.windows(2).enumerate() {
+        let direction = w[1].1 - w[0].1;
+        let from = *start.get_or_insert(direction);
+        if from.angle_to(direction).abs() > TURN {
+            cuts.push(k);
+            start = Some(direction);
+        }
+    }
+    cuts.push(arc.points.len() - 1);
+    cuts.dedup();
+    let spans: Vec<Span<'_>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1] }).collect();
+    let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
+    if spans.len() > 64 || pairs().all(|(i, j)| apart(spans[i], spans[j])) {
+        return;
+    }
+    breaks.extend(cuts[1..cuts.len() - 1].iter().map(|&k| (arc.edge, arc.points[k].0)));
+    for (i, j) in pairs() {
+        separate(spans[i], spans[j], 0, breaks);
     }
 }
 

@@ -9,9 +9,15 @@ use glam::{DVec2, DVec3};
 /// point to 0.1 % of the radius.
 const SAMPLES: usize = 4;
 
-/// Lower and upper corner of the box of all instances, within about 0.1 %; `None` for an empty model.
-pub(super) fn placed_box(parts: &[PreparedPart], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
-    let clouds: Vec<Vec<DVec3>> = parts.iter().map(cloud).collect();
+/// Centre and half diagonal of a part's box, from its cloud.
+pub(super) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
+    let low = cloud.iter().copied().reduce(DVec3::min)?;
+    let high = cloud.iter().copied().reduce(DVec3::max)?;
+    Some((0.5 * (low + high), 0.5 * (high - low).length()))
+}
+
+/// Lower and upper corner of the box of all instances, given each part's cloud, within about 0.1 %; `None` for an empty model.
+pub(super) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for i in instances {
         for p in &clouds[i.part as usize] {
@@ -64,7 +70,7 @@ impl Hull {
 }
 
 /// Points of a part that span its box.
-fn cloud(part: &PreparedPart) -> Vec<DVec3> {
+pub(super) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
     let mut out = Vec::new();
     for edge in part.edges.iter().filter(|e| !e.uses.is_empty()) {
         out.extend(edge.breaks.iter().map(|b| b.point));

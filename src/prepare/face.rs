@@ -1,11 +1,11 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
 use super::arc_bounds;
-use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, arrange};
+use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, Tangled, arrange};
 use super::critical::critical;
 use super::cuts::grid_for;
 use super::pcurve::Projector;
-use super::region::{Along, RegionError, region, trace_loop};
+use super::region::{Along, Passages, RegionError, region, trace_loop};
 use super::{BezierPatches, BezierSpline3, EdgeShape, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
@@ -79,6 +79,10 @@ pub(super) struct FaceDraft {
 pub(super) enum FaceError {
     /// No region.
     Region(RegionError),
+    /// The loops cross each other or themselves where the region must be cut open.
+    Tangled(Tangled),
+    /// Something that cannot happen did.
+    Internal(String),
     /// The surface is a point or a curve.
     NoArea { size: f64 },
     /// The region has no extent in direction 0 (u) or 1 (v).
@@ -89,6 +93,8 @@ impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Region(e) => e.fmt(f),
+            Self::Tangled(e) => e.fmt(f),
+            Self::Internal(what) => write!(f, "internal error: {what}"),
             Self::NoArea { size } => {
                 write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
             }
@@ -109,26 +115,28 @@ impl From<RegionError> for FaceError {
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
     let extent = face_extent(part, face).unwrap_or(size);
     let mut projector = Projector::new(&face.surface, 1e-6 * extent);
+    let passages = passages(part, face, &projector);
     projector.adopt(boundary_points(part, face));
-    let through: Vec<DVec3> = passing_points(part, face, &projector);
-    projector.adopt(through.into_iter());
+    projector.adopt(passages.values().flatten().map(|p| p.1));
     let mut gap = 0.0;
     let mut loops = Vec::with_capacity(face.loops.len());
-    let mut breaks = Vec::new();
+    let mut breaks: Vec<(u32, f64)> =
+        passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |p| (edge, p.0))).collect();
+    let mut named_pole = None;
     for l in &face.loops {
-        if let Loop::Edges(coedges) = l
-            && !coedges.is_empty()
-        {
-            loops.push(trace_loop(part, coedges, &projector, &mut gap, &mut breaks)?);
+        match l {
+            Loop::Edges(coedges) if coedges.is_empty() => {}
+            Loop::Edges(coedges) => loops.push(trace_loop(part, coedges, &projector, &mut gap, &passages)?),
+            Loop::Vertex(v) => named_pole = projector.pole_at(part.vertices[v.index()]),
         }
     }
-    let region = region(loops, &projector)?;
+    let region = region(loops, named_pole, &projector)?;
     let plan = grid_for(&region, &face.surface);
     let (grid, arranged, note) = match arrange(&region, &plan.fine, &projector) {
         Ok(a) => (plan.fine, a, None),
         Err(e) => match arrange(&region, &plan.coarse, &projector) {
             Ok(a) => (plan.coarse, a, Some(format!("{e}; kept as fewer tiles"))),
-            Err(_) => return Err(RegionError::OneSided { loops: region.loops.len() }.into()),
+            Err(e) => return Err(FaceError::Tangled(e)),
         },
     };
     let mut low = DVec2::INFINITY;
@@ -217,19 +225,20 @@ fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = D
     })
 }
 
-/// The points at which edges of a face run through poles, as their tessellations will have them.
-fn passing_points(part: &Part, face: &Face, projector: &Projector<'_>) -> Vec<DVec3> {
-    let mut out = Vec::new();
+/// Where edges of a face run through poles.
+fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
+    let mut out = Passages::new();
     if projector.poles.is_empty() {
         return out;
     }
     for l in &face.loops {
         let Loop::Edges(coedges) = l else { continue };
-        for edge in coedges.iter().map(|c| &part.edges[c.edge.index()]) {
+        for c in coedges {
+            let edge = &part.edges[c.edge.index()];
             let stops = projector.pole_passages(edge);
             if !stops.is_empty() {
                 let curve = BezierSpline3::new(&edge.curve, edge.range);
-                out.extend(stops.into_iter().map(|t| curve.point(t)));
+                out.insert(c.edge.0, stops.into_iter().map(|t| (t, curve.point(t))).collect());
             }
         }
     }

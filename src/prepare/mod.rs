@@ -19,6 +19,8 @@ mod extent;
 
 mod face;
 
+mod orient;
+
 mod pcurve;
 
 mod prepared;
@@ -34,6 +36,7 @@ pub use uv_curve::{UvCurve, UvSample};
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, FaceId, Model, Part, PartId, Severity};
 use rayon::prelude::*;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Knobs of [`prepare`].
 #[derive(Clone, Debug, PartialEq)]
@@ -75,8 +78,9 @@ fn prepare_all(model: Model) -> Prepared {
         parts.push(part);
         diagnostics.extend(found);
     }
-    let scene = scene(&model);
-    let bounds = extent::placed_box(&parts, &scene.instances);
+    let clouds: Vec<_> = parts.par_iter().map(extent::cloud).collect();
+    let scene = scene(&model, &clouds);
+    let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
     Prepared { parts, scene, diagnostics, bounds, diagonal }
 }
@@ -84,7 +88,7 @@ fn prepare_all(model: Model) -> Prepared {
 fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
     let (low, high) = topology::control_box(part);
     let size = (high - low).length();
-    let results: Vec<_> = part.faces.par_iter().map(|f| face::draft(part, f, size)).collect();
+    let results: Vec<_> = part.faces.par_iter().map(|f| guarded(|| face::draft(part, f, size))).collect();
     let mut diagnostics = Vec::new();
     let mut drafts = Vec::with_capacity(results.len());
     for (k, result) in results.into_iter().enumerate() {
@@ -104,23 +108,38 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
         }
         drafts.push(result.ok());
     }
-    (topology::assemble(part, drafts), diagnostics)
+    let mut turned = Vec::new();
+    let prepared = topology::assemble(part, drafts, &mut turned);
+    diagnostics.extend(turned.into_iter().map(|t| Diagnostic {
+        severity: Severity::Note,
+        part: Some(id),
+        face: None,
+        entity: part.faces[t.face].entity,
+        reason: format!("{} connected faces were inside out (volume {:.3e} mm³) and were turned", t.faces, t.volume),
+    }));
+    (prepared, diagnostics)
 }
 
-fn scene(model: &Model) -> Scene {
+/// Runs `draft`; a panic costs this face only.
+fn guarded(
+    draft: impl FnOnce() -> Result<face::FaceDraft, face::FaceError>,
+) -> Result<face::FaceDraft, face::FaceError> {
+    catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().cloned();
+        let text = text.or_else(|| panic.downcast_ref::<&str>().map(ToString::to_string));
+        Err(face::FaceError::Internal(text.unwrap_or_default()))
+    })
+}
+
+fn scene(model: &Model, clouds: &[Vec<glam::DVec3>]) -> Scene {
     let parts: Vec<ScenePart> = model
         .parts
         .iter()
-        .map(|p| {
-            let (low, high) = topology::control_box(p);
-            let (centre, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
-            let known = centre.is_finite() && radius.is_finite();
-            ScenePart {
-                name: p.name.clone(),
-                face_colours: p.faces.iter().map(|f| f.colour.or(p.colour)).collect(),
-                centre: if known { centre } else { glam::DVec3::ZERO },
-                radius: if known { radius } else { 0.0 },
-            }
+        .zip(clouds)
+        .map(|(p, cloud)| {
+            let (centre, radius) = extent::centre(cloud).unwrap_or_default();
+            let face_colours = p.faces.iter().map(|f| f.colour.or(p.colour)).collect();
+            ScenePart { name: p.name.clone(), face_colours, centre, radius }
         })
         .collect();
     let mut first_face = 0;

@@ -13,6 +13,10 @@ use std::cell::OnceCell;
 /// more is noise, and its gap is reported.
 const MAX_DEPTH: u32 = 10;
 
+/// Samples of one pcurve beyond which it is not refined. Real ones have 2 to 500; a thousand times that is a curve of
+/// noise, and would take seconds.
+const MAX_SAMPLES: usize = 20_000;
+
 /// Newton steps of one projection. Quadratic convergence needs 3–5 from a good seed; slow tangential ones about 30.
 const MAX_STEPS: u32 = 40;
 
@@ -60,6 +64,13 @@ impl<'a> Projector<'a> {
                 pole.point = v;
             }
         }
+    }
+
+    /// Length in space of a small step in (u,v).
+    pub(super) fn length(&self, at: DVec2, step: DVec2) -> f64 {
+        let w = self.wrap(at);
+        let d = self.surface.derivatives(w.x, w.y);
+        (d.du * step.x + d.dv * step.y).length()
     }
 
     /// The pole at a point, if it is one.
@@ -385,7 +396,7 @@ impl Walk<'_> {
     }
 
     fn refine(&self, a: &UvSample, b: &UvSample, depth: u32, out: &mut Vec<(UvSample, f64)>) {
-        if depth >= MAX_DEPTH {
+        if depth >= MAX_DEPTH || out.len() >= MAX_SAMPLES {
             return;
         }
         let t = 0.5 * (a.t + b.t);

@@ -4,11 +4,12 @@
 //! (its winding). Orientation is derived from areas, nesting and windings wherever they decide; the file's word counts
 //! only on closed surfaces, where both sides of a loop are bounded.
 
+use super::UvSample;
 use super::pcurve::Projector;
-use super::{BezierSpline3, UvSample};
 use crate::model::{Coedge, Edge, Part};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// What a piece of a loop runs along.
@@ -137,6 +138,8 @@ pub(super) enum RegionError {
     OneSided { loops: usize },
     /// A point or parameter is not finite.
     NotFinite,
+    /// A boundary's image runs over more periods than any real one.
+    Runaway { axis: u8, periods: f64 },
 }
 
 impl fmt::Display for RegionError {
@@ -151,29 +154,26 @@ impl fmt::Display for RegionError {
             }
             Self::Winding { winding: [u, v] } => write!(f, "a loop winds {u} times around u and {v} times around v"),
             Self::OneSided { loops } => write!(f, "{loops} loops go round the surface and do not enclose a region"),
+            Self::Runaway { axis, periods } => {
+                write!(f, "the boundary runs over {periods:.0} periods of {}", ['u', 'v'][usize::from(*axis)])
+            }
             Self::NotFinite => write!(f, "the boundary has no finite image on the surface"),
         }
     }
 }
 
-/// A coedge's edge in loop order, split where it runs through a pole, with the points at the ends of each stretch. The
-/// splits go to `passages`.
-fn stretches<'a>(
-    part: &'a Part,
-    c: &Coedge,
-    projector: &Projector<'_>,
-    passages: &mut Vec<(u32, f64)>,
-) -> Vec<(Cow<'a, Edge>, [DVec3; 2])> {
+/// Where edges of a face run through poles: parameter and point, as every tessellation of the edge has it.
+pub(super) type Passages = BTreeMap<u32, Vec<(f64, DVec3)>>;
+
+/// A coedge's edge in loop order, split where it runs through a pole, with the points at the ends of each stretch.
+fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Vec<(Cow<'a, Edge>, [DVec3; 2])> {
     let edge = &part.edges[c.edge.index()];
     let ends = [part.vertices[edge.start.index()], part.vertices[edge.end.index()]];
-    let stops = projector.pole_passages(edge);
-    if stops.is_empty() {
+    let Some(stops) = passages.get(&c.edge.0) else {
         return vec![(Cow::Borrowed(edge), ends)];
-    }
-    passages.extend(stops.iter().map(|&t| (c.edge.0, t)));
-    let curve = BezierSpline3::new(&edge.curve, edge.range);
+    };
     let mut marks = vec![(edge.range.0, ends[0])];
-    marks.extend(stops.iter().map(|&t| (t, curve.point(t))));
+    marks.extend(stops);
     marks.push((edge.range.1, ends[1]));
     let mut out: Vec<_> = marks
         .windows(2)
@@ -185,24 +185,55 @@ fn stretches<'a>(
     out
 }
 
-/// Follows a loop over the surface. Parameters where edges run through poles are appended to `passages`.
+/// Follows a loop over the surface, from the coedge that leaves the smallest gap where the loop closes.
 pub(super) fn trace_loop(
     part: &Part,
     coedges: &[Coedge],
     projector: &Projector<'_>,
     gap: &mut f64,
-    passages: &mut Vec<(u32, f64)>,
+    passages: &Passages,
 ) -> Result<UvLoop, RegionError> {
-    let ends = |c: &Coedge| {
+    /// First coedges tried when a loop does not close. The first that lies clear of a seam will do.
+    const TRIES: usize = 6;
+    let start_point = |c: &Coedge| {
         let e = &part.edges[c.edge.index()];
-        [part.vertices[e.start.index()], part.vertices[e.end.index()]]
+        part.vertices[if c.reversed { e.end } else { e.start }.index()]
     };
-    let start_point = |c: &Coedge| ends(c)[usize::from(c.reversed)];
-    let first = coedges.iter().position(|c| projector.pole_at(start_point(c)).is_none()).unwrap_or(0);
+    let mut firsts: Vec<usize> =
+        (0..coedges.len()).filter(|&k| projector.pole_at(start_point(&coedges[k])).is_none()).collect();
+    if firsts.is_empty() {
+        firsts.push(0);
+    }
+    let mut best: Option<(f64, f64, UvLoop)> = None;
+    for &first in firsts.iter().take(TRIES) {
+        let mut loop_gap = 0.0;
+        let (traced, miss) = trace_from(part, coedges, first, projector, &mut loop_gap, passages)?;
+        let closes = miss <= 100.0 * projector.tolerance;
+        if best.as_ref().is_none_or(|b| miss < b.0) {
+            best = Some((miss, loop_gap, traced));
+        }
+        if closes {
+            break;
+        }
+    }
+    let (_, loop_gap, traced) = best.ok_or(RegionError::NotFinite)?;
+    *gap = gap.max(loop_gap);
+    Ok(traced)
+}
+
+/// Follows a loop from its coedge `first`; the second value is the distance in space by which it fails to close.
+fn trace_from(
+    part: &Part,
+    coedges: &[Coedge],
+    first: usize,
+    projector: &Projector<'_>,
+    gap: &mut f64,
+    passages: &Passages,
+) -> Result<(UvLoop, f64), RegionError> {
     let mut pieces: Vec<Piece> = Vec::with_capacity(coedges.len() + 1);
     let mut jumps = Vec::new();
     for c in coedges[first..].iter().chain(&coedges[..first]) {
-        for (edge, ends) in stretches(part, c, projector, passages) {
+        for (edge, ends) in stretches(part, c, passages) {
             let previous_end = pieces.last().map(Piece::end);
             let m = projector.march(&edge, ends, c.reversed, previous_end);
             if m.samples.iter().any(|s| !s.uv.is_finite()) {
@@ -231,11 +262,13 @@ pub(super) fn trace_loop(
         }
     }
     let (start, end) = (pieces[0].start(), pieces[pieces.len() - 1].end());
-    if let Some(pole) = projector.pole_at(start_point(&coedges[first])) {
+    let edge = &part.edges[coedges[first].edge.index()];
+    let start_point = part.vertices[if coedges[first].reversed { edge.end } else { edge.start }.index()];
+    if let Some(pole) = projector.pole_at(start_point) {
         if let Some(jump) = pole_piece(projector, pole, end, start) {
             pieces.push(jump);
         }
-        return Ok(UvLoop { pieces, winding: [0, 0] });
+        return Ok((UvLoop { pieces, winding: [0, 0] }, 0.0));
     }
     let mut winding = [0, 0];
     let mut miss = end - start;
@@ -249,6 +282,7 @@ pub(super) fn trace_loop(
             miss[axis] -= k * p;
         }
     }
+    let miss = projector.length(start, miss);
     // One jump at a pole: how far it goes round follows from closing the loop.
     if let ([jump], true) = (&jumps[..], winding != [0, 0]) {
         let mut by = DVec2::ZERO;
@@ -266,7 +300,7 @@ pub(super) fn trace_loop(
         }
         winding = [0, 0];
     }
-    Ok(UvLoop { pieces, winding })
+    Ok((UvLoop { pieces, winding }, miss))
 }
 
 /// Where the loop continues after touching a pole: kept side left means that it goes round one given way.
@@ -311,11 +345,23 @@ fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to: DVec2) ->
     Some(Piece { along: Along::Pole(pole), reversed: a > b, samples: vec![sample(a.min(b)), sample(a.max(b))] })
 }
 
-/// The region that the loops bound.
-pub(super) fn region(mut loops: Vec<UvLoop>, projector: &Projector<'_>) -> Result<Region, RegionError> {
+/// The region that the loops bound. `named_pole`: the one at which the file puts a vertex loop.
+pub(super) fn region(
+    mut loops: Vec<UvLoop>,
+    named_pole: Option<usize>,
+    projector: &Projector<'_>,
+) -> Result<Region, RegionError> {
+    /// Turns of a boundary around a periodic surface: springs have tens.
+    const MAX_PERIODS: f64 = 1000.0;
+    for (axis, (lo, hi)) in loops_box(&loops).into_iter().enumerate() {
+        let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
+        if !loops.is_empty() && !((hi - lo).is_finite() && periods <= MAX_PERIODS) {
+            return Err(RegionError::Runaway { axis: u8::from(axis == 1), periods });
+        }
+    }
     let polygons: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
     if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
-        return band(loops, axis, projector);
+        return band(loops, axis, named_pole, projector);
     }
     let periodic = projector.period.map(|p| p.is_some());
     if loops.is_empty() {
@@ -371,11 +417,11 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
     }
     let Some(outer) = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs())) else { return };
     let polygon = loops[outer].polyline();
-    for k in 0..loops.len() {
+    for (k, l) in loops.iter_mut().enumerate() {
         if k == outer {
             continue;
         }
-        let probe = loops[k].pieces[0].samples[loops[k].pieces[0].samples.len() / 2].uv;
+        let probe = l.pieces[0].samples[l.pieces[0].samples.len() / 2].uv;
         let steps = |axis: usize| if projector.period[axis].is_some() { -3..=3 } else { 0..=0 };
         let found = steps(0).flat_map(|i| steps(1).map(move |j| (i, j))).find_map(|(i, j)| {
             let by = DVec2::new(
@@ -385,33 +431,43 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
             (winding_about(&polygon, probe + by) != 0).then_some(by)
         });
         if let Some(by) = found {
-            loops[k].shift(by);
+            l.shift(by);
         }
     }
 }
 
 /// Orients loops by nesting: outermost counter-clockwise, holes clockwise, islands counter-clockwise.
 fn nest(loops: &mut [UvLoop]) {
+    /// Points of a loop that are looked at: it may touch another at a vertex, so the majority decides.
+    const PROBES: usize = 5;
     let polygons: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
-    for k in 0..loops.len() {
-        // A loop may touch another at a vertex: let the majority of its points decide.
-        let depth = (0..polygons.len())
-            .filter(|&o| {
-                o != k && {
-                    let n = polygons[k].len();
-                    let probes = (0..5).map(|i| polygons[k][(i * n / 5 + i) % n]);
-                    probes.filter(|&q| winding_about(&polygons[o], q) != 0).count() >= 3
-                }
-            })
-            .count();
+    let boxes: Vec<[DVec2; 2]> = polygons
+        .iter()
+        .map(|p| p.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |b, q| [b[0].min(*q), b[1].max(*q)]))
+        .collect();
+    for (k, l) in loops.iter_mut().enumerate() {
+        let n = polygons[k].len();
+        let probes: [DVec2; PROBES] = std::array::from_fn(|i| polygons[k][(i * n / PROBES + i) % n]);
+        let holds = |o: usize| {
+            let inside = |q: &&DVec2| {
+                q.cmpge(boxes[o][0]).all() && q.cmple(boxes[o][1]).all() && winding_about(&polygons[o], **q) != 0
+            };
+            o != k && 2 * probes.iter().filter(inside).count() > PROBES
+        };
+        let depth = (0..polygons.len()).filter(|&o| holds(o)).count();
         if (area2(&polygons[k]) > 0.0) != (depth % 2 == 0) {
-            loops[k].reverse();
+            l.reverse();
         }
     }
 }
 
 /// Loops that go round in direction `axis`: they bound the region across, alternately from below and from above.
-fn band(mut loops: Vec<UvLoop>, axis: usize, projector: &Projector<'_>) -> Result<Region, RegionError> {
+fn band(
+    mut loops: Vec<UvLoop>,
+    axis: usize,
+    named_pole: Option<usize>,
+    projector: &Projector<'_>,
+) -> Result<Region, RegionError> {
     let across = 1 - axis;
     if let Some(l) = loops.iter().find(|l| l.winding[across] != 0 || l.winding[axis].abs() > 1) {
         return Err(RegionError::Winding { winding: l.winding });
@@ -453,7 +509,10 @@ fn band(mut loops: Vec<UvLoop>, axis: usize, projector: &Projector<'_>) -> Resul
             let last_is_lower = first_is_lower == (round.len() % 2 == 1);
             (first_is_lower || ends[0].is_finite()) && (!last_is_lower || ends[1].is_finite())
         };
+        let named = named_pole.map(|k| &projector.poles[k]).filter(|p| p.axis == across && round.len() == 1);
         let first_is_lower = match (fits(true) && possible(true), fits(false) && possible(false)) {
+            // A vertex loop says which end of the surface is kept.
+            _ if named.is_some_and(|p| possible(p.at > first)) => named.is_some_and(|p| p.at > first),
             (true, _) => true,
             (_, true) => false,
             // The stated orientation cannot be: the one that closes without the surface's own ends is right.

@@ -1,6 +1,7 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
 use super::face::{DraftAlong, DraftEnd, FaceDraft};
+use super::orient::{Turned, orient};
 use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, Loop, Part, Surface};
@@ -9,9 +10,10 @@ use glam::DVec3;
 /// Breaks closer than this share of an edge's range are one.
 const SAME_BREAK: f64 = 1e-9;
 
-/// Joins the drafts of a part's faces (none for faces that could not be used).
-pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>) -> PreparedPart {
-    let reversed = orient(part, &drafts);
+/// Joins the drafts of a part's faces (none for faces that could not be used). Shells that had to be turned over are
+/// appended to `told`.
+pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>, told: &mut Vec<Turned>) -> PreparedPart {
+    let reversed = orient(part, &drafts, told);
     let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
     for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
         wanted[*edge as usize].push(*t);
@@ -143,63 +145,6 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     breaks.extend(ts.into_iter().map(|t| Break { t, point: curve.point(t) }));
     breaks.push(Break { t: t1, point: part.vertices[e.end.index()] });
     PreparedEdge { shape: EdgeShape::Curve(curve), breaks, bounds, straight, uses: Vec::new() }
-}
-
-/// For each face whether its outward normal is opposite to `S_u × S_v`.
-///
-/// Loops run counter-clockwise in (u,v) by now, so two faces are turned the same way exactly when they run along their
-/// common edge in opposite directions once turned. The file's word decides only for connected groups as a whole.
-fn orient(part: &Part, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
-    let mut reversed: Vec<bool> = part.faces.iter().map(|f| f.reversed).collect();
-    let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.edges.len()];
-    for (k, draft) in drafts.iter().enumerate() {
-        let Some(draft) = draft else { continue };
-        // Each direction once, however many pieces the edge was cut into.
-        for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
-            if let DraftAlong::Edge(e) = u.along {
-                let entry = (k, u.from < u.to);
-                if !uses[e as usize].contains(&entry) {
-                    uses[e as usize].push(entry);
-                }
-            }
-        }
-    }
-    // (neighbour, whether both must be turned alike)
-    let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.faces.len()];
-    for pair in &uses {
-        if let [(a, forward_a), (b, forward_b)] = pair[..]
-            && a != b
-            && part.faces[a].shell == part.faces[b].shell
-        {
-            neighbours[a].push((b, forward_a != forward_b));
-            neighbours[b].push((a, forward_a != forward_b));
-        }
-    }
-    let mut seen = vec![false; part.faces.len()];
-    for start in 0..part.faces.len() {
-        if seen[start] {
-            continue;
-        }
-        seen[start] = true;
-        let mut group = vec![(start, reversed[start])];
-        let mut next = 0;
-        while next < group.len() {
-            let (face, turned) = group[next];
-            next += 1;
-            for &(other, alike) in &neighbours[face] {
-                if !seen[other] {
-                    seen[other] = true;
-                    group.push((other, turned == alike));
-                }
-            }
-        }
-        let disagree = group.iter().filter(|(face, turned)| *turned != part.faces[*face].reversed).count();
-        let flip = 2 * disagree > group.len();
-        for (face, turned) in group {
-            reversed[face] = turned != flip;
-        }
-    }
-    reversed
 }
 
 /// Box of a part's vertices and control points; of its whole surfaces where a face has no edges.
