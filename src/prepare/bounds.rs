@@ -12,7 +12,8 @@ use glam::{DVec3, DVec4};
 /// What a sub-box of a surface can do at most, by the NURBS parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoxBounds {
-    /// sup ‖S_uu‖; exactly 0 where the surface is straight and even in u.
+    /// sup ‖S_uu‖, of cones, spheres and tori only what lifts the surface off its triangles; exactly 0 where the surface is
+    /// straight and even in u.
     pub uu: f64,
     /// sup ‖S_uv‖; exactly 0 on planes and extrusions.
     pub uv: f64,

@@ -6,7 +6,7 @@ use super::critical::critical;
 use super::cuts::grid_for;
 use super::pcurve::Projector;
 use super::region::{Along, Passages, RegionError, region, trace_loop};
-use super::{BezierPatches, BezierSpline3, EdgeShape, SurfaceBounds, UvCurve, UvSample};
+use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
 use std::fmt;
@@ -34,11 +34,20 @@ pub(super) enum DraftAlong {
 /// A border of a face before it is numbered in the part.
 #[derive(Clone, Debug)]
 pub(super) struct DraftBorder {
-    pub(super) shape: EdgeShape,
+    pub(super) shape: DraftShape,
     pub(super) range: (f64, f64),
     pub(super) ends: [DraftEnd; 2],
     /// Parameters inside the range where the surface, and so the border, has a crease.
     pub(super) creases: Vec<f64>,
+}
+
+/// What a border's points are.
+#[derive(Clone, Debug)]
+pub(super) enum DraftShape {
+    /// A curve in space.
+    Curve(BezierSpline3),
+    /// One point.
+    Pole(DraftEnd),
 }
 
 /// Where a border ends.
@@ -162,8 +171,16 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     }
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
-    let borders =
-        arranged.borders.iter().map(|b| border(b, &arranged, &grid, &projector, &patches, &maps, &creases)).collect();
+    let maker = BorderMaker {
+        arranged: &arranged,
+        grid: &grid,
+        projector: &projector,
+        patches: &patches,
+        maps: &maps,
+        creases: &creases,
+        passages: &passages,
+    };
+    let borders = arranged.borders.iter().map(|b| maker.make(b)).collect();
     let tiles: Vec<DraftTile> = arranged
         .tiles
         .iter()
@@ -286,38 +303,52 @@ fn stretch(s: &Stretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
     }
 }
 
-fn border(
-    b: &Border,
-    arranged: &Arranged,
-    grid: &Grid,
-    projector: &Projector<'_>,
-    patches: &BezierPatches,
-    maps: &[AxisMap; 2],
-    creases: &[Vec<f64>; 2],
-) -> DraftBorder {
-    let run = &maps[1 - b.axis];
-    let range = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
-    let at = maps[b.axis].to_nurbs(b.at);
-    let shape = match b.pole {
-        Some(pole) => EdgeShape::Point(projector.poles[pole].point),
-        None => EdgeShape::Curve(patches.iso_curve(b.axis, at, range)),
-    };
-    let ends = b.nodes.map(|node| match node {
-        Node::Pole(pole) => DraftEnd::Point(projector.poles[pole].point),
-        Node::Crossing(k) => match arranged.crossings[k] {
-            Crossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
-            Crossing { along: Along::Pole(pole), .. } => DraftEnd::Point(projector.poles[pole].point),
-        },
-        Node::Corner(i, j) => match arranged.pole_corners.get(&(i, j)) {
-            Some(&pole) => DraftEnd::Point(projector.poles[pole].point),
-            None => {
-                let (u, v) = (maps[0].to_nurbs(grid.lines[0][i]), maps[1].to_nurbs(grid.lines[1][j]));
-                DraftEnd::Point(patches.derivatives(u, v).point)
-            }
-        },
-    });
-    let creases = creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
-    DraftBorder { shape, range, ends, creases }
+/// What a face's borders are made from.
+struct BorderMaker<'a> {
+    arranged: &'a Arranged,
+    grid: &'a Grid,
+    projector: &'a Projector<'a>,
+    patches: &'a BezierPatches,
+    maps: &'a [AxisMap; 2],
+    creases: &'a [Vec<f64>; 2],
+    passages: &'a Passages,
+}
+
+impl BorderMaker<'_> {
+    fn make(&self, b: &Border) -> DraftBorder {
+        let run = &self.maps[1 - b.axis];
+        let range = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
+        let at = self.maps[b.axis].to_nurbs(b.at);
+        let pole_end = |pole: usize| {
+            let point = self.projector.poles[pole].point;
+            // Where an edge runs through the pole, its tessellant there is the pole for all faces.
+            let passing = self.passages.iter().find_map(|(&edge, stops)| {
+                stops.iter().find(|stop| stop.1 == point).map(|stop| DraftEnd::OnEdge(edge, stop.0))
+            });
+            passing.unwrap_or(DraftEnd::Point(point))
+        };
+        let shape = match b.pole {
+            Some(pole) => DraftShape::Pole(pole_end(pole)),
+            None => DraftShape::Curve(self.patches.iso_curve(b.axis, at, range)),
+        };
+        let ends = b.nodes.map(|node| match node {
+            Node::Pole(pole) => pole_end(pole),
+            Node::Crossing(k) => match self.arranged.crossings[k] {
+                Crossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
+                Crossing { along: Along::Pole(pole), .. } => pole_end(pole),
+            },
+            Node::Corner(i, j) => match self.arranged.pole_corners.get(&(i, j)) {
+                Some(&pole) => pole_end(pole),
+                None => {
+                    let (u, v) =
+                        (self.maps[0].to_nurbs(self.grid.lines[0][i]), self.maps[1].to_nurbs(self.grid.lines[1][j]));
+                    DraftEnd::Point(self.patches.derivatives(u, v).point)
+                }
+            },
+        });
+        let creases = self.creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
+        DraftBorder { shape, range, ends, creases }
+    }
 }
 
 /// Whether a surface is flat: its tiles need no cuts.

@@ -1,6 +1,6 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
-use super::face::{DraftAlong, DraftEnd, FaceDraft};
+use super::face::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
 use super::orient::{Turned, orient};
 use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::TileId;
@@ -28,26 +28,30 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>, told: &mut V
             continue;
         };
         let first_border = edges.len();
-        for b in &draft.borders {
-            let ends = b.ends.map(|end| match end {
+        for b in draft.borders {
+            let place = |end: DraftEnd| match end {
                 DraftEnd::Point(p) => p,
                 DraftEnd::OnEdge(e, t) => {
                     let breaks = &edges[e as usize].breaks;
                     breaks[nearest_break(breaks, t)].point
                 }
-            });
-            let bounds = match &b.shape {
-                EdgeShape::Curve(c) => CurveBounds::new(c),
-                EdgeShape::Point(_) => CurveBounds::none(b.range),
+            };
+            let ends = b.ends.map(place);
+            let (shape, bounds) = match b.shape {
+                DraftShape::Curve(c) => {
+                    let bounds = CurveBounds::new(&c);
+                    (EdgeShape::Curve(c), bounds)
+                }
+                DraftShape::Pole(end) => (EdgeShape::Point(place(end)), CurveBounds::none(b.range)),
             };
             let straight = bounds.is_straight();
             let mut breaks = vec![Break { t: b.range.0, point: ends[0] }];
-            breaks.extend(b.creases.iter().map(|&t| match &b.shape {
+            breaks.extend(b.creases.iter().map(|&t| match &shape {
                 EdgeShape::Curve(c) => Break { t, point: c.point(t) },
                 EdgeShape::Point(point) => Break { t, point: *point },
             }));
             breaks.push(Break { t: b.range.1, point: ends[1] });
-            edges.push(PreparedEdge { shape: b.shape.clone(), breaks, bounds, straight, uses: Vec::new() });
+            edges.push(PreparedEdge { shape, breaks, bounds, straight, uses: Vec::new() });
         }
         let first_tile = id(out.tiles.len());
         for t in draft.tiles {
