@@ -13,6 +13,10 @@ use std::f64::consts::FRAC_PI_2;
 /// decide a frame's time; fewer add borders, and borders are triangles that the surface does not need.
 const SPANS_PER_TILE: usize = 12;
 
+/// Tiles along one side of a face at most. The largest real faces have 400 spans; more are noise, and every cut costs a
+/// search along all loops.
+const TILES_PER_SIDE: usize = 64;
+
 /// A grid with the tiles wanted, and the one with the least cuts that still opens all wraps.
 pub(super) struct GridPlan {
     pub(super) fine: Grid,
@@ -33,7 +37,11 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> GridPlan {
         };
         coarse[axis] = vec![lo, hi];
         fine[axis] = vec![lo];
-        let tiles = if is_flat(surface) { 1 } else { spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE) };
+        let tiles = if is_flat(surface) {
+            1
+        } else {
+            spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE).min(TILES_PER_SIDE)
+        };
         let width = (hi - lo) / tiles as f64;
         for k in 1..tiles {
             let x = lo + width * k as f64;

@@ -155,7 +155,7 @@ impl fmt::Display for RegionError {
             Self::Winding { winding: [u, v] } => write!(f, "a loop winds {u} times around u and {v} times around v"),
             Self::OneSided { loops } => write!(f, "{loops} loops go round the surface and do not enclose a region"),
             Self::Runaway { axis, periods } => {
-                write!(f, "the boundary runs over {periods:.0} periods of {}", ['u', 'v'][usize::from(*axis)])
+                write!(f, "the boundary runs over {periods:.3e} periods of {}", ['u', 'v'][usize::from(*axis)])
             }
             Self::NotFinite => write!(f, "the boundary has no finite image on the surface"),
         }
@@ -352,7 +352,7 @@ pub(super) fn region(
     projector: &Projector<'_>,
 ) -> Result<Region, RegionError> {
     /// Turns of a boundary around a periodic surface: springs have tens.
-    const MAX_PERIODS: f64 = 1000.0;
+    const MAX_PERIODS: f64 = 200.0;
     for (axis, (lo, hi)) in loops_box(&loops).into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
         if !loops.is_empty() && !((hi - lo).is_finite() && periods <= MAX_PERIODS) {
