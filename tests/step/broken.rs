@@ -101,6 +101,30 @@ fn other_files_are_named() {
     assert!(matches!(read(b"ISO-10303-21;", &options), Err(StepError::TooLarge { bytes: 13, limit: 10 })));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn files_without_end_are_not_read_to_it() {
+    let options = StepOptions { max_bytes: 1000, ..Default::default() };
+    let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
+    assert!(matches!(error, StepError::TooLarge { bytes: 1001, limit: 1000 }), "{error}");
+}
+
+#[test]
+fn styles_that_fan_out_are_followed_once() {
+    // Ten levels of sixteen references each: 16^10 ways to the colour.
+    let mut text = "#103=STYLED_ITEM('',(#200),#60);#210=COLOUR_RGB('',1.,0.5,0.);".to_owned();
+    for level in 200..210 {
+        let next = vec![format!("#{}", level + 1); 16].join(",");
+        text += &format!("#{level}=PRESENTATION_STYLE_ASSIGNMENT(({next}));");
+    }
+    for (item, colour) in [("#210=COLOUR_RGB('',1.,0.5,0.)", Some([1.0, 0.5, 0.0, 1.0])), ("#210=POINT_STYLE()", None)]
+    {
+        let text = text.replace("#210=COLOUR_RGB('',1.,0.5,0.)", item);
+        let model = model(&(world() + BALLS + &text));
+        assert_eq!(only_part(&model).faces[0].colour, colour);
+    }
+}
+
 #[test]
 fn a_file_without_faces_is_an_empty_model_with_a_warning() {
     let model = model(&world());

@@ -3,11 +3,12 @@
 use crate::input::{self, Input};
 use crate::progress::Progress;
 use crate::report::name;
+use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use trimtess::model::{EdgeId, Loop, Model, Part, Severity, ShellKind};
+use trimtess::model::{Model, Severity};
 use trimtess::prepare::{PrepareOptions, prepare};
 
 /// `trimtess info`
@@ -35,16 +36,6 @@ struct Info {
     diagonal: f64,
     shells: Shells,
     diagnostics: Vec<Told>,
-}
-
-/// Shells by what they bound, and whether every edge is used in pairs.
-#[derive(Default, Serialize)]
-struct Shells {
-    closed: usize,
-    open: usize,
-    voids: usize,
-    /// Edges that their shell uses an odd number of times.
-    free_edges: usize,
 }
 
 /// A diagnostic of the model.
@@ -101,7 +92,7 @@ impl Info {
             for face in &part.faces {
                 *surfaces.entry(face.surface.kind().name()).or_insert(0) += 1;
             }
-            shells.add(part);
+            shells.join(&Shells::of(part));
         }
         let placed = model.instances.iter().filter_map(|i| model.parts.get(i.part.index()));
         Self {
@@ -140,7 +131,7 @@ impl Info {
             }
             None => line("box", "none: nothing to measure".into()),
         }
-        let Shells { closed, open, voids, free_edges } = self.shells;
+        let Shells { closed, open, voids, free_edges, .. } = self.shells;
         line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {free_edges} free edges"));
         let count = |severity| self.diagnostics.iter().filter(|d| d.severity == severity).count();
         let (errors, warnings, notes) = (count("error"), count("warning"), count("note"));
@@ -156,33 +147,5 @@ impl Info {
             }
         }
         text
-    }
-}
-
-impl Shells {
-    /// Adds the shells of a part. A shell is closed when its faces use each of its edges an even number of times.
-    fn add(&mut self, part: &Part) {
-        let mut odd: HashSet<(u32, EdgeId)> = HashSet::new();
-        for face in &part.faces {
-            for boundary in &face.loops {
-                let Loop::Edges(coedges) = boundary else { continue };
-                for coedge in coedges {
-                    let edge = (face.shell, coedge.edge);
-                    if !odd.insert(edge) {
-                        odd.remove(&edge);
-                    }
-                }
-            }
-        }
-        self.free_edges += odd.len();
-        let open: HashSet<u32> = odd.into_iter().map(|(shell, _)| shell).collect();
-        for (number, shell) in (0_u32..).zip(&part.shells) {
-            if open.contains(&number) {
-                self.open += 1;
-            } else {
-                self.closed += 1;
-                self.voids += usize::from(shell.kind == ShellKind::Void);
-            }
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use std::path::{Path, PathBuf};
-use trimtess::import::step::{self, StepOptions};
+use trimtess::import::step::{self, StepError, StepOptions};
 use trimtess::model::{Model, shapes};
 
 /// What FILE names.
@@ -56,11 +56,10 @@ fn builtin(name: &str) -> Result<Model, Failure> {
 }
 
 fn file(path: &Path) -> Result<Model, Failure> {
-    let cannot = |what: String| Failure::Cannot(format!("{}: {what}", path.display()));
-    let bytes = std::fs::read(path).map_err(|e| cannot(e.to_string()))?;
-    let mut model = step::read(&bytes, &StepOptions::default()).map_err(|e| cannot(e.to_string()))?;
-    if model.name.is_empty() {
-        model.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    }
-    Ok(model)
+    step::read_file(path, &StepOptions::default()).map_err(|error| {
+        Failure::Cannot(match error {
+            StepError::Io { .. } => error.to_string(),
+            _ => format!("{}: {error}", path.display()),
+        })
+    })
 }

@@ -1,4 +1,4 @@
-//! Command line -> exit status: 0 all faces meshed, 3 done but faces carry diagnostics, 1 cannot do it, 2 wrong usage.
+//! Command line -> exit status: 0 all faces meshed, 3 done but with diagnostics, 1 cannot do it, 2 wrong usage.
 
 mod info;
 mod input;
@@ -7,6 +7,7 @@ mod progress;
 #[cfg(feature = "wgpu")]
 mod render;
 mod report;
+mod shells;
 mod tessellate;
 
 use clap::{Args, Parser, Subcommand};
@@ -72,7 +73,7 @@ impl Command {
 enum Done {
     /// Every face was meshed as stated.
     Clean,
-    /// Some faces carry a diagnostic.
+    /// Some faces carry a diagnostic, or `--check` found the mesh at fault.
     WithDiagnostics,
 }
 

@@ -76,6 +76,11 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     require_folder(&args.output)?;
     let progress = Progress::start(common);
 
+    // First, because it is quick and nothing can be drawn without one.
+    progress.stage("opening the graphics adapter");
+    let renderer = Renderer::new().map_err(|e| cannot(&e))?;
+    let opened = laps.lap();
+
     progress.stage(format!("reading {}", args.input.name()));
     let model = args.input.read()?;
     let read = laps.lap();
@@ -97,11 +102,10 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     let plan = Arc::new(frame::plan_for_view(&prepared, &view));
     let mut frame = MemorySink::default();
     let made = make(&prepared, &plan, common, args.edges, &mut frame)?;
-    let mut report = Report::of(&frame, &prepared.diagnostics, &made.degraded);
+    let mut report = Report::of(&frame, &prepared, &made.degraded);
     let tessellate = laps.lap();
 
     progress.stage("drawing");
-    let renderer = Renderer::new().map_err(|e| cannot(&e))?;
     let options = RenderOptions {
         size: args.size,
         camera: Some(camera),
@@ -113,7 +117,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     };
     let image = renderer.render(&frame, &options).map_err(|e| cannot(&e))?;
     image.write_png(&args.output).map_err(|e| cannot(&e))?;
-    let write = laps.lap();
+    let write = opened + laps.lap();
     drop(progress);
     tracing::info!("drawn by {}", renderer.adapter());
 

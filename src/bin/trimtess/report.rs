@@ -6,10 +6,12 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
+use trimtess::audit::DeviationReport;
 use trimtess::frame::Degradation;
 use trimtess::mesh::{MemorySink, Scene};
 use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
 use trimtess::parallel::DegradedTile;
+use trimtess::prepare::Prepared;
 
 /// Diagnostics printed on standard error before the rest is only counted.
 const PRINTED: usize = 12;
@@ -77,10 +79,15 @@ pub(crate) struct Report {
     /// Edges with one triangle. Only `--check` counts them.
     pub(crate) open_edges: Option<u64>,
     /// Largest distance between mesh and exact geometry beyond the gap that the file itself leaves, over the chord tolerance.
-    /// Only `--check` measures it.
+    /// Only `--check` measures it; null where there was nothing to measure.
     pub(crate) max_deviation_over_tolerance: Option<f64>,
     /// What 99.9 % of the samples keep.
     pub(crate) p999_deviation_over_tolerance: Option<f64>,
+    /// The largest such distance between the polylines of edges and their curves.
+    pub(crate) max_edge_deviation_over_tolerance: Option<f64>,
+    /// What all of these are drawn from.
+    #[serde(skip)]
+    pub(crate) deviation: Option<DeviationReport>,
     pub(crate) chord_mm: Option<f64>,
     pub(crate) angle_deg: Option<f64>,
     pub(crate) diagonal_mm: f64,
@@ -92,7 +99,7 @@ pub(crate) struct Report {
 
 impl Report {
     /// Counts a frame and gives every face without triangles its diagnostic.
-    pub(crate) fn of(frame: &MemorySink, diagnostics: &[Diagnostic], degraded: &[DegradedTile]) -> Self {
+    pub(crate) fn of(frame: &MemorySink, prepared: &Prepared, degraded: &[DegradedTile]) -> Self {
         let scene = &frame.scene;
         let mut sizes = vec![(0_u64, 0_u64); scene.parts.len()];
         let mut meshed: Vec<Vec<bool>> = scene.parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
@@ -102,9 +109,9 @@ impl Report {
             *vertices += batch.mesh.positions.len() as u64;
             meshed[batch.part.index()][batch.face.index()] |= !batch.mesh.triangles.is_empty();
         }
-        let mut all: Vec<Diagnostic> = diagnostics.to_vec();
+        let mut all: Vec<Diagnostic> = prepared.diagnostics.clone();
         add_degraded(&mut all, degraded, &meshed);
-        add_unexplained(&mut all, &meshed);
+        add_unexplained(&mut all, &meshed, prepared);
         let mut report = Self { parts: scene.parts.len(), instances: scene.instances.len(), ..Self::default() };
         for instance in &scene.instances {
             let part = instance.part as usize;
@@ -130,6 +137,15 @@ impl Report {
     /// Adds something that concerns no single face.
     pub(crate) fn add_error(&mut self, reason: String) {
         self.diagnostics.push(Entry { severity: name(Severity::Error), face: None, entity: None, reason });
+    }
+
+    /// Books what the audit measured.
+    pub(crate) fn book(&mut self, deviation: DeviationReport) {
+        let measured = || [deviation.beyond_gap, deviation.edges].into_iter().filter(|spread| spread.samples > 0);
+        self.max_deviation_over_tolerance = measured().map(|spread| spread.worst).reduce(f64::max);
+        self.p999_deviation_over_tolerance = measured().map(|spread| spread.p999).reduce(f64::max);
+        self.max_edge_deviation_over_tolerance = Some(deviation.edges).filter(|e| e.samples > 0).map(|e| e.worst);
+        self.deviation = Some(deviation);
     }
 
     /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
@@ -192,6 +208,12 @@ impl Report {
             }
             text.push('\n');
         }
+        if let Some(deviation) = &self.deviation {
+            // The table, without the places that follow it (-v tells those, too).
+            for line in deviation.to_string().lines().take(deviation.kinds.len() + 4) {
+                let _ = writeln!(text, "  {line}");
+            }
+        }
         let Seconds { read, prepare, tessellate, check, write, total } = self.seconds;
         let _ = write!(text, "  seconds: read {read:.3}, prepare {prepare:.3}, tessellate {tessellate:.3}, ");
         if check > 0.0 {
@@ -249,10 +271,16 @@ fn add_degraded(all: &mut Vec<Diagnostic>, degraded: &[DegradedTile], meshed: &[
     }));
 }
 
-/// A face without triangles that no stage spoke of is a defect, and not a silent one.
-fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>]) {
-    let explained: HashSet<_> =
-        all.iter().filter(|d| d.severity > Severity::Note).filter_map(|d| d.part.zip(d.face)).collect();
+/// A face without triangles that no stage spoke of is a defect, and not a silent one. A note is enough where prepare passed
+/// the face over, as it does with surfaces without area; other notes do not explain why nothing came of a face.
+fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
+    let passed_over = |part: PartId, face: FaceId| {
+        let row = prepared.parts.get(part.index()).and_then(|part| part.face_rows.get(face.index()));
+        row.is_some_and(Option::is_none)
+    };
+    let told = all.iter().filter_map(|d| Some((d.severity, d.part.zip(d.face)?)));
+    let explains = |severity, (part, face)| severity > Severity::Note || passed_over(part, face);
+    let explained: HashSet<_> = told.filter(|(severity, at)| explains(*severity, *at)).map(|(_, at)| at).collect();
     for (part, faces) in meshed.iter().enumerate() {
         for face in (0..faces.len()).filter(|&face| !faces[face]) {
             let (part, face) = (PartId::new(part), FaceId::new(face));
@@ -298,6 +326,7 @@ mod tests {
     use super::*;
     use glam::DAffine3;
     use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart, TileId};
+    use trimtess::prepare::PreparedPart;
 
     /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a triangle.
     fn frame() -> MemorySink {
@@ -336,9 +365,25 @@ mod tests {
         Diagnostic { severity, part: Some(PartId(0)), face: face.map(FaceId), entity: 7, reason }
     }
 
+    fn prepared(told: Diagnostic) -> Prepared {
+        Prepared { diagnostics: vec![told], ..Prepared::default() }
+    }
+
+    #[test]
+    fn a_note_explains_only_a_face_that_was_passed_over() {
+        let mut prepared = prepared(diagnostic(Severity::Note, Some(1)));
+        let unexplained = |prepared: &Prepared| {
+            let report = Report::of(&frame(), prepared, &[]);
+            report.diagnostics.iter().filter(|entry| entry.reason.contains("no stage")).count()
+        };
+        assert_eq!(unexplained(&prepared), 3, "face 1 twice, face 3 once");
+        prepared.parts = vec![PreparedPart { face_rows: vec![Some(0), None, Some(1)], ..PreparedPart::default() }];
+        assert_eq!(unexplained(&prepared), 1);
+    }
+
     #[test]
     fn counts_are_per_instance_and_no_face_is_lost_silently() {
-        let report = Report::of(&frame(), &[], &[]);
+        let report = Report::of(&frame(), &Prepared::default(), &[]);
         assert_eq!((report.faces, report.faces_without_triangles), (7, 3));
         assert_eq!((report.triangles, report.vertices), (4, 16));
         let faces: Vec<_> = report.diagnostics.iter().map(|entry| entry.face).collect();
@@ -348,7 +393,7 @@ mod tests {
 
     #[test]
     fn an_explained_face_is_not_explained_twice() {
-        let report = Report::of(&frame(), &[diagnostic(Severity::Error, Some(1))], &[]);
+        let report = Report::of(&frame(), &prepared(diagnostic(Severity::Error, Some(1))), &[]);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face, e.entity, e.reason.as_str())).collect();
         let unexplained = (Some(3), None, "no triangles, and no stage said why");
         assert_eq!(told, [(Some(1), Some(7), "why"), (Some(5), Some(7), "why"), unexplained]);
@@ -368,7 +413,7 @@ mod tests {
             bad(1, Degradation::Empty, 2),
             bad(2, Degradation::Empty, 3),
         ];
-        let report = Report::of(&frame(), &[], &degraded);
+        let report = Report::of(&frame(), &Prepared::default(), &degraded);
         let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
         let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
         assert_eq!(told, [vec!["warning"], vec!["error"], vec![]], "an empty tile of a meshed face is no news");

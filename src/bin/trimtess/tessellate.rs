@@ -3,12 +3,13 @@
 use crate::input::{self, Input};
 use crate::progress::Progress;
 use crate::report::{Laps, Report};
+use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use trimtess::audit;
+use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::out::{self, Format};
 use trimtess::parallel::{FrameReport, Session, SessionOptions, balance};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -31,7 +32,7 @@ pub(crate) struct TessellateArgs {
     output: PathBuf,
     #[command(flatten)]
     tolerance: ToleranceArgs,
-    /// Check the mesh (open edges, orientation) and measure its deviation from the exact surfaces.
+    /// Check the mesh (cracks, orientation) and measure its deviation from the exact surfaces and edges; status 3 if it fails.
     #[arg(long)]
     check: bool,
     /// Write a report as JSON.
@@ -82,6 +83,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
 
     progress.stage(format!("reading {}", args.input.name()));
     let model = tracing::info_span!("read").in_scope(|| args.input.read())?;
+    let shells: Vec<Shells> = if args.check { model.parts.iter().map(Shells::of).collect() } else { Vec::new() };
     let read = laps.lap();
 
     progress.stage("preparing");
@@ -92,13 +94,13 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     progress.stage("tessellating");
     let plan = Arc::new(frame::plan(&prepared, &tolerance));
     let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, common, format == Format::Glb, &mut frame)?;
-    let mut report = Report::of(&frame, &prepared.diagnostics, &made.degraded);
+    let made = make(&prepared, &plan, common, format == Format::Glb || args.check, &mut frame)?;
+    let mut report = Report::of(&frame, &prepared, &made.degraded);
     let tessellate = laps.lap();
 
     if args.check {
         progress.stage("checking");
-        check(&prepared, &frame, tolerance.chord, &mut report);
+        check(&prepared, &shells, &frame, tolerance.chord, &mut report);
     }
     report.diagonal_mm = prepared.diagonal;
     let check = laps.lap();
@@ -145,19 +147,55 @@ pub(crate) fn make(
     Ok(made)
 }
 
-/// Runs both halves of the oracle and books what they find.
-fn check(prepared: &Prepared, frame: &MemorySink, chord: f64, report: &mut Report) {
-    let facts = check_scene(frame).total;
-    report.open_edges = Some(facts.open_edges);
-    report.unbalanced_edges = Some(facts.unbalanced_edges);
-    if !facts.is_well_formed() {
-        report.add_error(format!("the mesh is malformed: {facts}"));
+/// Share of the chord tolerance that edge polylines may reach. Refinement stops by a bound on the curve, the audit samples
+/// the curve itself, so beyond rounding there is nothing to allow for.
+const EDGE_LIMIT: f64 = 1.05;
+
+/// Runs both halves of the oracle and books what they find; what it finds wrong becomes errors.
+fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
+    let facts = check_scene(frame);
+    report.open_edges = Some(facts.total.open_edges);
+    report.unbalanced_edges = Some(facts.total.unbalanced_edges);
+    if !facts.total.is_well_formed() {
+        report.add_error(format!("the mesh is malformed: {}", facts.total));
     }
-    tracing::info!("{facts}");
+    tracing::info!("{}", facts.total);
+    for (number, (part, shells)) in facts.parts.iter().zip(shells).enumerate() {
+        part_faults(part, shells).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
+    }
     let deviation = audit::deviation(prepared, frame, chord);
-    report.max_deviation_over_tolerance = Some(deviation.beyond_gap.worst.max(deviation.edges.worst));
-    report.p999_deviation_over_tolerance = Some(deviation.beyond_gap.p999.max(deviation.edges.p999));
+    deviation_faults(&deviation).for_each(|fault| report.add_error(fault));
     tracing::info!("{deviation}");
+    report.book(deviation);
+}
+
+/// What is wrong with a part's mesh, given what its shells say of it.
+fn part_faults(facts: &MeshFacts, shells: &Shells) -> impl Iterator<Item = String> {
+    let solid = shells.open == 0;
+    let cracked = (solid && facts.unbalanced_edges > 0).then(|| {
+        let (count, length) = (facts.unbalanced_edges, facts.unbalanced_length);
+        format!("all its shells are closed, but its mesh has {count} unbalanced edges, {length:.3e} mm of them")
+    });
+    let expected = (shells.voids + shells.undirected) as u64;
+    let inverted = (solid && facts.negative_components > expected).then(|| {
+        let (count, voids) = (facts.negative_components, shells.voids);
+        format!("{count} pieces of its mesh have negative volume, but it has {voids} voids: turned inside out")
+    });
+    cracked.into_iter().chain(inverted)
+}
+
+/// Where the tolerance is not kept.
+fn deviation_faults(deviation: &DeviationReport) -> impl Iterator<Item = String> {
+    let (surfaces, edges) = (deviation.beyond_gap, deviation.edges);
+    let off = (surfaces.p999 > 1.0).then(|| {
+        let (over, samples, worst) = (surfaces.over, surfaces.samples, surfaces.worst);
+        format!("{over} of {samples} samples of the mesh are over the chord tolerance, the worst {worst:.3} times")
+    });
+    let edges_off = (edges.worst > EDGE_LIMIT).then(|| {
+        let (over, samples, worst) = (edges.over, edges.samples, edges.worst);
+        format!("{over} of {samples} samples of edges are over the chord tolerance, the worst {worst:.3} times")
+    });
+    off.into_iter().chain(edges_off)
 }
 
 /// A folder that is not there is found before the work, not after it.
@@ -167,5 +205,55 @@ pub(crate) fn require_folder(output: &Path) -> Result<(), Failure> {
             Err(Failure::Cannot(format!("{}: there is no folder {}", output.display(), folder.display())))
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trimtess::model::shapes;
+
+    /// The errors of checking a shape whose mesh or shells were tampered with.
+    fn errors(name: &str, chord: f64, tamper: impl Fn(&mut MemorySink, &mut Vec<Shells>)) -> Vec<String> {
+        let model = shapes::by_name(name).unwrap_or_default();
+        let mut shells: Vec<Shells> = model.parts.iter().map(Shells::of).collect();
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+        let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
+        let plan = Arc::new(frame::plan(&prepared, &tolerance));
+        let mut frame = MemorySink::default();
+        let options = SessionOptions { workers: 1, edge_lines: true };
+        let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
+        session.frame(&plan, &mut frame).expect("a frame");
+        tamper(&mut frame, &mut shells);
+        let mut report = Report::default();
+        check(&prepared, &shells, &frame, chord, &mut report);
+        report.diagnostics.into_iter().map(|entry| entry.reason).collect()
+    }
+
+    #[test]
+    fn a_sound_mesh_passes() {
+        for name in ["box", "cylinder", "sphere", "square", "wave"] {
+            assert_eq!(errors(name, 0.05, |_, _| ()), [""; 0], "{name}");
+        }
+    }
+
+    #[test]
+    fn cracks_inversion_and_deviation_are_errors() {
+        let crack = errors("cylinder", 0.05, |frame, _| drop(frame.batches.pop()));
+        assert!(crack.len() == 1 && crack[0].contains("unbalanced"), "{crack:?}");
+        let turned = errors("cylinder", 0.05, |frame, _| {
+            let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
+            triangles.for_each(|corners| corners.swap(0, 1));
+        });
+        assert!(turned.len() == 1 && turned[0].contains("inside out"), "{turned:?}");
+        let coarse = errors("cylinder", 0.001, |_, _| ());
+        assert!(coarse.len() == 2 && coarse[1].contains("edges"), "{coarse:?}");
+        // A void is negative by right.
+        let void = errors("cylinder", 0.05, |frame, shells| {
+            let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
+            triangles.for_each(|corners| corners.swap(0, 1));
+            shells[0].voids = 1;
+        });
+        assert_eq!(void, [""; 0]);
     }
 }

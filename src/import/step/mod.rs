@@ -28,6 +28,7 @@ use rayon::prelude::*;
 use shells::{Gather, Gathered};
 use std::collections::HashSet;
 use std::fmt;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use style::Styles;
 use table::Table;
@@ -65,7 +66,7 @@ pub enum StepError {
     },
     /// The file is longer than [`StepOptions::max_bytes`].
     TooLarge {
-        /// Its length.
+        /// Its length; of a device or pipe only what was read of it.
         bytes: u64,
         /// The limit.
         limit: u64,
@@ -89,7 +90,10 @@ impl fmt::Display for StepError {
         match self {
             Self::Io { path, error } => write!(f, "cannot read {}: {error}", path.display()),
             Self::TooLarge { bytes, limit } => {
-                write!(f, "the file has {bytes} bytes, the limit is {limit}; raise StepOptions::max_bytes to read it")
+                write!(
+                    f,
+                    "the file has {bytes} bytes or more, the limit is {limit}; raise StepOptions::max_bytes to read it"
+                )
             }
             Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
             Self::Syntax { message, repairs } => write!(
@@ -115,9 +119,12 @@ impl std::error::Error for StepError {
 /// As [`read`], and [`StepError::Io`] if the file cannot be read.
 pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError> {
     let io = |error| StepError::Io { path: path.to_owned(), error };
-    let bytes = std::fs::metadata(path).map_err(io)?.len();
+    let file = std::fs::File::open(path).map_err(io)?;
+    let bytes = file.metadata().map_err(io)?.len();
     check_size(bytes, options)?;
-    let text = std::fs::read(path).map_err(io)?;
+    let mut text = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
+    // Devices and pipes tell no length beforehand, and may have no end.
+    file.take(options.max_bytes.saturating_add(1)).read_to_end(&mut text).map_err(io)?;
     let mut model = read(&text, options)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)

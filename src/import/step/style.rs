@@ -22,9 +22,10 @@ impl Styles {
         for styled in table.iter().filter(|i| i.types().any(|name| name.ends_with("STYLED_ITEM"))) {
             let fields = styled.fields("STYLED_ITEM", 1);
             let (Ok(list), Some(item)) = (fields.links(0), fields.optional(1)) else { continue };
-            let Some(colour) = list.into_iter().find_map(|style| {
-                *known.entry(style).or_insert_with(|| table.find(style).and_then(|i| surface_colour(table, i, 0)))
-            }) else {
+            let Some(colour) = list
+                .into_iter()
+                .find_map(|style| table.find(style).and_then(|i| surface_colour(table, i, 0, &mut known)))
+            else {
                 continue;
             };
             if styled.is("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM") {
@@ -56,7 +57,30 @@ impl Styles {
 const MAX_CHAIN: usize = 10;
 
 /// The surface colour that a presentation style leads to; styles of curves and points do not count.
-fn surface_colour(table: &Table, instance: Instance<'_>, depth: usize) -> Option<Colour> {
+///
+/// `known` holds what was found before: styles share what they refer to, and files may make that fan out without bound.
+fn surface_colour(
+    table: &Table,
+    instance: Instance<'_>,
+    depth: usize,
+    known: &mut HashMap<u64, Option<Colour>>,
+) -> Option<Colour> {
+    if let Some(found) = known.get(&instance.id) {
+        return *found;
+    }
+    // Until it is found, what refers back to it finds nothing.
+    known.insert(instance.id, None);
+    let found = follow(table, instance, depth, known);
+    known.insert(instance.id, found);
+    found
+}
+
+fn follow(
+    table: &Table,
+    instance: Instance<'_>,
+    depth: usize,
+    known: &mut HashMap<u64, Option<Colour>>,
+) -> Option<Colour> {
     const SKIPPED: [&str; 5] =
         ["CURVE_STYLE", "POINT_STYLE", "TEXT_STYLE", "SURFACE_STYLE_BOUNDARY", "SURFACE_STYLE_PARAMETER_LINE"];
     if depth > MAX_CHAIN || SKIPPED.into_iter().any(|name| instance.is(name)) {
@@ -81,7 +105,7 @@ fn surface_colour(table: &Table, instance: Instance<'_>, depth: usize) -> Option
             let value = (1.0 - transparency.clamp(0.0, 1.0)) as f32;
             opacity = Some(value);
         } else if colour.is_none() || next.is("SURFACE_STYLE_RENDERING_WITH_PROPERTIES") {
-            let found = surface_colour(table, next, depth + 1);
+            let found = surface_colour(table, next, depth + 1, known);
             if let (Some(new), Some([.., old])) = (found, colour) {
                 // A rendering style beside a fill style adds its opacity.
                 opacity = Some(new[3].min(old));
