@@ -166,6 +166,7 @@ fn bare(surface: NurbsSurface) -> Part {
             colour: None,
             name: String::new(),
             entity: 0,
+            lost: false,
         }],
         shells: vec![trimtess::model::Shell { kind: ShellKind::Open, entity: 0 }],
         ..Part::default()

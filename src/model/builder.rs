@@ -96,7 +96,7 @@ impl PartBuilder {
 
     /// Adds a face without colour and name; `reversed` if its outward normal is opposite to the surface's.
     pub fn plain_face(&mut self, surface: Surface, shell: u32, loops: Vec<Loop>, reversed: bool) -> FaceId {
-        self.face(Face { surface, loops, reversed, shell, colour: None, name: String::new(), entity: 0 })
+        self.face(Face { surface, loops, reversed, shell, colour: None, name: String::new(), entity: 0, lost: false })
     }
 
     /// What has been added so far.

@@ -77,6 +77,9 @@ pub struct Face {
     pub name: String,
     /// Entity number in the source file, 0 if none.
     pub entity: u64,
+    /// Whether the source has a face here that could not be read. It keeps its number and its name, so that it is counted
+    /// among the faces without triangles; its surface and loops say nothing. Whoever sets it tells why in a diagnostic.
+    pub lost: bool,
 }
 
 /// What a group of faces is.

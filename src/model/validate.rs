@@ -191,10 +191,13 @@ impl Part {
     }
 
     fn check_face(&self, id: FaceId, face: &Face) -> Result<(), PartError> {
-        face.surface.check().map_err(|error| PartError::Surface { face: id, error })?;
         if face.shell as usize >= self.shells.len() {
             return Err(PartError::NoShell { face: id, shell: face.shell, count: self.shells.len() });
         }
+        if face.lost {
+            return Ok(());
+        }
+        face.surface.check().map_err(|error| PartError::Surface { face: id, error })?;
         let finite = |(a, b): (f64, f64)| a.is_finite() && b.is_finite();
         if face.loops.is_empty() && !face.surface.natural_domain().into_iter().all(finite) {
             return Err(PartError::Unbounded(id));

@@ -34,7 +34,7 @@ mod uv_curve;
 pub use uv_curve::{UvCurve, UvSample};
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
-use crate::model::{Diagnostic, FaceId, Model, Part, PartId, Severity};
+use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
 use rayon::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -88,10 +88,16 @@ fn prepare_all(model: Model) -> Prepared {
 fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
     let (low, high) = topology::control_box(part);
     let size = (high - low).length();
-    let results: Vec<_> = part.faces.par_iter().map(|f| guarded(|| face::draft(part, f, size))).collect();
+    let draft = |f: &Face| (!f.lost).then(|| guarded(|| face::draft(part, f, size)));
+    let results: Vec<_> = part.faces.par_iter().map(draft).collect();
     let mut diagnostics = Vec::new();
     let mut drafts = Vec::with_capacity(results.len());
     for (k, result) in results.into_iter().enumerate() {
+        // A face that was lost before it came here has its diagnostic.
+        let Some(result) = result else {
+            drafts.push(None);
+            continue;
+        };
         let told = match &result {
             Ok(draft) => draft.note.clone().map(|note| (Severity::Note, note)),
             Err(e @ face::FaceError::NoArea { .. }) => Some((Severity::Note, e.to_string())),

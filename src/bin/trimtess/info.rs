@@ -27,7 +27,7 @@ struct Info {
     instances: usize,
     faces: usize,
     placed_faces: usize,
-    /// Faces by kind of surface.
+    /// Faces by kind of surface; those that could not be read as `unreadable`.
     surfaces: BTreeMap<&'static str, usize>,
     edges: usize,
     millimetres_per_unit: f64,
@@ -90,7 +90,8 @@ impl Info {
         let mut shells = Shells::default();
         for part in &model.parts {
             for face in &part.faces {
-                *surfaces.entry(face.surface.kind().name()).or_insert(0) += 1;
+                let kind = if face.lost { "unreadable" } else { face.surface.kind().name() };
+                *surfaces.entry(kind).or_insert(0) += 1;
             }
             shells.join(&Shells::of(part));
         }

@@ -122,6 +122,18 @@ impl Geometry<'_> {
         Ok(Some(bounded))
     }
 
+    /// Whether a curve comes back to where it starts, so that two points on it bound two arcs.
+    pub(super) fn is_closed(&self, id: u64) -> bool {
+        match self.carrier(id, 0) {
+            Ok((Carrier::Round { .. }, _)) => true,
+            Ok((Carrier::Spline { curve, .. }, _)) => {
+                let (a, b) = curve.domain();
+                curve.point(a).distance(curve.point(b)) <= SAME_PLACE.min(self.units.tolerance)
+            }
+            _ => false,
+        }
+    }
+
     /// A curve that is bounded by itself, in its own sense. Circles and ellipses count as bounded: one turn from angle 0.
     pub(super) fn bounded(&self, id: u64, depth: usize) -> Read<NurbsCurve3> {
         let instance = self.unwrap(id, depth)?;

@@ -2,7 +2,7 @@
 
 use super::curve::Ends;
 use super::place::Geometry;
-use super::shells::Source;
+use super::shells::{Source, is_face};
 use super::table::{MAX_DEPTH, Read, Trouble};
 use glam::DVec3;
 
@@ -64,9 +64,16 @@ impl Geometry<'_> {
     pub(super) fn stated_face(&self, source: Source) -> Read<StatedFace> {
         match source {
             Source::Face(id) => {
-                let own = self.get(id)?.fields("FACE_SURFACE", 2);
+                let face = self.get(id)?;
+                if face.is("ORIENTED_FACE") {
+                    return Err(Trouble::new(id, "oriented faces that refer to one another too deeply, or to nothing"));
+                }
+                if !is_face(face) {
+                    return Err(Trouble::new(id, format!("faces of type {} are not read", face.keyword())));
+                }
+                let own = face.fields("FACE_SURFACE", 2);
                 // A complex instance keeps the bounds in FACE.
-                let bounds = self.get(id)?.fields("FACE", 1).links(0)?;
+                let bounds = face.fields("FACE", 1).links(0)?;
                 Ok(StatedFace {
                     surface: own.reference(0)?,
                     same_sense: own.flag(1, true),

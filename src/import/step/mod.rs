@@ -178,7 +178,7 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
         let reason = format!("{} colours that hold along paths of occurrences are not applied", styles.along_paths);
         diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
     }
-    if model.parts.iter().all(|part| part.faces.is_empty()) {
+    if model.parts.iter().flat_map(|part| &part.faces).all(|face| face.lost) {
         let reason = format!("no faces among the file's {} instances", table.len());
         diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
     }

@@ -11,7 +11,7 @@ use super::surface::Stated;
 use super::table::{Read, Table, Trouble};
 use super::units::Units;
 use crate::model::{
-    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Loop, Part, Severity, Shell, Surface, VertexId,
+    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, Severity, Shell, Surface, VertexId,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ struct Draft {
     empty: bool,
     /// Distance by which the curve misses its vertices.
     gap: f64,
-    tolerance: f64,
+    units: Units,
     entity: u64,
 }
 
@@ -52,6 +52,16 @@ impl Reader<'_> {
             .map(|(_, shell, source, _)| self.geometry(shell.units).stated_face(*source))
             .collect();
         let edges = self.edges(&jobs, &stated);
+        let mut assembly = Assembly::new(name, shells, colour, edges);
+        stated.iter().flatten().for_each(|face| assembly.meet(face));
+        for id in assembly.run_against(&stated) {
+            let Some(Ok(draft)) = assembly.edges.get(&EdgeKey::Curve(id)) else { continue };
+            let Some(exchanged) = self.exchanged(id, draft) else { continue };
+            assembly.edges.insert(EdgeKey::Curve(id), Ok(exchanged));
+            let reason = "every loop runs against the edge: its vertices were exchanged, which makes it the other arc";
+            assembly.say(Severity::Warning, id, reason.to_owned());
+        }
+        let edges = &assembly.edges;
         let surfaces: Vec<Option<Read<Stated>>> = jobs
             .par_iter()
             .zip(&stated)
@@ -59,7 +69,7 @@ impl Reader<'_> {
             .map(|((_, shell, ..), face)| {
                 let face = face.as_ref().ok()?;
                 let geometry = self.geometry(shell.units);
-                let reach = || reach(&geometry, face, &edges);
+                let reach = || reach(&geometry, face, edges);
                 let read = geometry.surface(face.surface, &reach, self.options.offset_tolerance, 0);
                 Some(read.and_then(|stated| match stated.surface.check() {
                     Ok(()) => Ok(stated),
@@ -67,26 +77,32 @@ impl Reader<'_> {
                 }))
             })
             .collect();
-        let mut assembly = Assembly::new(name, shells, colour, edges);
-        stated.iter().flatten().for_each(|face| assembly.meet(face));
         for (((shell_index, shell, source, turned), face), surface) in jobs.into_iter().zip(stated).zip(surfaces) {
             let geometry = self.geometry(shell.units);
-            let done = face.and_then(|face| match surface {
+            let read = face.and_then(|face| match surface {
                 Some(surface) => assembly.face(&geometry, face, surface?, source),
                 None => Err(Trouble::new(source.id(), "its surface was not read")),
             });
-            match done {
-                Ok((surface, loops, against)) => assembly.part.faces.push(Face {
-                    surface,
-                    loops,
-                    reversed: against != turned,
-                    shell: shell_index,
-                    colour: self.styles.of(source.id()).or(shell.colour),
-                    name: self.table.find(source.id()).map(|i| i.label().to_owned()).unwrap_or_default(),
-                    entity: source.id(),
-                }),
-                Err(trouble) => assembly.lost(source, &trouble),
-            }
+            let done = match read {
+                Ok(done) => Some(done),
+                Err(trouble) => {
+                    assembly.lose(source, &trouble);
+                    None
+                }
+            };
+            let lost = done.is_none();
+            let nothing = || (Surface::Plane { frame: Frame3::WORLD }, Vec::new(), false);
+            let (surface, loops, against) = done.unwrap_or_else(nothing);
+            assembly.part.faces.push(Face {
+                surface,
+                loops,
+                reversed: against != turned,
+                shell: shell_index,
+                colour: self.styles.of(source.id()).or(shell.colour),
+                name: self.table.find(source.id()).map(|i| i.label().to_owned()).unwrap_or_default(),
+                entity: source.id(),
+                lost,
+            });
         }
         assembly.finish()
     }
@@ -137,6 +153,27 @@ impl Reader<'_> {
                 (id, [VertexKey::End(id, false), VertexKey::End(id, true)], at, Some(curve))
             }
         };
+        Draft::new(entity, ends, at, curve, units)
+    }
+
+    /// An edge whose vertices the file states in the wrong order, with them in the other. On a closed curve that is the
+    /// other arc; on an open one it is the same edge, and `None`.
+    fn exchanged(&self, id: u64, draft: &Draft) -> Option<Draft> {
+        let geometry = self.geometry(draft.units);
+        let own = self.table.get(id).ok()?.fields("EDGE_CURVE", 3);
+        let curve = own.reference(0).ok()?;
+        if !geometry.is_closed(curve) {
+            return None;
+        }
+        let ([end, start], [b, a]) = (draft.points, draft.ends);
+        let at = Ends { start, end, closed: false };
+        let curve = geometry.between(curve, at, own.flag(1, true)).ok()?;
+        Draft::new(id, [a, b], at, curve, draft.units).ok()
+    }
+}
+
+impl Draft {
+    fn new(entity: u64, ends: [VertexKey; 2], at: Ends, curve: Option<Bounded>, units: Units) -> Read<Self> {
         let gap = curve.as_ref().map_or(0.0, |Bounded { curve, range, .. }| {
             curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
         });
@@ -146,15 +183,7 @@ impl Reader<'_> {
         if let Some(Err(error)) = curve.as_ref().map(|bounded| bounded.curve.check()) {
             return Err(Trouble::new(entity, error.to_string()));
         }
-        Ok(Draft {
-            ends,
-            points: [at.start, at.end],
-            empty: curve.is_none(),
-            curve,
-            gap,
-            tolerance: units.tolerance,
-            entity,
-        })
+        Ok(Self { ends, points: [at.start, at.end], empty: curve.is_none(), curve, gap, units, entity })
     }
 }
 
@@ -255,13 +284,20 @@ impl Assembly {
         self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, reason });
     }
 
-    fn lost(&mut self, source: Source, trouble: &Trouble) {
+    /// Tells something of the face that comes next.
+    fn say_of_face(&mut self, severity: Severity, source: Source, reason: String) {
+        let face = Some(FaceId::new(self.part.faces.len()));
+        self.diagnostics.push(Diagnostic { severity, part: None, face, entity: source.id(), reason });
+    }
+
+    /// Says why the face that comes next is lost.
+    fn lose(&mut self, source: Source, trouble: &Trouble) {
         let reason = if trouble.entity == source.id() {
             format!("face left out: {}", trouble.reason)
         } else {
             format!("face left out: #{}: {}", trouble.entity, trouble.reason)
         };
-        self.say(Severity::Error, source.id(), reason);
+        self.say_of_face(Severity::Error, source, reason);
     }
 
     /// Unites the corners at which neighbours in the loops of a face meet. All faces go through this before any is built.
@@ -275,7 +311,7 @@ impl Assembly {
                 if draft.empty {
                     self.corners.unite(tail, head);
                 }
-                ends.push((tail, head, draft.tolerance));
+                ends.push((tail, head, draft.units.tolerance));
             }
             for (i, (tail, head, tolerance)) in ends.iter().enumerate() {
                 let (next_tail, next_head, _) = ends[(i + 1) % ends.len()];
@@ -289,6 +325,37 @@ impl Assembly {
                 }
             }
         }
+    }
+
+    /// The `EDGE_CURVE`s that every loop uses against the way it runs. Loops that close either way, as two edges between the
+    /// same two vertices do, are not asked.
+    fn run_against(&mut self, stated: &[Read<StatedFace>]) -> Vec<u64> {
+        let mut with = HashSet::new();
+        let mut against = Vec::new();
+        let bounds = stated.iter().flatten().flat_map(|face| &face.bounds);
+        for uses in bounds.filter_map(|bound| if let Bound::Edges(uses) = bound { Some(uses) } else { None }) {
+            let mut keys = Vec::with_capacity(uses.len());
+            let mut ends = Vec::with_capacity(uses.len());
+            for edge in uses {
+                let Some(Ok(draft)) = self.edges.get(&edge.edge) else { continue };
+                if !draft.empty {
+                    ends.push(self.corners.ends(draft, edge.reversed));
+                    keys.push(edge.edge);
+                }
+            }
+            let ways = [false, true].map(|first| head_to_tail(&ends, first));
+            let ([Some(turned), None] | [None, Some(turned)]) = ways else { continue };
+            for (key, turned) in keys.into_iter().zip(turned) {
+                match key {
+                    EdgeKey::Curve(id) if turned => against.push(id),
+                    _ => drop(with.insert(key)),
+                }
+            }
+        }
+        against.sort_unstable();
+        against.dedup();
+        against.retain(|id| !with.contains(&EdgeKey::Curve(*id)));
+        against
     }
 
     /// The coedges of a loop, checked to run head to tail; edges without length are passed over.
@@ -306,30 +373,20 @@ impl Assembly {
                 None => return Err(Trouble::new(face, "an edge of the face was not read")),
             }
         }
-        let count = chain.len();
-        let open = |ends: &[(usize, usize)]| (0..count).find(|i| ends[*i].1 != ends[(*i + 1) % count].0);
-        let Some(first) = open(&ends) else { return Ok(chain) };
-        // Some writers get the senses of edges wrong. The order with the right senses is one of two: the first edge
-        // as stated, or turned.
-        for turn in [false, true] {
-            let mut tried = ends.clone();
-            if turn {
-                tried[0] = (tried[0].1, tried[0].0);
+        // Some writers get the senses of edges wrong. The order with the right senses is one of two: the first edge as
+        // stated, or turned.
+        if let Some(turned) = [false, true].into_iter().find_map(|first| head_to_tail(&ends, first)) {
+            for (edge, turned) in chain.iter_mut().zip(&turned) {
+                edge.reversed ^= turned;
             }
-            for i in 1..count {
-                if tried[i].0 != tried[i - 1].1 {
-                    tried[i] = (tried[i].1, tried[i].0);
-                }
+            if turned.contains(&true) {
+                self.say(Severity::Warning, face, "edges of a loop ran against it and were turned".to_owned());
             }
-            if open(&tried).is_none() {
-                for i in 0..count {
-                    chain[i].reversed ^= tried[i] != ends[i];
-                }
-                let reason = "edges of a loop ran against it and were turned".to_owned();
-                self.say(Severity::Warning, face, reason);
-                return Ok(chain);
-            }
+            return Ok(chain);
         }
+        let count = chain.len();
+        let open = |i: &usize| ends[*i].1 != ends[(*i + 1) % count].0;
+        let first = (0..count).find(open).unwrap_or(0);
         let (a, b) = (ends[first].1, ends[(first + 1) % count].0);
         let gap = self.corners.points[a].distance(self.corners.points[b]);
         let reason =
@@ -361,6 +418,10 @@ impl Assembly {
                 Bound::Vertex(id) => Chain::Vertex(VertexKey::Point(id), geometry.vertex(id)?),
             });
         }
+        let empty = |chain: &Chain| matches!(chain, Chain::Edges(uses) if uses.is_empty());
+        if !chains.is_empty() && chains.iter().all(empty) {
+            return Err(Trouble::new(source.id(), "none of its bounds has any length"));
+        }
         let mut loops = Vec::with_capacity(chains.len());
         for chain in chains {
             match chain {
@@ -375,14 +436,7 @@ impl Assembly {
             }
         }
         if let Some(reason) = surface.note {
-            let face = Some(FaceId::new(self.part.faces.len()));
-            self.diagnostics.push(Diagnostic {
-                severity: Severity::Note,
-                part: None,
-                face,
-                entity: source.id(),
-                reason,
-            });
+            self.say_of_face(Severity::Note, source, reason);
         }
         Ok((surface.surface, loops, !same))
     }
@@ -403,7 +457,7 @@ impl Assembly {
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
-        let (entity, gap, near) = (draft.entity, draft.gap, CORNER * draft.tolerance);
+        let (entity, gap, near) = (draft.entity, draft.gap, CORNER * draft.units.tolerance);
         let draft = self.edges.get(&key)?.as_ref().ok()?;
         let (start, end) = self.corners.ends(draft, false);
         let ends = [start, end].map(|corner| self.corners.points[corner]);
@@ -451,6 +505,23 @@ impl Assembly {
         }
         (self.part, self.diagnostics)
     }
+}
+
+/// Which edges of a loop, given by their corners, have to be turned for all to run head to tail, if the first is turned or
+/// not; `None` where the loop is open then.
+fn head_to_tail(ends: &[(usize, usize)], first: bool) -> Option<Vec<bool>> {
+    let Some(&(tail, head)) = ends.first() else { return Some(Vec::new()) };
+    let (start, mut at) = if first { (head, tail) } else { (tail, head) };
+    let mut turned = vec![first];
+    for &(tail, head) in &ends[1..] {
+        turned.push(tail != at);
+        at = match at {
+            _ if at == tail => head,
+            _ if at == head => tail,
+            _ => return None,
+        };
+    }
+    (at == start).then_some(turned)
 }
 
 /// A bound that has passed its checks.

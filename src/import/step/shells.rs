@@ -140,35 +140,27 @@ impl Gather<'_> {
         self.take(shell.id, into);
         let mut faces = Vec::new();
         for face in shell.fields("CONNECTED_FACE_SET", 1).links(0)? {
-            match self.face(face) {
-                Ok((face, over)) => {
-                    self.taken.insert(face);
-                    into.held.insert(face);
-                    faces.push((Source::Face(face), turned != over));
-                }
-                Err(trouble) => self.unread.push(trouble),
-            }
+            // What is no face fails when it is read, and is counted then.
+            let (face, over) = self.face(face);
+            self.taken.insert(face);
+            into.held.insert(face);
+            faces.push((Source::Face(face), turned != over));
         }
         into.shells.push(ShellUse { kind, entity: shell.id, faces, colour, units });
         Ok(())
     }
 
-    /// Follows `ORIENTED_FACE`s; whether they turn the face over.
-    fn face(&self, id: u64) -> Read<(u64, bool)> {
-        let (mut face, mut over) = (self.table.get(id)?, false);
+    /// Follows `ORIENTED_FACE`s as far as they lead; whether they turn the face over.
+    fn face(&self, id: u64) -> (u64, bool) {
+        let (mut at, mut over) = (id, false);
         for _ in 0..MAX_DEPTH {
-            if !face.is("ORIENTED_FACE") {
-                return if is_face(face) {
-                    Ok((face.id, over))
-                } else {
-                    Err(Trouble::new(face.id, format!("faces of type {} are not read", face.keyword())))
-                };
-            }
+            let Some(face) = self.table.find(at).filter(|face| face.is("ORIENTED_FACE")) else { break };
             let own = face.fields("ORIENTED_FACE", 2);
+            let Ok(next) = own.reference(0) else { break };
             over ^= !own.flag(1, true);
-            face = self.table.get(own.reference(0)?)?;
+            at = next;
         }
-        Err(Trouble::new(id, "oriented faces refer to one another too deeply"))
+        (at, over)
     }
 
     fn set(&mut self, set: Instance<'_>, colour: Option<Colour>, units: Units, into: &mut Gathered) -> Read<()> {
@@ -214,7 +206,7 @@ fn is_shell(instance: Instance<'_>) -> bool {
     ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
 }
 
-fn is_face(instance: Instance<'_>) -> bool {
+pub(super) fn is_face(instance: Instance<'_>) -> bool {
     instance.is("ADVANCED_FACE") || instance.is("FACE_SURFACE")
 }
 
