@@ -92,6 +92,8 @@ fn a_report_has_the_promised_keys_and_its_seconds_sum() {
     assert_eq!(told["faces_without_triangles"], 0);
     assert_eq!(told["open_edges"], 0);
     assert!(told["max_deviation_over_tolerance"].as_f64().unwrap() <= 1.0);
+    let edges = told["max_edge_deviation_over_tolerance"].as_f64().unwrap();
+    assert!(edges > 0.1 && edges <= 1.0, "the edge polylines are measured whatever the format: {edges}");
     assert!(told["diagnostics"].is_array());
     assert!(told["triangles"].as_u64().unwrap() >= 12 + 12);
     assert!(told["vertices"].as_u64().unwrap() > 0);
@@ -102,6 +104,60 @@ fn a_report_has_the_promised_keys_and_its_seconds_sum() {
     if cfg!(target_os = "linux") {
         assert!(told["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
     }
+}
+
+/// Checks a variant of the cube file; the status and the report.
+fn check(test: &str, change: impl Fn(&str) -> String) -> (Option<i32>, Value, String) {
+    let folder = folder(test);
+    let (file, mesh) = (folder.join("part.step"), folder.join("part.ply"));
+    let whole = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(CUBE)).unwrap();
+    fs::write(&file, change(&whole)).unwrap();
+    let args = ["tessellate", file.to_str().unwrap(), "-o", mesh.to_str().unwrap()];
+    let output = trimtess(&[&args[..], &["--check", "--json"]].concat());
+    let table = text(&trimtess(&[&args[..], &["--check"]].concat()).stdout);
+    (output.status.code(), json(&output.stdout), table)
+}
+
+#[test]
+fn a_check_fails_on_a_solid_turned_inside_out() {
+    let (status, told, table) = check("inside_out", |file| {
+        let brep = "MANIFOLD_SOLID_BREP( 'red_cube', #111 );";
+        assert!(file.contains(brep));
+        file.replace(brep, "MANIFOLD_SOLID_BREP('red_cube',#9000);#9000=ORIENTED_CLOSED_SHELL('',*,#111,.F.);")
+    });
+    assert_eq!(status, Some(3));
+    assert_eq!((&told["unbalanced_edges"], &told["faces_without_triangles"]), (&0.into(), &0.into()), "{told}");
+    assert!(told["diagnostics"][0]["reason"].as_str().unwrap().contains("inside out"), "{told}");
+    assert!(table.contains("99.9%") && table.contains("  cylinder  "), "{table}");
+}
+
+#[test]
+fn a_face_that_cannot_be_read_is_counted_and_named() {
+    let (status, told, _) = check("lost_face", |file| {
+        let surface = "CYLINDRICAL_SURFACE( '', #143, 0.00500000000000000 );";
+        assert!(file.contains(surface));
+        file.replace(surface, "CYLINDRICAL_SURFACE( '', #143, -1. );")
+    });
+    assert_eq!(status, Some(3));
+    assert_eq!((&told["faces"], &told["faces_without_triangles"]), (&9.into(), &1.into()), "{told}");
+    let about_faces: Vec<&Value> =
+        told["diagnostics"].as_array().unwrap().iter().filter(|entry| !entry["face"].is_null()).collect();
+    assert_eq!(about_faces.len(), 1, "{told}");
+    assert!(about_faces[0]["reason"].as_str().unwrap().contains("radius"), "{told}");
+}
+
+#[test]
+fn nothing_measured_is_null() {
+    let (status, told, table) = check("nothing", |file| {
+        file.replace("MANIFOLD_SOLID_BREP", "X_BREP")
+            .replace("CLOSED_SHELL", "X_SHELL")
+            .replace("ADVANCED_FACE", "X_FACE")
+    });
+    assert_eq!((status, &told["triangles"]), (Some(0), &0.into()), "{told}");
+    for key in ["max_deviation_over_tolerance", "p999_deviation_over_tolerance", "max_edge_deviation_over_tolerance"] {
+        assert!(told.get(key).is_some_and(Value::is_null), "{key} in {told}");
+    }
+    assert!(!table.contains("at worst"), "{table}");
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! Loops, senses, shells: the topology that files state, with all its flags.
 
-use crate::{clean, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{clean, edge_of, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
-use trimtess::model::{Coedge, Loop, Model, Part, Severity, ShellKind};
+use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind};
+use trimtess::prepare::{PrepareOptions, prepare};
 
 /// Corners of a unit square in z = 0: vertices #30, #32, #34, #36 counterclockwise, edges #50..#53 from each to the next,
 /// oriented edges #70..#73 along them.
@@ -129,6 +130,94 @@ fn wrong_senses_are_put_right_and_reported() {
     assert!(warnings.len() == 1 && warnings[0].entity == 91, "{warnings:?}");
 }
 
+/// Two faces on one quarter disc, back to back: the arc #50 from #30 at (1,0) to #32 at (0,1) is the quarter, from #32 to
+/// #30 the other three quarters. `arc` states the edge, `uses` how each face's loop uses it on the way from #30 to #32.
+fn quarter(arc: &str, uses: [char; 2]) -> Model {
+    let text = world()
+        + &vertex(30, [1.0, 0.0, 0.0])
+        + &vertex(32, [0.0, 1.0, 0.0])
+        + &vertex(34, [0.0, 0.0, 0.0])
+        + "#60=PLANE('',#20);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);\
+           #64=CIRCLE('',#20,1.);#51=EDGE_CURVE('',#32,#34,#63,.T.);#52=EDGE_CURVE('',#34,#30,#63,.T.);"
+        + arc;
+    let [first, second] = uses;
+    let back = if second == 'T' { 'F' } else { 'T' };
+    let rest = format!(
+        "#70=ORIENTED_EDGE('',*,*,#50,.{first}.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#72=ORIENTED_EDGE('',*,*,#52,.T.);\
+         #73=ORIENTED_EDGE('',*,*,#50,.{back}.);#74=ORIENTED_EDGE('',*,*,#51,.F.);#75=ORIENTED_EDGE('',*,*,#52,.F.);\
+         #80=EDGE_LOOP('',(#70,#71,#72));#81=FACE_BOUND('',#80,.T.);#82=EDGE_LOOP('',(#75,#74,#73));\
+         #83=FACE_BOUND('',#82,.T.);#91=ADVANCED_FACE('',(#81),#60,.T.);#94=ADVANCED_FACE('',(#83),#60,.F.);\
+         #90=CLOSED_SHELL('',(#91,#94));#93=MANIFOLD_SOLID_BREP('',#90);\
+         #92=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#93),#1);"
+    );
+    model(&(text + &rest))
+}
+
+/// The point halfway along an edge's curve, from its start.
+fn middle(model: &Model, entity: u64) -> DVec3 {
+    let edge = edge_of(only_part(model), entity);
+    edge.curve.point(0.5 * (edge.range.0 + edge.range.1))
+}
+
+#[test]
+fn swapped_vertices_of_an_arc_are_exchanged_when_all_loops_say_so() {
+    let at = 0.5_f64.sqrt();
+    let near_side = DVec3::new(at, at, 0.0);
+    let sound = quarter("#50=EDGE_CURVE('',#30,#32,#64,.T.);", ['T', 'T']);
+    clean(&sound);
+    near(middle(&sound, 50), near_side);
+    let swapped = quarter("#50=EDGE_CURVE('',#32,#30,#64,.T.);", ['T', 'T']);
+    near(middle(&swapped, 50), near_side);
+    let told: Vec<_> = swapped.diagnostics.iter().map(|d| (d.severity, d.entity)).collect();
+    assert_eq!(told, [(Severity::Warning, 50)], "{:?}", swapped.diagnostics);
+    for face in &only_part(&swapped).faces {
+        assert_eq!(corners(only_part(&swapped), &face.loops[0]).len(), 3);
+    }
+    // One loop alone is not believed over the edge: there the use is turned.
+    let doubtful = quarter("#50=EDGE_CURVE('',#32,#30,#64,.T.);", ['T', 'F']);
+    near(middle(&doubtful, 50), -near_side);
+    // Nor does exchanging do anything to an edge on an open curve.
+    let straight = quarter("#50=EDGE_CURVE('',#32,#30,#63,.T.);", ['T', 'T']);
+    near(middle(&straight, 50), DVec3::new(0.5, 0.5, 0.0));
+}
+
+#[test]
+fn a_bound_without_length_is_no_whole_surface() {
+    let text = world()
+        + &vertex(30, [1.0, 0.0, 0.0])
+        + &vertex(32, [1.0, 0.0, 0.0])
+        + "#60=SPHERICAL_SURFACE('',#20,1.);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);\
+           #50=EDGE_CURVE('',#30,#32,#63,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));\
+           #76=FACE_BOUND('',#75,.T.);";
+    let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+    assert!(only_face(&model).lost);
+    let lost = errors(&model);
+    assert!(lost.len() == 1 && lost[0].0 == 91 && lost[0].1.contains("length"), "{lost:?}");
+}
+
+#[test]
+fn a_lost_face_keeps_its_row() {
+    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);#91=ADVANCED_FACE('',(#76),#60,.T.);\
+                #94=ADVANCED_FACE('second',(#76),#99,.T.);#95=POLY_LOOP('',());#96=ORIENTED_FACE('',*,#96,.T.);\
+                #90=OPEN_SHELL('',(#98,#95,#96,#94,#91));#93=SHELL_BASED_SURFACE_MODEL('',(#90));\
+                #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#1);";
+    let model = model(&(square() + rest));
+    let part = only_part(&model);
+    let rows: Vec<_> = part.faces.iter().map(|face| (face.entity, face.lost)).collect();
+    assert_eq!(rows, [(98, true), (95, true), (96, true), (94, true), (91, false)]);
+    assert_eq!(part.faces[3].name, "second");
+    let mut told: Vec<_> = model.diagnostics.iter().map(|d| (d.part, d.face, d.entity, d.severity)).collect();
+    told.sort_by_key(|at| at.1);
+    let expected = [98, 95, 96, 94].into_iter().enumerate();
+    let expected: Vec<_> =
+        expected.map(|(row, entity)| (Some(PartId(0)), Some(FaceId::new(row)), entity, Severity::Error)).collect();
+    assert_eq!(told, expected, "{:?}", model.diagnostics);
+    assert!(part.check().is_ok());
+    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    assert_eq!(prepared.parts[0].face_rows, [None, None, None, None, Some(0)]);
+    assert_eq!(prepared.diagnostics.len(), 4, "told once");
+}
+
 #[test]
 fn an_open_loop_costs_its_face_only() {
     let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
@@ -136,7 +225,8 @@ fn an_open_loop_costs_its_face_only() {
                 #94=ADVANCED_FACE('',(#78),#60,.T.);#90=OPEN_SHELL('',(#94,#91));#93=SHELL_BASED_SURFACE_MODEL('',(#90));\
                 #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#1);";
     let model = model(&(square() + rest));
-    assert_eq!(only_face(&model).entity, 91);
+    let rows: Vec<_> = only_part(&model).faces.iter().map(|face| (face.entity, face.lost)).collect();
+    assert_eq!(rows, [(94, true), (91, false)]);
     let lost = errors(&model);
     assert!(lost.len() == 1 && lost[0].0 == 94 && lost[0].1.contains("open"), "{lost:?}");
 }
