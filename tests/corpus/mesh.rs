@@ -11,11 +11,9 @@ use trimtess::model::FaceId;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-/// Files that are not closed though the reference says so, or miss area, and why.
-const KNOWN: [(&str, &str); 2] = [
-    ("thor_art1_body.step", "edges whose vertices are swapped against their circles: the wrong half of four cylinders"),
-    ("thor_gear_motor.step", "an invalid B-rep: wires that wind 21 times around a cylinder and cross themselves"),
-];
+/// Files whose reference area is wrong, and why.
+const OTHER_AREA: [(&str, &str); 1] =
+    [("thor_gear_motor.step", "the reference holds faces several times as large as the cylinder they lie on")];
 
 fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, f64) {
     let prepared = Arc::new(prepare(read(path), &PrepareOptions::DEFAULT));
@@ -33,7 +31,7 @@ fn every_file_is_meshed_whole_and_within_tolerance() {
     let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
     let mut wrong = Vec::new();
     for (file, facts) in files(&reference) {
-        if KNOWN.iter().any(|(name, _)| *name == file) || value(facts, "status") != Some("ok") {
+        if value(facts, "status") != Some("ok") {
             continue;
         }
         let (prepared, sink, chord) = mesh(&corpus.join(file), 1e-3);
@@ -46,7 +44,8 @@ fn every_file_is_meshed_whole_and_within_tolerance() {
             complain(format!("{} unbalanced edges", found.total.unbalanced_edges));
         }
         let area: f64 = value(facts, "area").and_then(|a| a.parse().ok()).unwrap_or(0.0);
-        if (found.total.area / area - 1.0).abs() > 0.02 {
+        let judged = OTHER_AREA.iter().all(|(name, _)| *name != file);
+        if judged && (found.total.area / area - 1.0).abs() > 0.02 {
             complain(format!("area {} of {area}", found.total.area));
         }
         for (part, face) in &found.faces_without_triangles {
@@ -62,15 +61,4 @@ fn every_file_is_meshed_whole_and_within_tolerance() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
-#[test]
-fn bad_files_cost_no_more_than_the_faces_they_spoil() {
-    let Some(corpus) = corpus() else { return };
-    for (file, why) in KNOWN {
-        let (prepared, sink, _) = mesh(&corpus.join(file), 1e-3);
-        let faces: usize = prepared.parts.iter().map(|p| p.face_rows.len()).sum();
-        let lost = check_scene(&sink).faces_without_triangles.len();
-        assert!(lost <= 4 && faces > 90, "{file} ({why}): {lost} of {faces} faces without triangles");
-    }
 }
