@@ -186,6 +186,10 @@ fn info_counts() {
     assert_eq!(info["surfaces"]["cylinder"], 1);
     assert_eq!(info["millimetres_per_unit"], 1000.0);
     assert_eq!(info["shells"]["open"], 0);
+    let list = info["part_list"].as_array().unwrap();
+    let sum = |key: &str| list.iter().map(|part| part[key].as_u64().unwrap()).sum::<u64>();
+    assert_eq!((list.len() as u64, sum("faces"), sum("instances")), (info["parts"].as_u64().unwrap(), 9, 2), "{info}");
+    assert!(list.iter().all(|part| part["closed"] == true && part["name"] != ""), "{info}");
     // The box of a 10 mm cube at the origin and a cylinder of radius 5 mm beside it.
     assert!((info["diagonal"].as_f64().unwrap() - 28.722_813).abs() < 1e-2, "{info}");
     let people = text(&trimtess(&["info", CUBE]).stdout);

@@ -19,6 +19,9 @@ pub(crate) struct InfoArgs {
     pub(crate) input: Input,
 }
 
+/// Parts listed before the rest is only counted.
+const LISTED: usize = 12;
+
 /// What is told. Counts are per part unless they say placed; lengths are millimetres.
 #[derive(Serialize)]
 struct Info {
@@ -27,6 +30,8 @@ struct Info {
     instances: usize,
     faces: usize,
     placed_faces: usize,
+    /// One row per part, in the file's order.
+    part_list: Vec<Row>,
     /// Faces by kind of surface; those that could not be read as `unreadable`.
     surfaces: BTreeMap<&'static str, usize>,
     edges: usize,
@@ -36,6 +41,18 @@ struct Info {
     diagonal: f64,
     shells: Shells,
     diagnostics: Vec<Told>,
+}
+
+/// A part.
+#[derive(Serialize)]
+struct Row {
+    name: String,
+    /// How often it is placed.
+    instances: usize,
+    faces: usize,
+    edges: usize,
+    /// Whether all its shells are closed.
+    closed: bool,
 }
 
 /// A diagnostic of the model.
@@ -88,12 +105,21 @@ impl Info {
     fn of(model: &Model, input: String) -> Self {
         let mut surfaces = BTreeMap::new();
         let mut shells = Shells::default();
+        let mut part_list = Vec::with_capacity(model.parts.len());
         for part in &model.parts {
             for face in &part.faces {
                 let kind = if face.lost { "unreadable" } else { face.surface.kind().name() };
                 *surfaces.entry(kind).or_insert(0) += 1;
             }
-            shells.join(&Shells::of(part));
+            let own = Shells::of(part);
+            shells.join(&own);
+            let (name, faces, edges, closed) = (part.name.clone(), part.faces.len(), part.edges.len(), own.open == 0);
+            part_list.push(Row { name, instances: 0, faces, edges, closed });
+        }
+        for instance in &model.instances {
+            if let Some(row) = part_list.get_mut(instance.part.index()) {
+                row.instances += 1;
+            }
         }
         let placed = model.instances.iter().filter_map(|i| model.parts.get(i.part.index()));
         Self {
@@ -102,6 +128,7 @@ impl Info {
             instances: model.instances.len(),
             faces: model.parts.iter().map(|part| part.faces.len()).sum(),
             placed_faces: placed.map(|part| part.faces.len()).sum(),
+            part_list,
             surfaces,
             edges: model.parts.iter().map(|part| part.edges.len()).sum(),
             millimetres_per_unit: model.millimetres_per_unit,
@@ -137,6 +164,17 @@ impl Info {
         let count = |severity| self.diagnostics.iter().filter(|d| d.severity == severity).count();
         let (errors, warnings, notes) = (count("error"), count("warning"), count("note"));
         line("diagnostics", format!("{errors} errors, {warnings} warnings, {notes} notes"));
+        let listed = if all { self.part_list.len() } else { LISTED };
+        for (number, Row { name, instances, faces, edges, closed }) in self.part_list.iter().take(listed).enumerate() {
+            let state = if *closed { "closed" } else { "open" };
+            line(
+                &format!("part {number}"),
+                format!("{name:?}: {faces} faces, {edges} edges, {state}, placed {instances} times"),
+            );
+        }
+        if self.part_list.len() > listed {
+            line("…", format!("{} more parts (-v lists all)", self.part_list.len() - listed));
+        }
         if all {
             for Told { severity, part, face, entity, reason } in &self.diagnostics {
                 let place = match (part, face) {
