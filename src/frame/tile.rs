@@ -40,7 +40,8 @@ pub enum Degradation {
         /// Boundary segments with nothing kept beside them.
         unused: u32,
     },
-    /// Nothing is left of the tile at this tolerance.
+    /// Nothing is left of the tile at this tolerance: its boundary encloses less than a strip as wide as the tolerance.
+    /// Where the face has other tiles, these close over it.
     Empty,
     /// The tile could not be triangulated.
     Failed(String),
@@ -108,13 +109,33 @@ pub fn tessellate_tile(
     };
     if !matches!(degradation, Some(Degradation::Failed(_))) {
         finish(face, lattice, scratch, &mut mesh);
-        if mesh.triangles.is_empty() {
-            degradation = Some(Degradation::Empty);
+        if mesh.triangles.is_empty() && degradation.is_none() {
+            degradation = Some(emptied(face, tile_row, plan.chord, scratch, &mesh));
         }
     } else {
         mesh = PatchMesh::default();
     }
     TileOutcome { face: tile_row.face, mesh, degradation }
+}
+
+/// What a tile without triangles is: thin, or lost.
+fn emptied(face: &PreparedFace, tile: &Tile, chord: f64, s: &Scratch, mesh: &PatchMesh) -> Degradation {
+    let middle = 0.5 * (tile.min + tile.max);
+    let d = face.patches.derivatives(middle.x, middle.y);
+    let (mut turns, mut perimeter) = (0.0, 0.0);
+    for ends in s.loop_starts.windows(2) {
+        let l = ends[0] as usize..ends[1] as usize;
+        for (from, to) in l.clone().zip(l.clone().skip(1).chain(l.clone().take(1))) {
+            turns += (s.uvs[from] - tile.min).perp_dot(s.uvs[to] - tile.min);
+            perimeter += mesh.positions[from].distance(mesh.positions[to]);
+        }
+    }
+    let area = 0.5 * turns.abs() * d.du.cross(d.dv).length();
+    if area <= chord * perimeter {
+        Degradation::Empty
+    } else {
+        Degradation::Failed(format!("no triangles for a boundary of {perimeter:.3e} mm around {area:.3e} mm²"))
+    }
 }
 
 /// Tessellants of the tile's loops: cell coordinates, parameters, positions.
