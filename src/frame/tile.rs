@@ -1,6 +1,6 @@
 //! One tile, one thread: prepared tile and plan in, triangles out.
 
-use super::evaluate::{EvaluateScratch, evaluate_points};
+use super::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use super::plan::{PartPlan, Plan, TileLattice, cell_coordinate};
 use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, trim_tile};
 use crate::mesh::{EdgeLine, Origin, PatchMesh, TileId};
@@ -12,6 +12,11 @@ use std::fmt;
 /// Cell coordinates this close to the tile's border are on it: parameters come from projections that are good to about
 /// 1e-12 of the domain, and a border that is almost straight would make slivers.
 const BORDER_SNAP: f64 = 1e-9;
+
+/// Corners from which on a lattice is evaluated line by line: below, setting up the lines costs more than they save.
+const LATTICE_FROM: usize = 16;
+/// And the part of the lattice that must be used at least, as one over it.
+const LATTICE_SHARE: usize = 4;
 
 /// No lattice corner.
 const NONE: u32 = u32::MAX;
@@ -25,6 +30,8 @@ pub struct Scratch {
     corners: Vec<u32>,
     normals: Vec<DVec3>,
     points: Vec<DVec3>,
+    /// Points and normals of the whole lattice.
+    lattice: (Vec<DVec3>, Vec<DVec3>),
     trim: TrimScratch,
     trimmed: TrimOutput,
     evaluate: EvaluateScratch,
@@ -262,8 +269,7 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
             }
         }
     }
-    evaluate_points(&face.patches, &s.uvs, &mut s.evaluate, &mut s.points, &mut s.normals);
-    mesh.positions.extend_from_slice(&s.points[tessellants as usize..]);
+    evaluate(face, lattice, tessellants as usize, corners_used as usize, s, &mut mesh.positions);
     let side = if face.reversed { -1.0 } else { 1.0 };
     mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
     mesh.uvs.extend(
@@ -283,6 +289,45 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
         for t in halves {
             push_triangle(mesh, t, face.reversed);
         }
+    }
+}
+
+/// Normals of all vertices into `s.normals`, and positions of those that are not tessellants.
+///
+/// Lattices that are mostly used are evaluated line by line, all else one by one. Both give the same bits.
+fn evaluate(
+    face: &PreparedFace,
+    lattice: &TileLattice,
+    tessellants: usize,
+    corners_used: usize,
+    s: &mut Scratch,
+    positions: &mut Vec<DVec3>,
+) {
+    let Scratch { uvs, corners, normals, points, evaluate, lattice: on_lattice, .. } = s;
+    if corners_used < LATTICE_FROM || corners_used * LATTICE_SHARE < corners.len() {
+        evaluate_points(&face.patches, uvs, evaluate, points, normals);
+        positions.extend_from_slice(&points[tessellants..]);
+        return;
+    }
+    let width = lattice.us.len();
+    let wanted = |i: usize, j: usize| corners[j * width + i] != NONE;
+    let (all_points, all_normals) = on_lattice;
+    evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, wanted, evaluate, all_points, all_normals);
+    evaluate_points(&face.patches, &uvs[..tessellants], evaluate, points, normals);
+    positions.resize(tessellants + corners_used, DVec3::ZERO);
+    normals.resize(tessellants + corners_used, DVec3::Z);
+    let height = lattice.vs.len();
+    for (c, &vertex) in corners.iter().enumerate().filter(|&(_, &vertex)| vertex != NONE) {
+        let at = c % width * height + c / width;
+        positions[vertex as usize] = all_points[at];
+        normals[vertex as usize] = all_normals[at];
+    }
+    let crossings = &uvs[tessellants + corners_used..];
+    if !crossings.is_empty() {
+        let (all_points, all_normals) = on_lattice;
+        evaluate_points(&face.patches, crossings, evaluate, all_points, all_normals);
+        positions.extend_from_slice(all_points);
+        normals.extend_from_slice(all_normals);
     }
 }
 
