@@ -29,13 +29,16 @@ const SEARCHES: u32 = 50_000;
 /// points, never corners. A sample's distance to its face's whole surface (within the face's parameter box, trimmed or
 /// not) is that of its foot point. It is found by Newton's method from the interpolated parameters, so it is never too
 /// small, and by a search over the triangle's surroundings where that leaves it over the tolerance. `chord` is in
-/// millimetres. Cost: about 1 s per two million samples; O(faces) memory.
+/// millimetres of the placed model: a part that is placed at a scale is judged in its own coordinates by `chord` over its
+/// largest scale. Cost: about 1 s per two million samples; O(faces) memory.
 #[must_use]
 pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> DeviationReport {
     let triangles: u64 = mesh.batches.iter().map(|b| b.mesh.triangles.len() as u64).sum();
     let size: f64 = mesh.batches.iter().map(|b| squared_sizes(&b.mesh).sum::<f64>()).sum();
     let patterns = STEPS.map(pattern);
+    let chords: Vec<f64> = prepared.scene.largest_scales().iter().map(|scale| chord / scale).collect();
     let mut audit = Audit {
+        asked: chord,
         chord,
         mean_size: size / triangles.max(1) as f64,
         share: (SAMPLES / triangles.max(1) as f64).max(4.0),
@@ -59,10 +62,11 @@ pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> Deviatio
         if let Some((face, tile)) = found {
             let edges = tile.loops.iter().flatten().map(|edge_use| edge_use.edge as usize);
             let miss = edges.fold(0.0_f64, |most, edge| most.max(misses[batch.part.index()][edge]));
+            audit.chord = chords.get(batch.part.index()).copied().unwrap_or(chord);
             audit.batch(batch, face, face.gap + miss);
         }
     }
-    let (edges, edge_places) = edges::measure(prepared, mesh, chord);
+    let (edges, edge_places) = edges::measure(prepared, mesh, &chords);
     audit.report(triangles, &edges, edge_places)
 }
 
@@ -94,6 +98,9 @@ fn pattern(steps: u32) -> Vec<DVec3> {
 }
 
 struct Audit<'a> {
+    /// In the placed model.
+    asked: f64,
+    /// In the part at hand.
     chord: f64,
     /// Mean squared longest side.
     mean_size: f64,
@@ -189,7 +196,7 @@ impl Audit<'_> {
         worst_edges.sort_by(|a, b| b.over_tolerance.total_cmp(&a.over_tolerance));
         worst_edges.truncate(DeviationReport::PLACES);
         DeviationReport {
-            chord: self.chord,
+            chord: self.asked,
             raw: self.raw.spread(),
             beyond_gap: beyond.spread(),
             kinds: self.kinds.iter().map(|(&kind, tally)| (kind, tally.spread())).collect(),

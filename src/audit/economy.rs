@@ -84,7 +84,7 @@ impl fmt::Display for EconomyReport {
 }
 
 /// Compares up to 64 curved tiles of `mesh`, which was made from `prepared`, with the smallest lattice, uniform in the
-/// parameters of the tile's patches, whose sampled distance from the surface is at most `chord` millimetres.
+/// parameters of the tile's patches, whose sampled distance from the surface is at most `chord` millimetres of the placed model.
 ///
 /// A mesh made for an angle tolerance too pays for that here. Trimmed tiles pay for their boundary. Up to a second a tile,
 /// mostly milliseconds.
@@ -101,6 +101,11 @@ pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyRep
         })
         .filter(|(_, face, _)| face.kind != SurfaceKind::Plane)
         .collect();
+    let scales = prepared.scene.largest_scales();
+    let least = |batch: &Batch, face: &PreparedFace, tile: &Tile| {
+        let chord = chord / scales.get(batch.part.index()).copied().unwrap_or(1.0);
+        (2.0 * f64::from(least_cells(&face.patches, tile, batch, chord)) * kept(batch, face, tile)).max(2.0)
+    };
     let mut tiles: Vec<TileEconomy> = curved
         .iter()
         .step_by(curved.len().div_ceil(TILES).max(1))
@@ -110,7 +115,7 @@ pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyRep
             tile: batch.tile,
             kind: face.kind,
             made: batch.mesh.triangles.len() as f64,
-            least: (2.0 * f64::from(least_cells(&face.patches, tile, batch, chord)) * kept(batch, face, tile)).max(2.0),
+            least: least(batch, face, tile),
         })
         .collect();
     tiles.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));

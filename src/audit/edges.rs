@@ -12,15 +12,13 @@ const SAMPLES: u32 = 5;
 /// Starts of a search along a curve, per Bézier segment, where following the polyline did not lead to the foot.
 const STARTS: u32 = 32;
 
-/// Ratios of all edge samples, and the worst place of each edge.
-pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> (Tally, Vec<EdgePlace>) {
+/// Ratios of all edge samples to the chord tolerance of their part, and the worst place of each edge.
+pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chords: &[f64]) -> (Tally, Vec<EdgePlace>) {
     let mut tally = Tally::default();
     let mut places = Vec::new();
     for line in &mesh.edge_lines {
-        let Some(edge) = prepared.parts.get(line.part.index()).and_then(|part| part.edges.get(line.edge.index()))
-        else {
-            continue;
-        };
+        let edge = prepared.parts.get(line.part.index()).and_then(|part| part.edges.get(line.edge.index()));
+        let (Some(edge), Some(&chord)) = (edge, chords.get(line.part.index())) else { continue };
         let EdgeShape::Curve(curve) = &edge.shape else { continue };
         let mut place = EdgePlace { part: line.part, edge: line.edge, point: DVec3::ZERO, over_tolerance: -1.0 };
         Follower { edge, curve, chord }.measure(&line.points, &mut |distance, point| {

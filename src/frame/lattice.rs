@@ -5,98 +5,16 @@
 //! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), r = h_v/h_u of the cheapest uniform lattice, so that each direction has a density of
 //! lines of its own that follows the bounds along it.
 
-use super::plan::{MAX_LINES, TileLattice, Tolerance};
+use super::density::Density;
+use super::plan::{MAX_LINES, TileLattice};
+use super::tolerance::Tolerance;
 use crate::prepare::{BoxBounds, PreparedFace, Tile};
 use std::f64::consts::FRAC_PI_2;
 
-/// A piecewise constant density of lines along one parameter.
-pub(super) struct Density {
-    /// Strip borders.
-    pub(super) breaks: Vec<f64>,
-    /// Lines per unit of parameter in each strip.
-    pub(super) rates: Vec<f64>,
-}
-
-impl Density {
-    /// The largest density between `a` and `b`.
-    fn most(&self, a: f64, b: f64) -> f64 {
-        let first = self.breaks.partition_point(|&x| x <= a).saturating_sub(1);
-        self.rates[first..]
-            .iter()
-            .zip(&self.breaks[first..])
-            .take_while(|&(_, &start)| start < b)
-            .fold(0.0, |m, (&r, _)| f64::max(m, r))
-    }
-
-    /// The furthest `b ≤ end` with `(b − a)·ρ ≤ 1` for the largest ρ on the way.
-    fn stride(&self, a: f64, end: f64, scale: f64) -> f64 {
-        let mut k = self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1);
-        let mut most = 0.0_f64;
-        loop {
-            most = most.max(self.rates[k] * scale);
-            let reach = if most > 0.0 { a + 1.0 / most } else { f64::INFINITY };
-            let strip_end = if k + 1 == self.rates.len() { f64::INFINITY } else { self.breaks[k + 1] };
-            if reach <= strip_end || strip_end >= end {
-                // A denser strip may begin before the reach is used up: stop at its border at the earliest.
-                return reach.min(end).max(if most > 0.0 { f64::MIN_POSITIVE + a } else { a });
-            }
-            let next = self.rates[k + 1] * scale;
-            if next > most && a + 1.0 / next <= strip_end {
-                return strip_end;
-            }
-            k += 1;
-        }
-    }
-
-    fn count(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
-        let mut x = a;
-        let mut n = 0;
-        let mut fill = 1.0;
-        while x < b && n < limit {
-            let next = self.stride(x, b, scale);
-            fill = (next - x) * self.most(x, next) * scale;
-            x = next;
-            n += 1;
-        }
-        (n, fill)
-    }
-
-    /// Parameters from `a` to `b` so dense that no gap is longer than 1/ρ anywhere in it; as even as that allows.
-    /// At least `least` gaps. Appends all but `a`.
-    pub(super) fn spread(&self, a: f64, b: f64, least: usize, out: &mut Vec<f64>) {
-        let most = self.most(a, b);
-        let uniform =
-            self.rates.iter().zip(self.breaks.windows(2)).all(|(&r, w)| w[1] <= a || w[0] >= b || r >= 0.999 * most);
-        let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0).min(MAX_LINES as f64) as usize;
-        if uniform || even <= least.max(1) {
-            let n = even.max(least);
-            out.extend((1..n).map(|k| a + (b - a) * k as f64 / n as f64));
-            out.push(b);
-            return;
-        }
-        let (n, _) = self.count(a, b, 1.0, MAX_LINES);
-        if n < least {
-            out.extend((1..least).map(|k| a + (b - a) * k as f64 / least as f64));
-            out.push(b);
-            return;
-        }
-        // The largest density factor that needs no more lines makes the last gap as full as the others.
-        let (mut low, mut high) = (1.0, 2.0);
-        for _ in 0..8 {
-            let mid = 0.5 * (low + high);
-            if self.count(a, b, mid, n + 1).0 <= n { low = mid } else { high = mid }
-        }
-        let mut x = a;
-        for _ in 0..n {
-            x = self.stride(x, b, low);
-            if b - x <= 1e-9 * (b - a) {
-                break;
-            }
-            out.push(x);
-        }
-        out.push(b);
-    }
-}
+/// Most lines of one tile in one direction, over all stretches between creases.
+const LINES_OF_TILE: f64 = 32768.0;
+/// Times that a lattice over its limits is made coarser; each time brings it down to about the limit.
+const COARSER: usize = 8;
 
 /// Largest bounds of the boxes under a tile.
 fn worst(boxes: impl Iterator<Item = BoxBounds>) -> BoxBounds {
@@ -119,8 +37,15 @@ fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
     first..last
 }
 
-/// Lattice lines of `tile` for a tolerance: a pure function of its arguments.
-pub(super) fn lattice(face: &PreparedFace, tile: &Tile, tolerance: &Tolerance) -> TileLattice {
+/// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense: they are
+/// not where [`MAX_LINES`] or `most_cells` forbid it. A pure function of its arguments.
+pub(super) fn lattice(
+    face: &PreparedFace,
+    tile: &Tile,
+    tolerance: &Tolerance,
+    factor: f64,
+    most_cells: u64,
+) -> (TileLattice, bool) {
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
     let columns: Vec<BoxBounds> = su.clone().map(|i| worst(sv.clone().map(|j| table.cell(i, j)))).collect();
@@ -133,27 +58,52 @@ pub(super) fn lattice(face: &PreparedFace, tile: &Tile, tolerance: &Tolerance) -
     let strip = |breaks: &[f64], k: usize| breaks[k + 1] - breaks[k];
     for (k, (rate, b)) in su.clone().zip(ru.iter_mut().zip(&columns)) {
         *rate = rate.max(b.turn_u / angle / strip(&table.breaks_u, k));
-        *rate = tolerance.max_edge.map_or(*rate, |m| rate.max(std::f64::consts::SQRT_2 * b.u / m));
+        *rate = factor * tolerance.max_edge.map_or(*rate, |m| rate.max(std::f64::consts::SQRT_2 * b.u / m));
     }
     for (k, (rate, b)) in sv.clone().zip(rv.iter_mut().zip(&rows)) {
         *rate = rate.max(b.turn_v / angle / strip(&table.breaks_v, k));
-        *rate = tolerance.max_edge.map_or(*rate, |m| rate.max(std::f64::consts::SQRT_2 * b.v / m));
+        *rate = factor * tolerance.max_edge.map_or(*rate, |m| rate.max(std::f64::consts::SQRT_2 * b.v / m));
     }
-    TileLattice {
-        us: lines(&table.breaks_u[su.start..=su.end], ru, tile.min.x, tile.max.x, &face.creases[0]),
-        vs: lines(&table.breaks_v[sv.start..=sv.end], rv, tile.min.y, tile.max.y, &face.creases[1]),
+    let mut u = Density { breaks: table.breaks_u[su.start..=su.end].to_vec(), rates: ru };
+    let mut v = Density { breaks: table.breaks_v[sv.start..=sv.end].to_vec(), rates: rv };
+    let mut kept = true;
+    let mut round = 0;
+    loop {
+        let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &face.creases[0]);
+        let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &face.creases[1]);
+        kept &= kept_u && kept_v;
+        let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
+        // How much too dense in u and in v. A direction of one cell cannot give.
+        let over = nu * nv / most_cells as f64;
+        let share = |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);
+        let (too_u, too_v) = (share(nu, nv), share(nv, nu));
+        if (too_u <= 1.0 && too_v <= 1.0) || round == COARSER {
+            return (TileLattice { us, vs }, kept);
+        }
+        kept = false;
+        round += 1;
+        coarsen(&mut u, (tile.min.x, tile.max.x), nu, too_u);
+        coarsen(&mut v, (tile.min.y, tile.max.y), nv, too_v);
     }
 }
 
-fn lines(breaks: &[f64], rates: Vec<f64>, lo: f64, hi: f64, creases: &[f64]) -> Vec<f64> {
-    let density = Density { breaks: breaks.to_vec(), rates };
+/// Makes a density that gave `n` gaps as much coarser as they are `too_many` times too many: a little more, so that
+/// rounding up does not undo it, and from what the gaps are, since more may have been asked than lines are limited to.
+fn coarsen(density: &mut Density, (lo, hi): (f64, f64), n: f64, too_many: f64) {
+    let mass = density.mass(lo, hi);
+    let by = if mass > n { n / mass } else { 1.0 } / (1.01 * too_many);
+    density.rates.iter_mut().for_each(|rate| *rate *= by);
+}
+
+fn lines(density: &Density, lo: f64, hi: f64, creases: &[f64]) -> (Vec<f64>, bool) {
     let mut out = vec![lo];
     let mut from = lo;
+    let mut kept = true;
     for &x in creases.iter().filter(|&&x| x > lo && x < hi).chain([&hi]) {
-        density.spread(from, x, 1, &mut out);
+        kept &= density.spread(from, x, MAX_LINES, &mut out);
         from = x;
     }
-    out
+    (out, kept)
 }
 
 /// Densities of u- and v-lines that keep the deviation, per strip.

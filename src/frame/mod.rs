@@ -3,13 +3,21 @@
 /// Points and normals of lattices and tessellants.
 pub mod evaluate;
 
+mod density;
+
 mod lattice;
 
+mod limits;
+pub use limits::{PlanLimits, Shortfall};
+
 mod plan;
-pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, Tolerance, cell_coordinate, plan, plan_part};
+pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
 
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
+
+mod tolerance;
+pub use tolerance::Tolerance;
 
 /// Trim triangulation of one tile in cell units.
 pub mod trim;

@@ -1,25 +1,18 @@
 //! What the master decides for a frame: lattice lines per tile, tessellants per edge. The only state both sides of an
 //! edge share.
 
-use super::lattice::{Density, lattice};
+use super::density::Density;
+use super::lattice::lattice;
+use super::limits::{Budget, PlanLimits, Shortfall};
+use super::tolerance::Tolerance;
+use crate::mesh::TileId;
+use crate::model::PartId;
 use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, UvCurve};
 use std::f64::consts::FRAC_PI_2;
 
-/// Most lines of one tile in one direction, and most segments between two breaks of an edge. Tiles are cut so that real
-/// tolerances need tens; this only bounds memory when a tolerance is absurd for the model's size.
+/// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
+/// are cut so that real tolerances need tens; this only bounds memory when a tolerance is absurd for the model's size.
 pub(super) const MAX_LINES: usize = 4096;
-
-/// What a mesh must keep, in object space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// Largest distance between triangles and surface, and between polylines and edges, millimetres. Positive.
-    pub chord: f64,
-    /// Largest turning of the normal across a cell and of the tangent along a segment, radians. Positive; more than a
-    /// quarter turn counts as a quarter turn, so that small pins and holes never collapse.
-    pub angle: f64,
-    /// Largest length of a cell's side or an edge's segment, millimetres; `None` = no limit.
-    pub max_edge: Option<f64>,
-}
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +59,8 @@ pub struct EdgePolyline {
 /// The plan of one part.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartPlan {
+    /// The chord tolerance that it was made for, in the part's own millimetres.
+    pub chord: f64,
     /// One per tile.
     pub tiles: Vec<TileLattice>,
     /// One per prepared edge (empty for edges that no tile uses).
@@ -77,27 +72,105 @@ pub struct PartPlan {
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,
+    /// What is coarser than the tolerance asks; `None` if nothing is.
+    pub shortfall: Option<Shortfall>,
 }
 
-/// Rates for a tolerance in object space; the same for all parts. Cost: about 1 µs per tile and per edge.
+/// Rates for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
+///
+/// A part that is placed at a scale is planned for the largest: its triangles keep the tolerance wherever it stands. Lines
+/// and tessellants are limited to 4096 between two creases of a tile, and between two breaks of an edge; with tolerances
+/// that ask for more, or that are no usable numbers (see [`Tolerance`]), the plan says so in [`Plan::shortfall`].
+/// Cost: about 1 µs per tile and per edge.
 #[must_use]
 pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
-    Plan { parts: prepared.parts.iter().map(|p| plan_part(p, tolerance)).collect() }
+    plan_within(prepared, tolerance, &PlanLimits::DEFAULT)
 }
 
-/// Rates of one part.
+/// The same within limits of the caller's.
 #[must_use]
-pub fn plan_part(part: &PreparedPart, tolerance: &Tolerance) -> PartPlan {
-    let tiles: Vec<TileLattice> =
-        part.tiles.iter().map(|t| lattice(&part.faces[part.face_of(t)], t, tolerance)).collect();
-    let edges = part.edges.iter().map(|e| polyline(part, e, &tiles, tolerance)).collect();
-    PartPlan { tiles, edges }
+pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
+    let scales = prepared.scene.largest_scales();
+    let tolerances: Vec<Tolerance> = scales.iter().map(|&scale| tolerance.within_part(scale)).collect();
+    plan_parts(prepared, &tolerances, limits)
 }
 
-/// Tessellants of an edge: its own chord, angle and size bounds, and at most one cell of any lattice along it per segment.
-fn polyline(part: &PreparedPart, edge: &PreparedEdge, tiles: &[TileLattice], tolerance: &Tolerance) -> EdgePolyline {
+/// Rates for a tolerance of its own for each part, in the part's own millimetres.
+///
+/// While the whole does not fit the limits, all densities are lowered together: no face is favoured.
+pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: &PlanLimits) -> Plan {
+    /// What a density is lowered to in one go: cells go down to about the half.
+    const LOWER: f64 = 0.75;
+    /// Then there is one cell per tile, and no plan is smaller: a factor of 1e-12.
+    const LOWEST: i32 = 96;
+    let mut shortfall = Shortfall::NONE;
+    let usable: Vec<Tolerance> = tolerances
+        .iter()
+        .enumerate()
+        .map(|(k, asked)| {
+            let usable = asked.usable(prepared.scene.parts.get(k).map_or(0.0, |part| part.radius));
+            shortfall.unusable |= usable != *asked;
+            usable
+        })
+        .collect();
+    for round in 0.. {
+        shortfall.density = LOWER.powi(round);
+        shortfall.tiles.clear();
+        shortfall.edges.clear();
+        let mut budget = Budget { left: if round < LOWEST { limits.cells } else { u64::MAX }, ..Budget::of(limits) };
+        let parts = prepared.parts.iter().zip(&usable).enumerate();
+        let parts: Option<Vec<PartPlan>> = parts
+            .map(|(k, (part, tolerance))| plan_part(PartId::new(k), part, tolerance, &mut budget, &mut shortfall))
+            .collect();
+        if let Some(parts) = parts {
+            return Plan { parts, shortfall: shortfall.if_any() };
+        }
+    }
+    Plan::default()
+}
+
+/// Rates of one part; `None` when the budget does not suffice.
+fn plan_part(
+    id: PartId,
+    part: &PreparedPart,
+    tolerance: &Tolerance,
+    budget: &mut Budget,
+    shortfall: &mut Shortfall,
+) -> Option<PartPlan> {
+    let mut tiles = Vec::with_capacity(part.tiles.len());
+    for (k, tile) in part.tiles.iter().enumerate() {
+        let face = &part.faces[part.face_of(tile)];
+        let (lattice, kept) = lattice(face, tile, tolerance, shortfall.density, budget.cells_per_tile);
+        let (nu, nv) = lattice.cells();
+        budget.spend(u64::from(nu) * u64::from(nv))?;
+        if !kept {
+            shortfall.tiles.push((id, TileId(k as u32)));
+        }
+        tiles.push(lattice);
+    }
+    let mut edges = Vec::with_capacity(part.edges.len());
+    for (k, edge) in part.edges.iter().enumerate() {
+        let (polyline, kept) = polyline(part, edge, &tiles, tolerance, shortfall.density);
+        budget.spend(polyline.ts.len() as u64)?;
+        if !kept {
+            shortfall.edges.push((id, k as u32));
+        }
+        edges.push(polyline);
+    }
+    Some(PartPlan { chord: tolerance.chord, tiles, edges })
+}
+
+/// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
+/// it per segment. And whether they keep that.
+fn polyline(
+    part: &PreparedPart,
+    edge: &PreparedEdge,
+    tiles: &[TileLattice],
+    tolerance: &Tolerance,
+    factor: f64,
+) -> (EdgePolyline, bool) {
     if edge.uses.is_empty() {
-        return EdgePolyline::default();
+        return (EdgePolyline::default(), true);
     }
     let strips = edge.bounds.strips.len();
     let breaks = &edge.bounds.breaks;
@@ -108,7 +181,7 @@ fn polyline(part: &PreparedPart, edge: &PreparedEdge, tiles: &[TileLattice], tol
             let width = breaks[k + 1] - breaks[k];
             *rate = (b.second / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width);
         }
-        *rate = tolerance.max_edge.map_or(*rate, |m| rate.max(b.first / m));
+        *rate = factor * tolerance.max_edge.map_or(*rate, |m| rate.max(b.first / m));
     }
     for &(tile, l, u) in &edge.uses {
         let lattice = &tiles[tile.0 as usize];
@@ -119,17 +192,22 @@ fn polyline(part: &PreparedPart, edge: &PreparedEdge, tiles: &[TileLattice], tol
         let (a, b) = (edge.breaks[edge_use.from as usize].t, edge.breaks[edge_use.to as usize].t);
         limit_to_cells(&edge_use.uv, (a.min(b), a.max(b)), lattice, breaks, &mut rates);
     }
+    if let [start, end] = edge.breaks[..]
+        && start.point == end.point
+        && matches!(edge.shape, EdgeShape::Curve(_))
+    {
+        // A closed edge is a triangle at least.
+        let least = 3.0 / (end.t - start.t);
+        rates.iter_mut().for_each(|rate| *rate = rate.max(least));
+    }
     let density = Density { breaks: breaks.clone(), rates };
-    let closed = edge.breaks.len() == 2
-        && edge.breaks[0].point == edge.breaks[1].point
-        && matches!(edge.shape, EdgeShape::Curve(_));
-    let least = if closed { 3 } else { 1 };
     let mut out = EdgePolyline { ts: vec![edge.breaks[0].t], breaks: vec![0] };
+    let mut kept = true;
     for w in edge.breaks.windows(2) {
-        density.spread(w[0].t, w[1].t, least, &mut out.ts);
+        kept &= density.spread(w[0].t, w[1].t, MAX_LINES, &mut out.ts);
         out.breaks.push(u32::try_from(out.ts.len() - 1).unwrap_or(u32::MAX));
     }
-    out
+    (out, kept)
 }
 
 /// Raises rates so that a segment crosses at most one cell of `lattice` in each direction.

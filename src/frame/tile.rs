@@ -1,6 +1,6 @@
 //! One tile, one thread: prepared tile and plan in, triangles out.
 
-use super::evaluate::{EvaluateScratch, evaluate_points};
+use super::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use super::plan::{PartPlan, Plan, TileLattice, cell_coordinate};
 use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, trim_tile};
 use crate::mesh::{EdgeLine, Origin, PatchMesh, TileId};
@@ -12,6 +12,11 @@ use std::fmt;
 /// Cell coordinates this close to the tile's border are on it: parameters come from projections that are good to about
 /// 1e-12 of the domain, and a border that is almost straight would make slivers.
 const BORDER_SNAP: f64 = 1e-9;
+
+/// Corners from which on a lattice is evaluated line by line: below, setting up the lines costs more than they save.
+const LATTICE_FROM: usize = 16;
+/// And the part of the lattice that must be used at least, as one over it.
+const LATTICE_SHARE: usize = 4;
 
 /// No lattice corner.
 const NONE: u32 = u32::MAX;
@@ -25,6 +30,8 @@ pub struct Scratch {
     corners: Vec<u32>,
     normals: Vec<DVec3>,
     points: Vec<DVec3>,
+    /// Points and normals of the whole lattice.
+    lattice: (Vec<DVec3>, Vec<DVec3>),
     trim: TrimScratch,
     trimmed: TrimOutput,
     evaluate: EvaluateScratch,
@@ -40,7 +47,8 @@ pub enum Degradation {
         /// Boundary segments with nothing kept beside them.
         unused: u32,
     },
-    /// Nothing is left of the tile at this tolerance.
+    /// Nothing is left of the tile at this tolerance: its boundary encloses less than a strip as wide as the tolerance.
+    /// Where the face has other tiles, these close over it.
     Empty,
     /// The tile could not be triangulated.
     Failed(String),
@@ -108,13 +116,33 @@ pub fn tessellate_tile(
     };
     if !matches!(degradation, Some(Degradation::Failed(_))) {
         finish(face, lattice, scratch, &mut mesh);
-        if mesh.triangles.is_empty() {
-            degradation = Some(Degradation::Empty);
+        if mesh.triangles.is_empty() && degradation.is_none() {
+            degradation = Some(emptied(face, tile_row, plan.chord, scratch, &mesh));
         }
     } else {
         mesh = PatchMesh::default();
     }
     TileOutcome { face: tile_row.face, mesh, degradation }
+}
+
+/// What a tile without triangles is: thin, or lost.
+fn emptied(face: &PreparedFace, tile: &Tile, chord: f64, s: &Scratch, mesh: &PatchMesh) -> Degradation {
+    let middle = 0.5 * (tile.min + tile.max);
+    let d = face.patches.derivatives(middle.x, middle.y);
+    let (mut turns, mut perimeter) = (0.0, 0.0);
+    for ends in s.loop_starts.windows(2) {
+        let l = ends[0] as usize..ends[1] as usize;
+        for (from, to) in l.clone().zip(l.clone().skip(1).chain(l.clone().take(1))) {
+            turns += (s.uvs[from] - tile.min).perp_dot(s.uvs[to] - tile.min);
+            perimeter += mesh.positions[from].distance(mesh.positions[to]);
+        }
+    }
+    let area = 0.5 * turns.abs() * d.du.cross(d.dv).length();
+    if area <= chord * perimeter {
+        Degradation::Empty
+    } else {
+        Degradation::Failed(format!("no triangles for a boundary of {perimeter:.3e} mm around {area:.3e} mm²"))
+    }
 }
 
 /// Tessellants of the tile's loops: cell coordinates, parameters, positions.
@@ -241,8 +269,7 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
             }
         }
     }
-    evaluate_points(&face.patches, &s.uvs, &mut s.evaluate, &mut s.points, &mut s.normals);
-    mesh.positions.extend_from_slice(&s.points[tessellants as usize..]);
+    evaluate(face, lattice, tessellants as usize, corners_used as usize, s, &mut mesh.positions);
     let side = if face.reversed { -1.0 } else { 1.0 };
     mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
     mesh.uvs.extend(
@@ -262,6 +289,45 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
         for t in halves {
             push_triangle(mesh, t, face.reversed);
         }
+    }
+}
+
+/// Normals of all vertices into `s.normals`, and positions of those that are not tessellants.
+///
+/// Lattices that are mostly used are evaluated line by line, all else one by one. Both give the same bits.
+fn evaluate(
+    face: &PreparedFace,
+    lattice: &TileLattice,
+    tessellants: usize,
+    corners_used: usize,
+    s: &mut Scratch,
+    positions: &mut Vec<DVec3>,
+) {
+    let Scratch { uvs, corners, normals, points, evaluate, lattice: on_lattice, .. } = s;
+    if corners_used < LATTICE_FROM || corners_used * LATTICE_SHARE < corners.len() {
+        evaluate_points(&face.patches, uvs, evaluate, points, normals);
+        positions.extend_from_slice(&points[tessellants..]);
+        return;
+    }
+    let width = lattice.us.len();
+    let wanted = |i: usize, j: usize| corners[j * width + i] != NONE;
+    let (all_points, all_normals) = on_lattice;
+    evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, wanted, evaluate, all_points, all_normals);
+    evaluate_points(&face.patches, &uvs[..tessellants], evaluate, points, normals);
+    positions.resize(tessellants + corners_used, DVec3::ZERO);
+    normals.resize(tessellants + corners_used, DVec3::Z);
+    let height = lattice.vs.len();
+    for (c, &vertex) in corners.iter().enumerate().filter(|&(_, &vertex)| vertex != NONE) {
+        let at = c % width * height + c / width;
+        positions[vertex as usize] = all_points[at];
+        normals[vertex as usize] = all_normals[at];
+    }
+    let crossings = &uvs[tessellants + corners_used..];
+    if !crossings.is_empty() {
+        let (all_points, all_normals) = on_lattice;
+        evaluate_points(&face.patches, crossings, evaluate, all_points, all_normals);
+        positions.extend_from_slice(all_points);
+        normals.extend_from_slice(all_normals);
     }
 }
 

@@ -1,7 +1,8 @@
 //! A camera and deviations in pixels to tolerances in object space, one per part: the paper's object-to-screen factor
 //! (section 3), taken where each part is nearest.
 
-use super::{Plan, Tolerance, plan_part};
+use super::plan::plan_parts;
+use super::{Plan, PlanLimits, Tolerance};
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::prepare::Prepared;
 use glam::DVec3;
@@ -42,7 +43,7 @@ impl View {
     /// Tolerance for a part, in its own millimetres: the finest that any of its instances needs; `None` if it has none.
     fn tolerance(&self, part: &ScenePart, instances: &[&SceneInstance]) -> Option<Tolerance> {
         let reach = |instance: &&SceneInstance| {
-            let scale = instance.transform.matrix3.determinant().abs().cbrt();
+            let scale = instance.scale();
             let centre = instance.transform.transform_point3(part.centre);
             // Distances in the part's own millimetres, as the tolerance is.
             (self.eye.distance(centre) / scale - part.radius).max(NEAREST * part.radius)
@@ -58,7 +59,7 @@ impl View {
     }
 }
 
-/// Rates for one camera: [`plan`](super::plan()) with a tolerance of its own for each part. Cost: as that.
+/// Rates for one camera: [`plan`](super::plan()) with a tolerance of its own for each part, and the same limits. Cost: as that.
 ///
 /// Holds wherever the camera turns, since it depends on distances only. Parts that are not placed are planned as coarse
 /// as angles allow.
@@ -68,11 +69,11 @@ pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
     for instance in &prepared.scene.instances {
         placed[instance.part as usize].push(instance);
     }
-    let parts = prepared.parts.iter().zip(&prepared.scene.parts).zip(&placed).map(|((rows, part), instances)| {
-        let unseen = Tolerance { chord: part.radius.max(f64::MIN_POSITIVE), angle: view.angle, max_edge: None };
-        plan_part(rows, &view.tolerance(part, instances).unwrap_or(unseen))
-    });
-    Plan { parts: parts.collect() }
+    let unseen = Tolerance { chord: f64::INFINITY, angle: view.angle, max_edge: None };
+    let parts = prepared.scene.parts.iter().zip(&placed);
+    let tolerances: Vec<Tolerance> =
+        parts.map(|(part, instances)| view.tolerance(part, instances).unwrap_or(unseen)).collect();
+    plan_parts(prepared, &tolerances, &PlanLimits::DEFAULT)
 }
 
 #[cfg(test)]

@@ -41,3 +41,26 @@ pub struct Scene {
     /// Placed parts.
     pub instances: Vec<SceneInstance>,
 }
+
+impl SceneInstance {
+    /// How much larger the part is in the world than in its own millimetres.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.transform.matrix3.determinant().abs().cbrt()
+    }
+}
+
+impl Scene {
+    /// The largest scale at which each part is placed; 1 for parts that are not placed.
+    #[must_use]
+    pub fn largest_scales(&self) -> Vec<f64> {
+        let mut scales = vec![0.0_f64; self.parts.len()];
+        for instance in &self.instances {
+            if let Some(scale) = scales.get_mut(instance.part as usize) {
+                *scale = scale.max(instance.scale());
+            }
+        }
+        let usable = |scale: f64| if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
+        scales.into_iter().map(usable).collect()
+    }
+}

@@ -3,7 +3,7 @@
 use super::metrics::WorkerMetrics;
 use crate::frame::Degradation;
 use crate::mesh::{Batch, EdgeLine, TileId};
-use crate::model::{FaceId, PartId};
+use crate::model::{EdgeId, FaceId, PartId};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
 
@@ -32,6 +32,8 @@ pub(super) struct Delivery {
     pub(super) lines: Vec<EdgeLine>,
     /// Tiles that came out less than as stated, ascending by (part, tile).
     pub(super) degraded: Vec<DegradedTile>,
+    /// Edges without polyline, ascending by (part, edge).
+    pub(super) lost_lines: Vec<LostLine>,
     /// What it took.
     pub(super) metrics: WorkerMetrics,
 }
@@ -47,6 +49,17 @@ pub struct DegradedTile {
     pub tile: TileId,
     /// What happened to it.
     pub degradation: Degradation,
+}
+
+/// A B-rep edge that has no polyline. Triangles are not touched by that.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LostLine {
+    /// The part.
+    pub part: PartId,
+    /// The edge within the part.
+    pub edge: EdgeId,
+    /// What happened to it.
+    pub why: String,
 }
 
 /// One worker's ends of its own two queues.

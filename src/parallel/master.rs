@@ -265,6 +265,7 @@ mod tests {
         }
 
         fn edge_line(&self, plan: &f64, part: PartId, edge: EdgeId) -> EdgeLine {
+            assert!(self.panics_at != Some(edge.0), "edge {} is bad", edge.0);
             EdgeLine { part, edge, points: vec![DVec3::splat(*plan)] }
         }
     }
@@ -308,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_costs_one_tile_and_neither_frame_nor_session() {
+    fn a_panic_costs_one_tile_or_line_and_neither_frame_nor_session() {
         for workers in [1, 3] {
             let (fake, mut crew) = start(Some(11), workers);
             for frame in 1..=3 {
@@ -319,6 +320,9 @@ mod tests {
                 let [bad] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
                 assert_eq!((bad.tile, bad.face), (TileId(11), FaceId(5)));
                 assert_eq!(bad.degradation, Degradation::Failed("internal error: tile 11 is bad".into()));
+                let [lost] = &report.lost_lines[..] else { panic!("{:?}", report.lost_lines) };
+                assert_eq!((lost.edge, lost.why.as_str()), (EdgeId(11), "internal error: edge 11 is bad"));
+                assert_eq!(sink.edge_lines.len(), TILES as usize - 1);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order whatever the number of workers.
 
-use super::handoff::{DegradedTile, Delivery};
+use super::handoff::{DegradedTile, Delivery, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::mesh::{MeshSink, Scene, SinkError};
 use crossbeam::channel::Receiver;
@@ -18,6 +18,8 @@ pub struct FrameReport {
     pub triangles: u64,
     /// Tiles that came out less than as stated, ascending by (part, tile).
     pub degraded: Vec<DegradedTile>,
+    /// Edges without polyline, ascending by (part, edge).
+    pub lost_lines: Vec<LostLine>,
     /// What each worker did, by number.
     pub workers: Vec<WorkerMetrics>,
     /// From the order to the last delivery.
@@ -87,6 +89,7 @@ pub(super) fn commit(
         report.triangles += delivery.metrics.triangles;
         report.workers.push(delivery.metrics);
         report.degraded.extend(delivery.degraded);
+        report.lost_lines.extend(delivery.lost_lines);
         batches.extend(delivery.batches);
         lines.extend(delivery.lines);
     }
@@ -94,6 +97,7 @@ pub(super) fn commit(
     batches.sort_unstable_by_key(|b| (b.part, b.tile));
     lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
+    report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.batches = batches.len();
     let fed = sink
         .begin(scene)

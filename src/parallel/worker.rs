@@ -1,7 +1,7 @@
 //! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
 //! nothing that changes: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, LostLine, WorkerEnd};
 use super::metrics::Laps;
 use crate::frame::{Degradation, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
@@ -50,7 +50,7 @@ impl<S: Stages> Worker<S> {
     /// Makes every tile and edge of the hand by `plan`, in ascending order.
     ///
     /// A panic in a tile is a defect of this crate; it costs that tile only, which is delivered as
-    /// [`Degradation::Failed`] with what the panic said.
+    /// [`Degradation::Failed`] with what the panic said. One in an edge costs its polyline: a [`LostLine`].
     pub(super) fn make(&mut self, frame: u64, plan: &S::Plan) -> Delivery {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
@@ -69,7 +69,15 @@ impl<S: Stages> Worker<S> {
             take(&mut delivery, part, tile, outcome);
         }
         delivery.metrics.tiles_time = laps.lap();
-        delivery.lines.extend(self.hand.edges.iter().map(|&(part, edge)| self.stages.edge_line(plan, part, edge)));
+        for &(part, edge) in &self.hand.edges {
+            match catch_unwind(AssertUnwindSafe(|| self.stages.edge_line(plan, part, edge))) {
+                Ok(line) => delivery.lines.push(line),
+                Err(payload) => {
+                    let why = format!("internal error: {}", panic_message(&*payload));
+                    delivery.lost_lines.push(LostLine { part, edge, why });
+                }
+            }
+        }
         delivery.metrics.lines_time = laps.lap();
         delivery
     }

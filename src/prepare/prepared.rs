@@ -83,7 +83,7 @@ pub struct Tile {
     pub max: DVec2,
     /// Trim loops, kept side left; each a closed chain of edge stretches.
     pub loops: Vec<Vec<EdgeUse>>,
-    /// Estimated cost at a reference tolerance, arbitrary unit.
+    /// Expected cost: Bézier pieces under the tile, plus breaks and marched samples along its boundary. At least 1.
     pub weight: f64,
     /// A point near the middle, part coordinates.
     pub centre: DVec3,

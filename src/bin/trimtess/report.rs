@@ -148,6 +148,11 @@ impl Report {
         self.deviation = Some(deviation);
     }
 
+    /// Adds something that concerns no single face, and loses none.
+    pub(crate) fn add_warning(&mut self, reason: String) {
+        self.diagnostics.push(Entry { severity: name(Severity::Warning), face: None, entity: None, reason });
+    }
+
     /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
     pub(crate) fn publish(&mut self, common: &Common, file: Option<&Path>) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();

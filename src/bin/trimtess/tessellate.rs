@@ -96,6 +96,10 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     let mut frame = MemorySink::default();
     let made = make(&prepared, &plan, common, format == Format::Glb || args.check, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made.degraded);
+    plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+    for lost in &made.lost_lines {
+        report.add_error(format!("no polyline for edge {} of part {}: {}", lost.edge.0, lost.part.0, lost.why));
+    }
     let tessellate = laps.lap();
 
     if args.check {

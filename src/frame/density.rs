@@ -1,0 +1,210 @@
+//! A density of lines along a parameter -> the fewest lines that keep it, as even as it allows.
+
+/// A piecewise constant density of lines along one parameter.
+pub(super) struct Density {
+    /// Strip borders, increasing; one more than there are strips. The outer strips go on beyond the first and the last.
+    pub(super) breaks: Vec<f64>,
+    /// Lines per unit of parameter in each strip, not negative.
+    pub(super) rates: Vec<f64>,
+}
+
+impl Density {
+    /// The strip in which `a` lies; at a border the one that begins there.
+    fn strip(&self, a: f64) -> usize {
+        self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1)
+    }
+
+    /// Strips between `a` and `b`: density and the part of the strip that lies there.
+    fn strips(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> {
+        let last = self.rates.len() - 1;
+        (self.strip(a)..=last).take_while(move |&k| k == 0 || self.breaks[k] < b).map(move |k| {
+            let from = if k == 0 { a } else { self.breaks[k].max(a) };
+            let to = if k == last { b } else { self.breaks[k + 1].min(b) };
+            (self.rates[k], to - from)
+        })
+    }
+
+    /// The integral of the density.
+    pub(super) fn mass(&self, a: f64, b: f64) -> f64 {
+        self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
+    }
+
+    /// The furthest `x ≤ end` with `(x − a)·ρ ≤ 1` for the largest ρ on the way; more than `a` in any case.
+    fn stride(&self, a: f64, end: f64, scale: f64) -> f64 {
+        // A step below the spacing of numbers is the next number: every stride gets on.
+        let reach = |rate: f64| if rate > 0.0 { (a + 1.0 / rate).max(a.next_up()) } else { f64::INFINITY };
+        let mut k = self.strip(a);
+        let mut most = self.rates[k] * scale;
+        loop {
+            let border = if k + 1 == self.rates.len() { f64::INFINITY } else { self.breaks[k + 1] };
+            if reach(most) <= border || border >= end {
+                return reach(most).min(end);
+            }
+            most = most.max(self.rates[k + 1] * scale);
+            // Too dense to be entered from here at all: the gap ends at the border.
+            if reach(most) <= border {
+                return border;
+            }
+            k += 1;
+        }
+    }
+
+    /// Strides from `a` to `b` at `scale` times the density, counted up to `limit`: the fewest gaps that keep it.
+    fn count(&self, a: f64, b: f64, scale: f64, limit: usize) -> usize {
+        let mut x = a;
+        let mut n = 0;
+        while x < b && n < limit {
+            x = self.stride(x, b, scale);
+            n += 1;
+        }
+        n
+    }
+
+    /// Parameters from `a` to `b > a`, strictly increasing, so dense that no gap is longer than 1/ρ anywhere in it; as
+    /// few as that allows, and as even. Appends all but `a`.
+    ///
+    /// Where that takes more than `limit` gaps, the density is scaled down as a whole until it does not. Returns whether
+    /// it was kept. Cost: about ten times the number of gaps.
+    pub(super) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
+        let most = self.strips(a, b).fold(0.0, |m, (rate, _)| f64::max(m, rate));
+        let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0);
+        if even <= 1.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most) {
+            evenly(a, b, even.min(limit as f64) as usize, out);
+            return even <= limit as f64;
+        }
+        let asked = self.count(a, b, 1.0, limit + 1);
+        let n = asked.min(limit);
+        let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
+        if !mass.is_finite() {
+            evenly(a, b, n, out);
+            return false;
+        }
+        // The largest factor that takes no more gaps makes the last gap as full as the others. A gap holds at most one
+        // line of the density, and at most one gap per strip is not full: that bounds the factor from both sides.
+        let full = n as f64;
+        let kept = asked <= limit;
+        let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
+        let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
+        for _ in 0..8 {
+            let mid = 0.5 * (low + high);
+            if self.count(a, b, mid, n + 1) <= n { low = mid } else { high = mid }
+        }
+        let mut x = a;
+        for _ in 1..n {
+            x = self.stride(x, b, low);
+            if b - x <= 1e-9 * (b - a) {
+                break;
+            }
+            out.push(x);
+        }
+        out.push(b);
+        kept
+    }
+}
+
+/// `n` even gaps, fewer where numbers are not that fine.
+fn evenly(a: f64, b: f64, n: usize, out: &mut Vec<f64>) {
+    let mut last = a;
+    for k in 1..n {
+        let x = a + (b - a) * (k as f64 / n as f64);
+        if x > last && x < b {
+            out.push(x);
+            last = x;
+        }
+    }
+    out.push(b);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMIT: usize = 4096;
+
+    fn spread(breaks: &[f64], rates: &[f64], a: f64, b: f64, limit: usize) -> (Vec<f64>, bool) {
+        let mut lines = vec![a];
+        let density = Density { breaks: breaks.to_vec(), rates: rates.to_vec() };
+        let kept = density.spread(a, b, limit, &mut lines);
+        assert!(lines.is_sorted_by(|x, y| x < y), "{breaks:?} {rates:?} {a} {b}: {lines:?}");
+        assert!(lines[lines.len() - 1] == b && lines.len() - 1 <= limit, "{breaks:?} {rates:?}: {}", lines.len());
+        (lines, kept)
+    }
+
+    /// Most lines of the density in a gap.
+    fn fullest(breaks: &[f64], rates: &[f64], lines: &[f64]) -> f64 {
+        let density = Density { breaks: breaks.to_vec(), rates: rates.to_vec() };
+        let full = |w: &[f64]| density.strips(w[0], w[1]).fold(0.0, |m, (rate, _)| f64::max(m, rate)) * (w[1] - w[0]);
+        lines.windows(2).map(full).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_density_over_the_limit_is_scaled_down_as_a_whole() {
+        let (breaks, rates) = ([0.0, 0.5, 1.0], [1e7, 1e6]);
+        let (lines, kept) = spread(&breaks, &rates, 0.0, 1.0, LIMIT);
+        assert!(!kept && lines.len() > LIMIT - 4);
+        // As many lines as the limit allows in each half, ten to one.
+        let left = lines.partition_point(|&x| x < 0.5) as f64;
+        assert!((left / (lines.len() as f64 - left) - 10.0).abs() < 0.2, "{left} of {}", lines.len());
+        let fair = 5.5e6 / LIMIT as f64;
+        assert!(fullest(&breaks, &rates, &lines) < 1.01 * fair);
+        // Even densities, and densities beyond numbers.
+        assert_eq!(spread(&[0.0, 1.0], &[1e9], 0.0, 1.0, LIMIT).0.len(), LIMIT + 1);
+        assert!(!spread(&[0.0, 0.5, 1.0], &[f64::INFINITY, 1.0], 0.0, 1.0, LIMIT).1);
+        assert!(!spread(&[0.0, 0.5, 1.0], &[1e300, 1.0], 0.0, 1.0, LIMIT).1);
+    }
+
+    #[test]
+    fn nothing_is_spent_where_the_density_is_zero() {
+        let breaks = [0.0, 1.0, 2.0, 3.0];
+        assert_eq!(spread(&breaks, &[0.0; 3], 0.0, 3.0, LIMIT), (vec![0.0, 3.0], true));
+        let (lines, kept) = spread(&breaks, &[0.0, 10.0, 0.0], 0.0, 3.0, LIMIT);
+        assert!(kept && lines.len() <= 13 && fullest(&breaks, &[0.0, 10.0, 0.0], &lines) <= 1.0 + 1e-9, "{lines:?}");
+    }
+
+    #[test]
+    fn a_denser_strip_is_entered_at_its_border_only() {
+        // From 0 the sparse strip allows 2, but the dense one, which begins at 1, allows 0.1 from there.
+        let (lines, _) = spread(&[0.0, 1.0, 2.0], &[0.5, 10.0], 0.0, 2.0, LIMIT);
+        assert!(lines[1] <= 1.0 && lines.len() == 12, "{lines:?}");
+    }
+
+    #[test]
+    fn steps_below_the_spacing_of_numbers_end() {
+        let next = 1.0_f64.next_up();
+        let (lines, kept) = spread(&[1.0, next, 2.0], &[1e300, 3.0], 1.0, 2.0, LIMIT);
+        assert!(kept && (5..=6).contains(&lines.len()), "{lines:?}");
+        assert_eq!(spread(&[1.0, 2.0], &[1e300], 1.0, next, LIMIT).0, [1.0, next]);
+    }
+
+    #[test]
+    fn any_density_is_kept_or_said_not_to_be() {
+        arbtest::arbtest(|u| {
+            let strips = u.int_in_range(1..=6_usize)?;
+            let mut breaks = vec![f64::from(u.int_in_range(-1000..=1000_i32)?)];
+            let mut rates = Vec::new();
+            for k in 0..strips {
+                breaks.push(breaks[k] + 10.0_f64.powi(u.int_in_range(-9..=3)?) * f64::from(u.int_in_range(1..=9_u8)?));
+                let size = 10.0_f64.powi(u.int_in_range(-3..=8)?);
+                rates.push(size * f64::from(u.int_in_range(0..=9_u8)?));
+            }
+            let (first, last) = (breaks[0], breaks[strips]);
+            let share =
+                |u: &mut arbtest::arbitrary::Unstructured<'_>| Ok(f64::from(u.int_in_range(0..=100_u8)?) / 100.0);
+            let (s, t) = (share(u)?, share(u)?);
+            let (a, b) = (first + (last - first) * f64::min(s, t), first + (last - first) * f64::max(s, t));
+            if a >= b {
+                return Ok(());
+            }
+            let limit = u.int_in_range(8..=200_usize)?;
+            let (lines, kept) = spread(&breaks, &rates, a, b, limit);
+            let full = fullest(&breaks, &rates, &lines);
+            let mass = Density { breaks: breaks.clone(), rates: rates.clone() }.mass(a, b);
+            // Numbers near 1000 are 1e-13 apart: a gap is not shorter, and its ends are rounded.
+            let rounding = 1e-9 + 3e-13 * rates.iter().copied().fold(0.0, f64::max);
+            assert!(!kept || full <= 1.0 + rounding, "{breaks:?} {rates:?} {a} {b} {limit}: {full}");
+            assert!(!kept || (lines.len() - 1) as f64 <= mass + 2.0 * strips as f64, "{breaks:?} {rates:?}: {lines:?}");
+            assert!(kept || mass + strips as f64 >= limit as f64 * (1.0 - 1e-9), "{breaks:?} {rates:?}: {mass}");
+            Ok(())
+        });
+    }
+}

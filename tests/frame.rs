@@ -1,0 +1,193 @@
+//! Plans and tiles: tolerances are kept at every size and scale, and absurd ones are told, not obeyed.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use glam::{DAffine3, DQuat, DVec3};
+use std::sync::Arc;
+use trimtess::audit::{DeviationReport, deviation};
+use trimtess::frame::{self, Degradation, Plan, PlanLimits, Scratch, Tolerance, tessellate_tile};
+use trimtess::mesh::{MemorySink, TileId, check_scene};
+use trimtess::model::{Model, ModelBuilder, Part, PartId, shapes};
+use trimtess::parallel::distribute::{Load, deal};
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+const CHORD: Tolerance = Tolerance { chord: 0.1, angle: 1.5, max_edge: None };
+
+fn prepared(model: Model) -> Arc<Prepared> {
+    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    Arc::new(prepared)
+}
+
+fn shape(name: &str) -> Arc<Prepared> {
+    prepared(shapes::by_name(name).unwrap())
+}
+
+fn mesh(prepared: &Arc<Prepared>, plan: &Plan) -> MemorySink {
+    let mut sink = MemorySink::default();
+    let report = serial(prepared, plan, true, &mut sink).unwrap();
+    assert!(report.degraded.is_empty() && report.lost_lines.is_empty(), "{:?}", report.degraded);
+    sink
+}
+
+fn assert_kept(name: &str, report: &DeviationReport) {
+    assert!(report.beyond_gap.worst <= 1.0 && report.edges.worst <= 1.0, "{name}: {report}");
+    assert!(report.beyond_gap.samples > 100, "{name}: {report}");
+}
+
+#[test]
+fn every_halving_of_the_tolerance_is_kept() {
+    for name in ["sphere", "torus", "cylinder", "cone"] {
+        let prepared = shape(name);
+        let mut triangles = 0;
+        for k in 0..8 {
+            let tolerance = Tolerance { chord: 0.5 * 0.5_f64.powi(k), ..CHORD };
+            let plan = frame::plan(&prepared, &tolerance);
+            assert_eq!(plan.shortfall, None, "{name}");
+            let mesh = mesh(&prepared, &plan);
+            let report = deviation(&prepared, &mesh, tolerance.chord);
+            assert_kept(name, &report);
+            assert!(check_scene(&mesh).total.is_closed(), "{name} at {}", tolerance.chord);
+            assert!(report.triangles >= triangles, "{name}: {report}");
+            triangles = report.triangles;
+        }
+    }
+}
+
+#[test]
+fn a_scaled_part_keeps_the_tolerance_where_it_stands() {
+    let size = 100.0;
+    let mut model = shapes::by_name("cylinder").unwrap();
+    let turn = DQuat::from_rotation_x(0.3);
+    let large = DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, DVec3::X * 7.0);
+    let small = model.instances[0].clone();
+    model.instances.push(trimtess::model::Instance { transform: large, ..small });
+    let prepared = prepared(model);
+    let plan = frame::plan(&prepared, &Tolerance { max_edge: Some(300.0), ..CHORD });
+    let alone = frame::plan(&shape("cylinder"), &Tolerance { chord: 0.1 / size, max_edge: Some(3.0), ..CHORD });
+    assert_eq!(plan.parts[0].edges.len(), alone.parts[0].edges.len());
+    let most = |plan: &Plan| plan.parts[0].edges.iter().map(|e| e.ts.len()).max().unwrap();
+    assert_eq!(most(&plan), most(&alone));
+    let mesh = mesh(&prepared, &plan);
+    let report = deviation(&prepared, &mesh, CHORD.chord);
+    assert_kept("scaled cylinder", &report);
+    // The audit measures in the part: in the world, by the radius.
+    let radius = |p: DVec3| size * p.truncate().length();
+    let sides = mesh.batches.iter().flat_map(|b| b.mesh.triangles.iter().map(move |t| (b, t)));
+    let low = sides
+        .map(|(b, t)| t.map(|v| b.mesh.positions[v as usize]))
+        .filter(|t| t.iter().all(|&p| radius(p) > 0.999_999 * size * 5.0))
+        .map(|[a, b, c]| radius((a + b) / 2.0).min(radius((b + c) / 2.0)).min(radius((c + a) / 2.0)))
+        .fold(f64::INFINITY, f64::min);
+    let sagitta = size * 5.0 - low;
+    assert!(sagitta <= CHORD.chord && sagitta > 0.5 * CHORD.chord, "{sagitta}");
+}
+
+#[test]
+fn absurd_tolerances_stay_within_the_limits_and_are_told() {
+    let limits = PlanLimits { cells_per_tile: 1000, cells: 20_000 };
+    let cost = |plan: &Plan| {
+        let cells = |p: &frame::PartPlan| -> u64 {
+            let tiles = p.tiles.iter().map(|t| u64::from(t.cells().0) * u64::from(t.cells().1)).sum::<u64>();
+            tiles + p.edges.iter().map(|e| e.ts.len() as u64).sum::<u64>()
+        };
+        plan.parts.iter().map(cells).sum::<u64>()
+    };
+    for name in ["sphere", "torus", "cylinder", "cone", "washer"] {
+        let prepared = shape(name);
+        let bad = [0.0, -1.0, f64::NAN, 1e-300];
+        let all = bad.map(|x| [(x, 0.3, None), (0.1, x, None), (0.1, 0.3, Some(x))]).concat();
+        for (chord, angle, max_edge) in all {
+            let plan = frame::plan_within(&prepared, &Tolerance { chord, angle, max_edge }, &limits);
+            let short = plan.shortfall.as_ref().unwrap();
+            assert!(short.unusable, "{name}: {short}");
+            assert!(cost(&plan) <= limits.cells, "{name}: {}", cost(&plan));
+            for tile in plan.parts.iter().flat_map(|p| &p.tiles) {
+                let (nu, nv) = tile.cells();
+                assert!(u64::from(nu) * u64::from(nv) <= limits.cells_per_tile, "{name}: {nu} × {nv}");
+                assert!(tile.us.is_sorted_by(|a, b| a < b) && tile.vs.is_sorted_by(|a, b| a < b));
+            }
+            assert!(check_scene(&mesh(&prepared, &plan)).total.is_closed(), "{name}: {short}");
+        }
+        // Small, but usable: nothing to complain of but the number of cells.
+        let plan = frame::plan_within(&prepared, &Tolerance { chord: 1e-7, ..CHORD }, &limits);
+        let short = plan.shortfall.as_ref().unwrap();
+        assert!(!short.unusable && (short.density < 1.0 || !short.tiles.is_empty()), "{name}: {short}");
+        assert!(cost(&plan) <= limits.cells && cost(&plan) > limits.cells_per_tile / 4, "{name}: {}", cost(&plan));
+        assert_eq!(frame::plan(&prepared, &Tolerance { chord: f64::INFINITY, ..CHORD }).shortfall, None);
+    }
+}
+
+#[test]
+fn a_closed_edge_has_three_segments_at_least() {
+    let prepared = shape("cylinder");
+    let plan = frame::plan(&prepared, &Tolerance { chord: f64::INFINITY, angle: 9.0, max_edge: None });
+    let closed: Vec<usize> = prepared.parts[0]
+        .edges
+        .iter()
+        .zip(&plan.parts[0].edges)
+        .filter(|(edge, _)| edge.breaks.len() == 2 && edge.breaks[0].point == edge.breaks[1].point)
+        .map(|(_, line)| line.ts.len() - 1)
+        .collect();
+    assert!(closed.iter().all(|&segments| segments >= 3), "{closed:?}");
+}
+
+#[test]
+fn a_tile_that_vanishes_is_empty_and_one_that_is_lost_has_failed() {
+    let mut prepared = prepare(shapes::by_name("box").unwrap(), &PrepareOptions::DEFAULT);
+    let plan = frame::plan(&prepared, &CHORD);
+    let tile = |prepared: &Prepared, plan: &Plan| {
+        let outcome = tessellate_tile(prepared, plan, PartId(0), TileId(0), &mut Scratch::default());
+        assert!(outcome.mesh.triangles.is_empty());
+        outcome.degradation
+    };
+    // The first face folded to its diagonal: no triangle is left of it, though its parameters enclose an area.
+    let part = &mut prepared.parts[0];
+    let uses: Vec<usize> = part.tiles[0].loops.iter().flatten().map(|u| u.edge as usize).collect();
+    for edge in uses {
+        let breaks = &mut part.edges[edge].breaks;
+        breaks.iter_mut().for_each(|b| b.point = if b.point == DVec3::ZERO { DVec3::X } else { DVec3::ONE });
+    }
+    assert!(matches!(tile(&prepared, &plan), Some(Degradation::Failed(_))));
+    // At a tolerance as large as the box it is thin.
+    let mut coarse = plan.clone();
+    coarse.parts[0].chord = 1e3;
+    assert_eq!(tile(&prepared, &coarse), Some(Degradation::Empty));
+    // Without loops there is nothing to lose.
+    prepared.parts[0].tiles[0].loops.clear();
+    prepared.parts[0].edges.iter_mut().for_each(|e| e.uses.retain(|u| u.0 != TileId(0)));
+    assert_eq!(tile(&prepared, &plan), Some(Degradation::Empty));
+}
+
+#[test]
+fn two_heavy_tiles_go_to_two_workers() {
+    // Two waves among boxes, all along x.
+    for boxes in [[1, 1, 1], [0, 2, 1], [2, 0, 0], [0, 3, 2]] {
+        let mut model = ModelBuilder::new("row");
+        let mut x = 0.0;
+        let mut put = |part: Part| {
+            x += 100.0;
+            let part = model.part(part);
+            model.place(part, DAffine3::from_translation(DVec3::X * x));
+        };
+        for (gap, count) in boxes.into_iter().enumerate() {
+            (0..count).for_each(|_| put(shapes::cuboid()));
+            if gap < 2 {
+                put(shapes::wave());
+            }
+        }
+        let prepared = prepared(model.finish().unwrap());
+        let loads: Vec<Load> = prepared
+            .tiles()
+            .map(|(part, _, tile)| {
+                let placed = prepared.scene.instances[part.index()].transform;
+                Load { centre: placed.transform_point3(tile.centre), weight: tile.weight }
+            })
+            .collect();
+        let most = loads.iter().map(|l| l.weight).fold(0.0, f64::max);
+        let heavy: Vec<usize> = (0..loads.len()).filter(|&k| loads[k].weight > 0.9 * most).collect();
+        assert_eq!(heavy.len(), 2);
+        let hands = deal(&loads, 2);
+        assert!(hands.iter().all(|hand| heavy.iter().filter(|k| hand.contains(k)).count() == 1), "{hands:?}");
+    }
+}
