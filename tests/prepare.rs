@@ -102,10 +102,10 @@ fn an_octant_meets_the_pole_at_a_vertex() {
     let shell = part.plain_shell(ShellKind::Outer);
     let round = Loop::Edges(arcs.iter().map(|e| e.along()).collect());
     part.plain_face(Surface::Sphere { frame: Frame3::WORLD, radius: r }, shell, vec![round], false);
-    for k in 0..3 {
+    for (k, arc) in arcs.iter().enumerate() {
         let (a, b) = (k, (k + 1) % 3);
         let frame = Frame3 { origin: DVec3::ZERO, x: axes[b], y: axes[a], z: axes[b].cross(axes[a]) };
-        let side = Loop::Edges(vec![spokes[b].along(), arcs[k].against(), spokes[a].against()]);
+        let side = Loop::Edges(vec![spokes[b].along(), arc.against(), spokes[a].against()]);
         part.plain_face(Surface::Plane { frame }, shell, vec![side], false);
     }
     is_closed(part.finish().expect("a valid part"), PI * r.powi(3) / 6.0, 5.0 / 4.0 * PI * r * r);
@@ -113,8 +113,8 @@ fn an_octant_meets_the_pole_at_a_vertex() {
 
 #[test]
 fn a_hole_in_a_whole_sphere_leaves_the_rest() {
-    let (r, h) = (5.0, 3.0);
-    let ring = (r * r - h * h as f64).sqrt();
+    let (r, h): (f64, f64) = (5.0, 3.0);
+    let ring = (r * r - h * h).sqrt();
     for axis in [DVec3::Z, DVec3::X, DVec3::new(1.0, 2.0, -0.5).normalize()] {
         let frame = Frame3::from_axis(axis * h, axis, DVec3::Y).expect("an axis");
         let mut part = PartBuilder::new("bowl");

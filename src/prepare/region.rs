@@ -355,7 +355,8 @@ pub(super) fn region(
     const MAX_PERIODS: f64 = 200.0;
     for (axis, (lo, hi)) in loops_box(&loops).into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
-        if !loops.is_empty() && !((hi - lo).is_finite() && periods <= MAX_PERIODS) {
+        let sound = (hi - lo).is_finite() && periods <= MAX_PERIODS;
+        if !(loops.is_empty() || sound) {
             return Err(RegionError::Runaway { axis: u8::from(axis == 1), periods });
         }
     }
