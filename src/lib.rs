@@ -42,7 +42,7 @@
 /// The vector types of this crate's interface.
 pub use glam;
 
-/// Bernstein algebra, bounds, roots, exact predicates, tolerances. Knows no surfaces.
+/// Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
 pub mod math;
 
 /// What the user said: knots, curves, surfaces, trim loops, parts, instances.

@@ -1,4 +1,4 @@
-//! Bernstein algebra, bounds, roots, exact predicates, tolerances. Knows no surfaces.
+//! Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
 
 /// Products, elevation, subdivision and evaluation in the Bernstein basis.
 pub mod bernstein;

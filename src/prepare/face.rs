@@ -120,6 +120,10 @@ impl From<RegionError> for FaceError {
     }
 }
 
+/// Share of a face's size by which its edges may miss its surface before that is told. Files print six to fifteen digits,
+/// and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
+const GAP_SHARE: f64 = 1e-4;
+
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
     let extent = face_extent(part, face).unwrap_or(size);
@@ -197,6 +201,9 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     for tile in &tiles {
         critical(tile, &mut breaks);
     }
+    let far = (gap > GAP_SHARE * extent)
+        .then(|| format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
+    let note = [note, far].into_iter().flatten().reduce(|a, b| a + "; " + &b);
     Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, note })
 }
 
