@@ -132,12 +132,10 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
 pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     let (a, b) = curve.domain();
     let samples = curve.degree + 2;
-    let mut best = (a, curve.point(a).distance_squared(p), b - a);
-    for ends in curve.knots[curve.degree..=curve.points.len()].windows(2) {
-        let step = (ends[1] - ends[0]) / samples as f64;
-        if step <= 0.0 {
-            continue;
-        }
+    let spans = curve.knots[curve.degree..=curve.points.len()].windows(2);
+    let steps = spans.map(|ends| (ends, (ends[1] - ends[0]) / samples as f64)).filter(|(_, step)| *step > 0.0);
+    let mut best = (a, curve.point(a).distance_squared(p), steps.clone().next().map_or(b - a, |(_, step)| step));
+    for (ends, step) in steps {
         for i in 1..=samples {
             let t = if i == samples { ends[1] } else { ends[0] + step * i as f64 };
             let distance = curve.point(t).distance_squared(p);
@@ -146,8 +144,22 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
             }
         }
     }
-    let (low, high) = ((best.0 - best.2).max(a), (best.0 + best.2).min(b));
-    let mut t = best.0;
+    let (t, distance, step) = best;
+    let mut found = polish(curve, p, t, ((t - step).max(a), (t + step).min(b)));
+    // On a closed curve the foot of a point near its start may lie just before its end, and the other way round.
+    let other = if t == a { Some((b, (b - step, b))) } else { (t == b).then_some((a, (a, a + step))) };
+    if let Some((end, around)) = other.filter(|_| curve.point(a).distance_squared(curve.point(b)) <= distance) {
+        let second = polish(curve, p, end, around);
+        if curve.point(second).distance_squared(p) < curve.point(found).distance_squared(p) {
+            found = second;
+        }
+    }
+    if curve.point(found).distance_squared(p) <= distance { found } else { t }
+}
+
+/// Newton's method for the foot of `p`, from `t`, within `low` to `high`.
+fn polish(curve: &NurbsCurve3, p: DVec3, mut t: f64, (low, high): (f64, f64)) -> f64 {
+    let (a, b) = curve.domain();
     for _ in 0..24 {
         let d = curve.derivatives(t);
         let away = d.point - p;
@@ -164,7 +176,7 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
             break;
         }
     }
-    if curve.point(t).distance_squared(p) <= best.1 { t } else { best.0 }
+    t
 }
 
 #[cfg(test)]
