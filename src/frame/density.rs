@@ -30,20 +30,25 @@ impl Density {
     }
 
     /// The furthest `x ≤ end` with `(x − a)·ρ ≤ 1` for the largest ρ on the way; more than `a` in any case.
-    fn stride(&self, a: f64, end: f64, scale: f64) -> f64 {
+    ///
+    /// `at` is a strip at or before `a`, and becomes that of `a`.
+    fn stride(&self, a: f64, end: f64, scale: f64, at: &mut usize) -> f64 {
+        let border = |k: usize| if k + 1 == self.rates.len() { f64::INFINITY } else { self.breaks[k + 1] };
         // A step below the spacing of numbers is the next number: every stride gets on.
         let reach = |rate: f64| if rate > 0.0 { (a + 1.0 / rate).max(a.next_up()) } else { f64::INFINITY };
-        let mut k = self.strip(a);
+        while border(*at) <= a {
+            *at += 1;
+        }
+        let mut k = *at;
         let mut most = self.rates[k] * scale;
         loop {
-            let border = if k + 1 == self.rates.len() { f64::INFINITY } else { self.breaks[k + 1] };
-            if reach(most) <= border || border >= end {
+            if reach(most) <= border(k) || border(k) >= end {
                 return reach(most).min(end);
             }
             most = most.max(self.rates[k + 1] * scale);
             // Too dense to be entered from here at all: the gap ends at the border.
-            if reach(most) <= border {
-                return border;
+            if reach(most) <= border(k) {
+                return border(k);
             }
             k += 1;
         }
@@ -52,9 +57,10 @@ impl Density {
     /// Strides from `a` to `b` at `scale` times the density, counted up to `limit`: the fewest gaps that keep it.
     fn count(&self, a: f64, b: f64, scale: f64, limit: usize) -> usize {
         let mut x = a;
+        let mut at = self.strip(a);
         let mut n = 0;
         while x < b && n < limit {
-            x = self.stride(x, b, scale);
+            x = self.stride(x, b, scale, &mut at);
             n += 1;
         }
         n
@@ -89,9 +95,10 @@ impl Density {
             let mid = 0.5 * (low + high);
             if self.count(a, b, mid, n + 1) <= n { low = mid } else { high = mid }
         }
-        let mut x = a;
+        let (mut x, mut at) = (a, self.strip(a));
         for _ in 1..n {
-            x = self.stride(x, b, low);
+            x = self.stride(x, b, low, &mut at);
+            // A line a hair before the end would only be rounding.
             if b - x <= 1e-9 * (b - a) {
                 break;
             }

@@ -113,7 +113,8 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
             usable
         })
         .collect();
-    for round in 0.. {
+    let mut round = 0;
+    loop {
         shortfall.density = LOWER.powi(round);
         shortfall.tiles.clear();
         shortfall.edges.clear();
@@ -125,8 +126,8 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
         if let Some(parts) = parts {
             return Plan { parts, shortfall: shortfall.if_any() };
         }
+        round += 1;
     }
-    Plan::default()
 }
 
 /// Rates of one part; `None` when the budget does not suffice.
