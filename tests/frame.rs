@@ -1,11 +1,12 @@
 //! Plans and tiles: tolerances are kept at every size and scale, and absurd ones are told, not obeyed.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
+use trimtess::frame::evaluate::{EvaluateScratch, evaluate_points};
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Scratch, Tolerance, tessellate_tile};
-use trimtess::mesh::{MemorySink, TileId, check_scene};
+use trimtess::mesh::{MemorySink, Origin, TileId, check_scene};
 use trimtess::model::{Model, ModelBuilder, Part, PartId, shapes};
 use trimtess::parallel::distribute::{Load, deal};
 use trimtess::parallel::serial;
@@ -189,5 +190,31 @@ fn two_heavy_tiles_go_to_two_workers() {
         assert_eq!(heavy.len(), 2);
         let hands = deal(&loads, 2);
         assert!(hands.iter().all(|hand| heavy.iter().filter(|k| hand.contains(k)).count() == 1), "{hands:?}");
+    }
+}
+
+#[test]
+fn lattice_vertices_have_the_bits_of_single_points() {
+    for name in ["torus", "wave", "washer"] {
+        let prepared = shape(name);
+        let plan = frame::plan(&prepared, &Tolerance { chord: 1e-3, ..CHORD });
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        let mut scratch = EvaluateScratch::default();
+        let mut seen = 0;
+        for batch in &mesh(&prepared, &plan).batches {
+            let part = &prepared.parts[batch.part.index()];
+            let face = &part.faces[part.face_of(&part.tiles[batch.tile.0 as usize])];
+            let lattice = &plan.parts[batch.part.index()].tiles[batch.tile.0 as usize];
+            for (k, origin) in batch.mesh.origins.iter().enumerate() {
+                let Origin::Lattice { i, j } = *origin else { continue };
+                let at = [DVec2::new(lattice.us[i as usize], lattice.vs[j as usize])];
+                evaluate_points(&face.patches, &at, &mut scratch, &mut positions, &mut normals);
+                let side = if face.reversed { -1.0 } else { 1.0 };
+                assert_eq!(batch.mesh.positions[k], positions[0], "{name}");
+                assert_eq!(batch.mesh.normals[k], (normals[0] * side).as_vec3(), "{name}");
+                seen += 1;
+            }
+        }
+        assert!(name == "washer" || seen > 100, "{name}: {seen}");
     }
 }
