@@ -1,7 +1,7 @@
 //! Prepared parts and instances to the placed model's box: of what is kept, never of control points.
 
 use super::region::winding_about;
-use super::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile, UvCurve};
+use super::{BoxBounds, EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile, UvCurve};
 use crate::mesh::SceneInstance;
 use glam::{DVec2, DVec3};
 
@@ -83,6 +83,11 @@ pub(super) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
     let mut bounds = Hull::of(&out);
     for tile in &part.tiles {
         let face = &part.faces[part.face_of(tile)];
+        // Along a straight line only the ends are extreme, and they are on edges.
+        let straight = |second: fn(&BoxBounds) -> f64| face.bounds.cells.iter().all(|b| second(b) == 0.0);
+        if straight(|b| b.uu) || straight(|b| b.vv) {
+            continue;
+        }
         // What the control net cannot reach need not be looked for.
         if face.patches.control.iter().all(|c| bounds.holds(c.truncate() / c.w)) {
             continue;

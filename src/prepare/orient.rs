@@ -113,7 +113,7 @@ fn wrong_volume(
     let mut size = 0.0_f64;
     let mut cones = 0.0;
     for (draft, reversed) in faces() {
-        for polygon in draft.tiles.iter().flat_map(|t| &t.loops).map(|l| space_polygon(draft, l)) {
+        for polygon in draft.tiles.iter().flat_map(|t| &t.loops).map(|l| space_polygon(draft, l, 3)) {
             size = polygon.iter().fold(size, |m, p| m.max(p.distance(origin)));
             let first = polygon[0] - origin;
             for w in polygon.windows(2) {
@@ -129,17 +129,17 @@ fn wrong_volume(
 }
 
 /// Points along a loop, on the surface.
-fn space_polygon(draft: &FaceDraft, uses: &[super::face::DraftUse]) -> Vec<DVec3> {
-    plane_polygon(uses).into_iter().map(|p| draft.patches.derivatives(p.x, p.y).point).collect()
+fn space_polygon(draft: &FaceDraft, uses: &[super::face::DraftUse], most: usize) -> Vec<DVec3> {
+    plane_polygon(uses, most).into_iter().map(|p| draft.patches.derivatives(p.x, p.y).point).collect()
 }
 
-/// Points along a loop in (u,v).
-fn plane_polygon(uses: &[super::face::DraftUse]) -> Vec<DVec2> {
+/// Points along a loop in (u,v), at most `most` per use; one per straight use.
+fn plane_polygon(uses: &[super::face::DraftUse], most: usize) -> Vec<DVec2> {
     let mut out = Vec::new();
     for u in uses {
         let n = match &u.uv {
-            UvCurve::Hermite(samples) => samples.len(),
-            UvCurve::Iso { .. } => 4,
+            UvCurve::Hermite(samples) => (samples.len() - 1).min(most),
+            UvCurve::Iso { .. } => most.min(4),
         };
         let mut hint = 0;
         out.extend((0..n).map(|k| u.uv.point(u.from + (u.to - u.from) * k as f64 / n as f64, &mut hint)));
@@ -155,7 +155,7 @@ fn flux(draft: &FaceDraft, origin: DVec3) -> f64 {
 fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3) -> f64 {
     /// Samples per Bézier piece and direction.
     const SAMPLES: usize = 8;
-    let polygons: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| plane_polygon(l)).collect();
+    let polygons: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| plane_polygon(l, usize::MAX)).collect();
     let count = |breaks: &[f64], a: f64, b: f64| {
         SAMPLES * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)
     };
