@@ -75,3 +75,24 @@ fn a_cylinder_is_closed_with_and_without_a_seam() {
         }
     }
 }
+
+#[test]
+fn a_plate_with_many_holes_has_the_same_bytes_each_time() {
+    // Too many corners for one polygon: a constrained Delaunay triangulation, whose order must not show.
+    let mut part = trimtess::model::PartBuilder::new("plate");
+    let corners = [(0.0, 0.0), (120.0, 0.0), (120.0, 120.0), (0.0, 120.0)];
+    let mut loops = vec![Loop::Edges(part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 0.0))))];
+    for k in 0..144 {
+        let centre = DVec3::new(f64::from(k % 12) * 10.0 + 5.0, f64::from(k / 12) * 10.0 + 5.0, 0.0);
+        let circle = part.circle(&Frame3 { origin: centre, ..Frame3::WORLD }, 3.0);
+        loops.push(Loop::Edges(vec![circle.against()]));
+    }
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, loops, false);
+    let part = part.finish().expect("a valid part");
+    let first = mesh(model(part.clone()), 0.05);
+    assert!(first.batches[0].mesh.triangles.len() > 1000);
+    for _ in 0..4 {
+        assert_eq!(mesh(model(part.clone()), 0.05).batches[0].mesh, first.batches[0].mesh);
+    }
+}

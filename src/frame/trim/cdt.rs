@@ -216,9 +216,14 @@ fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
         let number = winding[face.index()];
         region.overlapping |= !(0..=1).contains(&number);
         if number > 0 {
-            region.triangles.push(face.vertices().map(|v| v.index() as u32));
+            let mut triangle = face.vertices().map(|v| v.index() as u32);
+            let first = (0..3).min_by_key(|&corner| triangle[corner]).unwrap_or(0);
+            triangle.rotate_left(first);
+            region.triangles.push(triangle);
         }
     }
+    // `spade` numbers faces by the order of a hash set, which differs from run to run.
+    region.triangles.sort_unstable();
     for part in parts {
         let Some(edge) = edge_of(part) else { continue };
         let kept = |index: usize| winding[index] > 0;
