@@ -246,3 +246,16 @@ fn a_whole_turn_in_any_place_closes_on_itself() {
         is_closed(part.finish().expect("a valid part"), PI * 9.0 * 7.0, TAU * 3.0 * 7.0 + TAU * 9.0);
     }
 }
+
+#[test]
+fn edges_far_from_their_surface_cost_their_face_and_no_time() {
+    // A square that hangs a third of its size above the plane it claims to lie in.
+    let mut part = PartBuilder::new("square");
+    let corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
+    let boundary = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 4.0)));
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
+    let prepared = prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT);
+    assert_eq!(prepared.tiles().count(), 0);
+    assert!(prepared.diagnostics[0].reason.contains("4.000e0 mm off the surface"), "{:?}", prepared.diagnostics);
+}

@@ -212,13 +212,21 @@ fn polyline(
 }
 
 /// Raises rates so that a segment crosses at most one cell of `lattice` in each direction.
+///
+/// An image that runs to and fro over the lattice far more often than any real edge is noise; it gets as many segments
+/// as a busy one.
 fn limit_to_cells(uv: &UvCurve, range: (f64, f64), lattice: &TileLattice, breaks: &[f64], rates: &mut [f64]) {
     /// Samples per strip: enough that a lattice denser at one end of the strip is seen.
     const SAMPLES: usize = 4;
+    /// Traversals of the lattice by one edge: an outline of a gear or a word as one spline makes a few dozen.
+    const TRAVERSALS: f64 = 64.0;
     let mut hint = 0;
-    for (k, rate) in rates.iter_mut().enumerate() {
-        let (a, b) = (breaks[k].max(range.0), breaks[k + 1].min(range.1));
+    let mut wanted = Vec::with_capacity(rates.len());
+    let mut total = 0.0;
+    for ends in breaks.windows(2) {
+        let (a, b) = (ends[0].max(range.0), ends[1].min(range.1));
         if a >= b {
+            wanted.push(0.0);
             continue;
         }
         let mut at = |t: f64| {
@@ -227,11 +235,19 @@ fn limit_to_cells(uv: &UvCurve, range: (f64, f64), lattice: &TileLattice, breaks
         };
         let step = (b - a) / SAMPLES as f64;
         let mut from = at(a);
+        let mut rate = 0.0_f64;
         for i in 1..=SAMPLES {
             let to = at(a + step * i as f64);
             let cells = (to.0 - from.0).abs().max((to.1 - from.1).abs());
-            *rate = rate.max(cells / step);
+            rate = rate.max(cells / step);
             from = to;
         }
+        wanted.push(rate);
+        total += rate * (b - a);
+    }
+    let (nu, nv) = lattice.cells();
+    let share = (TRAVERSALS * f64::from(nu + nv) / total).min(1.0);
+    for (rate, wanted) in rates.iter_mut().zip(wanted) {
+        *rate = rate.max(wanted * share);
     }
 }

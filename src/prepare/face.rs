@@ -90,6 +90,8 @@ pub(super) enum FaceError {
     Region(RegionError),
     /// The loops cross each other or themselves where the region must be cut open.
     Tangled(Tangled),
+    /// The boundary is nowhere near the surface.
+    OffSurface { gap: f64, extent: f64 },
     /// Something that cannot happen did.
     Internal(String),
     /// The surface is a point or a curve.
@@ -103,6 +105,9 @@ impl fmt::Display for FaceError {
         match self {
             Self::Region(e) => e.fmt(f),
             Self::Tangled(e) => e.fmt(f),
+            Self::OffSurface { gap, extent } => {
+                write!(f, "edges lie {gap:.3e} mm off the surface of a face of {extent:.3e} mm")
+            }
             Self::Internal(what) => write!(f, "internal error: {what}"),
             Self::NoArea { size } => {
                 write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
@@ -124,6 +129,10 @@ impl From<RegionError> for FaceError {
 /// and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
 const GAP_SHARE: f64 = 1e-4;
 
+/// Share of a face's size by which its edges may miss its surface at all. The image of an edge further away is noise: it
+/// bounds nothing, and resolving its crossings can take minutes.
+const LOST_SHARE: f64 = 0.05;
+
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
     let extent = face_extent(part, face).unwrap_or(size);
@@ -142,6 +151,9 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             Loop::Edges(coedges) => loops.push(trace_loop(part, coedges, &projector, &mut gap, &passages)?),
             Loop::Vertex(v) => named_pole = projector.pole_at(part.vertices[v.index()]),
         }
+    }
+    if !(gap <= LOST_SHARE * extent) {
+        return Err(FaceError::OffSurface { gap, extent });
     }
     let region = region(loops, named_pole, &projector)?;
     let plan = grid_for(&region, &face.surface);
