@@ -152,7 +152,8 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             Loop::Vertex(v) => named_pole = projector.pole_at(part.vertices[v.index()]),
         }
     }
-    if !(gap <= LOST_SHARE * extent) {
+    let near = gap <= LOST_SHARE * extent;
+    if !near {
         return Err(FaceError::OffSurface { gap, extent });
     }
     let region = region(loops, named_pole, &projector)?;
