@@ -161,6 +161,11 @@ fn plan_part(
     Some(PartPlan { chord: tolerance.chord, tiles, edges })
 }
 
+/// Segments of one edge, over all its breaks: what a curve whose speed varies by many decades would ask for is noise.
+const SEGMENTS_OF_EDGE: usize = 16_384;
+/// Segments between two breaks that an edge always may have.
+const LEAST_LIMIT: usize = 64;
+
 /// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
 /// it per segment. And whether they keep that.
 fn polyline(
@@ -204,8 +209,9 @@ fn polyline(
     let density = Density { breaks: breaks.clone(), rates };
     let mut out = EdgePolyline { ts: vec![edge.breaks[0].t], breaks: vec![0] };
     let mut kept = true;
+    let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
     for w in edge.breaks.windows(2) {
-        kept &= density.spread(w[0].t, w[1].t, MAX_LINES, &mut out.ts);
+        kept &= density.spread(w[0].t, w[1].t, limit, &mut out.ts);
         out.breaks.push(u32::try_from(out.ts.len() - 1).unwrap_or(u32::MAX));
     }
     (out, kept)
