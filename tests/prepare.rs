@@ -259,3 +259,24 @@ fn edges_far_from_their_surface_cost_their_face_and_no_time() {
     assert_eq!(prepared.tiles().count(), 0);
     assert!(prepared.diagnostics[0].reason.contains("4.000e0 mm off the surface"), "{:?}", prepared.diagnostics);
 }
+
+#[test]
+fn an_edge_without_a_range_costs_its_face_only() {
+    let mut part = PartBuilder::new("disc and ball");
+    let circle = part.circle(&Frame3::WORLD, 5.0);
+    let other = part.circle(&Frame3 { origin: DVec3::Z * 20.0, ..Frame3::WORLD }, 5.0);
+    let shell = part.plain_shell(ShellKind::Open);
+    for (edge, z) in [(circle, 0.0), (other, 20.0)] {
+        let frame = Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+        part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(vec![edge.along()])], false);
+    }
+    let mut model = model(part.finish().expect("a valid part"));
+    // What the builder refuses may still be written into the open fields.
+    model.parts[0].edges[circle.index()].kind = CurveKind::Spline;
+    for range in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0)] {
+        model.parts[0].edges[circle.index()].range = range;
+        let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT);
+        assert_eq!(prepared.tiles().count(), 1, "{range:?}");
+        assert!(prepared.diagnostics[0].reason.contains("runs from parameter"), "{:?}", prepared.diagnostics);
+    }
+}

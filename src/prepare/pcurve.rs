@@ -341,7 +341,7 @@ impl<'a> Projector<'a> {
             CurveKind::Line | CurveKind::Circle | CurveKind::Conic => 2,
             CurveKind::Polyline => 1,
             CurveKind::Spline if ts.len() > 32 => 1,
-            CurveKind::Spline => (8 / (ts.len() - 1)).max(2),
+            CurveKind::Spline => (8 / (ts.len() - 1).max(1)).max(2),
         };
         let mut fine = Vec::with_capacity(pieces * ts.len());
         for w in ts.windows(2) {

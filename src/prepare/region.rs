@@ -138,6 +138,8 @@ pub(super) enum RegionError {
     OneSided { loops: usize },
     /// A point or parameter is not finite.
     NotFinite,
+    /// An edge whose parameter range is empty or no number.
+    EmptyEdge { edge: u32, range: (f64, f64) },
     /// A boundary's image runs over more periods than any real one.
     Runaway { axis: u8, periods: f64 },
 }
@@ -154,6 +156,9 @@ impl fmt::Display for RegionError {
             }
             Self::Winding { winding: [u, v] } => write!(f, "a loop winds {u} times around u and {v} times around v"),
             Self::OneSided { loops } => write!(f, "{loops} loops go round the surface and do not enclose a region"),
+            Self::EmptyEdge { edge, range } => {
+                write!(f, "edge {edge} runs from parameter {} to {}", range.0, range.1)
+            }
             Self::Runaway { axis, periods } => {
                 write!(f, "the boundary runs over {periods:.3e} periods of {}", ['u', 'v'][usize::from(*axis)])
             }
@@ -234,6 +239,10 @@ fn trace_from(
     let mut jumps = Vec::new();
     for c in coedges[first..].iter().chain(&coedges[..first]) {
         for (edge, ends) in stretches(part, c, passages) {
+            let runs = edge.range.0 < edge.range.1;
+            if !runs {
+                return Err(RegionError::EmptyEdge { edge: c.edge.0, range: edge.range });
+            }
             let previous_end = pieces.last().map(Piece::end);
             let m = projector.march(&edge, ends, c.reversed, previous_end);
             if m.samples.iter().any(|s| !s.uv.is_finite()) {
