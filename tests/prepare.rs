@@ -280,3 +280,35 @@ fn an_edge_without_a_range_costs_its_face_only() {
         assert!(prepared.diagnostics[0].reason.contains("runs from parameter"), "{:?}", prepared.diagnostics);
     }
 }
+
+#[test]
+fn thin_bowls_keep_the_files_word_and_inside_out_balls_do_not() {
+    // A bowl of 0.2 mm: its volume is the difference of two a thousand times larger.
+    let (outer, inner) = (100.0, 99.8);
+    let mut part = PartBuilder::new("bowl");
+    let rims = [outer, inner].map(|r| part.circle(&Frame3::WORLD, r));
+    let shell = part.plain_shell(ShellKind::Outer);
+    for (rim, radius, reversed) in [(rims[0], outer, false), (rims[1], inner, true)] {
+        let ball = Surface::Sphere { frame: Frame3::WORLD, radius };
+        part.plain_face(ball, shell, vec![Loop::Edges(vec![rim.along()])], reversed);
+    }
+    let rim = vec![Loop::Edges(vec![rims[0].along()]), Loop::Edges(vec![rims[1].against()])];
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, rim, true);
+    let bowl = part.finish().expect("a valid part");
+    let volume = 2.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3));
+    let prepared = Arc::new(prepare(model(bowl), &PrepareOptions::DEFAULT));
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let facts = mesh(&prepared, 1e-3);
+    assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.02, "{facts}");
+
+    // A half ball whose faces are consistently inside out.
+    let mut part = PartBuilder::new("half ball");
+    let rim = part.circle(&Frame3::WORLD, outer);
+    let shell = part.plain_shell(ShellKind::Outer);
+    let ball = Surface::Sphere { frame: Frame3::WORLD, radius: outer };
+    part.plain_face(ball, shell, vec![Loop::Edges(vec![rim.along()])], true);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![rim.along()])], false);
+    let prepared = Arc::new(prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT));
+    assert!(prepared.diagnostics[0].reason.contains("inside out"), "{:?}", prepared.diagnostics);
+    assert!(mesh(&prepared, 0.1).volume > 0.0);
+}

@@ -86,7 +86,7 @@ pub(super) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
         };
         // Only a group without free edges has a volume.
         let closed = group.iter().all(|(face, _)| whole[*face]);
-        if closed && let Some(volume) = wrong_volume(part, drafts, &group, &reversed, wanted) {
+        if closed && let Some(volume) = wrong_volume(drafts, &group, &reversed, wanted) {
             told.push(Turned { face: start, faces: group.len(), volume });
             for (face, _) in &group {
                 reversed[*face] = !reversed[*face];
@@ -96,36 +96,39 @@ pub(super) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
     reversed
 }
 
+/// Share of what the faces contribute, sign apart, that a volume must have for its sign to be believed. Samples are good
+/// to a few per cent of that; a thin shell is the small difference of two large contributions, and keeps the file's word.
+const DECISIVE: f64 = 0.3;
+
 /// The volume of a closed group if its sign is not `wanted`.
 ///
 /// First the volume of the cone over each boundary, which costs next to nothing and has the right sign for all but
 /// strongly curved shapes; where it does not confirm the sign, the surfaces themselves are summed up.
-fn wrong_volume(
-    part: &Part,
-    drafts: &[Option<FaceDraft>],
-    group: &[(usize, bool)],
-    reversed: &[bool],
-    wanted: f64,
-) -> Option<f64> {
+fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed: &[bool], wanted: f64) -> Option<f64> {
     let faces = || group.iter().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
-    let origin = part.vertices.first().copied().unwrap_or(DVec3::ZERO);
     let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
-    let mut size = 0.0_f64;
-    let mut cones = 0.0;
-    for (draft, reversed) in faces() {
-        for polygon in draft.tiles.iter().flat_map(|t| &t.loops).map(|l| space_polygon(draft, l, 3)) {
-            size = polygon.iter().fold(size, |m, p| m.max(p.distance(origin)));
-            let first = polygon[0] - origin;
-            for w in polygon.windows(2) {
-                cones += sign(reversed) * first.dot((w[0] - origin).cross(w[1] - origin)) / 6.0;
-            }
-        }
+    let polygons: Vec<(Vec<DVec3>, f64)> = faces()
+        .flat_map(|(draft, reversed)| draft.tiles.iter().flat_map(|t| &t.loops).map(move |l| (draft, l, reversed)))
+        .map(|(draft, l, reversed)| (space_polygon(draft, l, 8), sign(reversed)))
+        .collect();
+    let points = || polygons.iter().flat_map(|p| &p.0);
+    let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
+    let (mut cones, mut parts) = (0.0, 0.0);
+    for (polygon, sign) in &polygons {
+        let first = polygon[0] - origin;
+        let fan = |w: &[DVec3]| first.dot((w[0] - origin).cross(w[1] - origin)) / 6.0;
+        let cone: f64 = polygon.windows(2).map(fan).sum();
+        cones += sign * cone;
+        parts += cone.abs();
     }
-    if cones * wanted > 1e-3 * size.powi(3) {
+    if cones * wanted > DECISIVE * parts {
         return None;
     }
-    let volume: f64 = faces().map(|(draft, reversed)| sign(reversed) * flux(draft, origin) / 3.0).sum();
-    (volume * wanted < -1e-6 * size.powi(3)).then_some(volume)
+    let (volume, parts) = faces().fold((0.0, 0.0), |(volume, parts), (draft, reversed)| {
+        let v = sign(reversed) * flux(draft, origin) / 3.0;
+        (volume + v, parts + v.abs())
+    });
+    (volume * wanted < -DECISIVE * parts).then_some(volume)
 }
 
 /// Points along a loop, on the surface.
