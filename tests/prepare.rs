@@ -312,3 +312,95 @@ fn thin_bowls_keep_the_files_word_and_inside_out_balls_do_not() {
     assert!(prepared.diagnostics[0].reason.contains("inside out"), "{:?}", prepared.diagnostics);
     assert!(mesh(&prepared, 0.1).volume > 0.0);
 }
+
+#[test]
+fn open_fields_that_name_nothing_cost_no_panic() {
+    let whole = || {
+        let mut part = PartBuilder::new("disc");
+        let circle = part.circle(&Frame3::WORLD, 5.0);
+        let shell = part.plain_shell(ShellKind::Open);
+        let boundary = vec![Loop::Edges(vec![circle.along()])];
+        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
+        model(part.finish().expect("a valid part"))
+    };
+    let mut placed = whole();
+    placed.instances[0].part = trimtess::model::PartId(7);
+    let prepared = prepare(placed, &PrepareOptions::DEFAULT);
+    assert!(prepared.diagnostics[0].reason.contains("places part 7 of 1"), "{:?}", prepared.diagnostics);
+
+    let mut edges = whole();
+    edges.parts[0].edges[0].end = trimtess::model::VertexId(99);
+    let mut empty = whole();
+    empty.parts[0].faces[0].loops = vec![Loop::Edges(Vec::new())];
+    for broken in [edges, empty] {
+        let prepared = prepare(broken, &PrepareOptions::DEFAULT);
+        assert_eq!(prepared.tiles().count(), 0);
+        assert_eq!(prepared.diagnostics[0].face, Some(trimtess::model::FaceId(0)), "{:?}", prepared.diagnostics);
+    }
+
+    // An edge that no face uses, with a vertex that is none: found when the part's edges are put together.
+    let mut loose = whole();
+    let mut edge = loose.parts[0].edges[0].clone();
+    edge.start = trimtess::model::VertexId(99);
+    loose.parts[0].edges.push(edge);
+    let prepared = prepare(loose, &PrepareOptions::DEFAULT);
+    assert!(prepared.diagnostics[0].reason.contains("internal error"), "{:?}", prepared.diagnostics);
+}
+
+#[test]
+fn a_turned_surface_without_edges_is_kept_whole() {
+    // A ball as a half circle turned about its diameter: nothing but the surface says how large it is.
+    let upright = Frame3 { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y };
+    let curve = NurbsCurve3::arc(&upright, 5.0, 5.0, -0.5 * PI, 0.5 * PI);
+    let mut part = bare(sheet(&[DVec3::ZERO, DVec3::X]));
+    part.faces[0].surface = Surface::Revolution { curve, frame: Frame3::WORLD };
+    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT));
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let facts = mesh(&prepared, 1e-3);
+    assert!(facts.is_closed() && (facts.volume.abs() / (4.0 / 3.0 * PI * 125.0) - 1.0).abs() < 1e-2, "{facts}");
+}
+
+#[test]
+fn bodies_that_share_an_edge_keep_their_orientation() {
+    // Two cubes of one part that touch along an edge: it has four uses, two of each shell.
+    let mut part = PartBuilder::new("touching cubes");
+    let mut vertices = std::collections::BTreeMap::new();
+    let mut edges = std::collections::BTreeMap::new();
+    for origin in [[0, 0, 0], [1, 1, 0]] {
+        let shell = part.plain_shell(ShellKind::Outer);
+        for axis in 0..3 {
+            for side in 0..2 {
+                let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                let corner = |i: i32, j: i32| {
+                    let mut p = origin;
+                    p[axis] += side;
+                    p[u] += i;
+                    p[v] += j;
+                    p
+                };
+                let corners = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+                let at = |p: [i32; 3]| DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]));
+                let frame = Frame3 {
+                    origin: at(corners[0]),
+                    x: at(corners[1]) - at(corners[0]),
+                    y: at(corners[3]) - at(corners[0]),
+                    z: (at(corners[1]) - at(corners[0])).cross(at(corners[3]) - at(corners[0])),
+                };
+                // Counter-clockwise about the surface normal; the lower side looks the other way.
+                let reversed = side == 0;
+                let mut boundary = Vec::new();
+                for k in 0..4 {
+                    let ends = [corners[k], corners[(k + 1) % 4]];
+                    let [a, b] = ends.map(|p| *vertices.entry(p).or_insert_with(|| part.vertex(at(p))));
+                    let key = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+                    let (first, edge) = *edges.entry(key).or_insert_with(|| (ends[0], part.line(a, b)));
+                    boundary.push(if first == ends[0] { edge.along() } else { edge.against() });
+                }
+                part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(boundary)], reversed);
+            }
+        }
+    }
+    let part = part.finish().expect("a valid part");
+    assert_eq!(part.edges.len(), 23, "one edge is common");
+    is_closed(part, 2.0, 12.0);
+}

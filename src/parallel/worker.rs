@@ -6,7 +6,7 @@ use super::metrics::Laps;
 use crate::frame::{Degradation, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
-use std::any::Any;
+use crate::prepare::panic_message;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -104,10 +104,4 @@ fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcom
     if !mesh.triangles.is_empty() {
         delivery.batches.push(Batch { part, face, tile, worker: delivery.metrics.worker, mesh });
     }
-}
-
-/// What a panic said, if it said it in text.
-fn panic_message(payload: &(dyn Any + Send)) -> String {
-    let text = payload.downcast_ref::<&str>().copied();
-    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text").to_owned()
 }

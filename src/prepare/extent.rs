@@ -1,7 +1,7 @@
 //! Prepared parts and instances to the placed model's box: of what is kept, never of control points.
 
-use super::region::winding_about;
-use super::{BoxBounds, EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile, UvCurve};
+use super::inside::{Inside, points_along};
+use super::{BoxBounds, EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
 use crate::mesh::SceneInstance;
 use glam::{DVec2, DVec3};
 
@@ -99,21 +99,14 @@ pub(super) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
 
 /// Points of a lattice over a tile that lie inside its loops and outside `bounds`, which they widen.
 fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, bounds: &mut Hull) -> Vec<DVec3> {
-    let polygons: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| polygon(part, l)).collect();
-    let count = |breaks: &[f64], a: f64, b: f64| {
-        4 * SAMPLES * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)
-    };
-    let (nu, nv) =
-        (count(&face.patches.breaks_u, tile.min.x, tile.max.x), count(&face.patches.breaks_v, tile.min.y, tile.max.y));
+    let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
+    let inside = Inside { patches: &face.patches, min: tile.min, max: tile.max, loops };
     let mut out = Vec::new();
-    for i in 0..=nu {
-        for j in 0..=nv {
-            let uv = tile.min + (tile.max - tile.min) * DVec2::new(i as f64 / nu as f64, j as f64 / nv as f64);
-            let p = face.patches.derivatives(uv.x, uv.y).point;
-            if !bounds.holds(p) && polygons.iter().map(|l| winding_about(l, uv)).sum::<i32>() > 0 {
-                bounds.add(p);
-                out.push(p);
-            }
+    for uv in inside.lattice(4 * SAMPLES).1 {
+        let p = face.patches.derivatives(uv.x, uv.y).point;
+        if !bounds.holds(p) && inside.holds(uv) {
+            bounds.add(p);
+            out.push(p);
         }
     }
     out
@@ -124,13 +117,7 @@ fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
     let mut out = Vec::new();
     for u in uses {
         let breaks = &part.edges[u.edge as usize].breaks;
-        let (a, b) = (breaks[u.from as usize].t, breaks[u.to as usize].t);
-        let n = match &u.uv {
-            UvCurve::Hermite(samples) => 2 * samples.len(),
-            UvCurve::Iso { .. } => 1,
-        };
-        let mut hint = 0;
-        out.extend((0..n).map(|k| u.uv.point(a + (b - a) * k as f64 / n as f64, &mut hint)));
+        points_along(&u.uv, breaks[u.from as usize].t, breaks[u.to as usize].t, usize::MAX, &mut out);
     }
     out
 }

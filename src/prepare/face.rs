@@ -79,8 +79,8 @@ pub(super) struct FaceDraft {
     pub(super) borders: Vec<DraftBorder>,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
     pub(super) breaks: Vec<(u32, f64)>,
-    /// Something to tell, though the face is usable.
-    pub(super) note: Option<String>,
+    /// What there is to tell, though the face is usable.
+    pub(super) notes: Vec<String>,
 }
 
 /// Why a face cannot be used.
@@ -145,10 +145,14 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let mut breaks: Vec<(u32, f64)> =
         passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |p| (edge, p.0))).collect();
     let mut named_pole = None;
+    let mut notes = Vec::new();
     for l in &face.loops {
         match l {
-            Loop::Edges(coedges) if coedges.is_empty() => {}
-            Loop::Edges(coedges) => loops.push(trace_loop(part, coedges, &projector, &mut gap, &passages)?),
+            Loop::Edges(coedges) => {
+                let (traced, miss) = trace_loop(part, coedges, &projector, &mut gap, &passages)?;
+                loops.push(traced);
+                notes.extend(miss.map(|m| format!("the image of a loop misses its start by {m:.3e} mm")));
+            }
             Loop::Vertex(v) => named_pole = projector.pole_at(part.vertices[v.index()]),
         }
     }
@@ -158,12 +162,13 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     }
     let region = region(loops, named_pole, &projector)?;
     let plan = grid_for(&region, &face.surface);
-    let (grid, arranged, note) = match arrange(&region, &plan.fine, &projector) {
-        Ok(a) => (plan.fine, a, None),
-        Err(e) => match arrange(&region, &plan.coarse, &projector) {
-            Ok(a) => (plan.coarse, a, Some(format!("{e}; kept as fewer tiles"))),
-            Err(e) => return Err(FaceError::Tangled(e)),
-        },
+    let (grid, arranged) = match arrange(&region, &plan.fine, &projector) {
+        Ok(a) => (plan.fine, a),
+        Err(e) => {
+            notes.push(format!("{e}; kept as fewer tiles"));
+            let a = arrange(&region, &plan.coarse, &projector).map_err(FaceError::Tangled)?;
+            (plan.coarse, a)
+        }
     };
     let mut low = DVec2::INFINITY;
     let mut high = DVec2::NEG_INFINITY;
@@ -214,10 +219,10 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     for tile in &tiles {
         critical(tile, &mut breaks);
     }
-    let far = (gap > GAP_SHARE * extent)
-        .then(|| format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
-    let note = [note, far].into_iter().flatten().reduce(|a, b| a + "; " + &b);
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, note })
+    if gap > GAP_SHARE * extent {
+        notes.push(format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
+    }
+    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, notes })
 }
 
 /// Parameters where the tangent across a knot of full multiplicity breaks.

@@ -19,6 +19,8 @@ mod extent;
 
 mod face;
 
+mod inside;
+
 mod orient;
 
 mod pcurve;
@@ -36,6 +38,7 @@ pub use uv_curve::{UvCurve, UvSample};
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
 use rayon::prelude::*;
+use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Knobs of [`prepare`].
@@ -69,10 +72,21 @@ pub fn prepare(model: Model, options: &PrepareOptions) -> Prepared {
     }
 }
 
-fn prepare_all(model: Model) -> Prepared {
+fn prepare_all(mut model: Model) -> Prepared {
+    let parts = model.parts.len();
+    let (known, unknown): (Vec<_>, Vec<_>) =
+        std::mem::take(&mut model.instances).into_iter().partition(|i| i.part.index() < parts);
+    model.instances = known;
+    model.diagnostics.extend(unknown.into_iter().map(|i| Diagnostic {
+        severity: Severity::Error,
+        part: None,
+        face: None,
+        entity: 0,
+        reason: format!("instance \"{}\" places part {} of {parts}", i.name, i.part.0),
+    }));
     let done: Vec<(PreparedPart, Vec<Diagnostic>)> =
         model.parts.par_iter().enumerate().map(|(k, part)| prepare_part(PartId::new(k), part)).collect();
-    let mut diagnostics = model.diagnostics.clone();
+    let mut diagnostics = std::mem::take(&mut model.diagnostics);
     let mut parts = Vec::with_capacity(done.len());
     for (part, found) in done {
         parts.push(part);
@@ -99,7 +113,7 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
             continue;
         };
         let told = match &result {
-            Ok(draft) => draft.note.clone().map(|note| (Severity::Note, note)),
+            Ok(draft) => (!draft.notes.is_empty()).then(|| (Severity::Note, draft.notes.join("; "))),
             Err(e @ face::FaceError::NoArea { .. }) => Some((Severity::Note, e.to_string())),
             Err(e) => Some((Severity::Error, e.to_string())),
         };
@@ -115,7 +129,18 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let prepared = topology::assemble(part, drafts, &mut turned);
+    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, drafts, &mut turned)));
+    let prepared = prepared.unwrap_or_else(|panic| {
+        let reason = face::FaceError::Internal(panic_message(&*panic)).to_string();
+        diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
+            severity: Severity::Error,
+            part: Some(id),
+            face: Some(FaceId::new(k)),
+            entity: part.faces[k].entity,
+            reason: reason.clone(),
+        }));
+        PreparedPart { face_rows: vec![None; part.faces.len()], ..PreparedPart::default() }
+    });
     diagnostics.extend(turned.into_iter().map(|t| Diagnostic {
         severity: Severity::Note,
         part: Some(id),
@@ -130,11 +155,13 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
 fn guarded(
     draft: impl FnOnce() -> Result<face::FaceDraft, face::FaceError>,
 ) -> Result<face::FaceDraft, face::FaceError> {
-    catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| {
-        let text = panic.downcast_ref::<String>().cloned();
-        let text = text.or_else(|| panic.downcast_ref::<&str>().map(ToString::to_string));
-        Err(face::FaceError::Internal(text.unwrap_or_default()))
-    })
+    catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| Err(face::FaceError::Internal(panic_message(&*panic))))
+}
+
+/// What a panic said, if it said it in text.
+pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text").to_owned()
 }
 
 fn scene(model: &Model, clouds: &[Vec<glam::DVec3>]) -> Scene {

@@ -3,9 +3,8 @@
 //! Neighbours that run along their common edge in opposite directions are turned alike; that fixes connected groups up
 //! to one sign. For groups that bound a solid the volume decides it, for others the file's word.
 
-use super::UvCurve;
-use super::face::{DraftAlong, DraftTile, FaceDraft};
-use super::region::winding_about;
+use super::face::{DraftAlong, DraftTile, DraftUse, FaceDraft};
+use super::inside::{Inside, points_along};
 use crate::model::{Part, ShellKind};
 use glam::{DVec2, DVec3};
 
@@ -39,21 +38,21 @@ pub(super) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
             }
         }
     }
-    // (neighbour, whether both must be turned alike)
+    // (neighbour, whether both must be turned alike); and whether a face's edges all have their counterparts. Where bodies
+    // touch, an edge has more than two uses, but two in each shell.
     let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.faces.len()];
-    for pair in &uses {
-        if let [(a, forward_a), (b, forward_b)] = pair[..]
-            && a != b
-            && part.faces[a].shell == part.faces[b].shell
-        {
-            neighbours[a].push((b, forward_a != forward_b));
-            neighbours[b].push((a, forward_a != forward_b));
-        }
-    }
     let mut whole: Vec<bool> = drafts.iter().map(Option::is_some).collect();
-    for pair in &uses {
-        if let [(only, _)] = pair[..] {
-            whole[only] = false;
+    for all in &mut uses {
+        all.sort_by_key(|&(face, _)| part.faces[face].shell);
+        for of_shell in all.chunk_by(|a, b| part.faces[a.0].shell == part.faces[b.0].shell) {
+            match *of_shell {
+                [(a, forward_a), (b, forward_b)] if a != b => {
+                    neighbours[a].push((b, forward_a != forward_b));
+                    neighbours[b].push((a, forward_a != forward_b));
+                }
+                [(a, _), (b, _)] if a == b => {}
+                _ => of_shell.iter().for_each(|&(face, _)| whole[face] = false),
+            }
         }
     }
     let mut seen = vec![false; part.faces.len()];
@@ -109,7 +108,7 @@ fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed:
     let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
     let polygons: Vec<(Vec<DVec3>, f64)> = faces()
         .flat_map(|(draft, reversed)| draft.tiles.iter().flat_map(|t| &t.loops).map(move |l| (draft, l, reversed)))
-        .map(|(draft, l, reversed)| (space_polygon(draft, l, 8), sign(reversed)))
+        .map(|(draft, l, reversed)| (space_polygon(draft, l), sign(reversed)))
         .collect();
     let points = || polygons.iter().flat_map(|p| &p.0);
     let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
@@ -132,20 +131,17 @@ fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed:
 }
 
 /// Points along a loop, on the surface.
-fn space_polygon(draft: &FaceDraft, uses: &[super::face::DraftUse], most: usize) -> Vec<DVec3> {
-    plane_polygon(uses, most).into_iter().map(|p| draft.patches.derivatives(p.x, p.y).point).collect()
+fn space_polygon(draft: &FaceDraft, uses: &[DraftUse]) -> Vec<DVec3> {
+    /// Points per use: a fan over them has a circle's area within 3 %.
+    const MOST: usize = 8;
+    plane_polygon(uses, MOST).into_iter().map(|p| draft.patches.derivatives(p.x, p.y).point).collect()
 }
 
-/// Points along a loop in (u,v), at most `most` per use; one per straight use.
-fn plane_polygon(uses: &[super::face::DraftUse], most: usize) -> Vec<DVec2> {
+/// Points along a loop in (u,v), at most `most` per use.
+fn plane_polygon(uses: &[DraftUse], most: usize) -> Vec<DVec2> {
     let mut out = Vec::new();
     for u in uses {
-        let n = match &u.uv {
-            UvCurve::Hermite(samples) => (samples.len() - 1).min(most),
-            UvCurve::Iso { .. } => most.min(4),
-        };
-        let mut hint = 0;
-        out.extend((0..n).map(|k| u.uv.point(u.from + (u.to - u.from) * k as f64 / n as f64, &mut hint)));
+        points_along(&u.uv, u.from, u.to, most, &mut out);
     }
     out
 }
@@ -158,22 +154,12 @@ fn flux(draft: &FaceDraft, origin: DVec3) -> f64 {
 fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3) -> f64 {
     /// Samples per Bézier piece and direction.
     const SAMPLES: usize = 8;
-    let polygons: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| plane_polygon(l, usize::MAX)).collect();
-    let count = |breaks: &[f64], a: f64, b: f64| {
-        SAMPLES * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)
+    let loops = tile.loops.iter().map(|l| plane_polygon(l, usize::MAX)).collect();
+    let inside = Inside { patches: &draft.patches, min: tile.min, max: tile.max, loops };
+    let (step, lattice) = inside.lattice(SAMPLES);
+    let at = |uv: DVec2| {
+        let d = draft.patches.derivatives(uv.x, uv.y);
+        (d.point - origin).dot(d.du.cross(d.dv))
     };
-    let patches = &draft.patches;
-    let (nu, nv) = (count(&patches.breaks_u, tile.min.x, tile.max.x), count(&patches.breaks_v, tile.min.y, tile.max.y));
-    let step = (tile.max - tile.min) / DVec2::new(nu as f64, nv as f64);
-    let mut sum = 0.0;
-    for i in 0..nu {
-        for j in 0..nv {
-            let uv = tile.min + step * DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
-            if polygons.iter().map(|p| winding_about(p, uv)).sum::<i32>() > 0 {
-                let d = patches.derivatives(uv.x, uv.y);
-                sum += (d.point - origin).dot(d.du.cross(d.dv)) * step.x * step.y;
-            }
-        }
-    }
-    sum
+    lattice.filter(|&uv| inside.holds(uv)).map(at).sum::<f64>() * step.x * step.y
 }

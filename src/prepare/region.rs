@@ -138,6 +138,8 @@ pub(super) enum RegionError {
     OneSided { loops: usize },
     /// A point or parameter is not finite.
     NotFinite,
+    /// A loop without edges.
+    EmptyLoop,
     /// An edge whose parameter range is empty or no number.
     EmptyEdge { edge: u32, range: (f64, f64) },
     /// A boundary's image runs over more periods than any real one.
@@ -156,6 +158,7 @@ impl fmt::Display for RegionError {
             }
             Self::Winding { winding: [u, v] } => write!(f, "a loop winds {u} times around u and {v} times around v"),
             Self::OneSided { loops } => write!(f, "{loops} loops go round the surface and do not enclose a region"),
+            Self::EmptyLoop => write!(f, "a loop has no edges"),
             Self::EmptyEdge { edge, range } => {
                 write!(f, "edge {edge} runs from parameter {} to {}", range.0, range.1)
             }
@@ -190,20 +193,25 @@ fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Vec<(Cow<'a
     out
 }
 
-/// Follows a loop over the surface, from the coedge that leaves the smallest gap where the loop closes.
+/// Follows a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. The second value
+/// is that gap, millimetres, where it is more than a loop that closes has.
 pub(super) fn trace_loop(
     part: &Part,
     coedges: &[Coedge],
     projector: &Projector<'_>,
     gap: &mut f64,
     passages: &Passages,
-) -> Result<UvLoop, RegionError> {
+) -> Result<(UvLoop, Option<f64>), RegionError> {
     /// First coedges tried when a loop does not close. The first that lies clear of a seam will do.
     const TRIES: usize = 6;
     let start_point = |c: &Coedge| {
         let e = &part.edges[c.edge.index()];
         part.vertices[if c.reversed { e.end } else { e.start }.index()]
     };
+    if coedges.is_empty() {
+        return Err(RegionError::EmptyLoop);
+    }
+    let closes = |miss: f64| miss <= 100.0 * projector.tolerance;
     let mut firsts: Vec<usize> =
         (0..coedges.len()).filter(|&k| projector.pole_at(start_point(&coedges[k])).is_none()).collect();
     if firsts.is_empty() {
@@ -213,17 +221,16 @@ pub(super) fn trace_loop(
     for &first in firsts.iter().take(TRIES) {
         let mut loop_gap = 0.0;
         let (traced, miss) = trace_from(part, coedges, first, projector, &mut loop_gap, passages)?;
-        let closes = miss <= 100.0 * projector.tolerance;
         if best.as_ref().is_none_or(|b| miss < b.0) {
             best = Some((miss, loop_gap, traced));
         }
-        if closes {
+        if closes(miss) {
             break;
         }
     }
-    let (_, loop_gap, traced) = best.ok_or(RegionError::NotFinite)?;
+    let (miss, loop_gap, traced) = best.ok_or(RegionError::NotFinite)?;
     *gap = gap.max(loop_gap);
-    Ok(traced)
+    Ok((traced, (!closes(miss)).then_some(miss)))
 }
 
 /// Follows a loop from its coedge `first`; the second value is the distance in space by which it fails to close.
@@ -369,7 +376,6 @@ pub(super) fn region(
             return Err(RegionError::Runaway { axis: u8::from(axis == 1), periods });
         }
     }
-    let polygons: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
     if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
         return band(loops, axis, named_pole, projector);
     }
@@ -383,7 +389,7 @@ pub(super) fn region(
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, corners_kept: true });
     }
-    let areas: Vec<f64> = polygons.iter().map(|p| area2(p)).collect();
+    let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, corners_kept: true });

@@ -7,7 +7,7 @@ use super::{
     Tile, UvCurve,
 };
 use crate::mesh::TileId;
-use crate::model::{CurveKind, Edge, FaceId, Loop, Part, Surface};
+use crate::model::{CurveKind, Edge, FaceId, Loop, Part};
 use glam::DVec3;
 
 /// Breaks closer than this share of an edge's range are one.
@@ -177,7 +177,8 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     PreparedEdge { shape: EdgeShape::Curve(curve), breaks, bounds, straight, uses: Vec::new() }
 }
 
-/// Box of a part's vertices and control points; of its whole surfaces where a face has no edges.
+/// Box of a part's vertices and control points, and of points of the whole surface where a face has no edges: a size, not
+/// a bound.
 pub(super) fn control_box(part: &Part) -> (DVec3, DVec3) {
     let mut low = DVec3::INFINITY;
     let mut high = DVec3::NEG_INFINITY;
@@ -191,17 +192,11 @@ pub(super) fn control_box(part: &Part) -> (DVec3, DVec3) {
         if face.loops.iter().any(|l| matches!(l, Loop::Edges(_))) {
             continue;
         }
-        match &face.surface {
-            Surface::Nurbs(s) => s.points.iter().for_each(|&p| add(p)),
-            Surface::Sphere { frame, radius } => {
-                add(frame.origin + DVec3::splat(*radius));
-                add(frame.origin - DVec3::splat(*radius));
-            }
-            Surface::Torus { frame, major, minor } => {
-                add(frame.origin + DVec3::splat(major + minor));
-                add(frame.origin - DVec3::splat(major + minor));
-            }
-            _ => {}
+        let [(u0, u1), (v0, v1)] = face.surface.natural_domain();
+        if [u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
+            let share = |k: u32| f64::from(k) / 8.0;
+            let uv = (0..=8).flat_map(|i| (0..=8).map(move |j| (share(i), share(j))));
+            uv.for_each(|(s, t)| add(face.surface.point(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t)));
         }
     }
     (low, high)
