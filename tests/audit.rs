@@ -261,6 +261,8 @@ fn economy_knows_the_smallest_lattice() {
     let report = economy(&prepared, &lattice(&prepared, 2, &surface, 48, 4), chord);
     let [tile] = report.tiles[..] else { panic!("{report}") };
     assert_eq!((tile.face, tile.made, tile.kind), (FaceId(2), 384.0, SurfaceKind::Cylinder));
-    assert!((48.0..=52.0).contains(&tile.least), "{report}");
+    assert!((48.0..=52.0).contains(&tile.lattice), "{report}");
+    // Both circles and both sides of the seam.
+    assert_eq!((tile.boundary, tile.needed()), (48.0 + 48.0 + 8.0 - 2.0, tile.boundary), "{report}");
     assert!((report.mean() - report.worst()).abs() < 1e-12);
 }

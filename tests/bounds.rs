@@ -4,7 +4,7 @@
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
-use trimtess::prepare::{BezierPatches, BezierSpline3, BoxBounds, CurveBounds, SurfaceBounds};
+use trimtess::prepare::{Bend, BezierPatches, BezierSpline3, BoxBounds, CurveBounds, SurfaceBounds};
 
 fn bumpy(degree_u: usize, degree_v: usize, weight: f64) -> NurbsSurface {
     let knots = |degree: usize| [vec![0.0; degree + 1], vec![0.8], vec![2.0; degree + 1]].concat();
@@ -70,7 +70,7 @@ fn turning(patches: &BezierPatches, from: (f64, f64), to: (f64, f64)) -> f64 {
 }
 
 fn list(b: &BoxBounds) -> [f64; 5] {
-    [b.uu, b.uv, b.vv, b.u, b.v]
+    [b.uu.norm, b.uv.norm, b.vv.norm, b.u, b.v]
 }
 
 #[test]
@@ -96,6 +96,55 @@ fn derivative_bounds_hold_and_are_tight() {
         }
         println!("{name}: bound / sampled, worst box: {worst:.4?}");
         assert!(worst.iter().all(|&w| w <= limit), "{name}: {worst:?} over {limit}");
+    }
+}
+
+/// Largest parts of `S_uu`, `S_uv`, `S_vv` along and across the normal over a box, by sampling.
+fn sampled_parts(patches: &BezierPatches, u: (f64, f64), v: (f64, f64)) -> [[f64; 2]; 3] {
+    let mut most = [[0.0_f64; 2]; 3];
+    let at = |(a, b): (f64, f64), i: usize| a + (b - a) * (1e-5 + (1.0 - 2e-5) * i as f64 / 40.0);
+    for (i, j) in (0..=40).flat_map(|i| (0..=40).map(move |j| (i, j))) {
+        let d = patches.derivatives(at(u, i), at(v, j));
+        let normal = d.du.cross(d.dv).normalize();
+        for (most, x) in most.iter_mut().zip([d.duu, d.duv, d.dvv]) {
+            let lift = x.dot(normal);
+            most[0] = most[0].max(lift.abs());
+            most[1] = most[1].max((x - lift * normal).length());
+        }
+    }
+    most
+}
+
+#[test]
+fn lifts_and_slides_hold_and_are_tight() {
+    for (name, surface, _) in cases() {
+        let patches = BezierPatches::new(&surface);
+        let bounds = SurfaceBounds::new(&patches);
+        let scale = bounds.cells.iter().fold(0.0_f64, |most, b| most.max(b.uu.norm).max(b.uv.norm).max(b.vv.norm));
+        for i in 0..bounds.breaks_u.len() - 1 {
+            for j in 0..bounds.breaks_v.len() - 1 {
+                let (u, v) =
+                    ((bounds.breaks_u[i], bounds.breaks_u[i + 1]), (bounds.breaks_v[j], bounds.breaks_v[j + 1]));
+                let cell = bounds.cell(i, j);
+                let found = [cell.uu, cell.uv, cell.vv].map(|b| [b.lift, b.slide]);
+                let sampled = sampled_parts(&patches, u, v);
+                for (found, sampled) in found.iter().flatten().zip(sampled.iter().flatten()) {
+                    assert!(*found >= sampled * (1.0 - 1e-4) - 1e-6 * scale, "{name}: {found} below {sampled}");
+                    assert!(*found <= 1.25 * sampled + 0.05 * scale, "{name}: {found} for {sampled} of {scale}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_flat_spline_is_flat_however_it_is_parametrised() {
+    let flat = |p: &DVec3| DVec3::new(p.x + 0.3 * p.z, p.y, 7.0);
+    let mut surface = bumpy(3, 3, 1.25);
+    surface.points = surface.points.iter().map(flat).collect();
+    for cell in SurfaceBounds::new(&BezierPatches::new(&surface)).cells {
+        assert!(cell.uu.slide > 0.0 && cell.vv.slide > 0.0);
+        assert_eq!([cell.uu.lift, cell.uv.lift, cell.vv.lift], [0.0; 3]);
     }
 }
 
@@ -141,14 +190,16 @@ fn straight_directions_are_exactly_zero() {
     {
         let twisted = matches!(surface, Surface::Cone { .. });
         for cell in table(surface.clone(), u, v).cells {
-            assert_eq!(cell.vv, 0.0);
-            assert!(cell.uu > 0.0 && (cell.uv > 0.0) == twisted);
+            assert_eq!(cell.vv, Bend::default());
+            assert!(cell.uu.lift > 0.0 && (cell.uv.slide > 0.0) == twisted);
+            assert!(cell.uv.lift < 1e-6 * cell.uu.lift, "along its lines a cone only slides");
             assert!(cell.turn_v < 1e-6 && cell.turn_u > 0.1);
         }
     }
     let plane = table(Surface::Plane { frame }, (-300.0, 200.0), (1.0, 5.0));
     assert_eq!(plane.cells.len(), 1);
-    assert_eq!((plane.cells[0].uu, plane.cells[0].uv, plane.cells[0].vv), (0.0, 0.0, 0.0));
+    let none = Bend::default();
+    assert_eq!((plane.cells[0].uu, plane.cells[0].uv, plane.cells[0].vv), (none, none, none));
     assert_eq!((plane.cells[0].turn_u, plane.cells[0].turn_v), (0.0, 0.0));
     assert!((plane.cells[0].u - 1.0).abs() < 1e-12 && (plane.cells[0].v - 1.0).abs() < 1e-12);
 }

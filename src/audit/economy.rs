@@ -1,10 +1,11 @@
-//! Triangles made -> how many a uniform lattice would need for the same tolerance, tile by tile, by trying them out.
+//! Triangles made -> how many a uniform lattice would need for the same tolerance, tile by tile, by trying lattices out.
 
 use super::foot::walk_surface;
 use crate::mesh::{Batch, MemorySink, TileId};
 use crate::model::{FaceId, PartId, SurfaceKind};
 use crate::prepare::{BezierPatches, Prepared, PreparedFace, Tile};
 use glam::{DVec2, DVec3};
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 /// Most tiles tried, spread evenly over the curved ones.
@@ -24,14 +25,22 @@ pub struct TileEconomy {
     /// Triangles made.
     pub made: f64,
     /// Triangles of the smallest uniform lattice that passes, less the share of it that is trimmed away; at least 2.
-    pub least: f64,
+    pub lattice: f64,
+    /// Triangles that the tile's boundary takes, whatever is inside: none has a corner off the boundary.
+    pub boundary: f64,
 }
 
 impl TileEconomy {
+    /// Triangles needed: by the lattice or by the boundary, which both sides of each edge share.
+    #[must_use]
+    pub fn needed(&self) -> f64 {
+        self.lattice.max(self.boundary)
+    }
+
     /// Triangles made per triangle needed.
     #[must_use]
     pub fn ratio(&self) -> f64 {
-        self.made / self.least
+        self.made / self.needed()
     }
 }
 
@@ -46,8 +55,18 @@ impl EconomyReport {
     /// Triangles made on all tiles tried per triangle needed there; 1 when there are none.
     #[must_use]
     pub fn mean(&self) -> f64 {
-        let (made, least) = self.tiles.iter().fold((0.0, 0.0), |(m, l), tile| (m + tile.made, l + tile.least));
-        if least > 0.0 { made / least } else { 1.0 }
+        self.sum_ratio(TileEconomy::needed)
+    }
+
+    /// The same against the lattices alone, as if edges needed no triangles.
+    #[must_use]
+    pub fn lattice_mean(&self) -> f64 {
+        self.sum_ratio(|tile| tile.lattice)
+    }
+
+    fn sum_ratio(&self, needed: impl Fn(&TileEconomy) -> f64) -> f64 {
+        let (made, needed) = self.tiles.iter().fold((0.0, 0.0), |(m, n), tile| (m + tile.made, n + needed(tile)));
+        if needed > 0.0 { made / needed } else { 1.0 }
     }
 
     /// The largest ratio of a tile; 1 when there are none.
@@ -61,22 +80,25 @@ impl fmt::Display for EconomyReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "economy: {:.2} triangles made per triangle needed on {} curved tiles, worst {:.2}",
+            "economy: {:.2} triangles made per triangle needed on {} curved tiles, worst {:.2}; {:.2} per triangle of the \
+             smallest uniform lattices",
             self.mean(),
             self.tiles.len(),
-            self.worst()
+            self.worst(),
+            self.lattice_mean()
         )?;
         for tile in self.tiles.iter().take(4) {
             write!(
                 f,
-                "\n  {:.2} at part {} face {} ({}) tile {}: {} made, {:.0} needed",
+                "\n  {:.2} at part {} face {} ({}) tile {}: {} made, {:.0} needed by the lattice, {:.0} by the boundary",
                 tile.ratio(),
                 tile.part.0,
                 tile.face.0,
                 tile.kind.name(),
                 tile.tile.0,
                 tile.made,
-                tile.least
+                tile.lattice,
+                tile.boundary
             )?;
         }
         Ok(())
@@ -86,8 +108,7 @@ impl fmt::Display for EconomyReport {
 /// Compares up to 64 curved tiles of `mesh`, which was made from `prepared`, with the smallest lattice, uniform in the
 /// parameters of the tile's patches, whose sampled distance from the surface is at most `chord` millimetres of the placed model.
 ///
-/// A mesh made for an angle tolerance too pays for that here. Trimmed tiles pay for their boundary. Up to a second a tile,
-/// mostly milliseconds.
+/// A mesh made for an angle tolerance too pays for that here. Up to a second a tile, mostly milliseconds.
 #[must_use]
 pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyReport {
     let curved: Vec<(&Batch, &PreparedFace, &Tile)> = mesh
@@ -115,11 +136,29 @@ pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyRep
             tile: batch.tile,
             kind: face.kind,
             made: batch.mesh.triangles.len() as f64,
-            least: least(batch, face, tile),
+            lattice: least(batch, face, tile),
+            boundary: boundary(batch),
         })
         .collect();
     tiles.sort_by(|a, b| b.ratio().total_cmp(&a.ratio()));
     EconomyReport { tiles }
+}
+
+/// Triangles left if every vertex inside were taken out, by Euler's formula.
+fn boundary(batch: &Batch) -> f64 {
+    let mesh = &batch.mesh;
+    let mut uses: HashMap<[u32; 2], u32> = HashMap::new();
+    for t in &mesh.triangles {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            *uses.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    let mut inside = vec![true; mesh.positions.len()];
+    let once = uses.into_iter().filter(|(_, count)| *count == 1).map(|(edge, _)| edge);
+    once.flatten().for_each(|vertex| inside[vertex as usize] = false);
+    let used: HashSet<u32> = mesh.triangles.iter().flatten().copied().filter(|&v| inside[v as usize]).collect();
+    mesh.triangles.len() as f64 - 2.0 * used.len() as f64
 }
 
 /// Share of the tile's rectangle that its triangles cover.

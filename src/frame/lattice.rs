@@ -8,7 +8,7 @@
 use super::density::Density;
 use super::plan::{MAX_LINES, TileLattice};
 use super::tolerance::Tolerance;
-use crate::prepare::{BoxBounds, PreparedFace, Tile};
+use crate::prepare::{Bend, BoxBounds, PreparedFace, Tile};
 use std::f64::consts::FRAC_PI_2;
 
 /// Most lines of one tile in one direction, over all stretches between creases.
@@ -16,17 +16,56 @@ const LINES_OF_TILE: f64 = 32768.0;
 /// Times that a lattice over its limits is made coarser; each time brings it down to about the limit.
 const COARSER: usize = 8;
 
-/// Largest bounds of the boxes under a tile.
-fn worst(boxes: impl Iterator<Item = BoxBounds>) -> BoxBounds {
-    boxes.fold(BoxBounds::default(), |m, b| BoxBounds {
-        uu: m.uu.max(b.uu),
-        uv: m.uv.max(b.uv),
-        vv: m.vv.max(b.vv),
-        u: m.u.max(b.u),
-        v: m.v.max(b.v),
-        turn_u: m.turn_u.max(b.turn_u),
-        turn_v: m.turn_v.max(b.turn_v),
+/// What a strip of a tile needs, from the bounds of the boxes under it.
+#[derive(Clone, Copy, Default)]
+struct Needs {
+    bounds: BoxBounds,
+    /// u-lines and v-lines per unit of parameter that keep the surface's parametrisation even within a cell.
+    even: [f64; 2],
+}
+
+/// Largest bounds of the boxes under a strip.
+fn worst(boxes: impl Iterator<Item = Needs>) -> Needs {
+    boxes.fold(Needs::default(), |m, n| {
+        let (a, b) = (&m.bounds, &n.bounds);
+        let bounds = BoxBounds {
+            uu: a.uu.max(b.uu),
+            uv: a.uv.max(b.uv),
+            vv: a.vv.max(b.vv),
+            u: a.u.max(b.u),
+            v: a.v.max(b.v),
+            turn_u: a.turn_u.max(b.turn_u),
+            turn_v: a.turn_v.max(b.turn_v),
+        };
+        Needs { bounds, even: [m.even[0].max(n.even[0]), m.even[1].max(n.even[1])] }
     })
+}
+
+/// Across a cell no first derivative may change along the surface by more than this share of its largest length there:
+/// triangles that are positive in (u,v) would turn over where it runs backwards. At 1 a side shrinks to a point; the rest is
+/// for the slack of the bounds.
+const UNEVEN: f64 = 1.25;
+
+impl Needs {
+    fn of(bounds: BoxBounds) -> Self {
+        let ratio = |change: f64, of: f64| if of > 0.0 { change / (UNEVEN * of) } else { 0.0 };
+        let along = |own: &Bend, speed: f64, other: f64| ratio(own.slide, speed).max(ratio(bounds.uv.slide, other));
+        let even = [along(&bounds.uu, bounds.u, bounds.v), along(&bounds.vv, bounds.v, bounds.u)];
+        Self { bounds, even }
+    }
+
+    /// Second derivatives as they count for the chord, where normals turn within a cell by the arc sine of `share`.
+    fn second(&self, share: f64) -> Second {
+        let BoxBounds { uu, uv, vv, .. } = &self.bounds;
+        Second { uu: uu.along(share), uv: uv.along(share), vv: vv.along(share) }
+    }
+}
+
+/// Bounds of what second derivatives lift the surface off its triangles.
+struct Second {
+    uu: f64,
+    uv: f64,
+    vv: f64,
 }
 
 /// Strips of the bounds table under `[lo, hi]`.
@@ -48,22 +87,42 @@ pub(super) fn lattice(
 ) -> (TileLattice, bool) {
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
-    let columns: Vec<BoxBounds> = su.clone().map(|i| worst(sv.clone().map(|j| table.cell(i, j)))).collect();
-    let rows: Vec<BoxBounds> = sv.clone().map(|j| worst(su.clone().map(|i| table.cell(i, j)))).collect();
-    let all = worst(columns.iter().copied());
+    let cell = |i: usize, j: usize| Needs::of(table.cell(i, j));
+    let columns: Vec<Needs> = su.clone().map(|i| worst(sv.clone().map(|j| cell(i, j)))).collect();
+    let rows: Vec<Needs> = sv.clone().map(|j| worst(su.clone().map(|i| cell(i, j)))).collect();
     let width = tile.max - tile.min;
-    let budget = 8.0 * tolerance.chord;
-    let (mut ru, mut rv) = chord_rates(&columns, &rows, &all, [width.x, width.y], budget);
+    let sides = [(&table.breaks_u, su.clone(), &columns), (&table.breaks_v, sv.clone(), &rows)];
     let angle = tolerance.angle.min(FRAC_PI_2);
-    let strip = |breaks: &[f64], k: usize| breaks[k + 1] - breaks[k];
-    for (k, (rate, b)) in su.clone().zip(ru.iter_mut().zip(&columns)) {
-        *rate = rate.max(b.turn_u / angle / strip(&table.breaks_u, k));
-        *rate = factor * tolerance.max_edge.map_or(*rate, |m| rate.max(std::f64::consts::SQRT_2 * b.u / m));
-    }
-    for (k, (rate, b)) in sv.clone().zip(rv.iter_mut().zip(&rows)) {
-        *rate = rate.max(b.turn_v / angle / strip(&table.breaks_v, k));
-        *rate = factor * tolerance.max_edge.map_or(*rate, |m| rate.max(std::f64::consts::SQRT_2 * b.v / m));
-    }
+    // How far the normal turns per unit of parameter, and the density that all but the chord needs.
+    let turning = |axis: usize| {
+        let (breaks, strips, needs) = &sides[axis];
+        let turn = |n: &Needs| if axis == 0 { n.bounds.turn_u } else { n.bounds.turn_v };
+        strips.clone().zip(needs.iter()).map(|(k, n)| turn(n) / (breaks[k + 1] - breaks[k])).collect::<Vec<f64>>()
+    };
+    let turning = [turning(0), turning(1)];
+    let rates = |share: f64| {
+        let chord = chord_rates(&columns, &rows, share, [width.x, width.y], 8.0 * tolerance.chord);
+        let finish = |axis: usize, chord: Vec<f64>| {
+            let speed = |n: &Needs| if axis == 0 { n.bounds.u } else { n.bounds.v };
+            let long = |n: &Needs| tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * speed(n) / m);
+            let all = chord.into_iter().zip(sides[axis].2).zip(&turning[axis]);
+            all.map(|((rate, n), turn)| rate.max(turn / angle).max(n.even[axis]).max(long(n))).collect::<Vec<f64>>()
+        };
+        [finish(0, chord.0), finish(1, chord.1)]
+    };
+    // On the largest cells that lifts alone would allow, normals turn the most. A part along the surface at one end of a cell
+    // counts at the other as far as they do, and half as far on the average.
+    let largest = rates(0.0);
+    let turn = |axis: usize| {
+        let (breaks, strips, _) = &sides[axis];
+        let all: f64 = strips.clone().zip(&turning[axis]).map(|(k, turn)| turn * (breaks[k + 1] - breaks[k])).sum();
+        let cell =
+            largest[axis].iter().zip(&turning[axis]).map(|(rate, turn)| if *turn > 0.0 { turn / rate } else { 0.0 });
+        cell.fold(0.0, f64::max).min(all)
+    };
+    let share = (0.5 * turn(0).hypot(turn(1))).min(1.0);
+    let [mut ru, mut rv] = if share > 0.0 { rates(share) } else { largest };
+    ru.iter_mut().chain(&mut rv).for_each(|rate| *rate *= factor);
     let mut u = Density { breaks: table.breaks_u[su.start..=su.end].to_vec(), rates: ru };
     let mut v = Density { breaks: table.breaks_v[sv.start..=sv.end].to_vec(), rates: rv };
     let mut kept = true;
@@ -106,40 +165,37 @@ fn lines(density: &Density, lo: f64, hi: f64, creases: &[f64]) -> (Vec<f64>, boo
     (out, kept)
 }
 
-/// Densities of u- and v-lines that keep the deviation, per strip.
-fn chord_rates(
-    columns: &[BoxBounds],
-    rows: &[BoxBounds],
-    all: &BoxBounds,
-    width: [f64; 2],
-    budget: f64,
-) -> (Vec<f64>, Vec<f64>) {
-    let none = || (vec![0.0; columns.len()], vec![0.0; rows.len()]);
+/// Densities of u- and v-lines that keep the deviation, per strip; `budget` is eight chord tolerances.
+fn chord_rates(columns: &[Needs], rows: &[Needs], share: f64, width: [f64; 2], budget: f64) -> (Vec<f64>, Vec<f64>) {
+    let all = worst(columns.iter().copied()).second(share);
+    let second = |needs: &[Needs]| needs.iter().map(|n| n.second(share)).collect::<Vec<_>>();
+    let (columns, rows) = (second(columns), second(rows));
+    let none = |strips: &[Second]| vec![0.0; strips.len()];
     if all.uu == 0.0 && all.uv == 0.0 && all.vv == 0.0 {
-        return none();
+        return (none(&columns), none(&rows));
     }
     // Straight in one direction: one cell that way, and the other takes the whole budget.
-    let ruled = |bounds: &[BoxBounds], second: fn(&BoxBounds) -> f64, across: f64| -> Vec<f64> {
+    let ruled = |bounds: &[Second], own: fn(&Second) -> f64, across: f64| -> Vec<f64> {
         bounds
             .iter()
             .map(|b| {
-                let (m, c) = (second(b), b.uv * across);
+                let (m, c) = (own(b), b.uv * across);
                 if m > 0.0 { m / ((c * c + budget * m).sqrt() - c) } else { 2.0 * c / budget }
             })
             .collect()
     };
     if all.uu == 0.0 && all.vv > 0.0 {
-        return (vec![0.0; columns.len()], ruled(rows, |b| b.vv, width[0]));
+        return (none(&columns), ruled(&rows, |b| b.vv, width[0]));
     }
     if all.vv == 0.0 && all.uu > 0.0 {
-        return (ruled(columns, |b| b.uu, width[1]), vec![0.0; rows.len()]);
+        return (ruled(&columns, |b| b.uu, width[1]), none(&rows));
     }
     let r = if all.uu > 0.0 { (all.uu / all.vv).sqrt() } else { width[1] / width[0] };
-    let need_u = |b: &BoxBounds| b.uu + r * b.uv;
-    let need_v = |b: &BoxBounds| b.vv + b.uv / r;
-    let share = |need: f64, width: f64| need * width * width / budget;
+    let need_u = |b: &Second| b.uu + r * b.uv;
+    let need_v = |b: &Second| b.vv + b.uv / r;
+    let part = |need: f64, width: f64| need * width * width / budget;
     // A direction that one cell satisfies leaves the rest of the budget to the other.
-    let (one_u, one_v) = (share(need_u(all), width[0]), share(need_v(all), width[1]));
+    let (one_u, one_v) = (part(need_u(&all), width[0]), part(need_v(&all), width[1]));
     let share_u = if one_v <= 0.5 {
         1.0 - one_v
     } else if one_u <= 0.5 {

@@ -5,18 +5,12 @@
 //! so their bounds need no control nets: they are tight, and cost nanoseconds instead of microseconds. Second
 //! derivatives are split into the part along the normal, which is what lifts a surface off its triangles, and the rest.
 
-use super::{BezierPatches, BoxBounds, StripBounds, SurfaceBounds};
+use super::{Bend, BezierPatches, BoxBounds, StripBounds, SurfaceBounds};
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 
 /// Strips per span of an arc: φ' varies by 17 % along a quarter turn, 5 % along half of one.
 pub(super) const PARTS: usize = 2;
-
-/// Share of second derivatives along the surface that counts as deviation. They move points of a triangle along the
-/// surface, away from it only as far as the normal turns within a cell: by 0.3 radians at chord tolerances of 1 % of
-/// the radius. With all of it, spheres have twice the triangles that they need; with none, coarse cells of cones and
-/// tori miss the tolerance by 20 %.
-const TANGENTIAL: f64 = 0.3;
 
 /// A stretch of a unit arc: how fast the angle runs with the parameter, and how far.
 #[derive(Clone, Copy, Debug)]
@@ -44,10 +38,15 @@ impl Swing {
         Self { first: rate(least) / width, second: bend(most) / (width * width), angles: (angle(a), angle(b)) }
     }
 
-    /// sup ‖e''‖ of the unit vector e at angle φ, `level` of its centripetal part being along the surface's normal.
-    fn acceleration(&self, level: f64) -> f64 {
+    /// Bounds of `reach · e''`, e the unit vector at angle φ, `level` of its centripetal part being along the surface's normal
+    /// and `across` of it in the tangent plane.
+    fn acceleration(&self, reach: f64, level: f64, across: f64) -> Bend {
         let centripetal = self.first.powi(2);
-        centripetal * level + TANGENTIAL * (centripetal * (1.0 - level * level).max(0.0).sqrt()).hypot(self.second)
+        Bend {
+            norm: reach * centripetal.hypot(self.second),
+            lift: reach * centripetal * level,
+            slide: reach * (centripetal * across).hypot(self.second),
+        }
     }
 
     fn turn(&self) -> f64 {
@@ -105,6 +104,11 @@ pub(super) fn analytic(surface: &Surface, maps: &[AxisMap; 2], patches: &BezierP
     }
 }
 
+/// Bounds of a derivative that lies in the tangent plane everywhere.
+fn tangential(length: f64) -> Bend {
+    Bend { norm: length, lift: 0.0, slide: length }
+}
+
 /// Cylinders and cones: `reach` is the largest radius.
 fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f64) -> Option<SurfaceBounds> {
     if maps[1] != AxisMap::Identity || patches.breaks_v.len() != 2 {
@@ -114,9 +118,9 @@ fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f
     let cells = around
         .iter()
         .map(|s| BoxBounds {
-            uu: reach * s.acceleration(half_angle.cos()),
-            uv: TANGENTIAL * half_angle.tan().abs() * s.first,
-            vv: 0.0,
+            uu: s.acceleration(reach, half_angle.cos(), half_angle.sin().abs()),
+            uv: tangential(half_angle.tan().abs() * s.first),
+            vv: Bend::default(),
             u: reach * s.first,
             v: 1.0 / half_angle.cos(),
             turn_u: 2.0 * (half_angle.cos() * (0.5 * s.turn()).sin()).asin(),
@@ -138,9 +142,9 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
             // Inside the stretch the distance from the axis is extreme only where cos v is.
             let reach = if cos == 1.0 { major + minor } else { reach[0].max(reach[1]) };
             cells.push(BoxBounds {
-                uu: reach * s.acceleration(cos),
-                uv: TANGENTIAL * minor * sin * s.first * t.first,
-                vv: minor * t.acceleration(1.0),
+                uu: s.acceleration(reach, cos, sin),
+                uv: tangential(minor * sin * s.first * t.first),
+                vv: t.acceleration(minor, 1.0, 0.0),
                 u: reach * s.first,
                 v: minor * t.first,
                 turn_u: cos * s.turn(),

@@ -1,24 +1,56 @@
 //! Bézier patches and segments -> tables over sub-boxes: derivative bounds and turning angles, the input of all rates.
 //!
-//! Bounds by [`math::bounds`](crate::math::bounds) on each sub-box's own net; turning sampled with a margin that comes from
-//! halving the samples.
+//! Lengths of derivatives by [`math::bounds`](crate::math::bounds) on each sub-box's own net, rigorously. Their parts along
+//! and across the normal, and how far that turns, are sampled, with margins from the differences between samples.
 
 use super::arc_bounds;
 use super::decompose::{BezierPatches, BezierSpline3};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
+use crate::model::quotient;
 use glam::{DVec3, DVec4};
+
+/// Upper bounds of a second derivative over a sub-box.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bend {
+    /// Of its length.
+    pub norm: f64,
+    /// Of its part along the surface's normal, which lifts the surface off its triangles.
+    pub lift: f64,
+    /// Of its part in the tangent plane, which moves points along the surface.
+    pub slide: f64,
+}
+
+impl Bend {
+    /// The larger of each bound.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        let Self { norm, lift, slide } = self;
+        Self { norm: norm.max(other.norm), lift: lift.max(other.lift), slide: slide.max(other.slide) }
+    }
+
+    /// All bounds times `factor`.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { norm: self.norm * factor, lift: self.lift * factor, slide: self.slide * factor }
+    }
+
+    /// The part along any direction whose angle to the normal has at most the sine `share`.
+    #[must_use]
+    pub fn along(&self, share: f64) -> f64 {
+        self.norm.min(self.lift + share * self.slide)
+    }
+}
 
 /// What a sub-box of a surface can do at most, by the NURBS parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoxBounds {
-    /// sup ‖S_uu‖, of cones, spheres and tori only what lifts the surface off its triangles; exactly 0 where the surface is
-    /// straight and even in u.
-    pub uu: f64,
-    /// sup ‖S_uv‖; exactly 0 on planes and extrusions.
-    pub uv: f64,
-    /// sup ‖S_vv‖; exactly 0 where the surface is straight and even in v.
-    pub vv: f64,
+    /// `S_uu`; exactly 0 where the surface is straight and even in u, its lift where it is flat.
+    pub uu: Bend,
+    /// `S_uv`; exactly 0 on planes and extrusions, its lift where the surface is flat.
+    pub uv: Bend,
+    /// `S_vv`; exactly 0 where the surface is straight and even in v, its lift where it is flat.
+    pub vv: Bend,
     /// sup ‖S_u‖.
     pub u: f64,
     /// sup ‖S_v‖.
@@ -88,16 +120,22 @@ impl SurfaceBounds {
                 let local = patch_bounds(patches.degree_u + 1, &net, patches.rational);
                 let (u, v) = (breaks_u[i + 1] - breaks_u[i], breaks_v[j + 1] - breaks_v[j]);
                 let keep = |x: f64| if x <= ROUNDING * size { 0.0 } else { x };
-                let straight = local.duu.max(local.duv).max(local.dvv) <= ROUNDING * size;
-                let (turn_u, turn_v) = if straight { (0.0, 0.0) } else { sampler.turning(&net) };
+                let norms = [local.duu, local.duv, local.dvv].map(keep);
+                if norms == [0.0; 3] {
+                    cells.push(BoxBounds { u: local.du / u, v: local.dv / v, ..BoxBounds::default() });
+                    continue;
+                }
+                let samples = sampler.samples(&net);
+                let part = |k: usize, part: usize| norms[k].min(keep(samples.most(|s| s.bends[k][part])));
+                let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
                 cells.push(BoxBounds {
-                    uu: keep(local.duu) / (u * u),
-                    uv: keep(local.duv) / (u * v),
-                    vv: keep(local.dvv) / (v * v),
+                    uu: bend(0).scaled(1.0 / (u * u)),
+                    uv: bend(1).scaled(1.0 / (u * v)),
+                    vv: bend(2).scaled(1.0 / (v * v)),
                     u: local.du / u,
                     v: local.dv / v,
-                    turn_u,
-                    turn_v,
+                    turn_u: most_turning(|line, k| samples.0[k][line].map(|s| s.normal)),
+                    turn_v: most_turning(|line, k| samples.0[line][k].map(|s| s.normal)),
                 });
             }
         }
@@ -231,15 +269,52 @@ fn sample(k: usize) -> f64 {
     }
 }
 
-/// Basis and derivative row at each sample.
+/// Basis, derivative and second derivative row at each sample.
 fn sample_rows(degree: usize) -> Vec<Vec<f64>> {
     let row = |k| {
         bernstein::with_rows(degree, |rows| {
             bernstein::basis_with_derivatives(degree, sample(k), rows);
-            rows[..2 * (degree + 1)].to_vec()
+            rows.to_vec()
         })
     };
     (0..=SAMPLES).map(row).collect()
+}
+
+/// A surface at a point, by the local parameters of a sub-box.
+#[derive(Clone, Copy)]
+struct Sample {
+    normal: DVec3,
+    /// `S_uu`, `S_uv`, `S_vv`: signed part along the normal, and length of the rest.
+    bends: [[f64; 2]; 3],
+}
+
+/// A sub-box's samples, (i, j) in u and v; none where the surface has no normal.
+struct Samples([[Option<Sample>; SAMPLES + 1]; SAMPLES + 1]);
+
+impl Samples {
+    /// The largest size of `of` between the samples too: what the largest sample may miss is an eighth of the second
+    /// difference where `of` is a parabola there; twice that is allowed for, along lines and across.
+    fn most(&self, of: impl Fn(&Sample) -> f64) -> f64 {
+        let at = |i: usize, j: usize| self.0[i][j].as_ref().map(&of);
+        let mut most = 0.0_f64;
+        let mut bend = [0.0_f64; 2];
+        for i in 0..=SAMPLES {
+            for j in 0..=SAMPLES {
+                let Some(here) = at(i, j) else { continue };
+                most = most.max(here.abs());
+                let across = [
+                    (i > 0 && i < SAMPLES).then(|| [at(i - 1, j), at(i + 1, j)]),
+                    (j > 0 && j < SAMPLES).then(|| [at(i, j - 1), at(i, j + 1)]),
+                ];
+                for (bend, sides) in bend.iter_mut().zip(across) {
+                    if let Some([Some(a), Some(b)]) = sides {
+                        *bend = bend.max((a - 2.0 * here + b).abs());
+                    }
+                }
+            }
+        }
+        most + 0.25 * (bend[0] + bend[1])
+    }
 }
 
 impl Sampler {
@@ -248,34 +323,41 @@ impl Sampler {
         Self { degree_v, rows_u: sample_rows(patches.degree_u), rows_v: sample_rows(degree_v) }
     }
 
-    /// How far the normal turns at most along u-lines and along v-lines of a net.
-    fn turning(&self, net: &[DVec4]) -> (f64, f64) {
-        let mut normals = [[None; SAMPLES + 1]; SAMPLES + 1];
-        for (i, row_u) in self.rows_u.iter().enumerate() {
-            let nv = self.degree_v + 1;
-            let (n, d) = row_u.split_at(row_u.len() / 2);
-            let contract =
-                |f: &[f64], b: usize| f.iter().enumerate().fold(DVec4::ZERO, |sum, (a, &f)| sum + net[a * nv + b] * f);
-            let curve: Vec<(DVec4, DVec4)> = (0..nv).map(|b| (contract(n, b), contract(d, b))).collect();
-            for (j, row_v) in self.rows_v.iter().enumerate() {
-                let (m, e) = row_v.split_at(nv);
-                let (mut f, mut fu, mut fv) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
-                for (b, &(q, dq)) in curve.iter().enumerate() {
-                    f += q * m[b];
-                    fu += dq * m[b];
-                    fv += q * e[b];
+    /// A net at the sample lines.
+    fn samples(&self, net: &[DVec4]) -> Samples {
+        let nv = self.degree_v + 1;
+        let mut out = [[None; SAMPLES + 1]; SAMPLES + 1];
+        // Per column of the net, all orders in u; summed over the columns by orders in v.
+        let mut curve = vec![[DVec4::ZERO; 3]; nv];
+        for (row_u, out) in self.rows_u.iter().zip(&mut out) {
+            let nu = row_u.len() / 3;
+            for (b, column) in curve.iter_mut().enumerate() {
+                *column = [DVec4::ZERO; 3];
+                for a in 0..nu {
+                    let point = net[a * nv + b];
+                    for (order, sum) in column.iter_mut().enumerate() {
+                        *sum += point * row_u[order * nu + a];
+                    }
                 }
-                let point = f.truncate() / f.w;
-                let (su, sv) = (fu.truncate() - point * fu.w, fv.truncate() - point * fv.w);
-                let normal = su.cross(sv);
-                if normal.length() > 1e-10 * su.length() * sv.length() {
-                    normals[i][j] = normal.try_normalize();
+            }
+            for (row_v, out) in self.rows_v.iter().zip(out) {
+                let mut sums = [DVec4::ZERO; 6];
+                for (b, column) in curve.iter().enumerate() {
+                    for (sum, (du, dv)) in sums.iter_mut().zip([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]) {
+                        *sum += column[du] * row_v[dv * nv + b];
+                    }
+                }
+                let d = quotient(sums.map(DVec4::truncate), sums.map(|s| s.w));
+                let normal = d.du.cross(d.dv);
+                if normal.length() > 1e-10 * d.du.length() * d.dv.length() {
+                    *out = normal.try_normalize().map(|normal| {
+                        let parts = |x: DVec3| [x.dot(normal), (x - normal * x.dot(normal)).length()];
+                        Sample { normal, bends: [d.duu, d.duv, d.dvv].map(parts) }
+                    });
                 }
             }
         }
-        let along_u = most_turning(|line, k| normals[k][line]);
-        let along_v = most_turning(|line, k| normals[line][k]);
-        (along_u, along_v)
+        Samples(out)
     }
 }
 
@@ -284,8 +366,9 @@ impl Sampler {
 /// directions turn in a plane and one way.
 fn most_turning(direction: impl Fn(usize, usize) -> Option<DVec3>) -> f64 {
     let turning: [f64; SAMPLES + 1] = std::array::from_fn(|line| {
-        let along = |step: usize| path((0..=SAMPLES).step_by(step).filter_map(|k| direction(line, k)));
-        let (fine, coarse) = (along(1), along(2));
+        let samples: [Option<DVec3>; SAMPLES + 1] = std::array::from_fn(|k| direction(line, k));
+        let halved: [Option<DVec3>; SAMPLES / 2 + 1] = std::array::from_fn(|k| samples[2 * k]);
+        let (fine, coarse) = (path(&samples), path(&halved));
         fine + (fine - coarse).max(0.0)
     });
     let most = turning.iter().copied().fold(0.0_f64, f64::max);
@@ -295,13 +378,15 @@ fn most_turning(direction: impl Fn(usize, usize) -> Option<DVec3>) -> f64 {
 }
 
 /// The sum of the angles between neighbours.
-fn path(directions: impl Iterator<Item = DVec3>) -> f64 {
-    let mut before: Option<DVec3> = None;
-    directions.fold(0.0, |sum, d| {
-        let angle = before.map_or(0.0, |b| chord_angle(b.distance(d)));
-        before = Some(d);
-        sum + angle
-    })
+fn path(directions: &[Option<DVec3>]) -> f64 {
+    let mut known = directions.iter().flatten();
+    let Some(mut before) = known.next() else { return 0.0 };
+    let mut sum = 0.0;
+    for d in known {
+        sum += chord_angle(before.distance(*d));
+        before = d;
+    }
+    sum
 }
 
 /// The angle of a chord of the unit circle; below 0.1 by its series, good to 10⁻⁹.
@@ -318,7 +403,7 @@ fn tangent_turning(net: &[DVec4]) -> f64 {
     let degree = net.len() - 1;
     let mut tangents = [None; SAMPLES + 1];
     for (tangent, row) in tangents.iter_mut().zip(sample_rows(degree)) {
-        let (n, d) = row.split_at(degree + 1);
+        let (n, d) = row[..2 * (degree + 1)].split_at(degree + 1);
         let dot = |f: &[f64]| f.iter().zip(net).fold(DVec4::ZERO, |sum, (&f, &c)| sum + c * f);
         let (p, p1) = (dot(n), dot(d));
         *tangent = (p1.truncate() * p.w - p.truncate() * p1.w).try_normalize();

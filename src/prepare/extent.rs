@@ -85,7 +85,7 @@ pub(super) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
         let face = &part.faces[part.face_of(tile)];
         // Along a straight line only the ends are extreme, and they are on edges.
         let straight = |second: fn(&BoxBounds) -> f64| face.bounds.cells.iter().all(|b| second(b) == 0.0);
-        if straight(|b| b.uu) || straight(|b| b.vv) {
+        if straight(|b| b.uu.norm) || straight(|b| b.vv.norm) {
             continue;
         }
         // What the control net cannot reach need not be looked for.

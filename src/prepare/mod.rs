@@ -5,7 +5,7 @@ mod arc_bounds;
 mod arrangement;
 
 mod bounds;
-pub use bounds::{BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+pub use bounds::{Bend, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
 mod critical;
 

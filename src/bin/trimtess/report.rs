@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
-use trimtess::audit::DeviationReport;
+use trimtess::audit::{DeviationReport, EconomyReport};
 use trimtess::frame::Degradation;
 use trimtess::mesh::{MemorySink, Scene};
 use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
@@ -85,9 +85,15 @@ pub(crate) struct Report {
     pub(crate) p999_deviation_over_tolerance: Option<f64>,
     /// The largest such distance between the polylines of edges and their curves.
     pub(crate) max_edge_deviation_over_tolerance: Option<f64>,
+    /// Triangles made on curved tiles per triangle that their boundaries or the smallest uniform lattices need.
+    pub(crate) triangles_per_needed: Option<f64>,
+    /// The same per triangle of those lattices alone.
+    pub(crate) triangles_per_lattice: Option<f64>,
     /// What all of these are drawn from.
     #[serde(skip)]
     pub(crate) deviation: Option<DeviationReport>,
+    #[serde(skip)]
+    pub(crate) economy: Option<EconomyReport>,
     pub(crate) chord_mm: Option<f64>,
     pub(crate) angle_deg: Option<f64>,
     pub(crate) diagonal_mm: f64,
@@ -140,12 +146,15 @@ impl Report {
     }
 
     /// Books what the audit measured.
-    pub(crate) fn book(&mut self, deviation: DeviationReport) {
+    pub(crate) fn book(&mut self, deviation: DeviationReport, economy: EconomyReport) {
         let measured = || [deviation.beyond_gap, deviation.edges].into_iter().filter(|spread| spread.samples > 0);
         self.max_deviation_over_tolerance = measured().map(|spread| spread.worst).reduce(f64::max);
         self.p999_deviation_over_tolerance = measured().map(|spread| spread.p999).reduce(f64::max);
         self.max_edge_deviation_over_tolerance = Some(deviation.edges).filter(|e| e.samples > 0).map(|e| e.worst);
+        self.triangles_per_needed = (!economy.tiles.is_empty()).then(|| economy.mean());
+        self.triangles_per_lattice = (!economy.tiles.is_empty()).then(|| economy.lattice_mean());
         self.deviation = Some(deviation);
+        self.economy = Some(economy);
     }
 
     /// Adds something that concerns no single face, and loses none.
@@ -218,6 +227,9 @@ impl Report {
             for line in deviation.to_string().lines().take(deviation.kinds.len() + 4) {
                 let _ = writeln!(text, "  {line}");
             }
+        }
+        if let Some(line) = self.economy.as_ref().filter(|e| !e.tiles.is_empty()).map(ToString::to_string) {
+            let _ = writeln!(text, "  {}", line.lines().next().unwrap_or_default());
         }
         let Seconds { read, prepare, tessellate, check, write, total } = self.seconds;
         let _ = write!(text, "  seconds: read {read:.3}, prepare {prepare:.3}, tessellate {tessellate:.3}, ");

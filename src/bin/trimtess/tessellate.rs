@@ -170,7 +170,9 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     let deviation = audit::deviation(prepared, frame, chord);
     deviation_faults(&deviation).for_each(|fault| report.add_error(fault));
     tracing::info!("{deviation}");
-    report.book(deviation);
+    let economy = audit::economy(prepared, frame, chord);
+    tracing::info!("{economy}");
+    report.book(deviation, economy);
 }
 
 /// What is wrong with a part's mesh, given what its shells say of it.
