@@ -16,6 +16,10 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::exit;
 
+/// A file's syntax tree and its faces are millions of small pieces: a tenth of the time is the system's allocator.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Turns CAD files (trimmed NURBS) into watertight triangles and pictures.
 #[derive(Parser)]
 #[command(name = "trimtess", version, max_term_width = 120)]
