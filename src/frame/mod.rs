@@ -5,6 +5,9 @@ pub mod evaluate;
 
 mod density;
 
+mod ladder;
+pub use ladder::{Ladder, Rung};
+
 mod lattice;
 
 mod limits;

@@ -1,8 +1,9 @@
 //! One tile, one thread: prepared tile and plan in, triangles out.
 
 use super::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
+use super::ladder::Rung;
 use super::plan::{PartPlan, Plan, TileLattice, cell_coordinate};
-use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, trim_tile};
+use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference::trim_tile_reference, trim_tile};
 use crate::mesh::{EdgeLine, Origin, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
@@ -46,6 +47,8 @@ pub enum Degradation {
         split: u32,
         /// Boundary segments with nothing kept beside them.
         unused: u32,
+        /// The first crossing, in the part's coordinates, where segments had to be split.
+        place: Option<DVec3>,
     },
     /// Nothing is left of the tile at this tolerance: its boundary encloses less than a strip as wide as the tolerance.
     /// Where the face has other tiles, these close over it.
@@ -57,7 +60,7 @@ pub enum Degradation {
 impl fmt::Display for Degradation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotSimple { split, unused } => {
+            Self::NotSimple { split, unused, .. } => {
                 write!(f, "the boundary crosses itself ({split} segments split, {unused} unused); resolved by winding")
             }
             Self::Empty => write!(f, "nothing is left of the face at this tolerance"),
@@ -73,6 +76,8 @@ pub struct TileOutcome {
     pub face: FaceId,
     /// The triangles.
     pub mesh: PatchMesh,
+    /// How far down the ladder of fallbacks it went; [`Rung::Repaired`] at least where prepare repaired the face.
+    pub rung: Rung,
     /// What went wrong, if anything did.
     pub degradation: Option<Degradation>,
 }
@@ -108,21 +113,34 @@ pub fn tessellate_tile(
     let mut mesh = PatchMesh::default();
     trace_loops(rows, plan, tile_row, lattice, face, scratch, &mut mesh);
     let input = TrimInput { cells: lattice.cells(), points: &scratch.cells, loop_starts: &scratch.loop_starts };
-    let outcome = trim_tile(&input, &mut scratch.trim, &mut scratch.trimmed);
-    let mut degradation = match outcome {
-        Ok(TrimOutcome::Repaired { split, unused }) => Some(Degradation::NotSimple { split, unused }),
-        Ok(_) => None,
-        Err(e) => Some(Degradation::Failed(e.to_string())),
-    };
-    if !matches!(degradation, Some(Degradation::Failed(_))) {
-        finish(face, lattice, scratch, &mut mesh);
-        if mesh.triangles.is_empty() && degradation.is_none() {
-            degradation = Some(emptied(face, tile_row, plan.chord, scratch, &mesh));
-        }
+    // Loops that meet may pass the faster rungs with two layers where they overlap: these are counted out at once.
+    let outcome = if tile_row.entangled {
+        trim_tile_reference(&input, &mut scratch.trimmed)
     } else {
-        mesh = PatchMesh::default();
+        trim_tile(&input, &mut scratch.trim, &mut scratch.trimmed)
+    };
+    let least = if face.repaired { Rung::Repaired } else { Rung::Normal };
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(e) => {
+            let degradation = Some(Degradation::Failed(e.to_string()));
+            return TileOutcome { face: tile_row.face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation };
+        }
+    };
+    let mut rung = Rung::of(outcome, &scratch.trimmed.stats).max(least);
+    finish(face, lattice, scratch, &mut mesh);
+    let degradation = match outcome {
+        TrimOutcome::Repaired { split, unused } => {
+            let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
+            Some(Degradation::NotSimple { split, unused, place: first.map(|k| mesh.positions[k]) })
+        }
+        _ if mesh.triangles.is_empty() => Some(emptied(face, tile_row, plan.chord, scratch, &mesh)),
+        _ => None,
+    };
+    if let Some(Degradation::Failed(_)) = degradation {
+        rung = Rung::Lost;
     }
-    TileOutcome { face: tile_row.face, mesh, degradation }
+    TileOutcome { face: tile_row.face, mesh, rung, degradation }
 }
 
 /// What a tile without triangles is: thin, or lost.

@@ -154,6 +154,8 @@ pub struct Diagnostic {
     pub face: Option<FaceId>,
     /// Entity number in the source file, 0 if none.
     pub entity: u64,
+    /// Where, in the part's coordinates (millimetres), if it is somewhere.
+    pub place: Option<DVec3>,
     /// What and why, with numbers.
     pub reason: String,
 }

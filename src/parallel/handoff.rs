@@ -1,7 +1,7 @@
 //! What crosses threads, and nothing else does: orders to the workers, deliveries to the render thread.
 
 use super::metrics::WorkerMetrics;
-use crate::frame::Degradation;
+use crate::frame::{Degradation, Rung};
 use crate::mesh::{Batch, EdgeLine, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crossbeam::channel::{Receiver, Sender, bounded};
@@ -32,6 +32,8 @@ pub(super) struct Delivery {
     pub(super) lines: Vec<EdgeLine>,
     /// Tiles that came out less than as stated, ascending by (part, tile).
     pub(super) degraded: Vec<DegradedTile>,
+    /// Rungs of tiles off the normal path, ascending by (part, tile).
+    pub(super) rungs: Vec<FaceRung>,
     /// Edges without polyline, ascending by (part, edge).
     pub(super) lost_lines: Vec<LostLine>,
     /// What it took.
@@ -49,6 +51,17 @@ pub struct DegradedTile {
     pub tile: TileId,
     /// What happened to it.
     pub degradation: Degradation,
+}
+
+/// How far down the ladder of fallbacks a face went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FaceRung {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// The worst rung of its tiles; [`Rung::Lost`] if it has no triangles at all.
+    pub rung: Rung,
 }
 
 /// A B-rep edge that has no polyline. Triangles are not touched by that.

@@ -238,7 +238,7 @@ fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Degradation;
+    use crate::frame::{Degradation, Rung};
     use crate::mesh::{Batch, MemorySink, PatchMesh, SinkError};
     use crate::model::FaceId;
     use glam::DVec3;
@@ -261,7 +261,7 @@ mod tests {
             let x = f64::from(tile.0);
             let positions = vec![DVec3::new(x, *plan, 0.0), DVec3::X, DVec3::Y];
             let mesh = PatchMesh { positions, triangles: vec![[0, 1, 2]], ..PatchMesh::default() };
-            TileOutcome { face: FaceId(tile.0 / 2), mesh, degradation: None }
+            TileOutcome { face: FaceId(tile.0 / 2), mesh, rung: Rung::Normal, degradation: None }
         }
 
         fn edge_line(&self, plan: &f64, part: PartId, edge: EdgeId) -> EdgeLine {

@@ -3,7 +3,7 @@
 pub mod distribute;
 
 mod handoff;
-pub use handoff::{DegradedTile, LostLine};
+pub use handoff::{DegradedTile, FaceRung, LostLine};
 
 mod master;
 pub use master::{Session, SessionOptions, StartError, serial};

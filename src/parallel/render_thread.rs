@@ -1,9 +1,12 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order whatever the number of workers.
 
-use super::handoff::{DegradedTile, Delivery, LostLine};
+use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
-use crate::mesh::{MeshSink, Scene, SinkError};
+use crate::frame::{Ladder, Rung};
+use crate::mesh::{Batch, MeshSink, Scene, SinkError};
+use crate::model::{FaceId, PartId};
 use crossbeam::channel::Receiver;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
 
@@ -18,6 +21,10 @@ pub struct FrameReport {
     pub triangles: u64,
     /// Tiles that came out less than as stated, ascending by (part, tile).
     pub degraded: Vec<DegradedTile>,
+    /// Faces off the normal path, ascending by (part, face); those without triangles are among them.
+    pub rungs: Vec<FaceRung>,
+    /// All faces by the rung that they needed, each part counted once.
+    pub ladder: Ladder,
     /// Edges without polyline, ascending by (part, edge).
     pub lost_lines: Vec<LostLine>,
     /// What each worker did, by number.
@@ -83,13 +90,14 @@ pub(super) fn commit(
 ) -> Result<FrameReport, FrameError> {
     let _span = tracing::debug_span!("commit").entered();
     let mut report = FrameReport { made_in: laps.lap(), ..FrameReport::default() };
-    let (mut batches, mut lines) = (Vec::new(), Vec::new());
+    let (mut batches, mut lines, mut rungs) = (Vec::new(), Vec::new(), Vec::new());
     for delivery in deliveries {
         report.frame = delivery.frame;
         report.triangles += delivery.metrics.triangles;
         report.workers.push(delivery.metrics);
         report.degraded.extend(delivery.degraded);
         report.lost_lines.extend(delivery.lost_lines);
+        rungs.extend(delivery.rungs);
         batches.extend(delivery.batches);
         lines.extend(delivery.lines);
     }
@@ -99,6 +107,7 @@ pub(super) fn commit(
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.batches = batches.len();
+    (report.rungs, report.ladder) = climbed(scene, &batches, rungs);
     let fed = sink
         .begin(scene)
         .and_then(|()| batches.into_iter().try_for_each(|batch| sink.batch(batch)))
@@ -110,4 +119,29 @@ pub(super) fn commit(
     }
     report.committed_in = laps.lap();
     Ok(report)
+}
+
+/// The worst rung of each face that left the normal path, and all faces counted by rung.
+fn climbed(scene: &Scene, batches: &[Batch], tiles: Vec<FaceRung>) -> (Vec<FaceRung>, Ladder) {
+    let mut worst: BTreeMap<(PartId, FaceId), Rung> = BTreeMap::new();
+    for tile in tiles {
+        let rung = worst.entry((tile.part, tile.face)).or_default();
+        *rung = tile.rung.max(*rung);
+    }
+    let mut meshed: Vec<Vec<bool>> = scene.parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
+    for batch in batches {
+        if let Some(meshed) = meshed.get_mut(batch.part.index()).and_then(|part| part.get_mut(batch.face.index())) {
+            *meshed = true;
+        }
+    }
+    for (part, faces) in meshed.iter().enumerate() {
+        for (face, _) in faces.iter().enumerate().filter(|(_, meshed)| !**meshed) {
+            worst.insert((PartId::new(part), FaceId::new(face)), Rung::Lost);
+        }
+    }
+    let mut ladder = Ladder::default();
+    worst.values().for_each(|rung| ladder.add(*rung, 1));
+    let faces: usize = meshed.iter().map(Vec::len).sum();
+    ladder.add(Rung::Normal, faces.saturating_sub(worst.len()) as u64);
+    (worst.into_iter().map(|((part, face), rung)| FaceRung { part, face, rung }).collect(), ladder)
 }

@@ -1,9 +1,9 @@
 //! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
 //! nothing that changes: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, LostLine, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, WorkerEnd};
 use super::metrics::Laps;
-use crate::frame::{Degradation, TileOutcome};
+use crate::frame::{Degradation, Rung, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crate::prepare::panic_message;
@@ -64,7 +64,7 @@ impl<S: Stages> Worker<S> {
                 // The scratch may be half written: the next tile gets a new one.
                 self.scratch = S::Scratch::default();
                 let degradation = Degradation::Failed(format!("internal error: {}", panic_message(&*payload)));
-                TileOutcome { face, mesh: PatchMesh::default(), degradation: Some(degradation) }
+                TileOutcome { face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation: Some(degradation) }
             });
             take(&mut delivery, part, tile, outcome);
         }
@@ -95,9 +95,12 @@ impl<S: Stages> Worker<S> {
 
 /// Books one tile.
 fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcome) {
-    let TileOutcome { mesh, face, degradation } = outcome;
+    let TileOutcome { mesh, face, rung, degradation } = outcome;
     delivery.metrics.tiles += 1;
     delivery.metrics.triangles += mesh.triangles.len() as u64;
+    if rung > Rung::Normal {
+        delivery.rungs.push(FaceRung { part, face, rung });
+    }
     if let Some(degradation) = degradation {
         delivery.degraded.push(DegradedTile { part, face, tile, degradation });
     }

@@ -1,12 +1,14 @@
 //! A region and a grid of cut lines to tiles with closed trim loops.
 //!
-//! Loops are split where they cross the lines; inside each tile the strands are joined again along the tile's border,
-//! counter-clockwise from where a strand leaves to where the next one enters. Every stretch of a line that is kept is
-//! made once and used by the tiles on both sides, so they share its points.
+//! Loops are split where they cross the lines. Every line is cut at every crossing, and each stretch of it gets the
+//! winding number of the region there, counted once for both sides. A tile's loops are its strands and the stretches of
+//! its border, each as often as the region winds around it: so they wind around every point of the tile as the whole
+//! boundary does, also where that crosses or overlaps itself. Each stretch is made once and used by the tiles on both
+//! sides, so they share its points.
 
 use super::UvSample;
 use super::pcurve::Projector;
-use super::region::{Along, Piece, Region, UvLoop, pole_sides};
+use super::region::{Along, Piece, Region, UvLoop, pole_sides, winding_about};
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -40,6 +42,9 @@ pub(super) struct Crossing {
     other: f64,
     up: bool,
     piece: usize,
+    /// Its stretch of the line between two lines across, and its coordinate there, periods taken off.
+    strip: usize,
+    at: f64,
 }
 
 /// A kept stretch of a line, or of a pole.
@@ -72,6 +77,8 @@ pub(super) struct ArrangedTile {
     pub(super) min: DVec2,
     pub(super) max: DVec2,
     pub(super) loops: Vec<Vec<Stretch>>,
+    /// Whether the region winds around a part of the tile's border more than once, or backwards.
+    pub(super) layered: bool,
 }
 
 /// A face cut into tiles.
@@ -82,18 +89,20 @@ pub(super) struct Arranged {
     pub(super) crossings: Vec<Crossing>,
     /// Position of each grid corner that a border uses is the surface's, except on poles.
     pub(super) pole_corners: BTreeMap<(usize, usize), usize>,
+    /// Crossings that stand exactly on a corner: its position is theirs.
+    pub(super) crossed_corners: BTreeMap<(usize, usize), usize>,
 }
 
-/// The strands of a tile do not alternate along its border: the loops cross each other or a line unseen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The windings along the lines of a tile do not add up: the loops cross a line unseen.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tangled {
-    pub(super) column: usize,
-    pub(super) row: usize,
+    /// The tile's middle.
+    pub(super) at: DVec2,
 }
 
 impl fmt::Display for Tangled {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the boundary cannot be cut at tile ({}, {})", self.column, self.row)
+        write!(f, "the boundary cannot be cut around (u, v) = ({:.6}, {:.6})", self.at.x, self.at.y)
     }
 }
 
@@ -144,6 +153,12 @@ impl Grid {
         out
     }
 
+    /// The corner where a line meets the line `across` of the other direction, each line once.
+    fn corner(&self, axis: usize, line: usize, across: usize) -> (usize, usize) {
+        let (i, j) = if axis == 0 { (line, across) } else { (across, line) };
+        (self.line_key(0, i), self.line_key(1, j))
+    }
+
     fn line_key(&self, axis: usize, line: usize) -> usize {
         if self.wraps[axis] { line % self.count(axis) } else { line }
     }
@@ -187,6 +202,8 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Cross
                 for (line, x) in grid.between(axis, a, b) {
                     let t = crossing_parameter([&w[0], &w[1]], axis, (s[0], s[1]), x);
                     let other = at(t)[1 - axis];
+                    let (strip, by) = grid.reduce(1 - axis, grid.locate(1 - axis, other));
+                    let ends = [strip, strip + 1].map(|k| grid.lines[1 - axis][k]);
                     out.push(Crossing {
                         along: piece.along,
                         t,
@@ -195,6 +212,8 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Cross
                         other,
                         up: (b > a) != piece.reversed,
                         piece: index,
+                        strip,
+                        at: (other + by).clamp(ends[0], ends[1]),
                     });
                 }
             }
@@ -209,8 +228,8 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Cross
 /// A stretch of a loop inside one tile.
 struct Strand {
     stretches: Vec<Stretch>,
-    /// Perimeter position and crossing where it enters and leaves; none for a loop that stays inside.
-    ports: Option<[(f64, usize); 2]>,
+    /// Side of the tile and crossing where it enters and leaves; none for a loop that stays inside.
+    ports: Option<[(usize, usize); 2]>,
 }
 
 struct Builder<'a> {
@@ -235,7 +254,8 @@ pub(super) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -
     for l in &region.loops {
         builder.split(l);
     }
-    builder.join(region.corners_kept)?;
+    let windings = Windings::of(region, grid, &builder.out.crossings)?;
+    builder.join(&windings)?;
     Ok(builder.out)
 }
 
@@ -307,31 +327,8 @@ impl Builder<'_> {
                 let p = &pieces[index];
                 from = p.samples[if p.reversed { p.samples.len() - 1 } else { 0 }].t;
             }
-            let enter = self.port(&a, column, row, by, true);
-            let leave = self.port(&b, column, row, by, false);
-            let strand = Strand { stretches, ports: Some([(enter, i), (leave, j)]) };
-            self.strands[row * self.grid.count(0) + column].push(strand);
-        }
-    }
-
-    /// Perimeter position of a crossing seen from the tile it enters or leaves.
-    fn port(&self, c: &Crossing, column: usize, row: usize, by: DVec2, enters: bool) -> f64 {
-        let low_side = c.up == enters;
-        let strip = if c.axis == 0 { row } else { column };
-        let other = 1 - c.axis;
-        let (lo, hi) = (self.grid.lines[other][strip], self.grid.lines[other][strip + 1]);
-        // The crossing's other coordinate may be given in another period than the tile's.
-        let mut x = c.other + by[other];
-        if self.grid.wraps[other] {
-            let p = self.grid.period(other);
-            x += p * ((0.5 * (lo + hi) - x) / p).round();
-        }
-        let f = ((x - lo) / (hi - lo)).clamp(0.0, 1.0);
-        match (c.axis, low_side) {
-            (1, true) => f,
-            (0, false) => 1.0 + f,
-            (1, false) => 3.0 - f,
-            _ => 4.0 - f,
+            let ports = [(a.side(true), i), (b.side(false), j)];
+            self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: Some(ports) });
         }
     }
 
@@ -356,145 +353,102 @@ impl Builder<'_> {
         }
     }
 
-    fn join(&mut self, corners_kept: bool) -> Result<(), Tangled> {
+    fn join(&mut self, windings: &Windings) -> Result<(), Tangled> {
         let (columns, rows) = (self.grid.count(0), self.grid.count(1));
-        let kept = self.whole_tiles(corners_kept);
         for row in 0..rows {
             for column in 0..columns {
-                let tangled = Tangled { column, row };
+                let corner = |i: usize, j: usize| DVec2::new(self.grid.lines[0][i], self.grid.lines[1][j]);
+                let (min, max) = (corner(column, row), corner(column + 1, row + 1));
+                let perimeter = self.perimeter(column, row, windings);
+                let tangled = Tangled { at: 0.5 * (min + max) };
                 let mut loops = Vec::new();
-                let mut through = Vec::new();
+                // What leads from stop to stop of the perimeter: strands, then its own stretches.
+                let mut arcs: Vec<[usize; 2]> = Vec::new();
+                let mut inner: Vec<Vec<Stretch>> = Vec::new();
                 for s in std::mem::take(&mut self.strands[row * columns + column]) {
-                    match s.ports {
-                        None => loops.push(s.stretches),
-                        Some(ports) => through.push((Some(s.stretches), ports)),
-                    }
+                    let Some(ports) = s.ports else {
+                        loops.push(s.stretches);
+                        continue;
+                    };
+                    let stop = |port: (usize, usize)| perimeter.iter().position(|p| p.crossing == Some(port));
+                    let (Some(from), Some(to)) = (stop(ports[0]), stop(ports[1])) else { return Err(tangled) };
+                    arcs.push([from, to]);
+                    inner.push(s.stretches);
                 }
-                if through.is_empty() && kept[row * columns + column] {
-                    let mut border = Vec::new();
-                    self.walk(column, row, (0.0, None), (4.0, None), &mut border);
-                    loops.push(border);
+                for (k, stop) in perimeter.iter().enumerate() {
+                    let next = (k + 1) % perimeter.len();
+                    let ends = if stop.winding > 0 { [k, next] } else { [next, k] };
+                    arcs.extend((0..stop.winding.unsigned_abs()).map(|_| ends));
                 }
-                let ports = alternating(through.iter().map(|t| t.1)).ok_or(tangled)?;
-                for start in 0..through.len() {
-                    let mut chain = Vec::new();
-                    let mut at = start;
-                    while let Some(stretches) = through[at].0.take() {
-                        chain.extend(stretches);
-                        let leave = through[at].1[1];
-                        let k = ports.iter().position(|q| !q.enters && q.strand == at).ok_or(tangled)?;
-                        let next = ports[(k + 1) % ports.len()].strand;
-                        let enter = through[next].1[0];
-                        let to = if enter.0 < leave.0 { enter.0 + 4.0 } else { enter.0 };
-                        self.walk(column, row, (leave.0, Some(leave.1)), (to, Some(enter.1)), &mut chain);
-                        at = next;
+                let chains = closed_chains(&arcs, perimeter.len()).ok_or(tangled)?;
+                for chain in chains {
+                    let mut l = Vec::new();
+                    for k in chain {
+                        match inner.get_mut(k) {
+                            Some(stretches) => l.append(stretches),
+                            None => l.extend(self.border(column, row, &perimeter, arcs[k])),
+                        }
                     }
-                    if at != start {
-                        return Err(tangled);
-                    }
-                    if !chain.is_empty() {
-                        loops.push(chain);
+                    if !l.is_empty() {
+                        loops.push(l);
                     }
                 }
                 if !loops.is_empty() {
-                    let corner = |i: usize, j: usize| DVec2::new(self.grid.lines[0][i], self.grid.lines[1][j]);
-                    let (min, max) = (corner(column, row), corner(column + 1, row + 1));
-                    self.out.tiles.push(ArrangedTile { min, max, loops });
+                    let layered = perimeter.iter().any(|p| !(0..=1).contains(&p.winding));
+                    self.out.tiles.push(ArrangedTile { min, max, loops, layered });
                 }
             }
         }
         Ok(())
     }
 
-    /// For each tile whether its corners are kept, as far as tiles without strands need to know.
-    fn whole_tiles(&self, default: bool) -> Vec<bool> {
-        let (columns, rows) = (self.grid.count(0), self.grid.count(1));
-        let mut corners: BTreeMap<(usize, usize), bool> = BTreeMap::new();
-        let cells = |k: usize| {
-            let (column, row) = (k % columns, k / columns);
-            [(column, row), (column + 1, row), (column + 1, row + 1), (column, row + 1)]
-                .map(|(i, j)| (self.grid.line_key(0, i), self.grid.line_key(1, j)))
-        };
-        let crossed = |k: usize| self.strands[k].iter().any(|s| s.ports.is_some());
-        for k in (0..columns * rows).filter(|&k| crossed(k)) {
-            let mut ports: Vec<(f64, bool)> = self.strands[k]
-                .iter()
-                .filter_map(|s| s.ports)
-                .flat_map(|[enter, leave]| [(enter.0, true), (leave.0, false)])
-                .collect();
-            ports.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for (side, corner) in cells(k).into_iter().enumerate() {
-                let before = ports.iter().rev().find(|p| p.0 <= side as f64).or(ports.last());
-                if let Some(&(_, enters)) = before {
-                    corners.insert(corner, !enters);
+    /// A tile's corners and the crossings on its sides, counter-clockwise.
+    fn perimeter(&mut self, column: usize, row: usize, windings: &Windings) -> Vec<Stop> {
+        let mut out = Vec::new();
+        for side in 0..4 {
+            let Side { axis, line, strip, reversed } = Side::of(side, column, row);
+            let key = self.grid.line_key(axis, line);
+            let on_line = &windings.crossings[axis][key * self.grid.count(1 - axis) + strip];
+            let ends = [strip, strip + 1].map(|k| self.grid.lines[1 - axis][k]);
+            let corners = [0, 1].map(|end| self.grid.corner(axis, line, strip + end));
+            let mut winding = windings.corners[&corners[0]];
+            let mut stops = vec![Stop { side, at: ends[0], node: corner(corners[0]), winding, crossing: None }];
+            for &k in on_line {
+                let c = &self.out.crossings[k];
+                winding += c.step();
+                let node = Node::Crossing(k);
+                stops.push(Stop { side, at: c.at, node, winding, crossing: Some((side, k)) });
+                if let Some(end) = (0..2).find(|&end| c.at == ends[end]) {
+                    self.out.crossed_corners.entry(corners[end]).or_insert(k);
                 }
             }
-        }
-        let mut kept: Vec<Option<bool>> = vec![None; columns * rows];
-        loop {
-            let mut changed = false;
-            for k in (0..columns * rows).filter(|&k| !crossed(k)) {
-                if kept[k].is_none() {
-                    kept[k] = cells(k).iter().find_map(|c| corners.get(c).copied());
-                    if let Some(status) = kept[k] {
-                        for c in cells(k) {
-                            corners.insert(c, status);
-                        }
-                        changed = true;
-                    }
+            if reversed {
+                // Each stop keeps the winding number of the stretch that follows it, which is now the one before.
+                stops.push(Stop { side, at: ends[1], node: corner(corners[1]), winding, crossing: None });
+                for k in (1..stops.len()).rev() {
+                    stops[k].winding = stops[k - 1].winding;
                 }
+                stops.reverse();
+                stops.pop();
             }
-            if !changed {
-                break;
-            }
+            out.extend(stops);
         }
-        kept.into_iter().map(|k| k.unwrap_or(default)).collect()
+        out
     }
 
-    /// Borders of a tile from one perimeter position to another, counter-clockwise, appended to `chain`.
-    fn walk(
-        &mut self,
-        column: usize,
-        row: usize,
-        from: (f64, Option<usize>),
-        to: (f64, Option<usize>),
-        chain: &mut Vec<Stretch>,
-    ) {
-        let mut at = from.0;
-        let mut node = from.1.map(Node::Crossing);
-        while at < to.0 {
-            let side = at.floor();
-            let end = (side + 1.0).min(to.0);
-            let corner = |position: f64| {
-                let (i, j) = [(0, 0), (1, 0), (1, 1), (0, 1)][position as usize % 4];
-                Node::Corner(self.grid.line_key(0, column + i), self.grid.line_key(1, row + j))
-            };
-            let start_node = node.unwrap_or_else(|| corner(at));
-            let last = end >= to.0;
-            let end_node = match (last, to.1) {
-                (true, Some(c)) => Node::Crossing(c),
-                _ => corner(end),
-            };
-            // A crossing on a line's very end stands for the corner: nothing lies between.
-            if end > at {
-                let border =
-                    self.border(column, row, side as usize % 4, [at - side, end - side], [start_node, end_node]);
-                chain.push(border);
-            }
-            at = end;
-            node = if last { to.1.map(Node::Crossing) } else { None };
+    /// The border along one stretch of a perimeter; none where it has no length, as between a corner and a crossing that
+    /// stands on it.
+    fn border(&mut self, column: usize, row: usize, perimeter: &[Stop], ends: [usize; 2]) -> Option<Stretch> {
+        // Along the perimeter or, where the region winds backwards, against it.
+        let ahead = (ends[0] + 1) % perimeter.len() == ends[1];
+        let [first, last] = if ahead { ends } else { [ends[1], ends[0]] }.map(|k| &perimeter[k]);
+        let Side { axis, line, reversed, .. } = Side::of(first.side, column, row);
+        let across = Side::of(first.side, column, row).end(self.grid);
+        let end = if last.side == first.side { last.at } else { across };
+        let (mut range, mut nodes) = ((first.at, end), [first.node, last.node]);
+        if range.0 == range.1 {
+            return None;
         }
-    }
-
-    fn border(&mut self, column: usize, row: usize, side: usize, f: [f64; 2], nodes: [Node; 2]) -> Stretch {
-        // Sides: bottom, right, top, left; the line's axis, its number, and whether the walk runs against it.
-        let (axis, line, reversed) =
-            [(1, row, false), (0, column + 1, false), (1, row + 1, true), (0, column, true)][side];
-        let run = 1 - axis;
-        let strip = if run == 0 { column } else { row };
-        let (lo, hi) = (self.grid.lines[run][strip], self.grid.lines[run][strip + 1]);
-        let position = |f: f64| if reversed { hi - f * (hi - lo) } else { lo + f * (hi - lo) };
-        let (mut range, mut nodes) = ((position(f[0]), position(f[1])), nodes);
         if reversed {
             range = (range.1, range.0);
             nodes.reverse();
@@ -515,26 +469,175 @@ impl Builder<'_> {
             borders.push(Border { axis, at: self.grid.lines[axis][key], range, nodes, pole });
             borders.len() - 1
         });
-        Stretch::Border { border, reversed, at }
+        Some(Stretch::Border { border, reversed: reversed == ahead, at })
     }
 }
 
-/// A place on a tile's perimeter where a strand enters or leaves.
-struct Port {
-    position: f64,
-    enters: bool,
-    strand: usize,
+impl Crossing {
+    /// The side of the tile that its loop comes in through here, or goes out of: bottom, right, top, left.
+    fn side(&self, enters: bool) -> usize {
+        match (self.axis, self.up == enters) {
+            (1, true) => 0,
+            (0, false) => 1,
+            (1, false) => 2,
+            _ => 3,
+        }
+    }
+
+    /// How the winding number changes along the line, in order of its parameter.
+    fn step(&self) -> i32 {
+        if (self.axis == 1) == self.up { -1 } else { 1 }
+    }
 }
 
-/// Ports in order along the perimeter; none when two neighbours both enter or both leave.
-fn alternating(strands: impl Iterator<Item = [(f64, usize); 2]>) -> Option<Vec<Port>> {
-    let mut ports: Vec<Port> = strands
-        .enumerate()
-        .flat_map(|(strand, [enter, leave])| {
-            [Port { position: enter.0, enters: true, strand }, Port { position: leave.0, enters: false, strand }]
-        })
-        .collect();
-    ports.sort_by(|a, b| a.position.total_cmp(&b.position));
-    let n = ports.len();
-    (0..n).all(|k| ports[k].enters != ports[(k + 1) % n].enters).then_some(ports)
+/// One side of a tile: a stretch of a line, and whether counter-clockwise runs against it.
+struct Side {
+    axis: usize,
+    line: usize,
+    strip: usize,
+    reversed: bool,
+}
+
+impl Side {
+    fn of(side: usize, column: usize, row: usize) -> Self {
+        let (axis, line, strip, reversed) =
+            [(1, row, column, false), (0, column + 1, row, false), (1, row + 1, column, true), (0, column, row, true)]
+                [side];
+        Self { axis, line, strip, reversed }
+    }
+
+    /// The running coordinate where it ends.
+    fn end(&self, grid: &Grid) -> f64 {
+        grid.lines[1 - self.axis][self.strip + usize::from(!self.reversed)]
+    }
+}
+
+/// A corner of a tile or a crossing on its border, and the winding number of the region on the stretch that follows.
+struct Stop {
+    side: usize,
+    /// The running coordinate.
+    at: f64,
+    node: Node,
+    winding: i32,
+    /// Side and number, where it is a crossing.
+    crossing: Option<(usize, usize)>,
+}
+
+fn corner((i, j): (usize, usize)) -> Node {
+    Node::Corner(i, j)
+}
+
+/// Arcs between stops, as many in as out at each, to closed chains of arcs.
+fn closed_chains(arcs: &[[usize; 2]], stops: usize) -> Option<Vec<Vec<usize>>> {
+    let mut out: Vec<Vec<usize>> = vec![Vec::new(); stops];
+    for (k, [from, _]) in arcs.iter().enumerate().rev() {
+        out[*from].push(k);
+    }
+    let mut used = vec![false; arcs.len()];
+    let mut chains = Vec::new();
+    for start in 0..arcs.len() {
+        if used[start] {
+            continue;
+        }
+        let mut chain = Vec::new();
+        let mut at = arcs[start][0];
+        let mut next = start;
+        loop {
+            used[next] = true;
+            chain.push(next);
+            out[at].retain(|&k| k != next);
+            at = arcs[next][1];
+            if at == arcs[start][0] {
+                break;
+            }
+            next = *out[at].first()?;
+        }
+        chains.push(chain);
+    }
+    Some(chains)
+}
+
+/// Winding numbers of the region at the corners of the grid, and the crossings along its lines.
+struct Windings {
+    corners: BTreeMap<(usize, usize), i32>,
+    /// By axis, and by line and strip: crossings in order of the running coordinate.
+    crossings: [Vec<Vec<usize>>; 2],
+}
+
+impl Windings {
+    fn of(region: &Region, grid: &Grid, all: &[Crossing]) -> Result<Self, Tangled> {
+        let count = [grid.count(0), grid.count(1)];
+        let mut crossings = [0, 1].map(|axis| vec![Vec::new(); (count[axis] + 1) * count[1 - axis]]);
+        for (k, c) in all.iter().enumerate() {
+            let line = if grid.wraps[c.axis] { c.line.rem_euclid(count[c.axis] as i64) } else { c.line };
+            crossings[c.axis][line as usize * count[1 - c.axis] + c.strip].push(k);
+        }
+        for on_line in crossings.iter_mut().flatten() {
+            on_line.sort_by(|&a, &b| all[a].at.total_cmp(&all[b].at));
+        }
+        let mut out = Self { corners: BTreeMap::new(), crossings };
+        let base = match grid.wraps {
+            // Beyond everything in a direction that ends.
+            [true, true] => region.base + out.at_first_corner(region, grid, all),
+            _ => region.base,
+        };
+        out.corners.insert((0, 0), base);
+        let mut stack = vec![(0, 0)];
+        while let Some(from) = stack.pop() {
+            let here = out.corners[&from];
+            for axis in 0..2 {
+                let (line, k) = if axis == 0 { from } else { (from.1, from.0) };
+                for strip in [Some(k), k.checked_sub(1), (k == 0).then(|| count[1 - axis] - 1)] {
+                    let Some(strip) = strip.filter(|&s| s < count[1 - axis]) else { continue };
+                    let ends = [0, 1].map(|end| grid.corner(axis, line, strip + end));
+                    let on_line = &out.crossings[axis][line * count[1 - axis] + strip];
+                    let rise: i32 = on_line.iter().map(|&c| all[c].step()).sum();
+                    for (a, b, rise) in [(ends[0], ends[1], rise), (ends[1], ends[0], -rise)] {
+                        if a != from {
+                            continue;
+                        }
+                        let known = *out.corners.entry(b).or_insert_with(|| {
+                            stack.push(b);
+                            here + rise
+                        });
+                        if known != here + rise {
+                            let [x, y] = [b.0, b.1];
+                            return Err(Tangled { at: DVec2::new(grid.lines[0][x], grid.lines[1][y]) });
+                        }
+                    }
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// How often the loops of a region that goes round both ways wind around the first corner: counted at the middle of
+    /// the longest stretch of its line, and from there along the line.
+    fn at_first_corner(&self, region: &Region, grid: &Grid, all: &[Crossing]) -> i32 {
+        let mut stops = vec![(grid.lines[1][0], 0)];
+        let mut sum = 0;
+        for on_line in &self.crossings[0][..grid.count(1)] {
+            for &k in on_line {
+                sum += all[k].step();
+                stops.push((all[k].at, sum));
+            }
+        }
+        stops.push((grid.lines[1][grid.count(1)], sum));
+        let longest = stops.windows(2).max_by(|a, b| (a[1].0 - a[0].0).total_cmp(&(b[1].0 - b[0].0)));
+        let Some([a, b]) = longest.map(|w| [w[0], w[1]]) else { return 0 };
+        let middle = DVec2::new(grid.lines[0][0], 0.5 * (a.0 + b.0));
+        let period = DVec2::new(grid.period(0), grid.period(1));
+        let around = |l: &UvLoop| {
+            let polygon = l.polyline();
+            let (low, high) =
+                polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+            let [from, to] = [(low - middle) / period, (high - middle) / period].map(|p| (p.x.floor(), p.y.floor()));
+            let images = |from: f64, to: f64| from as i64..=to as i64 + 1;
+            images(from.0, to.0)
+                .flat_map(|i| images(from.1, to.1).map(move |j| DVec2::new(i as f64, j as f64)))
+                .map(|by| winding_about(&polygon, middle + by * period))
+                .sum::<i32>()
+        };
+        region.loops.iter().map(around).sum::<i32>() - a.1
+    }
 }

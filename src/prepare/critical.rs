@@ -2,10 +2,12 @@
 //!
 //! If the hulls of two arcs are disjoint, so are the polylines through their ends and through any refinement of them
 //! (Li et al., JCDE 13(1), 2026, lemma on critical parameters). Arcs whose hulls meet are halved until they do not.
-//! Arcs that share an end are apart when the cones that they fill, seen from that end, are.
+//! Arcs that share an end are apart when the cones that they fill, seen from that end, are. Where arcs meet for good, the
+//! point becomes a common one of both: the faces beyond either edge then share it, and nothing has to be split later.
 
 use super::UvCurve;
-use super::face::{DraftAlong, DraftTile};
+use super::face::{DraftAlong, DraftTile, DraftUse};
+use super::meeting::{Meeting, meet, weld};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -17,53 +19,106 @@ const MAX_DEPTH: u32 = 8;
 /// loops must not cost quadratic time.
 const PAIRS_PER_ARC: usize = 200;
 
+/// Rounds of looking for places where arcs meet. The first finds all of them, unless arcs meet several times within what
+/// they could be told apart; the second finds those, and that there are no more.
+const ROUNDS: usize = 3;
+
+/// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
+/// loops that cross each other is left to the trim stage.
+const MAX_MEETINGS: usize = 2000;
+
 /// An arc between two mandatory parameters.
-struct Arc {
-    edge: u32,
-    points: Vec<(f64, DVec2)>,
+pub(super) struct Arc {
+    pub(super) edge: u32,
+    /// Loop of the tile and use within the loop.
+    pub(super) of: (usize, usize),
+    pub(super) points: Vec<(f64, DVec2)>,
+    low: DVec2,
+    high: DVec2,
 }
 
 /// A stretch of an arc's points.
 #[derive(Clone, Copy)]
-struct Span<'a> {
-    arc: &'a Arc,
+pub(super) struct Span<'a> {
+    pub(super) arc: &'a Arc,
     from: usize,
     to: usize,
 }
 
-/// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain.
-pub(super) fn critical(tile: &DraftTile, breaks: &mut Vec<(u32, f64)>) {
-    let scale = (tile.max - tile.min).recip();
-    let mut arcs: Vec<Arc> = tile.loops.iter().flatten().filter_map(|u| arc(u, tile.min, scale)).collect();
-    if arcs.iter().all(|a| a.points.len() == 2) {
-        return;
+/// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
+/// themselves or each other other than at common ends: the pcurves have a common sample there now.
+pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> Vec<Meeting> {
+    let mut meetings = Vec::new();
+    for round in 1..=ROUNDS {
+        let arcs = arcs(tile, &meetings);
+        let mut found = Vec::new();
+        let mut close = Vec::new();
+        separate_all(&arcs, &mut found, &mut close);
+        let mut new: Vec<Meeting> = Vec::new();
+        if round < ROUNDS {
+            for (a, b) in close {
+                for m in meet(tile, a, b) {
+                    if meetings.len() + new.len() < MAX_MEETINGS && !new.iter().any(|n| n.is(&m)) {
+                        new.push(m);
+                    }
+                }
+            }
+        }
+        if new.is_empty() {
+            breaks.extend(found);
+            break;
+        }
+        weld(tile, &new);
+        meetings.extend(new);
     }
-    arcs.iter().for_each(|a| separate_from_itself(a, breaks));
-    arcs.sort_by(|a, b| low(a).total_cmp(&low(b)));
+    meetings
+}
+
+/// The parts of the tile's loops along edges, cut where they meet, in order of their least u.
+fn arcs(tile: &DraftTile, meetings: &[Meeting]) -> Vec<Arc> {
+    let scale = (tile.max - tile.min).recip();
+    let mut arcs = Vec::new();
+    for (l, uses) in tile.loops.iter().enumerate() {
+        for (k, u) in uses.iter().enumerate() {
+            let mut stops = vec![u.from.min(u.to)];
+            stops.extend(meetings.iter().flat_map(|m| m.at).filter(|at| at.0 == (l, k)).map(|at| at.1));
+            stops.push(u.from.max(u.to));
+            stops.sort_by(f64::total_cmp);
+            stops.dedup();
+            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), tile.min, scale)));
+        }
+    }
+    arcs.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
+    arcs
+}
+
+/// Separates arcs from themselves and each other; those that cannot be are appended to `close`.
+fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut Vec<(Span<'a>, Span<'a>)>) {
+    arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, breaks, close));
     let mut budget = PAIRS_PER_ARC * arcs.len();
-    for i in 0..arcs.len() {
-        let reach = arcs[i].points.iter().fold(f64::NEG_INFINITY, |m, p| m.max(p.1.x));
-        for j in i + 1..arcs.len() {
-            if low(&arcs[j]) > reach || budget == 0 {
+    for (i, a) in arcs.iter().enumerate() {
+        for b in &arcs[i + 1..] {
+            if b.low.x > a.high.x || budget == 0 {
                 break;
             }
-            if arcs[i].points.len() == 2 && arcs[j].points.len() == 2 {
+            if a.points.len() == 2 && b.points.len() == 2 {
+                if b.low.y <= a.high.y && a.low.y <= b.high.y {
+                    budget -= 1;
+                    close.push((Span::of(a), Span::of(b)));
+                }
                 continue;
             }
             budget -= 1;
-            separate(Span::of(&arcs[i]), Span::of(&arcs[j]), 0, breaks);
+            if !a.runs_along(b) {
+                separate(Span::of(a), Span::of(b), 0, breaks, close);
+            }
         }
     }
 }
 
-fn low(a: &Arc) -> f64 {
-    a.points.iter().fold(f64::INFINITY, |m, p| m.min(p.1.x))
-}
-
-/// Points along a use, in the unit square of the tile; two for a straight one.
-fn arc(u: &super::face::DraftUse, origin: DVec2, scale: DVec2) -> Option<Arc> {
+/// Points along a use from one parameter to another, in the unit square of the tile; two for a straight one.
+fn arc(u: &DraftUse, of: (usize, usize), (a, b): (f64, f64), origin: DVec2, scale: DVec2) -> Option<Arc> {
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
-    let (a, b) = (u.from.min(u.to), u.from.max(u.to));
     let mut ts = vec![a];
     for w in samples.windows(2) {
         ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
@@ -78,7 +133,17 @@ fn arc(u: &super::face::DraftUse, origin: DVec2, scale: DVec2) -> Option<Arc> {
     if length > 0.0 && points.iter().all(|x| chord.perp_dot(x.1 - p).abs() <= 1e-9 * length) {
         points = vec![points[0], points[points.len() - 1]];
     }
-    Some(Arc { edge, points })
+    let (low, high) =
+        points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p.1), high.max(p.1)));
+    Some(Arc { edge, of, points, low, high })
+}
+
+impl Arc {
+    /// Whether both are the same stretch of one edge: there and back, or a loop given twice. Their polylines are one.
+    fn runs_along(&self, other: &Self) -> bool {
+        let ends = |a: &Self| [a.points[0], a.points[a.points.len() - 1]];
+        self.edge == other.edge && ends(self) == ends(other)
+    }
 }
 
 impl<'a> Span<'a> {
@@ -90,8 +155,13 @@ impl<'a> Span<'a> {
         self.arc.points[self.from..=self.to].iter().map(|p| p.1)
     }
 
-    fn ends(&self) -> [DVec2; 2] {
+    pub(super) fn ends(&self) -> [DVec2; 2] {
         [self.arc.points[self.from].1, self.arc.points[self.to].1]
+    }
+
+    /// Parameters at its ends.
+    pub(super) fn range(&self) -> [f64; 2] {
+        [self.arc.points[self.from].0, self.arc.points[self.to].0]
     }
 
     fn can_split(&self) -> bool {
@@ -113,7 +183,7 @@ impl<'a> Span<'a> {
 
 /// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
 /// stretches are separated like arcs.
-fn separate_from_itself(arc: &Arc, breaks: &mut Vec<(u32, f64)>) {
+fn separate_from_itself<'a>(arc: &'a Arc, breaks: &mut Vec<(u32, f64)>, close: &mut Vec<(Span<'a>, Span<'a>)>) {
     const TURN: f64 = TAU / 3.0;
     let mut cuts = vec![0];
     let mut start: Option<DVec2> = None;
@@ -127,32 +197,43 @@ fn separate_from_itself(arc: &Arc, breaks: &mut Vec<(u32, f64)>) {
     }
     cuts.push(arc.points.len() - 1);
     cuts.dedup();
-    let spans: Vec<Span<'_>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1] }).collect();
+    let spans: Vec<Span<'a>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1] }).collect();
     let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
     if spans.len() > 64 || pairs().all(|(i, j)| apart(spans[i], spans[j])) {
         return;
     }
     breaks.extend(cuts[1..cuts.len() - 1].iter().map(|&k| (arc.edge, arc.points[k].0)));
     for (i, j) in pairs() {
-        separate(spans[i], spans[j], 0, breaks);
+        separate(spans[i], spans[j], 0, breaks, close);
     }
 }
 
-/// Halves two arcs until their hulls are apart; each halving becomes a break.
-fn separate(a: Span<'_>, b: Span<'_>, depth: u32, breaks: &mut Vec<(u32, f64)>) {
-    if depth >= 2 * MAX_DEPTH || apart(a, b) {
+/// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is `close`.
+fn separate<'a>(
+    a: Span<'a>,
+    b: Span<'a>,
+    depth: u32,
+    breaks: &mut Vec<(u32, f64)>,
+    close: &mut Vec<(Span<'a>, Span<'a>)>,
+) {
+    if apart(a, b) {
+        return;
+    }
+    if depth >= 2 * MAX_DEPTH {
+        close.push((a, b));
         return;
     }
     let (fat_a, fat_b) = (a.fatness(), b.fatness());
     let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
     if !split_a && !b.can_split() {
+        close.push((a, b));
         return;
     }
     let (halved, other) = if split_a { (a, b) } else { (b, a) };
     let (mid, halves) = halved.split();
     breaks.push((halved.arc.edge, halved.arc.points[mid].0));
     for half in halves {
-        separate(half, other, depth + 1, breaks);
+        separate(half, other, depth + 1, breaks, close);
     }
 }
 

@@ -17,16 +17,10 @@ const SPANS_PER_TILE: usize = 12;
 /// search along all loops.
 const TILES_PER_SIDE: usize = 64;
 
-/// A grid with the tiles wanted, and the one with the least cuts that still opens all wraps.
-pub(super) struct GridPlan {
-    pub(super) fine: Grid,
-    pub(super) coarse: Grid,
-}
-
-pub(super) fn grid_for(region: &Region, surface: &Surface) -> GridPlan {
-    let mut coarse = [Vec::new(), Vec::new()];
-    let mut fine = [Vec::new(), Vec::new()];
-    for axis in 0..2 {
+/// The grid with the tiles wanted.
+pub(super) fn grid_for(region: &Region, surface: &Surface) -> Grid {
+    let mut lines = [Vec::new(), Vec::new()];
+    for (axis, lines) in lines.iter_mut().enumerate() {
         let (lo, hi) = region.bounds[axis];
         let avoid = Avoid::new(region, axis);
         let (lo, hi) = if region.wraps[axis] {
@@ -35,8 +29,7 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> GridPlan {
         } else {
             (lo, hi)
         };
-        coarse[axis] = vec![lo, hi];
-        fine[axis] = vec![lo];
+        lines.push(lo);
         let tiles = if is_flat(surface) {
             1
         } else {
@@ -45,11 +38,31 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> GridPlan {
         let width = (hi - lo) / tiles as f64;
         for k in 1..tiles {
             let x = lo + width * k as f64;
-            fine[axis].push(avoid.best(x - 0.2 * width, x + 0.2 * width));
+            lines.push(avoid.best(x - 0.2 * width, x + 0.2 * width));
         }
-        fine[axis].push(hi);
+        lines.push(hi);
     }
-    GridPlan { fine: Grid { lines: fine, wraps: region.wraps }, coarse: Grid { lines: coarse, wraps: region.wraps } }
+    Grid { lines, wraps: region.wraps }
+}
+
+/// Grids with the least cuts that still open all wraps, which stand elsewhere in each.
+pub(super) fn coarse_grids(region: &Region) -> impl Iterator<Item = Grid> + '_ {
+    /// Places tried. A boundary that cannot be cut at any of them cannot be cut.
+    const TRIES: usize = 6;
+    (0..TRIES).map(move |k| {
+        let lines = [0, 1].map(|axis| {
+            let (lo, hi) = region.bounds[axis];
+            if !region.wraps[axis] {
+                return vec![lo, hi];
+            }
+            // The cleanest line of all, then the cleanest of each part.
+            let share = |k: usize| lo + (hi - lo) * k as f64 / (TRIES - 1) as f64;
+            let (from, to) = if k == 0 { (lo, hi) } else { (share(k - 1), share(k)) };
+            let c = Avoid::new(region, axis).best(from, to);
+            vec![c, c + (hi - lo)]
+        });
+        Grid { lines, wraps: region.wraps }
+    })
 }
 
 /// How many Bézier pieces (or quarter turns) lie between two parameters.

@@ -3,9 +3,10 @@
 use super::arc_bounds;
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, Tangled, arrange};
 use super::critical::critical;
-use super::cuts::grid_for;
+use super::cuts::{coarse_grids, grid_for};
+use super::meeting::{Meeting, fold};
 use super::pcurve::Projector;
-use super::region::{Along, Passages, RegionError, region, trace_loop};
+use super::region::{Along, Passages, Region, RegionError, region, trace_loop};
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
@@ -65,6 +66,8 @@ pub(super) struct DraftTile {
     pub(super) min: DVec2,
     pub(super) max: DVec2,
     pub(super) loops: Vec<Vec<DraftUse>>,
+    /// See [`Tile::entangled`](super::Tile::entangled).
+    pub(super) entangled: bool,
 }
 
 /// A face on its own.
@@ -79,8 +82,19 @@ pub(super) struct FaceDraft {
     pub(super) borders: Vec<DraftBorder>,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
     pub(super) breaks: Vec<(u32, f64)>,
+    /// Those of them at which two edges meet within the face, and the point that both have there.
+    pub(super) joints: Vec<(u32, f64, DVec3)>,
     /// What there is to tell, though the face is usable.
     pub(super) notes: Vec<String>,
+    /// What had to be repaired: the face is not as stated.
+    pub(super) repairs: Vec<Told>,
+}
+
+/// Something told of a face, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Told {
+    pub(super) place: Option<DVec3>,
+    pub(super) what: String,
 }
 
 /// Why a face cannot be used.
@@ -88,8 +102,8 @@ pub(super) struct FaceDraft {
 pub(super) enum FaceError {
     /// No region.
     Region(RegionError),
-    /// The loops cross each other or themselves where the region must be cut open.
-    Tangled(Tangled),
+    /// Where the region must be cut open the windings of the loops do not add up, whatever the cuts.
+    Tangled { refused: Tangled, place: DVec3 },
     /// The boundary is nowhere near the surface.
     OffSurface { gap: f64, extent: f64 },
     /// Something that cannot happen did.
@@ -104,7 +118,7 @@ impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Region(e) => e.fmt(f),
-            Self::Tangled(e) => e.fmt(f),
+            Self::Tangled { refused, .. } => refused.fmt(f),
             Self::OffSurface { gap, extent } => {
                 write!(f, "edges lie {gap:.3e} mm off the surface of a face of {extent:.3e} mm")
             }
@@ -117,6 +131,26 @@ impl fmt::Display for FaceError {
             }
         }
     }
+}
+
+impl FaceError {
+    /// Where, if it is anywhere more than elsewhere on the face.
+    pub(super) fn place(&self) -> Option<DVec3> {
+        match self {
+            Self::Tangled { place, .. } => Some(*place),
+            _ => None,
+        }
+    }
+}
+
+/// A point of a face: its first vertex, or the middle of a surface kept whole.
+pub(super) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
+    let vertex = boundary_points(part, face).find(|p| p.is_finite());
+    vertex.or_else(|| {
+        let middle = face.surface.natural_domain().map(|(a, b)| 0.5 * (a + b));
+        let point = middle.iter().all(|x| x.is_finite()).then(|| face.surface.point(middle[0], middle[1]));
+        point.filter(|p| p.is_finite() && !face.lost)
+    })
 }
 
 impl From<RegionError> for FaceError {
@@ -146,9 +180,20 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
         passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |p| (edge, p.0))).collect();
     let mut named_pole = None;
     let mut notes = Vec::new();
+    let mut repairs = Vec::new();
+    let mut wires: Vec<Vec<u32>> = Vec::new();
     for l in &face.loops {
         match l {
             Loop::Edges(coedges) => {
+                let mut wire: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
+                wire.sort_unstable();
+                if !wire.is_empty() && wires.contains(&wire) {
+                    let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
+                    let what = "a loop is given twice; it was taken once".to_owned();
+                    repairs.push(Told { place, what });
+                    continue;
+                }
+                wires.push(wire);
                 let (traced, miss) = trace_loop(part, coedges, &projector, &mut gap, &passages)?;
                 loops.push(traced);
                 notes.extend(miss.map(|m| format!("the image of a loop misses its start by {m:.3e} mm")));
@@ -161,15 +206,7 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
         return Err(FaceError::OffSurface { gap, extent });
     }
     let region = region(loops, named_pole, &projector)?;
-    let plan = grid_for(&region, &face.surface);
-    let (grid, arranged) = match arrange(&region, &plan.fine, &projector) {
-        Ok(a) => (plan.fine, a),
-        Err(e) => {
-            notes.push(format!("{e}; kept as fewer tiles"));
-            let a = arrange(&region, &plan.coarse, &projector).map_err(FaceError::Tangled)?;
-            (plan.coarse, a)
-        }
-    };
+    let (grid, arranged) = cut(&region, &face.surface, &projector, &mut notes)?;
     let mut low = DVec2::INFINITY;
     let mut high = DVec2::NEG_INFINITY;
     for tile in &arranged.tiles {
@@ -203,26 +240,109 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
         passages: &passages,
     };
     let borders = arranged.borders.iter().map(|b| maker.make(b)).collect();
-    let tiles: Vec<DraftTile> = arranged
+    let mut tiles: Vec<DraftTile> = arranged
         .tiles
         .iter()
         .map(|t| DraftTile {
             min: to_patch(t.min),
             max: to_patch(t.max),
             loops: t.loops.iter().map(|l| l.iter().map(|s| stretch(s, &arranged.borders, &maps)).collect()).collect(),
+            entangled: t.layered,
         })
         .collect();
     breaks.extend(arranged.crossings.iter().filter_map(|c| match c.along {
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
-    for tile in &tiles {
-        critical(tile, &mut breaks);
+    let mut joints = Vec::new();
+    let mut crossed = None;
+    for tile in &mut tiles {
+        let meetings = critical(tile, &mut breaks);
+        let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
+        for m in &meetings {
+            breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));
+            joints.extend(join.joint(m));
+        }
+        let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings) };
+        let place = folded.map(|m| join.ends(&m)[0].2);
+        if tile.entangled || folded.is_some() {
+            let middle = || projector.point(arranged_middle(tile, &maps));
+            let place = Some(place.unwrap_or_else(middle));
+            let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
+            crossed.get_or_insert(Told { place, what });
+        }
+        tile.entangled |= !meetings.is_empty();
     }
+    repairs.extend(crossed);
     if gap > GAP_SHARE * extent {
         notes.push(format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
     }
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, notes })
+    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs })
+}
+
+/// Cuts a region along the first grid that works: the one wanted, or one of those with as few lines as can be.
+fn cut(
+    region: &Region,
+    surface: &Surface,
+    projector: &Projector<'_>,
+    notes: &mut Vec<String>,
+) -> Result<(Grid, Arranged), FaceError> {
+    let wanted = grid_for(region, surface);
+    let refused = match arrange(region, &wanted, projector) {
+        Ok(arranged) => return Ok((wanted, arranged)),
+        Err(refused) => refused,
+    };
+    for grid in coarse_grids(region) {
+        if let Ok(arranged) = arrange(region, &grid, projector) {
+            notes.push(format!("{refused}; kept as fewer tiles"));
+            return Ok((grid, arranged));
+        }
+    }
+    Err(FaceError::Tangled { place: projector.point(refused.at), refused })
+}
+
+/// Middle of a tile in natural parameters.
+fn arranged_middle(tile: &DraftTile, maps: &[AxisMap; 2]) -> DVec2 {
+    let middle = 0.5 * (tile.min + tile.max);
+    DVec2::new(maps[0].to_natural(middle.x), maps[1].to_natural(middle.y))
+}
+
+/// Meetings of a tile's loops to points in space.
+struct Joiner<'a> {
+    part: &'a Part,
+    tile: &'a DraftTile,
+    /// Distance in space up to which edges that meet in (u,v) get a common point.
+    near: f64,
+}
+
+impl Joiner<'_> {
+    /// Edge, parameter and point of both sides of a meeting.
+    fn ends(&self, m: &Meeting) -> [(u32, f64, DVec3); 2] {
+        m.at.map(|((l, k), t)| {
+            let DraftAlong::Edge(e) = self.tile.loops[l][k].along else { return (u32::MAX, t, DVec3::NAN) };
+            let edge = &self.part.edges[e as usize];
+            let point = match t {
+                _ if t == edge.range.0 => self.part.vertices[edge.start.index()],
+                _ if t == edge.range.1 => self.part.vertices[edge.end.index()],
+                _ => edge.curve.point(t),
+            };
+            (e, t, point)
+        })
+    }
+
+    /// The common point for both edges: a vertex where one of them ends.
+    fn joint(&self, m: &Meeting) -> Vec<(u32, f64, DVec3)> {
+        let [a, b] = self.ends(m);
+        if a.2.distance(b.2) > self.near {
+            return Vec::new();
+        }
+        let ends = |(e, t, _): (u32, f64, DVec3)| {
+            let range = self.part.edges[e as usize].range;
+            t == range.0 || t == range.1
+        };
+        let point = if ends(b) { b.2 } else { a.2 };
+        vec![(a.0, a.1, point), (b.0, b.1, point)]
+    }
 }
 
 /// Parameters where the tangent across a knot of full multiplicity breaks.
@@ -362,14 +482,21 @@ impl BorderMaker<'_> {
                 Crossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
                 Crossing { along: Along::Pole(pole), .. } => pole_end(pole),
             },
-            Node::Corner(i, j) => match self.arranged.pole_corners.get(&(i, j)) {
-                Some(&pole) => pole_end(pole),
-                None => {
-                    let (u, v) =
-                        (self.maps[0].to_nurbs(self.grid.lines[0][i]), self.maps[1].to_nurbs(self.grid.lines[1][j]));
-                    DraftEnd::Point(self.patches.derivatives(u, v).point)
+            Node::Corner(i, j) => {
+                let (pole, crossing) =
+                    (self.arranged.pole_corners.get(&(i, j)), self.arranged.crossed_corners.get(&(i, j)));
+                match (pole, crossing.map(|&k| &self.arranged.crossings[k])) {
+                    (Some(&pole), _) | (_, Some(&Crossing { along: Along::Pole(pole), .. })) => pole_end(pole),
+                    (_, Some(&Crossing { along: Along::Edge(e), t, .. })) => DraftEnd::OnEdge(e, t),
+                    _ => {
+                        let (u, v) = (
+                            self.maps[0].to_nurbs(self.grid.lines[0][i]),
+                            self.maps[1].to_nurbs(self.grid.lines[1][j]),
+                        );
+                        DraftEnd::Point(self.patches.derivatives(u, v).point)
+                    }
                 }
-            },
+            }
         });
         let creases = self.creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
         DraftBorder { shape, range, ends, creases }

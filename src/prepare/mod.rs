@@ -21,6 +21,8 @@ mod face;
 
 mod inside;
 
+mod meeting;
+
 mod orient;
 
 mod pcurve;
@@ -37,6 +39,7 @@ pub use uv_curve::{UvCurve, UvSample};
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -82,6 +85,7 @@ fn prepare_all(mut model: Model) -> Prepared {
         part: None,
         face: None,
         entity: 0,
+        place: None,
         reason: format!("instance \"{}\" places part {} of {parts}", i.name, i.part.0),
     }));
     let done: Vec<(PreparedPart, Vec<Diagnostic>)> =
@@ -112,19 +116,22 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
             drafts.push(None);
             continue;
         };
-        let told = match &result {
-            Ok(draft) => (!draft.notes.is_empty()).then(|| (Severity::Note, draft.notes.join("; "))),
-            Err(e @ face::FaceError::NoArea { .. }) => Some((Severity::Note, e.to_string())),
-            Err(e) => Some((Severity::Error, e.to_string())),
+        let mut tell = |severity, place: Option<DVec3>, reason| {
+            let (face, entity) = (Some(FaceId::new(k)), part.faces[k].entity);
+            let place = place.or_else(|| face::somewhere(part, &part.faces[k]));
+            diagnostics.push(Diagnostic { severity, part: Some(id), face, entity, place, reason });
         };
-        if let Some((severity, reason)) = told {
-            diagnostics.push(Diagnostic {
-                severity,
-                part: Some(id),
-                face: Some(FaceId::new(k)),
-                entity: part.faces[k].entity,
-                reason,
-            });
+        match &result {
+            Ok(draft) => {
+                for told in &draft.repairs {
+                    tell(Severity::Warning, told.place, told.what.clone());
+                }
+                if !draft.notes.is_empty() {
+                    tell(Severity::Note, None, draft.notes.join("; "));
+                }
+            }
+            Err(e @ face::FaceError::NoArea { .. }) => tell(Severity::Note, None, e.to_string()),
+            Err(e) => tell(Severity::Error, e.place(), e.to_string()),
         }
         drafts.push(result.ok());
     }
@@ -137,6 +144,7 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
             part: Some(id),
             face: Some(FaceId::new(k)),
             entity: part.faces[k].entity,
+            place: face::somewhere(part, &part.faces[k]),
             reason: reason.clone(),
         }));
         PreparedPart { face_rows: vec![None; part.faces.len()], ..PreparedPart::default() }
@@ -146,6 +154,7 @@ fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
         part: Some(id),
         face: None,
         entity: part.faces[t.face].entity,
+        place: face::somewhere(part, &part.faces[t.face]),
         reason: format!("{} connected faces were inside out (volume {:.3e} mm³) and were turned", t.faces, t.volume),
     }));
     (prepared, diagnostics)
@@ -164,7 +173,7 @@ pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text").to_owned()
 }
 
-fn scene(model: &Model, clouds: &[Vec<glam::DVec3>]) -> Scene {
+fn scene(model: &Model, clouds: &[Vec<DVec3>]) -> Scene {
     let parts: Vec<ScenePart> = model
         .parts
         .iter()

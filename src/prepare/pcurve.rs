@@ -73,6 +73,12 @@ impl<'a> Projector<'a> {
         (d.du * step.x + d.dv * step.y).length()
     }
 
+    /// The surface's point at parameters of any period.
+    pub(super) fn point(&self, at: DVec2) -> DVec3 {
+        let w = self.wrap(at);
+        self.surface.point(w.x, w.y)
+    }
+
     /// The pole at a point, if it is one.
     pub(super) fn pole_at(&self, p: DVec3) -> Option<usize> {
         self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)

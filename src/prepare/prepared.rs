@@ -10,6 +10,10 @@ use glam::{DVec2, DVec3};
 pub struct PreparedFace {
     /// What the surface was before it became Bézier pieces.
     pub kind: SurfaceKind,
+    /// Entity number of the face in the source file, 0 if none.
+    pub entity: u64,
+    /// Whether its boundary is not quite as stated: it crossed or overlapped itself, or had gaps. A diagnostic says where.
+    pub repaired: bool,
     /// Bézier pieces over the face's parameter box.
     pub patches: BezierPatches,
     /// Derivative bounds per sub-box.
@@ -83,6 +87,9 @@ pub struct Tile {
     pub max: DVec2,
     /// Trim loops, kept side left; each a closed chain of edge stretches.
     pub loops: Vec<Vec<EdgeUse>>,
+    /// Whether the loops meet themselves or each other, or wind around a part of the border more than once or backwards:
+    /// their region is what they wind around a positive number of times, and is found by counting.
+    pub entangled: bool,
     /// Expected cost: Bézier pieces under the tile, plus breaks and marched samples along its boundary. At least 1.
     pub weight: f64,
     /// A point near the middle, part coordinates.

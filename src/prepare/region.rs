@@ -123,8 +123,9 @@ pub(super) struct Region {
     pub(super) wraps: [bool; 2],
     /// Its box; in a direction that wraps, one period wherever it starts.
     pub(super) bounds: [(f64, f64); 2],
-    /// Whether the corners of the box are kept where no loop says so.
-    pub(super) corners_kept: bool,
+    /// Winding number of the region where the loops do not wind: beyond the low end of the box in a direction that does
+    /// not wrap, and what the loops of a region that wraps both ways are counted from.
+    pub(super) base: i32,
 }
 
 /// Why a face has no region.
@@ -387,17 +388,17 @@ pub(super) fn region(
                 return Err(RegionError::Unbounded { axis: u8::from(axis == 1) });
             }
         }
-        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, corners_kept: true });
+        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1 });
     }
     let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
-        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, corners_kept: true });
+        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1 });
     }
     gather(&mut loops, &areas, projector);
-    nest(&mut loops);
+    nest(&mut loops, &areas);
     let bounds = loops_box(&loops);
-    Ok(Region { loops, wraps: [false, false], bounds, corners_kept: false })
+    Ok(Region { loops, wraps: [false, false], bounds, base: 0 })
 }
 
 fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
@@ -453,14 +454,18 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
 }
 
 /// Orients loops by nesting: outermost counter-clockwise, holes clockwise, islands counter-clockwise.
-fn nest(loops: &mut [UvLoop]) {
-    /// Points of a loop that are looked at: it may touch another at a vertex, so the majority decides.
+///
+/// A loop that crosses the largest one is a hole if the file runs it the other way; loops that cross others are not inside
+/// them.
+fn nest(loops: &mut [UvLoop], areas: &[f64]) {
+    /// Points of a loop that are looked at: it may touch another at a vertex, so one of them does not count.
     const PROBES: usize = 5;
     let polygons: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
     let boxes: Vec<[DVec2; 2]> = polygons
         .iter()
         .map(|p| p.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |b, q| [b[0].min(*q), b[1].max(*q)]))
         .collect();
+    let largest = (0..areas.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
     for (k, l) in loops.iter_mut().enumerate() {
         let n = polygons[k].len();
         let probes: [DVec2; PROBES] = std::array::from_fn(|i| polygons[k][(i * n / PROBES + i) % n]);
@@ -468,13 +473,26 @@ fn nest(loops: &mut [UvLoop]) {
             let inside = |q: &&DVec2| {
                 q.cmpge(boxes[o][0]).all() && q.cmple(boxes[o][1]).all() && winding_about(&polygons[o], **q) != 0
             };
-            o != k && 2 * probes.iter().filter(inside).count() > PROBES
+            match probes.iter().filter(inside).count() {
+                _ if o == k || coincide(boxes[o], areas[o], boxes[k], areas[k]) => false,
+                0 | 1 => false,
+                count if count + 1 >= PROBES => true,
+                _ => largest == Some(o) && (areas[k] > 0.0) != (areas[o] > 0.0),
+            }
         };
         let depth = (0..polygons.len()).filter(|&o| holds(o)).count();
-        if (area2(&polygons[k]) > 0.0) != (depth % 2 == 0) {
+        if (areas[k] > 0.0) != (depth % 2 == 0) {
             l.reverse();
         }
     }
+}
+
+/// Whether two loops are one given twice, for all that boxes and areas tell.
+fn coincide(box_a: [DVec2; 2], area_a: f64, box_b: [DVec2; 2], area_b: f64) -> bool {
+    const SAME: f64 = 1e-6;
+    let near = SAME * (box_a[1] - box_a[0]).max_element();
+    let boxes = (0..2).all(|k| box_a[k].distance(box_b[k]) <= near);
+    boxes && (area_a.abs() - area_b.abs()).abs() <= SAME * area_a.abs()
 }
 
 /// Loops that go round in direction `axis`: they bound the region across, alternately from below and from above.
@@ -544,7 +562,8 @@ fn band(
         }
     }
     let mut bounds = loops_box(&round);
-    if round.first().is_some_and(|l| l.winding[axis] != lower) {
+    let from_end = round.first().is_some_and(|l| l.winding[axis] != lower);
+    if from_end {
         bounds[across].0 = ends[0];
     }
     if round.last().is_some_and(|l| l.winding[axis] == lower) {
@@ -567,7 +586,7 @@ fn band(
     round.append(&mut inner);
     let mut wraps = [false, false];
     wraps[axis] = true;
-    Ok(Region { loops: round, wraps, bounds, corners_kept: false })
+    Ok(Region { loops: round, wraps, bounds, base: i32::from(from_end) })
 }
 
 /// Positions of poles that the region's box touches, by axis and side (0 low, 1 high).

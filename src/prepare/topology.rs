@@ -24,6 +24,14 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>, told: &mut V
     let used = used_edges(part.edges.len(), &drafts);
     let mut edges: Vec<PreparedEdge> =
         part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
+    for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
+        let breaks = &mut edges[*edge as usize].breaks;
+        let k = nearest_break(breaks, *t);
+        // Ends are vertices, and other faces know them.
+        if k > 0 && k + 1 < breaks.len() {
+            breaks[k].point = *point;
+        }
+    }
     let mut out = PreparedPart { brep_edges: edges.len(), ..PreparedPart::default() };
     for (k, draft) in drafts.into_iter().enumerate() {
         let Some(draft) = draft else {
@@ -77,13 +85,23 @@ pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>, told: &mut V
                 .filter(|l| !l.is_empty())
                 .collect();
             let middle = draft.patches.derivatives(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y)).point;
-            let mut tile = Tile { face: FaceId::new(k), min: t.min, max: t.max, loops, weight: 0.0, centre: middle };
+            let mut tile = Tile {
+                face: FaceId::new(k),
+                min: t.min,
+                max: t.max,
+                loops,
+                entangled: t.entangled,
+                weight: 0.0,
+                centre: middle,
+            };
             tile.weight = weight(&tile, &draft.patches, &edges);
             out.tiles.push(tile);
         }
         out.face_rows.push(Some(id(out.faces.len())));
         out.faces.push(PreparedFace {
             kind: part.faces[k].surface.kind(),
+            entity: part.faces[k].entity,
+            repaired: !draft.repairs.is_empty(),
             patches: draft.patches,
             bounds: draft.bounds,
             maps: draft.maps,

@@ -39,6 +39,22 @@ impl UvSample {
             + (a.d * (r * r * s) - b.d * (s * s * r)) * h
     }
 
+    /// Point and slope of that cubic at `t`.
+    pub(super) fn at(a: &Self, b: &Self, t: f64) -> Self {
+        let h = b.t - a.t;
+        let s = (t - a.t) / h;
+        let d =
+            (b.uv - a.uv) * (6.0 * s * (1.0 - s) / h) + a.d * ((3.0 * s - 4.0) * s + 1.0) + b.d * ((3.0 * s - 2.0) * s);
+        let uv = if t <= a.t {
+            a.uv
+        } else if t >= b.t {
+            b.uv
+        } else {
+            Self::between(a, b, t)
+        };
+        Self { t, uv, d }
+    }
+
     /// Parameters strictly between two samples at which coordinate `axis` of the cubic turns; at most two.
     pub(super) fn extremes(a: &Self, b: &Self, axis: usize) -> impl Iterator<Item = f64> {
         let h = b.t - a.t;

@@ -102,7 +102,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     let plan = Arc::new(frame::plan_for_view(&prepared, &view));
     let mut frame = MemorySink::default();
     let made = make(&prepared, &plan, common, args.edges, &mut frame)?;
-    let mut report = Report::of(&frame, &prepared, &made.degraded);
+    let mut report = Report::of(&frame, &prepared, &made);
     let tessellate = laps.lap();
 
     progress.stage("drawing");

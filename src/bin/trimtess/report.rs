@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Instant;
 use trimtess::audit::{DeviationReport, EconomyReport};
-use trimtess::frame::Degradation;
+use trimtess::frame::{Degradation, Ladder, Rung};
 use trimtess::mesh::{MemorySink, Scene};
 use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
-use trimtess::parallel::DegradedTile;
+use trimtess::parallel::{DegradedTile, FrameReport};
 use trimtess::prepare::Prepared;
 
 /// Diagnostics printed on standard error before the rest is only counted.
@@ -59,6 +59,8 @@ pub(crate) struct Entry {
     pub(crate) severity: &'static str,
     pub(crate) face: Option<u64>,
     pub(crate) entity: Option<u64>,
+    /// Where in the part's coordinates, millimetres.
+    pub(crate) place: Option<[f64; 3]>,
     pub(crate) reason: String,
 }
 
@@ -71,6 +73,9 @@ pub(crate) struct Report {
     pub(crate) instances: usize,
     pub(crate) faces: u64,
     pub(crate) faces_without_triangles: u64,
+    /// Faces by how far down the ladder of fallbacks they went.
+    #[serde(serialize_with = "by_rung")]
+    pub(crate) ladder: Ladder,
     pub(crate) diagnostics: Vec<Entry>,
     pub(crate) triangles: u64,
     pub(crate) vertices: u64,
@@ -105,7 +110,7 @@ pub(crate) struct Report {
 
 impl Report {
     /// Counts a frame and gives every face without triangles its diagnostic.
-    pub(crate) fn of(frame: &MemorySink, prepared: &Prepared, degraded: &[DegradedTile]) -> Self {
+    pub(crate) fn of(frame: &MemorySink, prepared: &Prepared, made: &FrameReport) -> Self {
         let scene = &frame.scene;
         let mut sizes = vec![(0_u64, 0_u64); scene.parts.len()];
         let mut meshed: Vec<Vec<bool>> = scene.parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
@@ -116,7 +121,8 @@ impl Report {
             meshed[batch.part.index()][batch.face.index()] |= !batch.mesh.triangles.is_empty();
         }
         let mut all: Vec<Diagnostic> = prepared.diagnostics.clone();
-        add_degraded(&mut all, degraded, &meshed);
+        add_degraded(&mut all, made, &meshed, prepared);
+        add_lost_lines(&mut all, made, prepared);
         add_unexplained(&mut all, &meshed, prepared);
         let mut report = Self { parts: scene.parts.len(), instances: scene.instances.len(), ..Self::default() };
         for instance in &scene.instances {
@@ -125,6 +131,12 @@ impl Report {
             report.faces_without_triangles += meshed[part].iter().filter(|meshed| !**meshed).count() as u64;
             report.triangles += sizes[part].0;
             report.vertices += sizes[part].1;
+            let off_normal = made.rungs.iter().filter(|face| face.part.index() == part);
+            let normal = off_normal.fold(meshed[part].len() as u64, |normal, face| {
+                report.ladder.add(face.rung, 1);
+                normal.saturating_sub(1)
+            });
+            report.ladder.add(Rung::Normal, normal);
         }
         report.diagnostics = placed(&all, scene);
         report
@@ -142,7 +154,7 @@ impl Report {
 
     /// Adds something that concerns no single face.
     pub(crate) fn add_error(&mut self, reason: String) {
-        self.diagnostics.push(Entry { severity: name(Severity::Error), face: None, entity: None, reason });
+        self.diagnostics.push(Entry { severity: name(Severity::Error), face: None, entity: None, place: None, reason });
     }
 
     /// Books what the audit measured.
@@ -159,7 +171,13 @@ impl Report {
 
     /// Adds something that concerns no single face, and loses none.
     pub(crate) fn add_warning(&mut self, reason: String) {
-        self.diagnostics.push(Entry { severity: name(Severity::Warning), face: None, entity: None, reason });
+        self.diagnostics.push(Entry {
+            severity: name(Severity::Warning),
+            face: None,
+            entity: None,
+            place: None,
+            reason,
+        });
     }
 
     /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
@@ -208,6 +226,7 @@ impl Report {
             self.faces_without_triangles,
             self.diagnostics.len()
         );
+        let _ = writeln!(text, "  ladder: {}", self.ladder);
         let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
         if let (Some(chord), Some(angle)) = (self.chord_mm, self.angle_deg) {
             let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };
@@ -254,8 +273,17 @@ impl std::fmt::Display for Entry {
         if let Some(entity) = self.entity {
             write!(f, " (#{entity})")?;
         }
-        write!(f, ": {}", self.reason)
+        write!(f, ": {}", self.reason)?;
+        match self.place {
+            Some([x, y, z]) => write!(f, ", at ({x:.4}, {y:.4}, {z:.4})"),
+            None => Ok(()),
+        }
     }
+}
+
+/// A ladder as an object: a count by each rung's name.
+fn by_rung<S: serde::Serializer>(ladder: &Ladder, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(Rung::ALL.map(|rung| (rung.to_string().replace(' ', "_"), ladder.count(rung))))
 }
 
 /// The severity's word in reports.
@@ -268,9 +296,9 @@ pub(crate) fn name(severity: Severity) -> &'static str {
 }
 
 /// One diagnostic per face and severity, with the words of its first such tile and the number of the others.
-fn add_degraded(all: &mut Vec<Diagnostic>, degraded: &[DegradedTile], meshed: &[Vec<bool>]) {
-    let mut told: BTreeMap<(PartId, FaceId, Severity), (String, u32)> = BTreeMap::new();
-    for tile in degraded {
+fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<bool>], prepared: &Prepared) {
+    let mut told: BTreeMap<(PartId, FaceId, Severity), (&DegradedTile, u32)> = BTreeMap::new();
+    for tile in &made.degraded {
         let lost = !meshed[tile.part.index()][tile.face.index()];
         let severity = match &tile.degradation {
             Degradation::NotSimple { .. } => Severity::Warning,
@@ -279,13 +307,47 @@ fn add_degraded(all: &mut Vec<Diagnostic>, degraded: &[DegradedTile], meshed: &[
             Degradation::Empty => continue,
             Degradation::Failed(_) => Severity::Error,
         };
-        let key = (tile.part, tile.face, severity);
-        told.entry(key).and_modify(|(_, others)| *others += 1).or_insert_with(|| (tile.degradation.to_string(), 0));
+        told.entry((tile.part, tile.face, severity)).and_modify(|(_, others)| *others += 1).or_insert((tile, 0));
     }
-    all.extend(told.into_iter().map(|((part, face, severity), (words, others))| {
+    all.extend(told.into_iter().map(|((part, face, severity), (tile, others))| {
+        let words = tile.degradation.to_string();
         let reason = if others > 0 { format!("{words}; {others} more tiles like it") } else { words };
-        Diagnostic { severity, part: Some(part), face: Some(face), entity: 0, reason }
+        let crossing = match tile.degradation {
+            Degradation::NotSimple { place, .. } => place,
+            _ => None,
+        };
+        let rows = prepared.parts.get(part.index());
+        let centre = || rows.and_then(|rows| rows.tiles.get(tile.tile.0 as usize)).map(|row| row.centre);
+        let (part, entity) = (Some(part), entity_of(prepared, part, face));
+        Diagnostic { severity, part, face: Some(face), entity, place: crossing.or_else(centre), reason }
     }));
+}
+
+/// Entity number of a face that has tiles; 0 if it has none, or no number.
+fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
+    let row = prepared.parts.get(part.index()).and_then(|rows| {
+        let row = rows.face_rows.get(face.index()).copied().flatten()?;
+        rows.faces.get(row as usize)
+    });
+    row.map_or(0, |row| row.entity)
+}
+
+/// An edge without polyline is told by the first of the faces that use it.
+fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prepared) {
+    for lost in &made.lost_lines {
+        let rows = prepared.parts.get(lost.part.index());
+        let edge = rows.and_then(|rows| rows.edges.get(lost.edge.index()));
+        let tile = edge.and_then(|edge| edge.uses.first()).map(|used| used.0);
+        let face = tile.and_then(|tile| Some(rows?.tiles.get(tile.0 as usize)?.face));
+        all.push(Diagnostic {
+            severity: Severity::Error,
+            part: Some(lost.part),
+            face,
+            entity: face.map_or(0, |face| entity_of(prepared, lost.part, face)),
+            place: edge.and_then(|edge| edge.breaks.first()).map(|end| end.point),
+            reason: format!("no polyline for edge {} of part {}: {}", lost.edge.0, lost.part.0, lost.why),
+        });
+    }
 }
 
 /// A face without triangles that no stage spoke of is a defect, and not a silent one. A note is enough where prepare passed
@@ -303,8 +365,9 @@ fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &P
             let (part, face) = (PartId::new(part), FaceId::new(face));
             if !explained.contains(&(part, face)) {
                 let reason = "no triangles, and no stage said why".into();
+                let entity = entity_of(prepared, part, face);
                 let (part, face) = (Some(part), Some(face));
-                all.push(Diagnostic { severity: Severity::Error, part, face, entity: 0, reason });
+                all.push(Diagnostic { severity: Severity::Error, part, face, entity, place: None, reason });
             }
         }
     }
@@ -317,8 +380,13 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
     let mut entries = Vec::with_capacity(sorted.len());
     for diagnostic in sorted {
         let entity = Some(diagnostic.entity).filter(|&entity| entity != 0);
-        let entry =
-            |face| Entry { severity: name(diagnostic.severity), face, entity, reason: diagnostic.reason.clone() };
+        let entry = |face| Entry {
+            severity: name(diagnostic.severity),
+            face,
+            entity,
+            place: diagnostic.place.map(|p| p.to_array()),
+            reason: diagnostic.reason.clone(),
+        };
         match (diagnostic.part, diagnostic.face) {
             (Some(part), Some(face)) => {
                 let of_part = scene.instances.iter().filter(|instance| instance.part == part.0);
@@ -379,7 +447,7 @@ mod tests {
 
     fn diagnostic(severity: Severity, face: Option<u32>) -> Diagnostic {
         let reason = "why".to_owned();
-        Diagnostic { severity, part: Some(PartId(0)), face: face.map(FaceId), entity: 7, reason }
+        Diagnostic { severity, part: Some(PartId(0)), face: face.map(FaceId), entity: 7, place: None, reason }
     }
 
     fn prepared(told: Diagnostic) -> Prepared {
@@ -390,7 +458,7 @@ mod tests {
     fn a_note_explains_only_a_face_that_was_passed_over() {
         let mut prepared = prepared(diagnostic(Severity::Note, Some(1)));
         let unexplained = |prepared: &Prepared| {
-            let report = Report::of(&frame(), prepared, &[]);
+            let report = Report::of(&frame(), prepared, &FrameReport::default());
             report.diagnostics.iter().filter(|entry| entry.reason.contains("no stage")).count()
         };
         assert_eq!(unexplained(&prepared), 3, "face 1 twice, face 3 once");
@@ -400,7 +468,7 @@ mod tests {
 
     #[test]
     fn counts_are_per_instance_and_no_face_is_lost_silently() {
-        let report = Report::of(&frame(), &Prepared::default(), &[]);
+        let report = Report::of(&frame(), &Prepared::default(), &FrameReport::default());
         assert_eq!((report.faces, report.faces_without_triangles), (7, 3));
         assert_eq!((report.triangles, report.vertices), (4, 16));
         let faces: Vec<_> = report.diagnostics.iter().map(|entry| entry.face).collect();
@@ -410,7 +478,7 @@ mod tests {
 
     #[test]
     fn an_explained_face_is_not_explained_twice() {
-        let report = Report::of(&frame(), &prepared(diagnostic(Severity::Error, Some(1))), &[]);
+        let report = Report::of(&frame(), &prepared(diagnostic(Severity::Error, Some(1))), &FrameReport::default());
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face, e.entity, e.reason.as_str())).collect();
         let unexplained = (Some(3), None, "no triangles, and no stage said why");
         assert_eq!(told, [(Some(1), Some(7), "why"), (Some(5), Some(7), "why"), unexplained]);
@@ -424,13 +492,13 @@ mod tests {
             tile: TileId(tile),
             degradation,
         };
-        let degraded = [
-            bad(0, Degradation::NotSimple { split: 1, unused: 0 }, 0),
-            bad(0, Degradation::NotSimple { split: 2, unused: 0 }, 1),
+        let degraded = vec![
+            bad(0, Degradation::NotSimple { split: 1, unused: 0, place: None }, 0),
+            bad(0, Degradation::NotSimple { split: 2, unused: 0, place: None }, 1),
             bad(1, Degradation::Empty, 2),
             bad(2, Degradation::Empty, 3),
         ];
-        let report = Report::of(&frame(), &Prepared::default(), &degraded);
+        let report = Report::of(&frame(), &Prepared::default(), &FrameReport { degraded, ..FrameReport::default() });
         let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
         let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
         assert_eq!(told, [vec!["warning"], vec!["error"], vec![]], "an empty tile of a meshed face is no news");

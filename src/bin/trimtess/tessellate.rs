@@ -95,11 +95,8 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     let plan = Arc::new(frame::plan(&prepared, &tolerance));
     let mut frame = MemorySink::default();
     let made = make(&prepared, &plan, common, format == Format::Glb || args.check, &mut frame)?;
-    let mut report = Report::of(&frame, &prepared, &made.degraded);
+    let mut report = Report::of(&frame, &prepared, &made);
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
-    for lost in &made.lost_lines {
-        report.add_error(format!("no polyline for edge {} of part {}: {}", lost.edge.0, lost.part.0, lost.why));
-    }
     let tessellate = laps.lap();
 
     if args.check {

@@ -172,15 +172,36 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     diagnostics.extend(tree.diagnostics);
     if !contexts.stated && !model.parts.is_empty() {
         let reason = "the file names no length unit; millimetres assumed".to_owned();
-        diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
+        diagnostics.push(Diagnostic {
+            severity: Severity::Warning,
+            part: None,
+            face: None,
+            entity: 0,
+            place: None,
+            reason,
+        });
     }
     if styles.along_paths > 0 {
         let reason = format!("{} colours that hold along paths of occurrences are not applied", styles.along_paths);
-        diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
+        diagnostics.push(Diagnostic {
+            severity: Severity::Warning,
+            part: None,
+            face: None,
+            entity: 0,
+            place: None,
+            reason,
+        });
     }
     if model.parts.iter().flat_map(|part| &part.faces).all(|face| face.lost) {
         let reason = format!("no faces among the file's {} instances", table.len());
-        diagnostics.push(Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, reason });
+        diagnostics.push(Diagnostic {
+            severity: Severity::Warning,
+            part: None,
+            face: None,
+            entity: 0,
+            place: None,
+            reason,
+        });
     }
     model.diagnostics = diagnostics;
     Ok(model)
@@ -245,7 +266,7 @@ impl<'a> Tree<'a> {
     }
 
     fn say(&mut self, severity: Severity, entity: u64, reason: String) {
-        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, reason });
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place: None, reason });
     }
 
     fn expand(&mut self) {

@@ -281,13 +281,13 @@ impl Assembly {
     }
 
     fn say(&mut self, severity: Severity, entity: u64, reason: String) {
-        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, reason });
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place: None, reason });
     }
 
     /// Tells something of the face that comes next.
     fn say_of_face(&mut self, severity: Severity, source: Source, reason: String) {
         let face = Some(FaceId::new(self.part.faces.len()));
-        self.diagnostics.push(Diagnostic { severity, part: None, face, entity: source.id(), reason });
+        self.diagnostics.push(Diagnostic { severity, part: None, face, entity: source.id(), place: None, reason });
     }
 
     /// Says why the face that comes next is lost.

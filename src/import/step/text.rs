@@ -50,7 +50,7 @@ pub(super) fn parse(
 }
 
 fn file_note(severity: Severity, reason: String) -> Diagnostic {
-    Diagnostic { severity, part: None, face: None, entity: 0, reason }
+    Diagnostic { severity, part: None, face: None, entity: 0, place: None, reason }
 }
 
 /// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.

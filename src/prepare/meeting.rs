@@ -1,0 +1,182 @@
+//! Stretches of trim arcs that cannot be told apart to the points where they meet, put on both pcurves alike.
+//!
+//! Chords are intersected, and Newton steps on the pcurves end in the point itself. A point that two edges have in common
+//! in (u,v), to the bit, is one vertex to the trim stage; one that they have in common in space is one to the faces beyond.
+
+use super::UvCurve;
+use super::UvSample;
+use super::critical::Span;
+use super::face::{DraftTile, DraftUse};
+use super::region::winding_about;
+use glam::{DMat2, DVec2};
+
+/// Distance, in tiles, below which two points of (u,v) are one: pcurves of planes are exact to rounding.
+const TOUCH: f64 = 1e-9;
+
+/// Share of a use's range below which two parameters are one.
+const SAME: f64 = 1e-9;
+
+/// Newton steps: from chords of a 256th of an arc, three are enough.
+const STEPS: usize = 12;
+
+/// A point of (u,v) that two stretches of a tile's loops have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting {
+    /// Loop, use within the loop, and parameter, for both.
+    pub(super) at: [((usize, usize), f64); 2],
+    /// Where, in the tile's (u,v).
+    pub(super) uv: DVec2,
+    /// How far apart parameters of either are the same.
+    same: [f64; 2],
+}
+
+impl Meeting {
+    /// Whether both are one.
+    pub(super) fn is(&self, other: &Self) -> bool {
+        (0..2).all(|k| self.at[k].0 == other.at[k].0 && (self.at[k].1 - other.at[k].1).abs() <= self.same[k])
+    }
+}
+
+/// Where two stretches meet, other than at common ends: at most one point, or two ends of a common stretch.
+pub(super) fn meet(tile: &DraftTile, a: Span<'_>, b: Span<'_>) -> Vec<Meeting> {
+    let ([p, q], [r, s]) = (a.ends(), b.ends());
+    let (d, e) = (q - p, s - r);
+    let (length_a, length_b) = (d.length(), e.length());
+    let cross = d.perp_dot(e);
+    let within = |x: f64, length: f64| x * length >= -TOUCH && (x - 1.0) * length <= TOUCH;
+    let mut starts: Vec<[f64; 2]> = Vec::new();
+    if cross.abs() > 1e-9 * length_a * length_b {
+        let at = [(r - p).perp_dot(e) / cross, (r - p).perp_dot(d) / cross];
+        if within(at[0], length_a) && within(at[1], length_b) {
+            starts.push(at);
+        }
+    } else if length_a > 0.0 && length_b > 0.0 {
+        let share = |x: DVec2, from: DVec2, along: DVec2| (x - from).dot(along) / along.length_squared();
+        let off = |x: DVec2, from: DVec2, along: DVec2| (x - from).perp_dot(along).abs() / along.length();
+        for (end, x) in [(0.0, r), (1.0, s)] {
+            let at = share(x, p, d);
+            if within(at, length_a) && off(x, p, d) <= TOUCH {
+                starts.push([at, end]);
+            }
+        }
+        for (end, x) in [(0.0, p), (1.0, q)] {
+            let at = share(x, r, e);
+            if within(at, length_b) && off(x, r, e) <= TOUCH {
+                starts.push([end, at]);
+            }
+        }
+    }
+    starts.into_iter().filter_map(|at| settle(tile, a, b, at)).collect()
+}
+
+/// The meeting near shares `at` of two stretches; none if it is a common end of both arcs, or no meeting.
+fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, at: [f64; 2]) -> Option<Meeting> {
+    let spans = [a, b];
+    let scale = (tile.max - tile.min).recip();
+    let uses = spans.map(|s| &tile.loops[s.arc.of.0][s.arc.of.1]);
+    let limits = spans.map(|s| [s.arc.points[0].0, s.arc.points[s.arc.points.len() - 1].0]);
+    let same = limits.map(|[from, to]| SAME * (to - from));
+    let mut t = [0, 1].map(|k| {
+        let [from, to] = spans[k].range();
+        (from + (to - from) * at[k]).clamp(limits[k][0], limits[k][1])
+    });
+    for _ in 0..STEPS {
+        let [x, y] = [0, 1].map(|k| sample(uses[k], t[k]));
+        let miss = (y.uv - x.uv) * scale;
+        let step = DMat2::from_cols(x.d * scale, -y.d * scale).inverse() * miss;
+        if !step.is_finite() || miss.length() <= 1e-3 * TOUCH {
+            break;
+        }
+        t = [0, 1].map(|k| (t[k] + step[k]).clamp(limits[k][0], limits[k][1]));
+    }
+    let mut at_end = [false; 2];
+    for k in 0..2 {
+        if let Some(&end) = limits[k].iter().find(|&&end| (end - t[k]).abs() <= same[k]) {
+            (t[k], at_end[k]) = (end, true);
+        }
+    }
+    let [x, y] = [0, 1].map(|k| sample(uses[k], t[k]).uv);
+    let apart = ((y - x) * scale).length() > TOUCH;
+    let itself = a.arc.of == b.arc.of && (t[0] - t[1]).abs() <= same[0];
+    if apart || itself || at_end == [true; 2] {
+        return None;
+    }
+    let uv = if at_end[1] { y } else { x };
+    Some(Meeting { at: [0, 1].map(|k| (spans[k].arc.of, t[k])), uv, same })
+}
+
+/// A pcurve's point and slope.
+fn sample(u: &DraftUse, t: f64) -> UvSample {
+    let UvCurve::Hermite(samples) = &u.uv else { return UvSample { t, uv: DVec2::NAN, d: DVec2::NAN } };
+    let k = samples.partition_point(|s| s.t <= t).clamp(1, samples.len() - 1);
+    UvSample::at(&samples[k - 1], &samples[k], t)
+}
+
+/// Gives both pcurves of every meeting its point as a sample.
+pub(super) fn weld(tile: &mut DraftTile, meetings: &[Meeting]) {
+    for m in meetings {
+        for (k, ((l, u), t)) in m.at.into_iter().enumerate() {
+            let used = &mut tile.loops[l][u];
+            let mut new = sample(used, t);
+            new.uv = m.uv;
+            let UvCurve::Hermite(samples) = &mut used.uv else { continue };
+            match samples.iter_mut().find(|s| (s.t - t).abs() <= 1e-3 * m.same[k]) {
+                Some(known) if known.t == t => known.uv = m.uv,
+                // A sample next to it would make a piece without length.
+                Some(known) => *known = new,
+                None => {
+                    let mut all = std::mem::take(samples).into_vec();
+                    all.insert(all.partition_point(|s| s.t < t), new);
+                    *samples = all.into();
+                }
+            }
+        }
+    }
+}
+
+/// The first of the meetings beside which the loops of a tile wind more than once, or backwards, or nothing is kept on their
+/// left: there they cross or overlap. Elsewhere they touch.
+pub(super) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
+    /// How far beside a chord the loops are asked, in chords.
+    const BESIDE: f64 = 1e-3;
+    let whole: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| l.iter().flat_map(points).map(|p| p.1).collect()).collect();
+    let winding = |p: DVec2| whole.iter().map(|l| winding_about(l, p)).sum::<i32>();
+    let sound = |a: DVec2, b: DVec2| {
+        let (middle, left) = (0.5 * (a + b), (b - a).perp() * BESIDE);
+        a == b || (winding(middle + left) == 1 && (0..=1).contains(&winding(middle - left)))
+    };
+    meetings.iter().copied().find(|m| {
+        m.at.into_iter().any(|((l, k), t)| {
+            let u = &tile.loops[l][k];
+            let forward = u.from < u.to;
+            let mut stops = vec![u.from.min(u.to), u.from.max(u.to)];
+            stops.extend(meetings.iter().flat_map(|m| m.at).filter(|at| at.0 == (l, k)).map(|at| at.1));
+            let before = stops.iter().copied().filter(|&s| s < t).reduce(f64::max);
+            let after = stops.iter().copied().filter(|&s| s > t).reduce(f64::min);
+            let points = points(u);
+            [before, after].into_iter().flatten().any(|stop| {
+                let middle = 0.5 * (stop + t);
+                // The chord around the middle of the stretch, in loop order.
+                let next = points.iter().position(|p| if forward { p.0 > middle } else { p.0 < middle });
+                let next = next.unwrap_or(points.len());
+                let to = points.get(next).map_or_else(|| sample(u, u.to).uv, |p| p.1);
+                next > 0 && !sound(points[next - 1].1, to)
+            })
+        })
+    })
+}
+
+/// Points along a use with their parameters, without the last: the samples of its pcurve and middles between them.
+fn points(u: &DraftUse) -> Vec<(f64, DVec2)> {
+    let mut ts = vec![u.from];
+    if let UvCurve::Hermite(samples) = &u.uv {
+        let (a, b) = (u.from.min(u.to), u.from.max(u.to));
+        let middles = samples.windows(2).flat_map(|w| [w[0].t, 0.5 * (w[0].t + w[1].t)]);
+        ts.extend(middles.filter(|&t| t > a && t < b));
+        if u.from > u.to {
+            ts[1..].reverse();
+        }
+    }
+    let mut hint = 0;
+    ts.into_iter().map(|t| (t, u.uv.point(t, &mut hint))).collect()
+}

@@ -1,0 +1,327 @@
+//! Faces whose wires are not what they should be: crossing, overlapping, doubled, turned, without area, not closed. Each
+//! ends in the triangles of the region of positive winding and a diagnostic with a place, never in a lost face.
+
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+use trimtess::frame::{Rung, Tolerance, plan};
+use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
+use trimtess::model::{
+    Coedge, CurveKind, EdgeId, Frame3, Instance, Loop, Model, NurbsCurve3, Part, PartBuilder, PartId, Severity,
+    ShellKind, Surface, VertexId, shapes,
+};
+use trimtess::parallel::{FrameReport, serial};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+/// A ladder of chords: base, /4, /16, /32.
+const CHORDS: [f64; 4] = [0.2, 0.05, 0.0125, 0.00625];
+
+/// The part, placed once, whether it is sound or not.
+fn prepared(part: Part) -> Arc<Prepared> {
+    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: String::new() };
+    let model = Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() };
+    Arc::new(prepare(model, &PrepareOptions::DEFAULT))
+}
+
+fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MeshFacts, FrameReport) {
+    let plan = plan(prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+    let mut sink = MemorySink::default();
+    let report = serial(prepared, &plan, false, &mut sink).expect("a frame");
+    let facts = check_scene(&sink);
+    assert_eq!(facts.faces_without_triangles, [], "chord {chord}: {:?} {:?}", prepared.diagnostics, report.degraded);
+    assert!(facts.total.is_well_formed(), "chord {chord}: {}", facts.total);
+    (facts.total, report)
+}
+
+/// Every diagnostic of the worst kind names its face and a place.
+fn told(prepared: &Prepared) -> Vec<(Severity, String)> {
+    prepared
+        .diagnostics
+        .iter()
+        .map(|d| {
+            assert!(d.face.is_some() && d.place.is_some_and(DVec3::is_finite), "{d:?}");
+            (d.severity, d.reason.clone())
+        })
+        .collect()
+}
+
+fn warned(prepared: &Prepared, of: &str) -> bool {
+    told(prepared).iter().any(|(severity, reason)| *severity == Severity::Warning && reason.contains(of))
+}
+
+fn flat(points: &[(f64, f64)]) -> Vec<DVec3> {
+    points.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect()
+}
+
+/// A plane face with one wire per polygon.
+fn sheet(wires: &[&[(f64, f64)]]) -> Part {
+    let mut part = PartBuilder::new("sheet");
+    let shell = part.plain_shell(ShellKind::Open);
+    let loops = wires.iter().map(|w| Loop::Edges(part.polygon(&flat(w)))).collect();
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, loops, false);
+    part.finish().expect("a sound part")
+}
+
+/// A plane face of this area at all chords; whether every rung said so, and what was told.
+fn has_area(part: Part, area: f64) -> (Arc<Prepared>, FrameReport) {
+    let prepared = prepared(part);
+    let mut last = FrameReport::default();
+    for chord in CHORDS {
+        let (facts, report) = mesh(&prepared, chord);
+        assert!((facts.area - area).abs() <= 1e-9 * area, "chord {chord}: area {} of {area}", facts.area);
+        last = report;
+    }
+    (prepared, last)
+}
+
+const PLATE: [(f64, f64); 4] = [(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)];
+
+#[test]
+fn a_figure_eight_keeps_its_larger_lobe() {
+    // Lobes of 9 and 4 around (3, 3).
+    let (prepared, report) = has_area(sheet(&[&[(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)]]), 9.0);
+    assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
+    let place = prepared.diagnostics[0].place.expect("a place");
+    assert!(place.distance(DVec3::new(3.0, 3.0, 0.0)) < 1e-9, "{place}");
+    assert_eq!(report.ladder.count(Rung::Repaired), 1);
+    assert_eq!(report.rungs.len(), 1);
+}
+
+#[test]
+fn an_inner_wire_across_the_outer_is_cut_off() {
+    // 4 x 2 in the middle of the right side, half of it outside; and nearly all of it outside.
+    for (inside, x) in [(2.0, 8.0), (0.5, 9.5), (3.5, 6.5)] {
+        let hole: [(f64, f64); 4] = [(x, 3.0), (x, 5.0), (x + 4.0, 5.0), (x + 4.0, 3.0)];
+        let (prepared, report) = has_area(sheet(&[&PLATE, &hole]), 80.0 - 2.0 * inside);
+        assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
+        assert_eq!(report.ladder.count(Rung::Repaired), 1);
+    }
+}
+
+#[test]
+fn holes_that_overlap_are_one() {
+    let holes: [[(f64, f64); 4]; 2] =
+        [[(2.0, 2.0), (2.0, 5.0), (6.0, 5.0), (6.0, 2.0)], [(4.0, 3.0), (4.0, 7.0), (8.0, 7.0), (8.0, 3.0)]];
+    let (prepared, _) = has_area(sheet(&[&PLATE, &holes[0], &holes[1]]), 80.0 - 12.0 - 16.0 + 4.0);
+    assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
+}
+
+#[test]
+fn holes_that_share_a_side_or_a_corner_are_two() {
+    let a: [(f64, f64); 4] = [(2.0, 2.0), (2.0, 5.0), (4.0, 5.0), (4.0, 2.0)];
+    for b in [[(4.0, 2.0), (4.0, 5.0), (6.0, 5.0), (6.0, 2.0)], [(4.0, 5.0), (4.0, 7.0), (6.0, 7.0), (6.0, 5.0)]] {
+        has_area(sheet(&[&PLATE, &a, &b]), 80.0 - 12.0 + if b[0].1 == 2.0 { 0.0 } else { 2.0 });
+    }
+    // A side on part of the outer wire, and a corner on it.
+    has_area(sheet(&[&PLATE, &[(10.0, 2.0), (7.0, 2.0), (7.0, 5.0), (10.0, 5.0)]]), 71.0);
+    has_area(sheet(&[&PLATE, &[(10.0, 4.0), (8.0, 3.0), (8.0, 5.0)]]), 78.0);
+}
+
+#[test]
+fn a_wire_outside_the_others_is_kept_as_a_region_of_its_own() {
+    has_area(sheet(&[&PLATE, &[(12.0, 0.0), (12.0, 3.0), (14.0, 3.0), (14.0, 0.0)]]), 86.0);
+}
+
+#[test]
+fn a_pentagram_is_covered_once() {
+    let tip = |k: usize| {
+        let p = DVec2::from_angle(TAU * (2 * k) as f64 / 5.0) * 5.0;
+        (p.x, p.y)
+    };
+    let star: Vec<(f64, f64)> = (0..5).map(tip).collect();
+    // Five triangles from the centre to a tip and the notches beside it: |tip| |notch| sin 36° each.
+    let notch = 5.0 * (TAU / 5.0).cos() / (TAU / 10.0).cos();
+    let (prepared, _) = has_area(sheet(&[&star]), 5.0 * 5.0 * notch * (TAU / 10.0).sin());
+    assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
+}
+
+/// A prism of height 3 over polygons: walls, and two lids with one wire per polygon.
+fn prism(wires: &[&[(f64, f64)]]) -> Part {
+    let mut part = PartBuilder::new("prism");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let up = DVec3::Z * 3.0;
+    let mut lids = [Vec::new(), Vec::new()];
+    for wire in wires {
+        let corners = flat(wire);
+        let n = corners.len();
+        let [low, high] = [DVec3::ZERO, up].map(|by| {
+            let vertices: Vec<VertexId> = corners.iter().map(|&p| part.vertex(p + by)).collect();
+            let sides: Vec<EdgeId> = (0..n).map(|k| part.line(vertices[k], vertices[(k + 1) % n])).collect();
+            (vertices, sides)
+        });
+        let posts: Vec<EdgeId> = (0..n).map(|k| part.line(low.0[k], high.0[k])).collect();
+        for k in 0..n {
+            let next = (k + 1) % n;
+            let along = corners[next] - corners[k];
+            let frame = Frame3::from_axis(corners[k], along.cross(DVec3::Z), along).expect("a side has a length");
+            let wall = vec![low.1[k].along(), posts[next].along(), high.1[k].against(), posts[k].against()];
+            part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(wall)], false);
+        }
+        lids[0].push(Loop::Edges(low.1.iter().map(|e| e.along()).collect()));
+        lids[1].push(Loop::Edges(high.1.iter().map(|e| e.along()).collect()));
+    }
+    let [low, high] = lids;
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, low, true);
+    part.plain_face(Surface::Plane { frame: Frame3 { origin: up, ..Frame3::WORLD } }, shell, high, false);
+    part.finish().expect("a sound part")
+}
+
+#[test]
+fn a_prism_that_touches_itself_is_closed() {
+    // Two squares that meet in a corner, as one wire through two vertices in one place.
+    let eight = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 4.0), (2.0, 2.0), (0.0, 2.0)];
+    // A corner that touches a side from inside.
+    let dent = [(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (4.0, 4.0), (3.0, 0.0), (2.0, 4.0), (0.0, 4.0)];
+    for (wire, area) in [(&eight[..], 8.0), (&dent[..], 20.0)] {
+        let prepared = prepared(prism(&[wire]));
+        for chord in CHORDS {
+            let (facts, _) = mesh(&prepared, chord);
+            assert!(facts.is_closed(), "chord {chord}: {facts}");
+            assert!((facts.volume - 3.0 * area).abs() < 1e-9, "chord {chord}: {facts}");
+        }
+    }
+}
+
+/// The washer with loops of its bottom changed: still closed, still of its volume.
+fn washer_with(change: impl Fn(&mut Part)) -> Arc<Prepared> {
+    let mut part = shapes::washer();
+    change(&mut part);
+    let prepared = prepared(part);
+    for chord in CHORDS {
+        let (facts, _) = mesh(&prepared, chord);
+        assert!(facts.is_closed(), "chord {chord}: {facts}");
+        let (volume, slack) = (PI * 64.0 * 3.0, chord * TAU * 16.0 * 3.0);
+        assert!((facts.volume - volume).abs() <= slack, "chord {chord}: {facts}");
+    }
+    prepared
+}
+
+/// The washer's bottom.
+const BOTTOM: usize = 2;
+
+#[test]
+fn a_wire_given_twice_counts_once() {
+    for which in 0..2 {
+        let prepared = washer_with(|part| {
+            let again = part.faces[BOTTOM].loops[which].clone();
+            part.faces[BOTTOM].loops.push(again);
+        });
+        assert!(warned(&prepared, "twice"), "{:?}", told(&prepared));
+    }
+}
+
+#[test]
+fn the_sense_of_a_wire_does_not_matter() {
+    fn turn(l: &mut Loop) {
+        let Loop::Edges(coedges) = l else { return };
+        coedges.reverse();
+        coedges.iter_mut().for_each(|c| c.reversed = !c.reversed);
+    }
+    for turned in 0..4 {
+        let prepared = washer_with(|part| {
+            for k in (0..2).filter(|k| turned >> k & 1 == 1) {
+                turn(&mut part.faces[BOTTOM].loops[k]);
+            }
+        });
+        assert_eq!(told(&prepared), []);
+    }
+}
+
+#[test]
+fn a_wire_without_area_is_a_slit() {
+    washer_with(|part| {
+        let ends = [7.0, 9.0].map(|x| {
+            part.vertices.push(DVec3::X * x);
+            VertexId::new(part.vertices.len() - 1)
+        });
+        let curve = NurbsCurve3::line(DVec3::X * 7.0, DVec3::X * 9.0);
+        let range = curve.domain();
+        let (start, end) = (ends[0], ends[1]);
+        part.edges.push(trimtess::model::Edge { curve, range, start, end, kind: CurveKind::Line, entity: 0 });
+        let edge = EdgeId::new(part.edges.len() - 1);
+        let there_and_back = vec![edge.along(), edge.against()];
+        part.faces[BOTTOM].loops.push(Loop::Edges(there_and_back));
+    });
+}
+
+/// A band of a cylinder of radius 5 between two ellipses, each at a height and with a slope along y.
+fn band(wires: [(f64, f64); 2]) -> Part {
+    let mut part = PartBuilder::new("band");
+    let shell = part.plain_shell(ShellKind::Open);
+    let loops = wires.map(|(height, slope)| {
+        let y = DVec3::new(0.0, 1.0, slope);
+        let frame =
+            Frame3 { origin: DVec3::Z * height, x: DVec3::X, y: y.normalize(), z: DVec3::X.cross(y).normalize() };
+        let start = part.vertex(frame.place(DVec3::X * 5.0));
+        let curve = NurbsCurve3::arc(&frame, 5.0, 5.0 * y.length(), 0.0, TAU);
+        Loop::Edges(vec![part.curve(curve, CurveKind::Conic, start, start).along()])
+    });
+    part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, shell, loops.to_vec(), false);
+    part.finish().expect("a sound part")
+}
+
+#[test]
+fn bounds_of_a_band_that_cross_keep_what_lies_between_them() {
+    // The upper one is below the lower one for part of the turn: height a + b sin θ where it is positive.
+    for (height, slope) in [(2.0, 0.8), (0.5, 0.8), (3.9, 0.8), (1.0, -0.5)] {
+        let prepared = prepared(band([(0.0, 0.0), (height, slope)]));
+        assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
+        let b = 5.0 * f64::abs(slope);
+        let from = f64::asin(-height / b);
+        // ∫ (a + b sin θ) from `from` to π - from.
+        let exact = 5.0 * (height * (PI - 2.0 * from) + 2.0 * b * from.cos());
+        for chord in CHORDS {
+            let (facts, report) = mesh(&prepared, chord);
+            let slack = 8.0 * chord * TAU * 5.0;
+            assert!((facts.area - exact).abs() <= slack, "chord {chord}: {} of {exact}", facts.area);
+            assert_eq!(report.ladder.count(Rung::Repaired), 1);
+            // One or two pieces, but nothing open beyond the wires themselves.
+            assert!(facts.nonmanifold_edges == 0, "chord {chord}: {facts}");
+        }
+    }
+}
+
+#[test]
+fn wires_that_cross_where_a_closed_surface_is_cut_open() {
+    // Squares all around a cylinder: wherever the seam falls, it cuts them where they overlap.
+    let mut part = PartBuilder::new("tube");
+    let shell = part.plain_shell(ShellKind::Open);
+    let radius = 5.0;
+    let ring = |part: &mut PartBuilder, height: f64| {
+        let frame = Frame3 { origin: DVec3::Z * height, ..Frame3::WORLD };
+        vec![part.circle(&frame, radius).along()]
+    };
+    let mut loops = vec![Loop::Edges(ring(&mut part, 0.0)), Loop::Edges(ring(&mut part, 6.0))];
+    let count = 8;
+    let width = 1.5 * TAU / f64::from(count);
+    for k in 0..count {
+        let from = TAU * f64::from(k) / f64::from(count);
+        let low = if k % 2 == 0 { 1.0 } else { 1.5 };
+        let arc = |a: f64, b: f64, z: f64| {
+            let frame = Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+            NurbsCurve3::arc(&frame, radius, radius, a, b)
+        };
+        let at = |angle: f64, z: f64| (DVec2::from_angle(angle) * radius).extend(z);
+        let corners = [(from, low), (from + width, low), (from + width, low + 3.0), (from, low + 3.0)];
+        let v = corners.map(|(angle, z)| part.vertex(at(angle, z)));
+        let bottom = part.curve(arc(from, from + width, low), CurveKind::Circle, v[0], v[1]);
+        let right = part.line(v[1], v[2]);
+        let top = part.curve(arc(from, from + width, low + 3.0), CurveKind::Circle, v[3], v[2]);
+        let left = part.line(v[0], v[3]);
+        let wire: Vec<Coedge> = vec![left.along(), top.along(), right.against(), bottom.against()];
+        loops.push(Loop::Edges(wire));
+    }
+    part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius }, shell, loops, false);
+    let prepared = prepared(part.finish().expect("a sound part"));
+    assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
+    // The holes cover the heights from 1.5 to 4 everywhere, and half a unit more below or above by turns: where two of
+    // them overlap both, elsewhere one.
+    let turn = TAU * radius;
+    let both = 0.5 * turn;
+    let exact = 6.0 * turn - (2.5 * turn + both + 0.5 * (turn - both));
+    for chord in CHORDS {
+        let (facts, _) = mesh(&prepared, chord);
+        let slack = 4.0 * chord * turn;
+        assert!((facts.area - exact).abs() <= slack, "chord {chord}: {} of {exact}", facts.area);
+    }
+}
