@@ -17,6 +17,8 @@ const CHANGES: usize = 16;
 /// Cosine to the surface's normal below which a triangle counts as looking inwards: none that follows its surface stands
 /// as steep as this.
 const STEEP: f64 = 0.05;
+/// Triangles around a point that is merged; more are left alone.
+const MOST_AROUND: usize = 64;
 /// Share of the area looking inwards that a change has to gain, so that changes come to an end.
 const LEAST_GAIN: f64 = 1e-3;
 
@@ -40,7 +42,7 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize) {
         if corners == GONE || !Shape::of(web.mesh, corners).is_folded(web.mesh) {
             continue;
         }
-        let Some(change) = web.best_flip(t).or_else(|| web.best_merge(t)) else { continue };
+        let Some(change) = web.best(web.flips(t).into_iter().chain(web.merges(t))) else { continue };
         for &(t, _) in &change.triangles {
             web.leave(t);
         }
@@ -130,43 +132,54 @@ impl Web<'_> {
             })
     }
 
-    /// The best change that leaves less area inwards than there is.
+    /// The change that leaves the least of the area looking inwards; none if all leave nearly what there is.
+    ///
+    /// Changes concern different triangles, so what counts is how much each gains. Where several gain the same, the one
+    /// that leaves the widest triangles.
     fn best(&self, changes: impl Iterator<Item = Change>) -> Option<Change> {
         let mut best: Option<((f64, f64), Change)> = None;
         for change in changes {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
-            let score = self.score(change.triangles.iter().map(|(_, corners)| *corners));
-            if score.0 > (1.0 - LEAST_GAIN) * before && best.as_ref().is_none_or(|(s, _)| score > *s) {
+            let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
+            let score = (after - before, height);
+            if after > (1.0 - LEAST_GAIN) * before && best.as_ref().is_none_or(|(s, _)| score > *s) {
                 best = Some((score, change));
             }
         }
         best.map(|(_, change)| change)
     }
 
-    /// The edge of triangle `t` to flip.
-    fn best_flip(&self, t: usize) -> Option<Change> {
+    /// The edges of triangle `t`, flipped.
+    fn flips(&self, t: usize) -> Vec<Change> {
         let corners = self.mesh.triangles[t];
-        self.best((0..3).filter_map(|k| {
+        let flip = |k: usize| {
             let [a, b, c] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
             let other = *self.sides.get(&(b, a))?;
             let d = *self.mesh.triangles[other].iter().find(|&&v| v != a && v != b)?;
             (c != d && !self.has_edge(c, d)).then(|| Change { triangles: vec![(t, [a, d, c]), (other, [d, b, c])] })
-        }))
+        };
+        (0..3).filter_map(flip).collect()
     }
 
-    /// The lattice point of triangle `t` to merge into one of its neighbours.
-    fn best_merge(&self, t: usize) -> Option<Change> {
-        let inner = |v: &u32| matches!(self.mesh.origins[*v as usize], Origin::Lattice { .. });
-        let fans = self.mesh.triangles[t].into_iter().filter(inner).filter_map(|v| Some((v, self.fan(t, v)?)));
-        let fans: Vec<_> = fans.collect();
-        self.best(fans.iter().flat_map(|(v, fan)| fan.iter().filter_map(move |&(_, to)| self.merge(*v, to, fan))))
+    /// The lattice points of triangle `t`, merged into each of their neighbours.
+    fn merges(&self, t: usize) -> Vec<Change> {
+        let mut changes = Vec::new();
+        for v in self.mesh.triangles[t] {
+            if !matches!(self.mesh.origins[v as usize], Origin::Lattice { .. }) {
+                continue;
+            }
+            if let Some(fan) = self.fan(t, v) {
+                changes.extend(fan.iter().filter_map(|&(_, to)| self.merge(v, to, &fan)));
+            }
+        }
+        changes
     }
 
     /// The triangles around `v` counter-clockwise, each with the corner that follows `v` in it; `None` if there is a gap.
     fn fan(&self, t: usize, v: u32) -> Option<Vec<(usize, u32)>> {
         let mut fan = Vec::new();
         let mut at = t;
-        loop {
+        while fan.len() < MOST_AROUND {
             let corners = self.mesh.triangles[at];
             let k = corners.iter().position(|&c| c == v)?;
             fan.push((at, corners[(k + 1) % 3]));
@@ -175,6 +188,7 @@ impl Web<'_> {
                 return Some(fan);
             }
         }
+        None
     }
 
     /// `v` merged into `to`; `None` where that would join more than two triangles along an edge.
