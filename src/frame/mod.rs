@@ -25,5 +25,7 @@ pub use tolerance::Tolerance;
 /// Trim triangulation of one tile in cell units.
 pub mod trim;
 
+mod unfold;
+
 mod view;
 pub use view::{View, plan_for_view};

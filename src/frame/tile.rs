@@ -4,8 +4,9 @@ use super::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use super::ladder::Rung;
 use super::plan::{PartPlan, Plan, TileLattice, cell_coordinate};
 use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference::trim_tile_reference, trim_tile};
+use super::unfold::unfold;
 use crate::mesh::{EdgeLine, Origin, PatchMesh, TileId};
-use crate::model::{EdgeId, FaceId, PartId};
+use crate::model::{EdgeId, FaceId, PartId, SurfaceKind};
 use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
 use std::fmt;
@@ -297,6 +298,7 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
     for t in &s.trimmed.triangles {
         push_triangle(mesh, *t, face.reversed);
     }
+    let trimmed = mesh.triangles.len();
     for [a, b, c, d] in quads {
         let p = |v: u32| mesh.positions[v as usize];
         let halves = if p(a).distance_squared(p(c)) <= p(b).distance_squared(p(d)) {
@@ -307,6 +309,9 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
         for t in halves {
             push_triangle(mesh, t, face.reversed);
         }
+    }
+    if face.kind != SurfaceKind::Plane {
+        unfold(mesh, trimmed);
     }
 }
 

@@ -1,6 +1,9 @@
 //! Every STEP file of the corpus beside the checkout. Skipped, with a message, where the corpus is absent.
 #![cfg(feature = "step")]
 
+#[path = "../flipped/mod.rs"]
+mod flipped;
 mod mesh;
+mod orientation;
 mod read;
 mod reference;

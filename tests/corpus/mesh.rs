@@ -15,7 +15,7 @@ use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 const OTHER_AREA: [(&str, &str); 1] =
     [("thor_gear_motor.step", "the reference holds faces several times as large as the cylinder they lie on")];
 
-fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, f64) {
+pub(crate) fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, f64) {
     let prepared = Arc::new(prepare(read(path), &PrepareOptions::DEFAULT));
     let chord = relative * prepared.diagonal;
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 30.0_f64.to_radians(), max_edge: None }));

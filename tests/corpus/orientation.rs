@@ -1,0 +1,36 @@
+//! Orientation of all files' meshes: solids have a positive volume, neighbours agree, no triangle looks inwards.
+
+use crate::flipped::{disagreeing, flipped};
+use crate::mesh::mesh;
+use crate::read::read;
+use crate::reference::{corpus, files, value};
+use trimtess::mesh::check_scene;
+
+/// Files whose surfaces fold over themselves, so that their normals look both ways.
+const FOLDED: [(&str, &str); 1] = [("supersonic_vsp.stp", "plane caps of wing tips run back by 5 mm in their last tenth")];
+
+#[test]
+fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
+    let Some(corpus) = corpus() else { return };
+    let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
+    let mut wrong = Vec::new();
+    for (file, facts) in files(&reference) {
+        for relative in [1e-2, 1e-3] {
+            let (prepared, sink, _) = mesh(&corpus.join(file), relative);
+            let total = check_scene(&sink).total;
+            let mut complain = |what: String| wrong.push(format!("{file} at {relative}: {what}"));
+            if value(facts, "closed") == Some("true") && !(total.volume > 0.0) {
+                complain(format!("volume {}", total.volume));
+            }
+            let disagreeing = disagreeing(&read(&corpus.join(file)), &sink);
+            if !disagreeing.is_empty() {
+                complain(format!("neighbours disagree about {disagreeing:?}"));
+            }
+            let folded = FOLDED.iter().any(|(name, _)| *name == file);
+            if let Some((count, worst)) = flipped(&prepared, &sink).filter(|_| !folded) {
+                complain(format!("{count} of {} triangles flipped, such as {worst}", total.triangles));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}

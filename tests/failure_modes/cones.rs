@@ -1,0 +1,145 @@
+//! Cones and countersinks: faces that other kernels leave without triangles, some only at fine tolerances.
+
+use crate::body::{Body, frame, frustum, level, through};
+use crate::ladder::Ladder;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_4, PI, SQRT_2, TAU};
+use trimtess::model::{Frame3, Loop, Surface};
+
+/// The cone about z through the circles of radius `low` at z = 0 and `high` at `height`.
+fn side(low: f64, high: f64, height: f64) -> Surface {
+    Surface::Cone { frame: Frame3::WORLD, radius: low, half_angle: ((high - low) / height).atan() }
+}
+
+#[test]
+fn a_countersink_of_90_degrees_in_a_plate() {
+    let mut body = Body::solid();
+    let [top, middle, bottom] = [(6.0, 4.0), (4.0, 2.0), (0.0, 2.0)].map(|(z, radius)| body.circle(&level(z), radius));
+    body.cuboid(
+        DVec3::new(-10.0, -10.0, 0.0),
+        DVec3::new(10.0, 10.0, 6.0),
+        vec![vec![top.against()]],
+        vec![vec![bottom.along()]],
+    );
+    let sink = Surface::Cone { frame: level(4.0), radius: 2.0, half_angle: FRAC_PI_4 };
+    body.face(sink, vec![vec![middle.along()], vec![top.against()]], true);
+    let bore = Surface::Cylinder { frame: Frame3::WORLD, radius: 2.0 };
+    body.face(bore, vec![vec![bottom.along()], vec![middle.against()]], true);
+    let (cone, cone_side) = frustum(2.0, 4.0, 2.0);
+    let volume = 2400.0 - cone - PI * 16.0;
+    let area = 800.0 - PI * (16.0 + 4.0) + 480.0 + cone_side + TAU * 2.0 * 4.0;
+    Ladder::solid(body.finish(), volume, area).climb();
+}
+
+#[test]
+fn a_blind_hole_ends_in_the_drills_point() {
+    let (radius, depth) = (3.0, 10.0);
+    let point = radius / 59.0_f64.to_radians().tan();
+    let mut body = Body::solid();
+    let [mouth, ground] = [20.0, 20.0 - depth].map(|z| body.circle(&level(z), radius));
+    body.cuboid(DVec3::new(-8.0, -8.0, 0.0), DVec3::new(8.0, 8.0, 20.0), vec![vec![mouth.against()]], Vec::new());
+    let wall = Surface::Cylinder { frame: Frame3::WORLD, radius };
+    body.face(wall, vec![vec![ground.along()], vec![mouth.against()]], true);
+    let tip = body.vertex(DVec3::Z * (20.0 - depth - point));
+    let cone = Surface::Cone { frame: level(20.0 - depth), radius, half_angle: (radius / point).atan() };
+    body.part.plain_face(cone, body.shell, vec![Loop::Edges(vec![ground.against()]), Loop::Vertex(tip)], true);
+    let (cone, cone_side) = frustum(radius, 0.0, point);
+    let area = 2.0 * 256.0 + 4.0 * 16.0 * 20.0 - PI * 9.0 + TAU * radius * depth + cone_side;
+    Ladder::solid(body.finish(), 256.0 * 20.0 - PI * 9.0 * depth - cone, area).climb();
+}
+
+#[test]
+fn frustums_with_and_without_a_seam_either_way_up() {
+    for (low, high) in [(4.0, 1.0), (1.0, 4.0), (4.0, 3.999), (4.0, 1e-3)] {
+        for seam in [true, false] {
+            let height = 5.0;
+            let mut body = Body::solid();
+            let [foot, head] = [(0.0, low), (height, high)].map(|(z, radius)| body.circle(&level(z), radius));
+            let loops = if seam {
+                let line = body.line(DVec3::X * low, DVec3::new(high, 0.0, height));
+                vec![vec![foot.along(), line.clone(), head.against(), line.edge.against()]]
+            } else {
+                vec![vec![foot.along()], vec![head.against()]]
+            };
+            body.face(side(low, high, height), loops, false);
+            body.flat(level(height), vec![vec![head.along()]]);
+            body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
+            let (volume, area) = frustum(low, high, height);
+            Ladder::solid(body.finish(), volume, area + PI * (low * low + high * high)).climb();
+        }
+    }
+}
+
+#[test]
+fn a_seam_runs_up_to_the_apex_and_down_again() {
+    for (radius, height) in [(5.0, 5.0), (0.1, 10.0), (50.0, 1.0)] {
+        let mut body = Body::solid();
+        let foot = body.circle(&Frame3::WORLD, radius);
+        let seam = body.line(DVec3::X * radius, DVec3::Z * height);
+        let down = seam.edge.against();
+        body.face(side(radius, 0.0, height), vec![vec![foot.along(), seam, down]], false);
+        body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
+        let (volume, area) = frustum(radius, 0.0, height);
+        Ladder::solid(body.finish(), volume, area + PI * radius * radius).climb();
+    }
+}
+
+#[test]
+fn a_cone_in_two_halves_and_in_three_thirds() {
+    let (radius, height) = (4.0, 7.0);
+    for count in [2, 3] {
+        let mut body = Body::solid();
+        let at = |k: i32| TAU * f64::from(k) / f64::from(count);
+        let arcs: Vec<_> = (0..count).map(|k| body.arc(&Frame3::WORLD, radius, at(k), at(k + 1))).collect();
+        for (k, arc) in (0..count).zip(&arcs) {
+            let [a, b] = [at(k), at(k + 1)].map(|angle| radius * DVec3::new(angle.cos(), angle.sin(), 0.0));
+            let (up, down) = (body.line(b, DVec3::Z * height), body.line(DVec3::Z * height, a));
+            body.face(side(radius, 0.0, height), vec![vec![arc.along(), up, down]], false);
+        }
+        let foot = arcs.iter().rev().map(|arc| arc.against()).collect();
+        body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![foot]);
+        let (volume, area) = frustum(radius, 0.0, height);
+        Ladder::solid(body.finish(), volume, area + PI * radius * radius).climb();
+    }
+}
+
+#[test]
+fn holes_near_the_apex_and_around_it() {
+    // On the cone of 45 degrees rolled out flat: a disc about a point at slant distance `s` from the apex.
+    let turns = 1.0 / SQRT_2;
+    let rolled = |s: f64, radius: f64| {
+        move |t: f64| {
+            let (x, y) = (s + radius * t.cos(), radius * t.sin());
+            let (slant, angle) = (x.hypot(y), y.atan2(x) / turns);
+            DVec3::new(slant * turns * angle.cos(), slant * turns * angle.sin(), -slant * turns)
+        }
+    };
+    let slant = 10.0;
+    for (s, radius) in [(1.0, 0.9), (5.0, 2.0), (1.0, 0.999), (1e-2, 9e-3)] {
+        let mut body = Body::sheet();
+        let foot = body.circle(&level(-slant * turns), slant * turns);
+        let hole = body.spline(through(rolled(s, radius), (0.0, TAU), 128));
+        let apex = body.vertex(DVec3::ZERO);
+        let loops = vec![Loop::Edges(vec![foot.along()]), Loop::Vertex(apex), Loop::Edges(vec![hole.against()])];
+        let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle: -FRAC_PI_4 };
+        body.part.plain_face(cone, body.shell, loops, false);
+        Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius).climb();
+    }
+}
+
+#[test]
+fn both_nappes_of_one_cone() {
+    // An hourglass: two faces of one surface meet in the apex.
+    let mut body = Body::solid();
+    let rims = [-3.0, 3.0].map(|z| body.circle(&level(z), 3.0));
+    let apex = body.vertex(DVec3::ZERO);
+    let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle: FRAC_PI_4 };
+    for coedge in [rims[0].along(), rims[1].against()] {
+        let loops = vec![Loop::Edges(vec![coedge]), Loop::Vertex(apex)];
+        body.part.plain_face(cone.clone(), body.shell, loops, false);
+    }
+    body.flat(level(3.0), vec![vec![rims[1].along()]]);
+    body.face(Surface::Plane { frame: level(-3.0) }, vec![vec![rims[0].along()]], true);
+    let (volume, area) = frustum(3.0, 0.0, 3.0);
+    Ladder::solid(body.finish(), 2.0 * volume, 2.0 * area + 18.0 * PI).climb();
+}

@@ -1,0 +1,177 @@
+//! A model -> meshes at four tolerances, each held to everything that must be true of it.
+
+use crate::flipped::flipped;
+use glam::DAffine3;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use trimtess::audit;
+use trimtess::frame::{Tolerance, plan};
+use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
+use trimtess::model::{FaceId, Model, ModelBuilder, Part};
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+/// Chord tolerances as shares of the first.
+const RUNGS: [f64; 4] = [1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 32.0];
+/// Largest turning of the normal across a cell, radians.
+const ANGLE: f64 = 0.5;
+
+/// A model and what must come out of it.
+pub(crate) struct Ladder {
+    model: Model,
+    closed: bool,
+    /// First chord tolerance, millimetres; a hundredth of the diagonal if none is given.
+    chord: Option<f64>,
+    area: Option<f64>,
+    volume: Option<f64>,
+    pieces: Option<u64>,
+    /// Words of diagnostics that belong to the case.
+    told: Vec<&'static str>,
+    lost: BTreeSet<FaceId>,
+}
+
+/// The part, placed once.
+pub(crate) fn placed(part: Part) -> Model {
+    let mut model = ModelBuilder::new("case");
+    let part = model.part(part);
+    model.place(part, DAffine3::IDENTITY);
+    model.finish().expect("a valid model")
+}
+
+impl Ladder {
+    fn new(model: Model, closed: bool) -> Self {
+        Self {
+            model,
+            closed,
+            chord: None,
+            area: None,
+            volume: None,
+            pieces: None,
+            told: Vec::new(),
+            lost: BTreeSet::new(),
+        }
+    }
+
+    /// A solid of the given volume and area.
+    pub(crate) fn solid(part: Part, volume: f64, area: f64) -> Self {
+        Self { volume: Some(volume), area: Some(area), ..Self::new(placed(part), true) }
+    }
+
+    /// An open shell of the given area.
+    pub(crate) fn sheet(part: Part, area: f64) -> Self {
+        Self { area: Some(area), ..Self::new(placed(part), false) }
+    }
+
+    /// The first chord tolerance, millimetres.
+    pub(crate) fn chord(self, chord: f64) -> Self {
+        Self { chord: Some(chord), ..self }
+    }
+
+    /// How many connected pieces there are.
+    #[allow(dead_code)]
+    pub(crate) fn pieces(self, pieces: u64) -> Self {
+        Self { pieces: Some(pieces), ..self }
+    }
+
+    /// Diagnostics that contain one of `words` belong to the case; each of them must occur.
+    #[allow(dead_code)]
+    pub(crate) fn told(self, words: &[&'static str]) -> Self {
+        Self { told: words.to_vec(), ..self }
+    }
+
+    /// Faces that have no triangles, and are told.
+    #[allow(dead_code)]
+    pub(crate) fn lost(self, faces: &[u32]) -> Self {
+        Self { lost: faces.iter().map(|&f| FaceId(f)).collect(), ..self }
+    }
+
+    /// Prepares the model and checks it at every rung.
+    pub(crate) fn climb(&self) {
+        let prepared = Arc::new(prepare(self.model.clone(), &PrepareOptions::DEFAULT));
+        let wrong = self.wrong_told(&prepared);
+        assert!(wrong.is_empty(), "{wrong:#?}\n{:?}", prepared.diagnostics);
+        let first = self.chord.unwrap_or(0.01 * prepared.diagonal);
+        for share in RUNGS {
+            let wrong = self.wrong_at(&prepared, first * share);
+            assert!(wrong.is_empty(), "chord {:.3e}: {wrong:#?}", first * share);
+        }
+    }
+
+    fn wrong_told(&self, prepared: &Prepared) -> Vec<String> {
+        let mut wrong = Vec::new();
+        for d in &prepared.diagnostics {
+            if !self.told.iter().any(|words| d.reason.contains(words)) {
+                wrong.push(format!("unexpected: {}", d.reason));
+            }
+        }
+        for words in &self.told {
+            if !prepared.diagnostics.iter().any(|d| d.reason.contains(words)) {
+                wrong.push(format!("not told: {words}"));
+            }
+        }
+        for face in &self.lost {
+            if !prepared.diagnostics.iter().any(|d| d.face == Some(*face)) {
+                wrong.push(format!("face {} is lost in silence", face.0));
+            }
+        }
+        wrong
+    }
+
+    fn wrong_at(&self, prepared: &Arc<Prepared>, chord: f64) -> Vec<String> {
+        let plan = plan(prepared, &Tolerance { chord, angle: ANGLE, max_edge: None });
+        let mut sink = MemorySink::default();
+        let report = serial(prepared, &plan, true, &mut sink).expect("a frame");
+        let mut wrong = Vec::new();
+        if let Some(shortfall) = &plan.shortfall {
+            wrong.push(shortfall.to_string());
+        }
+        wrong.extend(report.degraded.iter().map(|d| format!("face {}: {}", d.face.0, d.degradation)));
+        wrong.extend(report.lost_lines.iter().map(|l| format!("edge {}: {}", l.edge.0, l.why)));
+        self.wrong_facts(&check_scene(&sink), chord, &mut wrong);
+        wrong.extend(flipped(prepared, &sink).map(|(count, worst)| format!("{count} flipped, such as {worst}")));
+        let deviation = audit::deviation(prepared, &sink, chord);
+        let worst = deviation.beyond_gap.worst.max(deviation.edges.worst);
+        if deviation.beyond_gap.p999 > 1.0 || worst > 1.5 {
+            wrong.push(deviation.to_string());
+        }
+        wrong
+    }
+
+    fn wrong_facts(&self, facts: &SceneFacts, chord: f64, wrong: &mut Vec<String>) {
+        let total = &facts.total;
+        let empty: BTreeSet<FaceId> = facts.faces_without_triangles.iter().map(|f| f.1).collect();
+        if empty != self.lost {
+            wrong.push(format!("faces without triangles: {empty:?}"));
+        }
+        if !total.is_well_formed() || total.zero_area > 0 {
+            wrong.push(format!("malformed: {total}"));
+        }
+        if self.closed && total.unbalanced_edges > 0 {
+            wrong.push(format!("open: {total}"));
+        }
+        // A free edge is used once. All others are used as often in one direction as in the other.
+        if total.unbalanced_edges > total.open_edges {
+            wrong.push(format!("neighbours disagree: {total}"));
+        }
+        if self.closed && total.negative_components > 0 {
+            wrong.push(format!("inside out: {total}"));
+        }
+        if let Some(volume) = self.volume {
+            // No point is further from the surface than the tolerance, twice that around bends.
+            let slack = 2.0 * chord * total.area + 1e-9 * volume.abs();
+            if (total.volume - volume).abs() > slack {
+                wrong.push(format!("volume {} of {volume}", total.volume));
+            }
+        }
+        if let Some(area) = self.area {
+            let off = total.area / area - 1.0;
+            // Inscribed triangles have less area: by a twelfth of the angle squared at most.
+            if !(-0.25 * ANGLE * ANGLE..=0.02).contains(&off) {
+                wrong.push(format!("area {} of {area}, off by {off:.2e}", total.area));
+            }
+        }
+        if self.pieces.is_some_and(|pieces| pieces != total.components) {
+            wrong.push(format!("{} pieces", total.components));
+        }
+    }
+}

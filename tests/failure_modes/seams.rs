@@ -1,0 +1,270 @@
+//! Spheres and tori: seams, poles, whole surfaces, holes on all of them.
+
+use crate::body::{Body, ball, cap, frame, integral, level};
+use crate::ladder::Ladder;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use trimtess::model::{Coedge, EdgeId, Frame3, NurbsCurve3, ShellKind, Surface};
+
+fn sphere(radius: f64) -> Surface {
+    Surface::Sphere { frame: Frame3::WORLD, radius }
+}
+
+/// The frame of circles in the plane of x and z that run from the south pole over +x to the north pole.
+fn meridian() -> Frame3 {
+    Frame3 { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y }
+}
+
+/// The half circle from pole to pole at u = 0.
+fn seam(body: &mut Body, radius: f64) -> EdgeId {
+    body.arc(&meridian(), radius, -FRAC_PI_2, FRAC_PI_2)
+}
+
+#[test]
+fn whole_spheres_of_any_radius() {
+    for radius in [1e-2, 0.37, 1.0, 5.0, 123.4, 1e4] {
+        for relative in [0.05, 2e-3] {
+            for with_seam in [false, true] {
+                let mut body = Body::solid();
+                let loops = if with_seam {
+                    let seam = seam(&mut body, radius);
+                    vec![vec![seam.along(), seam.against()]]
+                } else {
+                    Vec::new()
+                };
+                body.face(sphere(radius), loops, false);
+                let ladder = Ladder::solid(body.finish(), ball(radius), 4.0 * PI * radius * radius);
+                ladder.chord(relative * radius).pieces(1).climb();
+            }
+        }
+    }
+}
+
+#[test]
+fn half_spheres_above_and_beside() {
+    let radius = 5.0;
+    // The seam of the upper half runs from the equator to the pole and back.
+    for with_seam in [false, true] {
+        let mut body = Body::solid();
+        let equator = body.circle(&Frame3::WORLD, radius);
+        let mut round = vec![equator.along()];
+        if with_seam {
+            let seam = body.arc(&meridian(), radius, 0.0, FRAC_PI_2);
+            round.extend([seam.along(), seam.against()]);
+        }
+        body.face(sphere(radius), vec![round], false);
+        body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![equator.along()]], true);
+        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).climb();
+    }
+    // Half a ball between two meridians, each an edge of its own; at any angle to the seam.
+    for turn in [0.0, 1.0, FRAC_PI_2, 3.0] {
+        let mut body = Body::solid();
+        let out = DVec3::new(f64::cos(turn), f64::sin(turn), 0.0);
+        let frames = [out, -out].map(|x| Frame3 { origin: DVec3::ZERO, x, y: DVec3::Z, z: x.cross(DVec3::Z) });
+        let [a, b] = frames.map(|f| body.arc(&f, radius, -FRAC_PI_2, FRAC_PI_2));
+        body.face(sphere(radius), vec![vec![a.along(), b.against()]], false);
+        let inwards = frame(DVec3::ZERO, -out.cross(DVec3::Z), out);
+        body.flat(frame(DVec3::ZERO, -inwards.z, out), vec![vec![a.along(), b.against()]]);
+        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).climb();
+    }
+}
+
+#[test]
+fn caps_through_the_pole_and_close_to_it() {
+    // A plane section whose circle passes the north pole, or misses it by a little on either side.
+    let radius: f64 = 5.0;
+    let tilt: f64 = 0.6;
+    for miss in [0.0, 1e-7, -1e-7, 1e-4, -1e-4, 1e-2, -1e-2] {
+        let axis = DVec3::new(tilt.sin(), 0.0, tilt.cos());
+        let h = radius * (tilt + miss).cos();
+        let plane = frame(axis * h, axis, DVec3::Y);
+        for keep_cap in [true, false] {
+            let mut body = Body::solid();
+            let ring = (radius * radius - h * h).sqrt();
+            let circle = body.circle(&plane, ring);
+            let (round, flat) = if keep_cap { (circle.along(), plane) } else { (circle.against(), plane) };
+            body.face(sphere(radius), vec![vec![round]], false);
+            body.face(Surface::Plane { frame: flat }, vec![vec![circle.along()]], keep_cap);
+            let small = cap(radius, radius - h);
+            let volume = if keep_cap { small } else { ball(radius) - small };
+            let zone = TAU * radius * if keep_cap { radius - h } else { radius + h };
+            Ladder::solid(body.finish(), volume, zone + PI * ring * ring).climb();
+        }
+    }
+}
+
+#[test]
+fn antipodal_holes_over_the_poles_across_the_seam_and_askew() {
+    let (radius, bore): (f64, f64) = (5.0, 2.0);
+    let h = (radius * radius - bore * bore).sqrt();
+    for axis in [DVec3::Z, DVec3::X, -DVec3::Y, DVec3::new(0.4, 0.1, 0.9), DVec3::new(0.3, 0.0, 1.0)] {
+        let axis = axis.normalize();
+        let reference = axis.any_orthonormal_vector();
+        let ends = [h, -h].map(|z| frame(axis * z, axis, reference));
+        let mut body = Body::solid();
+        let [top, bottom] = ends.map(|f| body.circle(&f, bore));
+        body.face(sphere(radius), vec![vec![top.against()], vec![bottom.along()]], false);
+        let bore_side = Surface::Cylinder { frame: frame(DVec3::ZERO, axis, reference), radius: bore };
+        body.face(bore_side, vec![vec![bottom.along()], vec![top.against()]], true);
+        // The napkin ring: as large as a ball of its height.
+        Ladder::solid(body.finish(), ball(h), 4.0 * PI * radius * h + TAU * bore * 2.0 * h).climb();
+    }
+}
+
+#[test]
+fn many_holes_each_somewhere_else() {
+    // Over both poles, across the seam, beside it, tangent to the seam from both sides.
+    let radius: f64 = 5.0;
+    let open: f64 = 0.25;
+    let spots = [
+        (0.0, FRAC_PI_2),
+        (0.0, -FRAC_PI_2),
+        (0.0, 0.0),
+        (0.25, 0.8),
+        (TAU - 0.25, -0.8),
+        (PI, 0.1),
+        (2.0, 1.0),
+        (4.0, -1.0),
+    ];
+    let mut body = Body::solid();
+    let mut loops = Vec::new();
+    for (u, v) in spots {
+        let axis = DVec3::new(f64::cos(u) * f64::cos(v), f64::sin(u) * f64::cos(v), f64::sin(v));
+        let plane = frame(axis * radius * open.cos(), axis, axis.any_orthonormal_vector());
+        let circle = body.circle(&plane, radius * open.sin());
+        loops.push(vec![circle.against()]);
+        body.flat(plane, vec![vec![circle.along()]]);
+    }
+    body.face(sphere(radius), loops, false);
+    let count = spots.len() as f64;
+    let height = radius * (1.0 - open.cos());
+    let volume = ball(radius) - count * cap(radius, height);
+    let area = 4.0 * PI * radius * radius + count * (PI * (radius * open.sin()).powi(2) - TAU * radius * height);
+    Ladder::solid(body.finish(), volume, area).climb();
+}
+
+fn torus(major: f64, minor: f64) -> Surface {
+    Surface::Torus { frame: Frame3::WORLD, major, minor }
+}
+
+/// The circle v ↦ S(u, v) of a torus.
+fn tube_circle(body: &mut Body, major: f64, minor: f64, u: f64) -> EdgeId {
+    let out = DVec3::new(u.cos(), u.sin(), 0.0);
+    let f = Frame3 { origin: out * major, x: out, y: DVec3::Z, z: out.cross(DVec3::Z) };
+    body.circle(&f, minor)
+}
+
+#[test]
+fn whole_tori_thin_and_fat_with_and_without_edges() {
+    for (major, minor) in [(8.0, 3.0), (1000.0, 1.0), (1.0, 0.999), (1e-2, 4e-3)] {
+        for with_seams in [false, true] {
+            let mut body = Body::solid();
+            let loops = if with_seams {
+                let tube = tube_circle(&mut body, major, minor, 0.0);
+                let ring = body.circle(&Frame3::WORLD, major + minor);
+                vec![vec![ring.along(), tube.along(), ring.against(), tube.against()]]
+            } else {
+                Vec::new()
+            };
+            body.face(torus(major, minor), loops, false);
+            let (volume, area) = (TAU * PI * major * minor * minor, TAU * TAU * major * minor);
+            Ladder::solid(body.finish(), volume, area).chord(0.05 * minor).pieces(1).climb();
+        }
+    }
+}
+
+#[test]
+fn pipe_bends_across_the_seam_and_beside_it() {
+    let (major, minor) = (8.0, 3.0);
+    for (from, to) in [(0.0, FRAC_PI_2), (-1.0, 1.0), (5.0, 5.5), (1.0, 1.0 + 0.9 * TAU), (0.0, PI)] {
+        let mut body = Body::solid();
+        let [a, b] = [from, to].map(|u| tube_circle(&mut body, major, minor, u));
+        body.face(torus(major, minor), vec![vec![a.against()], vec![b.along()]], false);
+        for (circle, u, sign) in [(a, from, -1.0), (b, to, 1.0)] {
+            let out = DVec3::new(f64::cos(u), f64::sin(u), 0.0);
+            let coedge: Coedge = if sign > 0.0 { circle.against() } else { circle.along() };
+            body.flat(frame(out * major, DVec3::Z.cross(out) * sign, out), vec![vec![coedge]]);
+        }
+        let turned = to - from;
+        let area = turned * major * TAU * minor + TAU * minor * minor;
+        Ladder::solid(body.finish(), turned * major * PI * minor * minor, area).climb();
+    }
+}
+
+#[test]
+fn rings_cut_once_around() {
+    // The upper half, the outer half, and a narrow strip of a torus, each closed by what is plane or straight.
+    let (major, minor) = (8.0, 3.0);
+    let mut body = Body::solid();
+    let [inner, outer] = [major - minor, major + minor].map(|r| body.circle(&Frame3::WORLD, r));
+    body.face(torus(major, minor), vec![vec![outer.along()], vec![inner.against()]], false);
+    body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![outer.along()], vec![inner.against()]], true);
+    let (volume, area) = (TAU * PI * major * minor * minor, TAU * TAU * major * minor);
+    Ladder::solid(body.finish(), 0.5 * volume, 0.5 * area + TAU * 2.0 * major * minor).climb();
+
+    let mut body = Body::solid();
+    let [low, high] = [-minor, minor].map(|z| body.circle(&level(z), major));
+    body.face(torus(major, minor), vec![vec![low.along()], vec![high.against()]], false);
+    let core = Surface::Cylinder { frame: Frame3::WORLD, radius: major };
+    body.face(core, vec![vec![low.along()], vec![high.against()]], true);
+    // The half disc's centre of gravity lies at 4 r / 3π from its straight side, that of the half circle at 2 r / π.
+    let volume = TAU * (major + 4.0 * minor / (3.0 * PI)) * 0.5 * PI * minor * minor;
+    let area = TAU * (major + 2.0 * minor / PI) * PI * minor + TAU * major * 2.0 * minor;
+    Ladder::solid(body.finish(), volume, area).climb();
+}
+
+#[test]
+fn windows_in_a_torus_anywhere() {
+    // A window between four parameter lines: across no seam, one seam, both.
+    let (major, minor): (f64, f64) = (8.0, 3.0);
+    for (u0, v0) in [(1.0, 1.0), (-0.3, 1.0), (1.0, -0.4), (-0.3, -0.4), (3.0, 3.0)] {
+        let (u1, v1) = (u0 + 0.8, v0 + 0.9);
+        let mut body = Body::sheet();
+        let ring = |body: &mut Body, v: f64| {
+            let f = level(minor * v.sin());
+            body.arc(&f, major + minor * v.cos(), u0, u1)
+        };
+        let tube = |body: &mut Body, u: f64| {
+            let out = DVec3::new(u.cos(), u.sin(), 0.0);
+            let f = Frame3 { origin: out * major, x: out, y: DVec3::Z, z: out.cross(DVec3::Z) };
+            body.arc(&f, minor, v0, v1)
+        };
+        let (south, north) = (ring(&mut body, v0), ring(&mut body, v1));
+        let (west, east) = (tube(&mut body, u0), tube(&mut body, u1));
+        let window = vec![west.along(), north.along(), east.against(), south.against()];
+        body.face(torus(major, minor), vec![window], false);
+        let hole = (u1 - u0) * minor * (major * (v1 - v0) + minor * (v1.sin() - v0.sin()));
+        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).climb();
+    }
+}
+
+/// A meridian arc about (x = `major`, z = 0), turned about z: volume and area by integration.
+fn turned_arc(major: f64, minor: f64, from: f64, to: f64) -> (Surface, f64, f64) {
+    let f = Frame3 { origin: DVec3::X * major, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y };
+    let surface = Surface::Revolution { curve: NurbsCurve3::arc(&f, minor, minor, from, to), frame: Frame3::WORLD };
+    let rho = |t: f64| major + minor * t.cos();
+    let volume = integral(|t| PI * rho(t) * rho(t) * minor * t.cos(), (from, to));
+    (surface, volume, integral(|t| TAU * rho(t).abs() * minor, (from, to)))
+}
+
+#[test]
+fn apples_lemons_and_horns() {
+    // The outer part of a self-intersecting torus, its inner part, and the torus that touches itself.
+    let (major, minor): (f64, f64) = (2.0, 3.0);
+    let rim = PI - (major / minor).acos();
+    for (major, minor, from, to) in
+        [(major, minor, -rim, rim), (-major, minor, rim - PI, PI - rim), (3.0, 3.0, -PI, PI)]
+    {
+        let mut body = Body::new(ShellKind::Outer);
+        let (surface, volume, area) = turned_arc(major, minor, from, to);
+        body.face(surface, Vec::new(), false);
+        Ladder::solid(body.finish(), volume, area).pieces(1).climb();
+    }
+}
+
+#[test]
+fn a_horn_torus_stated_as_a_torus() {
+    let mut body = Body::solid();
+    body.face(torus(3.0, 3.0), Vec::new(), false);
+    Ladder::solid(body.finish(), TAU * PI * 27.0, TAU * TAU * 9.0).climb();
+}
