@@ -35,7 +35,19 @@ enum Edit {
 }
 
 const EXTREMES: [&str; 14] = [
-    "0.", "-1.", "1.E9", "1.E300", "1.E-9", "1.E-300", "-1000.", "1.E400", "-0.", "1.", "3.7", "1.E-5", "6.283185307179586",
+    "0.",
+    "-1.",
+    "1.E9",
+    "1.E300",
+    "1.E-9",
+    "1.E-300",
+    "-1000.",
+    "1.E400",
+    "-0.",
+    "1.",
+    "3.7",
+    "1.E-5",
+    "6.283185307179586",
     "1000000",
 ];
 const TOKENS: [&str; 14] =
@@ -83,7 +95,8 @@ impl Edit {
 
     fn apply(&self, tokens: &mut Vec<String>) {
         let find = |is: fn(&str) -> bool, n: usize| nth(tokens, is, n);
-        let copied = |is: fn(&str) -> bool, at: usize, from: usize| Some((find(is, at)?, tokens[find(is, from)?].clone()));
+        let copied =
+            |is: fn(&str) -> bool, at: usize, from: usize| Some((find(is, at)?, tokens[find(is, from)?].clone()));
         let one = |is: fn(&str) -> bool, at: usize, value: &str| Some((find(is, at)?, value.to_owned()));
         let change = match *self {
             Self::Reference { at, from } => copied(is_reference, at, from),

@@ -6,8 +6,8 @@ use arbitrary::{Result, Unstructured};
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::TAU;
 use trimtess::model::{
-    Coedge, CurveKind, Loop, Model, ModelBuilder, ModelError, NurbsCurve, NurbsSurface, PartBuilder, ShellKind, Surface,
-    VertexId,
+    Coedge, CurveKind, Loop, Model, ModelBuilder, ModelError, NurbsCurve, NurbsSurface, PartBuilder, ShellKind,
+    Surface, VertexId,
 };
 
 /// A face on a B-spline surface.

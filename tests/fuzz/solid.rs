@@ -31,16 +31,37 @@ pub(crate) struct Solid {
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Shape {
     /// Over a star-shaped polygon: radii at even angles.
-    Prism { radii: List<f64>, height: f64 },
+    Prism {
+        radii: List<f64>,
+        height: f64,
+    },
     /// With a seam edge or two loops.
-    Cylinder { radius: f64, height: f64, seam: bool },
+    Cylinder {
+        radius: f64,
+        height: f64,
+        seam: bool,
+    },
     /// With a hole.
-    Washer { inner: f64, outer: f64, height: f64 },
+    Washer {
+        inner: f64,
+        outer: f64,
+        height: f64,
+    },
     /// Radius below and above; 0 above is an apex.
-    Cone { low: f64, high: f64, height: f64 },
+    Cone {
+        low: f64,
+        high: f64,
+        height: f64,
+    },
     /// Whole, or the part above a height as a share of the radius.
-    Sphere { radius: f64, above: Option<f64> },
-    Torus { major: f64, minor: f64 },
+    Sphere {
+        radius: f64,
+        above: Option<f64>,
+    },
+    Torus {
+        major: f64,
+        minor: f64,
+    },
 }
 
 impl Solid {
@@ -121,7 +142,10 @@ impl Shape {
                 let high = if u.arbitrary()? { 0.0 } else { low * range(u, 0.05, 0.95)? };
                 Self::Cone { low, high, height: length(u)? }
             }
-            4 => Self::Sphere { radius: length(u)?, above: if u.arbitrary()? { Some(range(u, -0.95, 0.95)?) } else { None } },
+            4 => Self::Sphere {
+                radius: length(u)?,
+                above: if u.arbitrary()? { Some(range(u, -0.95, 0.95)?) } else { None },
+            },
             _ => {
                 let major = length(u)?;
                 Self::Torus { major, minor: major * range(u, 0.02, 0.95)? }
@@ -249,13 +273,10 @@ fn star(radii: &[f64]) -> Vec<DVec2> {
 
 fn prism(part: &mut PartBuilder, base: &Frame3, corners: &[DVec2], height: f64) {
     let n = corners.len();
-    let mut ring = |z: f64| -> Vec<VertexId> {
-        corners.iter().map(|c| part.vertex(base.place(c.extend(z)))).collect()
-    };
+    let mut ring = |z: f64| -> Vec<VertexId> { corners.iter().map(|c| part.vertex(base.place(c.extend(z)))).collect() };
     let (low, high) = (ring(0.0), ring(height));
-    let mut around = |ring: &[VertexId]| -> Vec<EdgeId> {
-        (0..n).map(|k| part.line(ring[k], ring[(k + 1) % n])).collect()
-    };
+    let mut around =
+        |ring: &[VertexId]| -> Vec<EdgeId> { (0..n).map(|k| part.line(ring[k], ring[(k + 1) % n])).collect() };
     let (bottom, top) = (around(&low), around(&high));
     let posts: Vec<EdgeId> = (0..n).map(|k| part.line(low[k], high[k])).collect();
     let along = |edges: &[EdgeId]| edges.iter().map(|edge| edge.along()).collect::<Vec<_>>();
