@@ -104,6 +104,8 @@ const DECISIVE: f64 = 0.3;
 /// First the volume of the cone over each boundary, which costs next to nothing and has the right sign for all but
 /// strongly curved shapes; where it does not confirm the sign, the surfaces themselves are summed up.
 fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed: &[bool], wanted: f64) -> Option<f64> {
+    /// Share of the cube of a group's size below which a volume is nothing but rounding.
+    const ROUNDING: f64 = 1e-9;
     let faces = || group.iter().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
     let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
     let polygons: Vec<(Vec<DVec3>, f64)> = faces()
@@ -112,7 +114,10 @@ fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed:
         .collect();
     let points = || polygons.iter().flat_map(|p| &p.0);
     let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
-    let (mut cones, mut parts) = (0.0, 0.0);
+    // The boundary of a surface kept whole runs forth and back, or is a single point: then nothing is left of the cones but
+    // the digits that the coordinates have too few of.
+    let size = points().map(|p| p.distance(origin)).fold(ROUNDING * origin.abs().max_element(), f64::max);
+    let (mut cones, mut parts) = (0.0, ROUNDING * size.powi(3));
     for (polygon, sign) in &polygons {
         let first = polygon[0] - origin;
         let fan = |w: &[DVec3]| first.dot((w[0] - origin).cross(w[1] - origin)) / 6.0;

@@ -50,6 +50,9 @@ pub(super) struct Refused;
 /// those that rounding made; random self-crossing loops need three to seven.
 const MAX_ROUNDS: usize = 12;
 
+/// Crossings that are split. Loops of real files have a handful, and n segments of noise have n² of them.
+const MAX_CROSSINGS: usize = 1 << 16;
+
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
 
@@ -67,16 +70,20 @@ pub(super) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: A
     }
     let (whole, real) = (parts.len(), positions.len());
     let mut rounds = 1;
+    let mut crossings = 0;
     let cdt = loop {
         let mut cdt = Cdt::bulk_load_cdt(positions.clone(), Vec::new()).map_err(|_| Refused)?;
-        let conflicts = add_constraints(&mut cdt, &mut parts, rounds == MAX_ROUNDS);
+        let give_up = rounds == MAX_ROUNDS || crossings > MAX_CROSSINGS;
+        let conflicts = add_constraints(&mut cdt, &mut parts, give_up, &mut crossings);
         if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
             return Err(Refused);
         }
         if conflicts.is_empty() {
             break cdt;
         }
-        split(&mut positions, &mut parts, &conflicts);
+        if crossings <= MAX_CROSSINGS {
+            split(&mut positions, &mut parts, &conflicts);
+        }
         rounds += 1;
     };
     let mut region = label(&cdt, &parts, segments.len());
@@ -105,8 +112,14 @@ fn vertex(index: u32) -> FixedVertexHandle {
 }
 
 /// Makes every part an edge, splits parts that pass through vertices, and returns the crossings as (part, the constraint
-/// edges it would cross). With `give_up`, parts that cross are left without an edge instead.
-fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(Part, Vec<[u32; 2]>)> {
+/// edges it would cross); `crossings` counts these, and none are looked for beyond [`MAX_CROSSINGS`]. With `give_up`, parts
+/// that cross are left without an edge instead.
+fn add_constraints(
+    cdt: &mut Cdt,
+    parts: &mut Vec<Part>,
+    give_up: bool,
+    crossings: &mut usize,
+) -> Vec<(Part, Vec<[u32; 2]>)> {
     let mut conflicts = Vec::new();
     let mut done = Vec::with_capacity(parts.len());
     for &part in parts.iter() {
@@ -114,9 +127,10 @@ fn add_constraints(cdt: &mut Cdt, parts: &mut Vec<Part>, give_up: bool) -> Vec<(
         let chain = cdt.try_add_constraint(a, b);
         if chain.is_empty() {
             done.push(part);
-            if !give_up {
+            if !give_up && *crossings <= MAX_CROSSINGS {
                 let crossed = cdt.get_conflicting_edges_between_vertices(a, b);
-                let ends = crossed.map(|e| [e.from().index() as u32, e.to().index() as u32]).collect();
+                let ends: Vec<_> = crossed.map(|e| [e.from().index() as u32, e.to().index() as u32]).collect();
+                *crossings += ends.len();
                 conflicts.push((part, ends));
             }
             continue;

@@ -1,0 +1,98 @@
+//! A model -> its mesh and what the oracle says of it.
+
+use std::sync::Arc;
+use trimtess::audit::{self, DeviationReport};
+use trimtess::frame::{Degradation, PlanLimits, Tolerance, plan_within};
+use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
+use trimtess::model::{Model, Severity};
+use trimtess::parallel::{FrameReport, serial};
+use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
+
+/// Lattices of a case at most: it is the degenerate that is looked for, not the large.
+const LIMITS: PlanLimits = PlanLimits { cells_per_tile: 1 << 12, cells: 1 << 15 };
+/// Largest angle between neighbouring triangles, radians.
+const ANGLE: f64 = 0.5;
+
+/// A model that has been meshed.
+pub(crate) struct Meshed {
+    pub(crate) prepared: Arc<Prepared>,
+    pub(crate) chord: f64,
+    /// The plan is coarser than asked.
+    pub(crate) short: bool,
+    pub(crate) report: FrameReport,
+    pub(crate) mesh: MemorySink,
+    pub(crate) facts: SceneFacts,
+    /// Segments of the B-rep edges and borders that one tile uses, once.
+    boundary: u64,
+}
+
+impl Meshed {
+    /// Meshes a model within `chord_rel` of its diagonal.
+    pub(crate) fn new(model: Model, chord_rel: f64) -> Result<Self, String> {
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+        let chord = chord_rel * prepared.diagonal;
+        let plan = plan_within(&prepared, &Tolerance { chord, angle: ANGLE, max_edge: None }, &LIMITS);
+        let mut mesh = MemorySink::default();
+        let report = serial(&prepared, &plan, true, &mut mesh).map_err(|error| error.to_string())?;
+        let facts = check_scene(&mesh);
+        let lines = prepared.parts.iter().zip(&plan.parts).flat_map(|(part, plan)| part.edges.iter().zip(&plan.edges));
+        let once = lines.filter(|(edge, _)| edge.uses.len() == 1 && matches!(edge.shape, EdgeShape::Curve(_)));
+        let boundary = once.map(|(_, line)| line.ts.len().saturating_sub(1) as u64).sum();
+        Ok(Self { prepared, chord, short: plan.shortfall.is_some(), report, mesh, facts, boundary })
+    }
+
+    /// What holds of any model, however broken: a mesh that is well formed, and nothing lost in silence.
+    pub(crate) fn holds(&self) -> Result<(), String> {
+        if !self.facts.total.is_well_formed() {
+            return Err(format!("malformed: {}", self.facts.total));
+        }
+        for told in &self.prepared.diagnostics {
+            if told.reason.contains("internal error") {
+                return Err(format!("a panic inside: {}", told.reason));
+            }
+        }
+        for tile in &self.report.degraded {
+            if let Degradation::Failed(why) = &tile.degradation {
+                return Err(format!("tile {} of face {} failed: {why}", tile.tile.0, tile.face.0));
+            }
+        }
+        if let Some(lost) = self.report.lost_lines.first() {
+            return Err(format!("no polyline for edge {}: {}", lost.edge.0, lost.why));
+        }
+        for &(part, face) in &self.facts.faces_without_triangles {
+            let diagnosed = self.prepared.diagnostics.iter().any(|d| d.part == Some(part) && d.face == Some(face));
+            let told = diagnosed || self.report.degraded.iter().any(|t| t.part == part && t.face == face);
+            if !told {
+                return Err(format!("face {} of part {} is lost in silence", face.0, part.0));
+            }
+        }
+        Ok(())
+    }
+
+    /// What holds of sound models besides: nothing lost or doubtful, no crack but the open edges, the tolerance kept.
+    pub(crate) fn is_sound(&self) -> Result<(), String> {
+        self.holds()?;
+        if let Some(told) = self.prepared.diagnostics.iter().find(|d| d.severity > Severity::Note) {
+            return Err(format!("{:?}: {}", told.severity, told.reason));
+        }
+        if let Some(tile) = self.report.degraded.first() {
+            return Err(format!("tile {} of face {}: {}", tile.tile.0, tile.face.0, tile.degradation));
+        }
+        let total = &self.facts.total;
+        if total.unbalanced_edges != self.boundary {
+            return Err(format!("{} open segments are stated: {total}", self.boundary));
+        }
+        self.keeps_tolerance()
+    }
+
+    /// Every triangle keeps the tolerance, as far as the plan did not run into its limits.
+    pub(crate) fn keeps_tolerance(&self) -> Result<(), String> {
+        if self.short {
+            return Ok(());
+        }
+        let deviation: DeviationReport = audit::deviation(&self.prepared, &self.mesh, self.chord);
+        let (surfaces, edges) = (deviation.beyond_gap, deviation.edges);
+        let kept = surfaces.p999 <= 1.0 && surfaces.worst <= 1.5 && edges.worst <= 1.05;
+        if kept { Ok(()) } else { Err(format!("not within the tolerance: {deviation}")) }
+    }
+}

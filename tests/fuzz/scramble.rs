@@ -1,0 +1,183 @@
+//! A few bytes -> edits of a Part 21 text that keep most of its grammar: arguments, references, numbers, whole instances.
+
+use crate::draw::{List, below, repeat};
+use arbitrary::{Result, Unstructured};
+
+/// Edits, applied one after the other.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Scrambled(List<Edit>);
+
+/// Places are counted among the tokens of their kind, and wrap around.
+#[derive(Clone, PartialEq, Debug)]
+enum Edit {
+    /// A reference takes the number of another.
+    Reference { at: usize, from: usize },
+    /// A number becomes another of the file.
+    Number { at: usize, from: usize },
+    /// A number becomes one that is asking for trouble.
+    Extreme { at: usize, value: &'static str },
+    /// A number is off by a little.
+    Nudge { at: usize, by: f64 },
+    /// A keyword becomes another of the file.
+    Keyword { at: usize, from: usize },
+    /// Any token becomes something else.
+    Token { at: usize, value: &'static str },
+    /// An enumeration such as .T. becomes another.
+    Sense { at: usize, value: &'static str },
+    /// A token and the comma before it are said again.
+    Repeat { at: usize, times: usize },
+    /// A token is gone.
+    Delete { at: usize },
+    /// An instance is gone.
+    Drop { at: usize },
+    /// An instance's text is that of another, under its own number.
+    Copy { at: usize, from: usize },
+}
+
+const EXTREMES: [&str; 14] = [
+    "0.",
+    "-1.",
+    "1.E9",
+    "1.E300",
+    "1.E-9",
+    "1.E-300",
+    "-1000.",
+    "1.E400",
+    "-0.",
+    "1.",
+    "3.7",
+    "1.E-5",
+    "6.283185307179586",
+    "1000000",
+];
+const TOKENS: [&str; 14] =
+    ["$", "*", "()", "(())", "''", ".T.", ".U.", "#1", "-1", "0", "#99999", "(#1,#2)", "1.5", "PLANE('',#20)"];
+const SENSES: [&str; 5] = [".T.", ".F.", ".U.", ".PARAMETER.", ".UNSPECIFIED."];
+
+impl Scrambled {
+    pub(crate) fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
+        let count = 1 + below(u, 6)?;
+        Ok(Self(repeat(count, || Edit::draw(u))?))
+    }
+
+    /// `text` with the edits.
+    pub(crate) fn of(&self, text: &str) -> String {
+        let Some(data) = text.find("DATA;") else { return text.to_owned() };
+        let (head, body) = text.split_at(data + 5);
+        let mut tokens = tokens(body);
+        self.0.iter().for_each(|edit| edit.apply(&mut tokens));
+        tokens.iter().fold(head.to_owned(), |text, token| text + token)
+    }
+}
+
+/// A place among at most 65536.
+fn place(u: &mut Unstructured<'_>) -> Result<usize> {
+    Ok(usize::from(u.arbitrary::<u16>()?))
+}
+
+impl Edit {
+    fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
+        let at = place(u)?;
+        Ok(match below(u, 16)? {
+            0..=2 => Self::Reference { at, from: place(u)? },
+            3 | 4 => Self::Number { at, from: place(u)? },
+            5 | 6 => Self::Extreme { at, value: u.choose(&EXTREMES)? },
+            7 | 8 => Self::Nudge { at, by: *u.choose(&[1.0 + 1e-4, -1.0, 1.0 + 1e-9, 2.0, 1e-3, 0.9])? },
+            9 => Self::Keyword { at, from: place(u)? },
+            10 => Self::Token { at, value: u.choose(&TOKENS)? },
+            11 => Self::Sense { at, value: u.choose(&SENSES)? },
+            12 => Self::Repeat { at, times: *u.choose(&[1, 2, 40])? },
+            13 => Self::Delete { at },
+            14 => Self::Drop { at },
+            _ => Self::Copy { at, from: place(u)? },
+        })
+    }
+
+    fn apply(&self, tokens: &mut Vec<String>) {
+        let find = |is: fn(&str) -> bool, n: usize| nth(tokens, is, n);
+        let copied =
+            |is: fn(&str) -> bool, at: usize, from: usize| Some((find(is, at)?, tokens[find(is, from)?].clone()));
+        let one = |is: fn(&str) -> bool, at: usize, value: &str| Some((find(is, at)?, value.to_owned()));
+        let change = match *self {
+            Self::Reference { at, from } => copied(is_reference, at, from),
+            Self::Number { at, from } => copied(is_number, at, from),
+            Self::Extreme { at, value } => one(is_number, at, value),
+            Self::Nudge { at, by } => find(is_number, at).map(|k| {
+                let x: f64 = tokens[k].parse().unwrap_or(1.0);
+                (k, format!("{:?}", x * by).replace('e', "E"))
+            }),
+            Self::Keyword { at, from } => copied(is_keyword, at, from),
+            Self::Token { at, value } => one(is_value, at, value),
+            Self::Sense { at, value } => one(is_enumeration, at, value),
+            Self::Repeat { at, times } => find(is_value, at).map(|k| {
+                let token = &tokens[k];
+                (k, format!("{token}{}", format!(",{token}").repeat(times)))
+            }),
+            Self::Delete { at } => one(is_value, at, ""),
+            Self::Drop { at } => return drop(instance(tokens, at).map(|range| tokens.drain(range))),
+            Self::Copy { at, from } => {
+                let (Some(to), Some(from)) = (instance(tokens, at), instance(tokens, from)) else { return };
+                // Without the number.
+                let text: Vec<String> = tokens[from.start + 1..from.end].to_vec();
+                return drop(tokens.splice(to.start + 1..to.end, text));
+            }
+        };
+        if let Some((k, value)) = change {
+            tokens[k] = value;
+        }
+    }
+}
+
+fn nth(tokens: &[String], is: fn(&str) -> bool, n: usize) -> Option<usize> {
+    let count = tokens.iter().filter(|token| is(token)).count();
+    tokens.iter().enumerate().filter(|(_, token)| is(token)).nth(n.checked_rem(count)?).map(|(k, _)| k)
+}
+
+/// The tokens of an instance, from its number to its semicolon.
+fn instance(tokens: &[String], n: usize) -> Option<std::ops::Range<usize>> {
+    let starts: Vec<usize> = (1..tokens.len()).filter(|&k| tokens[k] == "=").map(|k| k - 1).collect();
+    let start = starts[n.checked_rem(starts.len())?];
+    let end = start + tokens[start..].iter().position(|token| token == ";")? + 1;
+    Some(start..end)
+}
+
+fn is_reference(token: &str) -> bool {
+    token.starts_with('#')
+}
+
+fn is_number(token: &str) -> bool {
+    token.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+')
+}
+
+fn is_keyword(token: &str) -> bool {
+    token.starts_with(|c: char| c.is_ascii_uppercase())
+}
+
+fn is_enumeration(token: &str) -> bool {
+    token.starts_with('.')
+}
+
+fn is_value(token: &str) -> bool {
+    is_reference(token) || is_number(token) || is_enumeration(token) || token.starts_with(['\'', '$', '*'])
+}
+
+/// Splits text into tokens; white space is left out.
+fn tokens(text: &str) -> Vec<String> {
+    let mut tokens = Vec::new();
+    let mut rest = text.trim_start();
+    while let Some(first) = rest.chars().next() {
+        let word = |end: fn(char) -> bool| rest[1..].find(end).map_or(rest.len(), |k| k + 1);
+        let length = match first {
+            '\'' => rest[1..].find('\'').map_or(rest.len(), |k| k + 2),
+            '.' => rest[1..].find('.').map_or(rest.len(), |k| k + 2),
+            '#' => word(|c| !c.is_ascii_digit()),
+            '0'..='9' | '-' | '+' => word(|c| !(c.is_ascii_digit() || "+-.E".contains(c))),
+            'A'..='Z' => word(|c| !(c.is_ascii_alphanumeric() || c == '_' || c == '-')),
+            _ => first.len_utf8(),
+        };
+        let (token, after) = rest.split_at(length);
+        tokens.push(token.to_owned());
+        rest = after.trim_start();
+    }
+    tokens
+}

@@ -1,0 +1,276 @@
+//! Random nets and polygons -> a trimmed B-spline sheet, sound or broken.
+
+use crate::draw::{List, below, log_range, range, repeat, round};
+use crate::judge::Meshed;
+use arbitrary::{Result, Unstructured};
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::TAU;
+use trimtess::model::{
+    Coedge, CurveKind, Loop, Model, ModelBuilder, ModelError, NurbsCurve, NurbsSurface, PartBuilder, ShellKind,
+    Surface, VertexId,
+};
+
+/// A face on a B-spline surface.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Sheet {
+    pub(crate) net: Net,
+    /// Corners as shares of the domain, straight in the parameters between them; none for the whole surface.
+    pub(crate) loops: List<List<[f64; 2]>>,
+    /// Cubic pieces of each side's curve in space; 0 for a straight segment from corner to corner.
+    pub(crate) pieces: usize,
+    pub(crate) reversed: bool,
+    /// Whether it is stated soundly: it must then come out within the tolerance and without cracks.
+    pub(crate) sound: bool,
+    /// Chord tolerance over the diagonal.
+    pub(crate) chord_rel: f64,
+}
+
+/// Degrees, knots and points of a surface.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Net {
+    pub(crate) degrees: [usize; 2],
+    /// Written out.
+    pub(crate) knots: [List<f64>; 2],
+    /// u-major.
+    pub(crate) points: List<[f64; 3]>,
+    pub(crate) weights: List<f64>,
+}
+
+impl Sheet {
+    pub(crate) fn draw(u: &mut Unstructured<'_>, wild: bool) -> Result<Self> {
+        let net = Net::draw(u, wild)?;
+        let broken = wild || below(u, 3)? == 0;
+        let loops = match below(u, 4)? {
+            0 => List::default(),
+            _ if broken => broken_loops(u)?,
+            _ => sound_loops(u)?,
+        };
+        let pieces = if wild { below(u, 5)? } else { 4 + below(u, 5)? };
+        let chord_rel = *u.choose(&[1e-2, 1e-3, 3e-4])?;
+        let sound = !wild && (!broken || loops.is_empty());
+        Ok(Self { net, loops, pieces, reversed: u.arbitrary()?, sound, chord_rel })
+    }
+
+    pub(crate) fn judge(&self) -> std::result::Result<(), String> {
+        let model = match self.model() {
+            Ok(model) => model,
+            Err(error) if self.sound => return Err(format!("refused: {error}")),
+            // That is the one clear error.
+            Err(_) => return Ok(()),
+        };
+        let meshed = Meshed::new(model, self.chord_rel)?;
+        if self.sound { meshed.is_sound() } else { meshed.holds() }
+    }
+
+    fn model(&self) -> std::result::Result<Model, ModelError> {
+        let surface = self.net.surface();
+        let mut part = PartBuilder::new("sheet");
+        let shell = part.plain_shell(ShellKind::Open);
+        // A surface that is none is refused when the part is finished; there is nothing to evaluate before that.
+        let usable = surface.check().is_ok();
+        let loops = self.loops.iter().filter(|_| usable).map(|l| self.boundary(&mut part, &surface, l)).collect();
+        part.plain_face(Surface::Nurbs(surface), shell, loops, self.reversed);
+        let mut model = ModelBuilder::new("sheet");
+        let part = part.finish().map_err(|error| ModelError::Part { part: trimtess::model::PartId(0), error })?;
+        let part = model.part(part);
+        model.place(part, DAffine3::IDENTITY);
+        model.finish()
+    }
+
+    fn boundary(&self, part: &mut PartBuilder, surface: &NurbsSurface, corners: &[[f64; 2]]) -> Loop {
+        let ((u0, u1), (v0, v1)) = surface.domain();
+        let at = |[s, t]: [f64; 2]| DVec2::new(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t);
+        let uvs: Vec<DVec2> = corners.iter().map(|&corner| at(corner)).collect();
+        let vertices: Vec<VertexId> = uvs.iter().map(|uv| part.vertex(surface.point(uv.x, uv.y))).collect();
+        let side = |k: usize| -> Coedge {
+            let next = (k + 1) % uvs.len();
+            if self.pieces == 0 {
+                return part.line(vertices[k], vertices[next]).along();
+            }
+            let curve = lifted(surface, uvs[k], uvs[next], self.pieces);
+            part.curve(curve, CurveKind::Spline, vertices[k], vertices[next]).along()
+        };
+        Loop::Edges((0..uvs.len()).map(side).collect())
+    }
+}
+
+/// The image of a segment of the parameter plane as cubics with the surface's tangents at their ends.
+fn lifted(surface: &NurbsSurface, a: DVec2, b: DVec2, pieces: usize) -> NurbsCurve<DVec3> {
+    let step = (b - a) / pieces as f64;
+    let ends: Vec<(DVec3, DVec3)> = (0..=pieces)
+        .map(|k| {
+            let p = a + step * k as f64;
+            let d = surface.derivatives(p.x, p.y);
+            (d.point, (d.du * step.x + d.dv * step.y) / 3.0)
+        })
+        .collect();
+    let mut points = vec![ends[0].0];
+    for w in ends.windows(2) {
+        points.extend([w[0].0 + w[0].1, w[1].0 - w[1].1, w[1].0]);
+    }
+    let mut knots = vec![0.0];
+    (0..=pieces).for_each(|k| knots.extend([k as f64; 3]));
+    knots.push(pieces as f64);
+    NurbsCurve { degree: 3, knots, points, weights: Vec::new() }
+}
+
+impl Net {
+    pub(crate) fn surface(&self) -> NurbsSurface {
+        NurbsSurface {
+            degree_u: self.degrees[0],
+            degree_v: self.degrees[1],
+            knots_u: self.knots[0].to_vec(),
+            knots_v: self.knots[1].to_vec(),
+            points: self.points.iter().map(|&p| DVec3::from(p)).collect(),
+            weights: self.weights.to_vec(),
+        }
+    }
+
+    /// A graph over a shaken grid; if `wild`, anything.
+    fn draw(u: &mut Unstructured<'_>, wild: bool) -> Result<Self> {
+        let degrees = [1 + below(u, 5)?, 1 + below(u, 5)?];
+        let counts = [degrees[0] + 1 + below(u, 4)?, degrees[1] + 1 + below(u, 4)?];
+        let knots = [knots(u, degrees[0], counts[0], wild)?, knots(u, degrees[1], counts[1], wild)?];
+        let size = if below(u, 3)? == 0 { log_range(u, 1e-4, 1e6)? } else { 10.0 };
+        let aspect = if below(u, 4)? == 0 { log_range(u, 1e-2, 1e2)? } else { 1.0 };
+        let height = *u.choose(&[0.3, 0.0, 0.05, 1.0])?;
+        let chaos = wild && u.arbitrary()?;
+        let mut points = Vec::with_capacity(counts[0] * counts[1]);
+        for i in 0..counts[0] {
+            for j in 0..counts[1] {
+                let shaken = DVec2::new(range(u, -0.2, 0.2)?, range(u, -0.2, 0.2)?);
+                let grid = DVec2::new(i as f64, j as f64) + shaken;
+                let z = range(u, -height, height)? * counts[0].max(counts[1]) as f64;
+                let p = if chaos {
+                    DVec3::new(range(u, -1.0, 1.0)?, range(u, -1.0, 1.0)?, range(u, -1.0, 1.0)?)
+                } else {
+                    grid.extend(z)
+                };
+                let p = p * DVec3::new(size, size * aspect, size);
+                points.push(p.to_array().map(round));
+            }
+        }
+        if wild {
+            spoil(u, &mut points, counts)?;
+        }
+        let weights = match (u.arbitrary()?, wild) {
+            (false, _) => List::default(),
+            (true, false) => repeat(points.len(), || log_range(u, 0.5, 2.0))?,
+            (true, true) => repeat(points.len(), || log_range(u, 1e-6, 1e6))?,
+        };
+        Ok(Self { degrees, knots, points: List(points), weights })
+    }
+}
+
+/// Knots from 0 on, clamped or (if `wild`) perhaps not, with multiplicities.
+fn knots(u: &mut Unstructured<'_>, degree: usize, count: usize, wild: bool) -> Result<List<f64>> {
+    let clamped = !wild || u.arbitrary()?;
+    let steps = if wild { &[1.0, 0.0, 1e-9, 1e9, 0.3][..] } else { &[1.0, 0.0, 0.25, 3.0][..] };
+    let mut all = vec![0.0; if clamped { degree + 1 } else { 1 }];
+    let mut at = 0.0;
+    while all.len() < count {
+        at += *u.choose(steps)?;
+        // The first inner knots must leave the start, and none may be too many.
+        let equal = all.iter().filter(|&&k| k == at).count();
+        let most = if at == 0.0 { degree + 1 } else { degree };
+        if equal >= most {
+            at += 1.0;
+        }
+        all.push(at);
+    }
+    at += 1.0;
+    while all.len() < count + degree + 1 {
+        all.push(at);
+        if !clamped {
+            at += 1.0;
+        }
+    }
+    Ok(List(all))
+}
+
+/// Degenerate poles, coincident rows, folds.
+fn spoil(u: &mut Unstructured<'_>, points: &mut [[f64; 3]], [nu, nv]: [usize; 2]) -> Result<()> {
+    for _ in 0..below(u, 4)? {
+        let (i, j) = (below(u, nu)?, below(u, nv)?);
+        match below(u, 5)? {
+            0 => (0..nv).for_each(|k| points[i * nv + k] = points[i * nv]),
+            1 => (0..nu).for_each(|k| points[k * nv + j] = points[j]),
+            2 => (0..nv).for_each(|k| points[i * nv + k] = points[(nu - 1 - i) * nv + k]),
+            3 => points[i * nv + j] = points[(i + 1) % nu * nv + (j + 1) % nv],
+            _ => points[i * nv + j] = points[i * nv + j].map(|x| 1e3 * x),
+        }
+    }
+    Ok(())
+}
+
+/// A star around a point, or a rectangle; counter-clockwise.
+fn star(u: &mut Unstructured<'_>, centre: DVec2, radius: f64) -> Result<Vec<DVec2>> {
+    let count = 3 + below(u, 8)?;
+    (0..count)
+        .map(|k| Ok(centre + DVec2::from_angle(TAU * k as f64 / count as f64) * radius * range(u, 0.35, 1.0)?))
+        .collect()
+}
+
+fn list_of(points: Vec<DVec2>) -> List<[f64; 2]> {
+    points.into_iter().map(|p| p.to_array().map(round)).collect()
+}
+
+/// An outer loop and holes in it, well apart.
+fn sound_loops(u: &mut Unstructured<'_>) -> Result<List<List<[f64; 2]>>> {
+    let mut loops = Vec::new();
+    let rectangle = u.arbitrary()?;
+    if rectangle {
+        let (a, b) = (range(u, 0.02, 0.2)?, range(u, 0.8, 0.98)?);
+        let (c, d) = (range(u, 0.02, 0.2)?, range(u, 0.8, 0.98)?);
+        loops.push(list_of(vec![DVec2::new(a, c), DVec2::new(b, c), DVec2::new(b, d), DVec2::new(a, d)]));
+    } else {
+        loops.push(list_of(star(u, DVec2::splat(0.5), 0.48)?));
+    }
+    if rectangle {
+        // Holes keep to cells of a 3 × 3 grid between 0.2 and 0.8.
+        for cell in 0..9_u32 {
+            if u.ratio(1, 4)? {
+                let centre = DVec2::new(0.3 + 0.2 * f64::from(cell % 3), 0.3 + 0.2 * f64::from(cell / 3));
+                let mut hole = star(u, centre, 0.08)?;
+                hole.reverse();
+                loops.push(list_of(hole));
+            }
+        }
+    }
+    Ok(List(loops))
+}
+
+/// Loops that cross, touch, repeat themselves, have spikes and sides of no length, or leave the domain.
+fn broken_loops(u: &mut Unstructured<'_>) -> Result<List<List<[f64; 2]>>> {
+    let mut loops: Vec<Vec<DVec2>> = Vec::new();
+    for _ in 0..1 + below(u, 4)? {
+        let centre = DVec2::new(range(u, -0.1, 1.1)?, range(u, -0.1, 1.1)?);
+        let radius = range(u, 0.0, 0.7)?;
+        let mut points = star(u, centre, radius)?;
+        for _ in 0..below(u, 4)? {
+            let (k, l) = (below(u, points.len())?, below(u, points.len())?);
+            match below(u, 6)? {
+                // No length.
+                0 => points.insert(k, points[k]),
+                // A spike.
+                1 => {
+                    let tip = points[k] + DVec2::new(range(u, -0.3, 0.3)?, range(u, -0.3, 0.3)?);
+                    points.splice(k..k, [points[k], tip]);
+                }
+                // Crossing itself.
+                2 => points.swap(k, l),
+                // Touching itself.
+                3 => points[k] = points[l],
+                // On the border of the domain, or past it.
+                4 => points[k] = points[k].round(),
+                _ => points.reverse(),
+            }
+        }
+        loops.push(points);
+        if u.ratio(1, 5)? {
+            let again = loops[below(u, loops.len())?].clone();
+            loops.push(again);
+        }
+    }
+    Ok(List(loops.into_iter().map(list_of).collect()))
+}

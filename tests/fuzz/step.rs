@@ -1,0 +1,91 @@
+//! Bytes -> the text of a STEP file: as they are, or as edits of a sound one; to a mesh with diagnostics, or one clear error.
+
+use crate::judge::Meshed;
+use crate::watch::{self, Case};
+use arbitrary::{Result, Unstructured};
+use scramble::Scrambled;
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
+use std::time::Duration;
+use trimtess::import::step::{StepOptions, read};
+
+#[path = "scramble.rs"]
+mod scramble;
+
+/// Bytes that start like this are a text themselves.
+const MAGIC: &[u8] = b"ISO-10303-21";
+/// Sound texts that edits start from.
+const SEEDS: [&str; 4] = [
+    include_str!("seeds/kinds.step"),
+    include_str!("seeds/curves.step"),
+    include_str!("seeds/assembly.step"),
+    include_str!("../data/red_cube_blue_cylinder.step"),
+];
+
+/// The text of a file.
+struct Text(Vec<u8>);
+
+impl Case for Text {
+    fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
+        if u.peek_bytes(MAGIC.len()) == Some(MAGIC) {
+            return Ok(Self(u.bytes(u.len())?.to_vec()));
+        }
+        let seed = *u.choose(&SEEDS)?;
+        Ok(Self(Scrambled::draw(u)?.of(seed).into_bytes()))
+    }
+
+    fn judge(&self) -> std::result::Result<(), String> {
+        let options = StepOptions { max_instances: 1000, max_syntax_repairs: 8, ..StepOptions::default() };
+        let Ok(model) = read(&self.0, &options) else { return Ok(()) };
+        let meshed = Meshed::new(model, 1e-2)?;
+        meshed.holds()?;
+        if meshed.report.triangles == 0 && meshed.prepared.diagnostics.is_empty() && meshed.report.degraded.is_empty() {
+            return Err("nothing came of it, and nothing was said".to_owned());
+        }
+        Ok(())
+    }
+
+    fn as_test(&self) -> String {
+        let mut hash = DefaultHasher::new();
+        self.0.hash(&mut hash);
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("found_{:016x}.step", hash.finish()));
+        let written = fs::write(&path, &self.0);
+        let outcome = written.map_or_else(|error| format!("cannot be written: {error}"), |()| "written".to_owned());
+        let text = String::from_utf8_lossy(&self.0);
+        format!(
+            "{} ({outcome})\nTo commit it: cp it to tests/fuzz/found/NAME.step; `step_found` judges every file there.\n{text}",
+            path.display()
+        )
+    }
+}
+
+#[test]
+fn step_bytes() {
+    let target = bolero::check!().with_test_time(Duration::from_secs(1)).with_shrink_time(Duration::from_secs(20));
+    target.with_max_len(256).for_each(|bytes: &[u8]| watch::drawn::<Text>(bytes));
+}
+
+/// Files that failed once, shrunk.
+#[test]
+fn step_found() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/found");
+    for file in fs::read_dir(&folder).expect("the folder of found files") {
+        let path = file.expect("a file").path();
+        println!("{}", path.display());
+        watch::sound(&Text(fs::read(&path).expect("a readable file")));
+    }
+}
+
+/// The seeds are sound: edits start from something that gets through.
+#[test]
+fn step_seeds() {
+    for (number, seed) in SEEDS.iter().enumerate() {
+        let model = read(seed.as_bytes(), &StepOptions::default()).expect("a readable seed");
+        let meshed = Meshed::new(model, 1e-2).expect("a mesh");
+        let told = &meshed.prepared.diagnostics;
+        assert!(told.iter().all(|d| d.severity <= trimtess::model::Severity::Note), "seed {number}: {told:?}");
+        assert!(meshed.report.degraded.is_empty() && meshed.report.triangles > 0, "seed {number}");
+        meshed.holds().and_then(|()| meshed.keeps_tolerance()).unwrap_or_else(|fault| panic!("seed {number}: {fault}"));
+    }
+}
