@@ -1,6 +1,7 @@
 //! The STEP reader on hand-made texts, one small file per entity kind.
 #![cfg(feature = "step")]
 
+mod bodies;
 mod broken;
 mod curves;
 mod products;

@@ -73,7 +73,10 @@ pub(super) fn straight(ends: Ends) -> Option<Bounded> {
     (ends.start != ends.end).then(|| Bounded::whole(NurbsCurve3::line(ends.start, ends.end), CurveKind::Line))
 }
 
-const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "BOUNDED_SURFACE_CURVE"];
+const COMPOSITES: [&str; 4] =
+    ["COMPOSITE_CURVE", "COMPOSITE_CURVE_ON_SURFACE", "BOUNDARY_CURVE", "OUTER_BOUNDARY_CURVE"];
+
+pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "BOUNDED_SURFACE_CURVE"];
 
 impl Geometry<'_> {
     /// The part of curve `id` between two vertices, along the curve's sense or against it. `None` for a straight edge
@@ -134,11 +137,23 @@ impl Geometry<'_> {
         }
     }
 
+    /// Whether a curve is a circle or an ellipse that nothing trims.
+    pub(super) fn is_conic(&self, id: u64) -> bool {
+        self.unwrap(id, 0).is_ok_and(|curve| curve.is("CIRCLE") || curve.is("ELLIPSE"))
+    }
+
     /// A curve that is bounded by itself, in its own sense. Circles and ellipses count as bounded: one turn from angle 0.
     pub(super) fn bounded(&self, id: u64, depth: usize) -> Read<NurbsCurve3> {
         let instance = self.unwrap(id, depth)?;
+        if depth >= MAX_DEPTH {
+            return Err(Trouble::new(id, "curves refer to one another too deeply"));
+        }
         if instance.is("TRIMMED_CURVE") {
             return self.trimmed(instance, depth);
+        }
+        if instance.is("CURVE_REPLICA") {
+            let (parent, similarity) = self.curve_replica(instance)?;
+            return Ok(similarity.curve(self.bounded(parent, depth + 1)?));
         }
         match self.carrier(instance.id, depth)?.0 {
             Carrier::Round { frame, a, b } => Ok(NurbsCurve3::arc(&frame, a, b, 0.0, TAU)),
@@ -193,11 +208,19 @@ impl Geometry<'_> {
             let fields = instance.fields("TRIMMED_CURVE", 1);
             let (carrier, same) = self.carrier(fields.reference(0)?, depth + 1)?;
             return Ok((carrier, same == fields.flag(3, true)));
+        } else if instance.is("CURVE_REPLICA") {
+            let (parent, similarity) = self.curve_replica(instance)?;
+            let (carrier, same) = self.carrier(parent, depth + 1)?;
+            return Ok((similarity.carrier(carrier), same));
+        } else if instance.is("OFFSET_CURVE_3D") {
+            return self.offset_curve(instance, depth);
+        } else if instance.is("PCURVE") {
+            Carrier::Spline { curve: self.image(instance, depth)?, kind: CurveKind::Spline }
         } else if instance.is("POLYLINE") {
             let mut points = self.points(instance.fields("POLYLINE", 1).links(0)?)?;
             points.dedup();
             Carrier::Spline { curve: polyline(points, id)?, kind: CurveKind::Polyline }
-        } else if instance.is("COMPOSITE_CURVE") {
+        } else if COMPOSITES.into_iter().any(|kind| instance.is(kind)) {
             Carrier::Spline { curve: self.composite(instance, depth)?, kind: CurveKind::Spline }
         } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
             Carrier::Spline { curve: self.b_spline(instance)?, kind: CurveKind::Spline }

@@ -89,8 +89,6 @@ impl Geometry<'_> {
                         let segments = self.get(boundary)?.fields("COMPOSITE_CURVE", 1).links(0)?;
                         bounds.push(Bound::Edges(segments.map(|id| self.segment_use(id)).collect::<Read<_>>()?));
                     }
-                } else if surface.is("RECTANGULAR_TRIMMED_SURFACE") {
-                    return Err(Trouble::new(id, "a rectangular trimmed surface outside a face is not read"));
                 }
                 Ok(StatedFace { surface: id, same_sense: true, bounds })
             }
@@ -149,10 +147,10 @@ impl Geometry<'_> {
     /// The point of a vertex instance.
     pub(super) fn vertex(&self, id: u64) -> Read<DVec3> {
         let vertex = self.get(id)?;
-        if vertex.is("CARTESIAN_POINT") {
-            return self.point(id);
+        if vertex.is("VERTEX_POINT") {
+            return self.point(vertex.fields("VERTEX_POINT", 1).reference(0)?);
         }
-        self.point(vertex.fields("VERTEX_POINT", 1).reference(0)?)
+        self.point(id)
     }
 
     /// The vertices of an `EDGE_CURVE`, and where they are.

@@ -4,20 +4,27 @@
 //! to instances, `units` and `place` turn numbers into millimetres and frames, `curve` and `surface` read geometry, `loops`,
 //! `shells` and `part` topology, `style` colours, `product` the assembly.
 
+mod body;
 mod boundary;
 mod conic;
+mod csg;
 mod curve;
+mod derived;
 mod loops;
 mod offset;
 mod part;
 mod place;
 mod product;
+mod replica;
 mod shells;
 mod spline;
 mod style;
 mod surface;
+mod sweep;
 mod table;
+mod tessellated;
 mod text;
+mod trimmed;
 mod units;
 
 use crate::model::{Colour, Diagnostic, Instance, Model, Part, PartId, Severity};
@@ -37,8 +44,9 @@ use units::Contexts;
 /// Limits and tolerances of reading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepOptions {
-    /// How far the B-spline that stands for an offset of a B-spline surface may be from it, millimetres. Default 0.001.
-    pub offset_tolerance: f64,
+    /// How far the B-spline that stands for a curve or surface without an exact form may be from it, millimetres: offsets of
+    /// B-splines, curves given in the parameters of a bent surface. Default 0.001.
+    pub fit_tolerance: f64,
     /// Files longer than this are refused, bytes. Reading takes about eight times the file's size in memory. Default 2 GiB.
     pub max_bytes: u64,
     /// How many instances that break the syntax may be cut out before the file is given up. Each costs another pass over
@@ -50,7 +58,7 @@ pub struct StepOptions {
 
 impl Default for StepOptions {
     fn default() -> Self {
-        Self { offset_tolerance: 1e-3, max_bytes: 2 << 30, max_syntax_repairs: 16, max_instances: 1_000_000 }
+        Self { fit_tolerance: 1e-3, max_bytes: 2 << 30, max_syntax_repairs: 16, max_instances: 1_000_000 }
     }
 }
 
@@ -151,16 +159,16 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     let table = text::parse(bytes, options, &mut diagnostics)?;
     let contexts = Contexts::read(&table);
     let styles = Styles::read(&table);
-    let structure = Builder::build(&table, &contexts, &styles);
+    let structure = Builder::build(&table, &contexts, &styles, options.fit_tolerance);
     let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
     tree.expand();
     let reader = Reader { table: &table, styles: &styles, options };
     // A file may mix units; the first part's are named.
-    let first = tree.planned.first().and_then(|plan| plan.gathered.shells.first());
-    let millimetres_per_unit = first.map_or(contexts.first, |shell| shell.units).length;
+    let first = tree.planned.first().and_then(|plan| plan.gathered.units());
+    let millimetres_per_unit = first.unwrap_or(contexts.first).length;
     let read: Vec<(Part, Vec<Diagnostic>)> = std::mem::take(&mut tree.planned)
         .into_par_iter()
-        .map(|plan| reader.part(plan.name, &plan.gathered.shells, plan.colour))
+        .map(|plan| reader.part(plan.name, &plan.gathered, plan.colour))
         .collect();
     let mut model = Model { millimetres_per_unit, ..Model::default() };
     for (part, found) in read {
@@ -250,7 +258,7 @@ impl<'a> Tree<'a> {
             options,
             parts: vec![None; structure.groups.len()],
             groups: structure.groups,
-            gather: Gather { table, styles, taken: HashSet::new(), unread: Vec::new() },
+            gather: Gather::new(table, styles),
             planned: Vec::new(),
             instances: Vec::new(),
             visits: 0,
@@ -281,7 +289,7 @@ impl<'a> Tree<'a> {
             }
         }
         let left = self.gather.leftovers(self.contexts.first);
-        if !left.shells.is_empty() {
+        if !left.is_empty() {
             let part = PartId::new(self.planned.len());
             self.planned.push(Plan { name: String::new(), gathered: left, colour: None });
             let transform = DAffine3::IDENTITY;
@@ -343,7 +351,18 @@ impl<'a> Tree<'a> {
                 }
             }
         }
-        let part = (!gathered.shells.is_empty()).then(|| PartId::new(self.planned.len()));
+        for (item, representation) in &self.groups[group].solids {
+            let context = product::representation(self.table, *representation).and_then(|(_, context)| context);
+            self.gather.item(*item, self.contexts.of(context), &mut gathered);
+        }
+        let repeated = self.gather.repeated(&mut gathered);
+        if repeated > 0 {
+            let name = &self.groups[group].name;
+            let reason =
+                format!("{repeated} tessellated items of '{name}' repeat its exact geometry and were left out");
+            self.say(Severity::Note, 0, reason);
+        }
+        let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {
             self.planned.push(Plan { name: self.groups[group].name.clone(), gathered, colour });
         }

@@ -120,7 +120,7 @@ fn beside(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, String
 }
 
 /// The distinct knots of the domain.
-fn breaks_of(knots: &[f64], (a, b): (f64, f64)) -> Vec<f64> {
+pub(super) fn breaks_of(knots: &[f64], (a, b): (f64, f64)) -> Vec<f64> {
     let mut inside: Vec<f64> = knots.iter().copied().filter(|k| *k >= a && *k <= b).collect();
     inside.dedup();
     inside
@@ -132,10 +132,18 @@ fn profile(
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, String>,
 ) -> Result<(NurbsCurve3, f64), String> {
-    let spans = breaks_of(&base.knots, base.domain());
+    fitted(&breaks_of(&base.knots, base.domain()), tolerance, at)
+}
+
+/// A curve of cubic pieces through `at` between `spans`, and its largest sampled error.
+pub(super) fn fitted(
+    spans: &[f64],
+    tolerance: f64,
+    at: impl Fn(f64) -> Result<DVec3, String>,
+) -> Result<(NurbsCurve3, f64), String> {
     let mut pieces = 1;
     loop {
-        let breaks = refined(&spans, pieces);
+        let breaks = refined(spans, pieces);
         let ts = thirds(&breaks);
         let mut points = ts.iter().map(|t| at(*t)).collect::<Result<Vec<_>, _>>()?;
         to_bezier(&mut points, |k| k, ts.len());
@@ -148,7 +156,7 @@ fn profile(
             return Ok((curve, error));
         }
         if pieces >= MAX_PIECES {
-            return Err(format!("the offset surface is still {error:.2e} mm off after refinement"));
+            return Err(format!("what stands for it is still {error:.2e} mm off after refinement"));
         }
         pieces *= 2;
     }

@@ -1,10 +1,11 @@
 //! Gathered shells to one part: every vertex and edge once, faces with oriented loops, what fails as diagnostics.
 
 use super::StepOptions;
+use super::body::append;
 use super::curve::{Bounded, Ends, straight};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
-use super::shells::{ShellUse, Source};
+use super::shells::{Gathered, ShellUse, Source};
 use super::spline;
 use super::style::Styles;
 use super::surface::Stated;
@@ -40,8 +41,9 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Reads the faces of `shells`. Diagnostics have no part yet.
-    pub(super) fn part(&self, name: String, shells: &[ShellUse], colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
+    /// Reads the faces of shells and bodies. Diagnostics have no part yet.
+    pub(super) fn part(&self, name: String, gathered: &Gathered, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
+        let shells = gathered.shells.as_slice();
         let jobs: Vec<(u32, &ShellUse, Source, bool)> = (0u32..)
             .zip(shells)
             .flat_map(|(i, shell)| shell.faces.iter().map(move |(source, turned)| (i, shell, *source, *turned)))
@@ -66,11 +68,14 @@ impl Reader<'_> {
             .par_iter()
             .zip(&stated)
             .with_min_len(16)
-            .map(|((_, shell, ..), face)| {
+            .map(|((_, shell, source, _), face)| {
                 let face = face.as_ref().ok()?;
                 let geometry = self.geometry(shell.units);
                 let reach = || reach(&geometry, face, edges);
-                let read = geometry.surface(face.surface, &reach, self.options.offset_tolerance, 0);
+                let read = match source {
+                    Source::Face(_) => geometry.surface(face.surface, &reach, 0),
+                    Source::Surface(id) => geometry.whole_surface(*id),
+                };
                 Some(read.and_then(|stated| match stated.surface.check() {
                     Ok(()) => Ok(stated),
                     Err(error) => Err(Trouble::new(face.surface, error.to_string())),
@@ -104,11 +109,21 @@ impl Reader<'_> {
                 lost,
             });
         }
+        let bodies: Vec<Read<Part>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
+        for (body, read) in gathered.bodies.iter().zip(bodies) {
+            match read {
+                Ok(part) => append(&mut assembly.part, part),
+                Err(trouble) => {
+                    let reason = format!("body left out: #{}: {}", trouble.entity, trouble.reason);
+                    assembly.say(Severity::Error, body.entity, reason);
+                }
+            }
+        }
         assembly.finish()
     }
 
-    fn geometry(&self, units: Units) -> Geometry<'_> {
-        Geometry { table: self.table, units }
+    pub(super) fn geometry(&self, units: Units) -> Geometry<'_> {
+        Geometry::new(self.table, units, self.options.fit_tolerance)
     }
 
     /// Every edge that the faces use, read once.

@@ -10,18 +10,27 @@ use glam::{DAffine3, DMat3, DVec3};
 pub(super) struct Geometry<'a> {
     pub(super) table: &'a Table,
     pub(super) units: Units,
+    /// How far what stands for a curve or surface without exact form may be from it, millimetres.
+    pub(super) fit: f64,
+    /// How many points that others define are being read.
+    pub(super) nesting: u8,
 }
 
 impl<'a> Geometry<'a> {
+    pub(super) fn new(table: &'a Table, units: Units, fit: f64) -> Self {
+        Self { table, units, fit, nesting: 0 }
+    }
+
     pub(super) fn get(&self, id: u64) -> Read<Instance<'a>> {
         self.table.get(id)
     }
 
-    /// A `CARTESIAN_POINT`, in millimetres.
+    /// A point of any kind, in millimetres.
     pub(super) fn point(&self, id: u64) -> Read<DVec3> {
         let instance = self.get(id)?;
         if !instance.is("CARTESIAN_POINT") {
-            return Err(Trouble::new(id, format!("{} where a CARTESIAN_POINT is needed", instance.keyword())));
+            let point = self.derived_point(instance)?;
+            return point.ok_or_else(|| Trouble::new(id, format!("{} where a point is needed", instance.keyword())));
         }
         Ok(self.triple(instance.fields("CARTESIAN_POINT", 1).list(0)?, id)? * self.units.length)
     }
@@ -30,7 +39,8 @@ impl<'a> Geometry<'a> {
         ids.map(|id| self.point(id)).collect()
     }
 
-    fn triple(&self, list: &[step_io::parser::Attribute], id: u64) -> Read<DVec3> {
+    /// Up to three numbers; those that are missing are 0.
+    pub(super) fn triple(&self, list: &[step_io::parser::Attribute], id: u64) -> Read<DVec3> {
         let mut out = [0.0; 3];
         for (slot, value) in out.iter_mut().zip(list) {
             *slot =
@@ -53,9 +63,15 @@ impl<'a> Geometry<'a> {
         Ok(direction * magnitude * self.units.length)
     }
 
-    /// An `AXIS2_PLACEMENT_3D` (or an `AXIS1_PLACEMENT`, whose first axis is then arbitrary).
+    /// An `AXIS2_PLACEMENT_3D` (or an `AXIS1_PLACEMENT`, whose first axis is then arbitrary, or a placement in a plane).
     pub(super) fn frame(&self, id: u64) -> Read<Frame3> {
         let instance = self.get(id)?;
+        if instance.is("AXIS2_PLACEMENT_2D") {
+            let fields = instance.fields("AXIS2_PLACEMENT_2D", 1);
+            let (origin, x) = (self.point(fields.reference(0)?)?, self.axis(fields.optional(1), DVec3::X)?);
+            return Frame3::from_axis(origin, DVec3::Z, x)
+                .ok_or_else(|| Trouble::new(id, "the axis of the placement has no direction"));
+        }
         if !(instance.is("AXIS2_PLACEMENT_3D") || instance.is("AXIS1_PLACEMENT")) {
             return Err(Trouble::new(id, format!("{} where a placement is needed", instance.keyword())));
         }

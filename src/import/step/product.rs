@@ -18,6 +18,8 @@ use std::collections::{HashMap, HashSet};
 pub(super) struct Group {
     pub(super) name: String,
     pub(super) representations: Vec<u64>,
+    /// Single items and the representation whose units they have: what replicas stand for.
+    pub(super) solids: Vec<(u64, u64)>,
     pub(super) children: Vec<Child>,
     /// Whether a product definition stands behind it.
     pub(super) product: bool,
@@ -44,6 +46,7 @@ pub(super) struct Builder<'a> {
     table: &'a Table,
     contexts: &'a Contexts,
     styles: &'a Styles,
+    fit: f64,
     groups: Vec<Group>,
     /// The group of a representation.
     owner: HashMap<u64, usize>,
@@ -60,15 +63,16 @@ pub(super) fn representation<'a>(
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn build(table: &'a Table, contexts: &'a Contexts, styles: &'a Styles) -> Structure {
+    pub(super) fn build(table: &'a Table, contexts: &'a Contexts, styles: &'a Styles, fit: f64) -> Structure {
         let mut builder =
-            Self { table, contexts, styles, groups: Vec::new(), owner: HashMap::new(), troubles: Vec::new() };
+            Self { table, contexts, styles, fit, groups: Vec::new(), owner: HashMap::new(), troubles: Vec::new() };
         let definitions = builder.definitions();
         let relations = Relations::read(table);
         builder.own_related(&relations);
         builder.bare_representations(&relations);
         builder.occurrences(&definitions, &relations);
         builder.mapped_items();
+        builder.replicas();
         Structure { groups: builder.groups, troubles: builder.troubles }
     }
 
@@ -155,13 +159,15 @@ impl<'a> Builder<'a> {
 
     fn holds_shape(&self, id: u64) -> bool {
         representation(self.table, id).is_some_and(|(mut items, _)| {
-            items.any(|item| self.table.find(item).is_some_and(|i| is_body(i) || i.is("MAPPED_ITEM")))
+            items.any(|item| {
+                self.table.find(item).is_some_and(|i| is_body(i) || i.is("MAPPED_ITEM") || i.is("SOLID_REPLICA"))
+            })
         })
     }
 
     fn geometry(&self, representation_id: u64) -> Geometry<'a> {
         let context = representation(self.table, representation_id).and_then(|(_, context)| context);
-        Geometry { table: self.table, units: self.contexts.of(context) }
+        Geometry::new(self.table, self.contexts.of(context), self.fit)
     }
 
     /// Usage occurrences, with the relationship that places each.
@@ -263,6 +269,46 @@ impl<'a> Builder<'a> {
                 }
             }
         }
+    }
+
+    /// Replicas of solids: the solid becomes a part of its own, placed by the transformation.
+    fn replicas(&mut self) {
+        let mut of_solid: HashMap<u64, usize> = HashMap::new();
+        for parent in 0..self.groups.len() {
+            for id in self.groups[parent].representations.clone() {
+                let Some((items, _)) = representation(self.table, id) else { continue };
+                for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("SOLID_REPLICA"))) {
+                    match self.replicated(item, id) {
+                        Ok((solid, transform)) => {
+                            let group = *of_solid.entry(solid).or_insert_with(|| {
+                                let name = self.table.find(solid).map(|i| i.label().to_owned()).unwrap_or_default();
+                                self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
+                                self.groups.len() - 1
+                            });
+                            let name = self.table.find(item).map(|i| i.label().to_owned()).unwrap_or_default();
+                            let colour = self.styles.of(item);
+                            self.place(parent, Child { group, transform, name, colour });
+                        }
+                        Err(trouble) => self.troubles.push(trouble),
+                    }
+                }
+            }
+        }
+    }
+
+    /// The solid that a replica (of a replica, …) repeats, and where.
+    fn replicated(&self, item: u64, within: u64) -> Read<(u64, DAffine3)> {
+        let (mut at, mut transform) = (item, DAffine3::IDENTITY);
+        for _ in 0..MAX_DEPTH {
+            let solid = self.table.get(at)?;
+            if !solid.is("SOLID_REPLICA") {
+                return Ok((at, transform));
+            }
+            let own = solid.fields("SOLID_REPLICA", 1);
+            transform *= self.geometry(within).motion(own.reference(1)?)?;
+            at = own.reference(0)?;
+        }
+        Err(Trouble::new(item, "replicas of solids refer to one another too deeply"))
     }
 
     fn mapped(&self, item: u64, within: u64) -> Read<Child> {

@@ -1,7 +1,10 @@
 //! Items of a representation to shells: lists of faces with the way each is used.
 
+use super::body::{BodyKind, refused};
 use super::style::Styles;
+use super::sweep::profile;
 use super::table::{Instance, MAX_DEPTH, Read, Table, Trouble};
+use super::tessellated::stands_for;
 use super::units::Units;
 use crate::model::{Colour, ShellKind};
 use std::collections::HashSet;
@@ -35,12 +38,23 @@ pub(super) struct ShellUse {
     pub(super) units: Units,
 }
 
+/// A body without stated faces.
+#[derive(Clone, Debug)]
+pub(super) struct BodyUse {
+    pub(super) kind: BodyKind,
+    pub(super) entity: u64,
+    pub(super) colour: Option<Colour>,
+    pub(super) units: Units,
+}
+
 /// Gathers shells and remembers what is taken, so that leftovers can be found.
 pub(super) struct Gather<'a> {
     pub(super) table: &'a Table,
     pub(super) styles: &'a Styles,
     /// Items, shells and faces that some part has taken, of the whole file.
     pub(super) taken: HashSet<u64>,
+    /// Items that annotations draw: texts and arrows, not shapes.
+    pub(super) annotations: HashSet<u64>,
     /// Representation items that hold geometry of a kind that is not read.
     pub(super) unread: Vec<Trouble>,
 }
@@ -49,11 +63,33 @@ pub(super) struct Gather<'a> {
 #[derive(Default)]
 pub(super) struct Gathered {
     pub(super) shells: Vec<ShellUse>,
+    pub(super) bodies: Vec<BodyUse>,
     /// Items, shells and faces in this part already: a part holds each once, however often its representations list it.
-    held: HashSet<u64>,
+    pub(super) held: HashSet<u64>,
 }
 
-impl Gather<'_> {
+/// What annotations draw.
+fn annotated(table: &Table) -> HashSet<u64> {
+    let occurrences = table.iter().filter(|i| i.types().any(|name| name.ends_with("ANNOTATION_OCCURRENCE")));
+    occurrences.filter_map(|i| i.fields("STYLED_ITEM", 1).optional(1)).collect()
+}
+
+impl Gathered {
+    pub(super) fn is_empty(&self) -> bool {
+        self.shells.is_empty() && self.bodies.is_empty()
+    }
+
+    /// What the numbers of the first shell or body mean.
+    pub(super) fn units(&self) -> Option<Units> {
+        self.shells.first().map(|shell| shell.units).or(self.bodies.first().map(|body| body.units))
+    }
+}
+
+impl<'a> Gather<'a> {
+    pub(super) fn new(table: &'a Table, styles: &'a Styles) -> Self {
+        Self { table, styles, taken: HashSet::new(), annotations: annotated(table), unread: Vec::new() }
+    }
+
     /// Adds the shells of a representation item.
     pub(super) fn item(&mut self, id: u64, units: Units, into: &mut Gathered) {
         let Some(item) = self.table.find(id) else { return };
@@ -100,11 +136,61 @@ impl Gather<'_> {
             }
         } else if item.is("GEOMETRIC_SET") {
             self.set(item, colour, units, into)?;
-        } else if item.types().any(unread_body) {
+        } else if item.is("CSG_SOLID") {
+            // One primitive is a solid; what several make is refused there.
+            let root = self.table.get(item.fields("CSG_SOLID", 1).reference(0)?)?;
+            if root.is("CSG_SOLID") {
+                return Err(Trouble::new(item.id, "a CSG_SOLID of a CSG_SOLID"));
+            }
+            if self.take(item.id, into) {
+                let known = into.bodies.len();
+                self.try_item(root, units, into)?;
+                into.bodies[known..].iter_mut().for_each(|body| body.colour = body.colour.or(colour));
+            }
+        } else if item.is("SOLID_REPLICA") {
+            // The product structure places it, like an occurrence of its parent.
             self.taken.insert(item.id);
-            return Err(Trouble::new(item.id, format!("bodies of type {} are not read", item.keyword())));
+        } else if let Some(reason) = refused(item) {
+            self.operands(item, 0);
+            let operator = item.fields("BOOLEAN_RESULT", 1).keyword(0);
+            let operator = if operator.is_empty() { String::new() } else { format!(" ({operator})") };
+            let reason = format!("the body of type {}{operator} is not read: {reason}", item.keyword());
+            return Err(Trouble::new(item.id, reason));
+        } else if let Some(kind) = BodyKind::of(item) {
+            if kind == BodyKind::Tessellated && self.annotations.contains(&item.id) {
+                self.taken.insert(item.id);
+            } else if self.take(item.id, into) {
+                // The face that is swept is no face of its own.
+                self.taken.extend(profile(item));
+                into.bodies.push(BodyUse { kind, entity: item.id, colour, units });
+            }
         }
         Ok(())
+    }
+
+    /// Marks a body and what it is made of as taken: with the body refused, its operands are no bodies of their own.
+    fn operands(&mut self, body: Instance<'_>, depth: usize) {
+        if !self.taken.insert(body.id) || depth >= MAX_DEPTH {
+            return;
+        }
+        for operand in parts_of(body) {
+            if let Some(operand) = self.table.find(operand) {
+                self.operands(operand, depth + 1);
+            }
+        }
+    }
+
+    /// Leaves out tessellated bodies of a part that has exact ones: they repeat those. Says how many.
+    pub(super) fn repeated(&self, gathered: &mut Gathered) -> usize {
+        let before = gathered.bodies.len();
+        let exact = !gathered.shells.is_empty() || gathered.bodies.iter().any(|b| b.kind != BodyKind::Tessellated);
+        gathered.bodies.retain(|body| {
+            let stands_for = self.table.find(body.entity).and_then(stands_for);
+            let linked =
+                stands_for.is_some_and(|id| self.taken.contains(&id) || self.table.find(id).is_some_and(is_body));
+            body.kind != BodyKind::Tessellated || !(exact || linked)
+        });
+        before - gathered.bodies.len()
     }
 
     /// Whether `id` is new to the part; marks it as taken.
@@ -182,12 +268,22 @@ impl Gather<'_> {
         let of_kind = |wanted: &dyn Fn(Instance<'_>) -> bool| -> Vec<u64> {
             self.table.iter().filter(|i| wanted(*i)).map(|i| i.id).collect()
         };
-        let bodies = of_kind(&|i| i.types().any(|name| BODIES.contains(&name)));
+        let inner: HashSet<u64> = self.table.iter().flat_map(parts_of).collect();
+        let bodies = of_kind(&|i| !inner.contains(&i.id) && is_solid(i));
+        let tessellated = of_kind(&|i| !inner.contains(&i.id) && BodyKind::of(i) == Some(BodyKind::Tessellated));
         let shells = of_kind(&is_shell);
         let faces = of_kind(&is_face);
         for id in bodies.into_iter().chain(shells).chain(faces) {
             if !self.taken.contains(&id) {
                 self.item(id, units, &mut found);
+            }
+        }
+        // What no product owns beside exact geometry is a picture of it.
+        if !self.table.iter().any(|i| BodyKind::of(i) != Some(BodyKind::Tessellated) && is_body(i)) {
+            for id in tessellated {
+                if !self.taken.contains(&id) {
+                    self.item(id, units, &mut found);
+                }
             }
         }
         found
@@ -199,7 +295,27 @@ const BODIES: [&str; 5] =
 
 /// Whether an item may contribute faces to a part.
 pub(super) fn is_body(item: Instance<'_>) -> bool {
-    item.types().any(|name| BODIES.contains(&name)) || is_shell(item) || is_face(item) || item.is("GEOMETRIC_SET")
+    let tessellated = BodyKind::of(item) == Some(BodyKind::Tessellated);
+    is_solid(item) || tessellated || is_shell(item) || is_face(item) || item.is("GEOMETRIC_SET")
+}
+
+/// Whether an item is a body of faces, of a few numbers, or one of those that are refused.
+fn is_solid(item: Instance<'_>) -> bool {
+    let made = BodyKind::of(item).is_some_and(|kind| kind != BodyKind::Tessellated);
+    made || item.is("CSG_SOLID") || refused(item).is_some() || item.types().any(|name| BODIES.contains(&name))
+}
+
+/// The bodies that an instance makes another one of, or holds.
+fn parts_of(instance: Instance<'_>) -> impl Iterator<Item = u64> {
+    let boolean = instance.is("BOOLEAN_RESULT") || instance.is("BOOLEAN_CLIPPING_RESULT");
+    let holder = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
+    let held =
+        holder.into_iter().find(|name| instance.is(name)).and_then(|name| instance.fields(name, 1).links(0).ok());
+    let root = instance.is("CSG_SOLID").then(|| instance.fields("CSG_SOLID", 1).optional(0)).flatten();
+    let parent = instance.is("SOLID_REPLICA").then(|| instance.fields("SOLID_REPLICA", 1).optional(0)).flatten();
+    let operands = boolean.then(|| instance.fields("BOOLEAN_RESULT", 1));
+    let operands = operands.into_iter().flat_map(|own| [own.optional(1), own.optional(2)]).flatten();
+    operands.chain(root).chain(parent).chain(held.into_iter().flatten())
 }
 
 fn is_shell(instance: Instance<'_>) -> bool {
@@ -212,19 +328,4 @@ pub(super) fn is_face(instance: Instance<'_>) -> bool {
 
 fn is_surface(instance: Instance<'_>) -> bool {
     instance.types().any(|name| name == "PLANE" || name.contains("_SURFACE") || name.starts_with("SURFACE_OF_"))
-}
-
-/// Bodies of other geometry than boundary representations.
-fn unread_body(name: &str) -> bool {
-    const KINDS: [&str; 8] = [
-        "CSG_SOLID",
-        "EXTRUDED_AREA_SOLID",
-        "REVOLVED_AREA_SOLID",
-        "EXTRUDED_FACE_SOLID",
-        "REVOLVED_FACE_SOLID",
-        "SWEPT_DISK_SOLID",
-        "SOLID_REPLICA",
-        "BOOLEAN_RESULT",
-    ];
-    KINDS.contains(&name) || name.starts_with("TESSELLATED_SOLID") || name.starts_with("TESSELLATED_SHELL")
 }

@@ -3,6 +3,7 @@
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::curve::{Carrier, Form, check_degree, check_weights, knots_of, superfluous};
 use super::place::Geometry;
+use super::replica::Similarity;
 use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
 use glam::DVec3;
@@ -37,8 +38,8 @@ const SPLINES: [&str; 6] = [
 ];
 
 impl Geometry<'_> {
-    /// Surface `id` of a face. `offset_tolerance` is how far the approximation of an offset surface may be off, millimetres.
-    pub(super) fn surface(&self, id: u64, reach: Reach<'_>, offset_tolerance: f64, depth: usize) -> Read<Stated> {
+    /// Surface `id` of a face.
+    pub(super) fn surface(&self, id: u64, reach: Reach<'_>, depth: usize) -> Read<Stated> {
         let instance = self.get(id)?;
         if depth >= MAX_DEPTH {
             return Err(Trouble::new(id, "surfaces refer to one another too deeply"));
@@ -81,19 +82,26 @@ impl Geometry<'_> {
             Ok(Stated::exact(Surface::Nurbs(self.b_spline_surface(instance)?)))
         } else if instance.is("OFFSET_SURFACE") {
             let own = instance.fields("OFFSET_SURFACE", 1);
-            let base = self.surface(own.reference(0)?, reach, offset_tolerance, depth + 1)?;
+            let base = self.surface(own.reference(0)?, reach, depth + 1)?;
             let distance = own.real(1)? * length * if base.turned { -1.0 } else { 1.0 };
-            let (surface, note) = super::offset::offset(&base.surface, distance, offset_tolerance, reach)
+            let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
                 .map_err(|reason| Trouble::new(id, reason))?;
             Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
             let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
-            let base = self.surface(own.reference(0)?, reach, offset_tolerance, depth + 1)?;
+            let base = self.surface(own.reference(0)?, reach, depth + 1)?;
             let turned = base.turned != (own.flag(5, true) != own.flag(6, true));
             Ok(Stated { turned, ..base })
+        } else if instance.is("SURFACE_REPLICA") {
+            let own = instance.fields("SURFACE_REPLICA", 1);
+            let similarity = Similarity::new(self.motion(own.reference(1)?)?);
+            // What reaches the replica does not reach the original.
+            let base = self.surface(own.reference(0)?, &Vec::new, depth + 1)?;
+            let (surface, turned) = similarity.surface(base.surface);
+            Ok(Stated { surface, turned: base.turned != turned, note: base.note })
         } else if instance.is("CURVE_BOUNDED_SURFACE") {
             let base = instance.fields("CURVE_BOUNDED_SURFACE", 1).reference(0)?;
-            self.surface(base, reach, offset_tolerance, depth + 1)
+            self.surface(base, reach, depth + 1)
         } else {
             Err(Trouble::new(id, format!("surfaces of type {} are not read", instance.keyword())))
         }

@@ -1,0 +1,117 @@
+//! Solids that a file gives by a few numbers or by triangles, not by faces and edges, to faces and edges of a part.
+
+use super::part::Reader;
+use super::shells::{BodyUse, Gathered, ShellUse, Source};
+use super::table::{Instance, Read, Trouble};
+use super::{csg, sweep, tessellated};
+use crate::model::{Coedge, EdgeId, Face, Loop, Part, Shell, ShellKind, VertexId};
+
+/// How the faces of a body come about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BodyKind {
+    /// A primitive of constructive solid geometry.
+    Primitive,
+    /// A plane area or face moved along a direction or turned about an axis.
+    Sweep,
+    /// Triangles.
+    Tessellated,
+}
+
+impl BodyKind {
+    pub(super) fn of(item: Instance<'_>) -> Option<Self> {
+        let any = |kinds: &[&str]| kinds.iter().any(|kind| item.is(kind));
+        if any(&csg::KINDS) {
+            Some(Self::Primitive)
+        } else if any(&sweep::KINDS) {
+            Some(Self::Sweep)
+        } else {
+            any(&tessellated::KINDS).then_some(Self::Tessellated)
+        }
+    }
+}
+
+/// Why a body of this type is not read, for those that are not.
+pub(super) fn refused(item: Instance<'_>) -> Option<&'static str> {
+    const INTERSECTS: &str =
+        "its faces would have to be found by intersecting surfaces; export a boundary representation";
+    const UNBOUNDED: &str = "it is not bounded by itself";
+    const NOT_EXACT: &str = "its faces have no exact form here; export a boundary representation";
+    const REFUSED: [(&str, &str); 15] = [
+        ("BOOLEAN_RESULT", INTERSECTS),
+        ("BOOLEAN_CLIPPING_RESULT", INTERSECTS),
+        ("HALF_SPACE_SOLID", UNBOUNDED),
+        ("BOXED_HALF_SPACE", UNBOUNDED),
+        ("POLYGONAL_BOUNDED_HALF_SPACE", UNBOUNDED),
+        ("SWEPT_DISK_SOLID", NOT_EXACT),
+        ("SURFACE_CURVE_SWEPT_AREA_SOLID", NOT_EXACT),
+        ("SURFACE_CURVE_SWEPT_FACE_SOLID", NOT_EXACT),
+        ("ECCENTRIC_CONE", NOT_EXACT),
+        ("ECCENTRIC_CONICAL_VOLUME", NOT_EXACT),
+        ("ELLIPSOID", NOT_EXACT),
+        ("CYCLIDE_SEGMENT_SOLID", NOT_EXACT),
+        ("TRIMMED_VOLUME", NOT_EXACT),
+        ("B_SPLINE_VOLUME", NOT_EXACT),
+        ("CUBIC_BEZIER_TRIANGULATED_FACE", NOT_EXACT),
+    ];
+    REFUSED.into_iter().find(|(name, _)| item.is(name)).map(|(_, reason)| reason)
+}
+
+impl Reader<'_> {
+    /// The faces of a body, as a part of its own.
+    pub(super) fn body(&self, body: &BodyUse) -> Read<Part> {
+        let geometry = self.geometry(body.units);
+        let item = geometry.get(body.entity)?;
+        let mut part = match body.kind {
+            BodyKind::Primitive => csg::primitive(&geometry, item)?,
+            BodyKind::Tessellated => tessellated::triangles(&geometry, item)?,
+            BodyKind::Sweep => {
+                let sweep = sweep::Sweep::read(&geometry, item)?;
+                sweep.solid(&self.profile(sweep.profile, body)?)?
+            }
+        };
+        for face in &mut part.faces {
+            face.entity = body.entity;
+            face.colour = body.colour;
+        }
+        part.shells.iter_mut().for_each(|shell| shell.entity = body.entity);
+        part.check().map_err(|error| Trouble::new(body.entity, error.to_string()))?;
+        Ok(part)
+    }
+
+    /// The area or face that is swept, as the only face of a part.
+    fn profile(&self, source: Source, body: &BodyUse) -> Read<Part> {
+        let faces = vec![(source, false)];
+        let shell = ShellUse { kind: ShellKind::Open, entity: source.id(), faces, colour: None, units: body.units };
+        let gathered = Gathered { shells: vec![shell], ..Gathered::default() };
+        let (part, diagnostics) = self.part(String::new(), &gathered, None);
+        if part.faces.iter().all(|face| !face.lost) {
+            return Ok(part);
+        }
+        let reason = diagnostics.into_iter().map(|d| d.reason).next().unwrap_or_default();
+        Err(Trouble::new(source.id(), reason))
+    }
+}
+
+/// Adds all of `from` to `into`, with numbers of its own.
+pub(super) fn append(into: &mut Part, from: Part) {
+    let (vertices, edges) = (into.vertices.len(), into.edges.len());
+    let shells = u32::try_from(into.shells.len()).unwrap_or(u32::MAX);
+    let vertex = |id: VertexId| VertexId::new(vertices + id.index());
+    into.vertices.extend(from.vertices);
+    into.edges.extend(from.edges.into_iter().map(|mut edge| {
+        (edge.start, edge.end) = (vertex(edge.start), vertex(edge.end));
+        edge
+    }));
+    into.shells.extend(from.shells.into_iter().map(|shell| Shell { ..shell }));
+    let renumbered = |bound: Loop| match bound {
+        Loop::Vertex(id) => Loop::Vertex(vertex(id)),
+        Loop::Edges(uses) => Loop::Edges(
+            uses.into_iter().map(|use_| Coedge { edge: EdgeId::new(edges + use_.edge.index()), ..use_ }).collect(),
+        ),
+    };
+    into.faces.extend(from.faces.into_iter().map(|face| Face {
+        loops: face.loops.into_iter().map(renumbered).collect(),
+        shell: face.shell.saturating_add(shells),
+        ..face
+    }));
+}

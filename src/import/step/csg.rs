@@ -1,0 +1,160 @@
+//! Primitives of constructive solid geometry to boundary representations, exactly.
+
+use super::place::Geometry;
+use super::table::{Instance, Read, Trouble};
+use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, VertexId};
+use glam::DVec3;
+use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
+
+/// What is read here.
+pub(super) const KINDS: [&str; 9] = [
+    "BLOCK",
+    "RIGHT_ANGULAR_WEDGE",
+    "RECTANGULAR_PYRAMID",
+    "TETRAHEDRON",
+    "CONVEX_HEXAHEDRON",
+    "SPHERE",
+    "TORUS",
+    "RIGHT_CIRCULAR_CYLINDER",
+    "RIGHT_CIRCULAR_CONE",
+];
+
+/// The faces of a primitive, as ISO 10303-42 places it.
+pub(super) fn primitive(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Part> {
+    let id = item.id;
+    let length = geometry.units.length;
+    let size = |name: &'static str, index: usize| -> Read<f64> {
+        let value = item.fields(name, 1).real(index)? * length;
+        if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, format!("a {name} of a size of {value} mm"))) }
+    };
+    let frame = |name: &'static str| geometry.frame(item.fields(name, 1).reference(0)?);
+    let mut part = PartBuilder::new(String::new());
+    let shell = part.plain_shell(ShellKind::Outer);
+    if item.is("BLOCK") {
+        let [x, y, z] = [size("BLOCK", 1)?, size("BLOCK", 2)?, size("BLOCK", 3)?];
+        let base = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)];
+        prism(&mut part, &frame("BLOCK")?, &base, z);
+    } else if item.is("RIGHT_ANGULAR_WEDGE") {
+        const NAME: &str = "RIGHT_ANGULAR_WEDGE";
+        let [x, y, z] = [size(NAME, 1)?, size(NAME, 2)?, size(NAME, 3)?];
+        let top = item.fields(NAME, 1).real(4)? * length;
+        if !(0.0..x).contains(&top) {
+            return Err(Trouble::new(id, format!("a wedge {x} mm long at its foot and {top} mm at its top")));
+        }
+        let mut base = vec![(0.0, 0.0), (x, 0.0), (top, y), (0.0, y)];
+        base.dedup();
+        prism(&mut part, &frame(NAME)?, &base, z);
+    } else if item.is("RECTANGULAR_PYRAMID") {
+        const NAME: &str = "RECTANGULAR_PYRAMID";
+        let [x, y, z] = [size(NAME, 1)?, size(NAME, 2)?, size(NAME, 3)?];
+        let corners = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let at = frame(NAME)?;
+        let corners = corners.into_iter().chain([DVec3::new(0.5 * x, 0.5 * y, z)]).map(|p| at.place(p)).collect();
+        polyhedron(&mut part, corners, &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]]);
+    } else if item.is("TETRAHEDRON") {
+        let corners = corners(geometry, item, "TETRAHEDRON", 4)?;
+        polyhedron(&mut part, corners, &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]]);
+    } else if item.is("CONVEX_HEXAHEDRON") {
+        let corners = corners(geometry, item, "CONVEX_HEXAHEDRON", 8)?;
+        let sides: [&[usize]; 6] =
+            [&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+        if let Some(side) = sides.into_iter().find(|side| !flat(&corners, side)) {
+            return Err(Trouble::new(id, format!("the corners {side:?} of the hexahedron are not in one plane")));
+        }
+        polyhedron(&mut part, corners, &sides);
+    } else if item.is("SPHERE") {
+        let radius = size("SPHERE", 0)?;
+        let origin = geometry.point(item.fields("SPHERE", 1).reference(1)?)?;
+        let surface = Surface::Sphere { frame: Frame3 { origin, ..Frame3::WORLD }, radius };
+        part.plain_face(surface, shell, Vec::new(), false);
+    } else if item.is("TORUS") {
+        let (major, minor) = (size("TORUS", 1)?, size("TORUS", 2)?);
+        if minor >= major {
+            return Err(Trouble::new(id, format!("a torus of radii {major} and {minor} mm that meets its own axis")));
+        }
+        part.plain_face(Surface::Torus { frame: frame("TORUS")?, major, minor }, shell, Vec::new(), false);
+    } else {
+        let (name, angle) = if item.is("RIGHT_CIRCULAR_CYLINDER") {
+            ("RIGHT_CIRCULAR_CYLINDER", 0.0)
+        } else {
+            let stated = item.fields("RIGHT_CIRCULAR_CONE", 1).real(3)? * geometry.units.angle;
+            if !(stated > 1e-12 && stated < FRAC_PI_2 - 1e-12) {
+                return Err(Trouble::new(id, format!("a cone with a semi-angle of {stated} radians")));
+            }
+            ("RIGHT_CIRCULAR_CONE", stated)
+        };
+        let height = size(name, 1)?;
+        let radius = item.fields(name, 1).real(2)? * length;
+        if radius < 0.0 || (radius == 0.0 && angle == 0.0) {
+            return Err(Trouble::new(id, format!("a {name} of radius {radius} mm")));
+        }
+        barrel(&mut part, &frame(name)?, height, radius, angle);
+    }
+    part.finish().map_err(|error| Trouble::new(id, error.to_string()))
+}
+
+/// The points that a solid lists as its corners.
+fn corners(geometry: &Geometry<'_>, item: Instance<'_>, name: &'static str, count: usize) -> Read<Vec<DVec3>> {
+    let corners = geometry.points(item.fields(name, 1).links(0)?)?;
+    if corners.len() == count {
+        return Ok(corners);
+    }
+    Err(Trouble::new(item.id, format!("a {name} of {} corners", corners.len())))
+}
+
+/// A cylinder or the frustum of a cone about the frame's axis, wider at its far end; a foot without radius is an apex.
+fn barrel(part: &mut PartBuilder, frame: &Frame3, height: f64, radius: f64, half_angle: f64) {
+    let far = Frame3 { origin: frame.origin + frame.z * height, ..*frame };
+    let wide = part.circle(&far, radius + height * half_angle.tan());
+    let side = if half_angle > 0.0 {
+        Surface::Cone { frame: *frame, radius, half_angle }
+    } else {
+        Surface::Cylinder { frame: *frame, radius }
+    };
+    let foot = if radius > 0.0 {
+        let narrow = part.circle(frame, radius);
+        part.plain_face(Surface::Plane { frame: *frame }, 0, vec![Loop::Edges(vec![narrow.along()])], true);
+        Loop::Edges(vec![narrow.along()])
+    } else {
+        Loop::Vertex(part.vertex(frame.origin))
+    };
+    part.plain_face(side, 0, vec![foot, Loop::Edges(vec![wide.against()])], false);
+    part.plain_face(Surface::Plane { frame: far }, 0, vec![Loop::Edges(vec![wide.along()])], false);
+}
+
+/// A counterclockwise polygon in the frame's plane, drawn up along its axis.
+fn prism(part: &mut PartBuilder, frame: &Frame3, base: &[(f64, f64)], height: f64) {
+    let n = base.len();
+    let level = |z: f64| base.iter().map(move |(x, y)| frame.place(DVec3::new(*x, *y, z)));
+    let corners = level(0.0).chain(level(height)).collect();
+    let mut sides: Vec<Vec<usize>> = vec![(0..n).rev().collect(), (n..2 * n).collect()];
+    sides.extend((0..n).map(|k| vec![k, (k + 1) % n, n + (k + 1) % n, n + k]));
+    polyhedron(part, corners, &sides.iter().map(Vec::as_slice).collect::<Vec<_>>());
+}
+
+/// Whether a polygon lies in the plane of its first three corners.
+fn flat(corners: &[DVec3], side: &[usize]) -> bool {
+    let [a, b, c] = [0, 1, 2].map(|k| corners[side[k]]);
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    side[3..].iter().all(|&k| (corners[k] - a).dot(normal).abs() <= 1e-6 * corners[k].distance(a))
+}
+
+/// Plane faces between corners, each listed counterclockwise from outside. Faces without a plane are left out, and the part
+/// that is open there tells.
+fn polyhedron(part: &mut PartBuilder, corners: Vec<DVec3>, sides: &[&[usize]]) {
+    let vertices: Vec<VertexId> = corners.iter().map(|corner| part.vertex(*corner)).collect();
+    let mut edges: HashMap<(usize, usize), EdgeId> = HashMap::new();
+    for side in sides {
+        let [a, b, c] = [0, 1, 2].map(|k| corners[side[k]]);
+        let Some(frame) = Frame3::from_axis(a, (b - a).cross(c - a), b - a) else { continue };
+        let coedges = (0..side.len()).map(|k| {
+            let (from, to) = (side[k], side[(k + 1) % side.len()]);
+            let low_high = (from.min(to), from.max(to));
+            let edge = *edges.entry(low_high).or_insert_with(|| part.line(vertices[low_high.0], vertices[low_high.1]));
+            Coedge { edge, reversed: from > to, pcurve: None }
+        });
+        let coedges = coedges.collect();
+        part.plain_face(Surface::Plane { frame }, 0, vec![Loop::Edges(coedges)], false);
+    }
+}

@@ -1,0 +1,173 @@
+//! Curves and points that other curves and surfaces define: offset curves, curves given in a surface's parameters, points on
+//! curves and surfaces. Exact where the result is of a kind that has a name, else cubic pieces refined until sampled errors pass.
+
+use super::curve::Carrier;
+use super::offset::{breaks_of, fitted};
+use super::place::Geometry;
+use super::replica::Similarity;
+use super::table::{Instance, Read, Trouble};
+use super::units::Units;
+use crate::model::{AxisMap, CurveKind, NurbsCurve3, Surface};
+use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
+
+/// How deep points may be defined by one another (through curves and surfaces).
+const MAX_NESTING: u8 = 3;
+
+/// What turns an angle of a whole turn from 0 into the parameter of the arc that stands for it.
+const TURN: AxisMap = AxisMap::Arc { start: 0.0, step: FRAC_PI_2, spans: 4 };
+
+impl Geometry<'_> {
+    /// An `OFFSET_CURVE_3D`: the basis moved by `distance` along reference direction × tangent.
+    pub(super) fn offset_curve(&self, instance: Instance<'_>, depth: usize) -> Read<(Carrier, bool)> {
+        let id = instance.id;
+        let own = instance.fields("OFFSET_CURVE_3D", 1);
+        let (basis, distance) = (own.reference(0)?, own.real(1)? * self.units.length);
+        let reference = self.direction(own.reference(3)?)?.try_normalize();
+        let reference = reference.ok_or_else(|| Trouble::new(id, "an offset without reference direction"))?;
+        let lost = || Trouble::new(id, "the reference direction of the offset runs along its basis");
+        match self.carrier(basis, depth + 1)? {
+            (Carrier::Line { point, along }, same) => {
+                let sense = if same { along } else { -along };
+                let aside = reference.cross(sense).try_normalize().ok_or_else(lost)?;
+                return Ok((Carrier::Line { point: point + aside * distance, along }, same));
+            }
+            // About the reference direction, the offset of a circle is a circle: positive distances lead inwards.
+            (Carrier::Round { mut frame, a, b }, same) if a == b && frame.z.cross(reference).length() <= 1e-12 => {
+                let inwards = if (frame.z.dot(reference) > 0.0) == same { distance } else { -distance };
+                let radius = a - inwards;
+                if radius.abs() <= 1e-12 * a {
+                    return Err(Trouble::new(id, format!("an offset by {distance} mm leaves a point of the circle")));
+                }
+                if radius < 0.0 {
+                    // Beyond the centre: the same angles on the other side.
+                    (frame.x, frame.y) = (-frame.x, -frame.y);
+                }
+                return Ok((Carrier::Round { frame, a: radius.abs(), b: radius.abs() }, same));
+            }
+            _ => {}
+        }
+        let basis = self.bounded(basis, depth + 1)?;
+        if let Some(t) = basis.kinks().first() {
+            return Err(Trouble::new(id, format!("the basis of the offset has a corner at its parameter {t}")));
+        }
+        let breaks = breaks_of(&basis.knots, basis.domain());
+        let curve = fitted(&breaks, self.fit, |t| {
+            let d = basis.derivatives(t);
+            let aside = reference.cross(d.d1).try_normalize();
+            Ok(d.point + aside.ok_or("the offset curve has no direction somewhere")? * distance)
+        });
+        let (curve, _) = curve.map_err(|reason| Trouble::new(id, reason))?;
+        Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, true))
+    }
+
+    /// The surface, the curve in its parameters as the file writes them, and what they have to be multiplied by: of a `PCURVE`
+    /// or a `DEGENERATE_PCURVE`.
+    pub(super) fn parameter_curve(
+        &self,
+        pcurve: Instance<'_>,
+        name: &'static str,
+        depth: usize,
+    ) -> Read<(Surface, NurbsCurve3, [f64; 2])> {
+        let own = pcurve.fields(name, 1);
+        let on = self.surface(own.reference(0)?, &Vec::new, depth + 1)?;
+        if on.turned {
+            return Err(Trouble::new(pcurve.id, "a curve in the parameters of a surface that is turned over"));
+        }
+        let items = self.get(own.reference(1)?)?.fields("REPRESENTATION", 1).links(0)?;
+        let curve = items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, "an empty parameter curve"))?;
+        // Parameters are read as numbers, then made lengths (millimetres) and angles (radians) one by one.
+        let plain = Geometry { units: Units { length: 1.0, ..self.units }, ..*self };
+        let curve = plain.bounded(curve, depth + 1)?;
+        let factors = self.factors(&on.surface);
+        Ok((on.surface, curve, factors))
+    }
+
+    /// Millimetres and radians per unit of the surface's parameters.
+    pub(super) fn factors(&self, surface: &Surface) -> [f64; 2] {
+        let (length, angle) = (self.units.length, self.units.angle);
+        match surface {
+            Surface::Plane { .. } => [length, length],
+            Surface::Cylinder { .. } | Surface::Cone { .. } => [angle, length],
+            Surface::Sphere { .. } | Surface::Torus { .. } => [angle, angle],
+            Surface::Revolution { .. } => [angle, 1.0],
+            Surface::Extrusion { .. } | Surface::Nurbs(_) => [1.0, 1.0],
+        }
+    }
+
+    /// A `PCURVE` as a curve in space: exact on a plane, else within the tolerance of approximations.
+    pub(super) fn image(&self, pcurve: Instance<'_>, depth: usize) -> Read<NurbsCurve3> {
+        let (surface, curve, [u, v]) = self.parameter_curve(pcurve, "PCURVE", depth)?;
+        let at = |p: DVec3| surface.point(p.x * u, p.y * v);
+        if let Surface::Plane { .. } = surface {
+            return Ok(NurbsCurve3 { points: curve.points.iter().map(|p| at(*p)).collect(), ..curve });
+        }
+        let fitted = fitted(&breaks_of(&curve.knots, curve.domain()), self.fit, |t| Ok(at(curve.point(t))));
+        Ok(fitted.map_err(|reason| Trouble::new(pcurve.id, reason))?.0)
+    }
+
+    /// A point that is no `CARTESIAN_POINT`; `None` for an instance that is no point.
+    pub(super) fn derived_point(&self, instance: Instance<'_>) -> Read<Option<DVec3>> {
+        const KINDS: [&str; 5] =
+            ["POINT_REPLICA", "POINT_ON_CURVE", "POINT_ON_SURFACE", "DEGENERATE_PCURVE", "EVALUATED_DEGENERATE_PCURVE"];
+        if !KINDS.into_iter().any(|kind| instance.is(kind)) {
+            return Ok(None);
+        }
+        if self.nesting >= MAX_NESTING {
+            return Err(Trouble::new(instance.id, "points refer to one another too deeply"));
+        }
+        let inner = Geometry { nesting: self.nesting + 1, ..*self };
+        let point = if instance.is("POINT_REPLICA") {
+            let own = instance.fields("POINT_REPLICA", 1);
+            inner.motion(own.reference(1)?)?.transform_point3(inner.point(own.reference(0)?)?)
+        } else if instance.is("POINT_ON_CURVE") {
+            inner.point_on_curve(instance)?
+        } else if instance.is("POINT_ON_SURFACE") {
+            let own = instance.fields("POINT_ON_SURFACE", 1);
+            let on = inner.surface(own.reference(0)?, &Vec::new, 0)?;
+            if on.turned {
+                return Err(Trouble::new(instance.id, "a point in the parameters of a surface that is turned over"));
+            }
+            let [u, v] = inner.factors(&on.surface);
+            on.surface.point(own.real(1)? * u, own.real(2)? * v)
+        } else if instance.is("EVALUATED_DEGENERATE_PCURVE") {
+            inner.point(instance.fields("EVALUATED_DEGENERATE_PCURVE", 3).reference(0)?)?
+        } else {
+            // All of the parameter curve is one point in space.
+            let (surface, curve, [u, v]) = inner.parameter_curve(instance, "DEGENERATE_PCURVE", 0)?;
+            let at = curve.point(curve.domain().0);
+            surface.point(at.x * u, at.y * v)
+        };
+        Ok(Some(point))
+    }
+
+    fn point_on_curve(&self, instance: Instance<'_>) -> Read<DVec3> {
+        let own = instance.fields("POINT_ON_CURVE", 1);
+        let (basis, t) = (own.reference(0)?, own.real(1)?);
+        Ok(match self.carrier(basis, 0)?.0 {
+            Carrier::Line { point, along } => point + along * t,
+            Carrier::Round { frame, a, b } => {
+                let (sin, cos) = (t * self.units.angle).sin_cos();
+                frame.place(DVec3::new(a * cos, b * sin, 0.0))
+            }
+            Carrier::Hyperbola { frame, a, b } => frame.place(DVec3::new(a * t.cosh(), b * t.sinh(), 0.0)),
+            Carrier::Parabola { frame, focal } => frame.place(DVec3::new(focal * t * t, 2.0 * focal * t, 0.0)),
+            Carrier::Spline { curve, .. } => curve.point(t),
+        })
+    }
+
+    /// A `CURVE_REPLICA` before its ends are known.
+    pub(super) fn curve_replica(&self, instance: Instance<'_>) -> Read<(u64, Similarity)> {
+        let own = instance.fields("CURVE_REPLICA", 1);
+        Ok((own.reference(0)?, Similarity::new(self.motion(own.reference(1)?)?)))
+    }
+
+    /// The parameter of a swept curve's NURBS form for a parameter as the file counts it: angles where the curve is a circle or
+    /// an ellipse.
+    pub(super) fn swept_parameter(&self, swept: u64, t: f64) -> Read<f64> {
+        Ok(match self.carrier(swept, 0)?.0 {
+            Carrier::Round { .. } => TURN.to_nurbs(t * self.units.angle),
+            _ => t,
+        })
+    }
+}

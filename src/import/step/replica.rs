@@ -1,0 +1,139 @@
+//! Curves and surfaces moved by a similarity, exactly and in the parameters of the original: what replicas stand for.
+
+use super::curve::Carrier;
+use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
+use glam::{DAffine3, DVec3};
+
+/// A rigid motion with a uniform scale and perhaps a mirror, as a Cartesian transformation operator states it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Similarity {
+    motion: DAffine3,
+    scale: f64,
+}
+
+impl Similarity {
+    /// `motion` has axes of one length at right angles, as [`Geometry::motion`](super::place::Geometry::motion) makes it.
+    pub(super) fn new(motion: DAffine3) -> Self {
+        Self { scale: motion.matrix3.x_axis.length(), motion }
+    }
+
+    fn point(&self, p: DVec3) -> DVec3 {
+        self.motion.transform_point3(p)
+    }
+
+    fn vector(&self, v: DVec3) -> DVec3 {
+        self.motion.transform_vector3(v)
+    }
+
+    fn unit(&self, v: DVec3) -> DVec3 {
+        self.vector(v) / self.scale
+    }
+
+    /// The frame whose first two axes are the images of the first two: what plane curves and planes need.
+    fn plane(&self, frame: &Frame3) -> Frame3 {
+        let (x, y) = (self.unit(frame.x), self.unit(frame.y));
+        Frame3 { origin: self.point(frame.origin), x, y, z: x.cross(y) }
+    }
+
+    /// The frame whose first and third axes are the images of those, and whether a mirror turned the angle round.
+    fn axis(&self, frame: &Frame3) -> (Frame3, bool) {
+        let (x, z) = (self.unit(frame.x), self.unit(frame.z));
+        let y = z.cross(x);
+        (Frame3 { origin: self.point(frame.origin), x, y, z }, y.dot(self.unit(frame.y)) < 0.0)
+    }
+
+    pub(super) fn curve(&self, curve: NurbsCurve3) -> NurbsCurve3 {
+        NurbsCurve3 { points: curve.points.into_iter().map(|p| self.point(p)).collect(), ..curve }
+    }
+
+    pub(super) fn carrier(&self, carrier: Carrier) -> Carrier {
+        let s = self.scale;
+        match carrier {
+            Carrier::Line { point, along } => Carrier::Line { point: self.point(point), along: self.vector(along) },
+            Carrier::Round { frame, a, b } => Carrier::Round { frame: self.plane(&frame), a: a * s, b: b * s },
+            Carrier::Hyperbola { frame, a, b } => Carrier::Hyperbola { frame: self.plane(&frame), a: a * s, b: b * s },
+            Carrier::Parabola { frame, focal } => Carrier::Parabola { frame: self.plane(&frame), focal: focal * s },
+            Carrier::Spline { curve, kind } => Carrier::Spline { curve: self.curve(curve), kind },
+        }
+    }
+
+    /// The moved surface, and whether its normal is opposite to that of the original's parameters: surfaces about an axis
+    /// count angles the right-handed way, and a mirror makes that the other way round.
+    pub(super) fn surface(&self, surface: Surface) -> (Surface, bool) {
+        let s = self.scale;
+        match surface {
+            Surface::Plane { frame } => (Surface::Plane { frame: self.plane(&frame) }, false),
+            Surface::Cylinder { frame, radius } => {
+                let (frame, turned) = self.axis(&frame);
+                (Surface::Cylinder { frame, radius: radius * s }, turned)
+            }
+            Surface::Cone { frame, radius, half_angle } => {
+                let (frame, turned) = self.axis(&frame);
+                (Surface::Cone { frame, radius: radius * s, half_angle }, turned)
+            }
+            Surface::Sphere { frame, radius } => {
+                let (frame, turned) = self.axis(&frame);
+                (Surface::Sphere { frame, radius: radius * s }, turned)
+            }
+            Surface::Torus { frame, major, minor } => {
+                let (frame, turned) = self.axis(&frame);
+                (Surface::Torus { frame, major: major * s, minor: minor * s }, turned)
+            }
+            Surface::Revolution { curve, frame } => {
+                let (frame, turned) = self.axis(&frame);
+                (Surface::Revolution { curve: self.curve(curve), frame }, turned)
+            }
+            Surface::Extrusion { curve, direction } => {
+                (Surface::Extrusion { curve: self.curve(curve), direction: self.vector(direction) }, false)
+            }
+            Surface::Nurbs(net) => {
+                let points = net.points.iter().map(|p| self.point(*p)).collect();
+                (Surface::Nurbs(NurbsSurface { points, ..net }), false)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DMat3, DQuat};
+
+    /// A turn, a scale of two, and a mirror if asked for.
+    fn motion(mirror: bool) -> DAffine3 {
+        let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7));
+        let across = if mirror { -1.0 } else { 1.0 };
+        let scale = DMat3::from_diagonal(DVec3::new(2.0, 2.0 * across, 2.0));
+        DAffine3::from_mat3_translation(turn * scale, DVec3::new(3.0, -1.0, 4.0))
+    }
+
+    #[test]
+    fn moved_surfaces_keep_their_points_and_tell_their_normals() {
+        let frame = Frame3::from_axis(DVec3::X, DVec3::new(0.3, 0.2, 1.0), DVec3::Y).expect("an axis");
+        let arc = NurbsCurve3::arc(&Frame3::WORLD, 2.0, 1.0, 0.1, 1.2);
+        for surface in [
+            Surface::Plane { frame },
+            Surface::Cylinder { frame, radius: 2.0 },
+            Surface::Cone { frame, radius: 2.0, half_angle: 0.3 },
+            Surface::Sphere { frame, radius: 2.0 },
+            Surface::Torus { frame, major: 5.0, minor: 2.0 },
+            Surface::Revolution { curve: arc.clone(), frame },
+            Surface::Extrusion { curve: arc, direction: DVec3::new(0.0, 1.0, 3.0) },
+        ] {
+            for mirror in [false, true] {
+                let motion = motion(mirror);
+                let (moved, turned) = Similarity::new(motion).surface(surface.clone());
+                let (u, v) = (0.4, 0.6);
+                // Where the angle turns round, the same place has the opposite angle.
+                let image = moved.point(if turned { -u } else { u }, v);
+                let expected = motion.transform_point3(surface.point(u, v));
+                assert!(image.distance(expected) < 1e-12, "{surface:?} {mirror}");
+                // The normal of the parameters of the original, moved: a mirror turns cross products.
+                let stated = motion.transform_vector3(surface.normal(u, v).expect("a normal"));
+                let stated = if mirror { -stated } else { stated };
+                let own = moved.normal(if turned { -u } else { u }, v).expect("a normal");
+                assert_eq!(own.dot(stated) < 0.0, turned, "{surface:?} {mirror}");
+            }
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! Plane areas and faces, extruded or revolved, to boundary representations, exactly.
+//!
+//! A profile's vertices sweep edges, its edges sweep faces; the profile and its image at the far end close the solid.
+
+use super::place::Geometry;
+use super::shells::Source;
+use super::spline;
+use super::table::{Instance, Read, Trouble};
+use crate::model::{
+    Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
+};
+use glam::{DAffine3, DQuat, DVec3};
+use std::collections::HashMap;
+use std::f64::consts::TAU;
+
+/// What is read here.
+pub(super) const KINDS: [&str; 4] =
+    ["EXTRUDED_AREA_SOLID", "EXTRUDED_FACE_SOLID", "REVOLVED_AREA_SOLID", "REVOLVED_FACE_SOLID"];
+
+/// Distance from the axis, as a share of the profile's, that counts as none.
+const ON_AXIS: f64 = 1e-9;
+/// Angles nearer than this to a whole turn are one, radians.
+const WHOLE: f64 = 1e-9;
+
+/// A stated sweep.
+pub(super) struct Sweep {
+    /// What is swept.
+    pub(super) profile: Source,
+    entity: u64,
+    motion: Motion,
+}
+
+enum Motion {
+    Along(DVec3),
+    About { axis: Frame3, angle: f64 },
+}
+
+/// The area or face that a body sweeps, if it does.
+pub(super) fn profile(item: Instance<'_>) -> Option<u64> {
+    let name = KINDS.into_iter().find(|kind| item.is(kind))?;
+    // Name and profile stand in the supertype.
+    let swept = if name.contains("AREA") { "SWEPT_AREA_SOLID" } else { "SWEPT_FACE_SOLID" };
+    item.fields(swept, 1).optional(0)
+}
+
+impl Sweep {
+    pub(super) fn read(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Self> {
+        let entity = item.id;
+        let name = KINDS.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
+        let profile = profile(item).ok_or_else(|| Trouble::new(entity, format!("a {name} of nothing")))?;
+        let profile = if name.contains("AREA") { Source::Surface(profile) } else { Source::Face(profile) };
+        let own = item.fields(name, 2);
+        let motion = if name.starts_with("EXTRUDED") {
+            let depth = own.real(1)? * geometry.units.length;
+            let direction = geometry.direction(own.reference(0)?)?.try_normalize();
+            let along = direction.ok_or_else(|| Trouble::new(entity, "an extrusion without direction"))? * depth;
+            if along == DVec3::ZERO {
+                return Err(Trouble::new(entity, "an extrusion of no depth"));
+            }
+            Motion::Along(along)
+        } else {
+            let axis = geometry.frame(own.reference(0)?)?;
+            let angle = own.real(1)? * geometry.units.angle;
+            // Turned the other way round, the axis points the other way.
+            let axis = if angle < 0.0 { Frame3 { y: -axis.y, z: -axis.z, ..axis } } else { axis };
+            let angle = angle.abs();
+            if angle <= WHOLE || angle > TAU + WHOLE {
+                return Err(Trouble::new(entity, format!("a revolution by {angle} radians")));
+            }
+            Motion::About { axis, angle: if TAU - angle <= WHOLE { TAU } else { angle } }
+        };
+        Ok(Self { profile, entity, motion })
+    }
+
+    /// The solid that the only face of `profile` sweeps over.
+    pub(super) fn solid(&self, profile: &Part) -> Read<Part> {
+        let fail = |reason: &str| Err(Trouble::new(self.entity, reason));
+        let Some(face) = profile.faces.first() else { return fail("nothing to sweep") };
+        let Surface::Plane { frame } = face.surface else { return fail("the swept face is not plane") };
+        let part = match self.motion {
+            Motion::Along(along) => {
+                if along.dot(frame.z).abs() <= 1e-9 * along.length() {
+                    return fail("the profile is extruded along its own plane");
+                }
+                extruded(profile, face, &frame, along)
+            }
+            Motion::About { axis, angle } => {
+                let Some(side) = side(profile, &axis) else { return fail("the whole profile lies on its axis") };
+                let across = frame.z.dot(side.cross(axis.z)).abs();
+                if across < 1.0 - 1e-6 {
+                    return fail("the axis is not in the plane of the profile");
+                }
+                if profile.vertices.iter().any(|p| (*p - axis.origin).dot(side) < -1e-6 * reach(profile, &axis)) {
+                    return fail("the profile lies on both sides of its axis");
+                }
+                revolved(profile, face, &frame, &axis, angle, side)
+            }
+        };
+        part.finish().map_err(|error| Trouble::new(self.entity, error.to_string()))
+    }
+}
+
+/// The largest distance of a profile's curves from the axis.
+fn reach(profile: &Part, axis: &Frame3) -> f64 {
+    let points = profile.edges.iter().flat_map(|edge| &edge.curve.points);
+    points.map(|p| radial(*p, axis).length()).fold(0.0, f64::max)
+}
+
+fn radial(p: DVec3, axis: &Frame3) -> DVec3 {
+    let out = p - axis.origin;
+    out - axis.z * out.dot(axis.z)
+}
+
+/// The direction from the axis to the profile.
+fn side(profile: &Part, axis: &Frame3) -> Option<DVec3> {
+    let points = profile.edges.iter().flat_map(|edge| &edge.curve.points).map(|p| radial(*p, axis));
+    points.max_by(|p, q| p.length_squared().total_cmp(&q.length_squared()))?.try_normalize()
+}
+
+/// A profile and its moved image in a part that is being built.
+struct Copies {
+    part: PartBuilder,
+    near: Vec<EdgeId>,
+    far: Vec<EdgeId>,
+    near_vertices: Vec<VertexId>,
+    far_vertices: Vec<VertexId>,
+}
+
+/// The part of an edge's curve that the edge uses.
+fn trimmed(edge: &Edge) -> NurbsCurve3 {
+    spline::piece(&edge.curve, edge.range.0, edge.range.1)
+}
+
+impl Copies {
+    /// `stays` says of a vertex and of an edge whether the motion leaves it in its place.
+    fn new(
+        profile: &Part,
+        motion: &DAffine3,
+        whole: bool,
+        stays: (impl Fn(usize) -> bool, impl Fn(usize) -> bool),
+    ) -> Self {
+        let mut part = PartBuilder::new(String::new());
+        part.plain_shell(ShellKind::Outer);
+        let near_vertices: Vec<VertexId> = profile.vertices.iter().map(|p| part.vertex(*p)).collect();
+        let far_vertices: Vec<VertexId> = (0..profile.vertices.len())
+            .map(|i| {
+                let moved = motion.transform_point3(profile.vertices[i]);
+                if stays.0(i) { near_vertices[i] } else { part.vertex(moved) }
+            })
+            .collect();
+        let copy = |part: &mut PartBuilder, edge: &Edge, vertices: &[VertexId], moved: bool| {
+            let mut curve = trimmed(edge);
+            if moved {
+                curve.points.iter_mut().for_each(|p| *p = motion.transform_point3(*p));
+            }
+            let range = curve.domain();
+            let (start, end) = (vertices[edge.start.index()], vertices[edge.end.index()]);
+            part.edge(Edge { curve, range, start, end, kind: edge.kind, entity: edge.entity })
+        };
+        // After a whole turn the profile lies inside.
+        let kept = if whole { &[][..] } else { &profile.edges[..] };
+        let near: Vec<EdgeId> = kept.iter().map(|edge| copy(&mut part, edge, &near_vertices, false)).collect();
+        let far = kept.iter().enumerate();
+        let far = far
+            .map(|(i, edge)| if stays.1(i) { near[i] } else { copy(&mut part, edge, &far_vertices, true) })
+            .collect();
+        Self { part, near, far, near_vertices, far_vertices }
+    }
+
+    /// The profile itself at one end of the sweep.
+    fn cap(&mut self, face: &Face, frame: Frame3, far: bool, reversed: bool) {
+        let edges = if far { &self.far } else { &self.near };
+        let bound = |uses: &[Coedge]| {
+            Loop::Edges(uses.iter().map(|use_| Coedge { edge: edges[use_.edge.index()], ..use_.clone() }).collect())
+        };
+        let loops = coedges(face).map(bound).collect();
+        self.part.plain_face(Surface::Plane { frame }, 0, loops, reversed);
+    }
+}
+
+fn coedges(face: &Face) -> impl Iterator<Item = &[Coedge]> {
+    face.loops.iter().filter_map(|bound| if let Loop::Edges(uses) = bound { Some(uses.as_slice()) } else { None })
+}
+
+fn extruded(profile: &Part, face: &Face, frame: &Frame3, along: DVec3) -> PartBuilder {
+    let motion = DAffine3::from_translation(along);
+    let mut copies = Copies::new(profile, &motion, false, (|_| false, |_| false));
+    let rising = along.dot(frame.z) > 0.0;
+    copies.cap(face, *frame, false, rising);
+    copies.cap(face, Frame3 { origin: frame.origin + along, ..*frame }, true, !rising);
+    let mut risers: HashMap<usize, EdgeId> = HashMap::new();
+    for coedge in coedges(face).flatten() {
+        let index = coedge.edge.index();
+        let edge = &profile.edges[index];
+        let mut riser = |vertex: VertexId| {
+            let i = vertex.index();
+            let (from, to) = (copies.near_vertices[i], copies.far_vertices[i]);
+            *risers.entry(i).or_insert_with(|| copies.part.line(from, to))
+        };
+        let (first, last) = (riser(edge.start), riser(edge.end));
+        let curve = trimmed(edge);
+        // The normal of both surfaces is the edge's direction × the direction of the sweep.
+        let surface = match (edge.kind, Frame3::from_axis(curve.points[0], ends(&curve).cross(along), ends(&curve))) {
+            (CurveKind::Line, Some(frame)) => Surface::Plane { frame },
+            _ => Surface::Extrusion { curve, direction: along },
+        };
+        let bound = vec![copies.near[index].along(), last.along(), copies.far[index].against(), first.against()];
+        copies.part.plain_face(surface, 0, vec![Loop::Edges(bound)], coedge.reversed == rising);
+    }
+    copies.part
+}
+
+fn ends(curve: &NurbsCurve3) -> DVec3 {
+    let (a, b) = curve.domain();
+    curve.point(b) - curve.point(a)
+}
+
+fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f64, side: DVec3) -> PartBuilder {
+    let turn = DAffine3::from_quat(DQuat::from_axis_angle(axis.z, angle));
+    let motion = DAffine3::from_translation(axis.origin) * turn * DAffine3::from_translation(-axis.origin);
+    let none = ON_AXIS * reach(profile, axis);
+    let on_axis = |p: DVec3| radial(p, axis).length() <= none;
+    let fixed: Vec<bool> = profile.vertices.iter().map(|p| on_axis(*p)).collect();
+    let still: Vec<bool> = profile.edges.iter().map(|edge| edge.curve.points.iter().all(|p| on_axis(*p))).collect();
+    let whole = angle == TAU;
+    let stays = (|i: usize| whole || fixed[i], |i: usize| still[i]);
+    let mut copies = Copies::new(profile, &motion, whole, stays);
+    // The profile moves this way; the normal of the swept surfaces is this way × the edge's direction.
+    let ahead = frame.z.dot(axis.z.cross(side)) > 0.0;
+    if !whole {
+        let turned = |v: DVec3| motion.transform_vector3(v);
+        let far = Frame3 {
+            origin: motion.transform_point3(frame.origin),
+            x: turned(frame.x),
+            y: turned(frame.y),
+            z: turned(frame.z),
+        };
+        copies.cap(face, *frame, false, ahead);
+        copies.cap(face, far, true, !ahead);
+    }
+    let mut rings: HashMap<usize, EdgeId> = HashMap::new();
+    for coedge in coedges(face).flatten() {
+        let index = coedge.edge.index();
+        if still[index] {
+            continue;
+        }
+        let edge = &profile.edges[index];
+        let mut ring = |vertex: VertexId| {
+            let i = vertex.index();
+            (!fixed[i]).then(|| {
+                *rings.entry(i).or_insert_with(|| {
+                    let p = profile.vertices[i];
+                    let out = radial(p, axis);
+                    let radius = out.length();
+                    let x = out / radius;
+                    let about = Frame3 { origin: p - out, x, y: axis.z.cross(x), z: axis.z };
+                    let arc = NurbsCurve3::arc(&about, radius, radius, 0.0, angle);
+                    copies.part.curve(arc, CurveKind::Circle, copies.near_vertices[i], copies.far_vertices[i])
+                })
+            })
+        };
+        let closed = edge.start == edge.end;
+        let (first, last) = if whole && closed { (None, None) } else { (ring(edge.start), ring(edge.end)) };
+        let (first, last) = (first.map(EdgeId::along), last.map(EdgeId::against));
+        let loops: Vec<Vec<Coedge>> = if !whole {
+            let far = Some(copies.far[index].along());
+            vec![first.into_iter().chain(far).chain(last).chain([copies.near[index].against()]).collect()]
+        } else {
+            first.into_iter().chain(last).map(|ring| vec![ring]).collect()
+        };
+        let mut loops: Vec<Loop> = loops.into_iter().map(Loop::Edges).collect();
+        if whole && !closed {
+            // An end on the axis is a pole; a face between two of them is its whole surface.
+            let poles = [edge.start, edge.end].into_iter().filter(|v| fixed[v.index()]);
+            let poles: Vec<Loop> = poles.map(|v| Loop::Vertex(copies.near_vertices[v.index()])).collect();
+            if poles.len() == 1 {
+                loops.extend(poles);
+            }
+        }
+        let surface = Surface::Revolution { curve: onto_axis(trimmed(edge), axis, none), frame: *axis };
+        copies.part.plain_face(surface, 0, loops, coedge.reversed != ahead);
+    }
+    copies.part
+}
+
+/// Ends on the axis put there exactly: they are poles of the surface.
+fn onto_axis(mut curve: NurbsCurve3, axis: &Frame3, none: f64) -> NurbsCurve3 {
+    let last = curve.points.len() - 1;
+    for k in [0, last] {
+        let out = radial(curve.points[k], axis);
+        if out.length() <= none {
+            curve.points[k] -= out;
+        }
+    }
+    curve
+}

@@ -1,0 +1,101 @@
+//! Rectangular trimmed surfaces outside faces to surfaces that end where they are trimmed: NURBS cut at the four parameters.
+
+use super::place::Geometry;
+use super::spline;
+use super::surface::Stated;
+use super::table::{Instance, Read, Trouble};
+use crate::model::{NurbsCurve3, NurbsSurface, Surface};
+
+impl Geometry<'_> {
+    /// A surface that is a face by itself.
+    pub(super) fn whole_surface(&self, id: u64) -> Read<Stated> {
+        let instance = self.get(id)?;
+        if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
+            return self.rectangle(instance);
+        }
+        self.surface(id, &Vec::new, 0)
+    }
+
+    fn rectangle(&self, instance: Instance<'_>) -> Read<Stated> {
+        let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
+        let base = own.reference(0)?;
+        let on = self.surface(base, &Vec::new, 1)?;
+        if on.turned {
+            return Err(Trouble::new(instance.id, "a trim in the parameters of a surface that is turned over"));
+        }
+        let factors = self.factors(&on.surface);
+        let mut range = [(0.0, 0.0); 2];
+        for axis in 0..2 {
+            let at = |i: usize| -> Read<f64> {
+                let stated = own.real(i)?;
+                match (&on.surface, axis) {
+                    (Surface::Extrusion { .. }, 0) => {
+                        self.swept_parameter(self.swept(base, "SURFACE_OF_LINEAR_EXTRUSION")?, stated)
+                    }
+                    (Surface::Revolution { .. }, 1) => {
+                        self.swept_parameter(self.swept(base, "SURFACE_OF_REVOLUTION")?, stated)
+                    }
+                    _ => Ok(stated * factors[axis]),
+                }
+            };
+            let (first, second) = (at(1 + 2 * axis)?, at(2 + 2 * axis)?);
+            let (from, mut to) = if own.flag(5 + axis, true) { (first, second) } else { (second, first) };
+            if to <= from {
+                // A trim that runs through the seam of a closed surface.
+                to += on.surface.period()[axis].unwrap_or(0.0);
+            }
+            if to <= from {
+                return Err(Trouble::new(instance.id, format!("a trim from {first} to {second}")));
+            }
+            range[axis] = (from, to);
+        }
+        let (net, maps) = on.surface.to_nurbs(range[0], range[1]);
+        let cut = [0, 1].map(|axis| (maps[axis].to_nurbs(range[axis].0), maps[axis].to_nurbs(range[axis].1)));
+        let net = piece(&net, cut[0], cut[1]);
+        let turned = own.flag(5, true) != own.flag(6, true);
+        Ok(Stated { surface: Surface::Nurbs(net), turned, note: on.note })
+    }
+
+    fn swept(&self, surface: u64, name: &'static str) -> Read<u64> {
+        self.get(surface)?.fields(name, 1).reference(0)
+    }
+}
+
+/// The part of a surface over `u` × `v`, held to its domain.
+fn piece(net: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface {
+    let along_v = cut_rows(net, v);
+    transposed(&cut_rows(&transposed(&along_v), u))
+}
+
+/// Cuts every row, which runs along v.
+fn cut_rows(net: &NurbsSurface, v: (f64, f64)) -> NurbsSurface {
+    let width = net.count_v();
+    let (mut points, mut weights, mut knots_v) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, row) in net.points.chunks(width).enumerate() {
+        let weights_of_row = net.weights.get(i * width..(i + 1) * width).unwrap_or_default().to_vec();
+        let curve = NurbsCurve3 {
+            degree: net.degree_v,
+            knots: net.knots_v.clone(),
+            points: row.to_vec(),
+            weights: weights_of_row,
+        };
+        let cut = spline::piece(&curve, v.0, v.1);
+        points.extend(cut.points);
+        weights.extend(cut.weights);
+        knots_v = cut.knots;
+    }
+    NurbsSurface { knots_v, points, weights, knots_u: net.knots_u.clone(), ..*net }
+}
+
+fn transposed(net: &NurbsSurface) -> NurbsSurface {
+    let (nu, nv) = (net.count_u(), net.count_v());
+    let order = (0..nv).flat_map(|j| (0..nu).map(move |i| i * nv + j));
+    NurbsSurface {
+        degree_u: net.degree_v,
+        degree_v: net.degree_u,
+        knots_u: net.knots_v.clone(),
+        knots_v: net.knots_u.clone(),
+        points: order.clone().map(|k| net.points[k]).collect(),
+        weights: if net.weights.is_empty() { Vec::new() } else { order.map(|k| net.weights[k]).collect() },
+    }
+}

@@ -1,0 +1,227 @@
+//! Bodies without stated faces: primitives, sweeps, triangles, replicas. Their volumes are known in closed form.
+
+use crate::{clean, model, placement, point, world};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use trimtess::frame::{self, Tolerance};
+use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
+use trimtess::model::{Model, Severity};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::{PrepareOptions, prepare};
+
+/// A representation of `items` in context 1.
+fn holding(items: &str) -> String {
+    format!("#92=SHAPE_REPRESENTATION('',({items}),#1);")
+}
+
+/// The mesh of all instances at a fine tolerance.
+fn facts(model: Model) -> MeshFacts {
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    assert!(prepared.diagnostics.iter().all(|d| d.severity < Severity::Warning), "{:?}", prepared.diagnostics);
+    let tolerance = Tolerance { chord: 1e-4, angle: 0.2, max_edge: None };
+    let plan = Arc::new(frame::plan(&prepared, &tolerance));
+    let mut sink = MemorySink::default();
+    let options = SessionOptions { workers: 1, edge_lines: false };
+    let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
+    let report = session.frame(&plan, &mut sink).expect("a frame");
+    assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+    check_scene(&sink).total
+}
+
+/// Reads a body that has so many faces and edges and encloses such a volume.
+fn solid(text: &str, items: &str, faces: usize, edges: usize, volume: f64) {
+    let model = model(&(text.to_owned() + &holding(items)));
+    clean(&model);
+    let part = &model.parts[0];
+    assert_eq!((part.faces.len(), part.edges.len()), (faces, edges), "{text}");
+    let facts = facts(model);
+    assert!(facts.is_closed(), "{text}: {facts}");
+    assert!((facts.volume - volume).abs() < 1e-3 * volume.abs(), "{text}: {} is not {volume}", facts.volume);
+}
+
+#[test]
+fn primitives_are_what_the_standard_says() {
+    let axis = "#26=AXIS1_PLACEMENT('',#21,#22);";
+    let of = |text: &str, faces, edges, volume| solid(&(world() + axis + text), "#60", faces, edges, volume);
+    of("#60=BLOCK('',#20,2.,3.,4.);", 6, 12, 24.0);
+    of("#60=RIGHT_ANGULAR_WEDGE('',#20,4.,3.,2.,1.);", 6, 12, 2.5 * 3.0 * 2.0);
+    of("#60=RIGHT_ANGULAR_WEDGE('',#20,4.,3.,2.,0.);", 5, 9, 12.0);
+    of("#60=RECTANGULAR_PYRAMID('',#20,2.,3.,4.);", 5, 8, 8.0);
+    of("#60=SPHERE('',2.,#21);", 1, 0, 4.0 / 3.0 * PI * 8.0);
+    of("#60=TORUS('',#26,5.,2.);", 1, 0, 2.0 * PI * PI * 5.0 * 4.0);
+    of("#60=RIGHT_CIRCULAR_CYLINDER('',#26,5.,2.);", 3, 2, 20.0 * PI);
+    let slope = 0.5_f64.tan();
+    let far = 1.0 + 3.0 * slope;
+    of("#60=RIGHT_CIRCULAR_CONE('',#26,3.,1.,0.5);", 3, 2, PI * (1.0 + far + far * far));
+    of("#60=RIGHT_CIRCULAR_CONE('',#26,3.,0.,0.5);", 2, 1, PI * (3.0 * slope).powi(2));
+    of("#60=CSG_SOLID('',#61);#61=SPHERE('',1.,#21);", 1, 0, 4.0 / 3.0 * PI);
+    let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
+    let corners: String = corners.into_iter().zip(40..).map(|(p, id)| point(id, p)).collect();
+    of(&(corners + "#60=TETRAHEDRON('',(#40,#41,#42,#43));"), 4, 6, 1.0 / 6.0);
+}
+
+#[test]
+fn what_would_need_intersections_is_refused_by_name() {
+    let text = world()
+        + "#60=CSG_SOLID('',#61);#61=BOOLEAN_RESULT('',.DIFFERENCE.,#62,#63);#62=BLOCK('',#20,2.,3.,4.);\
+           #63=BOOLEAN_RESULT('',.UNION.,#64,#65);#64=SPHERE('',1.,#21);#65=SPHERE('',2.,#21);";
+    for file in [text.clone() + &holding("#60"), text] {
+        let model = model(&file);
+        let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+        assert!(model.parts.is_empty() && told.len() == 1 && told[0].entity == 61, "{:?}", model.diagnostics);
+        assert!(told[0].reason.contains("BOOLEAN_RESULT (DIFFERENCE)") && told[0].reason.contains("intersecting"));
+    }
+}
+
+/// A curve-bounded area #70 in the plane of placement #20: the rectangle from (x, 0) to (x + 2, 1).
+fn rectangle(x: f64) -> String {
+    let corners = [[x, 0.0, 0.0], [x + 2.0, 0.0, 0.0], [x + 2.0, 1.0, 0.0], [x, 1.0, 0.0], [x, 0.0, 0.0]];
+    let points: String = corners.into_iter().zip(40..).map(|(p, id)| point(id, p)).collect();
+    let sides: String = (0..4)
+        .map(|k| {
+            format!(
+                "#{}=POLYLINE('',(#{},#{}));#{}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#{});",
+                50 + k,
+                40 + k,
+                41 + k,
+                60 + k,
+                50 + k
+            )
+        })
+        .collect();
+    world()
+        + &points
+        + &sides
+        + "#69=OUTER_BOUNDARY_CURVE('',(#60,#61,#62,#63),.F.);#68=PLANE('',#20);#70=CURVE_BOUNDED_SURFACE('',#68,(#69),.F.);"
+}
+
+/// The disc of radius 1 about (3, 0) as face #70, with a square hole if asked for.
+fn disc() -> String {
+    world()
+        + &placement(30, [3.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + &crate::vertex(40, [4.0, 0.0, 0.0])
+        + "#50=CIRCLE('',#30,1.);#51=EDGE_CURVE('',#40,#40,#50,.T.);#52=ORIENTED_EDGE('',*,*,#51,.T.);\
+           #53=EDGE_LOOP('',(#52));#54=FACE_OUTER_BOUND('',#53,.T.);#68=PLANE('',#20);#70=FACE_SURFACE('',(#54),#68,.T.);"
+}
+
+#[test]
+fn areas_and_faces_are_extruded() {
+    let up = "#80=DIRECTION('',(0.,0.,2.));#81=DIRECTION('',(0.,3.,-4.));";
+    let area = |solid: &str| rectangle(1.0) + up + solid;
+    solid(&area("#90=EXTRUDED_AREA_SOLID('',#70,#80,3.);"), "#90", 6, 12, 6.0);
+    solid(&area("#90=EXTRUDED_AREA_SOLID('',#70,#81,5.);"), "#90", 6, 12, 8.0);
+    solid(&(disc() + up + "#90=EXTRUDED_FACE_SOLID('',#70,#80,3.);"), "#90", 3, 3, 3.0 * PI);
+    let flat = model(&(area("#90=EXTRUDED_AREA_SOLID('',#70,#82,3.);#82=DIRECTION('',(1.,0.,0.));") + &holding("#90")));
+    assert!(
+        flat.diagnostics.iter().any(|d| d.entity == 90 && d.reason.contains("own plane")),
+        "{:?}",
+        flat.diagnostics
+    );
+}
+
+#[test]
+fn areas_and_faces_are_revolved() {
+    // About the y axis, through the origin and along the other way.
+    let axes = "#80=DIRECTION('',(0.,1.,0.));#81=AXIS1_PLACEMENT('',#21,#80);\
+                #82=DIRECTION('',(0.,-1.,0.));#83=AXIS1_PLACEMENT('',#21,#82);";
+    let area = |x, solid: &str| rectangle(x) + axes + solid;
+    // A ring: centre at radius 2, area 2.
+    solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,6.283185307179586);"), "#90", 4, 4, 8.0 * PI);
+    solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,1.5);"), "#90", 6, 12, 6.0);
+    solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#83,1.5);"), "#90", 6, 12, 6.0);
+    solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,-1.5);"), "#90", 6, 12, 6.0);
+    // With one side on the axis: a cylinder, and a slice of it whose two ends share the axis.
+    solid(&area(0.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,6.283185307179586);"), "#90", 3, 2, 4.0 * PI);
+    solid(&area(0.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,1.5);"), "#90", 5, 9, 3.0);
+    solid(&(disc() + axes + "#90=REVOLVED_FACE_SOLID('',#70,#81,6.283185307179586);"), "#90", 1, 0, 6.0 * PI * PI);
+    solid(&(disc() + axes + "#90=REVOLVED_FACE_SOLID('',#70,#81,2.);"), "#90", 3, 3, 6.0 * PI);
+    let across = model(&(area(-1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,2.);") + &holding("#90")));
+    assert!(across.diagnostics.iter().any(|d| d.entity == 90 && d.reason.contains("both sides")));
+}
+
+#[test]
+fn replicas_are_placed_like_occurrences() {
+    let text = world()
+        + &point(40, [10.0, 0.0, 0.0])
+        + "#60=BLOCK('',#20,1.,1.,1.);#61=SOLID_REPLICA('twice as large',#60,#62);\
+           #62=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#40,2.,$);\
+           #63=SOLID_REPLICA('mirrored',#61,#64);#65=DIRECTION('',(0.,-1.,0.));\
+           #64=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,#65,#21,1.,$);";
+    let model = model(&(text + &holding("#60,#61,#63")));
+    clean(&model);
+    assert_eq!(model.instances.len(), 3);
+    let facts = facts(model);
+    assert!(facts.is_closed() && (facts.volume - 17.0).abs() < 1e-9, "{facts}");
+}
+
+/// A tetrahedron of two tessellated faces over one list of coordinates: a strip of three triangles and a triangle.
+fn tetrahedron(faces: &str) -> String {
+    world()
+        + "#40=COORDINATES_LIST('',5,((9.,9.,9.),(0.,0.,0.),(1.,0.,0.),(0.,1.,0.),(0.,0.,1.)));\
+           #41=COMPLEX_TRIANGULATED_FACE('',#40,4,(),$,(2,3,4,5),((3,4,1,2)),((3,2,4)));\
+           #42=TRIANGULATED_FACE('',#40,4,(),$,(),((2,4,3)));"
+        + faces
+}
+
+#[test]
+fn triangles_share_their_edges() {
+    // Strip 3,4,1,2 of the used points: (3,4,1), (1,4,2); fan 3,2,4: one triangle.
+    solid(&tetrahedron("#50=TESSELLATED_SOLID('',(#41,#42),$);"), "#50", 4, 6, 1.0 / 6.0);
+    let inches = world()
+        + "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.,0.)));\
+           #41=TRIANGULATED_SURFACE_SET('',#40,3,(),(),((1,2,3),(1,1,3)));#50=TESSELLATED_GEOMETRIC_SET('',(#41));\
+           #92=TESSELLATED_SHAPE_REPRESENTATION('',(#50),#3);";
+    let model = model(&inches);
+    clean(&model);
+    assert_eq!(model.parts[0].faces.len(), 1);
+    assert!((facts(model).area - 0.5 * 25.4 * 25.4).abs() < 1e-9);
+}
+
+#[test]
+fn tessellations_of_exact_geometry_are_not_drawn_twice() {
+    let block = "#60=BLOCK('',#20,1.,1.,1.);";
+    let solid = "#50=TESSELLATED_SOLID('',(#41,#42),$);";
+    // In one representation; linked from another one; as an annotation; beside it, owned by nothing.
+    let apart = "#93=TESSELLATED_SHAPE_REPRESENTATION('',(#50),#1);";
+    let linked = "#50=TESSELLATED_SOLID('',(#41,#42),#60);".to_owned() + apart;
+    let drawn = "#51=TESSELLATED_ANNOTATION_OCCURRENCE('',(),#50);".to_owned() + solid + apart;
+    for (text, items) in [(solid, "#60,#50"), (linked.as_str(), "#60"), (drawn.as_str(), "#60"), (solid, "#60")] {
+        let model = model(&(tetrahedron(block) + text + &holding(items)));
+        let faces: usize = model.parts.iter().map(|part| part.faces.len()).sum();
+        assert_eq!(faces, 6, "{text} {:?}", model.diagnostics);
+    }
+    // Alone it is drawn, whoever holds it.
+    let alone = model(&tetrahedron(solid));
+    assert_eq!(alone.parts[0].faces.len(), 4, "{:?}", alone.diagnostics);
+}
+
+#[test]
+fn broken_bodies_cost_themselves() {
+    for bad in [
+        "#60=BLOCK('',#20,2.,-3.,4.);",
+        "#60=SPHERE('',2.,#99);",
+        "#60=TORUS('',#20,1.,2.);",
+        "#60=RIGHT_CIRCULAR_CONE('',#20,3.,1.,1.6);",
+        "#60=RIGHT_ANGULAR_WEDGE('',#20,4.,3.,2.,5.);",
+        "#60=EXTRUDED_AREA_SOLID('',#20,#22,3.);",
+        "#60=REVOLVED_FACE_SOLID('',#60,#20,3.);",
+        "#60=SWEPT_DISK_SOLID('',#20,1.,$,0.,1.);",
+        "#60=CSG_SOLID('',#60);",
+        "#60=SOLID_REPLICA('',#60,#20);",
+    ] {
+        let model = model(&(world() + bad + "#64=BLOCK('',#20,1.,1.,1.);" + &holding("#60,#64")));
+        assert_eq!(model.parts[0].faces.len(), 6, "{bad}");
+        let told = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning && d.entity == 60).count();
+        assert_eq!(told, 1, "{bad}: {:?}", model.diagnostics);
+    }
+    for bad in [
+        "#60=TESSELLATED_SOLID('',(),$);",
+        "#60=TRIANGULATED_FACE('',#61,1,(),$,(),((1,2,3)));#61=COORDINATES_LIST('',1,((0.,0.,0.)));",
+        "#60=TRIANGULATED_FACE('',#61,1,(),$,(),((1,1)));#61=COORDINATES_LIST('',1,((0.,0.,0.)));",
+        "#60=TRIANGULATED_FACE('',#60,1,(),$,(),((1,1,1)));",
+    ] {
+        let model = model(&(world() + bad + &holding("#60")));
+        let told = model.diagnostics.iter().filter(|d| d.severity == Severity::Error && d.entity == 60).count();
+        assert_eq!(told, 1, "{bad}: {:?}", model.diagnostics);
+    }
+}
