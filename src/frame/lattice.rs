@@ -115,10 +115,21 @@ pub(super) fn lattice(
     let largest = rates(0.0);
     let turn = |axis: usize| {
         let (breaks, strips, _) = &sides[axis];
-        let all: f64 = strips.clone().zip(&turning[axis]).map(|(k, turn)| turn * (breaks[k + 1] - breaks[k])).sum();
-        let cell =
-            largest[axis].iter().zip(&turning[axis]).map(|(rate, turn)| if *turn > 0.0 { turn / rate } else { 0.0 });
-        cell.fold(0.0, f64::max).min(all)
+        let mut all = 0.0;
+        let mut most = 0.0_f64;
+        for (k, (rate, per_unit)) in strips.clone().zip(largest[axis].iter().zip(&turning[axis])) {
+            let whole = per_unit * (breaks[k + 1] - breaks[k]);
+            all += whole;
+            // A box that turns by more than a right angle may do so at once: where a surface folds.
+            most = most.max(if whole > FRAC_PI_2 {
+                whole
+            } else if *per_unit > 0.0 {
+                per_unit / rate
+            } else {
+                0.0
+            });
+        }
+        most.min(all)
     };
     let share = (0.5 * turn(0).hypot(turn(1))).min(1.0);
     let [mut ru, mut rv] = if share > 0.0 { rates(share) } else { largest };

@@ -129,7 +129,7 @@ pub fn tessellate_tile(
         }
     };
     let mut rung = Rung::of(outcome, &scratch.trimmed.stats).max(least);
-    finish(face, lattice, scratch, &mut mesh);
+    finish(face, lattice, plan.chord, scratch, &mut mesh);
     let degradation = match outcome {
         TrimOutcome::Repaired { split, unused } => {
             let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
@@ -243,7 +243,7 @@ fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
 }
 
 /// Lattice points, normals and oriented triangles.
-fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mut PatchMesh) {
+fn finish(face: &PreparedFace, lattice: &TileLattice, chord: f64, s: &mut Scratch, mesh: &mut PatchMesh) {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
     let corners = (nu + 1) * (nv + 1);
@@ -311,7 +311,7 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
         }
     }
     if face.kind != SurfaceKind::Plane {
-        unfold(mesh, trimmed);
+        unfold(mesh, trimmed, chord);
     }
 }
 

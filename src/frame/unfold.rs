@@ -3,8 +3,9 @@
 //! Where parameter lines bend within the surface (the circles of a flat ring, the surroundings of a pole), three points may
 //! change sides between the parameter plane and space; and where a boundary is coarse, a lattice point that is inside in
 //! (u,v) may lie beyond the boundary's chord. Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*,
-//! 1977) and such points are merged into a neighbour, judged by the surface's normals. The tile's boundary stays, so that
-//! nothing is seen from the neighbours.
+//! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless that would take the triangles
+//! away from where they were by more than a share of the chord tolerance. The tile's boundary stays, so that nothing is seen
+//! from the neighbours.
 
 use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
@@ -19,19 +20,21 @@ const CHANGES: usize = 16;
 const STEEP: f64 = 0.05;
 /// Triangles around a point that is merged; more are left alone.
 const MOST_AROUND: usize = 64;
+/// Share of the chord tolerance by which a change may move the triangles.
+const STRAY: f64 = 0.25;
 /// Share of the area looking inwards that a change has to gain, so that changes come to an end.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps.
+/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays within the tolerance.
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, a hash of all edges of the tile.
-pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize) {
+pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64) {
     let folded: Vec<usize> =
         (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_folded(mesh)).collect();
     if folded.is_empty() {
         return;
     }
-    let mut web = Web { mesh, sides: HashMap::new() };
+    let mut web = Web { mesh, sides: HashMap::new(), stray: STRAY * chord };
     web.sides.reserve(3 * web.mesh.triangles.len());
     (0..web.mesh.triangles.len()).for_each(|t| web.enter(t));
     let mut left = CHANGES * folded.len();
@@ -84,10 +87,13 @@ impl Shape {
     }
 
     fn is_folded(&self, mesh: &PatchMesh) -> bool {
-        self.outwards < 0.0 && {
-            let size = self.corners.iter().map(|&v| mesh.positions[v as usize].abs().max_element()).fold(0.0, f64::max);
-            self.cross.length() > ROUNDING * size * self.longest(mesh)
-        }
+        self.outwards < 0.0 && !self.is_flat(mesh)
+    }
+
+    /// Whether its corners are in line but for rounding.
+    fn is_flat(&self, mesh: &PatchMesh) -> bool {
+        let size = self.corners.iter().map(|&v| mesh.positions[v as usize].abs().max_element()).fold(0.0, f64::max);
+        self.cross.length() <= ROUNDING * size * self.longest(mesh)
     }
 }
 
@@ -101,6 +107,8 @@ struct Web<'a> {
     mesh: &'a mut PatchMesh,
     /// The triangle left of each directed edge.
     sides: HashMap<(u32, u32), usize>,
+    /// Distance by which a change may move the triangles.
+    stray: f64,
 }
 
 impl Web<'_> {
@@ -142,11 +150,31 @@ impl Web<'_> {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
-            if after > (1.0 - LEAST_GAIN) * before && best.as_ref().is_none_or(|(s, _)| score > *s) {
+            let better = after > (1.0 - LEAST_GAIN) * before && best.as_ref().is_none_or(|(s, _)| score > *s);
+            if better && self.stays(&change) {
                 best = Some((score, change));
             }
         }
         best.map(|(_, change)| change)
+    }
+
+    /// Whether the new triangles have an area and are near the old ones: by the corners and the middles of the sides of
+    /// each, from the other.
+    fn stays(&self, change: &Change) -> bool {
+        let flat = |t: [u32; 3]| t != GONE && Shape::of(self.mesh, t).is_flat(self.mesh);
+        if change.triangles.iter().any(|(_, t)| flat(*t)) {
+            return false;
+        }
+        let place = |t: [u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
+        let old: Vec<[DVec3; 3]> = change.triangles.iter().map(|(t, _)| place(self.mesh.triangles[*t])).collect();
+        let new: Vec<[DVec3; 3]> =
+            change.triangles.iter().filter(|(_, t)| *t != GONE).map(|(_, t)| place(*t)).collect();
+        let near = |from: &[[DVec3; 3]], to: &[[DVec3; 3]]| {
+            from.iter()
+                .flat_map(|[a, b, c]| [*a, a.midpoint(*b), b.midpoint(*c), c.midpoint(*a)])
+                .all(|p| to.iter().any(|triangle| distance_to_triangle(p, triangle) <= self.stray))
+        };
+        near(&old, &new) && near(&new, &old)
     }
 
     /// The edges of triangle `t`, flipped.
@@ -202,4 +230,19 @@ impl Web<'_> {
             Change { triangles: fan.iter().map(|&(t, _)| (t, moved(t))).collect() }
         })
     }
+}
+
+/// Distance of `p` from a triangle.
+fn distance_to_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0);
+    if inside && normal != DVec3::ZERO {
+        return (p - a).dot(normal.normalize()).abs();
+    }
+    let to_side = |a: DVec3, b: DVec3| {
+        let (along, length) = (b - a, (b - a).length_squared());
+        let share = if length > 0.0 { ((p - a).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
+        p.distance(a + along * share)
+    };
+    to_side(a, b).min(to_side(b, c)).min(to_side(c, a))
 }
