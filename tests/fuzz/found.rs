@@ -99,3 +99,16 @@ fn a_whole_b_spline_torus_far_out_is_turned_outwards() {
         chord_rel: 0.001,
     });
 }
+
+/// The crease at v = 3 is one piece long, of seven.
+#[test]
+fn a_short_crease_is_kept() {
+    let mut points = Vec::new();
+    (0..7).for_each(|i| {
+        (0..3).for_each(|j| points.push([-2.0 + 10.0 * f64::from(i), -2.0 + 10.0 * f64::from(j), -21.0]))
+    });
+    points[0] = [1.686, 0.8235, 6.67];
+    let knots = [list([0.0, 0.0, 0.0, 0.0, 0.25, 3.25, 6.25, 7.25, 7.25, 7.25, 7.25]), list([0.0, 0.0, 3.0, 4.0, 4.0])];
+    let net = Net { degrees: [3, 1], knots, points: points.into_iter().collect(), weights: list([]) };
+    sound(&Sheet { net, loops: list([]), pieces: 4, reversed: false, sound: true, chord_rel: 0.01 });
+}
