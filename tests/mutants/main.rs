@@ -22,6 +22,7 @@ use std::time::{Duration, Instant};
 const FLOOR: u64 = 64 << 20;
 /// How often the memory of the unbroken file a mutant may take.
 const TIMES: u64 = 4;
+/// Processor time that a mutant may take.
 const TIME: Duration = Duration::from_secs(10);
 
 fn number(variable: &str, default: u64) -> u64 {
@@ -62,7 +63,8 @@ fn mutants_of(path: &Path, folder: &Path, count: u64, shift: u64, found: &Mutex<
     let folder = folder.join(&name);
     fs::create_dir_all(&folder).expect("a folder for mutants");
     let bytes = fs::read(path).expect("a readable file");
-    let whole = run(path, &folder.join("out"), &Limits { time: 6 * TIME, memory: u64::MAX }).expect("the unbroken file");
+    let whole =
+        run(path, &folder.join("out"), &Limits { time: 6 * TIME, memory: u64::MAX }).expect("the unbroken file");
     for number in 0..count {
         let mut random = Random::new(&name, shift.wrapping_mul(1_000_003).wrapping_add(number));
         let mutation = Mutation::ALL[(random.below(u64::MAX) % Mutation::ALL.len() as u64) as usize];
