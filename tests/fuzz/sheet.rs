@@ -160,7 +160,9 @@ impl Net {
                 } else {
                     grid.extend(z)
                 };
-                let p = p * DVec3::new(size, size * aspect, size);
+                // Folds as sharp as a knife, whose sides are nearer to each other than an edge is to its surface, are wild.
+                let flat = if wild { 1.0 } else { aspect.min(1.0) };
+                let p = p * DVec3::new(size, size * aspect, size * flat);
                 points.push(p.to_array().map(round));
             }
         }
