@@ -358,11 +358,12 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
         let d = if axis == 0 { patches.derivatives(x, y) } else { patches.derivatives(y, x) };
         if axis == 0 { d.du } else { d.dv }
     };
+    // A crease may be as short as one piece: three places of each, and the end.
+    let places = across.windows(2).flat_map(|w| [0.0, 1.0, 2.0].map(|third| w[0] + (w[1] - w[0]) * third / 3.0));
+    let places: Vec<f64> = places.chain(across.last().copied()).collect();
     let is_crease = |k: usize| {
         let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
-        let (y0, y1) = (across[0], across[across.len() - 1]);
-        (1..8).any(|i| {
-            let y = y0 + (y1 - y0) * f64::from(i) / 8.0;
+        places.iter().any(|&y| {
             let (a, b) = (tangent(breaks[k] - step, y), tangent(breaks[k] + step, y));
             a.length() > 0.0 && b.length() > 0.0 && a.angle_between(b) > BREAK
         })

@@ -181,6 +181,9 @@ impl<'a> Projector<'a> {
     }
 
     /// Gauss–Newton to the foot point; the second value is its distance.
+    ///
+    /// Where that does not end, as across a crease between pieces of different speeds, once more from the nearest point
+    /// that was met, with steps halved until they bring nearer.
     fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, f64) {
         let mut uv = start;
         for axis in 0..2 {
@@ -189,12 +192,18 @@ impl<'a> Projector<'a> {
             }
         }
         let mut best = (uv, f64::INFINITY);
-        for _ in 0..MAX_STEPS {
+        for step in 0..2 * MAX_STEPS {
+            if step == MAX_STEPS {
+                uv = best.0;
+            }
             let w = self.wrap(uv);
             let d = self.surface.derivatives(w.x, w.y);
             let r = p - d.point;
             if r.length() < best.1 {
                 best = (uv, r.length());
+            } else if step > MAX_STEPS {
+                uv = 0.5 * (uv + best.0);
+                continue;
             }
             let step = least_squares(d.du, d.dv, r);
             let mut next = uv + step;

@@ -99,3 +99,37 @@ fn a_whole_b_spline_torus_far_out_is_turned_outwards() {
         chord_rel: 0.001,
     });
 }
+
+/// The crease at v = 3 is one piece long, of seven.
+#[test]
+fn a_short_crease_is_kept() {
+    let mut points = Vec::new();
+    (0..7).for_each(|i| {
+        (0..3).for_each(|j| points.push([-2.0 + 10.0 * f64::from(i), -2.0 + 10.0 * f64::from(j), -21.0]))
+    });
+    points[0] = [1.686, 0.8235, 6.67];
+    let knots = [list([0.0, 0.0, 0.0, 0.0, 0.25, 3.25, 6.25, 7.25, 7.25, 7.25, 7.25]), list([0.0, 0.0, 3.0, 4.0, 4.0])];
+    let net = Net { degrees: [3, 1], knots, points: points.into_iter().collect(), weights: list([]) };
+    sound(&Sheet { net, loops: list([]), pieces: 4, reversed: false, sound: true, chord_rel: 0.01 });
+}
+
+/// Newton's steps across a crease between spans of very different speeds run to and fro.
+#[test]
+fn an_edge_crosses_uneven_creases() {
+    let knots = [list([0.0, 0.0, 1.0, 1.0]), list([0.0, 0.0, 1.0, 1.25, 4.25, 5.25, 5.25])];
+    let points = list([
+        [1.153, -1.027, 0.0],
+        [1.608, 10.26, 0.0],
+        [0.8235, 18.3, 0.0],
+        [0.7294, 30.16, 0.0],
+        [0.8863, 41.25, 0.0],
+        [8.988, -1.529, 0.0],
+        [10.84, 9.992, 0.0],
+        [11.48, 19.82, 0.0],
+        [8.455, 29.35, 0.0],
+        [9.6, 41.25, 0.0],
+    ]);
+    let net = Net { degrees: [1, 1], knots, points, weights: list([]) };
+    let loops = list([list([[0.1329, 0.07788], [0.8007, 0.07788], [0.8007, 0.9144], [0.1329, 0.9144]])]);
+    sound(&Sheet { net, loops, pieces: 8, reversed: false, sound: true, chord_rel: 0.01 });
+}

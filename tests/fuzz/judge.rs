@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
-use trimtess::frame::{Degradation, PlanLimits, Tolerance, plan_within};
+use trimtess::frame::{PlanLimits, Tolerance, plan_within};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
 use trimtess::model::{Model, Severity};
 use trimtess::parallel::{FrameReport, serial};
@@ -46,15 +46,10 @@ impl Meshed {
         if !self.facts.total.is_well_formed() {
             return Err(format!("malformed: {}", self.facts.total));
         }
-        for told in &self.prepared.diagnostics {
-            if told.reason.contains("internal error") {
-                return Err(format!("a panic inside: {}", told.reason));
-            }
-        }
-        for tile in &self.report.degraded {
-            if let Degradation::Failed(why) = &tile.degradation {
-                return Err(format!("tile {} of face {} failed: {why}", tile.tile.0, tile.face.0));
-            }
+        let told = self.prepared.diagnostics.iter().map(|d| d.reason.clone());
+        let degraded = self.report.degraded.iter().map(|tile| tile.degradation.to_string());
+        if let Some(panic) = told.chain(degraded).find(|reason| reason.contains("internal error")) {
+            return Err(format!("a panic inside: {panic}"));
         }
         if let Some(lost) = self.report.lost_lines.first() {
             return Err(format!("no polyline for edge {}: {}", lost.edge.0, lost.why));

@@ -94,23 +94,37 @@ impl Sheet {
     }
 }
 
-/// The image of a segment of the parameter plane as cubics with the surface's tangents at their ends.
+/// The image of a segment of the parameter plane as cubics with the surface's tangents at their ends: as many between two
+/// knot lines.
 fn lifted(surface: &NurbsSurface, a: DVec2, b: DVec2, pieces: usize) -> NurbsCurve<DVec3> {
-    let step = (b - a) / pieces as f64;
-    let ends: Vec<(DVec3, DVec3)> = (0..=pieces)
-        .map(|k| {
-            let p = a + step * k as f64;
-            let d = surface.derivatives(p.x, p.y);
-            (d.point, (d.du * step.x + d.dv * step.y) / 3.0)
-        })
-        .collect();
-    let mut points = vec![ends[0].0];
-    for w in ends.windows(2) {
-        points.extend([w[0].0 + w[0].1, w[1].0 - w[1].1, w[1].0]);
+    let share = |knot: f64, from: f64, to: f64| (knot - from) / (to - from);
+    let of_u = surface.knots_u.iter().map(|&k| share(k, a.x, b.x));
+    let of_v = surface.knots_v.iter().map(|&k| share(k, a.y, b.y));
+    let mut stops: Vec<f64> = of_u.chain(of_v).filter(|&t| t > 1e-6 && t < 1.0 - 1e-6).chain([0.0, 1.0]).collect();
+    stops.sort_by(f64::total_cmp);
+    stops.dedup_by(|x, y| *x - *y < 1e-6);
+    let spans = stops.windows(2).flat_map(|w| {
+        let stop = move |k: usize| w[0] + (w[1] - w[0]) * (k as f64 / pieces as f64);
+        (0..pieces).map(move |k| (stop(k), if k + 1 == pieces { w[1] } else { stop(k + 1) }))
+    });
+    let spans: Vec<(f64, f64)> = spans.collect();
+    let at = |t: f64| a + (b - a) * t;
+    let point = |t: f64| surface.point(at(t).x, at(t).y);
+    // A third of the tangent along a piece, on its own side of a crease.
+    let tangent = |t: f64, (from, to): (f64, f64)| {
+        let p = at(t + 1e-9 * (0.5 * (from + to) - t));
+        let d = surface.derivatives(p.x, p.y);
+        (d.du * (b - a).x + d.dv * (b - a).y) * ((to - from) / 3.0)
+    };
+    let mut points = vec![point(0.0)];
+    let mut knots = vec![0.0; 4];
+    for &span in &spans {
+        let (from, to) = span;
+        let end = point(to);
+        points.extend([point(from) + tangent(from, span), end - tangent(to, span), end]);
+        knots.extend([to; 3]);
     }
-    let mut knots = vec![0.0];
-    (0..=pieces).for_each(|k| knots.extend([k as f64; 3]));
-    knots.push(pieces as f64);
+    knots.push(1.0);
     NurbsCurve { degree: 3, knots, points, weights: Vec::new() }
 }
 
@@ -146,7 +160,9 @@ impl Net {
                 } else {
                     grid.extend(z)
                 };
-                let p = p * DVec3::new(size, size * aspect, size);
+                // Folds as sharp as a knife, whose sides are nearer to each other than an edge is to its surface, are wild.
+                let flat = if wild { 1.0 } else { aspect.min(1.0) };
+                let p = p * DVec3::new(size, size * aspect, size * flat);
                 points.push(p.to_array().map(round));
             }
         }

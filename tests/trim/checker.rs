@@ -27,6 +27,17 @@ impl Tile {
     pub(crate) fn input(&self) -> TrimInput<'_> {
         TrimInput { cells: self.cells, points: &self.points, loop_starts: &self.loop_starts }
     }
+
+    /// How to commit it to `cases.rs`.
+    pub(crate) fn as_test(&self) -> String {
+        let polygon = |w: &[u32]| {
+            let points: Vec<(f64, f64)> =
+                self.points[w[0] as usize..w[1] as usize].iter().map(|p| (p.x, p.y)).collect();
+            format!("polygon(&{points:?})")
+        };
+        let loops: Vec<String> = self.loop_starts.windows(2).map(polygon).collect();
+        format!("#[test]\nfn NAME() {{\n    run({:?}, &[{}]);\n}}", self.cells, loops.join(", "))
+    }
 }
 
 /// Signed area of a polygon, relative to its first point so that small loops far out keep their digits.

@@ -1,20 +1,23 @@
-//! Random tiles: the ladder and the reference against the checker.
-//!
-//! `TRIMTESS_FUZZ_MS` is the time per test in milliseconds.
+//! Random tiles: the ladder and the reference against the checker. `BOLERO_RANDOM_TEST_TIME_MS` is the time of each test.
 
 use std::cell::RefCell;
+use std::time::Duration;
 
-use arbtest::arbtest;
+use arbitrary::{Result, Unstructured};
 use trimtess::frame::trim::{TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
 
-use crate::checker::{check, check_chain, check_cover};
+use crate::checker::{Tile, check, check_chain, check_cover};
 use crate::generator::{Mode, crossing_tile, tile, touching_tile};
 
 /// Enough for a few hundred tiles per mode in a default run.
-const DEFAULT_MS: u64 = 1_000;
+const TIME: Duration = Duration::from_secs(2);
+const SHRINK: Duration = Duration::from_secs(20);
+/// Bytes of an input: numbers take four each.
+const MOST_BYTES: usize = 20_000;
 
-fn budget() -> u64 {
-    std::env::var("TRIMTESS_FUZZ_MS").ok().and_then(|ms| ms.parse().ok()).unwrap_or(DEFAULT_MS)
+thread_local! {
+    /// What all inputs of a test share, since a scratch must leave no trace in results.
+    static SHARED: RefCell<(TrimScratch, TrimOutput, Tally)> = RefCell::default();
 }
 
 #[derive(Default)]
@@ -24,147 +27,100 @@ struct Tally {
     certified: u32,
     merged: u32,
     cdt: u32,
+    repaired: u32,
     whole: u32,
     retraced: u32,
 }
 
-fn fuzz(mode: Mode) {
-    let state = RefCell::new((TrimScratch::default(), TrimOutput::default(), Tally::default()));
-    arbtest(|u| {
-        let Some(tile) = tile(u, mode)? else { return Ok(()) };
-        let (scratch, out, tally) = &mut *state.borrow_mut();
+/// Triangulates a drawn tile, unless the draw was refused, and lets `judge` see the result; its error is printed as a test.
+fn drawn(tile: Result<Option<Tile>>, judge: impl Fn(&Tile, &TrimOutput) -> std::result::Result<(), String>) {
+    let Ok(Some(tile)) = tile else { return };
+    SHARED.with_borrow_mut(|(scratch, out, tally)| {
         let outcome = trim_tile(&tile.input(), scratch, out).expect("valid input");
-        let facts =
-            check(&tile.input(), out, true).unwrap_or_else(|fault| panic!("{fault}\n{:?}\n{tile:?}", out.stats));
-        assert!(!matches!(outcome, TrimOutcome::Repaired { .. }), "simple loops need no repair: {tile:?}");
-        let mut plain = TrimOutput::default();
-        reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
-        let plain = check(&tile.input(), &plain, true).unwrap_or_else(|fault| panic!("reference: {fault}\n{tile:?}"));
-        assert!((facts.area - plain.area).abs() <= 1e-12 * plain.area.max(1.0), "{facts:?} {plain:?}");
+        if let Err(fault) = judge(&tile, out) {
+            panic!("{fault}\n{:?}\n\n{}\n", out.stats, tile.as_test());
+        }
         tally.tiles += 1;
         tally.tessellants += tile.points.len();
         tally.certified += u32::from(outcome == TrimOutcome::Certified);
         tally.merged += u32::from(outcome == TrimOutcome::Merged);
         tally.cdt += u32::from(outcome == TrimOutcome::Cdt);
+        tally.repaired += u32::from(is_repaired(out));
         tally.whole += u32::from(out.stats.whole_tile);
         tally.retraced += u32::from(out.stats.retraced);
-        Ok(())
-    })
-    .size_min(2_000)
-    .size_max(20_000)
-    .budget_ms(budget())
-    .run();
-    let Tally { tiles, tessellants, certified, merged, cdt, whole, retraced } = state.into_inner().2;
+    });
+}
+
+fn is_repaired(out: &TrimOutput) -> bool {
+    matches!(out.stats.outcome, TrimOutcome::Repaired { .. })
+}
+
+/// What became of a test's tiles.
+fn tally() -> Tally {
+    let tally = SHARED.take().2;
+    let Tally { tiles, tessellants, certified, merged, cdt, repaired, whole, retraced } = tally;
     println!(
-        "{mode:?}: {tiles} tiles, {tessellants} tessellants; certified {certified}, merged {merged}, cdt {cdt}, \
+        "{tiles} tiles, {tessellants} tessellants; certified {certified}, merged {merged}, cdt {cdt}, repaired {repaired}, \
          of these whole tile {whole}; retraced {retraced}"
     );
-    assert!(tiles > 0, "the generator must not refuse everything");
+    tally
+}
+
+fn as_reference(tile: &Tile, out: &TrimOutput) -> std::result::Result<(), String> {
+    let facts = check(&tile.input(), out, true)?;
+    if is_repaired(out) {
+        return Err("simple loops need no repair".into());
+    }
+    let mut plain = TrimOutput::default();
+    reference::trim_tile_reference(&tile.input(), &mut plain).map_err(|error| error.to_string())?;
+    let plain = check(&tile.input(), &plain, true).map_err(|fault| format!("reference: {fault}"))?;
+    let same = (facts.area - plain.area).abs() <= 1e-12 * plain.area.max(1.0);
+    if same { Ok(()) } else { Err(format!("{facts:?} {plain:?}")) }
 }
 
 #[test]
-fn random() {
-    fuzz(Mode::Random);
-}
-
-#[test]
-fn corners() {
-    fuzz(Mode::Corners);
-}
-
-#[test]
-fn quarters() {
-    fuzz(Mode::Quarters);
-}
-
-#[test]
-fn lattice_rectangles() {
-    fuzz(Mode::LatticeRectangles);
-}
-
-#[test]
-fn spiky() {
-    fuzz(Mode::Spiky);
-}
-
-#[test]
-fn tiny() {
-    fuzz(Mode::Tiny);
-}
-
-#[test]
-fn long() {
-    fuzz(Mode::Long);
-}
-
-#[test]
-fn near_corners() {
-    fuzz(Mode::NearCorners);
-}
-
-#[test]
-fn bites() {
-    fuzz(Mode::Bites);
-}
-
-#[test]
-fn outer() {
-    fuzz(Mode::Outer);
+fn fuzz_simple_loops() {
+    let target = bolero::check!().with_test_time(TIME).with_shrink_time(SHRINK).with_max_len(MOST_BYTES);
+    target.for_each(|bytes: &[u8]| {
+        let mut u = Unstructured::new(bytes);
+        drawn(u.choose(&Mode::ALL).copied().and_then(|mode| tile(&mut u, mode)), as_reference);
+    });
+    assert!(tally().tiles > 0, "the generator must not refuse everything");
 }
 
 /// Loops that cross: no panic, positive triangles that match, over the points that the loops wind around.
 #[test]
-fn crossing_loops_are_repaired() {
-    let state = RefCell::new((TrimScratch::default(), TrimOutput::default(), [0u32; 2]));
-    arbtest(|u| {
-        let Some(tile) = crossing_tile(u)? else { return Ok(()) };
-        let (scratch, out, [tiles, repaired]) = &mut *state.borrow_mut();
-        let outcome = trim_tile(&tile.input(), scratch, out).expect("valid input");
-        let exact = !matches!(outcome, TrimOutcome::Repaired { .. });
-        let checked =
-            if exact { check_chain(&tile.input(), out) } else { check(&tile.input(), out, false).map(|_| ()) };
-        checked
-            .and_then(|()| check_cover(&tile.input(), out))
-            .unwrap_or_else(|fault| panic!("{fault}\n{:?}\n{tile:?}", out.stats));
-        *tiles += 1;
-        *repaired += u32::from(!exact);
-        Ok(())
-    })
-    .size_min(1_000)
-    .size_max(8_000)
-    .budget_ms(budget())
-    .run();
-    let [tiles, repaired] = state.into_inner().2;
-    println!("crossing: {tiles} tiles, {repaired} repaired");
-    assert!(repaired > 0);
+fn fuzz_crossing_loops() {
+    let target = bolero::check!().with_test_time(TIME).with_shrink_time(SHRINK).with_max_len(MOST_BYTES);
+    target.for_each(|bytes: &[u8]| {
+        drawn(crossing_tile(&mut Unstructured::new(bytes)), |tile, out| {
+            let input = tile.input();
+            let matched =
+                if is_repaired(out) { check(&input, out, false).map(|_| ()) } else { check_chain(&input, out) };
+            matched.and_then(|()| check_cover(&input, out))
+        });
+    });
+    assert!(tally().repaired > 0);
 }
 
 /// Loops that touch at tessellants, and slits: as exact as simple loops, unless the reference finds that they overlap too.
 #[test]
-fn touching_loops() {
-    let state = RefCell::new((TrimScratch::default(), TrimOutput::default(), [0u32; 2]));
-    arbtest(|u| {
-        let Some(tile) = touching_tile(u)? else { return Ok(()) };
-        let (scratch, out, [tiles, repaired]) = &mut *state.borrow_mut();
-        let mut plain = TrimOutput::default();
-        let repair = |outcome| matches!(outcome, TrimOutcome::Repaired { .. });
-        let outcome = trim_tile(&tile.input(), scratch, out).expect("valid input");
-        let wanted = reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
-        assert!(repair(wanted) || !repair(outcome), "{outcome:?} {wanted:?} {tile:?}");
-        for result in [&*out, &plain] {
-            check(&tile.input(), result, !repair(result.stats.outcome))
-                .and_then(|_| check_cover(&tile.input(), result))
-                .unwrap_or_else(|fault| panic!("{fault}\n{:?}\n{tile:?}", result.stats));
-        }
-        *tiles += 1;
-        *repaired += u32::from(repair(outcome));
-        Ok(())
-    })
-    .size_min(1_000)
-    .size_max(4_000)
-    .budget_ms(budget())
-    .run();
-    let [tiles, repaired] = state.into_inner().2;
-    println!("touching: {tiles} tiles, {repaired} of them overlap");
+fn fuzz_touching_loops() {
+    let target = bolero::check!().with_test_time(TIME).with_shrink_time(SHRINK).with_max_len(MOST_BYTES);
+    target.for_each(|bytes: &[u8]| {
+        drawn(touching_tile(&mut Unstructured::new(bytes)), |tile, out| {
+            let mut plain = TrimOutput::default();
+            reference::trim_tile_reference(&tile.input(), &mut plain).map_err(|error| error.to_string())?;
+            if is_repaired(out) && !is_repaired(&plain) {
+                return Err("the reference needs no repair".into());
+            }
+            for result in [out, &plain] {
+                check(&tile.input(), result, !is_repaired(result))?;
+                check_cover(&tile.input(), result)?;
+            }
+            Ok(())
+        });
+    });
+    let Tally { tiles, repaired, .. } = tally();
     assert!(tiles > repaired);
 }

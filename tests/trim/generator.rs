@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use arbtest::arbitrary::{Result, Unstructured};
+use arbitrary::{Result, Unstructured};
 use glam::DVec2;
 use trimtess::math::predicates::{Side, orient2d, side_of};
 
@@ -32,6 +32,21 @@ pub(crate) enum Mode {
     Bites,
     /// No border: the outer loop is a trim loop.
     Outer,
+}
+
+impl Mode {
+    pub(crate) const ALL: [Self; 10] = [
+        Self::Random,
+        Self::Corners,
+        Self::Quarters,
+        Self::LatticeRectangles,
+        Self::Spiky,
+        Self::Tiny,
+        Self::Long,
+        Self::NearCorners,
+        Self::Bites,
+        Self::Outer,
+    ];
 }
 
 /// A number in `low..=high`.

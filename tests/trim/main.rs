@@ -1,6 +1,8 @@
-//! The trim triangulation of one tile: the degenerate cases by name, and random tiles against the reference.
+//! The trim triangulation of one tile: the degenerate cases by name, random tiles against the reference, and
+//! prepared models under random plans.
 
 mod cases;
 mod checker;
 mod fuzz;
 mod generator;
+mod rates;

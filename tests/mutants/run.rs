@@ -1,0 +1,133 @@
+//! A file -> what `trimtess tessellate` made of it, or what is wrong with that.
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// What a run may take.
+pub(crate) struct Limits {
+    /// Of all its threads; a process that sleeps may take [`PATIENCE`] times as long.
+    pub(crate) time: Duration,
+    /// Peak of the resident size, bytes.
+    pub(crate) memory: u64,
+}
+
+/// A run that is as it should be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outcome {
+    pub(crate) status: i32,
+    /// Processor time, or what a clock says where the system does not tell.
+    pub(crate) time: Duration,
+    pub(crate) peak: u64,
+}
+
+/// How often the process is looked at. Its peak of memory is cumulative, so only what happens in the last moment is missed,
+/// and that its own report tells.
+const EVERY: Duration = Duration::from_millis(2);
+
+/// A process on a busy machine waits for its turn.
+const PATIENCE: u32 = 12;
+
+/// Runs the command line on `file`, with all output in `folder`.
+pub(crate) fn run(file: &Path, folder: &Path, limits: &Limits) -> Result<Outcome, String> {
+    fs::create_dir_all(folder).map_err(|error| error.to_string())?;
+    let [mesh, report, log] = ["mesh.glb", "report.json", "log"].map(|name| folder.join(name));
+    let stderr = fs::File::create(&log).map_err(|error| error.to_string())?;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_trimtess"))
+        .args(["tessellate", "--chord-rel", "1e-3", "--report"])
+        .args([&report, Path::new("-o"), &mesh, file])
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(stderr)
+        .spawn()
+        .map_err(|error| error.to_string())?;
+    let (start, mut peak, mut worked) = (Instant::now(), 0, None);
+    let status = loop {
+        peak = peak.max(peak_of(child.id()));
+        worked = work_of(child.id()).or(worked);
+        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
+            break status;
+        }
+        let waited = start.elapsed();
+        if worked.unwrap_or(waited) > limits.time || waited > PATIENCE * limits.time {
+            child.kill().and_then(|()| child.wait()).map_err(|error| error.to_string())?;
+            return Err(format!("endless: stopped after {waited:.1?}, {worked:?} of work"));
+        }
+        thread::sleep(EVERY);
+    };
+    let time = worked.unwrap_or(start.elapsed());
+    let said = String::from_utf8_lossy(&fs::read(&log).unwrap_or_default()).into_owned();
+    let Some(status) = status.code() else { return Err(format!("killed: {status}\n{said}")) };
+    let told: Option<Value> = fs::read(&report).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    peak = peak.max(told.as_ref().and_then(|told| told["peak_memory_bytes"].as_u64()).unwrap_or(0));
+    let faults = faults(status, &said, &mesh, told.as_ref());
+    let others = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let stray = others.into_iter().find(|path| ![&mesh, &report, &log].contains(&path));
+    let stray = stray.map(|path| format!("{} was left behind", path.display()));
+    let hungry = (peak > limits.memory).then(|| format!("{} MiB of {} allowed", peak >> 20, limits.memory >> 20));
+    match faults.into_iter().chain(stray).chain(hungry).next() {
+        Some(fault) => Err(format!("status {status}, {fault}\n{said}")),
+        None => fs::remove_dir_all(folder).map(|()| Outcome { status, time, peak }).map_err(|error| error.to_string()),
+    }
+}
+
+/// What contradicts the contract of the command line: statuses, files, messages.
+fn faults(status: i32, said: &str, mesh: &Path, report: Option<&Value>) -> Option<String> {
+    let internal = |text: &str| text.contains("internal error") || text.contains("panicked");
+    if internal(said) || report.is_some_and(|report| internal(&report.to_string())) {
+        let reasons = report.map(|report| report["diagnostics"].to_string()).unwrap_or_default();
+        return Some(format!("a panic: {}", reasons.chars().take(1000).collect::<String>()));
+    }
+    match (status, report) {
+        (1, None) if mesh.exists() => Some("it cannot be done, but a file was written".into()),
+        (1, None) => {
+            let errors = said.lines().filter(|line| line.starts_with("error: ")).count();
+            (errors != 1).then(|| format!("{errors} errors instead of one"))
+        }
+        (0 | 3, Some(report)) => {
+            let diagnostics = report["diagnostics"].as_array().map_or(0, Vec::len);
+            let triangles = report["triangles"].as_u64().unwrap_or(0);
+            let lost = report["faces_without_triangles"].as_u64().unwrap_or(0) as usize;
+            if lost > diagnostics || (triangles == 0 && diagnostics == 0) {
+                return Some(format!("{triangles} triangles, {lost} faces lost, but only {diagnostics} diagnostics"));
+            }
+            if status == 3 && diagnostics == 0 {
+                return Some("no diagnostics, but status 3".into());
+            }
+            let whole = fs::read(mesh).is_ok_and(|bytes| is_whole_glb(&bytes));
+            (!whole).then(|| "the mesh file is not whole".into())
+        }
+        (1, Some(_)) => Some("a report, but no mesh".into()),
+        (0 | 3, None) => Some("a mesh, but no report".into()),
+        _ => Some("a status that is not documented".into()),
+    }
+}
+
+/// A GLB states its length in its header.
+fn is_whole_glb(bytes: &[u8]) -> bool {
+    let length = bytes.get(8..12).and_then(|four| four.try_into().ok()).map(u32::from_le_bytes);
+    bytes.starts_with(b"glTF") && length.map(|length| length as usize) == Some(bytes.len())
+}
+
+/// Largest resident size of a running process so far, bytes; 0 where the system does not tell.
+fn peak_of(process: u32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib: Option<u64> = line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
+    kib.unwrap_or(0) << 10
+}
+
+/// Processor time of a running process so far, if the system tells.
+fn work_of(process: u32) -> Option<Duration> {
+    /// Linux counts processor time in hundredths of a second for programs to read.
+    const TICK: Duration = Duration::from_millis(10);
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name, in brackets, may hold spaces. After it: state, ten other numbers, time in user and in system mode.
+    let mut after = stat[stat.rfind(')')? + 1..].split_ascii_whitespace().skip(11);
+    let mut ticks = || after.next()?.parse::<u32>().ok();
+    Some(TICK * (ticks()? + ticks()?))
+}
