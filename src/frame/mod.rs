@@ -8,7 +8,7 @@ mod density;
 mod lattice;
 
 mod limits;
-pub use limits::{PlanLimits, Shortfall};
+pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 
 mod plan;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
@@ -23,4 +23,4 @@ pub use tolerance::Tolerance;
 pub mod trim;
 
 mod view;
-pub use view::{View, plan_for_view};
+pub use view::{View, plan_for_view, plan_for_view_within};
