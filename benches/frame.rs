@@ -10,7 +10,7 @@ use trimtess::prepare::{PrepareOptions, prepare};
 fn tiles(c: &mut Criterion) {
     for name in ["sphere", "torus"] {
         let model = shapes::by_name(name).expect("a named shape");
-        let prepared = prepare(model, &PrepareOptions::DEFAULT);
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
         let mut group = c.benchmark_group(format!("frame/{name}"));
         for chord in [1e-1, 1e-2, 1e-3, 1e-4] {
             let plan = plan(&prepared, &Tolerance { chord, angle: 1.5, max_edge: None });

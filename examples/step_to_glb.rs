@@ -13,14 +13,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [input, output] = &paths[..] else { return Err("usage: step_to_glb IN.step OUT.glb".into()) };
 
     let model = step::read(&std::fs::read(input)?, &StepOptions::default())?;
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
     for diagnostic in &prepared.diagnostics {
         eprintln!("{:?}: #{}: {}", diagnostic.severity, diagnostic.entity, diagnostic.reason);
     }
 
     // A thousandth of the model's diagonal, and at least 18 segments around a full circle.
     let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
-    let plan = Arc::new(frame::plan(&prepared, &tolerance));
+    let plan = Arc::new(frame::plan(&prepared, &tolerance).as_asked()?);
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;
     let mut sink = out::open(output)?;
     let report = session.frame(&plan, &mut *sink)?;

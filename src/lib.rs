@@ -12,14 +12,14 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let model = shapes::by_name("washer").ok_or("no washer")?;
-//! let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)); // once per model
+//! let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?); // once per model
 //! assert!(prepared.diagnostics.is_empty(), "every face could be used");
 //!
 //! let mut session = parallel::Session::start(Arc::clone(&prepared), &parallel::SessionOptions::DEFAULT)?;
 //! let mut sink = mesh::MemorySink::default();
 //! for chord in [0.1, 0.01, 0.001] {
 //!     let tolerance = frame::Tolerance { chord, angle: 0.5, max_edge: None }; // millimetres, radians
-//!     let plan = Arc::new(frame::plan(&prepared, &tolerance)); // once per frame
+//!     let plan = Arc::new(frame::plan(&prepared, &tolerance).as_asked()?); // once per frame
 //!     let report = session.frame(&plan, &mut sink)?;
 //!     assert!(report.degraded.is_empty());
 //!

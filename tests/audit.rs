@@ -133,7 +133,7 @@ fn lattice(prepared: &Prepared, number: u32, surface: &Surface, n: u32, m: u32) 
 }
 
 fn prepared(model: Model) -> Arc<Prepared> {
-    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     Arc::new(prepared)
 }

@@ -226,6 +226,61 @@ fn truncated_files_are_no_disaster() {
     }
 }
 
+/// Past a limit: one message that names the need, the limit and the option; and no file.
+#[test]
+fn limits_are_errors_that_name_the_option() {
+    let folder = folder("limits");
+    let mesh = folder.join("mesh.ply");
+    let out = mesh.to_str().unwrap();
+    let bytes = fs::metadata(Path::new(env!("CARGO_MANIFEST_DIR")).join(CUBE)).unwrap().len();
+    let refused = |option: &str, value: &str, why: &str| {
+        let args = ["tessellate", CUBE, "-o", out, "--chord-rel", "1e-3", option, value];
+        refuses(&args, 1, why);
+        refuses(&args, 1, option);
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 0, "{option}");
+    };
+    refused("--max-bytes", "1000", &bytes.to_string());
+    refused("--max-entities", "10", "instances, the limit is 10");
+    refused("--max-instances", "1", "more than 1 parts");
+    refused("--max-memory", "0", "the limit is 0");
+    refused("--max-patches", "3", "patches, the limit is 3");
+    refused("--max-triangles", "20", "triangles, the limit is 20");
+    refused("--max-tile-triangles", "4", "limit of 4 triangles");
+    let coarse = ["tessellate", CUBE, "-o", out, "--max-tile-triangles", "4", "--coarsen", "--json"];
+    let output = trimtess(&coarse);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let told = json(&output.stdout)["diagnostics"].to_string();
+    assert!(told.contains("coarser than the tolerance asks"), "{told}");
+    assert!(mesh.exists());
+}
+
+/// The system kills a process that writes more than it may; the name shows nothing of it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_process_killed_while_writing_leaves_no_file_under_the_name() {
+    let folder = folder("killed");
+    for extension in ["glb", "ply", "stl", "obj"] {
+        let mesh = folder.join(format!("mesh.{extension}"));
+        let line = "ulimit -f 1; exec \"$0\" tessellate builtin:torus --chord 0.01 -o \"$1\"";
+        let mut killed = Command::new("sh");
+        killed.args(["-c", line, env!("CARGO_BIN_EXE_trimtess")]).arg(&mesh);
+        let output = killed.output().unwrap();
+        assert!(!output.status.success(), "{extension}: {:?}", output.status);
+        assert!(!mesh.exists(), "{extension}");
+    }
+}
+
+#[test]
+fn the_report_appears_whole_or_not_at_all() {
+    let folder = folder("report-whole");
+    let (mesh, report) = (folder.join("mesh.ply"), folder.join("missing").join("report.json"));
+    let args = ["tessellate", "builtin:box", "-o", mesh.to_str().unwrap(), "--report", report.to_str().unwrap()];
+    refuses(&args, 1, "report.json");
+    let output = trimtess(&[&args[..4], &["--report", "/dev/null"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(!Path::new("/dev/null").is_file(), "a device stays one");
+}
+
 #[test]
 fn a_timeline_is_complete_json() {
     let folder = folder("timeline");

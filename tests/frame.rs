@@ -15,7 +15,7 @@ use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 const CHORD: Tolerance = Tolerance { chord: 0.1, angle: 1.5, max_edge: None };
 
 fn prepared(model: Model) -> Arc<Prepared> {
-    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     Arc::new(prepared)
 }
@@ -86,7 +86,7 @@ fn a_scaled_part_keeps_the_tolerance_where_it_stands() {
 
 #[test]
 fn absurd_tolerances_stay_within_the_limits_and_are_told() {
-    let limits = PlanLimits { cells_per_tile: 1000, cells: 20_000 };
+    let limits = PlanLimits { triangles_per_tile: 2000, triangles: 40_000, ..PlanLimits::DEFAULT };
     let cost = |plan: &Plan| {
         let cells = |p: &frame::PartPlan| -> u64 {
             let tiles = p.tiles.iter().map(|t| u64::from(t.cells().0) * u64::from(t.cells().1)).sum::<u64>();
@@ -102,10 +102,10 @@ fn absurd_tolerances_stay_within_the_limits_and_are_told() {
             let plan = frame::plan_within(&prepared, &Tolerance { chord, angle, max_edge }, &limits);
             let short = plan.shortfall.as_ref().unwrap();
             assert!(short.unusable, "{name}: {short}");
-            assert!(cost(&plan) <= limits.cells, "{name}: {}", cost(&plan));
+            assert!(2 * cost(&plan) <= limits.triangles, "{name}: {}", cost(&plan));
             for tile in plan.parts.iter().flat_map(|p| &p.tiles) {
                 let (nu, nv) = tile.cells();
-                assert!(u64::from(nu) * u64::from(nv) <= limits.cells_per_tile, "{name}: {nu} × {nv}");
+                assert!(2 * u64::from(nu) * u64::from(nv) <= limits.triangles_per_tile, "{name}: {nu} × {nv}");
                 assert!(tile.us.is_sorted_by(|a, b| a < b) && tile.vs.is_sorted_by(|a, b| a < b));
             }
             assert!(check_scene(&mesh(&prepared, &plan)).total.is_closed(), "{name}: {short}");
@@ -114,7 +114,8 @@ fn absurd_tolerances_stay_within_the_limits_and_are_told() {
         let plan = frame::plan_within(&prepared, &Tolerance { chord: 1e-7, ..CHORD }, &limits);
         let short = plan.shortfall.as_ref().unwrap();
         assert!(!short.unusable && (short.density < 1.0 || !short.tiles.is_empty()), "{name}: {short}");
-        assert!(cost(&plan) <= limits.cells && cost(&plan) > limits.cells_per_tile / 4, "{name}: {}", cost(&plan));
+        let triangles = 2 * cost(&plan);
+        assert!(triangles <= limits.triangles && triangles > limits.triangles_per_tile / 4, "{name}: {}", cost(&plan));
         assert_eq!(frame::plan(&prepared, &Tolerance { chord: f64::INFINITY, ..CHORD }).shortfall, None);
     }
 }
@@ -135,7 +136,7 @@ fn a_closed_edge_has_three_segments_at_least() {
 
 #[test]
 fn a_tile_that_vanishes_is_empty_and_one_that_is_lost_has_failed() {
-    let mut prepared = prepare(shapes::by_name("box").unwrap(), &PrepareOptions::DEFAULT);
+    let mut prepared = prepare(shapes::by_name("box").unwrap(), &PrepareOptions::DEFAULT).expect("within the limits");
     let plan = frame::plan(&prepared, &CHORD);
     let tile = |prepared: &Prepared, plan: &Plan| {
         let outcome = tessellate_tile(prepared, plan, PartId(0), TileId(0), &mut Scratch::default());

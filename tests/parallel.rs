@@ -54,7 +54,7 @@ fn plans(prepared: &Prepared) -> [Arc<Plan>; 3] {
 #[test]
 fn workers_do_not_show() {
     for (name, model) in models() {
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plans = plans(&prepared);
         let reference = plans.each_ref().map(|plan| {
             let mut sink = MemorySink::default();
@@ -85,7 +85,10 @@ fn workers_do_not_show() {
 fn threads_of_prepare_do_not_show() {
     for (name, model) in models() {
         let frames = [1, 2, 3].map(|threads| {
-            let prepared = Arc::new(prepare(model.clone(), &PrepareOptions { threads: Some(threads) }));
+            let prepared = Arc::new(
+                prepare(model.clone(), &PrepareOptions { threads: Some(threads), ..PrepareOptions::DEFAULT })
+                    .expect("within the limits"),
+            );
             let mut sink = MemorySink::default();
             serial(&prepared, &plans(&prepared)[0], true, &mut sink).unwrap();
             bytes(&sink)
@@ -97,7 +100,7 @@ fn threads_of_prepare_do_not_show() {
 #[test]
 fn edge_lines_come_when_asked_for_and_lie_on_mesh_vertices() {
     for (name, model) in models() {
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plan = &plans(&prepared)[1];
         let (mut with, mut without) = (MemorySink::default(), MemorySink::default());
         serial(&prepared, plan, true, &mut with).unwrap();

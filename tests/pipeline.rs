@@ -52,7 +52,7 @@ fn model(part: Part) -> Model {
 }
 
 fn mesh(model: Model, chord: f64) -> MemorySink {
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
     let mut sink = MemorySink::default();

@@ -31,7 +31,7 @@ fn mesh(prepared: &Arc<Prepared>, chord: f64) -> MeshFacts {
 
 /// A closed part of the given volume, at all chords.
 fn is_closed(part: Part, volume: f64, area: f64) {
-    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     for chord in CHORDS {
         let facts = mesh(&prepared, chord);
@@ -179,7 +179,8 @@ fn creases_are_kept_at_every_tolerance() {
     let profile =
         [0.0, 1.0, 2.0, 3.5, 4.0, 7.0].map(|x: f64| DVec3::new(x, if x as i32 % 2 == 0 { 0.0 } else { 2.0 }, 0.0));
     let exact: f64 = profile.windows(2).map(|w| 10.0 * w[0].distance(w[1])).sum();
-    let prepared = Arc::new(prepare(model(bare(sheet(&profile))), &PrepareOptions::DEFAULT));
+    let prepared =
+        Arc::new(prepare(model(bare(sheet(&profile))), &PrepareOptions::DEFAULT).expect("within the limits"));
     for chord in [100.0, 1.0, 0.01] {
         let facts = mesh(&prepared, chord);
         assert!((facts.area / exact - 1.0).abs() < 1e-12, "chord {chord}: area {} of {exact}", facts.area);
@@ -190,7 +191,7 @@ fn creases_are_kept_at_every_tolerance() {
 fn a_surface_without_area_is_told_and_costs_nothing() {
     let mut sheet = sheet(&[DVec3::ZERO, DVec3::X]);
     sheet.points.fill(DVec3::new(1.0, 2.0, 3.0));
-    let prepared = prepare(model(bare(sheet)), &PrepareOptions::DEFAULT);
+    let prepared = prepare(model(bare(sheet)), &PrepareOptions::DEFAULT).expect("within the limits");
     assert_eq!(prepared.diagnostics.len(), 1, "{:?}", prepared.diagnostics);
     assert!(prepared.diagnostics[0].reason.contains("no area"), "{}", prepared.diagnostics[0].reason);
     assert_eq!(prepared.tiles().count(), 0);
@@ -212,7 +213,9 @@ fn a_thin_crescent_survives_coarse_tolerances() {
     let shell = part.plain_shell(ShellKind::Open);
     let boundary = vec![Loop::Edges(vec![high.along(), low.against()])];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-    let prepared = Arc::new(prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(
+        prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits"),
+    );
     let segment = |below: f64| {
         let r = 3.0_f64.hypot(below);
         let half = (3.0 / r).asin();
@@ -255,7 +258,8 @@ fn edges_far_from_their_surface_cost_their_face_and_no_time() {
     let boundary = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 4.0)));
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
-    let prepared = prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT);
+    let prepared =
+        prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits");
     assert_eq!(prepared.tiles().count(), 0);
     assert!(prepared.diagnostics[0].reason.contains("4.000e0 mm off the surface"), "{:?}", prepared.diagnostics);
 }
@@ -275,7 +279,7 @@ fn an_edge_without_a_range_costs_its_face_only() {
     model.parts[0].edges[circle.index()].kind = CurveKind::Spline;
     for range in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0)] {
         model.parts[0].edges[circle.index()].range = range;
-        let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT);
+        let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT).expect("within the limits");
         assert_eq!(prepared.tiles().count(), 1, "{range:?}");
         assert!(prepared.diagnostics[0].reason.contains("runs from parameter"), "{:?}", prepared.diagnostics);
     }
@@ -296,7 +300,7 @@ fn thin_bowls_keep_the_files_word_and_inside_out_balls_do_not() {
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, rim, true);
     let bowl = part.finish().expect("a valid part");
     let volume = 2.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3));
-    let prepared = Arc::new(prepare(model(bowl), &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model(bowl), &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     let facts = mesh(&prepared, 1e-3);
     assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.02, "{facts}");
@@ -308,7 +312,9 @@ fn thin_bowls_keep_the_files_word_and_inside_out_balls_do_not() {
     let ball = Surface::Sphere { frame: Frame3::WORLD, radius: outer };
     part.plain_face(ball, shell, vec![Loop::Edges(vec![rim.along()])], true);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![rim.along()])], false);
-    let prepared = Arc::new(prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(
+        prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits"),
+    );
     assert!(prepared.diagnostics[0].reason.contains("inside out"), "{:?}", prepared.diagnostics);
     assert!(mesh(&prepared, 0.1).volume > 0.0);
 }
@@ -325,7 +331,7 @@ fn open_fields_that_name_nothing_cost_no_panic() {
     };
     let mut placed = whole();
     placed.instances[0].part = trimtess::model::PartId(7);
-    let prepared = prepare(placed, &PrepareOptions::DEFAULT);
+    let prepared = prepare(placed, &PrepareOptions::DEFAULT).expect("within the limits");
     assert!(prepared.diagnostics[0].reason.contains("places part 7 of 1"), "{:?}", prepared.diagnostics);
 
     let mut edges = whole();
@@ -333,7 +339,7 @@ fn open_fields_that_name_nothing_cost_no_panic() {
     let mut empty = whole();
     empty.parts[0].faces[0].loops = vec![Loop::Edges(Vec::new())];
     for broken in [edges, empty] {
-        let prepared = prepare(broken, &PrepareOptions::DEFAULT);
+        let prepared = prepare(broken, &PrepareOptions::DEFAULT).expect("within the limits");
         assert_eq!(prepared.tiles().count(), 0);
         assert_eq!(prepared.diagnostics[0].face, Some(trimtess::model::FaceId(0)), "{:?}", prepared.diagnostics);
     }
@@ -343,7 +349,7 @@ fn open_fields_that_name_nothing_cost_no_panic() {
     let mut edge = loose.parts[0].edges[0].clone();
     edge.start = trimtess::model::VertexId(99);
     loose.parts[0].edges.push(edge);
-    let prepared = prepare(loose, &PrepareOptions::DEFAULT);
+    let prepared = prepare(loose, &PrepareOptions::DEFAULT).expect("within the limits");
     assert!(prepared.diagnostics[0].reason.contains("internal error"), "{:?}", prepared.diagnostics);
 }
 
@@ -354,7 +360,7 @@ fn a_turned_surface_without_edges_is_kept_whole() {
     let curve = NurbsCurve3::arc(&upright, 5.0, 5.0, -0.5 * PI, 0.5 * PI);
     let mut part = bare(sheet(&[DVec3::ZERO, DVec3::X]));
     part.faces[0].surface = Surface::Revolution { curve, frame: Frame3::WORLD };
-    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     let facts = mesh(&prepared, 1e-3);
     assert!(facts.is_closed() && (facts.volume.abs() / (4.0 / 3.0 * PI * 125.0) - 1.0).abs() < 1e-2, "{facts}");

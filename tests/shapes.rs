@@ -27,7 +27,7 @@ fn exact(name: &str) -> (Option<f64>, Option<f64>) {
 
 fn mesh(name: &str, chord: f64) -> MeshFacts {
     let model = shapes::by_name(name).unwrap_or_else(|| panic!("no shape {name}"));
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.is_empty(), "{name}: {:?}", prepared.diagnostics);
     let plan = frame::plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
     let mut sink = MemorySink::default();

@@ -11,7 +11,7 @@ pub use ladder::{Ladder, Rung};
 mod lattice;
 
 mod limits;
-pub use limits::{PlanLimits, Shortfall};
+pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 
 mod plan;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
@@ -28,4 +28,4 @@ pub mod trim;
 mod unfold;
 
 mod view;
-pub use view::{View, plan_for_view};
+pub use view::{View, plan_for_view, plan_for_view_within};

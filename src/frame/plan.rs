@@ -76,11 +76,25 @@ pub struct Plan {
     pub shortfall: Option<Shortfall>,
 }
 
+impl Plan {
+    /// The plan, unless its surfaces are coarser than the tolerance asks: for those who want the tolerance or nothing.
+    ///
+    /// # Errors
+    /// [`Plan::shortfall`], where it is [of surfaces](Shortfall::of_surfaces).
+    pub fn as_asked(self) -> Result<Self, Shortfall> {
+        match self.shortfall {
+            Some(shortfall) if shortfall.of_surfaces() => Err(shortfall),
+            shortfall => Ok(Self { shortfall, ..self }),
+        }
+    }
+}
+
 /// Rates for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
 ///
 /// A part that is placed at a scale is planned for the largest: its triangles keep the tolerance wherever it stands. Lines
 /// and tessellants are limited to 4096 between two creases of a tile, and between two breaks of an edge; with tolerances
-/// that ask for more, or that are no usable numbers (see [`Tolerance`]), the plan says so in [`Plan::shortfall`].
+/// that ask for more, or that are no usable numbers (see [`Tolerance`]), the plan is coarser and says so in
+/// [`Plan::shortfall`]; [`Plan::as_asked`] refuses such a plan.
 /// Cost: about 1 µs per tile and per edge.
 #[must_use]
 pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
@@ -103,13 +117,14 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
     const LOWER: f64 = 0.75;
     /// Then there is one cell per tile, and no plan is smaller: a factor of 1e-12.
     const LOWEST: i32 = 96;
-    let mut shortfall = Shortfall::NONE;
+    let mut shortfall = Shortfall::none(limits);
     let usable: Vec<Tolerance> = tolerances
         .iter()
         .enumerate()
         .map(|(k, asked)| {
             let usable = asked.usable(prepared.scene.parts.get(k).map_or(0.0, |part| part.radius));
-            shortfall.unusable |= usable != *asked;
+            // A part without tiles is meshed at any tolerance.
+            shortfall.unusable |= usable != *asked && prepared.parts.get(k).is_some_and(|part| !part.tiles.is_empty());
             usable
         })
         .collect();
@@ -118,7 +133,10 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
         shortfall.density = LOWER.powi(round);
         shortfall.tiles.clear();
         shortfall.edges.clear();
-        let mut budget = Budget { left: if round < LOWEST { limits.cells } else { u64::MAX }, ..Budget::of(limits) };
+        let mut budget = Budget::of(limits);
+        if round == LOWEST {
+            budget.left = u64::MAX;
+        }
         let parts = prepared.parts.iter().zip(&usable).enumerate();
         let parts: Option<Vec<PartPlan>> = parts
             .map(|(k, (part, tolerance))| plan_part(PartId::new(k), part, tolerance, &mut budget, &mut shortfall))
@@ -126,8 +144,24 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
         if let Some(parts) = parts {
             return Plan { parts, shortfall: shortfall.if_any() };
         }
+        if round == 0 {
+            shortfall.needed = triangles_asked(prepared, &usable, limits);
+        }
         round += 1;
     }
+}
+
+/// Triangles of all lattices at the density that is asked, each tile within its limit.
+fn triangles_asked(prepared: &Prepared, tolerances: &[Tolerance], limits: &PlanLimits) -> u64 {
+    let most = Budget::of(limits).cells_per_tile;
+    let of_part = |(part, tolerance): (&PreparedPart, &Tolerance)| -> u64 {
+        let cells = part.tiles.iter().map(|tile| {
+            let (nu, nv) = lattice(&part.faces[part.face_of(tile)], tile, tolerance, 1.0, most).0.cells();
+            2 * u64::from(nu) * u64::from(nv)
+        });
+        cells.sum()
+    };
+    prepared.parts.iter().zip(tolerances).map(of_part).sum()
 }
 
 /// Rates of one part; `None` when the budget does not suffice.

@@ -65,6 +65,12 @@ impl View {
 /// as angles allow.
 #[must_use]
 pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
+    plan_for_view_within(prepared, view, &PlanLimits::DEFAULT)
+}
+
+/// The same within limits of the caller's.
+#[must_use]
+pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
     let mut placed: Vec<Vec<&SceneInstance>> = vec![Vec::new(); prepared.parts.len()];
     for instance in &prepared.scene.instances {
         placed[instance.part as usize].push(instance);
@@ -73,7 +79,7 @@ pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
     let parts = prepared.scene.parts.iter().zip(&placed);
     let tolerances: Vec<Tolerance> =
         parts.map(|(part, instances)| view.tolerance(part, instances).unwrap_or(unseen)).collect();
-    plan_parts(prepared, &tolerances, &PlanLimits::DEFAULT)
+    plan_parts(prepared, &tolerances, limits)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! A file appears whole or not at all. Positions that are equal in a part stay equal in the file, whatever the format.
 
 mod pending;
+pub use pending::write_whole;
 
 mod placed;
 

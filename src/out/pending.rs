@@ -1,4 +1,7 @@
 //! A path to a file that appears under its name only when it is complete.
+//!
+//! The bytes go to a file beside it, which takes its name when all are written: whoever reads the name finds what stood there
+//! before, or all of the new. A process that is killed leaves the file beside it, hidden and ending in `.part`.
 
 use crate::mesh::SinkError;
 use std::fs::{self, File, OpenOptions};
@@ -9,34 +12,64 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// Large enough that a write call costs less than filling it.
 const BUFFER_BYTES: usize = 1 << 20;
 
+/// Names that are tried beside a path, should leftovers of a process with this one's number stand there.
+const NAMES: u32 = 1000;
+
 /// A file under a temporary name in the folder of its final path; dropped before [`PendingFile::publish`], it is removed.
 #[derive(Debug)]
 pub(super) struct PendingFile {
     path: PathBuf,
-    temporary: PathBuf,
+    /// None for what cannot be replaced: devices and pipes are written to as they are.
+    temporary: Option<PathBuf>,
     writer: Option<BufWriter<File>>,
+}
+
+/// Runs `write` on a file that appears at `path`, whole or not at all; what stood there stays until then. A link is followed,
+/// and a device or pipe is written to as it is.
+///
+/// # Errors
+/// What `write` reports, or when the file cannot be created, written or renamed; nothing is left behind then.
+pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), SinkError> {
+    PendingFile::create(path)?.publish(|file| write(file))
 }
 
 impl PendingFile {
     pub(super) fn create(path: &Path) -> Result<Self, SinkError> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
         let context = || format!("cannot create {}", path.display());
-        let Some(name) = path.file_name() else {
-            let cause = io::Error::new(io::ErrorKind::InvalidInput, "the path names no file");
-            return Err(SinkError { context: context(), cause });
-        };
-        let serial = COUNT.fetch_add(1, Ordering::Relaxed);
-        let mut hidden = std::ffi::OsString::from(".");
-        hidden.push(name);
-        hidden.push(format!(".{}-{serial}.part", std::process::id()));
-        let temporary = path.with_file_name(hidden);
-        let file = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&temporary)
-            .map_err(|cause| SinkError { context: context(), cause })?;
+        let fail = |cause| SinkError { context: context(), cause };
+        // A link stays one: what it leads to is replaced.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        if let Ok(known) = fs::metadata(&path)
+            && !known.is_file()
+        {
+            let file = OpenOptions::new().write(true).open(&path).map_err(fail)?;
+            let writer = Some(BufWriter::with_capacity(BUFFER_BYTES, file));
+            return Ok(Self { path, temporary: None, writer });
+        }
+        let (temporary, file) = Self::beside(&path).map_err(fail)?;
         let writer = Some(BufWriter::with_capacity(BUFFER_BYTES, file));
-        Ok(Self { path: path.to_owned(), temporary, writer })
+        Ok(Self { path, temporary: Some(temporary), writer })
+    }
+
+    /// A new file in the folder of `path`.
+    fn beside(path: &Path) -> io::Result<(PathBuf, File)> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let name = path.file_name();
+        let name = name.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidInput, "the path names no file"))?;
+        let mut taken = io::Error::from(io::ErrorKind::AlreadyExists);
+        for _ in 0..NAMES {
+            let serial = COUNT.fetch_add(1, Ordering::Relaxed);
+            let mut hidden = std::ffi::OsString::from(".");
+            hidden.push(name);
+            hidden.push(format!(".{}-{serial}.part", std::process::id()));
+            let temporary = path.with_file_name(hidden);
+            match OpenOptions::new().write(true).create_new(true).open(&temporary) {
+                Ok(file) => return Ok((temporary, file)),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => taken = error,
+                Err(error) => return Err(error),
+            }
+        }
+        Err(taken)
     }
 
     /// Runs `write` on the file, then gives it its name, replacing what stood there.
@@ -48,7 +81,7 @@ impl PendingFile {
         let result = write(&mut writer).and_then(|()| writer.flush());
         drop(writer); // some systems do not rename open files
         result
-            .and_then(|()| fs::rename(&self.temporary, &self.path))
+            .and_then(|()| self.temporary.as_ref().map_or(Ok(()), |temporary| fs::rename(temporary, &self.path)))
             .map_err(|cause| SinkError { context: format!("cannot write {}", self.path.display()), cause })
     }
 }
@@ -56,7 +89,9 @@ impl PendingFile {
 impl Drop for PendingFile {
     fn drop(&mut self) {
         drop(self.writer.take());
-        // After a rename there is nothing left under this name; nobody is left to hear of another failure.
-        let _ = fs::remove_file(&self.temporary);
+        if let Some(temporary) = &self.temporary {
+            // After a rename there is nothing left under this name; nobody is left to hear of another failure.
+            let _ = fs::remove_file(temporary);
+        }
     }
 }

@@ -145,7 +145,7 @@ impl Stages for Prepared {
 /// use trimtess::{frame, mesh::MemorySink, parallel, prepare};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let model = trimtess::model::Model::default();
-/// let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT));
+/// let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
 /// let tolerance = frame::Tolerance { chord: 0.1, angle: 0.35, max_edge: None };
 /// let mut session = parallel::Session::start(Arc::clone(&prepared), &parallel::SessionOptions::DEFAULT)?;
 /// let mut sink = MemorySink::default();

@@ -21,6 +21,9 @@ mod face;
 
 mod inside;
 
+mod limits;
+pub use limits::{PrepareError, PrepareLimits};
+
 mod meeting;
 
 mod orient;
@@ -40,6 +43,7 @@ pub use uv_curve::{UvCurve, UvSample};
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
 use glam::DVec3;
+use limits::Budget;
 use rayon::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -49,11 +53,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub struct PrepareOptions {
     /// Threads to use; `None` = the rayon pool the caller is in.
     pub threads: Option<usize>,
+    /// What the result may cost.
+    pub limits: PrepareLimits,
 }
 
 impl PrepareOptions {
-    /// The caller's rayon pool.
-    pub const DEFAULT: Self = Self { threads: None };
+    /// The caller's rayon pool, within [`PrepareLimits::DEFAULT`].
+    pub const DEFAULT: Self = Self { threads: None, limits: PrepareLimits::DEFAULT };
 }
 
 impl Default for PrepareOptions {
@@ -64,18 +70,21 @@ impl Default for PrepareOptions {
 
 /// Makes a model ready for tessellation.
 ///
-/// Never fails as a whole: a face that cannot be used becomes a diagnostic in [`Prepared::diagnostics`], and its
-/// neighbours are not touched. The result does not depend on the number of threads. Cost: about 20–200 µs per face.
-#[must_use]
-pub fn prepare(model: Model, options: &PrepareOptions) -> Prepared {
+/// A face that cannot be used becomes a diagnostic in [`Prepared::diagnostics`], and its neighbours are not touched. The
+/// result does not depend on the number of threads. Cost: about 20–200 µs per face.
+///
+/// # Errors
+/// Only when the model costs more than [`PrepareOptions::limits`]; the work stops there.
+pub fn prepare(model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
     let pool = options.threads.and_then(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().ok());
     match pool {
-        Some(pool) => pool.install(|| prepare_all(model)),
-        None => prepare_all(model),
+        Some(pool) => pool.install(|| prepare_all(model, options.limits)),
+        None => prepare_all(model, options.limits),
     }
 }
 
-fn prepare_all(mut model: Model) -> Prepared {
+fn prepare_all(mut model: Model, limits: PrepareLimits) -> Result<Prepared, PrepareError> {
+    let budget = Budget::new(limits);
     let parts = model.parts.len();
     let (known, unknown): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.instances).into_iter().partition(|i| i.part.index() < parts);
@@ -89,7 +98,10 @@ fn prepare_all(mut model: Model) -> Prepared {
         reason: format!("instance \"{}\" places part {} of {parts}", i.name, i.part.0),
     }));
     let done: Vec<(PreparedPart, Vec<Diagnostic>)> =
-        model.parts.par_iter().enumerate().map(|(k, part)| prepare_part(PartId::new(k), part)).collect();
+        model.parts.par_iter().enumerate().map(|(k, part)| prepare_part(PartId::new(k), part, &budget)).collect();
+    if budget.exceeded() {
+        return Err(budget.error(&model));
+    }
     let mut diagnostics = std::mem::take(&mut model.diagnostics);
     let mut parts = Vec::with_capacity(done.len());
     for (part, found) in done {
@@ -100,14 +112,22 @@ fn prepare_all(mut model: Model) -> Prepared {
     let scene = scene(&model, &clouds);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
-    Prepared { parts, scene, diagnostics, bounds, diagonal }
+    Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 
-fn prepare_part(id: PartId, part: &Part) -> (PreparedPart, Vec<Diagnostic>) {
+fn prepare_part(id: PartId, part: &Part, budget: &Budget) -> (PreparedPart, Vec<Diagnostic>) {
     let (low, high) = topology::control_box(part);
     let size = (high - low).length();
-    let draft = |f: &Face| (!f.lost).then(|| guarded(|| face::draft(part, f, size)));
+    let draft = |f: &Face| {
+        let drafted = (!f.lost && !budget.exceeded()).then(|| guarded(|| face::draft(part, f, size)))?;
+        drafted.iter().for_each(|draft| budget.spend(draft));
+        Some(drafted)
+    };
     let results: Vec<_> = part.faces.par_iter().map(draft).collect();
+    if budget.exceeded() {
+        // Nothing of this will be kept.
+        return (PreparedPart::default(), Vec::new());
+    }
     let mut diagnostics = Vec::new();
     let mut drafts = Vec::with_capacity(results.len());
     for (k, result) in results.into_iter().enumerate() {

@@ -16,7 +16,7 @@ const OTHER_AREA: [(&str, &str); 1] =
     [("thor_gear_motor.step", "the reference holds faces several times as large as the cylinder they lie on")];
 
 pub(crate) fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, f64) {
-    let prepared = Arc::new(prepare(read(path), &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(read(path), &PrepareOptions::DEFAULT).expect("within the limits"));
     let chord = relative * prepared.diagonal;
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 30.0_f64.to_radians(), max_edge: None }));
     let mut sink = MemorySink::default();

@@ -87,7 +87,7 @@ impl Ladder {
 
     /// Prepares the model and checks it at every rung.
     pub(crate) fn climb(&self) {
-        let prepared = Arc::new(prepare(self.model.clone(), &PrepareOptions::DEFAULT));
+        let prepared = Arc::new(prepare(self.model.clone(), &PrepareOptions::DEFAULT).expect("within the limits"));
         let wrong = self.wrong_told(&prepared);
         assert!(wrong.is_empty(), "{wrong:#?}\n{:?}", prepared.diagnostics);
         let first = self.chord.unwrap_or(0.01 * prepared.diagonal);

@@ -9,7 +9,7 @@ use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
 
 /// Lattices of a case at most: it is the degenerate that is looked for, not the large.
-const LIMITS: PlanLimits = PlanLimits { cells_per_tile: 1 << 12, cells: 1 << 15 };
+const LIMITS: PlanLimits = PlanLimits { triangles_per_tile: 1 << 13, triangles: 1 << 16, ..PlanLimits::DEFAULT };
 /// Largest angle between neighbouring triangles, radians.
 const ANGLE: f64 = 0.5;
 
@@ -29,7 +29,7 @@ pub(crate) struct Meshed {
 impl Meshed {
     /// Meshes a model within `chord_rel` of its diagonal.
     pub(crate) fn new(model: Model, chord_rel: f64) -> Result<Self, String> {
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).map_err(|error| error.to_string())?);
         let chord = chord_rel * prepared.diagonal;
         let plan = plan_within(&prepared, &Tolerance { chord, angle: ANGLE, max_edge: None }, &LIMITS);
         let mut mesh = MemorySink::default();

@@ -16,7 +16,7 @@ fn holding(items: &str) -> String {
 
 /// The mesh of all instances at a fine tolerance.
 fn facts(model: Model) -> MeshFacts {
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.iter().all(|d| d.severity < Severity::Warning), "{:?}", prepared.diagnostics);
     let tolerance = Tolerance { chord: 1e-4, angle: 0.2, max_edge: None };
     let plan = Arc::new(frame::plan(&prepared, &tolerance));

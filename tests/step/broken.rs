@@ -1,7 +1,7 @@
 //! Broken and hostile files: a message or a diagnostic, never a panic, and nothing else lost.
 
 use crate::{file, model, only_part, world};
-use trimtess::import::step::{StepError, StepOptions, read, read_file};
+use trimtess::import::step::{BYTES_PER_BYTE, StepError, StepOptions, read, read_file};
 use trimtess::model::{Model, Severity};
 
 const BALLS: &str = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60,#70),#1);\n\
@@ -107,6 +107,27 @@ fn files_without_end_are_not_read_to_it() {
     let options = StepOptions { max_bytes: 1000, ..Default::default() };
     let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
     assert!(matches!(error, StepError::TooLarge { bytes: 1001, limit: 1000 }), "{error}");
+}
+
+#[test]
+fn limits_are_named_with_what_would_be_needed() {
+    let text = file(&(world() + BALLS));
+    let read = |options: StepOptions| read(text.as_bytes(), &options);
+    let entities = text.matches("=").count() as u64;
+    assert!(read(StepOptions { max_entities: entities, ..StepOptions::DEFAULT }).is_ok());
+    let error = read(StepOptions { max_entities: entities - 1, ..StepOptions::DEFAULT }).expect_err("one too many");
+    assert!(
+        matches!(error, StepError::TooManyEntities { entities: n, limit } if n == entities && limit == n - 1),
+        "{error}"
+    );
+    let needed = BYTES_PER_BYTE * text.len() as u64;
+    assert!(read(StepOptions { max_memory: needed, ..StepOptions::DEFAULT }).is_ok());
+    let error = read(StepOptions { max_memory: needed - 1, ..StepOptions::DEFAULT }).expect_err("one byte too many");
+    assert!(matches!(error, StepError::TooMuchMemory { needed: n, .. } if n == needed), "{error}");
+    assert!(error.to_string().contains("max_memory") && error.to_string().contains(&needed.to_string()), "{error}");
+    let options = StepOptions { max_memory: 8000, ..StepOptions::DEFAULT };
+    let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
+    assert!(matches!(error, StepError::TooMuchMemory { needed: 8008, limit: 8000 }), "{error}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use crate::{clean, model, near, placement, world};
 use glam::DVec3;
+use trimtess::import::step::{StepError, StepOptions, read};
 use trimtess::model::{Model, Severity};
 
 /// A product definition #id (and id+1..id+4) named `name`, whose shape is representation `shape`.
@@ -166,10 +167,10 @@ fn exploding_assemblies_stop_at_the_limit() {
             }
         }
     }
-    let options = trimtess::import::step::StepOptions { max_instances: 1000, ..Default::default() };
-    let model = trimtess::import::step::read(crate::file(&text).as_bytes(), &options).expect("readable");
-    assert!(model.instances.len() <= 1000);
-    assert!(model.diagnostics.iter().any(|d| d.severity == Severity::Error && d.reason.contains("max_instances")));
+    let options = StepOptions { max_instances: 1000, ..StepOptions::DEFAULT };
+    let error = read(crate::file(&text).as_bytes(), &options).expect_err("2^40 balls");
+    assert!(matches!(error, StepError::TooManyInstances { limit: 1000 }), "{error}");
+    assert!(error.to_string().contains("more than 1000") && error.to_string().contains("max_instances"), "{error}");
 }
 
 #[test]

@@ -213,7 +213,7 @@ fn a_lost_face_keeps_its_row() {
         expected.map(|(row, entity)| (Some(PartId(0)), Some(FaceId::new(row)), entity, Severity::Error)).collect();
     assert_eq!(told, expected, "{:?}", model.diagnostics);
     assert!(part.check().is_ok());
-    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
     assert_eq!(prepared.parts[0].face_rows, [None, None, None, None, Some(0)]);
     assert_eq!(prepared.diagnostics.len(), 4, "told once");
 }

@@ -33,7 +33,7 @@ fn prepared(shape: usize) -> Arc<Prepared> {
     static ALL: OnceLock<Vec<Arc<Prepared>>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
         let models = shapes::NAMES.iter().filter_map(|name| shapes::by_name(name));
-        models.map(|model| Arc::new(prepare(model, &PrepareOptions::DEFAULT))).collect()
+        models.map(|model| Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))).collect()
     });
     Arc::clone(&all[shape % all.len()])
 }

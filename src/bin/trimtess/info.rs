@@ -1,6 +1,7 @@
 //! `trimtess info`: what a file states, before any triangle is made.
 
 use crate::input::{self, Input};
+use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::name;
 use crate::shells::Shells;
@@ -9,7 +10,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::{PrepareOptions, prepare};
+use trimtess::prepare::prepare;
 
 /// `trimtess info`
 #[derive(clap::Args)]
@@ -69,10 +70,10 @@ struct Told {
 pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     let progress = Progress::start(common);
     progress.stage(format!("reading {}", args.input.name()));
-    let model = args.input.read()?;
+    let model = args.input.read(&common.limits.step())?;
     let mut info = Info::of(&model, args.input.name());
     progress.stage("preparing");
-    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    let prepared = prepare(model, &common.limits.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
     info.diagnostics = prepared

@@ -29,10 +29,10 @@ impl Input {
     }
 
     /// The model that it names.
-    pub(crate) fn read(&self) -> Result<Model, Failure> {
+    pub(crate) fn read(&self, options: &StepOptions) -> Result<Model, Failure> {
         match self {
             Self::Builtin(name) => builtin(name),
-            Self::File(path) => file(path),
+            Self::File(path) => file(path, options),
         }
     }
 
@@ -55,10 +55,18 @@ fn builtin(name: &str) -> Result<Model, Failure> {
         .ok_or_else(|| Failure::Usage(format!("there is no builtin:{name}; `builtin:list` as FILE lists them")))
 }
 
-fn file(path: &Path) -> Result<Model, Failure> {
-    step::read_file(path, &StepOptions::default()).map_err(|error| {
-        Failure::Cannot(match error {
-            StepError::Io { .. } => error.to_string(),
+fn file(path: &Path, options: &StepOptions) -> Result<Model, Failure> {
+    step::read_file(path, options).map_err(|error| {
+        let raise = match error {
+            StepError::TooLarge { .. } => Some("--max-bytes"),
+            StepError::TooManyEntities { .. } => Some("--max-entities"),
+            StepError::TooManyInstances { .. } => Some("--max-instances"),
+            StepError::TooMuchMemory { .. } => Some("--max-memory"),
+            _ => None,
+        };
+        Failure::Cannot(match (&error, raise) {
+            (StepError::Io { .. }, _) => error.to_string(),
+            (_, Some(option)) => format!("{}: {error}; raise {option} to read it", path.display()),
             _ => format!("{}: {error}", path.display()),
         })
     })

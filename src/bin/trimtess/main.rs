@@ -2,6 +2,7 @@
 
 mod info;
 mod input;
+mod limits;
 mod logging;
 mod progress;
 #[cfg(feature = "wgpu")]
@@ -48,6 +49,8 @@ struct Common {
     /// Write a timeline for chrome://tracing or Perfetto.
     #[arg(long, global = true, value_name = "OUT.json")]
     trace: Option<PathBuf>,
+    #[command(flatten)]
+    limits: limits::LimitArgs,
 }
 
 #[derive(Subcommand)]

@@ -1,6 +1,7 @@
 //! `trimtess render`: a file to a picture within a deviation in pixels.
 
 use crate::input::{self, Input};
+use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::{Laps, Report, Seconds};
 use crate::tessellate::{make, positive, require_folder};
@@ -11,7 +12,7 @@ use trimtess::frame::{self, Tolerance, View};
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::{ColourBy, RenderOptions, Renderer};
 use trimtess::out::{Camera, ViewPoint};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::{Prepared, prepare};
 
 /// Largest deviation in pixels when none is asked for: half a pixel is below what 4× multisampling shows.
 const DEFAULT_DEVIATION_PX: f64 = 0.5;
@@ -82,11 +83,11 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     let opened = laps.lap();
 
     progress.stage(format!("reading {}", args.input.name()));
-    let model = args.input.read()?;
+    let model = args.input.read(&common.limits.step())?;
     let read = laps.lap();
 
     progress.stage("preparing");
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+    let prepared = Arc::new(prepare(model, &common.limits.prepare()).map_err(unprepared)?);
     let prepare = laps.lap();
 
     progress.stage("tessellating");
@@ -99,10 +100,11 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
         size_px: args.size_px,
         angle: ANGLE.to_radians(),
     };
-    let plan = Arc::new(frame::plan_for_view(&prepared, &view));
+    let plan = Arc::new(common.limits.accept(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()))?);
     let mut frame = MemorySink::default();
     let made = make(&prepared, &plan, common, args.edges, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made);
+    plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
     let tessellate = laps.lap();
 
     progress.stage("drawing");
@@ -132,7 +134,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
 /// The camera that holds what a coarse frame shows.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
     let tolerance = Tolerance { chord: SCOUT_CHORD_REL * prepared.diagonal, angle: ANGLE.to_radians(), max_edge: None };
-    let plan = Arc::new(frame::plan(prepared, &tolerance));
+    let plan = Arc::new(frame::plan_within(prepared, &tolerance, &common.limits.plan()));
     let mut scout = MemorySink::default();
     make(prepared, &plan, common, false, &mut scout)?;
     let points = scout.scene.instances.iter().flat_map(|instance| {

@@ -188,7 +188,9 @@ impl Report {
         }
         let json = || serde_json::to_string(self).map_err(|e| Failure::Cannot(format!("the report: {e}")));
         if let Some(path) = file {
-            std::fs::write(path, json()? + "\n").map_err(|e| Failure::Cannot(format!("{}: {e}", path.display())))?;
+            let text = json()? + "\n";
+            trimtess::out::write_whole(path, |file| file.write_all(text.as_bytes()))
+                .map_err(|e| Failure::Cannot(e.to_string()))?;
         }
         if common.json {
             println!("{}", json()?);

@@ -1,6 +1,7 @@
 //! `trimtess tessellate`: a file to a mesh file within a chord and angle tolerance.
 
 use crate::input::{self, Input};
+use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::{Laps, Report};
 use crate::shells::Shells;
@@ -12,7 +13,7 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::out::{self, Format};
 use trimtess::parallel::{FrameReport, Session, SessionOptions, balance};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::{Prepared, prepare};
 
 /// Chord tolerance when none is asked for, as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is
 /// visibly a prism; at 1e-4 triangles are ten times as many and look the same on a screen.
@@ -82,17 +83,18 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     let progress = Progress::start(common);
 
     progress.stage(format!("reading {}", args.input.name()));
-    let model = tracing::info_span!("read").in_scope(|| args.input.read())?;
+    let model = tracing::info_span!("read").in_scope(|| args.input.read(&common.limits.step()))?;
     let shells: Vec<Shells> = if args.check { model.parts.iter().map(Shells::of).collect() } else { Vec::new() };
     let read = laps.lap();
 
     progress.stage("preparing");
-    let prepared = Arc::new(tracing::info_span!("prepare").in_scope(|| prepare(model, &PrepareOptions::DEFAULT)));
+    let prepared = tracing::info_span!("prepare").in_scope(|| prepare(model, &common.limits.prepare()));
+    let prepared = Arc::new(prepared.map_err(unprepared)?);
     let tolerance = args.tolerance.resolve(prepared.diagonal);
     let prepare = laps.lap();
 
     progress.stage("tessellating");
-    let plan = Arc::new(frame::plan(&prepared, &tolerance));
+    let plan = Arc::new(common.limits.accept(frame::plan_within(&prepared, &tolerance, &common.limits.plan()))?);
     let mut frame = MemorySink::default();
     let made = make(&prepared, &plan, common, format == Format::Glb || args.check, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made);
@@ -215,12 +217,13 @@ pub(crate) fn require_folder(output: &Path) -> Result<(), Failure> {
 mod tests {
     use super::*;
     use trimtess::model::shapes;
+    use trimtess::prepare::PrepareOptions;
 
     /// The errors of checking a shape whose mesh or shells were tampered with.
     fn errors(name: &str, chord: f64, tamper: impl Fn(&mut MemorySink, &mut Vec<Shells>)) -> Vec<String> {
         let model = shapes::by_name(name).unwrap_or_default();
         let mut shells: Vec<Shells> = model.parts.iter().map(Shells::of).collect();
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT));
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
         let plan = Arc::new(frame::plan(&prepared, &tolerance));
         let mut frame = MemorySink::default();

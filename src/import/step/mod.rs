@@ -47,18 +47,38 @@ pub struct StepOptions {
     /// How far the B-spline that stands for a curve or surface without an exact form may be from it, millimetres: offsets of
     /// B-splines, curves given in the parameters of a bent surface. Default 0.001.
     pub fit_tolerance: f64,
-    /// Files longer than this are refused, bytes. Reading takes about eight times the file's size in memory. Default 2 GiB.
+    /// Files longer than this are refused, bytes. Default 2 GiB.
     pub max_bytes: u64,
     /// How many instances that break the syntax may be cut out before the file is given up. Each costs another pass over
     /// the text. Default 16.
     pub max_syntax_repairs: usize,
-    /// How many placed parts and assemblies an assembly tree may expand to. Default 1 000 000.
-    pub max_instances: usize,
+    /// Files with more instances (`#n=…`) are refused. Default 50 million.
+    pub max_entities: u64,
+    /// How many placed parts and assemblies an assembly tree may expand to. Default 1 million.
+    pub max_instances: u64,
+    /// Files that would take more memory than this are refused, bytes, at [`BYTES_PER_BYTE`] per byte of the file. Default
+    /// 16 GiB.
+    pub max_memory: u64,
+}
+
+/// Memory that reading takes at the peak for each byte of the file, about.
+pub const BYTES_PER_BYTE: u64 = 8;
+
+impl StepOptions {
+    /// What the fields say.
+    pub const DEFAULT: Self = Self {
+        fit_tolerance: 1e-3,
+        max_bytes: 2 << 30,
+        max_syntax_repairs: 16,
+        max_entities: 50_000_000,
+        max_instances: 1_000_000,
+        max_memory: 16 << 30,
+    };
 }
 
 impl Default for StepOptions {
     fn default() -> Self {
-        Self { fit_tolerance: 1e-3, max_bytes: 2 << 30, max_syntax_repairs: 16, max_instances: 1_000_000 }
+        Self::DEFAULT
     }
 }
 
@@ -76,6 +96,25 @@ pub enum StepError {
     TooLarge {
         /// Its length; of a device or pipe only what was read of it.
         bytes: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// Reading would take more memory than [`StepOptions::max_memory`].
+    TooMuchMemory {
+        /// About what it would take, bytes; of a device or pipe only for what was read of it.
+        needed: u64,
+        /// The limit, bytes.
+        limit: u64,
+    },
+    /// The file has more instances than [`StepOptions::max_entities`].
+    TooManyEntities {
+        /// How many it has, to its end.
+        entities: u64,
+        /// The limit.
+        limit: u64,
+    },
+    /// The assembly has more occurrences than [`StepOptions::max_instances`]; how many it has nobody counted.
+    TooManyInstances {
         /// The limit.
         limit: u64,
     },
@@ -98,11 +137,20 @@ impl fmt::Display for StepError {
         match self {
             Self::Io { path, error } => write!(f, "cannot read {}: {error}", path.display()),
             Self::TooLarge { bytes, limit } => {
-                write!(
-                    f,
-                    "the file has {bytes} bytes or more, the limit is {limit}; raise StepOptions::max_bytes to read it"
-                )
+                write!(f, "the file has {bytes} bytes or more, the limit is {limit} (StepOptions::max_bytes)")
             }
+            Self::TooMuchMemory { needed, limit } => write!(
+                f,
+                "reading the file takes about {needed} bytes of memory, the limit is {limit} (StepOptions::max_memory)"
+            ),
+            Self::TooManyEntities { entities, limit } => {
+                write!(f, "the file has {entities} instances, the limit is {limit} (StepOptions::max_entities)")
+            }
+            Self::TooManyInstances { limit } => write!(
+                f,
+                "the assembly places more than {limit} parts and assemblies, which is the limit \
+                 (StepOptions::max_instances)"
+            ),
             Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
             Self::Syntax { message, repairs } => write!(
                 f,
@@ -132,7 +180,8 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
     check_size(bytes, options)?;
     let mut text = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
     // Devices and pipes tell no length beforehand, and may have no end.
-    file.take(options.max_bytes.saturating_add(1)).read_to_end(&mut text).map_err(io)?;
+    let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
+    file.take(most.saturating_add(1)).read_to_end(&mut text).map_err(io)?;
     let mut model = read(&text, options)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)
@@ -141,6 +190,10 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
 fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
     if bytes > options.max_bytes {
         return Err(StepError::TooLarge { bytes, limit: options.max_bytes });
+    }
+    let needed = bytes.saturating_mul(BYTES_PER_BYTE);
+    if needed > options.max_memory {
+        return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
     }
     Ok(())
 }
@@ -152,7 +205,7 @@ fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 /// file without any face gives an empty model. Runs on the threads of the current rayon pool.
 ///
 /// # Errors
-/// If the bytes are no STEP text, are more than [`StepOptions::max_bytes`], or break the syntax beyond repair.
+/// If the bytes are no STEP text, break the syntax beyond repair, or exceed one of the limits of `options`.
 pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
@@ -162,6 +215,9 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     let structure = Builder::build(&table, &contexts, &styles, options.fit_tolerance);
     let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
     tree.expand();
+    if tree.visits > options.max_instances {
+        return Err(StepError::TooManyInstances { limit: options.max_instances });
+    }
     let reader = Reader { table: &table, styles: &styles, options };
     // A file may mix units; the first part's are named.
     let first = tree.planned.first().and_then(|plan| plan.gathered.units());
@@ -234,7 +290,7 @@ struct Tree<'a> {
     planned: Vec<Plan>,
     instances: Vec<Instance>,
     /// Occurrences walked through, assemblies included.
-    visits: usize,
+    visits: u64,
     /// Groups from the root to here.
     path: Vec<usize>,
     /// Groups that have been reached.
@@ -297,13 +353,6 @@ impl<'a> Tree<'a> {
         }
         for trouble in std::mem::take(&mut self.gather.unread) {
             self.say(Severity::Error, trouble.entity, trouble.reason);
-        }
-        if self.visits > self.options.max_instances {
-            let reason = format!(
-                "the assembly has more than {} occurrences; the rest was left out (StepOptions::max_instances)",
-                self.options.max_instances
-            );
-            self.say(Severity::Error, 0, reason);
         }
     }
 

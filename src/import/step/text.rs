@@ -23,6 +23,10 @@ pub(super) fn parse(
     let Some(start) = find(head, MAGIC) else {
         return Err(StepError::NotStep { looks_like: guess(bytes) });
     };
+    let entities = entities_in(bytes, options.max_entities);
+    if entities > options.max_entities {
+        return Err(StepError::TooManyEntities { entities, limit: options.max_entities });
+    }
     let mut text = Cow::Borrowed(&bytes[start..]);
     let mut cuts = 0;
     loop {
@@ -47,6 +51,28 @@ pub(super) fn parse(
         diagnostics.push(file_note(Severity::Error, reason));
         cuts += 1;
     }
+}
+
+/// How many instances a text has, counted before anything is made of them: every `=` that follows a number with its `#`. 0 for
+/// a text that is too short to have more than `limit`. Strings that look like instances are counted too.
+fn entities_in(bytes: &[u8], limit: u64) -> u64 {
+    /// As in `#1=A();`
+    const SHORTEST: u64 = 7;
+    if bytes.len() as u64 / SHORTEST <= limit {
+        return 0;
+    }
+    let (mut count, mut in_number) = (0, false);
+    for byte in bytes {
+        match byte {
+            b'#' => in_number = true,
+            b'0'..=b'9' | b' ' | b'\t' | b'\r' | b'\n' => {}
+            _ => {
+                count += u64::from(in_number && *byte == b'=');
+                in_number = false;
+            }
+        }
+    }
+    count
 }
 
 fn file_note(severity: Severity, reason: String) -> Diagnostic {

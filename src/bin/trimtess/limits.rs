@@ -1,0 +1,85 @@
+//! `--max-…` on the command line -> the limits of each stage, and messages that name the option to raise.
+
+use crate::Failure;
+use trimtess::frame::{Plan, PlanLimits};
+use trimtess::import::step::StepOptions;
+use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
+
+/// How much a command may cost.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Limits (exceeding one is an error, and nothing is written)")]
+pub(crate) struct LimitArgs {
+    /// Longest file, bytes.
+    #[arg(long, global = true, value_name = "N", default_value_t = StepOptions::DEFAULT.max_bytes)]
+    max_bytes: u64,
+    /// Most instances (#n=…) in a file.
+    #[arg(long, global = true, value_name = "N", default_value_t = StepOptions::DEFAULT.max_entities)]
+    max_entities: u64,
+    /// Most placed parts and assemblies.
+    #[arg(long, global = true, value_name = "N", default_value_t = StepOptions::DEFAULT.max_instances)]
+    max_instances: u64,
+    /// Most Bézier patches.
+    #[arg(long, global = true, value_name = "N", default_value_t = PrepareLimits::DEFAULT.patches)]
+    max_patches: u64,
+    /// Most triangles, each part counted once.
+    #[arg(long, global = true, value_name = "N", default_value_t = PlanLimits::DEFAULT.triangles)]
+    max_triangles: u64,
+    /// Most triangles of one tile (a piece of a face).
+    #[arg(long, global = true, value_name = "N", default_value_t = PlanLimits::DEFAULT.triangles_per_tile)]
+    max_tile_triangles: u64,
+    /// Most memory of each stage, MiB, as estimated from counts.
+    #[arg(long, global = true, value_name = "MIB", default_value_t = StepOptions::DEFAULT.max_memory >> 20)]
+    max_memory: u64,
+    /// Make a coarser mesh, with a warning, where the tolerance asks for more triangles than the limits allow.
+    #[arg(long, global = true)]
+    coarsen: bool,
+}
+
+impl LimitArgs {
+    fn memory(&self) -> u64 {
+        self.max_memory.saturating_mul(1 << 20)
+    }
+
+    /// Limits of reading.
+    pub(crate) fn step(&self) -> StepOptions {
+        StepOptions {
+            max_bytes: self.max_bytes,
+            max_entities: self.max_entities,
+            max_instances: self.max_instances,
+            max_memory: self.memory(),
+            ..StepOptions::DEFAULT
+        }
+    }
+
+    /// Limits of preparing.
+    pub(crate) fn prepare(&self) -> PrepareOptions {
+        let limits = PrepareLimits { patches: self.max_patches, bytes: self.memory() };
+        PrepareOptions { limits, ..PrepareOptions::DEFAULT }
+    }
+
+    /// Limits of the mesh.
+    pub(crate) fn plan(&self) -> PlanLimits {
+        PlanLimits { triangles_per_tile: self.max_tile_triangles, triangles: self.max_triangles, bytes: self.memory() }
+    }
+
+    /// The plan, unless it is coarser than asked and nobody asked for that.
+    pub(crate) fn accept(&self, plan: Plan) -> Result<Plan, Failure> {
+        if self.coarsen {
+            return Ok(plan);
+        }
+        plan.as_asked().map_err(|shortfall| {
+            let raise = "use a larger tolerance, raise --max-triangles, --max-tile-triangles or --max-memory, or accept a \
+                         coarser mesh with --coarsen";
+            Failure::Cannot(format!("{shortfall}; {raise}"))
+        })
+    }
+}
+
+/// What to say when a model is not prepared.
+pub(crate) fn unprepared(error: PrepareError) -> Failure {
+    let option = match error {
+        PrepareError::TooManyPatches { .. } => "--max-patches",
+        PrepareError::TooMuchMemory { .. } => "--max-memory",
+    };
+    Failure::Cannot(format!("{error}; raise {option} to go on"))
+}

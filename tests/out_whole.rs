@@ -1,0 +1,98 @@
+//! Files appear whole or not at all: whatever fails, and whenever.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod out_fixture;
+
+use glam::{DAffine3, DVec3};
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use trimtess::out::{Format, save, write_whole};
+
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("out_whole").join(test);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn an_error_after_half_leaves_what_stood_there() {
+    let folder = folder("half");
+    let path = folder.join("mesh.obj");
+    let fails = |file: &mut dyn Write| {
+        file.write_all(&vec![b'x'; 3 << 20])?;
+        Err(io::Error::other("no more"))
+    };
+    let error = write_whole(&path, fails).unwrap_err();
+    assert!(error.to_string().contains("mesh.obj"), "{error}");
+    assert_eq!(names(&folder), [""; 0]);
+    fs::write(&path, "before").unwrap();
+    assert!(write_whole(&path, fails).is_err());
+    assert_eq!((names(&folder), fs::read_to_string(&path).unwrap().as_str()), (vec!["mesh.obj".to_owned()], "before"));
+    write_whole(&path, |file| file.write_all(b"after")).unwrap();
+    assert_eq!((names(&folder).len(), fs::read_to_string(&path).unwrap().as_str()), (1, "after"));
+}
+
+#[test]
+fn a_panic_after_half_leaves_nothing() {
+    let folder = folder("panic");
+    let path = folder.join("mesh.obj");
+    let panics = std::panic::catch_unwind(|| write_whole(&path, |_| panic!("on purpose")));
+    assert!(panics.is_err());
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn folders_are_no_files() {
+    let folder = folder("folders");
+    for path in [folder.as_path(), Path::new("/"), &folder.join("missing").join("mesh.obj")] {
+        assert!(write_whole(path, |file| file.write_all(b"x")).is_err(), "{}", path.display());
+    }
+    assert_eq!(names(&folder), [""; 0]);
+}
+
+#[test]
+fn leftovers_of_a_killed_process_are_no_obstacle() {
+    let folder = folder("leftovers");
+    for serial in 0..100 {
+        fs::write(folder.join(format!(".mesh.obj.{}-{serial}.part", std::process::id())), "left").unwrap();
+    }
+    write_whole(&folder.join("mesh.obj"), |file| file.write_all(b"new")).unwrap();
+    assert_eq!(fs::read_to_string(folder.join("mesh.obj")).unwrap(), "new");
+    assert_eq!(names(&folder).len(), 101);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_an_error_for_every_format() {
+    let folder = folder("full");
+    for (extension, format) in Format::ALL {
+        let path = folder.join(format!("mesh.{extension}"));
+        std::os::unix::fs::symlink("/dev/full", &path).unwrap();
+        let error = save(&out_fixture::box_frame(DVec3::ONE, &[DAffine3::IDENTITY]), &path, format).unwrap_err();
+        assert_eq!(error.cause.kind(), io::ErrorKind::StorageFull, "{error}");
+        assert!(path.symlink_metadata().unwrap().is_symlink(), "the device was not replaced");
+    }
+    assert_eq!(names(&folder).len(), Format::ALL.len());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link_and_its_target_is_replaced_whole() {
+    let folder = folder("links");
+    let (target, link) = (folder.join("target.obj"), folder.join("link.obj"));
+    fs::write(&target, "before").unwrap();
+    std::os::unix::fs::symlink(&target, &link).unwrap();
+    write_whole(&link, |file| file.write_all(b"after")).unwrap();
+    assert_eq!(fs::read_to_string(&target).unwrap(), "after");
+    assert!(link.symlink_metadata().unwrap().is_symlink());
+}
