@@ -130,6 +130,8 @@ fn evenly(a: f64, b: f64, n: usize, out: &mut Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use arbitrary::Unstructured;
+    use std::time::Duration;
 
     const LIMIT: usize = 4096;
 
@@ -193,7 +195,7 @@ mod tests {
 
     #[test]
     fn any_density_is_kept_or_said_not_to_be() {
-        arbtest::arbtest(|u| {
+        let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
             let strips = u.int_in_range(1..=6_usize)?;
             let mut breaks = vec![f64::from(u.int_in_range(-1000..=1000_i32)?)];
             let mut rates = Vec::new();
@@ -203,8 +205,7 @@ mod tests {
                 rates.push(size * f64::from(u.int_in_range(0..=9_u8)?));
             }
             let (first, last) = (breaks[0], breaks[strips]);
-            let share =
-                |u: &mut arbtest::arbitrary::Unstructured<'_>| Ok(f64::from(u.int_in_range(0..=100_u8)?) / 100.0);
+            let share = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(0..=100_u8)?) / 100.0);
             let (s, t) = (share(u)?, share(u)?);
             let (a, b) = (first + (last - first) * f64::min(s, t), first + (last - first) * f64::max(s, t));
             if a >= b {
@@ -220,6 +221,8 @@ mod tests {
             assert!(!kept || (lines.len() - 1) as f64 <= mass + 2.0 * strips as f64, "{breaks:?} {rates:?}: {lines:?}");
             assert!(kept || mass + strips as f64 >= limit as f64 * (1.0 - 1e-9), "{breaks:?} {rates:?}: {mass}");
             Ok(())
-        });
+        };
+        let target = bolero::check!().with_test_time(Duration::from_millis(100));
+        target.for_each(|bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
     }
 }

@@ -85,7 +85,9 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
 #[cfg(test)]
 mod tests {
     use super::*;
+    use arbitrary::Unstructured;
     use glam::{DAffine3, DQuat};
+    use std::time::Duration;
 
     const VIEW: View = View {
         eye: DVec3::new(0.0, 0.0, 100.0),
@@ -123,7 +125,7 @@ mod tests {
         let corner = DVec3::new(0.0, 0.0, 0.0);
         let Tolerance { chord, max_edge, .. } = tolerance(&sphere, &[DAffine3::from_translation(corner)]);
         assert!((max_edge.unwrap_or(0.0) / chord - 40.0).abs() < 1e-9, "size and deviation share one factor");
-        arbtest::arbtest(|u| {
+        let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
             let mut unit = || Ok(f64::from(u.int_in_range(-1_000_000..=1_000_000_i32)?) * 1e-6);
             // A point of the picture, at any depth at least as far from the eye as the sphere is.
             let (x, y, depth) = (unit()?, unit()?, 2.0 + unit()?);
@@ -135,7 +137,9 @@ mod tests {
             let pixels = (a[0] - b[0]).hypot(a[1] - b[1]);
             assert!(pixels <= 0.5 * (1.0 + 1e-3), "{pixels} pixels at {point} by {step}");
             Ok(())
-        });
+        };
+        let target = bolero::check!().with_test_time(Duration::from_millis(100));
+        target.for_each(|bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
     }
 
     #[test]

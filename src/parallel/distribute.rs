@@ -109,6 +109,8 @@ fn hilbert_index(mut axes: [u32; 3], bits: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use arbitrary::Unstructured;
+    use std::time::Duration;
 
     #[test]
     fn hilbert_curve_visits_every_cell_and_steps_to_neighbours() {
@@ -133,7 +135,7 @@ mod tests {
 
     #[test]
     fn every_tile_is_dealt_once_and_sums_differ_by_one_weight_at_most() {
-        arbtest::arbtest(|u| {
+        let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
             let count = u.int_in_range(0..=400_usize)?;
             let mut loads = Vec::with_capacity(count);
             for _ in 0..count {
@@ -153,7 +155,9 @@ mod tests {
             let spread = sums.iter().copied().fold(0.0, f64::max) - sums.iter().copied().fold(f64::INFINITY, f64::min);
             assert!(spread <= loads.iter().map(|l| l.weight).fold(0.0, f64::max), "{sums:?}");
             Ok(())
-        });
+        };
+        let target = bolero::check!().with_test_time(Duration::from_millis(100));
+        target.for_each(|bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
     }
 
     #[test]

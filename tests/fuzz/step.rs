@@ -66,14 +66,17 @@ fn step_bytes() {
     target.with_max_len(256).for_each(|bytes: &[u8]| watch::drawn::<Text>(bytes));
 }
 
-/// Files that failed once, shrunk.
+/// Files that failed once, shrunk; and the seeds.
 #[test]
 fn step_found() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/found");
-    for file in fs::read_dir(&folder).expect("the folder of found files") {
-        let path = file.expect("a file").path();
-        println!("{}", path.display());
-        watch::sound(&Text(fs::read(&path).expect("a readable file")));
+    for folder in ["found", "seeds"] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz").join(folder);
+        // Git keeps no folder without files.
+        for file in fs::read_dir(&folder).into_iter().flatten() {
+            let path = file.expect("a file").path();
+            println!("{}", path.display());
+            watch::sound(&Text(fs::read(&path).expect("a readable file")));
+        }
     }
 }
 
