@@ -131,7 +131,7 @@ fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut V
                 break;
             }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if b.low.y <= a.high.y && a.low.y <= b.high.y {
+                if b.low.y <= a.high.y && a.low.y <= b.high.y && !a.only_joins(b) {
                     budget -= 1;
                     close.push((Span::of(a), Span::of(b)));
                 }
@@ -179,6 +179,13 @@ fn arc(
 }
 
 impl Arc {
+    /// Whether two straight arcs that have an end in common, to the bit, meet nowhere else.
+    fn only_joins(&self, other: &Self) -> bool {
+        let ([p, q], [r, s]) = (Span::of(self).ends(), Span::of(other).ends());
+        let (d, e) = (q - p, s - r);
+        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME * d.length() * e.length()
+    }
+
     /// Whether both are the same stretch of one edge: there and back, or a loop given twice. Their polylines are one.
     fn runs_along(&self, other: &Self) -> bool {
         let ends = |a: &Self| [a.points[0], a.points[a.points.len() - 1]];

@@ -215,7 +215,16 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
         let worst = [at(e.start, e.range.0), at(e.end, e.range.1)].into_iter().flatten();
         worst.filter(|(distance, _)| *distance > limit).max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let sound = |e: &Edge| e.range.0 < e.range.1 && e.curve.check().is_ok();
+    // Most curves start and end in their first and last control points, which costs no evaluation.
+    let clamped = |e: &Edge| {
+        let at = |v: VertexId, p: Option<&DVec3>| {
+            part.vertices.get(v.index()).zip(p).is_some_and(|(v, p)| v.distance(*p) <= limit)
+        };
+        let (first, last) = (e.curve.knots.first(), e.curve.knots.last());
+        let whole = first == Some(&e.range.0) && last == Some(&e.range.1);
+        whole && at(e.start, e.curve.points.first()) && at(e.end, e.curve.points.last())
+    };
+    let sound = |e: &Edge| !clamped(e) && e.range.0 < e.range.1 && e.curve.check().is_ok();
     let bad: BTreeMap<u32, (f64, VertexId)> =
         (0..).zip(&part.edges).filter(|(_, e)| sound(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
     if bad.is_empty() {

@@ -101,7 +101,9 @@ fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, at: [f64; 2]) -> Option<Me
         (from + (to - from) * at[k]).clamp(limits[k][0], limits[k][1])
     });
     let mut touch = TOUCH;
-    if let Some(tangent) = tangency(uses, scale, [a.range(), b.range()], t) {
+    let curved = spans.iter().any(|s| s.arc.points.len() > 2);
+    let tangent = if curved { tangency(uses, scale, [a.range(), b.range()], t) } else { None };
+    if let Some(tangent) = tangent {
         (t, touch) = (tangent, TANGENT);
     } else if at == [0.5; 2] {
         return None;
