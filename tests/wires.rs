@@ -325,3 +325,192 @@ fn wires_that_cross_where_a_closed_surface_is_cut_open() {
         assert!((facts.area - exact).abs() <= slack, "chord {chord}: {} of {exact}", facts.area);
     }
 }
+
+/// A box whose edges have vertices of their own, up to `by` off.
+fn loose_box(by: f64) -> Part {
+    let mut part = shapes::cuboid();
+    for k in 0..part.edges.len() {
+        for end in 0..2 {
+            let stated = if end == 0 { part.edges[k].start } else { part.edges[k].end };
+            let off = DVec3::from_array([k % 3, k % 5, k % 7].map(|n| n as f64 / 7.0 - 0.5)) * by;
+            part.vertices.push(part.vertices[stated.index()] + off);
+            let own = VertexId::new(part.vertices.len() - 1);
+            *(if end == 0 { &mut part.edges[k].start } else { &mut part.edges[k].end }) = own;
+        }
+    }
+    part
+}
+
+#[test]
+fn gaps_within_the_tolerance_close_and_stay_closed_between_faces() {
+    for (by, tolerance) in [(1e-3, 2e-3), (1e-6, 0.0)] {
+        let prepared = prepared(Part { tolerance, ..loose_box(by) });
+        let told = told(&prepared);
+        assert!(!told.is_empty() && told.iter().all(|(severity, _)| *severity == Severity::Note), "{told:?}");
+        for chord in CHORDS {
+            let (facts, report) = mesh(&prepared, chord);
+            assert!(facts.is_closed(), "chord {chord}: {facts}");
+            assert!((facts.volume - 6000.0).abs() < 1e3 * by, "chord {chord}: {facts}");
+            assert_eq!(report.ladder.count(Rung::Normal), 6);
+        }
+    }
+}
+
+#[test]
+fn wider_gaps_are_closed_straight_and_told() {
+    // A side of the plate is missing, 8 wide.
+    let mut part = sheet(&[&PLATE]);
+    let Loop::Edges(coedges) = &mut part.faces[0].loops[0] else { unreachable!("a loop of edges") };
+    coedges.remove(1);
+    let (prepared, report) = has_area(part, 80.0);
+    assert!(warned(&prepared, "gap of 8.000e0 mm"), "{:?}", told(&prepared));
+    assert_eq!(report.ladder.count(Rung::Repaired), 1);
+    assert!(prepared.diagnostics[0].place.is_some_and(|p| p.distance(DVec3::X * 10.0) < 1e-12));
+}
+
+#[test]
+fn gaps_beyond_the_tolerance_that_are_small_for_the_part_leave_no_crack() {
+    let prepared = prepared(Part { tolerance: 1e-6, ..loose_box(1e-3) });
+    assert!(warned(&prepared, "gap"), "{:?}", told(&prepared));
+    for chord in CHORDS {
+        let (facts, report) = mesh(&prepared, chord);
+        assert!(facts.is_closed() && (facts.volume - 6000.0).abs() < 1.0, "chord {chord}: {facts}");
+        assert_eq!(report.ladder.count(Rung::Repaired), 6);
+    }
+}
+
+#[test]
+fn faces_that_miss_the_same_edge_close_it_together() {
+    let mut part = shapes::cuboid();
+    for face in &mut part.faces {
+        let Loop::Edges(coedges) = &mut face.loops[0] else { unreachable!("a loop of edges") };
+        coedges.retain(|c| c.edge != EdgeId(3));
+    }
+    let prepared = prepared(part);
+    assert_eq!(told(&prepared).len(), 2);
+    for chord in CHORDS {
+        let (facts, report) = mesh(&prepared, chord);
+        assert!(facts.is_closed() && (facts.volume - 6000.0).abs() < 1e-6, "chord {chord}: {facts}");
+        assert_eq!(report.ladder.count(Rung::Repaired), 2);
+    }
+}
+
+#[test]
+fn a_gap_on_a_curved_surface_is_closed_along_it() {
+    // A third of a cylinder's side without its upper arc.
+    let (radius, height, turn) = (5.0, 4.0, TAU / 3.0);
+    let mut part = PartBuilder::new("shell");
+    let shell = part.plain_shell(ShellKind::Open);
+    let at = |angle: f64, z: f64| (DVec2::from_angle(angle) * radius).extend(z);
+    let v = [(0.0, 0.0), (turn, 0.0), (turn, height), (0.0, height)].map(|(a, z)| part.vertex(at(a, z)));
+    let bottom = part.curve(NurbsCurve3::arc(&Frame3::WORLD, radius, radius, 0.0, turn), CurveKind::Circle, v[0], v[1]);
+    let (right, left) = (part.line(v[1], v[2]), part.line(v[3], v[0]));
+    let wire = Loop::Edges(vec![bottom.along(), right.along(), left.along()]);
+    part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius }, shell, vec![wire], false);
+    let prepared = prepared(part.part().clone());
+    assert!(warned(&prepared, "gap"), "{:?}", told(&prepared));
+    for chord in CHORDS {
+        let (facts, _) = mesh(&prepared, chord);
+        let exact = radius * turn * height;
+        assert!((facts.area - exact).abs() <= 4.0 * chord * radius * turn, "chord {chord}: {} of {exact}", facts.area);
+    }
+}
+
+#[test]
+fn a_wire_that_goes_round_twice_keeps_what_lies_below_both_turns() {
+    // Both turns are ellipses through one vertex; the lower one of them bounds the band.
+    let mut part = PartBuilder::new("band");
+    let shell = part.plain_shell(ShellKind::Open);
+    let start = part.vertex(DVec3::new(5.0, 0.0, 4.0));
+    let slope = 0.4;
+    let turns = [slope, -slope].map(|slope| {
+        let y = DVec3::new(0.0, 1.0, slope);
+        let frame = Frame3 { origin: DVec3::Z * 4.0, x: DVec3::X, y: y.normalize(), z: DVec3::X.cross(y).normalize() };
+        let curve = NurbsCurve3::arc(&frame, 5.0, 5.0 * y.length(), 0.0, TAU);
+        part.curve(curve, CurveKind::Conic, start, start).along()
+    });
+    let foot = part.circle(&Frame3::WORLD, 5.0);
+    for foot in [foot.along(), foot.against()] {
+        let mut part = part.clone();
+        let loops = vec![Loop::Edges(vec![foot]), Loop::Edges(turns.to_vec())];
+        part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, shell, loops, false);
+        let prepared = prepared(part.finish().expect("a sound part"));
+        assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
+        // 4 - 2 |sin θ| around the circle.
+        let exact = 5.0 * (4.0 * TAU - 4.0 * 5.0 * slope);
+        for chord in CHORDS {
+            let (facts, _) = mesh(&prepared, chord);
+            assert!((facts.area - exact).abs() <= 8.0 * chord * TAU * 5.0, "chord {chord}: {} of {exact}", facts.area);
+        }
+    }
+}
+
+#[test]
+fn a_band_without_one_of_its_bounds_ends_where_its_surface_does() {
+    // A spline tube of height 6, bounded at height 2 only.
+    let mut part = PartBuilder::new("tube");
+    let shell = part.plain_shell(ShellKind::Open);
+    let profile = NurbsCurve3::line(DVec3::new(5.0, 0.0, 0.0), DVec3::new(5.0, 0.0, 6.0));
+    let foot = part.circle(&Frame3 { origin: DVec3::Z * 2.0, ..Frame3::WORLD }, 5.0);
+    let surface = Surface::Revolution { curve: profile, frame: Frame3::WORLD };
+    part.plain_face(surface, shell, vec![Loop::Edges(vec![foot.along()])], false);
+    let prepared = prepared(part.finish().expect("a sound part"));
+    assert!(warned(&prepared, "where its surface does"), "{:?}", told(&prepared));
+    for chord in CHORDS {
+        let (facts, _) = mesh(&prepared, chord);
+        let exact = TAU * 5.0 * 4.0;
+        assert!((facts.area - exact).abs() <= 4.0 * chord * TAU * 5.0, "chord {chord}: {} of {exact}", facts.area);
+    }
+}
+
+#[test]
+fn a_face_that_cannot_be_kept_says_why_and_where() {
+    // A cylinder has no end of its own.
+    let mut part = PartBuilder::new("endless");
+    let shell = part.plain_shell(ShellKind::Open);
+    let foot = part.circle(&Frame3 { origin: DVec3::Z * 2.0, ..Frame3::WORLD }, 5.0);
+    let wire = vec![Loop::Edges(vec![foot.along()])];
+    part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, shell, wire, false);
+    let prepared = prepared(part.finish().expect("a sound part"));
+    let told = told(&prepared);
+    assert!(told.len() == 1 && told[0].0 == Severity::Error && told[0].1.contains("do not enclose"), "{told:?}");
+    let mut sink = MemorySink::default();
+    let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
+    let report = serial(&prepared, &plan, false, &mut sink).expect("a frame");
+    assert_eq!((report.ladder.count(Rung::Lost), report.rungs.len()), (1, 1));
+}
+
+#[test]
+fn a_bore_that_touches_the_outside_along_a_line_leaves_a_closed_solid() {
+    // A cylinder of radius 5 with a bore of radius 3 that touches it at (5, 0); with the wires' vertices there or not.
+    let height = 4.0;
+    for angles in [[0.0, 0.0], [1.0, 2.0], [2.5, 4.0]] {
+        let mut part = PartBuilder::new("crescent");
+        let shell = part.plain_shell(ShellKind::Outer);
+        let mut lids = [Vec::new(), Vec::new()];
+        for ((radius, x), angle) in [(5.0, 0.0), (3.0, 2.0)].into_iter().zip(angles) {
+            let frame = |z: f64| {
+                let x_axis = DVec2::from_angle(angle).extend(0.0);
+                Frame3 { origin: DVec3::new(x, 0.0, z), x: x_axis, y: DVec3::Z.cross(x_axis), z: DVec3::Z }
+            };
+            let [low, high] = [0.0, height].map(|z| part.circle(&frame(z), radius));
+            let wall = vec![Loop::Edges(vec![low.along()]), Loop::Edges(vec![high.against()])];
+            part.plain_face(Surface::Cylinder { frame: frame(0.0), radius }, shell, wall, x > 0.0);
+            lids[0].push(Loop::Edges(vec![if x > 0.0 { low.against() } else { low.along() }]));
+            lids[1].push(Loop::Edges(vec![if x > 0.0 { high.against() } else { high.along() }]));
+        }
+        let [low, high] = lids;
+        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, low, true);
+        let top = Frame3 { origin: DVec3::Z * height, ..Frame3::WORLD };
+        part.plain_face(Surface::Plane { frame: top }, shell, high, false);
+        let prepared = prepared(part.finish().expect("a sound part"));
+        assert_eq!(told(&prepared), [], "{angles:?}");
+        for chord in CHORDS {
+            let (facts, report) = mesh(&prepared, chord);
+            assert_eq!(report.ladder.count(Rung::Repaired), 0, "{angles:?}, chord {chord}");
+            assert!(facts.is_closed(), "{angles:?}, chord {chord}: {facts}");
+            let exact = PI * 16.0 * height;
+            assert!((facts.volume - exact).abs() <= chord * TAU * 8.0 * height, "chord {chord}: {facts}");
+        }
+    }
+}

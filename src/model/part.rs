@@ -117,6 +117,8 @@ pub struct Part {
     pub shells: Vec<Shell>,
     /// Colour of faces that have none.
     pub colour: Option<Colour>,
+    /// Length up to which the source calls two points one, millimetres; 0 if it does not say. Wires may leave gaps as wide.
+    pub tolerance: f64,
 }
 
 /// A placed part.

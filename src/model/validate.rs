@@ -145,8 +145,8 @@ fn orthonormal(frame: &Frame3) -> Result<(), SurfaceError> {
 }
 
 impl Part {
-    /// Whether everything in the part is defined and fits together: splines, ranges, ids, loops that close, edges that reach
-    /// their vertices (within 10⁻⁴ of the part's size).
+    /// Whether everything in the part is defined and fits together: splines, ranges, ids, loops that close (within the
+    /// part's tolerance), edges that reach their vertices (within 10⁻⁴ of the part's size).
     ///
     /// Geometry is not compared with topology beyond that: loops may cross, edges may leave their surface.
     /// O(everything stored).
@@ -232,8 +232,8 @@ impl Part {
         let mut end = ends(last).1;
         for coedge in coedges {
             let (start, next) = ends(coedge);
-            if start != end {
-                let distance = self.vertices[end.index()].distance(self.vertices[start.index()]);
+            let distance = self.vertices[end.index()].distance(self.vertices[start.index()]);
+            if start != end && distance > self.tolerance {
                 return Err(PartError::OpenLoop { face, index, end, start, distance });
             }
             end = next;

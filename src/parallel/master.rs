@@ -237,6 +237,7 @@ fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::handoff::FaceRung;
     use super::*;
     use crate::frame::{Degradation, Rung};
     use crate::mesh::{Batch, MemorySink, PatchMesh, SinkError};
@@ -320,6 +321,8 @@ mod tests {
                 let [bad] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
                 assert_eq!((bad.tile, bad.face), (TileId(11), FaceId(5)));
                 assert_eq!(bad.degradation, Degradation::Failed("internal error: tile 11 is bad".into()));
+                let face = FaceRung { part: PartId(0), face: FaceId(5), rung: Rung::Lost };
+                assert_eq!((&report.rungs[..], report.ladder.count(Rung::Lost)), (&[face][..], 1));
                 let [lost] = &report.lost_lines[..] else { panic!("{:?}", report.lost_lines) };
                 assert_eq!((lost.edge, lost.why.as_str()), (EdgeId(11), "internal error: edge 11 is bad"));
                 assert_eq!(sink.edge_lines.len(), TILES as usize - 1);

@@ -7,7 +7,7 @@
 
 use super::UvCurve;
 use super::face::{DraftAlong, DraftTile, DraftUse};
-use super::meeting::{Meeting, meet, weld};
+use super::meeting::{Meeting, beside, meet, weld};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -19,9 +19,15 @@ const MAX_DEPTH: u32 = 8;
 /// loops must not cost quadratic time.
 const PAIRS_PER_ARC: usize = 200;
 
-/// Rounds of looking for places where arcs meet. The first finds all of them, unless arcs meet several times within what
-/// they could be told apart; the second finds those, and that there are no more.
-const ROUNDS: usize = 3;
+/// Rounds of looking for places where arcs meet, or for want of points seem to. Real faces need one; each of the others
+/// halves what is left.
+const ROUNDS: usize = 7;
+
+/// Pairs of stretches for which more points are looked for. More of them run along each other.
+const MAX_WANTING: usize = 64;
+
+/// Distance, in tiles, of points that are one.
+const SAME: f64 = 1e-9;
 
 /// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
 /// loops that cross each other is left to the trim stage.
@@ -49,33 +55,55 @@ pub(super) struct Span<'a> {
 /// themselves or each other other than at common ends: the pcurves have a common sample there now.
 pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> Vec<Meeting> {
     let mut meetings = Vec::new();
+    let mut more = Vec::new();
     for round in 1..=ROUNDS {
-        let arcs = arcs(tile, &meetings);
+        let arcs = arcs(tile, &meetings, &more);
         let mut found = Vec::new();
         let mut close = Vec::new();
         separate_all(&arcs, &mut found, &mut close);
         let mut new: Vec<Meeting> = Vec::new();
-        if round < ROUNDS {
-            for (a, b) in close {
-                for m in meet(tile, a, b) {
-                    if meetings.len() + new.len() < MAX_MEETINGS && !new.iter().any(|n| n.is(&m)) {
-                        new.push(m);
-                    }
+        for &(a, b) in &close {
+            for m in meet(tile, a, b) {
+                let known = new.iter().any(|n| n.is(&m)) || meetings.iter().any(|n| n.blurs(&m, tile));
+                if !known && meetings.len() + new.len() < MAX_MEETINGS {
+                    new.push(m);
                 }
             }
         }
-        if new.is_empty() {
+        let between = midway(&close);
+        if round == ROUNDS || (new.is_empty() && between.is_empty()) {
             breaks.extend(found);
             break;
         }
-        weld(tile, &new);
-        meetings.extend(new);
+        if new.is_empty() {
+            more.extend(between);
+        } else {
+            weld(tile, &new);
+            meetings.extend(new);
+            more.extend(beside(tile, &meetings));
+        }
     }
     meetings
 }
 
-/// The parts of the tile's loops along edges, cut where they meet, in order of their least u.
-fn arcs(tile: &DraftTile, meetings: &[Meeting]) -> Vec<Arc> {
+/// Parameters in the middle of stretches that could not be told apart for want of points, though they have no end in common.
+fn midway(close: &[(Span<'_>, Span<'_>)]) -> Vec<((usize, usize), f64)> {
+    let wanting = |(a, b): &&(Span<'_>, Span<'_>)| {
+        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME));
+        let curved = |s: &Span<'_>| s.arc.points.len() > 2;
+        !joined && !a.can_split() && !b.can_split() && (curved(a) || curved(b))
+    };
+    let pairs: Vec<_> = close.iter().filter(wanting).take(MAX_WANTING + 1).collect();
+    if pairs.len() > MAX_WANTING {
+        return Vec::new();
+    }
+    let curved = pairs.into_iter().flat_map(|&(a, b)| [a, b]).filter(|s| s.arc.points.len() > 2);
+    curved.map(|s| (s.arc.of, 0.5 * (s.range()[0] + s.range()[1]))).collect()
+}
+
+/// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at which
+/// they may be cut besides samples and the middles between them.
+fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)]) -> Vec<Arc> {
     let scale = (tile.max - tile.min).recip();
     let mut arcs = Vec::new();
     for (l, uses) in tile.loops.iter().enumerate() {
@@ -85,7 +113,8 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting]) -> Vec<Arc> {
             stops.push(u.from.max(u.to));
             stops.sort_by(f64::total_cmp);
             stops.dedup();
-            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), tile.min, scale)));
+            let more: Vec<f64> = more.iter().filter(|at| at.0 == (l, k)).map(|at| at.1).collect();
+            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), &more, (tile.min, scale))));
         }
     }
     arcs.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
@@ -102,7 +131,7 @@ fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut V
                 break;
             }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if b.low.y <= a.high.y && a.low.y <= b.high.y {
+                if b.low.y <= a.high.y && a.low.y <= b.high.y && !a.only_joins(b) {
                     budget -= 1;
                     close.push((Span::of(a), Span::of(b)));
                 }
@@ -117,13 +146,24 @@ fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut V
 }
 
 /// Points along a use from one parameter to another, in the unit square of the tile; two for a straight one.
-fn arc(u: &DraftUse, of: (usize, usize), (a, b): (f64, f64), origin: DVec2, scale: DVec2) -> Option<Arc> {
+fn arc(
+    u: &DraftUse,
+    of: (usize, usize),
+    (a, b): (f64, f64),
+    more: &[f64],
+    (origin, scale): (DVec2, DVec2),
+) -> Option<Arc> {
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
     let mut ts = vec![a];
     for w in samples.windows(2) {
         ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
     }
     ts.push(b);
+    if !more.is_empty() {
+        ts.extend(more.iter().copied().filter(|&t| t > a && t < b));
+        ts.sort_by(f64::total_cmp);
+        ts.dedup();
+    }
     let mut hint = 0;
     let mut points: Vec<(f64, DVec2)> =
         ts.into_iter().map(|t| (t, (u.uv.point(t, &mut hint) - origin) * scale)).collect();
@@ -139,6 +179,13 @@ fn arc(u: &DraftUse, of: (usize, usize), (a, b): (f64, f64), origin: DVec2, scal
 }
 
 impl Arc {
+    /// Whether two straight arcs that have an end in common, to the bit, meet nowhere else.
+    fn only_joins(&self, other: &Self) -> bool {
+        let ([p, q], [r, s]) = (Span::of(self).ends(), Span::of(other).ends());
+        let (d, e) = (q - p, s - r);
+        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME * d.length() * e.length()
+    }
+
     /// Whether both are the same stretch of one edge: there and back, or a loop given twice. Their polylines are one.
     fn runs_along(&self, other: &Self) -> bool {
         let ends = |a: &Self| [a.points[0], a.points[a.points.len() - 1]];
@@ -239,11 +286,10 @@ fn separate<'a>(
 
 /// Whether a line separates two arcs, or a wedge at an end that they share.
 fn apart(a: Span<'_>, b: Span<'_>) -> bool {
-    const SAME: f64 = 1e-9;
     let shared: Vec<DVec2> = a.ends().into_iter().filter(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME)).collect();
     match shared[..] {
         [] => separated_by_line(a, b) || separated_by_line(b, a),
-        [p] => cones_apart(a, b, p, SAME),
+        [p] => cones_apart(a, b, p),
         _ => false,
     }
 }
@@ -262,9 +308,9 @@ fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
 }
 
 /// Whether the directions from `p` to the points of two arcs fill disjoint cones.
-fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2, same: f64) -> bool {
+fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
     let cone = |s: Span<'_>| {
-        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > same);
+        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > SAME);
         let first = directions.next()?;
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
         let (lo, hi) = directions.fold((0.0_f64, 0.0_f64), |r, d| {

@@ -206,6 +206,16 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
         return Err(FaceError::OffSurface { gap, extent });
     }
     let region = region(loops, named_pole, &projector)?;
+    if let Some((across, at)) = region.unbounded {
+        let place = region.loops.first().map(|l| {
+            let mut uv = l.pieces[0].start();
+            uv[across] = at;
+            projector.point(uv)
+        });
+        let what =
+            format!("no loop bounds the face at {} = {at:.6}; it ends where its surface does", ['u', 'v'][across]);
+        repairs.push(Told { place, what });
+    }
     let (grid, arranged) = cut(&region, &face.surface, &projector, &mut notes)?;
     let mut low = DVec2::INFINITY;
     let mut high = DVec2::NEG_INFINITY;

@@ -13,6 +13,12 @@ use glam::{DMat2, DVec2};
 /// Distance, in tiles, below which two points of (u,v) are one: pcurves of planes are exact to rounding.
 const TOUCH: f64 = 1e-9;
 
+/// Distance, in tiles, below which curves that run side by side touch: pcurves are good to a few millionths of a face.
+const TANGENT: f64 = 1e-5;
+
+/// Sine of the angle below which two curves run side by side where they come together.
+const SIDE_BY_SIDE: f64 = 0.1;
+
 /// Share of a use's range below which two parameters are one.
 const SAME: f64 = 1e-9;
 
@@ -28,12 +34,21 @@ pub(super) struct Meeting {
     pub(super) uv: DVec2,
     /// How far apart parameters of either are the same.
     same: [f64; 2],
+    /// Whether the curves run side by side there.
+    tangent: bool,
 }
 
 impl Meeting {
     /// Whether both are one.
     pub(super) fn is(&self, other: &Self) -> bool {
         (0..2).all(|k| self.at[k].0 == other.at[k].0 && (self.at[k].1 - other.at[k].1).abs() <= self.same[k])
+    }
+
+    /// Whether another is too near to a point where the same curves touch to mean anything.
+    pub(super) fn blurs(&self, other: &Self, tile: &DraftTile) -> bool {
+        let apart = (self.uv - other.uv) / (tile.max - tile.min);
+        let same = (0..2).all(|k| other.at.iter().any(|at| at.0 == self.at[k].0));
+        self.tangent && same && apart.length() <= 10.0 * TANGENT
     }
 }
 
@@ -66,6 +81,11 @@ pub(super) fn meet(tile: &DraftTile, a: Span<'_>, b: Span<'_>) -> Vec<Meeting> {
             }
         }
     }
+    // Curves that touch need not have chords that cross.
+    let curved = [a, b].iter().any(|s| s.arc.points.len() > 2);
+    if starts.is_empty() && curved && cross.abs() <= SIDE_BY_SIDE * length_a * length_b {
+        starts.push([0.5; 2]);
+    }
     starts.into_iter().filter_map(|at| settle(tile, a, b, at)).collect()
 }
 
@@ -80,14 +100,23 @@ fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, at: [f64; 2]) -> Option<Me
         let [from, to] = spans[k].range();
         (from + (to - from) * at[k]).clamp(limits[k][0], limits[k][1])
     });
-    for _ in 0..STEPS {
-        let [x, y] = [0, 1].map(|k| sample(uses[k], t[k]));
-        let miss = (y.uv - x.uv) * scale;
-        let step = DMat2::from_cols(x.d * scale, -y.d * scale).inverse() * miss;
-        if !step.is_finite() || miss.length() <= 1e-3 * TOUCH {
-            break;
+    let mut touch = TOUCH;
+    let curved = spans.iter().any(|s| s.arc.points.len() > 2);
+    let tangent = if curved { tangency(uses, scale, [a.range(), b.range()], t) } else { None };
+    if let Some(tangent) = tangent {
+        (t, touch) = (tangent, TANGENT);
+    } else if at == [0.5; 2] {
+        return None;
+    } else {
+        for _ in 0..STEPS {
+            let [x, y] = [0, 1].map(|k| sample(uses[k], t[k]));
+            let miss = (y.uv - x.uv) * scale;
+            let step = DMat2::from_cols(x.d * scale, -y.d * scale).inverse() * miss;
+            if !step.is_finite() || miss.length() <= 1e-3 * TOUCH {
+                break;
+            }
+            t = [0, 1].map(|k| (t[k] + step[k]).clamp(limits[k][0], limits[k][1]));
         }
-        t = [0, 1].map(|k| (t[k] + step[k]).clamp(limits[k][0], limits[k][1]));
     }
     let mut at_end = [false; 2];
     for k in 0..2 {
@@ -96,13 +125,112 @@ fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, at: [f64; 2]) -> Option<Me
         }
     }
     let [x, y] = [0, 1].map(|k| sample(uses[k], t[k]).uv);
-    let apart = ((y - x) * scale).length() > TOUCH;
+    let apart = ((y - x) * scale).length() > touch;
     let itself = a.arc.of == b.arc.of && (t[0] - t[1]).abs() <= same[0];
     if apart || itself || at_end == [true; 2] {
         return None;
     }
     let uv = if at_end[1] { y } else { x };
-    Some(Meeting { at: [0, 1].map(|k| (spans[k].arc.of, t[k])), uv, same })
+    Some(Meeting { at: [0, 1].map(|k| (spans[k].arc.of, t[k])), uv, same, tangent: touch == TANGENT })
+}
+
+/// Parameters at which two stretches touch without crossing, starting from a guess: where they are parallel, if they are
+/// as near there as pcurves are true.
+fn tangency(uses: [&DraftUse; 2], scale: DVec2, ranges: [[f64; 2]; 2], guess: [f64; 2]) -> Option<[f64; 2]> {
+    let at = |k: usize, t: f64| {
+        let s = sample(uses[k], t);
+        (s.uv * scale, s.d * scale)
+    };
+    // Stretches end where they could not be told apart, not where they touch.
+    let wide = ranges.map(|[a, b]| [a - (b - a), b + (b - a)]);
+    let limits = [0, 1].map(|k| {
+        let (from, to) = (uses[k].from.min(uses[k].to), uses[k].from.max(uses[k].to));
+        wide[k].map(|t| t.clamp(from, to))
+    });
+    // The foot of a point of one curve on the other, how far it is, and the sine between the curves there.
+    let foot = |k: usize, t: f64| {
+        let other = 1 - k;
+        let [from, to] = limits[other];
+        let (p, d) = at(k, t);
+        let mut s = guess[other];
+        for _ in 0..STEPS {
+            let (q, e) = at(other, s);
+            let step = (p - q).dot(e) / e.length_squared();
+            s = (s + step).clamp(from, to);
+            let settled = step.abs() <= SAME * (to - from);
+            if settled || !step.is_finite() {
+                break;
+            }
+        }
+        let (q, e) = at(other, s);
+        (s, p.distance(q), d.perp_dot(e) / (d.length() * e.length()))
+    };
+    // An end of either that touches the other.
+    for k in 0..2 {
+        for end in limits[k].into_iter().filter(|&t| t == uses[k].from || t == uses[k].to) {
+            let (s, distance, sine) = foot(k, end);
+            if distance <= TANGENT && sine.abs() <= SIDE_BY_SIDE {
+                return Some(if k == 0 { [end, s] } else { [s, end] });
+            }
+        }
+    }
+    let foot = |t: f64| foot(0, t);
+    let [mut low, mut high] = limits[0];
+    let (start, end) = (foot(low).2, foot(high).2);
+    if !(start.abs().max(end.abs()) <= SIDE_BY_SIDE && start * end < 0.0) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if (foot(middle).2 > 0.0) == (start > 0.0) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let (s, distance, _) = foot(low);
+    (distance <= TANGENT).then_some([low, s])
+}
+
+/// Parameters beside the points at which curves touch, at the same distances on all of them: polylines through these stay
+/// side by side as the curves do.
+pub(super) fn beside(tile: &DraftTile, meetings: &[Meeting]) -> Vec<((usize, usize), f64)> {
+    /// Distances, each half of the one before.
+    const HALVINGS: i32 = 8;
+    let scale = (tile.max - tile.min).recip();
+    let mut out = Vec::new();
+    for m in meetings.iter().filter(|m| m.tangent) {
+        let far = |of: (usize, usize), t: f64| {
+            let mut hint = 0;
+            ((tile.loops[of.0][of.1].uv.point(t, &mut hint) - m.uv) * scale).length()
+        };
+        // The four ways to go, each to the next sample.
+        let mut ways: Vec<((usize, usize), f64, f64)> = Vec::new();
+        for (of, t) in m.at {
+            let u = &tile.loops[of.0][of.1];
+            let UvCurve::Hermite(samples) = &u.uv else { continue };
+            let (low, high) = (u.from.min(u.to), u.from.max(u.to));
+            let before = samples.iter().rev().map(|s| s.t).find(|&s| s < t).map_or(low, |s| s.max(low));
+            let after = samples.iter().map(|s| s.t).find(|&s| s > t).map_or(high, |s| s.min(high));
+            ways.extend([before, after].into_iter().filter(|&end| end != t).map(|end| (of, t, end)));
+        }
+        let reach = ways.iter().map(|&(of, _, end)| far(of, end)).fold(f64::INFINITY, f64::min);
+        for &(of, t, end) in &ways {
+            out.extend((0..HALVINGS).map(|k| {
+                let wanted = reach * 0.5_f64.powi(k);
+                let (mut near, mut away) = (t, end);
+                for _ in 0..50 {
+                    let middle = 0.5 * (near + away);
+                    if far(of, middle) < wanted { near = middle } else { away = middle }
+                }
+                (of, near)
+            }));
+        }
+    }
+    out
 }
 
 /// A pcurve's point and slope.

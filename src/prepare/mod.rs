@@ -19,6 +19,8 @@ mod extent;
 
 mod face;
 
+mod heal;
+
 mod inside;
 
 mod limits;
@@ -115,9 +117,12 @@ fn prepare_all(mut model: Model, limits: PrepareLimits) -> Result<Prepared, Prep
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 
-fn prepare_part(id: PartId, part: &Part, budget: &Budget) -> (PreparedPart, Vec<Diagnostic>) {
-    let (low, high) = topology::control_box(part);
+fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Vec<Diagnostic>) {
+    let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
+    let mut healings = Vec::new();
+    let part = &*heal::heal(stated, size, &mut healings);
+    healings.sort_by_key(|h| h.face);
     let draft = |f: &Face| {
         let drafted = (!f.lost && !budget.exceeded()).then(|| guarded(|| face::draft(part, f, size)))?;
         drafted.iter().for_each(|draft| budget.spend(draft));
@@ -130,9 +135,10 @@ fn prepare_part(id: PartId, part: &Part, budget: &Budget) -> (PreparedPart, Vec<
     }
     let mut diagnostics = Vec::new();
     let mut drafts = Vec::with_capacity(results.len());
+    let mut healings = healings.into_iter().peekable();
     for (k, result) in results.into_iter().enumerate() {
         // A face that was lost before it came here has its diagnostic.
-        let Some(result) = result else {
+        let Some(mut result) = result else {
             drafts.push(None);
             continue;
         };
@@ -141,6 +147,12 @@ fn prepare_part(id: PartId, part: &Part, budget: &Budget) -> (PreparedPart, Vec<
             let place = place.or_else(|| face::somewhere(part, &part.faces[k]));
             diagnostics.push(Diagnostic { severity, part: Some(id), face, entity, place, reason });
         };
+        while let Some(healing) = healings.next_if(|h| h.face == k) {
+            match (&mut result, healing.severity) {
+                (Ok(draft), Severity::Warning) => draft.repairs.push(healing.told),
+                _ => tell(healing.severity, healing.told.place, healing.told.what),
+            }
+        }
         match &result {
             Ok(draft) => {
                 for told in &draft.repairs {
@@ -156,7 +168,7 @@ fn prepare_part(id: PartId, part: &Part, budget: &Budget) -> (PreparedPart, Vec<
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, drafts, &mut turned)));
+    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, stated.edges.len(), drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = face::FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {

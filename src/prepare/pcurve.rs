@@ -79,6 +79,13 @@ impl<'a> Projector<'a> {
         self.surface.point(w.x, w.y)
     }
 
+    /// The surface's point at parameters of any period, and its derivative along a step.
+    pub(super) fn along(&self, at: DVec2, step: DVec2) -> (DVec3, DVec3) {
+        let w = self.wrap(at);
+        let d = self.surface.derivatives(w.x, w.y);
+        (d.point, d.du * step.x + d.dv * step.y)
+    }
+
     /// The pole at a point, if it is one.
     pub(super) fn pole_at(&self, p: DVec3) -> Option<usize> {
         self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)

@@ -105,7 +105,7 @@ pub struct PreparedPart {
     pub face_rows: Vec<Option<u32>>,
     /// Tiles, sorted by face.
     pub tiles: Vec<Tile>,
-    /// B-rep edges in the model's order, then borders.
+    /// B-rep edges in the model's order, then edges that close gaps in its loops, and borders.
     pub edges: Vec<PreparedEdge>,
     /// How many of `edges` are B-rep edges.
     pub brep_edges: usize,

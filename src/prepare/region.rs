@@ -126,6 +126,8 @@ pub(super) struct Region {
     /// Winding number of the region where the loops do not wind: beyond the low end of the box in a direction that does
     /// not wrap, and what the loops of a region that wraps both ways are counted from.
     pub(super) base: i32,
+    /// Direction and parameter of the surface's own end, not a pole, that bounds it because no loop does.
+    pub(super) unbounded: Option<(usize, f64)>,
 }
 
 /// Why a face has no region.
@@ -133,7 +135,7 @@ pub(super) struct Region {
 pub(super) enum RegionError {
     /// No boundary, and the surface has no end.
     Unbounded { axis: u8 },
-    /// A loop winds around both directions, or more than once.
+    /// A loop winds around both directions.
     Winding { winding: [i32; 2] },
     /// A boundary that goes round has no counterpart on its other side.
     OneSided { loops: usize },
@@ -388,17 +390,17 @@ pub(super) fn region(
                 return Err(RegionError::Unbounded { axis: u8::from(axis == 1) });
             }
         }
-        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1 });
+        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
     let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
-        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1 });
+        return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
     gather(&mut loops, &areas, projector);
     nest(&mut loops, &areas);
     let bounds = loops_box(&loops);
-    Ok(Region { loops, wraps: [false, false], bounds, base: 0 })
+    Ok(Region { loops, wraps: [false, false], bounds, base: 0, unbounded: None })
 }
 
 fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
@@ -474,8 +476,8 @@ fn nest(loops: &mut [UvLoop], areas: &[f64]) {
                 q.cmpge(boxes[o][0]).all() && q.cmple(boxes[o][1]).all() && winding_about(&polygons[o], **q) != 0
             };
             match probes.iter().filter(inside).count() {
-                _ if o == k || coincide(boxes[o], areas[o], boxes[k], areas[k]) => false,
                 0 | 1 => false,
+                _ if o == k || coincide(boxes[o], areas[o], boxes[k], areas[k]) => false,
                 count if count + 1 >= PROBES => true,
                 _ => largest == Some(o) && (areas[k] > 0.0) != (areas[o] > 0.0),
             }
@@ -503,10 +505,12 @@ fn band(
     projector: &Projector<'_>,
 ) -> Result<Region, RegionError> {
     let across = 1 - axis;
-    if let Some(l) = loops.iter().find(|l| l.winding[across] != 0 || l.winding[axis].abs() > 1) {
+    if let Some(l) = loops.iter().find(|l| l.winding[across] != 0) {
         return Err(RegionError::Winding { winding: l.winding });
     }
     let lower = if axis == 0 { 1 } else { -1 };
+    // A loop may go round more than once: it crosses itself then, and the winding numbers say what it keeps.
+    let is_lower = |l: &UvLoop| l.winding[axis].signum() == lower;
     let (mut round, mut inner): (Vec<UvLoop>, Vec<UvLoop>) = loops.drain(..).partition(|l| l.winding[axis] != 0);
     let mean = |l: &UvLoop| {
         let p = l.polyline();
@@ -518,10 +522,10 @@ fn band(
         if round.len() != 2 {
             return Err(RegionError::OneSided { loops: round.len() });
         }
-        if round[0].winding[axis] == round[1].winding[axis] {
+        if is_lower(&round[0]) == is_lower(&round[1]) {
             round[1].reverse();
         }
-        round.sort_by_key(|l| l.winding[axis] != lower);
+        round.sort_by_key(|l| !is_lower(l));
         let up = (mean(&round[1]) - mean(&round[0])).rem_euclid(p) - (mean(&round[1]) - mean(&round[0]));
         let mut by = DVec2::ZERO;
         by[across] = up;
@@ -537,7 +541,7 @@ fn band(
                 ends[1] = ends[1].min(p.at);
             }
         }
-        let sides: Vec<bool> = round.iter().map(|l| l.winding[axis] == lower).collect();
+        let sides: Vec<bool> = round.iter().map(is_lower).collect();
         let fits = |first_is_lower: bool| sides.iter().enumerate().all(|(k, &s)| s == (first_is_lower == (k % 2 == 0)));
         let possible = |first_is_lower: bool| {
             let last_is_lower = first_is_lower == (round.len() % 2 == 1);
@@ -556,19 +560,27 @@ fn band(
             _ => return Err(RegionError::OneSided { loops: round.len() }),
         };
         for (k, l) in round.iter_mut().enumerate() {
-            if (l.winding[axis] == lower) != (first_is_lower == (k % 2 == 0)) {
+            if is_lower(l) != (first_is_lower == (k % 2 == 0)) {
                 l.reverse();
             }
         }
     }
     let mut bounds = loops_box(&round);
-    let from_end = round.first().is_some_and(|l| l.winding[axis] != lower);
-    if from_end {
+    let to_ends = [!round.first().is_none_or(is_lower), round.last().is_some_and(is_lower)];
+    if to_ends[0] {
         bounds[across].0 = ends[0];
     }
-    if round.last().is_some_and(|l| l.winding[axis] == lower) {
+    if to_ends[1] {
         bounds[across].1 = ends[1];
     }
+    // Kept once beyond the low end if the surface ends there; else such that nothing is kept beyond either end, or once
+    // beyond the high one if the surface ends there.
+    let rise: i32 = round.iter().map(|l| l.winding[axis] * lower).sum();
+    let base = if to_ends[0] { 1 } else { (i32::from(to_ends[1]) - rise).min(0) };
+    let is_pole =
+        |x: f64| projector.poles.iter().any(|p| p.axis == across && (p.at - x).abs() <= 1e-9 * (1.0 + x.abs()));
+    let border = [bounds[across].0, bounds[across].1];
+    let unbounded = (0..2).find(|&k| to_ends[k] && !is_pole(border[k])).map(|k| (across, border[k]));
     let period = projector.period[axis].ok_or(RegionError::OneSided { loops: round.len() })?;
     bounds[axis] = (bounds[axis].0, bounds[axis].0 + period);
     // Loops that do not go round are holes.
@@ -586,7 +598,7 @@ fn band(
     round.append(&mut inner);
     let mut wraps = [false, false];
     wraps[axis] = true;
-    Ok(Region { loops: round, wraps, bounds, base: i32::from(from_end) })
+    Ok(Region { loops: round, wraps, bounds, base, unbounded })
 }
 
 /// Positions of poles that the region's box touches, by axis and side (0 low, 1 high).

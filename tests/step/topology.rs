@@ -219,16 +219,20 @@ fn a_lost_face_keeps_its_row() {
 }
 
 #[test]
-fn an_open_loop_costs_its_face_only() {
+fn an_open_loop_is_closed_straight_and_told_with_its_place() {
     let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
                 #77=EDGE_LOOP('',(#70,#71));#78=FACE_BOUND('',#77,.T.);#91=ADVANCED_FACE('',(#76),#60,.T.);\
                 #94=ADVANCED_FACE('',(#78),#60,.T.);#90=OPEN_SHELL('',(#94,#91));#93=SHELL_BASED_SURFACE_MODEL('',(#90));\
                 #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#1);";
     let model = model(&(square() + rest));
     let rows: Vec<_> = only_part(&model).faces.iter().map(|face| (face.entity, face.lost)).collect();
-    assert_eq!(rows, [(94, true), (91, false)]);
-    let lost = errors(&model);
-    assert!(lost.len() == 1 && lost[0].0 == 94 && lost[0].1.contains("open"), "{lost:?}");
+    assert_eq!(rows, [(94, false), (91, false)]);
+    assert_eq!(errors(&model), []);
+    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    assert_eq!(prepared.parts[0].face_rows, [Some(0), Some(1)]);
+    let told: Vec<_> = prepared.diagnostics.iter().filter(|d| d.severity == Severity::Warning).collect();
+    assert!(told.len() == 1 && told[0].entity == 94 && told[0].reason.contains("gap"), "{told:?}");
+    assert!(told[0].place.is_some());
 }
 
 fn errors(model: &Model) -> Vec<(u64, String)> {

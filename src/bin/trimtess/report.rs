@@ -413,6 +413,7 @@ mod tests {
     use super::*;
     use glam::DAffine3;
     use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart, TileId};
+    use trimtess::model::EdgeId;
     use trimtess::prepare::PreparedPart;
 
     /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a triangle.
@@ -504,6 +505,45 @@ mod tests {
         let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
         let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
         assert_eq!(told, [vec!["warning"], vec!["error"], vec![]], "an empty tile of a meshed face is no news");
+    }
+
+    #[test]
+    fn a_tile_or_edge_that_failed_is_told_with_face_entity_and_place() {
+        use trimtess::model::shapes;
+        use trimtess::parallel::{FaceRung, LostLine};
+        use trimtess::prepare::{PrepareOptions, prepare};
+        let mut model = shapes::by_name("box").expect("a shape");
+        model.parts[0].faces[4].entity = 77;
+        let prepared = prepare(model, &PrepareOptions::DEFAULT);
+        let (part, face, tile) = (PartId(0), FaceId(4), TileId(4));
+        assert_eq!(prepared.parts[0].tiles[4].face, face);
+        let edge = EdgeId(prepared.parts[0].tiles[4].loops[0][0].edge);
+        let degradation = Degradation::Failed("internal error: bad".into());
+        let made = FrameReport {
+            degraded: vec![DegradedTile { part, face, tile, degradation }],
+            rungs: vec![FaceRung { part, face, rung: Rung::Lost }],
+            lost_lines: vec![LostLine { part, edge, why: "internal error: worse".into() }],
+            ..FrameReport::default()
+        };
+        let faces = (0..6).map(FaceId).filter(|&f| f != face);
+        let batch = |face: FaceId| Batch {
+            part,
+            face,
+            tile: TileId(face.0),
+            worker: 0,
+            mesh: PatchMesh { triangles: vec![[0, 1, 2]], ..PatchMesh::default() },
+        };
+        let sink =
+            MemorySink { scene: prepared.scene.clone(), batches: faces.map(batch).collect(), edge_lines: Vec::new() };
+        let report = Report::of(&sink, &prepared, &made);
+        let told = &report.diagnostics;
+        assert_eq!(told.len(), 2, "{told:?}");
+        assert_eq!((told[0].face, told[0].entity), (Some(4), Some(77)));
+        assert!(told[0].place.is_some() && told[0].reason.contains("bad"), "{told:?}");
+        assert!(told[1].face.is_some() && told[1].place.is_some() && told[1].reason.contains("worse"), "{told:?}");
+        assert_eq!((report.ladder.count(Rung::Normal), report.ladder.count(Rung::Lost)), (5, 1));
+        let json = serde_json::to_value(&report).expect("a report");
+        assert_eq!(json["ladder"]["lost"], 1);
     }
 
     #[test]

@@ -12,7 +12,8 @@ use super::surface::Stated;
 use super::table::{Read, Table, Trouble};
 use super::units::Units;
 use crate::model::{
-    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, Severity, Shell, Surface, VertexId,
+    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, Surface,
+    VertexId,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -279,12 +280,13 @@ struct Assembly {
 
 impl Assembly {
     fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: HashMap<EdgeKey, Read<Draft>>) -> Self {
+        let tolerance = shells.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
         let shells = shells.iter().map(|shell| Shell { kind: shell.kind, entity: shell.entity }).collect();
         let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
         let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
         let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
         Self {
-            part: Part { name, shells, colour, ..Part::default() },
+            part: Part { name, shells, colour, tolerance, ..Part::default() },
             size: (high - low).max(DVec3::ZERO).length(),
             edges,
             edge_ids: HashMap::new(),
@@ -373,7 +375,7 @@ impl Assembly {
         against
     }
 
-    /// The coedges of a loop, checked to run head to tail; edges without length are passed over.
+    /// The coedges of a loop, turned so that they run head to tail where they can; edges without length are passed over.
     fn chain(&mut self, uses: Vec<Use>, face: u64) -> Read<Vec<Use>> {
         let mut chain = Vec::with_capacity(uses.len());
         let mut ends = Vec::with_capacity(uses.len());
@@ -399,14 +401,8 @@ impl Assembly {
             }
             return Ok(chain);
         }
-        let count = chain.len();
-        let open = |i: &usize| ends[*i].1 != ends[(*i + 1) % count].0;
-        let first = (0..count).find(open).unwrap_or(0);
-        let (a, b) = (ends[first].1, ends[(first + 1) % count].0);
-        let gap = self.corners.points[a].distance(self.corners.points[b]);
-        let reason =
-            format!("a loop is open: {gap:.3e} mm between its edges {} and {}", first + 1, (first + 1) % count + 1);
-        Err(Trouble::new(face, reason))
+        // It is open: left as stated, for prepare to close and to tell.
+        Ok(chain)
     }
 
     /// Adds a face whose surface and bounds are read.
@@ -515,7 +511,10 @@ impl Assembly {
             let reason = format!("{count} edges miss their vertices, #{entity} by {gap:.3e} mm");
             self.say(Severity::Note, entity, reason);
         }
-        if let Err(error) = self.part.check() {
+        // Open loops cost no face, and prepare tells them with their width and place.
+        if let Err(error) = self.part.check()
+            && !matches!(error, PartError::OpenLoop { .. })
+        {
             self.say(Severity::Error, 0, format!("the part does not hold together: {error}"));
         }
         (self.part, self.diagnostics)
