@@ -244,7 +244,7 @@ fn limits_are_errors_that_name_the_option() {
     refused("--max-instances", "1", "more than 1 parts");
     refused("--max-memory", "0", "the limit is 0");
     refused("--max-patches", "3", "patches, the limit is 3");
-    refused("--max-triangles", "20", "triangles, the limit is 20");
+    refused("--max-triangles", "20", "the limit is 20 (PlanLimits::triangles)");
     refused("--max-tile-triangles", "4", "limit of 4 triangles");
     let coarse = ["tessellate", CUBE, "-o", out, "--max-tile-triangles", "4", "--coarsen", "--json"];
     let output = trimtess(&coarse);

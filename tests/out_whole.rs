@@ -1,7 +1,6 @@
 //! Files appear whole or not at all: whatever fails, and whenever.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[allow(dead_code, reason = "other tests use the rest")]
 mod out_fixture;
 
 use glam::{DAffine3, DVec3};

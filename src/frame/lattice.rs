@@ -76,6 +76,15 @@ fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
     first..last
 }
 
+/// Whether a lattice is as dense as it was asked to be, or what made it coarser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Kept {
+    /// The limits on lines did not.
+    pub(super) lines: bool,
+    /// The limit on cells did not.
+    pub(super) cells: bool,
+}
+
 /// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense: they are
 /// not where [`MAX_LINES`] or `most_cells` forbid it. A pure function of its arguments.
 pub(super) fn lattice(
@@ -84,7 +93,7 @@ pub(super) fn lattice(
     tolerance: &Tolerance,
     factor: f64,
     most_cells: u64,
-) -> (TileLattice, bool) {
+) -> (TileLattice, Kept) {
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
     let cell = |i: usize, j: usize| Needs::of(table.cell(i, j));
@@ -136,12 +145,12 @@ pub(super) fn lattice(
     ru.iter_mut().chain(&mut rv).for_each(|rate| *rate *= factor);
     let mut u = Density { breaks: table.breaks_u[su.start..=su.end].to_vec(), rates: ru };
     let mut v = Density { breaks: table.breaks_v[sv.start..=sv.end].to_vec(), rates: rv };
-    let mut kept = true;
+    let mut kept = Kept { lines: true, cells: true };
     let mut round = 0;
     loop {
         let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &face.creases[0]);
         let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &face.creases[1]);
-        kept &= kept_u && kept_v;
+        kept.lines &= kept_u && kept_v;
         let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
         // How much too dense in u and in v. A direction of one cell cannot give.
         let over = nu * nv / most_cells as f64;
@@ -150,7 +159,8 @@ pub(super) fn lattice(
         if (too_u <= 1.0 && too_v <= 1.0) || round == COARSER {
             return (TileLattice { us, vs }, kept);
         }
-        kept = false;
+        kept.cells &= over <= 1.0;
+        kept.lines &= nu.max(nv) <= LINES_OF_TILE;
         round += 1;
         coarsen(&mut u, (tile.min.x, tile.max.x), nu, too_u);
         coarsen(&mut v, (tile.min.y, tile.max.y), nv, too_v);

@@ -48,8 +48,11 @@ pub struct Shortfall {
     pub needed: u64,
     /// Whether the tolerance had to be replaced by one that can be used.
     pub unusable: bool,
-    /// Tiles limited by [`PlanLimits::triangles_per_tile`] or the limit on lines; ascending.
+    /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending.
     pub tiles: Vec<(PartId, TileId)>,
+    /// Tiles with as many lines between two creases as there may be, 4096; ascending. Real shapes get there at tolerances of
+    /// 1e-8 of their size; else the bounds of the surface's derivatives grow without limit, as they do towards some poles.
+    pub lines: Vec<(PartId, TileId)>,
     /// Edges limited in their tessellants, as indices into [`PreparedPart::edges`](crate::prepare::PreparedPart::edges);
     /// ascending.
     pub edges: Vec<(PartId, u32)>,
@@ -58,30 +61,38 @@ pub struct Shortfall {
 impl Shortfall {
     /// Nothing is missing.
     pub(super) fn none(limits: &PlanLimits) -> Self {
-        Self { limits: *limits, density: 1.0, needed: 0, unusable: false, tiles: Vec::new(), edges: Vec::new() }
+        Self {
+            limits: *limits,
+            density: 1.0,
+            needed: 0,
+            unusable: false,
+            tiles: Vec::new(),
+            lines: Vec::new(),
+            edges: Vec::new(),
+        }
     }
 
     pub(super) fn if_any(self) -> Option<Self> {
         (self != Self::none(&self.limits)).then_some(self)
     }
 
-    /// Whether surfaces are coarser than asked. Else only edges are, whose curves run to and fro far more often than those
-    /// of real models: noise, which no limit of the caller's would make smooth.
+    /// Whether the tolerance or a limit of the caller's is the cause. Else single tiles or edges of the model are, whose
+    /// derivatives no real model has: noise, to which more lines would only add triangles.
     #[must_use]
-    pub fn of_surfaces(&self) -> bool {
+    pub fn by_limits(&self) -> bool {
         self.unusable || self.density < 1.0 || !self.tiles.is_empty()
     }
 }
 
 impl fmt::Display for Shortfall {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { limits, density, needed, unusable, tiles, edges } = self;
-        write!(f, "the mesh is coarser than the tolerance asks")?;
+        let Self { limits, density, needed, unusable, tiles, lines, edges } = self;
+        write!(f, "limits make the mesh coarser than the tolerance asks")?;
         if *unusable {
             write!(f, "; the tolerance is not a usable number, or too small for the model")?;
         }
         if *density < 1.0 {
-            write!(f, "; it would have up to {needed} triangles, the limit is {}", limits.triangles)?;
+            write!(f, "; it would have {needed} triangles or more before trimming, the limit is {}", limits.triangles)?;
             if limits.allowed() < limits.triangles {
                 let bytes = limits.bytes;
                 write!(f, " and {bytes} bytes of memory (PlanLimits::bytes) at {BYTES_PER_TRIANGLE} per triangle")?;
@@ -92,10 +103,10 @@ impl fmt::Display for Shortfall {
         }
         if !tiles.is_empty() {
             let (count, most) = (tiles.len(), limits.triangles_per_tile);
-            write!(
-                f,
-                "; {count} tiles reach the limit of {most} triangles (PlanLimits::triangles_per_tile) or of lines"
-            )?;
+            write!(f, "; {count} tiles reach the limit of {most} triangles (PlanLimits::triangles_per_tile)")?;
+        }
+        if !lines.is_empty() {
+            write!(f, "; {} tiles reach the limit of lines", lines.len())?;
         }
         if !edges.is_empty() {
             write!(f, "; {} edges reach the limit of segments", edges.len())?;

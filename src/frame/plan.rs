@@ -77,13 +77,13 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The plan, unless its surfaces are coarser than the tolerance asks: for those who want the tolerance or nothing.
+    /// The plan, unless limits made it coarser than the tolerance asks: for those who want the tolerance or nothing.
     ///
     /// # Errors
-    /// [`Plan::shortfall`], where it is [of surfaces](Shortfall::of_surfaces).
+    /// [`Plan::shortfall`], where it comes [of limits](Shortfall::by_limits).
     pub fn as_asked(self) -> Result<Self, Shortfall> {
         match self.shortfall {
-            Some(shortfall) if shortfall.of_surfaces() => Err(shortfall),
+            Some(shortfall) if shortfall.by_limits() => Err(shortfall),
             shortfall => Ok(Self { shortfall, ..self }),
         }
     }
@@ -132,6 +132,7 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
     loop {
         shortfall.density = LOWER.powi(round);
         shortfall.tiles.clear();
+        shortfall.lines.clear();
         shortfall.edges.clear();
         let mut budget = Budget::of(limits);
         if round == LOWEST {
@@ -178,8 +179,11 @@ fn plan_part(
         let (lattice, kept) = lattice(face, tile, tolerance, shortfall.density, budget.cells_per_tile);
         let (nu, nv) = lattice.cells();
         budget.spend(u64::from(nu) * u64::from(nv))?;
-        if !kept {
+        if !kept.cells {
             shortfall.tiles.push((id, TileId(k as u32)));
+        }
+        if !kept.lines {
+            shortfall.lines.push((id, TileId(k as u32)));
         }
         tiles.push(lattice);
     }

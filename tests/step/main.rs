@@ -4,6 +4,7 @@
 mod bodies;
 mod broken;
 mod curves;
+mod derived;
 mod products;
 mod surfaces;
 mod topology;

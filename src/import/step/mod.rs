@@ -62,7 +62,7 @@ pub struct StepOptions {
 }
 
 /// Memory that reading takes at the peak for each byte of the file, about.
-pub const BYTES_PER_BYTE: u64 = 8;
+pub const BYTES_PER_BYTE: u64 = 10;
 
 impl StepOptions {
     /// What the fields say.

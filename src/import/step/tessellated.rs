@@ -9,6 +9,7 @@ use super::table::{Fields, Instance, Read, Trouble};
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use step_io::parser::Attribute;
 
 /// What is read here, bodies and loose faces.
@@ -80,9 +81,8 @@ impl Mesh {
         let set = face.is("TRIANGULATED_SURFACE_SET") || face.is("COMPLEX_TRIANGULATED_SURFACE_SET");
         let (base, inherited) = if set { ("TESSELLATED_SURFACE_SET", 4) } else { ("TESSELLATED_FACE", 5) };
         let list = face.fields(base, 1).reference(0)?;
-        if !self.lists.contains_key(&list) {
-            let points = coordinates(geometry, list, place)?;
-            self.lists.insert(list, points);
+        if let Entry::Vacant(fresh) = self.lists.entry(list) {
+            fresh.insert(coordinates(geometry, list, place)?);
         }
         let name = FACES.into_iter().find(|kind| face.is(kind)).unwrap_or_default();
         let own = face.fields(name, inherited);

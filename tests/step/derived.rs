@@ -1,0 +1,178 @@
+//! What is defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
+
+use crate::{clean, edge_of, file, model, near, only_face, only_part, point, vertex, world};
+use glam::DVec3;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+use trimtess::import::step::{StepOptions, read};
+use trimtess::model::{Edge, Model, Part, Severity, Surface};
+
+/// The edge #50 from `start` to `end` on curve #60, part of a face with a straight second edge.
+fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
+    let text = world()
+        + &vertex(30, start)
+        + &vertex(32, end)
+        + "#50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#55,.T.);#55=LINE('',#31,#56);\
+           #56=VECTOR('',#57,1.);#57=DIRECTION('',(1.,0.,0.));#70=ORIENTED_EDGE('',*,*,#50,.T.);\
+           #71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));#76=FACE_OUTER_BOUND('',#75,.T.);\
+           #77=PLANE('',#20);"
+        + curve
+        + &crate::shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+    let model = model(&text);
+    clean(&model);
+    edge_of(only_part(&model), 50).clone()
+}
+
+fn middle(edge: &Edge) -> DVec3 {
+    edge.curve.point(0.5 * (edge.range.0 + edge.range.1))
+}
+
+#[test]
+fn offsets_of_lines_and_circles_are_exact() {
+    let up = "#80=DIRECTION('',(0.,0.,1.));";
+    let circle = |sign: &str| format!("{up}#60=OFFSET_CURVE_3D('',#61,{sign}0.5,.F.,#80);#61=CIRCLE('',#20,2.);");
+    // Up × tangent leads to the centre.
+    let inner = edge([1.5, 0.0, 0.0], [0.0, 1.5, 0.0], &circle(""));
+    near(middle(&inner), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
+    let outer = edge([2.5, 0.0, 0.0], [0.0, 2.5, 0.0], &circle("-"));
+    near(middle(&outer), DVec3::new(2.5, 2.5, 0.0) * FRAC_1_SQRT_2);
+    let line = format!("{up}#60=OFFSET_CURVE_3D('',#61,2.,.F.,#80);#61=LINE('',#21,#62);#62=VECTOR('',#23,1.);");
+    assert_eq!(edge([0.0, 2.0, 0.0], [5.0, 2.0, 0.0], &line).curve.points.len(), 2);
+}
+
+#[test]
+fn offsets_of_other_curves_keep_the_tolerance() {
+    let curve = "#60=OFFSET_CURVE_3D('',#61,0.25,.F.,#80);#80=DIRECTION('',(0.,0.,1.));#61=ELLIPSE('',#20,4.,2.);";
+    let half = edge([3.75, 0.0, 0.0], [-3.75, 0.0, 0.0], curve);
+    for k in 1..200 {
+        let p = half.curve.point(half.range.0 + (half.range.1 - half.range.0) * f64::from(k) / 200.0);
+        // The distance from the ellipse, by sampling it densely.
+        let on = |t: f64| DVec3::new(4.0 * t.cos(), 2.0 * t.sin(), 0.0);
+        let nearest = (0..20_000).map(|i| on(std::f64::consts::PI * f64::from(i) / 20_000.0).distance(p));
+        let distance = nearest.fold(f64::INFINITY, f64::min);
+        assert!((distance - 0.25).abs() < 1.1e-3, "{distance} at {p}");
+    }
+    // At a corner of the basis the offset would jump.
+    let points: String =
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]].into_iter().zip(40..).map(|(p, id)| point(id, p)).collect();
+    let text = world()
+        + &points
+        + &vertex(30, [0.0, 0.0, 0.0])
+        + "#60=OFFSET_CURVE_3D('',#61,0.25,.F.,#22);#61=POLYLINE('',(#40,#41,#42));#50=EDGE_CURVE('',#30,#30,#60,.T.);\
+           #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
+        + &crate::shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+    let told = model(&text).diagnostics;
+    assert!(told.iter().any(|d| d.severity == Severity::Error && d.reason.contains("corner")), "{told:?}");
+}
+
+#[test]
+fn replicas_of_curves_and_surfaces_are_moved_exactly() {
+    let operator = point(80, [1.0, 0.0, 0.0]) + "#81=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#80,2.,$);";
+    let circle = operator.clone() + "#60=CURVE_REPLICA('',#61,#81);#61=CIRCLE('',#20,1.);";
+    let arc = edge([3.0, 0.0, 0.0], [1.0, 2.0, 0.0], &circle);
+    near(middle(&arc), DVec3::X + DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    let text = world()
+        + &vertex(30, [1.0, 0.0, 4.0])
+        + &operator
+        + "#60=SURFACE_REPLICA('',#61,#81);#61=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.T.);"
+        + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+    let model = model(&text);
+    clean(&model);
+    let Surface::Sphere { frame, radius } = only_face(&model).surface else { panic!("no sphere") };
+    assert_eq!((frame.origin, radius), (DVec3::X, 4.0));
+}
+
+/// The vertex of a face on a sphere that is bounded by a vertex at point #40.
+fn vertex_at(context: u32, stated: &str) -> DVec3 {
+    let text = world()
+        + stated
+        + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.T.);"
+        + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", context);
+    let model = model(&text);
+    clean(&model);
+    only_part(&model).vertices[0]
+}
+
+#[test]
+fn points_may_be_defined_by_others() {
+    near(vertex_at(2, "#40=POINT_ON_CURVE('',#41,90.);#41=CIRCLE('',#20,3.);"), DVec3::Y * 3.0);
+    near(
+        vertex_at(2, "#40=POINT_ON_SURFACE('',#41,90.,5.);#41=CYLINDRICAL_SURFACE('',#20,3.);"),
+        DVec3::new(0.0, 3.0, 5.0),
+    );
+    let moved = point(42, [1.0, 1.0, 1.0])
+        + "#40=POINT_REPLICA('',#42,#43);#43=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#42,3.,$);";
+    near(vertex_at(1, &moved), DVec3::splat(4.0));
+    // The image of v = 90 degrees on a sphere is its pole.
+    let pole = "#40=DEGENERATE_PCURVE('',#41,#43);#41=SPHERICAL_SURFACE('',#20,3.);\
+                #43=DEFINITIONAL_REPRESENTATION('',(#44),#2);#44=POLYLINE('',(#45,#46));\
+                #45=CARTESIAN_POINT('',(0.,90.));#46=CARTESIAN_POINT('',(360.,90.));";
+    near(vertex_at(2, pole), DVec3::Z * 3.0);
+    let circle = "#40=POINT_REPLICA('',#40,#20);";
+    let text = world()
+        + circle
+        + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.T.);"
+        + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+    let told = model(&text).diagnostics;
+    assert!(told.iter().any(|d| d.severity == Severity::Error && d.reason.contains("too deeply")), "{told:?}");
+}
+
+#[test]
+fn an_edge_may_be_given_in_parameters_only() {
+    // On the cylinder: a quarter turn while it rises by 3.
+    let curve = "#60=PCURVE('',#61,#62);#61=CYLINDRICAL_SURFACE('',#20,2.);#62=DEFINITIONAL_REPRESENTATION('',(#63),#1);\
+                 #63=POLYLINE('',(#64,#65));#64=CARTESIAN_POINT('',(0.,0.));#65=CARTESIAN_POINT('',(1.5707963267948966,3.));";
+    let helix = edge([2.0, 0.0, 0.0], [0.0, 2.0, 3.0], curve);
+    for k in 0..=50 {
+        let s = f64::from(k) / 50.0;
+        let (sin, cos) = (FRAC_PI_2 * s).sin_cos();
+        let p = helix.curve.point(helix.range.0 + (helix.range.1 - helix.range.0) * s);
+        assert!(p.distance(DVec3::new(2.0 * cos, 2.0 * sin, 3.0 * s)) < 1e-3, "{p}");
+    }
+}
+
+/// A geometric set of one rectangular trimmed surface #60 over surface #61.
+fn rectangle(context: u32, surface: &str, trims: &str) -> Model {
+    let text = world()
+        + surface
+        + &format!(
+            "#60=RECTANGULAR_TRIMMED_SURFACE('',#61,{trims});#70=GEOMETRIC_SET('',(#60));\
+             #92=GEOMETRICALLY_BOUNDED_SURFACE_SHAPE_REPRESENTATION('',(#70),#{context});"
+        );
+    read(file(&text).as_bytes(), &StepOptions::default()).expect("a readable file")
+}
+
+/// Corners and middle of the face, in the order of its parameters.
+fn corners(model: &Model) -> [DVec3; 5] {
+    clean(model);
+    let part: &Part = only_part(model);
+    assert!(part.edges.is_empty() && part.faces[0].loops.is_empty());
+    let surface = &part.faces[0].surface;
+    let [(a, b), (c, d)] = surface.natural_domain();
+    [(a, c), (b, c), (a, d), (b, d), (0.5 * (a + b), 0.5 * (c + d))].map(|(u, v)| surface.point(u, v))
+}
+
+#[test]
+fn trimmed_surfaces_without_faces_end_where_they_are_trimmed() {
+    let plane = rectangle(3, "#61=PLANE('',#20);", "1.,2.,3.,5.,.T.,.T.");
+    for (p, (x, y)) in corners(&plane).into_iter().zip([(1.0, 3.0), (2.0, 3.0), (1.0, 5.0), (2.0, 5.0), (1.5, 4.0)]) {
+        near(p, DVec3::new(x, y, 0.0) * 25.4);
+    }
+    let tube = rectangle(2, "#61=CYLINDRICAL_SURFACE('',#20,2.);", "350.,10.,0.,4.,.T.,.T.");
+    let at = |degrees: f64, z: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        DVec3::new(2.0 * cos, 2.0 * sin, z)
+    };
+    for (p, q) in corners(&tube).into_iter().zip([at(350., 0.), at(10., 0.), at(350., 4.), at(10., 4.), at(0., 2.)]) {
+        near(p, q);
+    }
+    let swept = "#61=SURFACE_OF_LINEAR_EXTRUSION('',#62,#63);#62=CIRCLE('',#20,2.);#63=VECTOR('',#22,1.);";
+    let swept = rectangle(2, swept, "20.,50.,0.,4.,.T.,.T.");
+    for (p, q) in corners(&swept).into_iter().zip([at(20., 0.), at(50., 0.), at(20., 4.), at(50., 4.)]) {
+        near(p, q);
+    }
+    let turned = rectangle(1, "#61=PLANE('',#20);", "2.,1.,3.,5.,.F.,.T.");
+    near(corners(&turned)[0], DVec3::new(1.0, 3.0, 0.0));
+    assert!(only_face(&turned).reversed);
+    let empty = rectangle(1, "#61=PLANE('',#20);", "2.,1.,3.,5.,.T.,.T.");
+    assert!(only_face(&empty).lost && empty.diagnostics.iter().any(|d| d.reason.contains("a trim from 2 to 1")));
+}
