@@ -5,6 +5,7 @@ use super::curve::Carrier;
 use super::offset::{breaks_of, fitted};
 use super::place::Geometry;
 use super::replica::Similarity;
+use super::surface::Stated;
 use super::table::{Instance, Read, Trouble};
 use super::units::Units;
 use crate::model::{AxisMap, CurveKind, NurbsCurve3, Surface};
@@ -70,10 +71,7 @@ impl Geometry<'_> {
         depth: usize,
     ) -> Read<(Surface, NurbsCurve3, [f64; 2])> {
         let own = pcurve.fields(name, 1);
-        let on = self.surface(own.reference(0)?, &Vec::new, depth + 1)?;
-        if on.turned {
-            return Err(Trouble::new(pcurve.id, "a curve in the parameters of a surface that is turned over"));
-        }
+        let on = self.parametric(own.reference(0)?, depth + 1)?;
         let items = self.get(own.reference(1)?)?.fields("REPRESENTATION", 1).links(0)?;
         let curve = items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, "an empty parameter curve"))?;
         // Parameters are read as numbers, then made lengths (millimetres) and angles (radians) one by one.
@@ -81,6 +79,15 @@ impl Geometry<'_> {
         let curve = plain.bounded(curve, depth + 1)?;
         let factors = self.factors(&on.surface);
         Ok((on.surface, curve, factors))
+    }
+
+    /// A surface whose parameters are those that the file means.
+    pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Stated> {
+        let on = self.surface(id, &Vec::new, depth)?;
+        if on.turned || self.get(id)?.is("SURFACE_REPLICA") {
+            return Err(Trouble::new(id, "the parameters of a surface that is turned over or a replica are not used"));
+        }
+        Ok(on)
     }
 
     /// Millimetres and radians per unit of the surface's parameters.
@@ -124,10 +131,7 @@ impl Geometry<'_> {
             inner.point_on_curve(instance)?
         } else if instance.is("POINT_ON_SURFACE") {
             let own = instance.fields("POINT_ON_SURFACE", 1);
-            let on = inner.surface(own.reference(0)?, &Vec::new, 0)?;
-            if on.turned {
-                return Err(Trouble::new(instance.id, "a point in the parameters of a surface that is turned over"));
-            }
+            let on = inner.parametric(own.reference(0)?, 0)?;
             let [u, v] = inner.factors(&on.surface);
             on.surface.point(own.real(1)? * u, own.real(2)? * v)
         } else if instance.is("EVALUATED_DEGENERATE_PCURVE") {

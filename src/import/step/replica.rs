@@ -1,4 +1,4 @@
-//! Curves and surfaces moved by a similarity, exactly and in the parameters of the original: what replicas stand for.
+//! Curves and surfaces moved by a similarity, exactly: what replicas stand for. Parameters that are lengths scale along.
 
 use super::curve::Carrier;
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
@@ -124,14 +124,21 @@ mod tests {
                 let motion = motion(mirror);
                 let (moved, turned) = Similarity::new(motion).surface(surface.clone());
                 let (u, v) = (0.4, 0.6);
+                // Parameters that are lengths are twice as long.
+                let (su, sv) = match surface {
+                    Surface::Plane { .. } => (2.0, 2.0),
+                    Surface::Cylinder { .. } | Surface::Cone { .. } => (1.0, 2.0),
+                    _ => (1.0, 1.0),
+                };
                 // Where the angle turns round, the same place has the opposite angle.
-                let image = moved.point(if turned { -u } else { u }, v);
+                let at = (if turned { -u } else { u } * su, v * sv);
+                let image = moved.point(at.0, at.1);
                 let expected = motion.transform_point3(surface.point(u, v));
                 assert!(image.distance(expected) < 1e-12, "{surface:?} {mirror}");
                 // The normal of the parameters of the original, moved: a mirror turns cross products.
                 let stated = motion.transform_vector3(surface.normal(u, v).expect("a normal"));
                 let stated = if mirror { -stated } else { stated };
-                let own = moved.normal(if turned { -u } else { u }, v).expect("a normal");
+                let own = moved.normal(at.0, at.1).expect("a normal");
                 assert_eq!(own.dot(stated) < 0.0, turned, "{surface:?} {mirror}");
             }
         }

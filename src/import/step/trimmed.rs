@@ -19,10 +19,7 @@ impl Geometry<'_> {
     fn rectangle(&self, instance: Instance<'_>) -> Read<Stated> {
         let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
         let base = own.reference(0)?;
-        let on = self.surface(base, &Vec::new, 1)?;
-        if on.turned {
-            return Err(Trouble::new(instance.id, "a trim in the parameters of a surface that is turned over"));
-        }
+        let on = self.parametric(base, 1)?;
         let factors = self.factors(&on.surface);
         let mut range = [(0.0, 0.0); 2];
         for axis in 0..2 {
