@@ -42,7 +42,9 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize) {
         if corners == GONE || !Shape::of(web.mesh, corners).is_folded(web.mesh) {
             continue;
         }
-        let Some(change) = web.best(web.flips(t).into_iter().chain(web.merges(t))) else { continue };
+        let (flips, merges) = (web.flips(t), web.merges(t));
+        let gaining = web.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN).cloned();
+        let Some(change) = gaining.or_else(|| web.best(merges.iter(), MOST_LOSS).cloned()) else { continue };
         for &(t, _) in &change.triangles {
             web.leave(t);
         }
@@ -58,6 +60,10 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize) {
     }
     mesh.triangles.retain(|t| *t != GONE);
 }
+
+/// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
+/// the first does not help before the others are gone.
+const MOST_LOSS: f64 = 1.5;
 
 /// In place of a triangle that was merged away.
 const GONE: [u32; 3] = [u32::MAX; 3];
@@ -92,6 +98,7 @@ impl Shape {
 }
 
 /// Triangles in place of others; as many as there were, some of them [`GONE`].
+#[derive(Clone)]
 struct Change {
     triangles: Vec<(usize, [u32; 3])>,
 }
@@ -132,17 +139,15 @@ impl Web<'_> {
             })
     }
 
-    /// The change that leaves the least of the area looking inwards; none if all leave nearly what there is.
-    ///
-    /// Changes concern different triangles, so what counts is how much each gains. Where several gain the same, the one
-    /// that leaves the widest triangles.
-    fn best(&self, changes: impl Iterator<Item = Change>) -> Option<Change> {
-        let mut best: Option<((f64, f64), Change)> = None;
+    /// The change that gains most of the area looking inwards, among those that leave `share` of it at most. Where several
+    /// gain the same, the one that leaves the widest triangles.
+    fn best<'a>(&self, changes: impl Iterator<Item = &'a Change>, share: f64) -> Option<&'a Change> {
+        let mut best: Option<((f64, f64), &Change)> = None;
         for change in changes {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
-            if after > (1.0 - LEAST_GAIN) * before && best.as_ref().is_none_or(|(s, _)| score > *s) {
+            if after > share * before && best.is_none_or(|(s, _)| score > s) {
                 best = Some((score, change));
             }
         }

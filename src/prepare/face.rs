@@ -7,7 +7,7 @@ use super::cuts::grid_for;
 use super::pcurve::Projector;
 use super::region::{Along, Passages, RegionError, region, trace_loop};
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
-use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
+use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -86,6 +86,8 @@ pub(super) struct FaceDraft {
 /// Why a face cannot be used.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum FaceError {
+    /// The surface is none.
+    Surface(SurfaceError),
     /// No region.
     Region(RegionError),
     /// The loops cross each other or themselves where the region must be cut open.
@@ -103,6 +105,7 @@ pub(super) enum FaceError {
 impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Surface(e) => e.fmt(f),
             Self::Region(e) => e.fmt(f),
             Self::Tangled(e) => e.fmt(f),
             Self::OffSurface { gap, extent } => {
@@ -135,6 +138,8 @@ const LOST_SHARE: f64 = 0.05;
 
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
+    // Models may be written into their open fields; and a number that is none hides in every comparison below.
+    face.surface.check().map_err(FaceError::Surface)?;
     let extent = face_extent(part, face).unwrap_or(size);
     let mut projector = Projector::new(&face.surface, 1e-6 * extent);
     let passages = passages(part, face, &projector);

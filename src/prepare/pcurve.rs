@@ -13,6 +13,10 @@ use std::cell::OnceCell;
 /// more is noise, and its gap is reported.
 const MAX_DEPTH: u32 = 10;
 
+/// The same beside a pole, where the image turns by half a period within a few times the distance to the pole. That
+/// distance is 1e-5 of the face at least: nearer is a passage through the pole.
+const MAX_DEPTH_AT_POLE: u32 = 24;
+
 /// Samples of one pcurve beyond which it is not refined. Real ones have 2 to 500; a thousand times that is a curve of
 /// noise, and would take seconds.
 const MAX_SAMPLES: usize = 20_000;
@@ -303,11 +307,32 @@ impl<'a> Projector<'a> {
         }
         let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
         let mut samples: Vec<UvSample> = out.into_iter().map(|s| s.0).collect();
+        if !self.poles.is_empty() {
+            self.unwind(&mut samples);
+        }
         if reversed {
             samples.reverse();
         }
         fill_slopes(&mut samples);
         Marched { samples, gap, poles: end_poles }
+    }
+
+    /// Moves samples by whole periods next to their predecessors. The first samples of an edge that passes a pole are too
+    /// far apart to tell on which side: what was guessed then shows as a jump between the last ones.
+    fn unwind(&self, samples: &mut [UvSample]) {
+        for axis in 0..2 {
+            let Some(p) = self.period[axis] else { continue };
+            let mut by = 0.0;
+            for k in 1..samples.len() {
+                samples[k].uv[axis] += by;
+                let (a, b) = (samples[k - 1], samples[k]);
+                let step = 0.5 * (a.d[axis] + b.d[axis]) * (b.t - a.t);
+                let step = if step.abs() < 0.5 * p { step } else { 0.0 };
+                let jump = p * ((b.uv[axis] - a.uv[axis] - step) / p).round();
+                samples[k].uv[axis] -= jump;
+                by -= jump;
+            }
+        }
     }
 
     /// Where to look next: a prediction, but never further than a quarter period away.
@@ -395,8 +420,16 @@ impl Walk<'_> {
         (UvSample { t, uv, d: DVec2::NAN }, 0.0)
     }
 
+    /// Whether a pole lies so close to the edge between two samples that the image may turn about it unseen.
+    fn passes_pole(&self, a: &UvSample, b: &UvSample) -> bool {
+        let [p, q] = [a.t, b.t].map(|t| self.edge.curve.point(t));
+        let reach = p.distance(q);
+        self.projector.poles.iter().any(|pole| pole.point.distance(p).min(pole.point.distance(q)) < reach)
+    }
+
     fn refine(&self, a: &UvSample, b: &UvSample, depth: u32, out: &mut Vec<(UvSample, f64)>) {
-        if depth >= MAX_DEPTH || out.len() >= MAX_SAMPLES {
+        let deep = depth >= MAX_DEPTH && (depth >= MAX_DEPTH_AT_POLE || !self.passes_pole(a, b));
+        if deep || out.len() >= MAX_SAMPLES {
             return;
         }
         let t = 0.5 * (a.t + b.t);

@@ -7,7 +7,8 @@ use crate::reference::{corpus, files, value};
 use trimtess::mesh::check_scene;
 
 /// Files whose surfaces fold over themselves, so that their normals look both ways.
-const FOLDED: [(&str, &str); 1] = [("supersonic_vsp.stp", "plane caps of wing tips run back by 5 mm in their last tenth")];
+const FOLDED: [(&str, &str); 1] =
+    [("supersonic_vsp.stp", "plane caps of wing tips run back by 5 mm in their last tenth")];
 
 #[test]
 fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {

@@ -3,6 +3,7 @@
 
 mod broken;
 mod curves;
+mod deep;
 mod products;
 mod surfaces;
 mod topology;
