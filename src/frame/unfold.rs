@@ -63,7 +63,7 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize) {
 
 /// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
 /// the first does not help before the others are gone.
-const MOST_LOSS: f64 = 1.5;
+const MOST_LOSS: f64 = 8.0;
 
 /// In place of a triangle that was merged away.
 const GONE: [u32; 3] = [u32::MAX; 3];
@@ -199,7 +199,7 @@ impl Web<'_> {
     /// `v` merged into `to`; `None` where that would join more than two triangles along an edge.
     fn merge(&self, v: u32, to: u32, fan: &[(usize, u32)]) -> Option<Change> {
         let common = fan.iter().filter(|&&(_, w)| w != to && self.has_edge(w, to)).count();
-        (common == 2 && fan.len() > 3).then(|| {
+        (common == 2).then(|| {
             let moved = |t: usize| {
                 let corners = self.mesh.triangles[t];
                 if corners.contains(&to) { GONE } else { corners.map(|c| if c == v { to } else { c }) }

@@ -139,21 +139,31 @@ impl<'a> Projector<'a> {
     }
 
     fn seed_grid(&self) -> Vec<(DVec2, DVec3)> {
-        let axis_values = |axis: usize| -> Vec<f64> {
-            let (a, b) = self.domain[axis];
+        /// Seeds in all: a search looks at every one of them.
+        const MOST: usize = 64 * 64;
+        let wanted = |axis: usize| -> usize {
             let spans = match (self.surface, axis) {
                 (Surface::Nurbs(s), 0) => s.count_u() * 2,
                 (Surface::Nurbs(s), _) => s.count_v() * 2,
                 (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
                     curve.points.len() * 3
                 }
-                (Surface::Extrusion { .. }, _) => return vec![0.0],
+                (Surface::Extrusion { .. }, _) => return 1,
                 _ => 16,
             };
-            let n = spans.clamp(8, 64);
+            spans.clamp(8, 1024)
+        };
+        // What one direction does not need, the other may have: a spring has many turns and one round section.
+        let n = [wanted(0), wanted(1)];
+        let n = [0, 1].map(|axis| n[axis].min((MOST / n[1 - axis].min(64)).max(64)));
+        let axis_values = |axis: usize| -> Vec<f64> {
+            let (a, b) = self.domain[axis];
+            if n[axis] == 1 {
+                return vec![0.0];
+            }
             let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
             // Midpoints: on a pole line the surface has no direction to go.
-            (0..n).map(|k| a + (b - a) * (k as f64 + 0.5) / n as f64).collect()
+            (0..n[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / n[axis] as f64).collect()
         };
         let vs = axis_values(1);
         axis_values(0)
