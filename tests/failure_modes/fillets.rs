@@ -38,11 +38,9 @@ fn four_slots_with_round_ends() {
             let south = body.line(start, start + lift);
             let wall = Surface::Cylinder { frame: *end, radius };
             let round = vec![arcs[0].along(), west.clone(), arcs[1].against(), south.edge.against()];
-            let round = round.into_iter().enumerate();
-            // Lines may have been made the other way round by the other end: all of them run upwards.
-            body.face(wall, vec![round.map(|(_, c)| c).collect()], true);
+            body.face(wall, vec![round], true);
             let plane = frame(from, -across * sign, to - from);
-            let flat = vec![lines[0].clone(), east, turned(&lines[1]), turned(&west)];
+            let flat = [lines[0].clone(), east, turned(&lines[1]), turned(&west)];
             body.flat(plane, vec![flat.iter().rev().map(turned).collect()]);
             for (rim, (arc, line)) in rims.iter_mut().zip(arcs.iter().zip(&lines)) {
                 rim.extend([arc.along(), line.clone()]);

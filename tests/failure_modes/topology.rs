@@ -97,7 +97,7 @@ fn a_loop_of_ten_thousand_edges_and_a_prism_on_it() {
     let corner = |k: u32, z: f64| {
         let angle = TAU * f64::from(k) / f64::from(count);
         // A gear: every other corner further in.
-        let radius = if k % 2 == 0 { 100.0 } else { 99.9 };
+        let radius = if k.is_multiple_of(2) { 100.0 } else { 99.9 };
         at(radius * angle.cos(), radius * angle.sin(), z)
     };
     let area = 0.5 * f64::from(count) * 100.0 * 99.9 * (TAU / f64::from(count)).sin();
