@@ -7,7 +7,7 @@ use super::limits::{Budget, PlanLimits, Shortfall};
 use super::tolerance::Tolerance;
 use crate::mesh::TileId;
 use crate::model::PartId;
-use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, UvCurve};
+use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, StripBounds, UvCurve};
 use std::f64::consts::FRAC_PI_2;
 
 /// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
@@ -216,17 +216,16 @@ fn polyline(
     if edge.uses.is_empty() {
         return (EdgePolyline::default(), true);
     }
-    let strips = edge.bounds.strips.len();
-    let breaks = &edge.bounds.breaks;
-    let mut rates = vec![0.0_f64; strips];
     let angle = tolerance.angle.min(FRAC_PI_2);
-    for (k, (rate, b)) in rates.iter_mut().zip(&edge.bounds.strips).enumerate() {
-        if !edge.straight {
-            let width = breaks[k + 1] - breaks[k];
-            *rate = (b.second / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width);
-        }
-        *rate = factor * tolerance.max_edge.map_or(*rate, |m| rate.max(b.first / m));
-    }
+    let own = |k: usize, b: &StripBounds| {
+        let width = edge.bounds.breaks[k + 1] - edge.bounds.breaks[k];
+        let rate =
+            if edge.straight { 0.0 } else { (b.second / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width) };
+        factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first / m))
+    };
+    let of_strips: Vec<f64> = edge.bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)).collect();
+    let Density { breaks, mut rates } = with_dense_images(part, edge, of_strips);
+    let breaks = &breaks;
     for &(tile, l, u) in &edge.uses {
         let lattice = &tiles[tile.0 as usize];
         if lattice.us.len() == 2 && lattice.vs.len() == 2 {
@@ -253,6 +252,39 @@ fn polyline(
         out.breaks.push(u32::try_from(out.ts.len() - 1).unwrap_or(u32::MAX));
     }
     (out, kept)
+}
+
+/// The strips of an edge's bounds with their rates, cut further where one of its images turns within a strip: beside a pole
+/// it runs over half a lattice in a thousandth of the edge, and only there segments have to be short.
+fn with_dense_images(part: &PreparedPart, edge: &PreparedEdge, rates: Vec<f64>) -> Density {
+    /// Samples of an image within a strip from which on it is cut at each of them. Ordinary edges have two to eight.
+    const MANY: usize = 16;
+    let breaks = &edge.bounds.breaks;
+    let mut cuts: Vec<f64> = Vec::new();
+    for &(tile, l, u) in &edge.uses {
+        let UvCurve::Hermite(samples) = &part.tiles[tile.0 as usize].loops[l as usize][u as usize].uv else { continue };
+        if samples.len() < MANY {
+            continue;
+        }
+        for w in breaks.windows(2) {
+            let first = samples.partition_point(|s| s.t <= w[0]);
+            let last = samples.partition_point(|s| s.t < w[1]);
+            if last >= first + MANY {
+                cuts.extend(samples[first..last].iter().map(|s| s.t));
+            }
+        }
+    }
+    if cuts.is_empty() {
+        return Density { breaks: breaks.clone(), rates };
+    }
+    cuts.extend_from_slice(breaks);
+    // A stretch of the edge ends at a break, and is sampled up to there.
+    cuts.extend(edge.breaks.iter().map(|b| b.t).filter(|&t| t > breaks[0] && t < breaks[breaks.len() - 1]));
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup();
+    let rate = |w: &[f64]| rates[(breaks.partition_point(|&b| b <= w[0]).max(1) - 1).min(rates.len() - 1)];
+    let rates = cuts.windows(2).map(rate).collect();
+    Density { breaks: cuts, rates }
 }
 
 /// Raises rates so that a segment crosses at most one cell of `lattice` in each direction.

@@ -310,7 +310,8 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, chord: f64, s: &mut Scratc
             push_triangle(mesh, t, face.reversed);
         }
     }
-    if face.kind != SurfaceKind::Plane {
+    // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
+    if face.kind != SurfaceKind::Plane && face.creases.iter().all(Vec::is_empty) {
         unfold(mesh, trimmed, chord);
     }
 }

@@ -45,7 +45,9 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64) {
         if corners == GONE || !Shape::of(web.mesh, corners).is_folded(web.mesh) {
             continue;
         }
-        let Some(change) = web.best(web.flips(t).into_iter().chain(web.merges(t))) else { continue };
+        let (flips, merges) = (web.flips(t), web.merges(t));
+        let gaining = web.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN).cloned();
+        let Some(change) = gaining.or_else(|| web.best(merges.iter(), MOST_LOSS).cloned()) else { continue };
         for &(t, _) in &change.triangles {
             web.leave(t);
         }
@@ -61,6 +63,10 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64) {
     }
     mesh.triangles.retain(|t| *t != GONE);
 }
+
+/// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
+/// the first does not help before the others are gone.
+const MOST_LOSS: f64 = 8.0;
 
 /// In place of a triangle that was merged away.
 const GONE: [u32; 3] = [u32::MAX; 3];
@@ -98,6 +104,7 @@ impl Shape {
 }
 
 /// Triangles in place of others; as many as there were, some of them [`GONE`].
+#[derive(Clone)]
 struct Change {
     triangles: Vec<(usize, [u32; 3])>,
 }
@@ -140,26 +147,24 @@ impl Web<'_> {
             })
     }
 
-    /// The change that leaves the least of the area looking inwards; none if all leave nearly what there is.
-    ///
-    /// Changes concern different triangles, so what counts is how much each gains. Where several gain the same, the one
-    /// that leaves the widest triangles.
-    fn best(&self, changes: impl Iterator<Item = Change>) -> Option<Change> {
-        let mut best: Option<((f64, f64), Change)> = None;
+    /// The change that gains most of the area looking inwards, among those that leave `share` of it at most. Where several
+    /// gain the same, the one that leaves the widest triangles.
+    fn best<'a>(&self, changes: impl Iterator<Item = &'a Change>, share: f64) -> Option<&'a Change> {
+        let mut best: Option<((f64, f64), &Change)> = None;
         for change in changes {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
-            let better = after > (1.0 - LEAST_GAIN) * before && best.as_ref().is_none_or(|(s, _)| score > *s);
-            if better && self.stays(&change) {
+            let better = after > share * before && best.is_none_or(|(s, _)| score > s);
+            if better && self.stays(change) {
                 best = Some((score, change));
             }
         }
         best.map(|(_, change)| change)
     }
 
-    /// Whether the new triangles have an area and are near the old ones: by the corners and the middles of the sides of
-    /// each, from the other.
+    /// Whether the new triangles have an area and, by the middles of their sides, are near the old ones. The
+    /// other way does not count: what is cut off beyond a boundary's chord was no part of the face.
     fn stays(&self, change: &Change) -> bool {
         let flat = |t: [u32; 3]| t != GONE && Shape::of(self.mesh, t).is_flat(self.mesh);
         if change.triangles.iter().any(|(_, t)| flat(*t)) {
@@ -167,14 +172,9 @@ impl Web<'_> {
         }
         let place = |t: [u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
         let old: Vec<[DVec3; 3]> = change.triangles.iter().map(|(t, _)| place(self.mesh.triangles[*t])).collect();
-        let new: Vec<[DVec3; 3]> =
-            change.triangles.iter().filter(|(_, t)| *t != GONE).map(|(_, t)| place(*t)).collect();
-        let near = |from: &[[DVec3; 3]], to: &[[DVec3; 3]]| {
-            from.iter()
-                .flat_map(|[a, b, c]| [*a, a.midpoint(*b), b.midpoint(*c), c.midpoint(*a)])
-                .all(|p| to.iter().any(|triangle| distance_to_triangle(p, triangle) <= self.stray))
-        };
-        near(&old, &new) && near(&new, &old)
+        let near = |p: DVec3| old.iter().any(|triangle| distance_to_triangle(p, triangle) <= self.stray);
+        let new = change.triangles.iter().filter(|(_, t)| *t != GONE).map(|(_, t)| place(*t));
+        new.flat_map(|[a, b, c]| [a.midpoint(b), b.midpoint(c), c.midpoint(a)]).all(near)
     }
 
     /// The edges of triangle `t`, flipped.
@@ -222,7 +222,7 @@ impl Web<'_> {
     /// `v` merged into `to`; `None` where that would join more than two triangles along an edge.
     fn merge(&self, v: u32, to: u32, fan: &[(usize, u32)]) -> Option<Change> {
         let common = fan.iter().filter(|&&(_, w)| w != to && self.has_edge(w, to)).count();
-        (common == 2 && fan.len() > 3).then(|| {
+        (common == 2).then(|| {
             let moved = |t: usize| {
                 let corners = self.mesh.triangles[t];
                 if corners.contains(&to) { GONE } else { corners.map(|c| if c == v { to } else { c }) }

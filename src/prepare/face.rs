@@ -8,7 +8,7 @@ use super::meeting::{Meeting, fold};
 use super::pcurve::Projector;
 use super::region::{Along, Passages, Region, RegionError, region, trace_loop};
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
-use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
+use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -100,6 +100,8 @@ pub(super) struct Told {
 /// Why a face cannot be used.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum FaceError {
+    /// The surface is none.
+    Surface(SurfaceError),
     /// No region.
     Region(RegionError),
     /// Where the region must be cut open the windings of the loops do not add up, whatever the cuts.
@@ -117,6 +119,7 @@ pub(super) enum FaceError {
 impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Surface(e) => e.fmt(f),
             Self::Region(e) => e.fmt(f),
             Self::Tangled { refused, .. } => refused.fmt(f),
             Self::OffSurface { gap, extent } => {
@@ -169,6 +172,8 @@ const LOST_SHARE: f64 = 0.05;
 
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
+    // Models may be written into their open fields; and a number that is none hides in every comparison below.
+    face.surface.check().map_err(FaceError::Surface)?;
     let extent = face_extent(part, face).unwrap_or(size);
     let mut projector = Projector::new(&face.surface, 1e-6 * extent);
     let passages = passages(part, face, &projector);

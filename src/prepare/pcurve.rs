@@ -13,6 +13,10 @@ use std::cell::OnceCell;
 /// more is noise, and its gap is reported.
 const MAX_DEPTH: u32 = 10;
 
+/// The same beside a pole, where the image turns by half a period within a few times the distance to the pole. That
+/// distance is 1e-5 of the face at least: nearer is a passage through the pole.
+const MAX_DEPTH_AT_POLE: u32 = 24;
+
 /// Samples of one pcurve beyond which it is not refined. Real ones have 2 to 500; a thousand times that is a curve of
 /// noise, and would take seconds.
 const MAX_SAMPLES: usize = 20_000;
@@ -148,21 +152,31 @@ impl<'a> Projector<'a> {
     }
 
     fn seed_grid(&self) -> Vec<(DVec2, DVec3)> {
-        let axis_values = |axis: usize| -> Vec<f64> {
-            let (a, b) = self.domain[axis];
+        /// Seeds in all: a search looks at every one of them.
+        const MOST: usize = 64 * 64;
+        let wanted = |axis: usize| -> usize {
             let spans = match (self.surface, axis) {
                 (Surface::Nurbs(s), 0) => s.count_u() * 2,
                 (Surface::Nurbs(s), _) => s.count_v() * 2,
                 (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
                     curve.points.len() * 3
                 }
-                (Surface::Extrusion { .. }, _) => return vec![0.0],
+                (Surface::Extrusion { .. }, _) => return 1,
                 _ => 16,
             };
-            let n = spans.clamp(8, 64);
+            spans.clamp(8, 1024)
+        };
+        // What one direction does not need, the other may have: a spring has many turns and one round section.
+        let n = [wanted(0), wanted(1)];
+        let n = [0, 1].map(|axis| n[axis].min((MOST / n[1 - axis].min(64)).max(64)));
+        let axis_values = |axis: usize| -> Vec<f64> {
+            let (a, b) = self.domain[axis];
+            if n[axis] == 1 {
+                return vec![0.0];
+            }
             let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
             // Midpoints: on a pole line the surface has no direction to go.
-            (0..n).map(|k| a + (b - a) * (k as f64 + 0.5) / n as f64).collect()
+            (0..n[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / n[axis] as f64).collect()
         };
         let vs = axis_values(1);
         axis_values(0)
@@ -325,11 +339,32 @@ impl<'a> Projector<'a> {
         }
         let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
         let mut samples: Vec<UvSample> = out.into_iter().map(|s| s.0).collect();
+        if !self.poles.is_empty() {
+            self.unwind(&mut samples);
+        }
         if reversed {
             samples.reverse();
         }
         fill_slopes(&mut samples);
         Marched { samples, gap, poles: end_poles }
+    }
+
+    /// Moves samples by whole periods next to their predecessors. The first samples of an edge that passes a pole are too
+    /// far apart to tell on which side: what was guessed then shows as a jump between the last ones.
+    fn unwind(&self, samples: &mut [UvSample]) {
+        for axis in 0..2 {
+            let Some(p) = self.period[axis] else { continue };
+            let mut by = 0.0;
+            for k in 1..samples.len() {
+                samples[k].uv[axis] += by;
+                let (a, b) = (samples[k - 1], samples[k]);
+                let step = 0.5 * (a.d[axis] + b.d[axis]) * (b.t - a.t);
+                let step = if step.abs() < 0.5 * p { step } else { 0.0 };
+                let jump = p * ((b.uv[axis] - a.uv[axis] - step) / p).round();
+                samples[k].uv[axis] -= jump;
+                by -= jump;
+            }
+        }
     }
 
     /// Where to look next: a prediction, but never further than a quarter period away.
@@ -417,8 +452,16 @@ impl Walk<'_> {
         (UvSample { t, uv, d: DVec2::NAN }, 0.0)
     }
 
+    /// Whether a pole lies so close to the edge between two samples that the image may turn about it unseen.
+    fn passes_pole(&self, a: &UvSample, b: &UvSample) -> bool {
+        let [p, q] = [a.t, b.t].map(|t| self.edge.curve.point(t));
+        let reach = p.distance(q);
+        self.projector.poles.iter().any(|pole| pole.point.distance(p).min(pole.point.distance(q)) < reach)
+    }
+
     fn refine(&self, a: &UvSample, b: &UvSample, depth: u32, out: &mut Vec<(UvSample, f64)>) {
-        if depth >= MAX_DEPTH || out.len() >= MAX_SAMPLES {
+        let deep = depth >= MAX_DEPTH && (depth >= MAX_DEPTH_AT_POLE || !self.passes_pole(a, b));
+        if deep || out.len() >= MAX_SAMPLES {
             return;
         }
         let t = 0.5 * (a.t + b.t);

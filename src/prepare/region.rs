@@ -395,12 +395,40 @@ pub(super) fn region(
     let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
+        if let Some(axis) = go_round_poles(&mut loops, projector) {
+            return band(loops, axis, named_pole, projector);
+        }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
     gather(&mut loops, &areas, projector);
     nest(&mut loops, &areas);
     let bounds = loops_box(&loops);
     Ok(Region { loops, wraps: [false, false], bounds, base: 0, unbounded: None })
+}
+
+/// Turns holes that touch a pole into loops that go round it, and says in which direction they do; none if there are none.
+///
+/// What such a hole leaves of the pole line is the rest of its turn: the kept side is bounded by that.
+fn go_round_poles(loops: &mut [UvLoop], projector: &Projector<'_>) -> Option<usize> {
+    let mut round = None;
+    for (k, pole) in projector.poles.iter().enumerate() {
+        let run = 1 - pole.axis;
+        let touches = |p: &Piece| p.along == Along::Pole(k);
+        let mut touching = loops.iter_mut().filter(|l| l.pieces.iter().any(touches));
+        let (Some(l), None, Some(period)) = (touching.next(), touching.next(), projector.period[run]) else { continue };
+        let mut along_poles = (0..l.pieces.len()).filter(|&i| matches!(l.pieces[i].along, Along::Pole(_)));
+        let (Some(jump), None) = (along_poles.next(), along_poles.next()) else { continue };
+        let (from, to) = (l.pieces[jump].start(), l.pieces[jump].end());
+        let turns = if to[run] > from[run] { -1 } else { 1 };
+        let mut by = DVec2::ZERO;
+        by[run] = f64::from(turns) * period;
+        let Some(rest) = pole_piece(projector, k, from, to + by) else { continue };
+        l.pieces[jump] = rest;
+        l.pieces[jump + 1..].iter_mut().for_each(|p| p.shift(by));
+        l.winding[run] = turns;
+        round = Some(run);
+    }
+    round
 }
 
 fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {

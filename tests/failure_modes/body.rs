@@ -39,9 +39,15 @@ impl Body {
         Self::new(ShellKind::Open)
     }
 
+    /// What follows has its own vertices and edges.
+    pub(crate) fn forget(&mut self) {
+        self.vertices.clear();
+        self.lines.clear();
+    }
+
     /// The vertex there; a new one if there is none within rounding.
     pub(crate) fn vertex(&mut self, p: DVec3) -> VertexId {
-        let near = 1e-12 * p.abs().max_element().max(1e-3);
+        let near = 1e-12 * p.abs().max_element().max(1.0);
         if let Some(&(_, v)) = self.vertices.iter().find(|(q, _)| q.distance(p) <= near) {
             return v;
         }

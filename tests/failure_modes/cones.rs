@@ -118,12 +118,12 @@ fn holes_near_the_apex_and_around_it() {
     for (s, radius) in [(1.0, 0.9), (5.0, 2.0), (1.0, 0.999), (1e-2, 9e-3)] {
         let mut body = Body::sheet();
         let foot = body.circle(&level(-slant * turns), slant * turns);
-        let hole = body.spline(through(rolled(s, radius), (0.0, TAU), 128));
+        let hole = body.spline(through(rolled(s, radius), (0.0, TAU), 2048));
         let apex = body.vertex(DVec3::ZERO);
         let loops = vec![Loop::Edges(vec![foot.along()]), Loop::Vertex(apex), Loop::Edges(vec![hole.against()])];
         let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle: -FRAC_PI_4 };
         body.part.plain_face(cone, body.shell, loops, false);
-        Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius).climb();
+        Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius).named((s, radius)).climb();
     }
 }
 

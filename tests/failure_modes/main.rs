@@ -5,8 +5,13 @@
 //! scales, endless inputs, and one bad face that takes others with it.
 
 mod body;
+mod borders;
 mod cones;
+mod fillets;
 #[path = "../flipped/mod.rs"]
 mod flipped;
 mod ladder;
+mod scale;
 mod seams;
+mod splines;
+mod topology;

@@ -4,6 +4,7 @@
 mod bodies;
 mod broken;
 mod curves;
+mod deep;
 mod derived;
 mod products;
 mod surfaces;

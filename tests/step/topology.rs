@@ -228,7 +228,7 @@ fn an_open_loop_is_closed_straight_and_told_with_its_place() {
     let rows: Vec<_> = only_part(&model).faces.iter().map(|face| (face.entity, face.lost)).collect();
     assert_eq!(rows, [(94, false), (91, false)]);
     assert_eq!(errors(&model), []);
-    let prepared = prepare(model, &PrepareOptions::DEFAULT);
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
     assert_eq!(prepared.parts[0].face_rows, [Some(0), Some(1)]);
     let told: Vec<_> = prepared.diagnostics.iter().filter(|d| d.severity == Severity::Warning).collect();
     assert!(told.len() == 1 && told[0].entity == 94 && told[0].reason.contains("gap"), "{told:?}");

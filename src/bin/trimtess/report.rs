@@ -514,7 +514,7 @@ mod tests {
         use trimtess::prepare::{PrepareOptions, prepare};
         let mut model = shapes::by_name("box").expect("a shape");
         model.parts[0].faces[4].entity = 77;
-        let prepared = prepare(model, &PrepareOptions::DEFAULT);
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
         let (part, face, tile) = (PartId(0), FaceId(4), TileId(4));
         assert_eq!(prepared.parts[0].tiles[4].face, face);
         let edge = EdgeId(prepared.parts[0].tiles[4].loops[0][0].edge);

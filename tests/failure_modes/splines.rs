@@ -1,0 +1,336 @@
+//! B-spline faces: helices, closed ones with their seams anywhere, trims along knots, creases and natural borders.
+
+use crate::body::{Body, frame, level, through};
+use crate::ladder::Ladder;
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+use trimtess::model::{Coedge, EdgeId, Frame3, NurbsCurve3, NurbsSurface, Surface};
+
+/// The unit circle by nine points: weights and corners of a square.
+const RING: [(f64, f64, bool); 9] = [
+    (1.0, 0.0, false),
+    (1.0, 1.0, true),
+    (0.0, 1.0, false),
+    (-1.0, 1.0, true),
+    (-1.0, 0.0, false),
+    (-1.0, -1.0, true),
+    (0.0, -1.0, false),
+    (1.0, -1.0, true),
+    (1.0, 0.0, false),
+];
+
+fn ring_weight(corner: bool) -> f64 {
+    if corner { 0.5_f64.sqrt() } else { 1.0 }
+}
+
+fn ring_knots() -> Vec<f64> {
+    [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4].map(f64::from).to_vec()
+}
+
+/// A tube of the given radius along a helix about z: u along it, v around it.
+fn coil(wide: f64, pitch: f64, turns: f64, radius: f64) -> (NurbsSurface, f64) {
+    let rise = pitch / TAU;
+    let per_radian = wide.hypot(rise);
+    let spine = |t: f64| DVec3::new(wide * t.cos(), wide * t.sin(), rise * t);
+    let tangent = |t: f64| DVec3::new(-wide * t.sin(), wide * t.cos(), rise) / per_radian;
+    let out = |t: f64| DVec3::new(t.cos(), t.sin(), 0.0);
+    let count = (24.0 * turns) as u32;
+    let mut surface = NurbsSurface {
+        degree_u: 3,
+        degree_v: 2,
+        knots_u: Vec::new(),
+        knots_v: ring_knots(),
+        points: Vec::new(),
+        weights: Vec::new(),
+    };
+    let rows: Vec<NurbsCurve3> = RING
+        .iter()
+        .map(|&(x, y, _)| {
+            through(|t| spine(t) + radius * (x * out(t) + y * tangent(t).cross(out(t))), (0.0, TAU * turns), count)
+        })
+        .collect();
+    surface.knots_u = rows[0].knots.clone();
+    for i in 0..rows[0].points.len() {
+        surface.points.extend(rows.iter().map(|row| row.points[i]));
+        surface.weights.extend(RING.iter().map(|r| ring_weight(r.2)));
+    }
+    (surface, per_radian * TAU * turns)
+}
+
+/// The line of constant u of a coil.
+fn rib(surface: &NurbsSurface, i: usize) -> NurbsCurve3 {
+    let points = surface.points[i * RING.len()..(i + 1) * RING.len()].to_vec();
+    NurbsCurve3 { degree: 2, knots: ring_knots(), points, weights: RING.map(|r| ring_weight(r.2)).to_vec() }
+}
+
+/// The line of constant v of a coil, where it is a row of control points.
+fn stringer(surface: &NurbsSurface, j: usize) -> NurbsCurve3 {
+    let points = surface.points.iter().skip(j).step_by(RING.len()).copied().collect();
+    NurbsCurve3 { degree: 3, knots: surface.knots_u.clone(), points, weights: Vec::new() }
+}
+
+#[test]
+fn helical_pipes_of_many_turns() {
+    for (turns, with_seam) in [(0.75, false), (3.0, true), (25.0, false)] {
+        let (wide, pitch, radius) = (10.0, 4.0, 1.0);
+        let (surface, length) = coil(wide, pitch, turns, radius);
+        let last = surface.points.len() / RING.len() - 1;
+        let mut body = Body::solid();
+        let [first, end] = [0, last].map(|i| body.spline(rib(&surface, i)));
+        // S_u × S_v looks inwards: along, then from outside upwards.
+        let loops = if with_seam {
+            let seam = body.spline(stringer(&surface, 0));
+            vec![vec![seam.along(), end.along(), seam.against(), first.against()]]
+        } else {
+            vec![vec![first.against()], vec![end.along()]]
+        };
+        let caps = [0, last].map(|i| {
+            let row = &surface.points[i * RING.len()..(i + 1) * RING.len()];
+            (0.5 * (row[0] + row[4]), (row[0] - row[4]).cross(row[2] - row[6]))
+        });
+        body.face(Surface::Nurbs(surface), loops, true);
+        for (k, (circle, (centre, normal))) in [first, end].into_iter().zip(caps).enumerate() {
+            let along = frame(centre, normal, DVec3::X);
+            body.face(Surface::Plane { frame: along }, vec![vec![circle.along()]], k == 0);
+        }
+        let volume = PI * radius * radius * length;
+        // The spline is a thousandth of a radius off the helix.
+        let ladder = Ladder::solid(body.finish(), volume, TAU * radius * length + TAU * radius * radius);
+        ladder.chord(0.3).named((turns, with_seam)).climb();
+    }
+}
+
+/// The exact NURBS form of an analytic surface over a box.
+fn as_nurbs(surface: &Surface, u: (f64, f64), v: (f64, f64)) -> Surface {
+    Surface::Nurbs(surface.to_nurbs(u, v).0)
+}
+
+#[test]
+fn cylinders_as_splines_with_the_seam_anywhere() {
+    let (radius, height) = (3.0, 7.0);
+    for start in [0.0, 1.0, -2.5] {
+        for with_seam in [false, true] {
+            let mut body = Body::solid();
+            let [low, high] = [0.0, height].map(|z| body.circle(&level(z), radius));
+            let loops = if with_seam {
+                // Its vertex is that of the circles, not where the spline begins.
+                let seam = body.line(DVec3::X * radius, DVec3::new(radius, 0.0, height));
+                let down = seam.edge.against();
+                vec![vec![low.along(), seam, high.against(), down]]
+            } else {
+                vec![vec![low.along()], vec![high.against()]]
+            };
+            let round = Surface::Cylinder { frame: Frame3::WORLD, radius };
+            body.face(as_nurbs(&round, (start, start + TAU), (-1.0, height + 1.0)), loops, false);
+            body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![low.along()]], true);
+            body.flat(level(height), vec![vec![high.along()]]);
+            let area = TAU * radius * (radius + height);
+            Ladder::solid(body.finish(), PI * radius * radius * height, area).named((start, with_seam)).climb();
+        }
+    }
+}
+
+#[test]
+fn whole_tori_and_balls_as_splines() {
+    let (major, minor) = (8.0, 3.0);
+    for start in [0.0, 1.0] {
+        let mut body = Body::solid();
+        let torus = Surface::Torus { frame: Frame3::WORLD, major, minor };
+        body.face(as_nurbs(&torus, (start, start + TAU), (start, start + TAU)), Vec::new(), false);
+        let ladder = Ladder::solid(body.finish(), TAU * PI * major * minor * minor, TAU * TAU * major * minor);
+        ladder.pieces(1).named(start).climb();
+
+        let mut body = Body::solid();
+        let ball = Surface::Sphere { frame: Frame3::WORLD, radius: 5.0 };
+        let half = 0.5 * PI;
+        body.face(as_nurbs(&ball, (start, start + TAU), (-half, half)), Vec::new(), false);
+        Ladder::solid(body.finish(), 500.0 / 3.0 * PI, 100.0 * PI).pieces(1).named(start).climb();
+    }
+}
+
+#[test]
+fn windows_in_a_torus_of_splines_across_its_seams() {
+    let (major, minor): (f64, f64) = (8.0, 3.0);
+    let torus = Surface::Torus { frame: Frame3::WORLD, major, minor };
+    for (u0, v0) in [(1.0, 1.0), (-0.3, 1.0), (1.0, -0.4), (-0.3, -0.4)] {
+        let (u1, v1) = (u0 + 0.8, v0 + 0.9);
+        let mut body = Body::sheet();
+        let edge = |body: &mut Body, from: (f64, f64), to: (f64, f64)| -> EdgeId {
+            let at = |t: f64| torus.point(from.0 + (to.0 - from.0) * t, from.1 + (to.1 - from.1) * t);
+            body.spline(through(at, (0.0, 1.0), 16))
+        };
+        let (south, north) = (edge(&mut body, (u0, v0), (u1, v0)), edge(&mut body, (u0, v1), (u1, v1)));
+        let (west, east) = (edge(&mut body, (u0, v0), (u0, v1)), edge(&mut body, (u1, v0), (u1, v1)));
+        let window = vec![west.along(), north.along(), east.against(), south.against()];
+        body.face(as_nurbs(&torus, (0.0, TAU), (0.0, TAU)), vec![window], false);
+        let hole = (u1 - u0) * minor * (major * (v1 - v0) + minor * (v1.sin() - v0.sin()));
+        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).named((u0, v0)).climb();
+    }
+}
+
+#[test]
+fn a_tube_with_unclamped_periodic_knots() {
+    // Uniform cubic, nine control points of which the last three repeat the first: no knot where the ends meet.
+    let count = 6;
+    let knots_u: Vec<f64> = (-3..=count + 3).map(f64::from).collect();
+    let ring = |k: i32| DVec3::new(4.0, 0.0, 0.0).rotate_about_z(TAU * f64::from(k) / f64::from(count));
+    let points = (0..count + 3).flat_map(|k| [ring(k), ring(k) + DVec3::Z * 10.0]).collect();
+    let tube = NurbsSurface {
+        degree_u: 3,
+        degree_v: 1,
+        knots_u: knots_u.clone(),
+        knots_v: vec![0.0, 0.0, 10.0, 10.0],
+        points,
+        weights: Vec::new(),
+    };
+    let rim = |z: f64| NurbsCurve3 {
+        degree: 3,
+        knots: knots_u.clone(),
+        points: (0..count + 3).map(|k| ring(k) + DVec3::Z * z).collect(),
+        weights: Vec::new(),
+    };
+    let (from, to) = rim(0.0).domain();
+    let (mut around, mut twice) = (0.0, 0.0);
+    let steps = 40_000;
+    for k in 0..steps {
+        let t = |k: i32| from + (to - from) * f64::from(k) / f64::from(steps);
+        let (a, b) = (rim(0.0).point(t(k)), rim(0.0).point(t(k + 1)));
+        around += a.distance(b);
+        twice += a.truncate().perp_dot(b.truncate());
+    }
+    for (with_window, with_seam) in [(false, false), (false, true), (true, false)] {
+        let mut body = Body::solid();
+        let [low, high] = [0.0, 10.0].map(|z| body.spline(rim(z)));
+        let mut loops = vec![vec![low.along()], vec![high.against()]];
+        if with_seam {
+            let start = rim(0.0).point(from);
+            let seam = body.line(start, start + DVec3::Z * 10.0);
+            let down = seam.edge.against();
+            loops = vec![vec![low.along(), seam, high.against(), down]];
+        }
+        if with_window {
+            // A round window across the seam: an open shell then.
+            let mut sheet = Body::sheet();
+            let [low, high] = [0.0, 10.0].map(|z| sheet.spline(rim(z)));
+            let at = |t: f64| {
+                let u = from + (0.7 * t.cos()).rem_euclid(to - from);
+                rim(0.0).point(u) + DVec3::Z * (5.0 + 2.0 * t.sin())
+            };
+            let hole = sheet.spline(through(at, (0.5 * PI, 2.5 * PI), 96));
+            sheet.face(
+                Surface::Nurbs(tube.clone()),
+                vec![vec![low.along()], vec![high.against()], vec![hole.against()]],
+                false,
+            );
+            let mut missing = 0.0;
+            for k in 0..4000 {
+                let t = PI * (f64::from(k) + 0.5) / 4000.0;
+                let u = from + (0.7 * t.cos()).rem_euclid(to - from);
+                missing += rim(0.0).derivatives(u).d1.length() * 0.7 * t.sin() * 4.0 * t.sin() * (PI / 4000.0);
+            }
+            Ladder::sheet(sheet.finish(), around * 10.0 - missing).named("window").climb();
+            continue;
+        }
+        body.face(Surface::Nurbs(tube.clone()), loops, false);
+        let flat = |body: &mut Body, rim: EdgeId, z: f64| {
+            body.face(Surface::Plane { frame: level(z) }, vec![vec![rim.along()]], z == 0.0);
+        };
+        flat(&mut body, low, 0.0);
+        flat(&mut body, high, 10.0);
+        Ladder::solid(body.finish(), 5.0 * twice, around * 10.0 + twice).named(with_seam).climb();
+    }
+}
+
+/// Turning about z, for control points.
+trait AboutZ {
+    fn rotate_about_z(self, angle: f64) -> DVec3;
+}
+
+impl AboutZ for DVec3 {
+    fn rotate_about_z(self, angle: f64) -> DVec3 {
+        let (s, c) = angle.sin_cos();
+        DVec3::new(c * self.x - s * self.y, s * self.x + c * self.y, self.z)
+    }
+}
+
+/// A roof over x from 0 to 6: quadratic spans with a knot at 2 and a crease at 4, straight along y from 0 to 5.
+fn roof() -> NurbsSurface {
+    let profile = [(0.0, 0.0), (1.0, 1.0), (3.0, 1.0), (4.0, 0.0), (5.0, 2.0), (6.0, 1.0)];
+    NurbsSurface {
+        degree_u: 2,
+        degree_v: 1,
+        knots_u: vec![0.0, 0.0, 0.0, 2.0, 4.0, 4.0, 6.0, 6.0, 6.0],
+        knots_v: vec![0.0, 0.0, 5.0, 5.0],
+        points: profile.iter().flat_map(|&(x, z)| [DVec3::new(x, 0.0, z), DVec3::new(x, 5.0, z)]).collect(),
+        weights: Vec::new(),
+    }
+}
+
+/// A stretch of the roof's profile at the given y.
+fn ridge(y: f64, from: f64, to: f64) -> (NurbsCurve3, (f64, f64)) {
+    let roof = roof();
+    let points = roof.points.iter().step_by(2).map(|&p| DVec3::new(p.x, y, p.z)).collect();
+    (NurbsCurve3 { degree: 2, knots: roof.knots_u, points, weights: Vec::new() }, (from, to))
+}
+
+#[test]
+fn trims_along_knots_creases_and_natural_borders() {
+    // The roof cut into strips between u = 0, a knot, a crease, and its natural border: neighbours on one surface.
+    let surface = Surface::Nurbs(roof());
+    let cuts: [&[f64]; 5] =
+        [&[0.0, 6.0], &[0.0, 2.0, 6.0], &[0.0, 4.0, 6.0], &[0.0, 2.0, 4.0, 6.0], &[1.0, 2.0, 3.0, 4.0, 5.0]];
+    for us in cuts {
+        let mut body = Body::sheet();
+        let ends: Vec<[DVec3; 2]> = us.iter().map(|&u| [surface.point(u, 0.0), surface.point(u, 5.0)]).collect();
+        let mut length = 0.0;
+        for (k, w) in us.windows(2).enumerate() {
+            let side = |body: &mut Body, y: f64| -> Coedge {
+                let (curve, range) = ridge(y, w[0], w[1]);
+                let (start, end) = (body.vertex(curve.point(range.0)), body.vertex(curve.point(range.1)));
+                let kind = trimtess::model::CurveKind::Spline;
+                let edge = trimtess::model::Edge { curve, range, start, end, kind, entity: 0 };
+                body.part.edge(edge).along()
+            };
+            let (south, north) = (side(&mut body, 0.0), side(&mut body, 5.0));
+            let east = body.line(ends[k + 1][0], ends[k + 1][1]);
+            let west = body.line(ends[k][1], ends[k][0]);
+            body.face(surface.clone(), vec![vec![south, east, Coedge { reversed: true, ..north }, west]], false);
+            let (curve, _) = ridge(0.0, 0.0, 6.0);
+            let steps = 4000;
+            let t = |k: i32| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(steps);
+            length += (0..steps).map(|k| curve.point(t(k)).distance(curve.point(t(k + 1)))).sum::<f64>();
+        }
+        Ladder::sheet(body.finish(), 5.0 * length).pieces(1).named(us).climb();
+    }
+}
+
+#[test]
+fn a_hole_that_runs_along_a_crease() {
+    // A slot whose long side is the crease, and one that straddles it.
+    let surface = Surface::Nurbs(roof());
+    for (u0, u1) in [(4.0, 5.0), (3.0, 4.0), (3.2, 4.7)] {
+        let mut body = Body::sheet();
+        let stretch = |body: &mut Body, y: f64, from: f64, to: f64| -> Coedge {
+            let (curve, range) = ridge(y, from, to);
+            let (start, end) = (body.vertex(curve.point(range.0)), body.vertex(curve.point(range.1)));
+            let kind = trimtess::model::CurveKind::Spline;
+            body.part.edge(trimtess::model::Edge { curve, range, start, end, kind, entity: 0 }).along()
+        };
+        let turned = |c: Coedge| Coedge { reversed: !c.reversed, ..c };
+        let rectangle = |body: &mut Body, (u0, u1): (f64, f64), (v0, v1): (f64, f64)| {
+            let (south, north) = (stretch(body, v0, u0, u1), stretch(body, v1, u0, u1));
+            let east = body.line(surface.point(u1, v0), surface.point(u1, v1));
+            let west = body.line(surface.point(u0, v1), surface.point(u0, v0));
+            vec![south, east, turned(north), west]
+        };
+        let outer = rectangle(&mut body, (0.0, 6.0), (0.0, 5.0));
+        let hole = rectangle(&mut body, (u0, u1), (1.0, 4.0)).into_iter().rev().map(turned).collect();
+        body.face(surface.clone(), vec![outer, hole], false);
+        let (curve, _) = ridge(0.0, 0.0, 6.0);
+        let length = |from: f64, to: f64| {
+            let t = |k: i32| from + (to - from) * f64::from(k) / 4000.0;
+            (0..4000).map(|k| curve.point(t(k)).distance(curve.point(t(k + 1)))).sum::<f64>()
+        };
+        Ladder::sheet(body.finish(), 5.0 * length(0.0, 6.0) - 3.0 * length(u0, u1)).named((u0, u1)).climb();
+    }
+}

@@ -1,0 +1,225 @@
+//! What bodies are put together from: edges of many faces, faces that coincide, faces that are lost, faces next to nothing.
+
+use crate::body::{Body, frame};
+use crate::ladder::{Ladder, placed};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+use trimtess::frame::{Tolerance, plan};
+use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::model::{EdgeId, FaceId, Frame3, NurbsSurface, Part, ShellKind, Surface};
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, prepare};
+
+fn at(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+fn block(body: &mut Body, low: DVec3, high: DVec3) {
+    body.cuboid(low, high, Vec::new(), Vec::new());
+}
+
+#[test]
+fn fins_that_share_one_edge() {
+    for count in [3, 4, 7] {
+        let mut body = Body::sheet();
+        for k in 0..count {
+            let angle = TAU * f64::from(k) / f64::from(count);
+            let out = at(3.0 * angle.cos(), 3.0 * angle.sin(), 0.0);
+            let up = DVec3::Z * 5.0;
+            body.side(&[DVec3::ZERO, out, out + up, up], Vec::new());
+        }
+        Ladder::sheet(body.finish(), 15.0 * f64::from(count)).pieces(1).named(count).climb();
+    }
+}
+
+#[test]
+fn an_edge_used_four_times_within_one_shell() {
+    // Two blocks that touch along an edge, given as one body.
+    let mut body = Body::solid();
+    block(&mut body, at(0.0, 0.0, 0.0), at(1.0, 1.0, 1.0));
+    block(&mut body, at(1.0, 1.0, 0.0), at(3.0, 2.0, 1.0));
+    let part = body.finish();
+    assert_eq!(part.edges.len(), 23);
+    Ladder::solid(part, 3.0, 6.0 + 10.0).climb();
+}
+
+#[test]
+fn solids_that_touch_with_a_face() {
+    // Each with its own edges, and both with the same ones: then the edges around the common face have four uses.
+    for common in [false, true] {
+        let mut body = Body::solid();
+        block(&mut body, at(0.0, 0.0, 0.0), at(4.0, 3.0, 2.0));
+        body.shell = body.part.plain_shell(ShellKind::Outer);
+        if !common {
+            body.forget();
+        }
+        block(&mut body, at(0.0, 0.0, 2.0), at(4.0, 3.0, 7.0));
+        Ladder::solid(body.finish(), 84.0, 52.0 + 94.0).named(common).climb();
+    }
+}
+
+#[test]
+fn a_ball_within_a_void_within_a_block() {
+    let mut body = Body::solid();
+    block(&mut body, at(-5.0, -5.0, -5.0), at(5.0, 5.0, 5.0));
+    body.shell = body.part.plain_shell(ShellKind::Void);
+    body.face(Surface::Sphere { frame: Frame3::WORLD, radius: 3.0 }, Vec::new(), true);
+    body.shell = body.part.plain_shell(ShellKind::Outer);
+    body.face(Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 }, Vec::new(), false);
+    let volume = 1000.0 - 4.0 / 3.0 * PI * (27.0 - 1.0);
+    Ladder::solid(body.finish(), volume, 600.0 + 4.0 * PI * 10.0).pieces(3).voids(1).climb();
+}
+
+#[test]
+fn a_bevel_a_millionth_of_its_block() {
+    for bevel in [1e-2, 1e-4, 1e-6] {
+        let size = 100.0;
+        let mut body = Body::solid();
+        // The profile of the block in x and z, its corner at (size, size) cut off, swept along y.
+        let profile = [(0.0, 0.0), (size, 0.0), (size, size - bevel), (size - bevel, size), (0.0, size)];
+        let p = |k: usize, y: f64| at(profile[k % 5].0, y, profile[k % 5].1);
+        for k in 0..5 {
+            body.side(&[p(k, size), p(k + 1, size), p(k + 1, 0.0), p(k, 0.0)], Vec::new());
+        }
+        let ends = |y: f64| (0..5).map(|k| p(k, y)).collect::<Vec<_>>();
+        body.side(&ends(0.0), Vec::new());
+        body.side(&ends(size).into_iter().rev().collect::<Vec<_>>(), Vec::new());
+        let cut = 0.5 * bevel * bevel;
+        let area = 6.0 * size * size - 2.0 * cut - 2.0 * bevel * size + bevel * std::f64::consts::SQRT_2 * size;
+        Ladder::solid(body.finish(), size.powi(3) - cut * size, area).named(bevel).climb();
+    }
+}
+
+#[test]
+fn a_loop_of_ten_thousand_edges_and_a_prism_on_it() {
+    let count = 10_000_u32;
+    let corner = |k: u32, z: f64| {
+        let angle = TAU * f64::from(k) / f64::from(count);
+        // A gear: every other corner further in.
+        let radius = if k.is_multiple_of(2) { 100.0 } else { 99.9 };
+        at(radius * angle.cos(), radius * angle.sin(), z)
+    };
+    let area = 0.5 * f64::from(count) * 100.0 * 99.9 * (TAU / f64::from(count)).sin();
+    let mut part = trimtess::model::PartBuilder::new("gear");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let rings = [0.0, 5.0].map(|z| part.polygon(&(0..count).map(|k| corner(k, z)).collect::<Vec<_>>()));
+    let start = |part: &trimtess::model::PartBuilder, edge: EdgeId| part.part().edges[edge.index()].start;
+    let ups: Vec<EdgeId> = (0..count as usize)
+        .map(|k| {
+            let ends = [&rings[0], &rings[1]].map(|ring| start(&part, ring[k].edge));
+            part.line(ends[0], ends[1])
+        })
+        .collect();
+    for k in 0..count as usize {
+        let next = (k + 1) % count as usize;
+        let (a, b) = (corner(k as u32, 0.0), corner(next as u32, 0.0));
+        let plane = Surface::Plane { frame: frame(a, (b - a).cross(DVec3::Z), b - a) };
+        let round = vec![rings[0][k].clone(), ups[next].along(), rings[1][k].edge.against(), ups[k].against()];
+        part.plain_face(plane, shell, vec![trimtess::model::Loop::Edges(round)], false);
+    }
+    for (z, ring) in [(0.0, &rings[0]), (5.0, &rings[1])] {
+        let plane = Surface::Plane { frame: crate::body::level(z) };
+        part.plain_face(plane, shell, vec![trimtess::model::Loop::Edges(ring.clone())], z == 0.0);
+    }
+    let side = f64::from(count) * corner(0, 0.0).distance(corner(1, 0.0)) * 5.0;
+    Ladder::solid(part.finish().expect("a valid part"), area * 5.0, 2.0 * area + side).climb();
+}
+
+/// A block of 4 × 3 × 2 with a hole, its faces numbered as entities from 70.
+fn numbered() -> Part {
+    let mut body = Body::solid();
+    let [top, bottom] = [2.0, 0.0].map(|z| {
+        let f = Frame3 { origin: at(2.0, 1.5, z), ..Frame3::WORLD };
+        body.circle(&f, 1.0)
+    });
+    body.cuboid(DVec3::ZERO, at(4.0, 3.0, 2.0), vec![vec![top.against()]], vec![vec![bottom.along()]]);
+    let bore = Frame3 { origin: at(2.0, 1.5, 0.0), ..Frame3::WORLD };
+    body.face(Surface::Cylinder { frame: bore, radius: 1.0 }, vec![vec![bottom.along()], vec![top.against()]], true);
+    let mut part = body.finish();
+    for (k, face) in part.faces.iter_mut().enumerate() {
+        face.entity = 70 + k as u64;
+    }
+    part
+}
+
+#[test]
+fn one_broken_face_costs_itself_and_is_told_by_entity() {
+    type Break = fn(&mut Part);
+    let breaks: [(&str, Break); 5] = [
+        ("off the surface", |p| {
+            p.faces[0].surface = Surface::Plane { frame: Frame3 { origin: DVec3::Z * 9.0, ..Frame3::WORLD } };
+        }),
+        ("", |p| p.faces[0].surface = Surface::Sphere { frame: Frame3::WORLD, radius: f64::NAN }),
+        ("", |p| {
+            let frame = Frame3 { x: DVec3::ZERO, y: DVec3::ZERO, z: DVec3::ZERO, ..Frame3::WORLD };
+            p.faces[0].surface = Surface::Plane { frame };
+        }),
+        ("has no edges", |p| p.faces[0].loops = vec![trimtess::model::Loop::Edges(Vec::new())]),
+        ("", |p| {
+            let knots = vec![0.0, 0.0, 1.0, 1.0];
+            p.faces[0].surface = Surface::Nurbs(NurbsSurface {
+                degree_u: 1,
+                degree_v: 1,
+                knots_u: knots.clone(),
+                knots_v: knots,
+                points: Vec::new(),
+                weights: Vec::new(),
+            });
+        }),
+    ];
+    let all = 2.0 * (12.0 - PI) + 28.0 + TAU * 2.0;
+    for (number, (words, broken)) in breaks.into_iter().enumerate() {
+        let mut model = placed(numbered());
+        broken(&mut model.parts[0]);
+        let entity = model.parts[0].faces[0].entity;
+        let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT).expect("within the limits");
+        let told = prepared.diagnostics.iter().find(|d| d.face == Some(FaceId(0)));
+        let told = told.unwrap_or_else(|| panic!("case {number}: {:?}", prepared.diagnostics));
+        assert!(told.entity == entity && told.reason.contains(words), "case {number}: {told:?}");
+        let ladder = Ladder::open(model, all - (12.0 - PI)).lost(&[0]).pieces(1).named(number);
+        ladder.told(&[&told.reason]).climb();
+    }
+}
+
+#[test]
+fn a_strip_with_one_side_only_is_meshed() {
+    // Eight bilinear pieces around a circle, turned over once on the way: no orientation fits.
+    let count = 8;
+    let mut body = Body::sheet();
+    let rung = |k: i32| {
+        let angle = TAU * f64::from(k) / f64::from(count);
+        let (out, half) = (at(angle.cos(), angle.sin(), 0.0), 0.5 * angle);
+        let across = out * half.cos() + DVec3::Z * half.sin();
+        [out * 10.0 - across * 2.0, out * 10.0 + across * 2.0]
+    };
+    for k in 0..count {
+        let [a, b] = rung(k);
+        let mut next = rung((k + 1) % count);
+        if k + 1 == count {
+            next.reverse();
+        }
+        let [d, c] = next;
+        let knots = vec![0.0, 0.0, 1.0, 1.0];
+        let piece = NurbsSurface {
+            degree_u: 1,
+            degree_v: 1,
+            knots_u: knots.clone(),
+            knots_v: knots,
+            points: vec![a, b, d, c],
+            weights: Vec::new(),
+        };
+        let round = body.polygon(&[a, d, c, b]);
+        body.face(Surface::Nurbs(piece), vec![round], false);
+    }
+    let prepared = Arc::new(prepare(placed(body.finish()), &PrepareOptions::DEFAULT).expect("within the limits"));
+    let mut sink = MemorySink::default();
+    let plan = plan(&prepared, &Tolerance { chord: 0.05, angle: 0.5, max_edge: None });
+    serial(&prepared, &plan, true, &mut sink).expect("a frame");
+    let facts = check_scene(&sink);
+    assert!(facts.total.is_well_formed() && facts.faces_without_triangles.is_empty(), "{}", facts.total);
+    // Neighbours disagree across one of the rungs, and nowhere else.
+    let rungs = facts.total.unbalanced_edges - facts.total.open_edges;
+    assert!((1..=16).contains(&rungs), "{}", facts.total);
+    assert_eq!(facts.total.components, 1);
+}
