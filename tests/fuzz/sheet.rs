@@ -154,13 +154,14 @@ impl Net {
             for j in 0..counts[1] {
                 let shaken = DVec2::new(range(u, -0.2, 0.2)?, range(u, -0.2, 0.2)?);
                 let grid = DVec2::new(i as f64, j as f64) + shaken;
-                let z = range(u, -height, height)? * counts[0].max(counts[1]) as f64;
+                // Sound folds are no sharper than a right angle or so.
+                let steep = if wild { counts[0].max(counts[1]) as f64 } else { 1.0 };
+                let z = range(u, -height, height)? * steep;
                 let p = if chaos {
                     DVec3::new(range(u, -1.0, 1.0)?, range(u, -1.0, 1.0)?, range(u, -1.0, 1.0)?)
                 } else {
                     grid.extend(z)
                 };
-                // Folds as sharp as a knife, whose sides are nearer to each other than an edge is to its surface, are wild.
                 let flat = if wild { 1.0 } else { aspect.min(1.0) };
                 let p = p * DVec3::new(size, size * aspect, size * flat);
                 points.push(p.to_array().map(round));
