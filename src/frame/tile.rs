@@ -312,7 +312,12 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, chord: f64, s: &mut Scratc
     }
     // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
     if face.kind != SurfaceKind::Plane && face.creases.iter().all(Vec::is_empty) {
-        unfold(mesh, trimmed, chord);
+        let uvs = &s.uvs;
+        let middle = |a: u32, b: u32| {
+            let uv = uvs[a as usize].midpoint(uvs[b as usize]);
+            face.patches.derivatives(uv.x, uv.y).point
+        };
+        unfold(mesh, trimmed, chord, &middle);
     }
 }
 

@@ -3,9 +3,8 @@
 //! Where parameter lines bend within the surface (the circles of a flat ring, the surroundings of a pole), three points may
 //! change sides between the parameter plane and space; and where a boundary is coarse, a lattice point that is inside in
 //! (u,v) may lie beyond the boundary's chord. Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*,
-//! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless that would take the triangles
-//! away from where they were by more than a share of the chord tolerance. The tile's boundary stays, so that nothing is seen
-//! from the neighbours.
+//! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless a new side would leave the
+//! surface by more than the chord tolerance. The tile's boundary stays, so that nothing is seen from the neighbours.
 
 use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
@@ -20,53 +19,48 @@ const CHANGES: usize = 16;
 const STEEP: f64 = 0.05;
 /// Triangles around a point that is merged; more are left alone.
 const MOST_AROUND: usize = 64;
-/// Share of the chord tolerance by which a change may move the triangles.
-const STRAY: f64 = 0.25;
 /// Share of the area looking inwards that a change has to gain, so that changes come to an end.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays within the tolerance.
+/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays near the surface, of which
+/// `middle` gives the point half-way between two vertices in (u,v).
+///
+/// First all changes are taken, since sides that are long for a while may be gone at the end; if some are too long then,
+/// or folds are no smaller, once more with changes only that never make such sides.
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, a hash of all edges of the tile.
-pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64) {
+pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, middle: &dyn Fn(u32, u32) -> DVec3) {
     let folded: Vec<usize> =
         (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_folded(mesh)).collect();
     if folded.is_empty() {
         return;
     }
-    let mut web = Web { mesh, sides: HashMap::new(), stray: STRAY * chord };
-    web.sides.reserve(3 * web.mesh.triangles.len());
-    (0..web.mesh.triangles.len()).for_each(|t| web.enter(t));
-    let mut left = CHANGES * folded.len();
-    let mut folded = folded;
-    while let (Some(t), 1..) = (folded.pop(), left) {
-        left -= 1;
-        let corners = web.mesh.triangles[t];
-        if corners == GONE || !Shape::of(web.mesh, corners).is_folded(web.mesh) {
-            continue;
+    let stated = mesh.triangles.clone();
+    for most_stray in [f64::INFINITY, MOST_STRAY * chord] {
+        let mut web = Web { mesh, sides: HashMap::new(), most_stray, middle };
+        web.sides.reserve(3 * stated.len());
+        (0..stated.len()).for_each(|t| web.enter(t));
+        web.unfold(folded.clone());
+        web.most_stray = MOST_STRAY * chord;
+        if web.improves(&stated) {
+            mesh.triangles.retain(|t| *t != GONE);
+            return;
         }
-        let (flips, merges) = (web.flips(t), web.merges(t));
-        let gaining = web.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN).cloned();
-        let Some(change) = gaining.or_else(|| web.best(merges.iter(), MOST_LOSS).cloned()) else { continue };
-        for &(t, _) in &change.triangles {
-            web.leave(t);
-        }
-        for (t, corners) in change.triangles {
-            web.mesh.triangles[t] = corners;
-            if corners != GONE {
-                web.enter(t);
-                if Shape::of(web.mesh, corners).is_folded(web.mesh) {
-                    folded.push(t);
-                }
-            }
-        }
+        mesh.triangles.clone_from(&stated);
     }
-    mesh.triangles.retain(|t| *t != GONE);
 }
+
+/// Chord tolerances by which a side may miss the surface after all; beyond, folds are the lesser evil.
+const MOST_STRAY: f64 = 1.4;
 
 /// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
 /// the first does not help before the others are gone.
 const MOST_LOSS: f64 = 8.0;
+
+/// A triangle's sides.
+fn sides([a, b, c]: [u32; 3]) -> [(u32, u32); 3] {
+    [(a, b), (b, c), (c, a)]
+}
 
 /// In place of a triangle that was merged away.
 const GONE: [u32; 3] = [u32::MAX; 3];
@@ -114,11 +108,53 @@ struct Web<'a> {
     mesh: &'a mut PatchMesh,
     /// The triangle left of each directed edge.
     sides: HashMap<(u32, u32), usize>,
-    /// Distance by which a change may move the triangles.
-    stray: f64,
+    /// Distance by which new sides may miss the surface.
+    most_stray: f64,
+    middle: &'a dyn Fn(u32, u32) -> DVec3,
 }
 
 impl Web<'_> {
+    /// Changes folded triangles, the last first, as long as that helps.
+    fn unfold(&mut self, mut folded: Vec<usize>) {
+        let mut left = CHANGES * folded.len();
+        while let (Some(t), 1..) = (folded.pop(), left) {
+            left -= 1;
+            let corners = self.mesh.triangles[t];
+            if corners == GONE || !Shape::of(self.mesh, corners).is_folded(self.mesh) {
+                continue;
+            }
+            let (flips, merges) = (self.flips(t), self.merges(t));
+            let gaining = self.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN).cloned();
+            let Some(change) = gaining.or_else(|| self.best(merges.iter(), MOST_LOSS).cloned()) else { continue };
+            for &(t, _) in &change.triangles {
+                self.leave(t);
+            }
+            for (t, corners) in change.triangles {
+                self.mesh.triangles[t] = corners;
+                if corners != GONE {
+                    self.enter(t);
+                    if Shape::of(self.mesh, corners).is_folded(self.mesh) {
+                        folded.push(t);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether less looks inwards than in the triangles as stated, and nothing strays.
+    fn improves(&self, stated: &[[u32; 3]]) -> bool {
+        let changed = || stated.iter().zip(&self.mesh.triangles).filter(|(old, new)| old != new);
+        let new = changed().map(|(_, new)| *new).filter(|t| *t != GONE);
+        let near = new.flat_map(sides).all(|(a, b)| self.stray(a, b) <= self.most_stray);
+        near && self.score(changed().map(|(_, new)| *new)).0 > self.score(changed().map(|(old, _)| *old)).0
+    }
+
+    /// By what the middle of a side misses the surface half-way between its ends in (u,v): no less than its distance.
+    fn stray(&self, a: u32, b: u32) -> f64 {
+        let place = |v: u32| self.mesh.positions[v as usize];
+        place(a).midpoint(place(b)).distance((self.middle)(a, b))
+    }
+
     fn enter(&mut self, t: usize) {
         let corners = self.mesh.triangles[t];
         (0..3).for_each(|k| {
@@ -163,18 +199,11 @@ impl Web<'_> {
         best.map(|(_, change)| change)
     }
 
-    /// Whether the new triangles have an area and, by the middles of their sides, are near the old ones. The
-    /// other way does not count: what is cut off beyond a boundary's chord was no part of the face.
+    /// Whether all new triangles have an area, and new sides stay near the surface.
     fn stays(&self, change: &Change) -> bool {
-        let flat = |t: [u32; 3]| t != GONE && Shape::of(self.mesh, t).is_flat(self.mesh);
-        if change.triangles.iter().any(|(_, t)| flat(*t)) {
-            return false;
-        }
-        let place = |t: [u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
-        let old: Vec<[DVec3; 3]> = change.triangles.iter().map(|(t, _)| place(self.mesh.triangles[*t])).collect();
-        let near = |p: DVec3| old.iter().any(|triangle| distance_to_triangle(p, triangle) <= self.stray);
-        let new = change.triangles.iter().filter(|(_, t)| *t != GONE).map(|(_, t)| place(*t));
-        new.flat_map(|[a, b, c]| [a.midpoint(b), b.midpoint(c), c.midpoint(a)]).all(near)
+        let new = || change.triangles.iter().map(|(_, t)| *t).filter(|t| *t != GONE);
+        new().all(|t| !Shape::of(self.mesh, t).is_flat(self.mesh))
+            && new().flat_map(sides).all(|(a, b)| self.has_edge(a, b) || self.stray(a, b) <= self.most_stray)
     }
 
     /// The edges of triangle `t`, flipped.
@@ -230,19 +259,4 @@ impl Web<'_> {
             Change { triangles: fan.iter().map(|&(t, _)| (t, moved(t))).collect() }
         })
     }
-}
-
-/// Distance of `p` from a triangle.
-fn distance_to_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> f64 {
-    let normal = (b - a).cross(c - a);
-    let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0);
-    if inside && normal != DVec3::ZERO {
-        return (p - a).dot(normal.normalize()).abs();
-    }
-    let to_side = |a: DVec3, b: DVec3| {
-        let (along, length) = (b - a, (b - a).length_squared());
-        let share = if length > 0.0 { ((p - a).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
-        p.distance(a + along * share)
-    };
-    to_side(a, b).min(to_side(b, c)).min(to_side(c, a))
 }
