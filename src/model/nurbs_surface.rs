@@ -46,6 +46,46 @@ impl NurbsSurface {
         self.derivatives(u, v).point
     }
 
+    /// The points at all pairs of `us` and `vs`, u-major; each to the last bit as [`point`](Self::point) has it.
+    ///
+    /// Rows of the net are summed up once per v: a few operations a point on lattices finer than the net.
+    #[must_use]
+    pub fn lattice(&self, us: &[f64], vs: &[f64]) -> Vec<DVec3> {
+        let ((u0, u1), (v0, v1)) = self.domain();
+        let count_v = self.count_v();
+        let weighted = !self.weights.is_empty();
+        let mut out = vec![DVec3::ZERO; us.len() * vs.len()];
+        let mut lines = vec![(DVec3::ZERO, 0.0); self.count_u()];
+        for (j, v) in vs.iter().enumerate() {
+            let v = v.max(v0).min(v1);
+            let span = knots::span(self.degree_v, &self.knots_v, v);
+            knots::with_basis(self.degree_v, &self.knots_v, span, v, |rows| {
+                for (i, (line, line_w)) in lines.iter_mut().enumerate() {
+                    (*line, *line_w) = (DVec3::ZERO, 0.0);
+                    let start = i * count_v + span - self.degree_v;
+                    for (b, &n) in rows[..=self.degree_v].iter().enumerate() {
+                        let value = n * if weighted { self.weights[start + b] } else { 1.0 };
+                        *line += self.points[start + b] * value;
+                        *line_w += value;
+                    }
+                }
+            });
+            for (i, u) in us.iter().enumerate() {
+                let u = u.max(u0).min(u1);
+                let span = knots::span(self.degree_u, &self.knots_u, u);
+                out[i * vs.len() + j] = knots::with_basis(self.degree_u, &self.knots_u, span, u, |rows| {
+                    let (mut p, mut w) = (DVec3::ZERO, 0.0);
+                    for (&(line, line_w), &n) in lines[span - self.degree_u..].iter().zip(&rows[..=self.degree_u]) {
+                        p += line * n;
+                        w += line_w * n;
+                    }
+                    if weighted { p * (1.0 / w) } else { p }
+                });
+            }
+        }
+        out
+    }
+
     /// The point and its five partial derivatives, exact also for rational surfaces.
     ///
     /// Parameters outside the domain are moved to its border; at a knot the values belong to the span that starts there.

@@ -178,12 +178,12 @@ impl<'a> Projector<'a> {
             // Midpoints: on a pole line the surface has no direction to go.
             (0..n[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / n[axis] as f64).collect()
         };
-        let vs = axis_values(1);
-        axis_values(0)
-            .into_iter()
-            .flat_map(|u| vs.iter().map(move |&v| DVec2::new(u, v)))
-            .map(|uv| (uv, self.surface.point(uv.x, uv.y)))
-            .collect()
+        let [us, vs] = [0, 1].map(axis_values);
+        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v)));
+        match self.surface {
+            Surface::Nurbs(net) => pairs.zip(net.lattice(&us, &vs)).collect(),
+            surface => pairs.map(|uv| (uv, surface.point(uv.x, uv.y))).collect(),
+        }
     }
 
     /// Moves an evaluation parameter into the domain of a periodic surface.
