@@ -82,6 +82,7 @@ fn patches_equal_the_surface() {
             for j in 0..=30 {
                 let (u, v) = (u0 + (u1 - u0) * i as f64 / 30.0, v0 + (v1 - v0) * j as f64 / 30.0);
                 let (exact, found) = (surface.derivatives(u, v), patches.derivatives(u, v));
+                assert_eq!(patches.point(u, v), found.point);
                 assert!(found.point.distance(exact.point) < 1e-13);
                 let near = |k: &f64, t: f64| (k - t).abs() < 1e-9;
                 if surface.knots_u.iter().any(|k| near(k, u)) || surface.knots_v.iter().any(|k| near(k, v)) {

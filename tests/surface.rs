@@ -215,6 +215,18 @@ fn nurbs_forms_are_exact() {
 }
 
 #[test]
+fn a_lattice_has_the_points_of_its_pairs() {
+    for net in [bumpy(false), bumpy(true)] {
+        // Beyond the domain, at knots and between them.
+        let us = [-0.5, 0.0, 0.3, 0.7, 1.1, 1.9, 2.0];
+        let vs = [-0.5, -0.1, 0.7, 1.0, 2.5];
+        let points = net.lattice(&us, &vs);
+        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| (u, v)));
+        assert_eq!(points, pairs.map(|(u, v)| net.point(u, v)).collect::<Vec<_>>());
+    }
+}
+
+#[test]
 fn axis_maps_go_both_ways() {
     for (start, sweep) in [(0.0, TAU), (-0.3, 0.1), (1.0, 4.0), (-7.0, 3.0 * TAU)] {
         let cylinder = Surface::Cylinder { frame: Frame3::WORLD, radius: 1.0 };

@@ -10,13 +10,21 @@ pub const STACK_DEGREE: usize = 25;
 
 /// Room for three basis rows of `degree + 1` numbers, on the stack up to [`STACK_DEGREE`].
 pub fn with_rows<R>(degree: usize, work: impl FnOnce(&mut [f64]) -> R) -> R {
+    /// Most curves and surfaces are of degree 3 or less: zeroing room for 25 would cost as much as their basis.
+    const USUAL_DEGREE: usize = 3;
     let len = 3 * (degree + 1);
-    if degree <= STACK_DEGREE {
-        let mut room = [0.0; 3 * (STACK_DEGREE + 1)];
-        work(&mut room[..len])
+    let (mut small, mut large, mut heap);
+    let rows: &mut [f64] = if degree <= USUAL_DEGREE {
+        small = [0.0; 3 * (USUAL_DEGREE + 1)];
+        &mut small[..len]
+    } else if degree <= STACK_DEGREE {
+        large = [0.0; 3 * (STACK_DEGREE + 1)];
+        &mut large[..len]
     } else {
-        work(&mut vec![0.0; len])
-    }
+        heap = vec![0.0; len];
+        &mut heap
+    };
+    work(rows)
 }
 
 /// The basis of degree `n.len() - 1` at `x`, written to `n`. Exactly a unit vector at 0 and 1.

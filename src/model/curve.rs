@@ -1,7 +1,7 @@
 //! NURBS curves in space and in a surface's parameter plane, and their evaluation with two derivatives.
 
 use super::Frame3;
-use super::knots::{self, Basis};
+use super::knots;
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};
@@ -109,10 +109,15 @@ impl<P: ControlPoint> NurbsCurve<P> {
 
     /// Derivatives of the polynomial piece on the knot span `span`.
     fn derivatives_on(&self, span: usize, t: f64) -> CurveDerivatives<P> {
-        let basis = Basis::new(self.degree, &self.knots, span, t);
+        knots::with_basis(self.degree, &self.knots, span, t, |rows| self.weighted(span, rows))
+    }
+
+    /// The piece on `span` and its derivatives, given the basis there.
+    fn weighted(&self, span: usize, rows: &[f64]) -> CurveDerivatives<P> {
+        let (n, rest) = rows.split_at(self.degree + 1);
+        let (n1, n2) = rest.split_at(self.degree + 1);
         let first = span - self.degree;
         let points = &self.points[first..=span];
-        let (n, n1, n2) = (basis.row(0), basis.row(1), basis.row(2));
         let mut sum = [P::ORIGIN; 3];
         if self.weights.is_empty() {
             for (j, &p) in points.iter().enumerate() {

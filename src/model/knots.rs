@@ -3,14 +3,12 @@
 //! Basis: the triangular Cox–de Boor scheme, run once for the function and its derivatives (as in Piegl & Tiller, *The NURBS
 //! Book*, ch. 2). Extraction: Bézier points are blossom values (Ramshaw), written as one small matrix per span.
 
+use crate::math::bernstein::with_rows;
 use glam::DVec4;
 
 /// How often a periodic spline is repeated at most in one direction. A face goes round once or twice; helices are not
 /// periodic surfaces, so more turns are an error of the file, which must not cost memory.
 const MOST_TURNS: f64 = 16.0;
-
-/// Degrees up to this are evaluated without allocating.
-pub(crate) const STACK_DEGREE: usize = 25;
 
 /// The domain `[knots[degree], knots[count]]` of a spline with `count` control points.
 ///
@@ -64,36 +62,16 @@ pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<(f64, usize)> {
     found
 }
 
-/// Values, first and second derivatives of the `degree + 1` basis functions that live on one span.
-pub(crate) struct Basis {
-    stack: [[f64; STACK_DEGREE + 1]; 3],
-    heap: Vec<f64>,
-    degree: usize,
-    /// The span they live on; function `j` belongs to control point `span - degree + j`.
-    pub(crate) span: usize,
-}
-
-impl Basis {
-    /// The basis on `span` at `t`, which is normally inside the span but need not be.
-    pub(crate) fn new(degree: usize, knots: &[f64], span: usize, t: f64) -> Self {
-        let mut basis = Self { stack: [[0.0; STACK_DEGREE + 1]; 3], heap: Vec::new(), degree, span };
-        if degree <= STACK_DEGREE {
-            let [n, d1, d2] = &mut basis.stack;
-            fill(degree, knots, span, t, [n, d1, d2]);
-        } else {
-            basis.heap.resize(3 * (degree + 1), 0.0);
-            let (n, rest) = basis.heap.split_at_mut(degree + 1);
-            let (d1, d2) = rest.split_at_mut(degree + 1);
-            fill(degree, knots, span, t, [n, d1, d2]);
-        }
-        basis
-    }
-
-    /// The functions (`order` 0), their first (1) or second (2) derivatives.
-    pub(crate) fn row(&self, order: usize) -> &[f64] {
-        let n = self.degree + 1;
-        if self.heap.is_empty() { &self.stack[order][..n] } else { &self.heap[order * n..(order + 1) * n] }
-    }
+/// Calls `work` with the values, first and second derivatives (three rows of `degree + 1` numbers, one after the other) of the
+/// basis functions that live on `span` at `t`, which is normally inside the span but need not be. Function `j` belongs to
+/// control point `span - degree + j`.
+pub(crate) fn with_basis<R>(degree: usize, knots: &[f64], span: usize, t: f64, work: impl FnOnce(&[f64]) -> R) -> R {
+    with_rows(degree, |rows| {
+        let (n, rest) = rows.split_at_mut(degree + 1);
+        let (d1, d2) = rest.split_at_mut(degree + 1);
+        fill(degree, knots, span, t, [n, d1, d2]);
+        work(rows)
+    })
 }
 
 /// Raises degree 0 to `degree`, carrying both derivatives along.

@@ -1,7 +1,7 @@
 //! Evaluation of NURBS surfaces with first and second partial derivatives, and their closure.
 
 use super::NurbsSurface;
-use super::knots::{self, Basis};
+use super::knots;
 use glam::DVec3;
 
 /// A surface point with its partial derivatives.
@@ -46,6 +46,46 @@ impl NurbsSurface {
         self.derivatives(u, v).point
     }
 
+    /// The points at all pairs of `us` and `vs`, u-major; each to the last bit as [`point`](Self::point) has it.
+    ///
+    /// Rows of the net are summed up once per v: a few operations a point on lattices finer than the net.
+    #[must_use]
+    pub fn lattice(&self, us: &[f64], vs: &[f64]) -> Vec<DVec3> {
+        let ((u0, u1), (v0, v1)) = self.domain();
+        let count_v = self.count_v();
+        let weighted = !self.weights.is_empty();
+        let mut out = vec![DVec3::ZERO; us.len() * vs.len()];
+        let mut lines = vec![(DVec3::ZERO, 0.0); self.count_u()];
+        for (j, v) in vs.iter().enumerate() {
+            let v = v.max(v0).min(v1);
+            let span = knots::span(self.degree_v, &self.knots_v, v);
+            knots::with_basis(self.degree_v, &self.knots_v, span, v, |rows| {
+                for (i, (line, line_w)) in lines.iter_mut().enumerate() {
+                    (*line, *line_w) = (DVec3::ZERO, 0.0);
+                    let start = i * count_v + span - self.degree_v;
+                    for (b, &n) in rows[..=self.degree_v].iter().enumerate() {
+                        let value = n * if weighted { self.weights[start + b] } else { 1.0 };
+                        *line += self.points[start + b] * value;
+                        *line_w += value;
+                    }
+                }
+            });
+            for (i, u) in us.iter().enumerate() {
+                let u = u.max(u0).min(u1);
+                let span = knots::span(self.degree_u, &self.knots_u, u);
+                out[i * vs.len() + j] = knots::with_basis(self.degree_u, &self.knots_u, span, u, |rows| {
+                    let (mut p, mut w) = (DVec3::ZERO, 0.0);
+                    for (&(line, line_w), &n) in lines[span - self.degree_u..].iter().zip(&rows[..=self.degree_u]) {
+                        p += line * n;
+                        w += line_w * n;
+                    }
+                    if weighted { p * (1.0 / w) } else { p }
+                });
+            }
+        }
+        out
+    }
+
     /// The point and its five partial derivatives, exact also for rational surfaces.
     ///
     /// Parameters outside the domain are moved to its border; at a knot the values belong to the span that starts there.
@@ -54,27 +94,36 @@ impl NurbsSurface {
     pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
         let ((u0, u1), (v0, v1)) = self.domain();
         let (u, v) = (u.max(u0).min(u1), v.max(v0).min(v1));
-        let bu = Basis::new(self.degree_u, &self.knots_u, knots::span(self.degree_u, &self.knots_u, u), u);
-        let bv = Basis::new(self.degree_v, &self.knots_v, knots::span(self.degree_v, &self.knots_v, v), v);
+        let span_u = knots::span(self.degree_u, &self.knots_u, u);
+        let span_v = knots::span(self.degree_v, &self.knots_v, v);
+        knots::with_basis(self.degree_u, &self.knots_u, span_u, u, |rows_u| {
+            knots::with_basis(self.degree_v, &self.knots_v, span_v, v, |rows_v| {
+                self.weighted(span_u - self.degree_u, rows_u, span_v - self.degree_v, rows_v)
+            })
+        })
+    }
+
+    /// The piece whose first control point is (`row`, `column`) and its derivatives, given the bases there.
+    fn weighted(&self, row: usize, rows_u: &[f64], column: usize, rows_v: &[f64]) -> SurfaceDerivatives {
+        let (nu, nv) = (self.degree_u + 1, self.degree_v + 1);
         let count_v = self.count_v();
-        let (row, column) = (bu.span - self.degree_u, bv.span - self.degree_v);
         let weighted = !self.weights.is_empty();
         // Homogeneous sums for the orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
         let mut p = [DVec3::ZERO; 6];
         let mut w = [0.0; 6];
-        for a in 0..=self.degree_u {
+        for a in 0..nu {
             let mut line = [DVec3::ZERO; 3];
             let mut line_w = [0.0; 3];
             let start = (row + a) * count_v + column;
-            for b in 0..=self.degree_v {
+            for b in 0..nv {
                 let weight = if weighted { self.weights[start + b] } else { 1.0 };
                 for order in 0..3 {
-                    let value = bv.row(order)[b] * weight;
+                    let value = rows_v[order * nv + b] * weight;
                     line[order] += self.points[start + b] * value;
                     line_w[order] += value;
                 }
             }
-            let n = [bu.row(0)[a], bu.row(1)[a], bu.row(2)[a]];
+            let n = [rows_u[a], rows_u[nu + a], rows_u[2 * nu + a]];
             for (k, (order_u, order_v)) in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].into_iter().enumerate() {
                 p[k] += line[order_v] * n[order_u];
                 w[k] += line_w[order_v] * n[order_u];

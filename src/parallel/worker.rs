@@ -57,7 +57,7 @@ impl<S: Stages> Worker<S> {
         delivery.metrics.worker = self.number;
         let mut laps = Laps::start();
         for &(part, tile, face) in &self.hand.tiles {
-            let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0).entered();
+            let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
             let (stages, scratch) = (&*self.stages, &mut self.scratch);
             let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
             let outcome = outcome.unwrap_or_else(|payload| {

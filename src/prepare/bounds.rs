@@ -9,6 +9,7 @@ use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
 use crate::model::quotient;
 use glam::{DVec3, DVec4};
+use std::cell::OnceCell;
 
 /// Upper bounds of a second derivative over a sub-box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -126,7 +127,8 @@ impl SurfaceBounds {
                     continue;
                 }
                 let samples = sampler.samples(&net);
-                let part = |k: usize, part: usize| norms[k].min(keep(samples.most(|s| s.bends[k][part])));
+                let most = samples.most();
+                let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part]));
                 let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
                 cells.push(BoxBounds {
                     uu: bend(0).scaled(1.0 / (u * u)),
@@ -169,6 +171,7 @@ impl CurveBounds {
         let size = spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
         let mut out = Self { breaks: vec![spline.breaks[0]], strips: Vec::new() };
         let mut net = Vec::with_capacity(spline.degree + 1);
+        let rows = OnceCell::new();
         for (k, ends) in spline.breaks.windows(2).enumerate() {
             let strips = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]).unwrap_or_else(|| {
                 let width = (ends[1] - ends[0]) / parts as f64;
@@ -182,7 +185,11 @@ impl CurveBounds {
                     StripBounds {
                         first: first / width,
                         second: if straight { 0.0 } else { second / (width * width) },
-                        turn: if straight { 0.0 } else { tangent_turning(&net) },
+                        turn: if straight {
+                            0.0
+                        } else {
+                            tangent_turning(&net, rows.get_or_init(|| sample_rows(spline.degree)))
+                        },
                     }
                 };
                 (0..parts).map(strip).collect()
@@ -284,36 +291,41 @@ fn sample_rows(degree: usize) -> Vec<Vec<f64>> {
 #[derive(Clone, Copy)]
 struct Sample {
     normal: DVec3,
-    /// `S_uu`, `S_uv`, `S_vv`: signed part along the normal, and length of the rest.
-    bends: [[f64; 2]; 3],
+    /// `S_uu`, `S_uv`, `S_vv`, of each: signed part along the normal, and length of the rest.
+    bends: [f64; 6],
 }
 
 /// A sub-box's samples, (i, j) in u and v; none where the surface has no normal.
 struct Samples([[Option<Sample>; SAMPLES + 1]; SAMPLES + 1]);
 
 impl Samples {
-    /// The largest size of `of` between the samples too: what the largest sample may miss is an eighth of the second
-    /// difference where `of` is a parabola there; twice that is allowed for, along lines and across.
-    fn most(&self, of: impl Fn(&Sample) -> f64) -> f64 {
-        let at = |i: usize, j: usize| self.0[i][j].as_ref().map(&of);
-        let mut most = 0.0_f64;
-        let mut bend = [0.0_f64; 2];
+    /// The largest size of each number of [`Sample::bends`] between the samples too: what the largest sample may miss is an
+    /// eighth of the second difference where the number is a parabola there; twice that is allowed for, along lines and
+    /// across.
+    fn most(&self) -> [f64; 6] {
+        let at = |i: usize, j: usize| self.0[i][j].as_ref().map(|s| &s.bends);
+        let mut most = [0.0_f64; 6];
+        let mut bend = [[0.0_f64; 6]; 2];
         for i in 0..=SAMPLES {
             for j in 0..=SAMPLES {
                 let Some(here) = at(i, j) else { continue };
-                most = most.max(here.abs());
+                for (most, here) in most.iter_mut().zip(here) {
+                    *most = most.max(here.abs());
+                }
                 let across = [
                     (i > 0 && i < SAMPLES).then(|| [at(i - 1, j), at(i + 1, j)]),
                     (j > 0 && j < SAMPLES).then(|| [at(i, j - 1), at(i, j + 1)]),
                 ];
                 for (bend, sides) in bend.iter_mut().zip(across) {
                     if let Some([Some(a), Some(b)]) = sides {
-                        *bend = bend.max((a - 2.0 * here + b).abs());
+                        for (k, bend) in bend.iter_mut().enumerate() {
+                            *bend = bend.max((a[k] - 2.0 * here[k] + b[k]).abs());
+                        }
                     }
                 }
             }
         }
-        most + 0.25 * (bend[0] + bend[1])
+        std::array::from_fn(|k| most[k] + 0.25 * (bend[0][k] + bend[1][k]))
     }
 }
 
@@ -352,7 +364,8 @@ impl Sampler {
                 if normal.length() > 1e-10 * d.du.length() * d.dv.length() {
                     *out = normal.try_normalize().map(|normal| {
                         let parts = |x: DVec3| [x.dot(normal), (x - normal * x.dot(normal)).length()];
-                        Sample { normal, bends: [d.duu, d.duv, d.dvv].map(parts) }
+                        let [[a, b], [c, d], [e, f]] = [d.duu, d.duv, d.dvv].map(parts);
+                        Sample { normal, bends: [a, b, c, d, e, f] }
                     });
                 }
             }
@@ -398,11 +411,11 @@ fn chord_angle(chord: f64) -> f64 {
     2.0 * (0.5 * chord).min(1.0).asin()
 }
 
-/// How far the tangent of a segment turns.
-fn tangent_turning(net: &[DVec4]) -> f64 {
+/// How far the tangent of a segment turns, given the bases at the samples.
+fn tangent_turning(net: &[DVec4], rows: &[Vec<f64>]) -> f64 {
     let degree = net.len() - 1;
     let mut tangents = [None; SAMPLES + 1];
-    for (tangent, row) in tangents.iter_mut().zip(sample_rows(degree)) {
+    for (tangent, row) in tangents.iter_mut().zip(rows) {
         let (n, d) = row[..2 * (degree + 1)].split_at(degree + 1);
         let dot = |f: &[f64]| f.iter().zip(net).fold(DVec4::ZERO, |sum, (&f, &c)| sum + c * f);
         let (p, p1) = (dot(n), dot(d));

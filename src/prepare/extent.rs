@@ -3,7 +3,7 @@
 use super::inside::{Inside, points_along};
 use super::{BoxBounds, EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
 use crate::mesh::SceneInstance;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4};
 
 /// Samples per strip of an edge's bounds table and per span of a tile's side. Sixteen on a quarter turn find its extreme
 /// point to 0.1 % of the radius.
@@ -88,22 +88,28 @@ pub(super) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
         if straight(|b| b.uu.norm) || straight(|b| b.vv.norm) {
             continue;
         }
-        // What the control net cannot reach need not be looked for.
-        if face.patches.control.iter().all(|c| bounds.holds(c.truncate() / c.w)) {
-            continue;
+        // What its control net cannot reach need not be looked for in a piece.
+        let size = (face.patches.degree_u + 1) * (face.patches.degree_v + 1);
+        let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
+        let reaching: Vec<bool> = face.patches.control.chunks_exact(size).map(beyond).collect();
+        if reaching.contains(&true) {
+            out.extend(interior(part, face, tile, &reaching, &mut bounds));
         }
-        out.extend(interior(part, face, tile, &mut bounds));
     }
     out
 }
 
-/// Points of a lattice over a tile that lie inside its loops and outside `bounds`, which they widen.
-fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, bounds: &mut Hull) -> Vec<DVec3> {
+/// Points of a lattice over a tile that lie inside its loops and outside `bounds`, which they widen. Only pieces that are
+/// `reaching` have any.
+fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[bool], bounds: &mut Hull) -> Vec<DVec3> {
     let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
     let inside = Inside { patches: &face.patches, min: tile.min, max: tile.max, loops };
     let mut out = Vec::new();
     for uv in inside.lattice(4 * SAMPLES).1 {
-        let p = face.patches.derivatives(uv.x, uv.y).point;
+        if !reaching[face.patches.piece(uv.x, uv.y)] {
+            continue;
+        }
+        let p = face.patches.point(uv.x, uv.y);
         if !bounds.holds(p) && inside.holds(uv) {
             bounds.add(p);
             out.push(p);

@@ -509,7 +509,7 @@ impl BorderMaker<'_> {
                             self.maps[0].to_nurbs(self.grid.lines[0][i]),
                             self.maps[1].to_nurbs(self.grid.lines[1][j]),
                         );
-                        DraftEnd::Point(self.patches.derivatives(u, v).point)
+                        DraftEnd::Point(self.patches.point(u, v))
                     }
                 }
             }

@@ -123,12 +123,14 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
     let mut healings = Vec::new();
     let part = &*heal::heal(stated, size, &mut healings);
     healings.sort_by_key(|h| h.face);
-    let draft = |f: &Face| {
-        let drafted = (!f.lost && !budget.exceeded()).then(|| guarded(|| face::draft(part, f, size)))?;
+    let draft = |(k, f): (usize, &Face)| {
+        let span = || tracing::trace_span!("draft", part = id.0, face = k, entity = f.entity);
+        let work = || span().in_scope(|| guarded(|| face::draft(part, f, size)));
+        let drafted = (!f.lost && !budget.exceeded()).then(work)?;
         drafted.iter().for_each(|draft| budget.spend(draft));
         Some(drafted)
     };
-    let results: Vec<_> = part.faces.par_iter().map(draft).collect();
+    let results: Vec<_> = part.faces.par_iter().enumerate().map(draft).collect();
     if budget.exceeded() {
         // Nothing of this will be kept.
         return (PreparedPart::default(), Vec::new());

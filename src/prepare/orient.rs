@@ -106,6 +106,8 @@ const DECISIVE: f64 = 0.3;
 fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed: &[bool], wanted: f64) -> Option<f64> {
     /// Share of the cube of a group's size below which a volume is nothing but rounding.
     const ROUNDING: f64 = 1e-9;
+    const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
+    const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
     let faces = || group.iter().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
     let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
     let polygons: Vec<(Vec<DVec3>, f64)> = faces()
@@ -128,10 +130,17 @@ fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed:
     if cones * wanted > DECISIVE * parts {
         return None;
     }
-    let (volume, parts) = faces().fold((0.0, 0.0), |(volume, parts), (draft, reversed)| {
-        let v = sign(reversed) * flux(draft, origin) / 3.0;
-        (volume + v, parts + v.abs())
-    });
+    let summed = |samples: Sampling| {
+        faces().fold((0.0, 0.0), |(volume, parts), (draft, reversed)| {
+            let v = sign(reversed) * flux(draft, origin, samples) / 3.0;
+            (volume + v, parts + v.abs())
+        })
+    };
+    // Nearly all solids are right. A few samples say so well enough: a volume that is wrong is so by far.
+    if summed(FEW).0 * wanted > 0.0 {
+        return None;
+    }
+    let (volume, parts) = summed(MANY);
     (volume * wanted < -DECISIVE * parts).then_some(volume)
 }
 
@@ -139,7 +148,7 @@ fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed:
 fn space_polygon(draft: &FaceDraft, uses: &[DraftUse]) -> Vec<DVec3> {
     /// Points per use: a fan over them has a circle's area within 3 %.
     const MOST: usize = 8;
-    plane_polygon(uses, MOST).into_iter().map(|p| draft.patches.derivatives(p.x, p.y).point).collect()
+    plane_polygon(uses, MOST).into_iter().map(|p| draft.patches.point(p.x, p.y)).collect()
 }
 
 /// Points along a loop in (u,v), at most `most` per use.
@@ -151,17 +160,24 @@ fn plane_polygon(uses: &[DraftUse], most: usize) -> Vec<DVec2> {
     out
 }
 
-/// The integral of (x - origin)·n over a face, by samples: good to a few per cent, which is enough for a sign.
-fn flux(draft: &FaceDraft, origin: DVec3) -> f64 {
-    draft.tiles.iter().map(|tile| tile_flux(draft, tile, origin)).sum()
+/// How closely a face is sampled.
+#[derive(Clone, Copy)]
+struct Sampling {
+    /// Samples per Bézier piece and direction.
+    lattice: usize,
+    /// Points per edge of a loop, at most.
+    outline: usize,
 }
 
-fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3) -> f64 {
-    /// Samples per Bézier piece and direction.
-    const SAMPLES: usize = 8;
-    let loops = tile.loops.iter().map(|l| plane_polygon(l, usize::MAX)).collect();
+/// The integral of (x - origin)·n over a face, by samples: with eight in a row good to a few per cent.
+fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> f64 {
+    draft.tiles.iter().map(|tile| tile_flux(draft, tile, origin, samples)).sum()
+}
+
+fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampling) -> f64 {
+    let loops = tile.loops.iter().map(|l| plane_polygon(l, samples.outline)).collect();
     let inside = Inside { patches: &draft.patches, min: tile.min, max: tile.max, loops };
-    let (step, lattice) = inside.lattice(SAMPLES);
+    let (step, lattice) = inside.lattice(samples.lattice);
     let at = |uv: DVec2| {
         let d = draft.patches.derivatives(uv.x, uv.y);
         (d.point - origin).dot(d.du.cross(d.dv))

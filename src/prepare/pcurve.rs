@@ -178,12 +178,12 @@ impl<'a> Projector<'a> {
             // Midpoints: on a pole line the surface has no direction to go.
             (0..n[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / n[axis] as f64).collect()
         };
-        let vs = axis_values(1);
-        axis_values(0)
-            .into_iter()
-            .flat_map(|u| vs.iter().map(move |&v| DVec2::new(u, v)))
-            .map(|uv| (uv, self.surface.point(uv.x, uv.y)))
-            .collect()
+        let [us, vs] = [0, 1].map(axis_values);
+        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v)));
+        match self.surface {
+            Surface::Nurbs(net) => pairs.zip(net.lattice(&us, &vs)).collect(),
+            surface => pairs.map(|uv| (uv, surface.point(uv.x, uv.y))).collect(),
+        }
     }
 
     /// Moves an evaluation parameter into the domain of a periodic surface.
@@ -419,6 +419,12 @@ struct Walk<'a> {
 impl Walk<'_> {
     /// The sample at `t` and the gap there.
     fn sample(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64) {
+        let (sample, gap, _) = self.sample_with_speeds(t, seed);
+        (sample, gap)
+    }
+
+    /// The same, and how fast the surface's point moves with u and with v.
+    fn sample_with_speeds(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64, DVec2) {
         let c = self.edge.curve.derivatives(t);
         let p = if t == self.edge.range.0 {
             self.ends[0]
@@ -431,7 +437,7 @@ impl Walk<'_> {
         let w = self.projector.wrap(uv);
         let s = self.projector.surface.derivatives(w.x, w.y);
         let d = jacobian_solve(s.du, s.dv, c.d1);
-        (UvSample { t, uv, d }, s.point.distance(p))
+        (UvSample { t, uv, d }, s.point.distance(p), DVec2::new(s.du.length(), s.dv.length()))
     }
 
     /// The sample at a pole: the collapsed coordinate is the pole's, the other continues from `inner`.
@@ -468,14 +474,12 @@ impl Walk<'_> {
         let mut pair = [*a, *b];
         fill_slopes(&mut pair);
         let guess = UvSample::between(&pair[0], &pair[1], t);
-        let mid = self.sample(t, Some(guess));
-        let w = self.projector.wrap(mid.0.uv);
-        let s = self.projector.surface.derivatives(w.x, w.y);
-        let off = (mid.0.uv - guess).abs();
-        if s.du.length() * off.x + s.dv.length() * off.y > 4.0 * self.projector.tolerance {
-            self.refine(a, &mid.0, depth + 1, out);
-            out.push(mid);
-            self.refine(&mid.0, b, depth + 1, out);
+        let (mid, gap, speeds) = self.sample_with_speeds(t, Some(guess));
+        let off = (mid.uv - guess).abs();
+        if speeds.x * off.x + speeds.y * off.y > 4.0 * self.projector.tolerance {
+            self.refine(a, &mid, depth + 1, out);
+            out.push((mid, gap));
+            self.refine(&mid, b, depth + 1, out);
         }
     }
 }

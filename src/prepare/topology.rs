@@ -89,7 +89,7 @@ pub(super) fn assemble(
                 })
                 .filter(|l| !l.is_empty())
                 .collect();
-            let middle = draft.patches.derivatives(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y)).point;
+            let middle = draft.patches.point(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y));
             let mut tile = Tile {
                 face: FaceId::new(k),
                 min: t.min,

@@ -138,8 +138,9 @@ fn run(cli: Cli, laps: report::Laps) -> Result<Done, Failure> {
     let work = move || {
         let Cli { command, common } = cli;
         let workers = usize::from(common.workers.unwrap_or(0));
-        // Zero is rayon's word, too, for one thread per core.
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).build_global();
+        // Zero is rayon's word, too, for one thread per core. This thread is one of them: it would only wait for the others, and
+        // what it reads would be freed and paged in again for them.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
         if command.input().is_list() {
             print!("{}", input::builtin_list());

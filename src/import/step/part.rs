@@ -9,7 +9,7 @@ use super::shells::{Gathered, ShellUse, Source};
 use super::spline;
 use super::style::Styles;
 use super::surface::Stated;
-use super::table::{Read, Table, Trouble};
+use super::table::{Map, Read, Set, Table, Trouble};
 use super::units::Units;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, Surface,
@@ -17,7 +17,6 @@ use crate::model::{
 };
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::{HashMap, HashSet};
 
 /// An edge before its vertices have ids.
 struct Draft {
@@ -128,12 +127,8 @@ impl Reader<'_> {
     }
 
     /// Every edge that the faces use, read once.
-    fn edges(
-        &self,
-        jobs: &[(u32, &ShellUse, Source, bool)],
-        stated: &[Read<StatedFace>],
-    ) -> HashMap<EdgeKey, Read<Draft>> {
-        let mut known = HashSet::new();
+    fn edges(&self, jobs: &[(u32, &ShellUse, Source, bool)], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<Draft>> {
+        let mut known = Set::default();
         let mut order = Vec::new();
         for ((_, shell, ..), face) in jobs.iter().zip(stated) {
             let Ok(face) = face else { continue };
@@ -204,7 +199,7 @@ impl Draft {
 }
 
 /// Points whose hull covers the face's boundary.
-fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &HashMap<EdgeKey, Read<Draft>>) -> Vec<DVec3> {
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Vec<DVec3> {
     let mut points = Vec::new();
     for bound in &face.bounds {
         match bound {
@@ -221,7 +216,7 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &HashMap<EdgeKey, Re
 /// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.
 #[derive(Default)]
 struct Corners {
-    index: HashMap<VertexKey, usize>,
+    index: Map<VertexKey, usize>,
     parent: Vec<usize>,
     points: Vec<DVec3>,
 }
@@ -269,17 +264,17 @@ struct Assembly {
     part: Part,
     /// Diagonal of the box of all curves' control points.
     size: f64,
-    edges: HashMap<EdgeKey, Read<Draft>>,
-    edge_ids: HashMap<EdgeKey, EdgeId>,
+    edges: Map<EdgeKey, Read<Draft>>,
+    edge_ids: Map<EdgeKey, EdgeId>,
     corners: Corners,
-    vertex_ids: HashMap<usize, VertexId>,
+    vertex_ids: Map<usize, VertexId>,
     diagnostics: Vec<Diagnostic>,
     /// How many edges miss their vertices, the worst of them and by how much.
     gaps: (usize, u64, f64),
 }
 
 impl Assembly {
-    fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: HashMap<EdgeKey, Read<Draft>>) -> Self {
+    fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: Map<EdgeKey, Read<Draft>>) -> Self {
         let tolerance = shells.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
         let shells = shells.iter().map(|shell| Shell { kind: shell.kind, entity: shell.entity }).collect();
         let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
@@ -289,9 +284,9 @@ impl Assembly {
             part: Part { name, shells, colour, tolerance, ..Part::default() },
             size: (high - low).max(DVec3::ZERO).length(),
             edges,
-            edge_ids: HashMap::new(),
+            edge_ids: Map::default(),
             corners: Corners::default(),
-            vertex_ids: HashMap::new(),
+            vertex_ids: Map::default(),
             diagnostics: Vec::new(),
             gaps: (0, 0, 0.0),
         }
@@ -347,7 +342,7 @@ impl Assembly {
     /// The `EDGE_CURVE`s that every loop uses against the way it runs. Loops that close either way, as two edges between the
     /// same two vertices do, are not asked.
     fn run_against(&mut self, stated: &[Read<StatedFace>]) -> Vec<u64> {
-        let mut with = HashSet::new();
+        let mut with = Set::default();
         let mut against = Vec::new();
         let bounds = stated.iter().flatten().flat_map(|face| &face.bounds);
         for uses in bounds.filter_map(|bound| if let Bound::Edges(uses) = bound { Some(uses) } else { None }) {

@@ -7,11 +7,10 @@
 use super::place::Geometry;
 use super::shells::is_body;
 use super::style::Styles;
-use super::table::{Instance, MAX_DEPTH, Read, Table, Trouble};
+use super::table::{Instance, MAX_DEPTH, Map, Read, Set, Table, Trouble};
 use super::units::Contexts;
 use crate::model::Colour;
 use glam::DAffine3;
-use std::collections::{HashMap, HashSet};
 
 /// What becomes one part, and what is placed in it.
 #[derive(Debug, Default)]
@@ -49,7 +48,7 @@ pub(super) struct Builder<'a> {
     fit: f64,
     groups: Vec<Group>,
     /// The group of a representation.
-    owner: HashMap<u64, usize>,
+    owner: Map<u64, usize>,
     troubles: Vec<Trouble>,
 }
 
@@ -65,7 +64,7 @@ pub(super) fn representation<'a>(
 impl<'a> Builder<'a> {
     pub(super) fn build(table: &'a Table, contexts: &'a Contexts, styles: &'a Styles, fit: f64) -> Structure {
         let mut builder =
-            Self { table, contexts, styles, fit, groups: Vec::new(), owner: HashMap::new(), troubles: Vec::new() };
+            Self { table, contexts, styles, fit, groups: Vec::new(), owner: Map::default(), troubles: Vec::new() };
         let definitions = builder.definitions();
         let relations = Relations::read(table);
         builder.own_related(&relations);
@@ -77,13 +76,13 @@ impl<'a> Builder<'a> {
     }
 
     /// A group for each product definition, with the representations that define its shape.
-    fn definitions(&mut self) -> HashMap<u64, usize> {
-        let mut definitions = HashMap::new();
-        for definition in self.table.iter().filter(|i| i.types().any(|name| DEFINITIONS.contains(&name))) {
+    fn definitions(&mut self) -> Map<u64, usize> {
+        let mut definitions = Map::default();
+        for definition in self.table.of_types(|i| i.types().any(|name| DEFINITIONS.contains(&name))) {
             definitions.insert(definition.id, self.groups.len());
             self.groups.push(Group { name: self.product_name(definition), product: true, ..Group::default() });
         }
-        for link in self.table.iter().filter(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
+        for link in self.table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
             let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
             let (Some(property), Some(shape)) = (own.optional(0), own.optional(1)) else { continue };
             let Some(&group) = self.defined(property).and_then(|definition| definitions.get(&definition)) else {
@@ -139,9 +138,10 @@ impl<'a> Builder<'a> {
     fn bare_representations(&mut self, relations: &Relations) {
         let bare: Vec<u64> = self
             .table
-            .iter()
-            .filter(|i| i.types().any(|name| name.ends_with("REPRESENTATION") && !PICTURES.contains(&name)))
-            .filter(|i| !i.types().any(|name| PICTURES.contains(&name)))
+            .of_types(|i| {
+                i.types().any(|name| name.ends_with("REPRESENTATION"))
+                    && !i.types().any(|name| PICTURES.contains(&name))
+            })
             .filter(|i| !self.owner.contains_key(&i.id) && self.holds_shape(i.id))
             .map(|i| i.id)
             .collect();
@@ -171,10 +171,10 @@ impl<'a> Builder<'a> {
     }
 
     /// Usage occurrences, with the relationship that places each.
-    fn occurrences(&mut self, definitions: &HashMap<u64, usize>, relations: &Relations) {
-        let mut placements: HashMap<u64, (u64, u64)> = HashMap::new();
-        let mut used = HashSet::new();
-        for shape in self.table.iter().filter(|i| i.is("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")) {
+    fn occurrences(&mut self, definitions: &Map<u64, usize>, relations: &Relations) {
+        let mut placements: Map<u64, (u64, u64)> = Map::default();
+        let mut used = Set::default();
+        for shape in self.table.of_types(|i| i.is("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")) {
             let own = shape.fields("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 0);
             let (Some(relation), Some(property)) = (own.optional(0), own.optional(1)) else { continue };
             if let Some(occurrence) = self.defined(property) {
@@ -182,7 +182,7 @@ impl<'a> Builder<'a> {
                 used.insert(relation);
             }
         }
-        for usage in self.table.iter().filter(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE")) {
+        for usage in self.table.of_types(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE")) {
             let own = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
             let (Some(parent), Some(child)) = (own.optional(3), own.optional(4)) else { continue };
             let (Some(&parent), Some(&child)) = (definitions.get(&parent), definitions.get(&child)) else {
@@ -273,7 +273,7 @@ impl<'a> Builder<'a> {
 
     /// Replicas of solids: the solid becomes a part of its own, placed by the transformation.
     fn replicas(&mut self) {
-        let mut of_solid: HashMap<u64, usize> = HashMap::new();
+        let mut of_solid: Map<u64, usize> = Map::default();
         for parent in 0..self.groups.len() {
             for id in self.groups[parent].representations.clone() {
                 let Some((items, _)) = representation(self.table, id) else { continue };
@@ -347,15 +347,15 @@ fn invert(motion: DAffine3, id: u64) -> Read<DAffine3> {
 /// Relationships between representations.
 struct Relations {
     /// Those that only say that two representations are of the same thing in the same coordinates; both ways.
-    equal: HashMap<u64, Vec<u64>>,
+    equal: Map<u64, Vec<u64>>,
     /// Those with a transformation: first and second representation, transformation; by their own number.
     moved: std::collections::BTreeMap<u64, (u64, u64, u64)>,
 }
 
 impl Relations {
     fn read(table: &Table) -> Self {
-        let mut relations = Self { equal: HashMap::new(), moved: std::collections::BTreeMap::new() };
-        for relation in table.iter().filter(|i| i.is("SHAPE_REPRESENTATION_RELATIONSHIP") || i.is(MOVED)) {
+        let mut relations = Self { equal: Map::default(), moved: std::collections::BTreeMap::new() };
+        for relation in table.of_types(|i| i.is("SHAPE_REPRESENTATION_RELATIONSHIP") || i.is(MOVED)) {
             let own = relation.fields("REPRESENTATION_RELATIONSHIP", 0);
             let (Some(first), Some(second)) = (own.optional(2), own.optional(3)) else { continue };
             if relation.is(MOVED) {

@@ -3,11 +3,10 @@
 use super::body::{BodyKind, refused};
 use super::style::Styles;
 use super::sweep::profile;
-use super::table::{Instance, MAX_DEPTH, Read, Table, Trouble};
+use super::table::{Instance, MAX_DEPTH, Read, Set, Table, Trouble};
 use super::tessellated::stands_for;
 use super::units::Units;
 use crate::model::{Colour, ShellKind};
-use std::collections::HashSet;
 
 /// Where a face comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,9 +51,9 @@ pub(super) struct Gather<'a> {
     pub(super) table: &'a Table,
     pub(super) styles: &'a Styles,
     /// Items, shells and faces that some part has taken, of the whole file.
-    pub(super) taken: HashSet<u64>,
+    pub(super) taken: Set<u64>,
     /// Items that annotations draw: texts and arrows, not shapes.
-    pub(super) annotations: HashSet<u64>,
+    pub(super) annotations: Set<u64>,
     /// Representation items that hold geometry of a kind that is not read.
     pub(super) unread: Vec<Trouble>,
 }
@@ -65,12 +64,12 @@ pub(super) struct Gathered {
     pub(super) shells: Vec<ShellUse>,
     pub(super) bodies: Vec<BodyUse>,
     /// Items, shells and faces in this part already: a part holds each once, however often its representations list it.
-    pub(super) held: HashSet<u64>,
+    pub(super) held: Set<u64>,
 }
 
 /// What annotations draw.
-fn annotated(table: &Table) -> HashSet<u64> {
-    let occurrences = table.iter().filter(|i| i.types().any(|name| name.ends_with("ANNOTATION_OCCURRENCE")));
+fn annotated(table: &Table) -> Set<u64> {
+    let occurrences = table.of_types(|i| i.types().any(|name| name.ends_with("ANNOTATION_OCCURRENCE")));
     occurrences.filter_map(|i| i.fields("STYLED_ITEM", 1).optional(1)).collect()
 }
 
@@ -87,7 +86,7 @@ impl Gathered {
 
 impl<'a> Gather<'a> {
     pub(super) fn new(table: &'a Table, styles: &'a Styles) -> Self {
-        Self { table, styles, taken: HashSet::new(), annotations: annotated(table), unread: Vec::new() }
+        Self { table, styles, taken: Set::default(), annotations: annotated(table), unread: Vec::new() }
     }
 
     /// Adds the shells of a representation item.
@@ -265,21 +264,20 @@ impl<'a> Gather<'a> {
     /// Bodies, then shells, then faces that nothing has taken.
     pub(super) fn leftovers(&mut self, units: Units) -> Gathered {
         let mut found = Gathered::default();
-        let of_kind = |wanted: &dyn Fn(Instance<'_>) -> bool| -> Vec<u64> {
-            self.table.iter().filter(|i| wanted(*i)).map(|i| i.id).collect()
-        };
-        let inner: HashSet<u64> = self.table.iter().flat_map(parts_of).collect();
-        let bodies = of_kind(&|i| !inner.contains(&i.id) && is_solid(i));
-        let tessellated = of_kind(&|i| !inner.contains(&i.id) && BodyKind::of(i) == Some(BodyKind::Tessellated));
-        let shells = of_kind(&is_shell);
-        let faces = of_kind(&is_face);
+        let of_kind = |wanted: fn(Instance<'_>) -> bool| self.table.of_types(wanted).map(|i| i.id);
+        let is_tessellated = |i: Instance<'_>| BodyKind::of(i) == Some(BodyKind::Tessellated);
+        let inner: Set<u64> = self.table.of_types(has_parts).flat_map(parts_of).collect();
+        let bodies: Vec<u64> = of_kind(is_solid).filter(|id| !inner.contains(id)).collect();
+        let tessellated: Vec<u64> = of_kind(is_tessellated).filter(|id| !inner.contains(id)).collect();
+        let shells = of_kind(is_shell);
+        let faces = of_kind(is_face);
         for id in bodies.into_iter().chain(shells).chain(faces) {
             if !self.taken.contains(&id) {
                 self.item(id, units, &mut found);
             }
         }
         // What no product owns beside exact geometry is a picture of it.
-        if !self.table.iter().any(|i| BodyKind::of(i) != Some(BodyKind::Tessellated) && is_body(i)) {
+        if self.table.of_types(|i| BodyKind::of(i) != Some(BodyKind::Tessellated) && is_body(i)).next().is_none() {
             for id in tessellated {
                 if !self.taken.contains(&id) {
                     self.item(id, units, &mut found);
@@ -305,12 +303,20 @@ fn is_solid(item: Instance<'_>) -> bool {
     made || item.is("CSG_SOLID") || refused(item).is_some() || item.types().any(|name| BODIES.contains(&name))
 }
 
+const BOOLEANS: [&str; 2] = ["BOOLEAN_RESULT", "BOOLEAN_CLIPPING_RESULT"];
+const HOLDERS: [&str; 3] = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
+
+/// Whether an instance is of a type that makes a body of others, or holds some.
+fn has_parts(instance: Instance<'_>) -> bool {
+    let replicas = ["CSG_SOLID", "SOLID_REPLICA"];
+    BOOLEANS.into_iter().chain(HOLDERS).chain(replicas).any(|name| instance.is(name))
+}
+
 /// The bodies that an instance makes another one of, or holds.
 fn parts_of(instance: Instance<'_>) -> impl Iterator<Item = u64> {
-    let boolean = instance.is("BOOLEAN_RESULT") || instance.is("BOOLEAN_CLIPPING_RESULT");
-    let holder = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
+    let boolean = BOOLEANS.into_iter().any(|name| instance.is(name));
     let held =
-        holder.into_iter().find(|name| instance.is(name)).and_then(|name| instance.fields(name, 1).links(0).ok());
+        HOLDERS.into_iter().find(|name| instance.is(name)).and_then(|name| instance.fields(name, 1).links(0).ok());
     let root = instance.is("CSG_SOLID").then(|| instance.fields("CSG_SOLID", 1).optional(0)).flatten();
     let parent = instance.is("SOLID_REPLICA").then(|| instance.fields("SOLID_REPLICA", 1).optional(0)).flatten();
     let operands = boolean.then(|| instance.fields("BOOLEAN_RESULT", 1));

@@ -1,15 +1,14 @@
 //! Styled items to colours of the things they style.
 
-use super::table::{Instance, Table};
+use super::table::{Instance, Map, Set, Table};
 use crate::model::Colour;
-use std::collections::{HashMap, HashSet};
 
 /// Colours by the number of the styled instance.
 #[derive(Default)]
 pub(super) struct Styles {
-    colours: HashMap<u64, Colour>,
+    colours: Map<u64, Colour>,
     /// Colours that hold only where the item is used by one occurrence: its relationship and the colour.
-    pub(super) by_occurrence: HashMap<u64, Colour>,
+    pub(super) by_occurrence: Map<u64, Colour>,
     /// Overrides that hold along a path of several occurrences, which an instance table cannot say.
     pub(super) along_paths: usize,
 }
@@ -17,9 +16,9 @@ pub(super) struct Styles {
 impl Styles {
     pub(super) fn read(table: &Table) -> Self {
         let mut styles = Self::default();
-        let mut known = HashMap::new();
-        let mut overridden = HashSet::new();
-        for styled in table.iter().filter(|i| i.types().any(|name| name.ends_with("STYLED_ITEM"))) {
+        let mut known = Map::default();
+        let mut overridden = Set::default();
+        for styled in table.of_types(|i| i.types().any(|name| name.ends_with("STYLED_ITEM"))) {
             let fields = styled.fields("STYLED_ITEM", 1);
             let (Ok(list), Some(item)) = (fields.links(0), fields.optional(1)) else { continue };
             let Some(colour) = list
@@ -63,7 +62,7 @@ fn surface_colour(
     table: &Table,
     instance: Instance<'_>,
     depth: usize,
-    known: &mut HashMap<u64, Option<Colour>>,
+    known: &mut Map<u64, Option<Colour>>,
 ) -> Option<Colour> {
     if let Some(found) = known.get(&instance.id) {
         return *found;
@@ -75,12 +74,7 @@ fn surface_colour(
     found
 }
 
-fn follow(
-    table: &Table,
-    instance: Instance<'_>,
-    depth: usize,
-    known: &mut HashMap<u64, Option<Colour>>,
-) -> Option<Colour> {
+fn follow(table: &Table, instance: Instance<'_>, depth: usize, known: &mut Map<u64, Option<Colour>>) -> Option<Colour> {
     const SKIPPED: [&str; 5] =
         ["CURVE_STYLE", "POINT_STYLE", "TEXT_STYLE", "SURFACE_STYLE_BOUNDARY", "SURFACE_STYLE_PARAMETER_LINE"];
     if depth > MAX_CHAIN || SKIPPED.into_iter().any(|name| instance.is(name)) {

@@ -1,6 +1,14 @@
 //! Part 21 syntax trees to a table of instances addressed by number; typed access to their attributes.
 
+use foldhash::fast::RandomState;
+use std::collections::{HashMap, HashSet};
 use step_io::parser::{Attribute, RawEntity, RawEntityPart};
+
+/// By instance numbers and the like: millions of look-ups of small keys, for which the standard hasher is slow.
+pub(super) type Map<K, V> = HashMap<K, V, RandomState>;
+
+/// Of instance numbers and the like.
+pub(super) type Set<K> = HashSet<K, RandomState>;
 
 /// Why an instance could not be read: which one, and what is wrong with it.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +34,13 @@ pub(super) struct Table {
     rows: Vec<RawEntity>,
     /// Row + 1 by instance number where the numbers are dense enough, else empty and rows are searched.
     dense: Vec<u32>,
+    /// For each row the number of its type, the first row of which is in `first_of_type`; [`COMPLEX`] for complex instances.
+    types: Vec<u32>,
+    first_of_type: Vec<usize>,
 }
+
+/// Stands for the type of an instance that has several.
+const COMPLEX: u32 = u32::MAX;
 
 impl Table {
     /// `rows` must be sorted by number, without duplicates.
@@ -45,7 +59,19 @@ impl Table {
                 }
             }
         }
-        Self { rows, dense }
+        let mut numbers: Map<&str, u32> = Map::default();
+        let mut first_of_type = Vec::new();
+        let mut types = Vec::with_capacity(rows.len());
+        for (row, raw) in rows.iter().enumerate() {
+            types.push(match raw {
+                RawEntity::Simple { name, .. } => *numbers.entry(name.as_str()).or_insert_with(|| {
+                    first_of_type.push(row);
+                    u32::try_from(first_of_type.len() - 1).unwrap_or(COMPLEX)
+                }),
+                RawEntity::Complex { .. } => COMPLEX,
+            });
+        }
+        Self { rows, dense, types, first_of_type }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -67,8 +93,17 @@ impl Table {
         self.find(id).ok_or_else(|| Trouble::new(id, format!("#{id} is referred to but not in the file")))
     }
 
-    pub(super) fn iter(&self) -> impl Iterator<Item = Instance<'_>> {
-        self.rows.iter().map(|raw| Instance { id: raw.id(), raw })
+    /// The instances of whose types `wanted` is true, by their numbers. It may look at types only: instances of one type are
+    /// asked about once, since a file has 10 to 100 types and up to millions of instances.
+    pub(super) fn of_types(&self, wanted: impl Fn(Instance<'_>) -> bool) -> impl Iterator<Item = Instance<'_>> {
+        let instance = |row: usize| Instance { id: self.rows[row].id(), raw: &self.rows[row] };
+        let verdicts: Vec<bool> = self.first_of_type.iter().map(|row| wanted(instance(*row))).collect();
+        let rows = self.types.iter().enumerate();
+        rows.filter_map(move |(row, of)| match verdicts.get(*of as usize) {
+            Some(true) => Some(instance(row)),
+            Some(false) => None,
+            None => Some(instance(row)).filter(|i| wanted(*i)),
+        })
     }
 }
 

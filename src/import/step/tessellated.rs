@@ -5,10 +5,9 @@
 //! numbers, since each tessellated face may list its own.
 
 use super::place::Geometry;
-use super::table::{Fields, Instance, Read, Trouble};
+use super::table::{Fields, Instance, Map, Read, Trouble};
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, VertexId};
 use glam::{DAffine3, DVec3};
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use step_io::parser::Attribute;
 
@@ -70,10 +69,10 @@ pub(super) fn triangles(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Par
 #[derive(Default)]
 struct Mesh {
     part: PartBuilder,
-    corners: HashMap<[u64; 3], VertexId>,
-    edges: HashMap<[VertexId; 2], EdgeId>,
+    corners: Map<[u64; 3], VertexId>,
+    edges: Map<[VertexId; 2], EdgeId>,
     /// Coordinate lists by their number: faces share them.
-    lists: HashMap<u64, Vec<DVec3>>,
+    lists: Map<u64, Vec<DVec3>>,
 }
 
 impl Mesh {

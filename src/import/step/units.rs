@@ -1,7 +1,6 @@
 //! Unit contexts of representations to factors: millimetres per length unit, radians per angle unit.
 
-use super::table::{Instance, MAX_DEPTH, Table};
-use std::collections::HashMap;
+use super::table::{Instance, MAX_DEPTH, Map, Table};
 
 /// What the numbers of one representation mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +20,7 @@ impl Units {
 
 /// The factors of every context of the file.
 pub(super) struct Contexts {
-    known: HashMap<u64, Units>,
+    known: Map<u64, Units>,
     /// The first context with units in the file, for geometry that no representation owns.
     pub(super) first: Units,
     /// Whether any context names a length unit.
@@ -30,9 +29,9 @@ pub(super) struct Contexts {
 
 impl Contexts {
     pub(super) fn read(table: &Table) -> Self {
-        let mut known = HashMap::new();
+        let mut known = Map::default();
         let mut first = None;
-        for context in table.iter().filter(|i| i.is("GLOBAL_UNIT_ASSIGNED_CONTEXT")) {
+        for context in table.of_types(|i| i.is("GLOBAL_UNIT_ASSIGNED_CONTEXT")) {
             let units = units_of(table, context);
             if let Some(units) = units {
                 first.get_or_insert(units);
