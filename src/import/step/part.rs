@@ -2,7 +2,7 @@
 
 use super::StepOptions;
 use super::body::append;
-use super::curve::{Bounded, Ends, straight};
+use super::curve::{Bounded, Ends, Whole, straight};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
 use super::shells::{Gathered, ShellUse, Source};
@@ -133,35 +133,40 @@ impl Reader<'_> {
         jobs: &[(u32, &ShellUse, Source, bool)],
         stated: &[Read<StatedFace>],
     ) -> HashMap<EdgeKey, Read<Draft>> {
-        let mut known = HashSet::new();
-        let mut order = Vec::new();
+        let mut known: HashMap<EdgeKey, usize> = HashMap::new();
+        let mut order: Vec<(EdgeKey, Units, u64, Whole)> = Vec::new();
         for ((_, shell, ..), face) in jobs.iter().zip(stated) {
             let Ok(face) = face else { continue };
             for bound in &face.bounds {
                 let Bound::Edges(uses) = bound else { continue };
-                for edge in uses.iter().filter(|edge| known.insert(edge.edge)) {
-                    order.push((edge.edge, shell.units, face.surface));
+                let whole = self.geometry(shell.units).whole(uses);
+                for edge in uses {
+                    let at = *known.entry(edge.edge).or_insert(order.len());
+                    match order.get_mut(at) {
+                        None => order.push((edge.edge, shell.units, face.surface, whole)),
+                        Some((.., known)) => *known = whole.max(*known),
+                    }
                 }
             }
         }
         order
             .into_par_iter()
             .with_min_len(32)
-            .map(|(key, units, surface)| (key, self.edge(key, units, surface)))
+            .map(|(key, units, surface, whole)| (key, self.edge(key, units, surface, whole)))
             .collect()
     }
 
-    fn edge(&self, key: EdgeKey, units: Units, surface: u64) -> Read<Draft> {
+    fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole) -> Read<Draft> {
         let geometry = self.geometry(units);
         let (entity, ends, at, curve) = match key {
             EdgeKey::Curve(id) => {
-                let (ends, at) = geometry.edge_ends(id)?;
+                let (ends, at) = geometry.edge_ends(id, whole)?;
                 let own = self.table.get(id)?.fields("EDGE_CURVE", 3);
                 let curve = geometry.between(own.reference(0)?, at, own.flag(1, true))?;
                 (id, ends.map(VertexKey::Point), at, curve)
             }
             EdgeKey::Side(a, b) => {
-                let at = Ends { start: geometry.point(a)?, end: geometry.point(b)?, closed: false };
+                let at = Ends { start: geometry.point(a)?, end: geometry.point(b)?, whole: Whole::Never };
                 (0, [a, b].map(VertexKey::Point), at, straight(at))
             }
             EdgeKey::Segment(id) => {
@@ -182,7 +187,7 @@ impl Reader<'_> {
             return None;
         }
         let ([end, start], [b, a]) = (draft.points, draft.ends);
-        let at = Ends { start, end, closed: false };
+        let at = Ends { start, end, whole: Whole::Never };
         let curve = geometry.between(curve, at, own.flag(1, true)).ok()?;
         Draft::new(id, [a, b], at, curve, draft.units).ok()
     }
