@@ -59,6 +59,10 @@ pub(super) struct StatedFace {
     pub(super) same_sense: bool,
     /// Bounds that run counterclockwise seen from the tip of the *face's* normal.
     pub(super) bounds: Vec<Bound>,
+    /// The one among them without which there is no face; none where all count alike.
+    pub(super) outer: Option<usize>,
+    /// Inner bounds that could not be read.
+    pub(super) lost: Vec<Trouble>,
 }
 
 impl Geometry<'_> {
@@ -74,12 +78,24 @@ impl Geometry<'_> {
                 }
                 let own = face.fields("FACE_SURFACE", 2);
                 // A complex instance keeps the bounds in FACE.
-                let bounds = face.fields("FACE", 1).links(0)?;
-                Ok(StatedFace {
-                    surface: own.reference(0)?,
-                    same_sense: own.flag(1, true),
-                    bounds: bounds.map(|bound| self.bound(bound)).collect::<Read<_>>()?,
-                })
+                let stated: Vec<u64> = face.fields("FACE", 1).links(0)?.collect();
+                let is_outer = |id: &u64| self.get(*id).is_ok_and(|bound| bound.is("FACE_OUTER_BOUND"));
+                // Where none is called outer, the first one usually is.
+                let first = stated.iter().position(is_outer).unwrap_or(0);
+                let (mut bounds, mut outer, mut lost) = (Vec::with_capacity(stated.len()), None, Vec::new());
+                for (k, id) in stated.into_iter().enumerate() {
+                    match self.bound(id) {
+                        Ok(bound) => {
+                            if k == first {
+                                outer = Some(bounds.len());
+                            }
+                            bounds.push(bound);
+                        }
+                        Err(trouble) if k == first => return Err(trouble),
+                        Err(trouble) => lost.push(trouble),
+                    }
+                }
+                Ok(StatedFace { surface: own.reference(0)?, same_sense: own.flag(1, true), bounds, outer, lost })
             }
             Source::Surface(id) => {
                 let surface = self.get(id)?;
@@ -91,7 +107,7 @@ impl Geometry<'_> {
                         bounds.push(Bound::Edges(segments.map(|id| self.segment_use(id)).collect::<Read<_>>()?));
                     }
                 }
-                Ok(StatedFace { surface: id, same_sense: true, bounds })
+                Ok(StatedFace { surface: id, same_sense: true, bounds, outer: None, lost: Vec::new() })
             }
         }
     }

@@ -62,7 +62,8 @@ impl Reader<'_> {
             let Some(exchanged) = self.exchanged(id, draft) else { continue };
             assembly.edges.insert(EdgeKey::Curve(id), Ok(exchanged));
             let reason = "every loop runs against the edge: its vertices were exchanged, which makes it the other arc";
-            assembly.say(Severity::Warning, id, reason.to_owned());
+            let place = assembly.edges.get(&EdgeKey::Curve(id)).and_then(|e| Some(e.as_ref().ok()?.points[0]));
+            assembly.say(Severity::Warning, id, place, reason.to_owned());
         }
         let edges = &assembly.edges;
         let surfaces: Vec<Option<Read<Stated>>> = jobs
@@ -92,7 +93,7 @@ impl Reader<'_> {
             let done = match read {
                 Ok(done) => Some(done),
                 Err(trouble) => {
-                    assembly.lose(source, &trouble);
+                    assembly.lose(&geometry, source, &trouble);
                     None
                 }
             };
@@ -110,13 +111,20 @@ impl Reader<'_> {
                 lost,
             });
         }
-        let bodies: Vec<Read<Part>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
+        let bodies: Vec<Read<_>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
         for (body, read) in gathered.bodies.iter().zip(bodies) {
+            let of_part = |trouble: Trouble| format!("#{}: {}", trouble.entity, trouble.reason);
             match read {
-                Ok(part) => append(&mut assembly.part, part),
+                Ok((part, lost)) => {
+                    for (trouble, place) in lost {
+                        let reason = format!("left out of the body: {}", of_part(trouble));
+                        assembly.say(Severity::Error, body.entity, place, reason);
+                    }
+                    append(&mut assembly.part, part);
+                }
                 Err(trouble) => {
-                    let reason = format!("body left out: #{}: {}", trouble.entity, trouble.reason);
-                    assembly.say(Severity::Error, body.entity, reason);
+                    let place = self.geometry(body.units).place_near(body.entity);
+                    assembly.say(Severity::Error, body.entity, place, format!("body left out: {}", of_part(trouble)));
                 }
             }
         }
@@ -279,8 +287,17 @@ struct Assembly {
     corners: Corners,
     vertex_ids: HashMap<usize, VertexId>,
     diagnostics: Vec<Diagnostic>,
-    /// How many edges miss their vertices, the worst of them and by how much.
-    gaps: (usize, u64, f64),
+    /// How many edges end off their vertices by more than the file's tolerance and less than has to be mended, and the worst.
+    gaps: Option<(usize, OffVertex)>,
+}
+
+/// An edge that ends off its vertex.
+struct OffVertex {
+    gap: f64,
+    entity: u64,
+    /// The first face that uses it.
+    face: FaceId,
+    place: Option<DVec3>,
 }
 
 impl Assembly {
@@ -298,28 +315,28 @@ impl Assembly {
             corners: Corners::default(),
             vertex_ids: HashMap::new(),
             diagnostics: Vec::new(),
-            gaps: (0, 0, 0.0),
+            gaps: None,
         }
     }
 
-    fn say(&mut self, severity: Severity, entity: u64, reason: String) {
-        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place: None, reason });
+    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place, reason });
     }
 
     /// Tells something of the face that comes next.
-    fn say_of_face(&mut self, severity: Severity, source: Source, reason: String) {
+    fn say_of_face(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
         let face = Some(FaceId::new(self.part.faces.len()));
-        self.diagnostics.push(Diagnostic { severity, part: None, face, entity: source.id(), place: None, reason });
+        self.diagnostics.push(Diagnostic { severity, part: None, face, entity, place, reason });
     }
 
     /// Says why the face that comes next is lost.
-    fn lose(&mut self, source: Source, trouble: &Trouble) {
+    fn lose(&mut self, geometry: &Geometry<'_>, source: Source, trouble: &Trouble) {
         let reason = if trouble.entity == source.id() {
             format!("face left out: {}", trouble.reason)
         } else {
             format!("face left out: #{}: {}", trouble.entity, trouble.reason)
         };
-        self.say_of_face(Severity::Error, source, reason);
+        self.say_of_face(Severity::Error, source.id(), geometry.place_near(source.id()), reason);
     }
 
     /// Unites the corners at which neighbours in the loops of a face meet. All faces go through this before any is built.
@@ -402,7 +419,9 @@ impl Assembly {
                 edge.reversed ^= turned;
             }
             if turned.contains(&true) {
-                self.say(Severity::Warning, face, "edges of a loop ran against it and were turned".to_owned());
+                let place = ends.first().map(|(corner, _)| self.corners.points[*corner]);
+                let reason = "edges of a loop ran against it and were turned".to_owned();
+                self.say(Severity::Warning, face, place, reason);
             }
             return Ok(chain);
         }
@@ -425,18 +444,29 @@ impl Assembly {
         }
         // Everything that can fail comes before the part changes, so that a lost face leaves nothing behind.
         let mut chains = Vec::with_capacity(stated.bounds.len());
-        for mut bound in stated.bounds {
+        let mut lost = stated.lost;
+        for (k, mut bound) in stated.bounds.into_iter().enumerate() {
             if !same {
                 bound.reverse();
             }
-            chains.push(match bound {
-                Bound::Edges(uses) => Chain::Edges(self.chain(uses, source.id())?),
-                Bound::Vertex(id) => Chain::Vertex(VertexKey::Point(id), geometry.vertex(id)?),
-            });
+            let read = match bound {
+                Bound::Edges(uses) => self.chain(uses, source.id()).map(Chain::Edges),
+                Bound::Vertex(id) => geometry.vertex(id).map(|point| Chain::Vertex(VertexKey::Point(id), point)),
+            };
+            match read {
+                Ok(chain) => chains.push(chain),
+                Err(trouble) if stated.outer.is_some_and(|outer| outer != k) => lost.push(trouble),
+                Err(trouble) => return Err(trouble),
+            }
         }
         let empty = |chain: &Chain| matches!(chain, Chain::Edges(uses) if uses.is_empty());
         if !chains.is_empty() && chains.iter().all(empty) {
             return Err(Trouble::new(source.id(), "none of its bounds has any length"));
+        }
+        for Trouble { entity, reason } in lost {
+            let place = geometry.place_near(entity).or_else(|| geometry.place_near(source.id()));
+            let reason = format!("an inner loop was left out and its hole closed: #{entity}: {reason}");
+            self.say_of_face(Severity::Error, source.id(), place, reason);
         }
         let mut loops = Vec::with_capacity(chains.len());
         for chain in chains {
@@ -446,13 +476,15 @@ impl Assembly {
                     loops.push(Loop::Vertex(self.vertex(corner)));
                 }
                 Chain::Edges(uses) if uses.is_empty() => {
-                    self.say(Severity::Note, source.id(), "a loop of edges without length was left out".to_owned());
+                    let reason = "a loop of edges without length was left out".to_owned();
+                    self.say_of_face(Severity::Note, source.id(), None, reason);
                 }
                 Chain::Edges(uses) => loops.push(Loop::Edges(self.coedges(uses))),
             }
         }
-        if let Some(reason) = surface.note {
-            self.say_of_face(Severity::Note, source, reason);
+        if let Some((severity, reason)) = surface.note {
+            let place = geometry.place_near(source.id());
+            self.say_of_face(severity, source.id(), place, reason);
         }
         Ok((surface.surface, loops, !same))
     }
@@ -473,15 +505,14 @@ impl Assembly {
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
-        let (entity, gap, near) = (draft.entity, draft.gap, CORNER * draft.units.tolerance);
+        let (entity, gap, tolerance) = (draft.entity, draft.gap, draft.units.tolerance);
+        let near = CORNER * tolerance;
         let draft = self.edges.get(&key)?.as_ref().ok()?;
         let (start, end) = self.corners.ends(draft, false);
         let ends = [start, end].map(|corner| self.corners.points[corner]);
         let gap = gap.max(curve.point(range.0).distance(ends[0])).max(curve.point(range.1).distance(ends[1]));
-        if gap > near {
-            let (count, worst, by) = self.gaps;
-            self.gaps = if gap > by { (count + 1, entity, gap) } else { (count + 1, worst, by) };
-        }
+        let off = [range.0, range.1].map(|t| curve.point(t)).into_iter().zip(ends);
+        let place = off.max_by(|(a, p), (b, q)| a.distance(*p).total_cmp(&b.distance(*q))).map(|(_, vertex)| vertex);
         if gap > PULLED * self.size {
             // Too far off for the mesh to bridge: the curve gives way, in its first and last span.
             curve = spline::piece(&curve, range.0, range.1);
@@ -489,11 +520,14 @@ impl Assembly {
             if let [first, .., last] = curve.points.as_mut_slice() {
                 [*first, *last] = ends;
             }
-            self.say(
-                Severity::Warning,
-                entity,
-                format!("the edge's curve missed its vertices by {gap:.3e} mm and was pulled"),
-            );
+            let severity = if gap > tolerance { Severity::Warning } else { Severity::Note };
+            let reason = format!("an edge ends {gap:.3e} mm off its vertex; its curve was pulled to the vertex");
+            self.say_of_face(severity, entity, place, reason);
+        } else if gap > near {
+            let (count, worst) = self.gaps.take().map_or((0, None), |(count, worst)| (count, Some(worst)));
+            let here = OffVertex { gap, entity, face: FaceId::new(self.part.faces.len()), place };
+            let worst = worst.filter(|worst| worst.gap >= gap).unwrap_or(here);
+            self.gaps = Some((count + 1, worst));
         }
         let edge = Edge { curve, range, start: self.vertex(start), end: self.vertex(end), kind, entity };
         let id = EdgeId::new(self.part.edges.len());
@@ -511,16 +545,16 @@ impl Assembly {
     }
 
     fn finish(mut self) -> (Part, Vec<Diagnostic>) {
-        let (count, entity, gap) = self.gaps;
-        if count > 0 {
-            let reason = format!("{count} edges miss their vertices, #{entity} by {gap:.3e} mm");
-            self.say(Severity::Note, entity, reason);
+        if let Some((count, OffVertex { gap, entity, face, place })) = self.gaps.take() {
+            let reason = format!("{count} edges end off their vertices, this one by {gap:.3e} mm");
+            let (severity, face) = (Severity::Warning, Some(face));
+            self.diagnostics.push(Diagnostic { severity, part: None, face, entity, place, reason });
         }
         // Open loops cost no face, and prepare tells them with their width and place.
         if let Err(error) = self.part.check()
             && !matches!(error, PartError::OpenLoop { .. })
         {
-            self.say(Severity::Error, 0, format!("the part does not hold together: {error}"));
+            self.say(Severity::Error, 0, None, format!("the part does not hold together: {error}"));
         }
         (self.part, self.diagnostics)
     }
