@@ -225,3 +225,103 @@ fn broken_bodies_cost_themselves() {
         assert_eq!(told, 1, "{bad}: {:?}", model.diagnostics);
     }
 }
+
+#[test]
+fn a_broken_triangle_or_face_of_a_tessellation_costs_itself() {
+    let sound = "#50=TESSELLATED_SHELL('',(#41,#42),$);";
+    let cubic = "#43=CUBIC_BEZIER_TRIANGULATED_FACE('',#40,4,(),$,(2,3,4,5),((1,2,3)));";
+    let wires = "#43=TESSELLATED_EDGE('',#40,$,(1,2));";
+    for (text, triangles, lost) in [
+        (sound.to_owned(), 4, None),
+        (sound.replace("#42)", "#42,#43)") + wires, 4, None),
+        (sound.replace("#42)", "#42,#43)") + cubic, 4, Some("#43: tessellated faces of type CUBIC")),
+        (
+            sound.replace("#42)", "#42,#43)") + "#43=FOO_FACE('',#40,4);",
+            4,
+            Some("#43: tessellated faces of type FOO_FACE"),
+        ),
+        (sound.replace("#42)", "#42,#77)"), 4, Some("#77 is referred to but not in the file")),
+        (
+            sound.replace("#42)", "#43)") + "#43=TRIANGULATED_FACE('',#40,4,(),$,(),((2,4,3),(2,4,9)));",
+            4,
+            Some("#43: 1 triangles"),
+        ),
+        (sound.replace("#42)", "#43)") + "#43=TESSELLATED_SHELL('',(#42),$);", 4, None),
+    ] {
+        let model = model(&(tetrahedron(&text) + &holding("#50")));
+        assert_eq!(model.parts[0].faces.len(), triangles, "{text}: {:?}", model.diagnostics);
+        let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+        assert_eq!(told.len(), usize::from(lost.is_some()), "{text}: {told:?}");
+        assert!(lost.is_none_or(|lost| told[0].entity == 50 && told[0].reason.contains(lost)), "{text}: {told:?}");
+    }
+}
+
+#[test]
+fn triangles_without_height_leave_no_slit() {
+    // Two large triangles on the left of a line with two points on it, three small ones on its right; between them the
+    // writer filled the line with triangles without height.
+    let between = |flat: &str| {
+        let text = world()
+            + "#40=COORDINATES_LIST('',6,((0.,0.,0.),(1.,0.,0.),(2.,0.,0.),(3.,0.,0.),(0.,1.,0.),(0.,-1.,0.)));"
+            + &format!("#41=TRIANGULATED_FACE('',#40,6,(),$,(),((1,4,5),(1,6,2),(2,6,3),(3,6,4),{flat}));")
+            + "#50=TESSELLATED_SHELL('',(#41),$);";
+        model(&(text + &holding("#50")))
+    };
+    for flat in ["(1,2,4),(2,3,4)", "(1,2,3),(1,3,4)", "(2,3,4),(1,2,4)"] {
+        let model = between(flat);
+        clean(&model);
+        assert_eq!((model.parts[0].faces.len(), model.parts[0].edges.len()), (4, 9), "{flat}");
+        let facts = facts(model);
+        assert!(facts.open_edges == 4 && (facts.area - 3.0).abs() < 1e-9, "{flat}: {facts}");
+    }
+}
+
+#[test]
+fn items_that_may_be_shapes_are_read_or_told() {
+    let ball = "#60=SPHERE('',1.,#21);";
+    for bad in [
+        "#61=FOO_SOLID('',#20,1.);",
+        "#61=EXTRUDED_FACE_SOLID_WITH_DRAFT_ANGLE('',#70,#22,3.,0.1);",
+        "#61=RULED_SURFACE_SWEPT_AREA_SOLID('',#20,1.);",
+        "#61=(REPRESENTATION_ITEM('')GEOMETRIC_REPRESENTATION_ITEM()FOO(1.));",
+        "#61=GEOMETRIC_SET('',(#62));#62=FOO('',1.);",
+        "#61=GEOMETRIC_SET('',(#62));",
+        "",
+    ] {
+        for items in ["#60,#61", "#61"] {
+            let model = model(&(world() + ball + bad + &holding(items)));
+            let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).collect();
+            let entity = if bad.contains("SET") { 62 } else { 61 };
+            assert!(told.len() == 1 && told[0].severity == Severity::Error, "{bad} {items}: {told:?}");
+            assert_eq!(told[0].entity, entity, "{bad}: {told:?}");
+            assert_eq!(model.parts[0].faces.len(), 1, "{bad} {items}: {:?}", model.parts[0].faces);
+        }
+    }
+    for none in [
+        "#61=AXIS2_PLACEMENT_3D('',#21,#22,#23);",
+        "#61=PLANE('',#20);",
+        "#61=POLYLINE('',(#21,#21));",
+        "#61=COMPOSITE_CURVE_ON_SURFACE('',(),.F.);",
+        "#61=GEOMETRIC_CURVE_SET('',(#21));",
+        "#61=GEOMETRIC_SET('',(#21,#20));",
+        "#61=SHELL_BASED_WIREFRAME_MODEL('',());",
+        "#61=(LENGTH_MEASURE_WITH_UNIT()MEASURE_REPRESENTATION_ITEM()MEASURE_WITH_UNIT(LENGTH_MEASURE(1.),#5)REPRESENTATION_ITEM(''));",
+        "#61=(ANNOTATION_CURVE_OCCURRENCE()ANNOTATION_OCCURRENCE()GEOMETRIC_REPRESENTATION_ITEM()REPRESENTATION_ITEM('')STYLED_ITEM((),#21));",
+        "#61=CAMERA_MODEL_D3('',#20,$);",
+    ] {
+        let model = model(&(world() + ball + none + &holding("#60,#61")));
+        clean(&model);
+        assert_eq!(model.parts[0].faces.len(), 1, "{none}");
+    }
+    // Surfaces that end by themselves are faces.
+    for (surface, area) in [("#61=SPHERICAL_SURFACE('',#20,1.);", 4.0 * PI), ("", 2.0)] {
+        let item = if surface.is_empty() { "#70" } else { "#61" };
+        let model = model(
+            &(rectangle(1.0).replace("#60,#61,#62,#63", "#60,#64,#62,#63").replace("#61=", "#64=")
+                + surface
+                + &holding(item)),
+        );
+        clean(&model);
+        assert!((facts(model).area - area).abs() < 1e-3 * area, "{item}");
+    }
+}

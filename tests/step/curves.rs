@@ -231,3 +231,44 @@ fn trims_by_point_and_placed_circles() {
     let (_, edge) = edge([0.0, 0.0, 0.0], [1.0, -1.0, 0.0], true, &curve);
     near(at(&edge, 0.5), DVec3::new(1.0 - (PI / 4.0).cos(), -(PI / 4.0).sin(), 0.0));
 }
+
+#[test]
+fn a_short_arc_of_a_large_circle_is_no_whole_turn() {
+    for (radius, length) in [(1e5, 0.005), (1e4, 5e-4), (1e3, 5e-5)] {
+        let curve = placement(63, [0.0, -radius, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+        for curve in [
+            curve.clone() + &format!("#60=CIRCLE('',#63,{radius:.1});"),
+            curve + &format!("#60=ELLIPSE('',#63,{radius:.1},{radius:.1});"),
+        ] {
+            let (_, edge) = edge([length, 0.0, 0.0], [0.0, 0.0, 0.0], true, &curve);
+            assert!(at(&edge, 0.5).distance(DVec3::X * 0.5 * length) < 1e-7 * length.max(1.0), "{radius}: {edge:?}");
+        }
+    }
+}
+
+#[test]
+fn different_vertices_in_one_place_make_a_turn_where_the_loop_says_so() {
+    let arc = |end: [f64; 3], uses: &str| {
+        let text = world()
+            + &vertex(30, [2.0, 0.0, 0.0])
+            + &vertex(32, end)
+            + &vertex(34, [0.0, 0.0, 0.0])
+            + &vertex(36, [0.0, 2.0, 0.0])
+            + CIRCLE
+            + "#61=LINE('',#21,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(1.,0.,0.));#50=EDGE_CURVE('',#30,#32,#60,.T.);\
+               #51=EDGE_CURVE('',#32,#36,#61,.T.);#52=EDGE_CURVE('',#36,#34,#61,.T.);#53=EDGE_CURVE('',#34,#30,#61,.T.);\
+               #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#72=ORIENTED_EDGE('',*,*,#52,.T.);\
+               #73=ORIENTED_EDGE('',*,*,#53,.T.);#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
+            + &format!("#75=EDGE_LOOP('',({uses}));");
+        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1)));
+        clean(&model);
+        only_part(&model).clone()
+    };
+    for end in [[2.0, 0.0, 0.0], [2.0, 1e-6, 0.0]] {
+        let alone = arc(end, "#70");
+        near(at(edge_of(&alone, 50), 0.5), DVec3::X * -2.0);
+    }
+    // Beside others it is an edge without length.
+    let triangle = arc([2.0, 0.0, 0.0], "#70,#71,#72,#73");
+    assert_eq!((triangle.edges.len(), triangle.vertices.len()), (3, 3));
+}

@@ -176,3 +176,26 @@ fn trimmed_surfaces_without_faces_end_where_they_are_trimmed() {
     let empty = rectangle(1, "#61=PLANE('',#20);", "2.,1.,3.,5.,.T.,.T.");
     assert!(only_face(&empty).lost && empty.diagnostics.iter().any(|d| d.reason.contains("a trim from 2 to 1")));
 }
+
+#[test]
+fn trims_beyond_the_surface_end_with_it() {
+    for (surface, trims) in [
+        ("#61=SPHERICAL_SURFACE('',#20,4.);", "0.,1.,0.,9.,.T.,.T."),
+        ("#61=SPHERICAL_SURFACE('',#20,4.);", "0.,9.,0.,1.,.T.,.T."),
+        ("#61=TOROIDAL_SURFACE('',#20,4.,1.);", "0.,1.,0.,9.,.T.,.T."),
+    ] {
+        let model = rectangle(1, surface, trims);
+        let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).collect();
+        assert!(told.len() == 1 && told[0].severity == Severity::Warning && told[0].face.is_some(), "{told:?}");
+        let face = &only_part(&model).faces[0];
+        let ((u0, u1), (v0, v1)) = match &face.surface {
+            Surface::Nurbs(net) => net.domain(),
+            other => panic!("{other:?}"),
+        };
+        // No place is there twice: in the middle of each quarter of the domain another one.
+        let at = |i: f64, j: f64| face.surface.point(u0 + (u1 - u0) * i, v0 + (v1 - v0) * j);
+        assert!(at(0.05, 0.05).distance(at(0.9, 0.9)) > 0.1 && at(0.1, 0.1).distance(at(0.1, 0.8)) > 0.1);
+    }
+    let model = rectangle(1, "#61=SPHERICAL_SURFACE('',#20,4.);", "0.,1.,2.,9.,.T.,.T.");
+    assert!(model.diagnostics.iter().any(|d| d.severity == Severity::Error && d.reason.contains("beyond")));
+}

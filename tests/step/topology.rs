@@ -306,3 +306,60 @@ fn a_bounded_surface_takes_its_ends_from_parameter_curves() {
     assert_eq!((part.edges.len(), part.vertices.len()), (4, 4));
     assert_eq!(area(part, &only_face(&model).loops[0]), 2.0);
 }
+
+#[test]
+fn a_broken_inner_loop_costs_itself() {
+    let outer = "#75=EDGE_LOOP('',(#70,#71,#72,#73));";
+    let first = "#76=FACE_OUTER_BOUND('',#75,.T.);";
+    for (bad, loop_) in [
+        ("#77=FACE_BOUND('',#78,.T.);#78=EDGE_LOOP('',());", 78),
+        ("#77=FACE_BOUND('',#78,.T.);", 78),
+        ("", 77),
+        (
+            "#77=FACE_BOUND('',#78,.T.);#78=EDGE_LOOP('',(#79));#79=ORIENTED_EDGE('',*,*,#80,.T.);\
+          #80=EDGE_CURVE('',#30,#32,#81,.T.);#81=FOO_CURVE();",
+            81,
+        ),
+    ] {
+        for bounds in ["#76,#77", "#77,#76"] {
+            let model =
+                model(&(square() + outer + first + bad + &shell(&format!("ADVANCED_FACE('',({bounds}),#60,.T.)"), 1)));
+            assert!(!only_face(&model).lost, "{bad}");
+            assert_eq!(area(only_part(&model), &only_face(&model).loops[0]), 2.0);
+            let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).collect();
+            assert!(told.len() == 1 && told[0].severity == Severity::Error && told[0].entity == 91, "{told:?}");
+            assert!(told[0].face.is_some() && told[0].place.is_some(), "{told:?}");
+            assert!(told[0].reason.contains(&format!("#{loop_}")), "{told:?}");
+        }
+        // A broken outer one costs the face, told with a place.
+        let model = model(
+            &(square()
+                + outer
+                + &first.replace("#76", "#79").replace("OUTER_", "")
+                + &bad.replace("FACE_BOUND", "FACE_OUTER_BOUND").replace("#79", "#89")
+                + &shell("ADVANCED_FACE('',(#77,#79),#60,.T.)", 1)),
+        );
+        assert!(only_face(&model).lost, "{bad}");
+        let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+        assert!(told.len() == 1 && told[0].place.is_some(), "{told:?}");
+    }
+}
+
+#[test]
+fn an_edge_off_its_vertex_is_told_once_with_face_and_place() {
+    // The circle of radius 1 misses the vertex at (1.2, 0) that it should start at.
+    let text = world()
+        + &vertex(30, [1.2, 0.0, 0.0])
+        + &vertex(32, [0.0, 1.0, 0.0])
+        + &vertex(34, [0.0, 0.0, 0.0])
+        + "#60=PLANE('',#20);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);\
+           #64=CIRCLE('',#20,1.);#50=EDGE_CURVE('',#30,#32,#64,.T.);#51=EDGE_CURVE('',#32,#34,#63,.T.);\
+           #52=EDGE_CURVE('',#34,#30,#63,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);\
+           #72=ORIENTED_EDGE('',*,*,#52,.T.);#75=EDGE_LOOP('',(#70,#71,#72));#76=FACE_OUTER_BOUND('',#75,.T.);";
+    let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let told: Vec<_> = prepared.diagnostics.iter().filter(|d| d.reason.contains("vertex")).collect();
+    assert!(told.len() == 1 && told[0].severity == Severity::Warning && told[0].entity == 50, "{told:?}");
+    assert_eq!((told[0].face, told[0].place), (Some(FaceId::new(0)), Some(DVec3::X * 1.2)));
+    assert!(told[0].reason.contains("2.000e-1 mm"), "{told:?}");
+}

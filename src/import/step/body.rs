@@ -3,6 +3,7 @@
 use super::part::Reader;
 use super::shells::{BodyUse, Gathered, ShellUse, Source};
 use super::table::{Instance, Read, Trouble};
+use super::tessellated::Loss;
 use super::{csg, sweep, tessellated};
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, Shell, ShellKind, VertexId};
 
@@ -57,13 +58,18 @@ pub(super) fn refused(item: Instance<'_>) -> Option<&'static str> {
 }
 
 impl Reader<'_> {
-    /// The faces of a body, as a part of its own.
-    pub(super) fn body(&self, body: &BodyUse) -> Read<Part> {
+    /// The faces of a body, as a part of its own, and what was left out of it.
+    pub(super) fn body(&self, body: &BodyUse) -> Read<(Part, Vec<Loss>)> {
         let geometry = self.geometry(body.units);
         let item = geometry.get(body.entity)?;
+        let mut lost = Vec::new();
         let mut part = match body.kind {
             BodyKind::Primitive => csg::primitive(&geometry, item)?,
-            BodyKind::Tessellated => tessellated::triangles(&geometry, item)?,
+            BodyKind::Tessellated => {
+                let (part, left_out) = tessellated::triangles(&geometry, item)?;
+                lost = left_out;
+                part
+            }
             BodyKind::Sweep => {
                 let sweep = sweep::Sweep::read(&geometry, item)?;
                 sweep.solid(&self.profile(sweep.profile, body)?)?
@@ -75,7 +81,7 @@ impl Reader<'_> {
         }
         part.shells.iter_mut().for_each(|shell| shell.entity = body.entity);
         part.check().map_err(|error| Trouble::new(body.entity, error.to_string()))?;
-        Ok(part)
+        Ok((part, lost))
     }
 
     /// The area or face that is swept, as the only face of a part.

@@ -1,7 +1,7 @@
 //! Boundary curves of curve-bounded surfaces to edges. Their segments are often unbounded curves in space whose ends only
 //! the parameter curve tells.
 
-use super::curve::{Bounded, Ends, WRAPPERS};
+use super::curve::{Bounded, Ends, WRAPPERS, Whole};
 use super::place::Geometry;
 use super::table::{Instance, Read, Trouble};
 use crate::model::CurveKind;
@@ -20,26 +20,30 @@ impl Geometry<'_> {
                 let whole = self.is_conic(parent);
                 let ends = whole.then(|| self.pcurve_ends(pcurve.clone().ok()??).ok()).flatten();
                 if let Some((start, end)) = ends.filter(|(start, end)| start.distance(*end) > self.units.tolerance) {
-                    let ends = Ends { start, end, closed: false };
+                    let ends = Ends { start, end, whole: Whole::Never };
                     if let Some(arc) = self.between(parent, ends, true)? {
                         return Ok((ends, arc));
                     }
                 }
                 let range = curve.domain();
                 let (start, end) = (curve.point(range.0), curve.point(range.1));
-                let closed = start.distance(end) <= self.units.tolerance;
+                let whole = self.whole_between(start, end);
                 let kind = if curve.points.len() == 2 { CurveKind::Line } else { CurveKind::Spline };
-                return Ok((Ends { start, end, closed }, Bounded { curve, range, kind }));
+                return Ok((Ends { start, end, whole }, Bounded { curve, range, kind }));
             }
             Err(trouble) => trouble,
         };
         let pcurve = pcurve?.ok_or(trouble)?;
         let (start, end) = self.pcurve_ends(pcurve)?;
-        let closed = start.distance(end) <= self.units.tolerance;
-        let ends = Ends { start, end, closed };
+        let ends = Ends { start, end, whole: self.whole_between(start, end) };
         let between = self.between(parent, ends, true)?;
         let curve = between.ok_or_else(|| Trouble::new(id, "a boundary segment without length"))?;
         Ok((ends, curve))
+    }
+
+    /// Boundary segments have no vertices: where their ends meet within the tolerance, they are closed.
+    fn whole_between(&self, start: DVec3, end: DVec3) -> Whole {
+        if start.distance(end) <= self.units.tolerance { Whole::OneVertex } else { Whole::Never }
     }
 
     /// The pcurve of a surface curve that lies on `surface`.

@@ -9,11 +9,11 @@ use super::spline;
 use super::table::{Instance, MAX_DEPTH, Read, Trouble, link, number};
 use crate::model::{CurveKind, Frame3, MAX_DEGREE, NurbsCurve3};
 use glam::DVec3;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use step_io::parser::Attribute;
 
-/// Ends of an arc closer than this part of its radius are one point.
-const SAME: f64 = 1e-7;
+/// What rounding leaves of a coordinate, as a share of the numbers it is computed from.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Ends of a spline closer than this are one point; millimetres.
 const SAME_PLACE: f64 = 1e-6;
 
@@ -64,8 +64,32 @@ impl Bounded {
 pub(super) struct Ends {
     pub(super) start: DVec3,
     pub(super) end: DVec3,
+    pub(super) whole: Whole,
+}
+
+/// When an edge on a closed curve is the whole of it, although arcs as short as its ends are apart exist.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Whole {
+    /// Two different vertices bound an arc, however short it is against the radius.
+    Never,
+    /// The loop runs along a seam and back: what is between must be a whole turn, if its two vertices have the same numbers.
+    BesideSeam,
+    /// The edge is a loop by itself, or but for a line: it must come back, if its two vertices are apart by no more than the
+    /// file's tolerance.
+    Alone,
     /// Start and end are one vertex: a closed curve is run through once.
-    pub(super) closed: bool,
+    OneVertex,
+}
+
+impl Whole {
+    fn holds(self, chord: f64, rounding: f64, tolerance: f64) -> bool {
+        match self {
+            Self::Never => false,
+            Self::BesideSeam => chord <= rounding,
+            Self::Alone => chord <= tolerance.max(rounding),
+            Self::OneVertex => true,
+        }
+    }
 }
 
 /// The segment between two vertices; `None` if they coincide.
@@ -79,14 +103,14 @@ const COMPOSITES: [&str; 4] =
 pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "BOUNDED_SURFACE_CURVE"];
 
 impl Geometry<'_> {
-    /// The part of curve `id` between two vertices, along the curve's sense or against it. `None` for a straight edge
-    /// without length.
+    /// The part of curve `id` between two vertices, along the curve's sense or against it. `None` for an edge without length.
     pub(super) fn between(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<Bounded>> {
         let (carrier, same) = self.carrier(id, 0)?;
         let tolerance = self.units.tolerance;
         let forward = same == same_sense;
         let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
         let chord = ends.start.distance(ends.end);
+        let rounding = |size: f64| ROUNDING * (ends.start.abs().max(ends.end.abs()).max_element() + size);
         let bounded = match carrier {
             Carrier::Line { .. } => return Ok(straight(ends)),
             Carrier::Round { frame, a, b } => {
@@ -97,9 +121,13 @@ impl Geometry<'_> {
                 };
                 let from = angle(ends.start);
                 let sweep = (angle(ends.end) - from).rem_euclid(TAU);
-                // Two vertices at one place mean the whole turn, not nothing; rounding may put either sign on nothing.
-                // The stated uncertainty is no measure here: it may be longer than an honest short arc.
-                let sweep = if ends.closed || chord <= SAME * a.max(b) { TAU } else { sweep };
+                let rounding = rounding(frame.origin.abs().max_element() + a.max(b));
+                let whole = ends.whole.holds(chord, rounding, tolerance);
+                // Rounding may put either sign on nothing.
+                if !whole && chord <= rounding {
+                    return Ok(None);
+                }
+                let sweep = if whole { TAU } else { sweep };
                 let kind = if a == b { CurveKind::Circle } else { CurveKind::Conic };
                 Bounded::whole(NurbsCurve3::arc(&frame, a, b, from, from + sweep), kind)
             }
@@ -117,9 +145,14 @@ impl Geometry<'_> {
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
-                let (curve, range) = cut(curve, ends, ends.closed || chord <= SAME_PLACE.min(tolerance), tolerance)
-                    .ok_or_else(|| Trouble::new(id, "both ends of the edge lie at the same parameter of its curve"))?;
-                Bounded { curve, range, kind }
+                let together = ends.whole.holds(chord, rounding(0.0), tolerance);
+                match cut(curve, ends, together, tolerance) {
+                    Some((curve, range)) => Bounded { curve, range, kind },
+                    None if chord <= tolerance => return Ok(None),
+                    None => {
+                        return Err(Trouble::new(id, "both ends of the edge lie at the same parameter of its curve"));
+                    }
+                }
             }
         };
         Ok(Some(bounded))
@@ -257,8 +290,9 @@ impl Geometry<'_> {
             }
             Carrier::Round { frame, a, b } => {
                 let sweep = (high - low).rem_euclid(TAU);
-                // Rounded trims of a whole turn may come out a little above it.
-                let sweep = if sweep < 1e-9 { TAU } else { sweep };
+                // Rounded trims of a whole turn may come out a little above it; two at one angle are a turn, too.
+                let whole = sweep <= ROUNDING || (high - low > PI && sweep < 1e-6);
+                let sweep = if whole { TAU } else { sweep };
                 NurbsCurve3::arc(&frame, a, b, low, low + sweep)
             }
             Carrier::Hyperbola { frame, a, b } => {
@@ -507,8 +541,9 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
     let (a, b) = curve.domain();
     let (first, last) = (curve.point(a), curve.point(b));
     let whole = (a, b);
-    // Almost every edge uses its whole curve.
-    let near = SAME_PLACE.min(tolerance);
+    // Almost every edge uses its whole curve. The ends of a short arc of a closed one both lie near its seam.
+    let chord = ends.start.distance(ends.end);
+    let near = SAME_PLACE.min(tolerance).min(if together { f64::INFINITY } else { 0.25 * chord });
     if first.distance(ends.start) <= near && last.distance(ends.end) <= near {
         return Some((curve, whole));
     }

@@ -1,10 +1,11 @@
 //! Faces and their bounds as the file states them: which edges, which way, in which order.
 
-use super::curve::Ends;
+use super::curve::{Ends, Whole};
 use super::place::Geometry;
 use super::shells::{Source, is_face};
 use super::table::{MAX_DEPTH, Read, Trouble};
 use glam::DVec3;
+use std::collections::HashSet;
 
 /// One use of an edge by a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +59,10 @@ pub(super) struct StatedFace {
     pub(super) same_sense: bool,
     /// Bounds that run counterclockwise seen from the tip of the *face's* normal.
     pub(super) bounds: Vec<Bound>,
+    /// The one among them without which there is no face; none where all count alike.
+    pub(super) outer: Option<usize>,
+    /// Inner bounds that could not be read.
+    pub(super) lost: Vec<Trouble>,
 }
 
 impl Geometry<'_> {
@@ -73,12 +78,24 @@ impl Geometry<'_> {
                 }
                 let own = face.fields("FACE_SURFACE", 2);
                 // A complex instance keeps the bounds in FACE.
-                let bounds = face.fields("FACE", 1).links(0)?;
-                Ok(StatedFace {
-                    surface: own.reference(0)?,
-                    same_sense: own.flag(1, true),
-                    bounds: bounds.map(|bound| self.bound(bound)).collect::<Read<_>>()?,
-                })
+                let stated: Vec<u64> = face.fields("FACE", 1).links(0)?.collect();
+                let is_outer = |id: &u64| self.get(*id).is_ok_and(|bound| bound.is("FACE_OUTER_BOUND"));
+                // Where none is called outer, the first one usually is.
+                let first = stated.iter().position(is_outer).unwrap_or(0);
+                let (mut bounds, mut outer, mut lost) = (Vec::with_capacity(stated.len()), None, Vec::new());
+                for (k, id) in stated.into_iter().enumerate() {
+                    match self.bound(id) {
+                        Ok(bound) => {
+                            if k == first {
+                                outer = Some(bounds.len());
+                            }
+                            bounds.push(bound);
+                        }
+                        Err(trouble) if k == first => return Err(trouble),
+                        Err(trouble) => lost.push(trouble),
+                    }
+                }
+                Ok(StatedFace { surface: own.reference(0)?, same_sense: own.flag(1, true), bounds, outer, lost })
             }
             Source::Surface(id) => {
                 let surface = self.get(id)?;
@@ -90,7 +107,7 @@ impl Geometry<'_> {
                         bounds.push(Bound::Edges(segments.map(|id| self.segment_use(id)).collect::<Read<_>>()?));
                     }
                 }
-                Ok(StatedFace { surface: id, same_sense: true, bounds })
+                Ok(StatedFace { surface: id, same_sense: true, bounds, outer: None, lost: Vec::new() })
             }
         }
     }
@@ -127,6 +144,24 @@ impl Geometry<'_> {
         Ok(bound)
     }
 
+    /// What a loop says of an edge in it that may be a whole turn.
+    pub(super) fn whole(&self, uses: &[Use]) -> Whole {
+        let edges: HashSet<EdgeKey> = uses.iter().map(|edge| edge.edge).collect();
+        match uses {
+            [_] => Whole::Alone,
+            _ if edges.len() < uses.len() => Whole::BesideSeam,
+            // A straight edge from end to end of a short arc bounds nothing with it.
+            [a, b] if self.is_straight(a.edge) || self.is_straight(b.edge) => Whole::Alone,
+            _ => Whole::Never,
+        }
+    }
+
+    fn is_straight(&self, key: EdgeKey) -> bool {
+        let EdgeKey::Curve(id) = key else { return false };
+        let curve = self.get(id).and_then(|edge| self.get(edge.fields("EDGE_CURVE", 3).reference(0)?));
+        curve.is_ok_and(|curve| curve.is("LINE"))
+    }
+
     fn oriented_edge(&self, id: u64) -> Read<Use> {
         let (mut edge, mut reversed) = (self.get(id)?, false);
         for _ in 0..MAX_DEPTH {
@@ -153,11 +188,12 @@ impl Geometry<'_> {
         self.point(id)
     }
 
-    /// The vertices of an `EDGE_CURVE`, and where they are.
-    pub(super) fn edge_ends(&self, id: u64) -> Read<([u64; 2], Ends)> {
+    /// The vertices of an `EDGE_CURVE`, and where they are; `whole` is what the loops say.
+    pub(super) fn edge_ends(&self, id: u64, whole: Whole) -> Read<([u64; 2], Ends)> {
         let own = self.get(id)?.fields("EDGE", 1);
         let (from, to) = (own.reference(0)?, own.reference(1)?);
-        Ok(([from, to], Ends { start: self.vertex(from)?, end: self.vertex(to)?, closed: from == to }))
+        let whole = if from == to { Whole::OneVertex } else { whole };
+        Ok(([from, to], Ends { start: self.vertex(from)?, end: self.vertex(to)?, whole }))
     }
 }
 

@@ -32,7 +32,7 @@ use glam::DAffine3;
 use part::Reader;
 use product::{Builder, Group, MAX_ASSEMBLY_DEPTH, Structure};
 use rayon::prelude::*;
-use shells::{Gather, Gathered};
+use shells::{Gather, Gathered, is_body};
 use std::collections::HashSet;
 use std::fmt;
 use std::io::Read as _;
@@ -256,7 +256,8 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
             reason,
         });
     }
-    if model.parts.iter().flat_map(|part| &part.faces).all(|face| face.lost) {
+    let lost = diagnostics.iter().any(|d| d.severity == Severity::Error);
+    if !lost && model.parts.iter().all(|part| part.faces.is_empty()) {
         let reason = format!("no faces among the file's {} instances", table.len());
         diagnostics.push(Diagnostic {
             severity: Severity::Warning,
@@ -323,10 +324,22 @@ impl<'a> Tree<'a> {
             cyclic: HashSet::new(),
             diagnostics: Vec::new(),
         };
-        for trouble in structure.troubles {
-            tree.say(Severity::Warning, trouble.entity, trouble.reason);
+        for (severity, trouble) in structure.troubles {
+            tree.say(severity, trouble.entity, trouble.reason);
         }
         tree
+    }
+
+    /// Takes what could not be placed, with all that is placed in it, so that it does not come out as something left over.
+    fn withhold(&mut self) {
+        let mut queue: Vec<usize> = (0..self.groups.len()).filter(|g| self.groups[*g].misplaced).collect();
+        while let Some(group) = queue.pop() {
+            if self.reached.insert(group) {
+                let mut withheld = Gathered::default();
+                self.gather_group(group, &mut withheld);
+                queue.extend(self.groups[group].children.iter().map(|child| child.group));
+            }
+        }
     }
 
     fn say(&mut self, severity: Severity, entity: u64, reason: String) {
@@ -338,12 +351,9 @@ impl<'a> Tree<'a> {
         let count = self.groups.len();
         let roots = (0..count).filter(|g| self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
         let bare = (0..count).filter(|g| !self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
-        for group in roots.into_iter().chain(bare).chain(0..count) {
-            if !self.reached.contains(&group) {
-                let name = self.groups[group].name.clone();
-                self.walk(group, DAffine3::IDENTITY, name, None);
-            }
-        }
+        self.walk_roots(roots.into_iter().chain(bare));
+        self.withhold();
+        self.walk_roots(0..count);
         let left = self.gather.leftovers(self.contexts.first);
         if !left.is_empty() {
             let part = PartId::new(self.planned.len());
@@ -353,6 +363,15 @@ impl<'a> Tree<'a> {
         }
         for trouble in std::mem::take(&mut self.gather.unread) {
             self.say(Severity::Error, trouble.entity, trouble.reason);
+        }
+    }
+
+    fn walk_roots(&mut self, groups: impl Iterator<Item = usize>) {
+        for group in groups {
+            if !self.reached.contains(&group) {
+                let name = self.groups[group].name.clone();
+                self.walk(group, DAffine3::IDENTITY, name, None);
+            }
         }
     }
 
@@ -372,7 +391,7 @@ impl<'a> Tree<'a> {
                 if self.cyclic.insert((group, child.group)) {
                     let name = &self.groups[group].name;
                     let reason = format!("assembly '{name}' contains itself; that occurrence was left out");
-                    self.say(Severity::Error, 0, reason);
+                    self.say(Severity::Error, child.entity, reason);
                 }
                 continue;
             }
@@ -388,28 +407,14 @@ impl<'a> Tree<'a> {
             return known;
         }
         let mut gathered = Gathered::default();
-        let mut colour = None;
-        for id in &self.groups[group].representations {
-            let Some((items, context)) = product::representation(self.table, *id) else { continue };
-            let units = self.contexts.of(context);
-            colour = colour.or(self.gather.styles.of(*id));
-            for item in items {
-                // A representation that no product owns may only repeat what a product has.
-                if self.groups[group].product || !self.gather.taken.contains(&item) {
-                    self.gather.item(item, units, &mut gathered);
-                }
-            }
-        }
-        for (item, representation) in &self.groups[group].solids {
-            let context = product::representation(self.table, *representation).and_then(|(_, context)| context);
-            self.gather.item(*item, self.contexts.of(context), &mut gathered);
-        }
+        let colour = self.gather_group(group, &mut gathered);
         let repeated = self.gather.repeated(&mut gathered);
         if repeated > 0 {
             let name = &self.groups[group].name;
             let reason =
                 format!("{repeated} tessellated items of '{name}' repeat its exact geometry and were left out");
-            self.say(Severity::Note, 0, reason);
+            let entity = self.groups[group].representations.first().copied().unwrap_or(0);
+            self.say(Severity::Note, entity, reason);
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {
@@ -417,5 +422,31 @@ impl<'a> Tree<'a> {
         }
         self.parts[group] = Some(part);
         part
+    }
+
+    /// Adds the items of a group; its colour, if it has one as a whole.
+    fn gather_group(&mut self, group: usize, gathered: &mut Gathered) -> Option<Colour> {
+        let mut colour = None;
+        for id in &self.groups[group].representations {
+            let Some((items, context)) = product::representation(self.table, *id) else { continue };
+            let units = self.contexts.of(context);
+            colour = colour.or(self.gather.styles.of(*id));
+            // What shapes are constructed from is none of them.
+            let construction = self.table.find(*id).is_some_and(|i| i.is("CONSTRUCTIVE_GEOMETRY_REPRESENTATION"));
+            for item in items {
+                if construction && !self.table.find(item).is_some_and(is_body) {
+                    continue;
+                }
+                // A representation that no product owns may only repeat what a product has.
+                if self.groups[group].product || !self.gather.taken.contains(&item) {
+                    self.gather.item(item, units, gathered);
+                }
+            }
+        }
+        for (item, representation) in &self.groups[group].solids {
+            let context = product::representation(self.table, *representation).and_then(|(_, context)| context);
+            self.gather.item(*item, self.contexts.of(context), gathered);
+        }
+        colour
     }
 }

@@ -2,7 +2,7 @@
 
 use super::StepOptions;
 use super::body::append;
-use super::curve::{Bounded, Ends, straight};
+use super::curve::{Bounded, Ends, Whole, straight};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
 use super::shells::{Gathered, ShellUse, Source};
@@ -61,7 +61,8 @@ impl Reader<'_> {
             let Some(exchanged) = self.exchanged(id, draft) else { continue };
             assembly.edges.insert(EdgeKey::Curve(id), Ok(exchanged));
             let reason = "every loop runs against the edge: its vertices were exchanged, which makes it the other arc";
-            assembly.say(Severity::Warning, id, reason.to_owned());
+            let place = assembly.edges.get(&EdgeKey::Curve(id)).and_then(|e| Some(e.as_ref().ok()?.points[0]));
+            assembly.say(Severity::Warning, id, place, reason.to_owned());
         }
         let edges = &assembly.edges;
         let surfaces: Vec<Option<Read<Stated>>> = jobs
@@ -91,7 +92,7 @@ impl Reader<'_> {
             let done = match read {
                 Ok(done) => Some(done),
                 Err(trouble) => {
-                    assembly.lose(source, &trouble);
+                    assembly.lose(&geometry, source, &trouble);
                     None
                 }
             };
@@ -109,13 +110,20 @@ impl Reader<'_> {
                 lost,
             });
         }
-        let bodies: Vec<Read<Part>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
+        let bodies: Vec<Read<_>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
         for (body, read) in gathered.bodies.iter().zip(bodies) {
+            let of_part = |trouble: Trouble| format!("#{}: {}", trouble.entity, trouble.reason);
             match read {
-                Ok(part) => append(&mut assembly.part, part),
+                Ok((part, lost)) => {
+                    for (trouble, place) in lost {
+                        let reason = format!("left out of the body: {}", of_part(trouble));
+                        assembly.say(Severity::Error, body.entity, place, reason);
+                    }
+                    append(&mut assembly.part, part);
+                }
                 Err(trouble) => {
-                    let reason = format!("body left out: #{}: {}", trouble.entity, trouble.reason);
-                    assembly.say(Severity::Error, body.entity, reason);
+                    let place = self.geometry(body.units).place_near(body.entity);
+                    assembly.say(Severity::Error, body.entity, place, format!("body left out: {}", of_part(trouble)));
                 }
             }
         }
@@ -128,35 +136,40 @@ impl Reader<'_> {
 
     /// Every edge that the faces use, read once.
     fn edges(&self, jobs: &[(u32, &ShellUse, Source, bool)], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<Draft>> {
-        let mut known = Set::default();
-        let mut order = Vec::new();
+        let mut known: Map<EdgeKey, usize> = Map::default();
+        let mut order: Vec<(EdgeKey, Units, u64, Whole)> = Vec::new();
         for ((_, shell, ..), face) in jobs.iter().zip(stated) {
             let Ok(face) = face else { continue };
             for bound in &face.bounds {
                 let Bound::Edges(uses) = bound else { continue };
-                for edge in uses.iter().filter(|edge| known.insert(edge.edge)) {
-                    order.push((edge.edge, shell.units, face.surface));
+                let whole = self.geometry(shell.units).whole(uses);
+                for edge in uses {
+                    let at = *known.entry(edge.edge).or_insert(order.len());
+                    match order.get_mut(at) {
+                        None => order.push((edge.edge, shell.units, face.surface, whole)),
+                        Some((.., known)) => *known = whole.max(*known),
+                    }
                 }
             }
         }
         order
             .into_par_iter()
             .with_min_len(32)
-            .map(|(key, units, surface)| (key, self.edge(key, units, surface)))
+            .map(|(key, units, surface, whole)| (key, self.edge(key, units, surface, whole)))
             .collect()
     }
 
-    fn edge(&self, key: EdgeKey, units: Units, surface: u64) -> Read<Draft> {
+    fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole) -> Read<Draft> {
         let geometry = self.geometry(units);
         let (entity, ends, at, curve) = match key {
             EdgeKey::Curve(id) => {
-                let (ends, at) = geometry.edge_ends(id)?;
+                let (ends, at) = geometry.edge_ends(id, whole)?;
                 let own = self.table.get(id)?.fields("EDGE_CURVE", 3);
                 let curve = geometry.between(own.reference(0)?, at, own.flag(1, true))?;
                 (id, ends.map(VertexKey::Point), at, curve)
             }
             EdgeKey::Side(a, b) => {
-                let at = Ends { start: geometry.point(a)?, end: geometry.point(b)?, closed: false };
+                let at = Ends { start: geometry.point(a)?, end: geometry.point(b)?, whole: Whole::Never };
                 (0, [a, b].map(VertexKey::Point), at, straight(at))
             }
             EdgeKey::Segment(id) => {
@@ -177,7 +190,7 @@ impl Reader<'_> {
             return None;
         }
         let ([end, start], [b, a]) = (draft.points, draft.ends);
-        let at = Ends { start, end, closed: false };
+        let at = Ends { start, end, whole: Whole::Never };
         let curve = geometry.between(curve, at, own.flag(1, true)).ok()?;
         Draft::new(id, [a, b], at, curve, draft.units).ok()
     }
@@ -269,8 +282,17 @@ struct Assembly {
     corners: Corners,
     vertex_ids: Map<usize, VertexId>,
     diagnostics: Vec<Diagnostic>,
-    /// How many edges miss their vertices, the worst of them and by how much.
-    gaps: (usize, u64, f64),
+    /// How many edges end off their vertices by more than the file's tolerance and less than has to be mended, and the worst.
+    gaps: Option<(usize, OffVertex)>,
+}
+
+/// An edge that ends off its vertex.
+struct OffVertex {
+    gap: f64,
+    entity: u64,
+    /// The first face that uses it.
+    face: FaceId,
+    place: Option<DVec3>,
 }
 
 impl Assembly {
@@ -288,28 +310,28 @@ impl Assembly {
             corners: Corners::default(),
             vertex_ids: Map::default(),
             diagnostics: Vec::new(),
-            gaps: (0, 0, 0.0),
+            gaps: None,
         }
     }
 
-    fn say(&mut self, severity: Severity, entity: u64, reason: String) {
-        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place: None, reason });
+    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place, reason });
     }
 
     /// Tells something of the face that comes next.
-    fn say_of_face(&mut self, severity: Severity, source: Source, reason: String) {
+    fn say_of_face(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
         let face = Some(FaceId::new(self.part.faces.len()));
-        self.diagnostics.push(Diagnostic { severity, part: None, face, entity: source.id(), place: None, reason });
+        self.diagnostics.push(Diagnostic { severity, part: None, face, entity, place, reason });
     }
 
     /// Says why the face that comes next is lost.
-    fn lose(&mut self, source: Source, trouble: &Trouble) {
+    fn lose(&mut self, geometry: &Geometry<'_>, source: Source, trouble: &Trouble) {
         let reason = if trouble.entity == source.id() {
             format!("face left out: {}", trouble.reason)
         } else {
             format!("face left out: #{}: {}", trouble.entity, trouble.reason)
         };
-        self.say_of_face(Severity::Error, source, reason);
+        self.say_of_face(Severity::Error, source.id(), geometry.place_near(source.id()), reason);
     }
 
     /// Unites the corners at which neighbours in the loops of a face meet. All faces go through this before any is built.
@@ -392,7 +414,9 @@ impl Assembly {
                 edge.reversed ^= turned;
             }
             if turned.contains(&true) {
-                self.say(Severity::Warning, face, "edges of a loop ran against it and were turned".to_owned());
+                let place = ends.first().map(|(corner, _)| self.corners.points[*corner]);
+                let reason = "edges of a loop ran against it and were turned".to_owned();
+                self.say(Severity::Warning, face, place, reason);
             }
             return Ok(chain);
         }
@@ -415,18 +439,29 @@ impl Assembly {
         }
         // Everything that can fail comes before the part changes, so that a lost face leaves nothing behind.
         let mut chains = Vec::with_capacity(stated.bounds.len());
-        for mut bound in stated.bounds {
+        let mut lost = stated.lost;
+        for (k, mut bound) in stated.bounds.into_iter().enumerate() {
             if !same {
                 bound.reverse();
             }
-            chains.push(match bound {
-                Bound::Edges(uses) => Chain::Edges(self.chain(uses, source.id())?),
-                Bound::Vertex(id) => Chain::Vertex(VertexKey::Point(id), geometry.vertex(id)?),
-            });
+            let read = match bound {
+                Bound::Edges(uses) => self.chain(uses, source.id()).map(Chain::Edges),
+                Bound::Vertex(id) => geometry.vertex(id).map(|point| Chain::Vertex(VertexKey::Point(id), point)),
+            };
+            match read {
+                Ok(chain) => chains.push(chain),
+                Err(trouble) if stated.outer.is_some_and(|outer| outer != k) => lost.push(trouble),
+                Err(trouble) => return Err(trouble),
+            }
         }
         let empty = |chain: &Chain| matches!(chain, Chain::Edges(uses) if uses.is_empty());
         if !chains.is_empty() && chains.iter().all(empty) {
             return Err(Trouble::new(source.id(), "none of its bounds has any length"));
+        }
+        for Trouble { entity, reason } in lost {
+            let place = geometry.place_near(entity).or_else(|| geometry.place_near(source.id()));
+            let reason = format!("an inner loop was left out and its hole closed: #{entity}: {reason}");
+            self.say_of_face(Severity::Error, source.id(), place, reason);
         }
         let mut loops = Vec::with_capacity(chains.len());
         for chain in chains {
@@ -436,13 +471,15 @@ impl Assembly {
                     loops.push(Loop::Vertex(self.vertex(corner)));
                 }
                 Chain::Edges(uses) if uses.is_empty() => {
-                    self.say(Severity::Note, source.id(), "a loop of edges without length was left out".to_owned());
+                    let reason = "a loop of edges without length was left out".to_owned();
+                    self.say_of_face(Severity::Note, source.id(), None, reason);
                 }
                 Chain::Edges(uses) => loops.push(Loop::Edges(self.coedges(uses))),
             }
         }
-        if let Some(reason) = surface.note {
-            self.say_of_face(Severity::Note, source, reason);
+        if let Some((severity, reason)) = surface.note {
+            let place = geometry.place_near(source.id());
+            self.say_of_face(severity, source.id(), place, reason);
         }
         Ok((surface.surface, loops, !same))
     }
@@ -463,15 +500,14 @@ impl Assembly {
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
-        let (entity, gap, near) = (draft.entity, draft.gap, CORNER * draft.units.tolerance);
+        let (entity, gap, tolerance) = (draft.entity, draft.gap, draft.units.tolerance);
+        let near = CORNER * tolerance;
         let draft = self.edges.get(&key)?.as_ref().ok()?;
         let (start, end) = self.corners.ends(draft, false);
         let ends = [start, end].map(|corner| self.corners.points[corner]);
         let gap = gap.max(curve.point(range.0).distance(ends[0])).max(curve.point(range.1).distance(ends[1]));
-        if gap > near {
-            let (count, worst, by) = self.gaps;
-            self.gaps = if gap > by { (count + 1, entity, gap) } else { (count + 1, worst, by) };
-        }
+        let off = [range.0, range.1].map(|t| curve.point(t)).into_iter().zip(ends);
+        let place = off.max_by(|(a, p), (b, q)| a.distance(*p).total_cmp(&b.distance(*q))).map(|(_, vertex)| vertex);
         if gap > PULLED * self.size {
             // Too far off for the mesh to bridge: the curve gives way, in its first and last span.
             curve = spline::piece(&curve, range.0, range.1);
@@ -479,11 +515,14 @@ impl Assembly {
             if let [first, .., last] = curve.points.as_mut_slice() {
                 [*first, *last] = ends;
             }
-            self.say(
-                Severity::Warning,
-                entity,
-                format!("the edge's curve missed its vertices by {gap:.3e} mm and was pulled"),
-            );
+            let severity = if gap > tolerance { Severity::Warning } else { Severity::Note };
+            let reason = format!("an edge ends {gap:.3e} mm off its vertex; its curve was pulled to the vertex");
+            self.say_of_face(severity, entity, place, reason);
+        } else if gap > near {
+            let (count, worst) = self.gaps.take().map_or((0, None), |(count, worst)| (count, Some(worst)));
+            let here = OffVertex { gap, entity, face: FaceId::new(self.part.faces.len()), place };
+            let worst = worst.filter(|worst| worst.gap >= gap).unwrap_or(here);
+            self.gaps = Some((count + 1, worst));
         }
         let edge = Edge { curve, range, start: self.vertex(start), end: self.vertex(end), kind, entity };
         let id = EdgeId::new(self.part.edges.len());
@@ -501,16 +540,16 @@ impl Assembly {
     }
 
     fn finish(mut self) -> (Part, Vec<Diagnostic>) {
-        let (count, entity, gap) = self.gaps;
-        if count > 0 {
-            let reason = format!("{count} edges miss their vertices, #{entity} by {gap:.3e} mm");
-            self.say(Severity::Note, entity, reason);
+        if let Some((count, OffVertex { gap, entity, face, place })) = self.gaps.take() {
+            let reason = format!("{count} edges end off their vertices, this one by {gap:.3e} mm");
+            let (severity, face) = (Severity::Warning, Some(face));
+            self.diagnostics.push(Diagnostic { severity, part: None, face, entity, place, reason });
         }
         // Open loops cost no face, and prepare tells them with their width and place.
         if let Err(error) = self.part.check()
             && !matches!(error, PartError::OpenLoop { .. })
         {
-            self.say(Severity::Error, 0, format!("the part does not hold together: {error}"));
+            self.say(Severity::Error, 0, None, format!("the part does not hold together: {error}"));
         }
         (self.part, self.diagnostics)
     }

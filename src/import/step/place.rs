@@ -4,6 +4,7 @@ use super::table::{Instance, Read, Table, Trouble};
 use super::units::Units;
 use crate::model::Frame3;
 use glam::{DAffine3, DMat3, DVec3};
+use std::collections::{HashSet, VecDeque};
 
 /// The instances of one representation: the table and what its numbers mean.
 #[derive(Clone, Copy)]
@@ -37,6 +38,34 @@ impl<'a> Geometry<'a> {
 
     pub(super) fn points(&self, ids: impl Iterator<Item = u64>) -> Read<Vec<DVec3>> {
         ids.map(|id| self.point(id)).collect()
+    }
+
+    /// A place at what cannot be read as a whole: the first point that can, among what it refers to. Vertices before other
+    /// points.
+    pub(super) fn place_near(&self, id: u64) -> Option<DVec3> {
+        /// Instances that are looked at.
+        const SEEN: usize = 1000;
+        let (mut queue, mut known, mut other) = (VecDeque::from([id]), HashSet::from([id]), None);
+        while let Some(id) = queue.pop_front() {
+            let Some(instance) = self.table.find(id) else { continue };
+            let vertex = instance.is("VERTEX_POINT");
+            if vertex || instance.is("CARTESIAN_POINT") {
+                // Points of parameter curves have two coordinates.
+                let flat = !vertex && instance.fields("CARTESIAN_POINT", 1).list(0).is_ok_and(|list| list.len() < 3);
+                let point = self.vertex(id).ok().filter(|_| !flat);
+                if vertex && point.is_some() {
+                    return point;
+                }
+                other = other.or(point);
+                continue;
+            }
+            instance.references(&mut |next| {
+                if known.len() < SEEN && known.insert(next) {
+                    queue.push_back(next);
+                }
+            });
+        }
+        other
     }
 
     /// Up to three numbers; those that are missing are 0.

@@ -5,11 +5,11 @@
 //! relationships that carry a transformation by themselves, and from MAPPED_ITEM.
 
 use super::place::Geometry;
-use super::shells::is_body;
+use super::shells::{is_body, is_shapeless};
 use super::style::Styles;
 use super::table::{Instance, MAX_DEPTH, Map, Read, Set, Table, Trouble};
 use super::units::Contexts;
-use crate::model::Colour;
+use crate::model::{Colour, Severity};
 use glam::DAffine3;
 
 /// What becomes one part, and what is placed in it.
@@ -24,12 +24,16 @@ pub(super) struct Group {
     pub(super) product: bool,
     /// Whether some other group places it.
     pub(super) placed: bool,
+    /// Whether a placement of it could not be read: it must not appear anywhere else instead.
+    pub(super) misplaced: bool,
 }
 
 /// A group as another one places it.
 #[derive(Clone, Debug)]
 pub(super) struct Child {
     pub(super) group: usize,
+    /// What places it.
+    pub(super) entity: u64,
     pub(super) transform: DAffine3,
     pub(super) name: String,
     pub(super) colour: Option<Colour>,
@@ -38,7 +42,8 @@ pub(super) struct Child {
 /// The whole structure.
 pub(super) struct Structure {
     pub(super) groups: Vec<Group>,
-    pub(super) troubles: Vec<Trouble>,
+    /// What is doubtful, and what is lost.
+    pub(super) troubles: Vec<(Severity, Trouble)>,
 }
 
 pub(super) struct Builder<'a> {
@@ -49,7 +54,7 @@ pub(super) struct Builder<'a> {
     groups: Vec<Group>,
     /// The group of a representation.
     owner: Map<u64, usize>,
-    troubles: Vec<Trouble>,
+    troubles: Vec<(Severity, Trouble)>,
 }
 
 /// Items and context of a representation.
@@ -158,11 +163,14 @@ impl<'a> Builder<'a> {
     }
 
     fn holds_shape(&self, id: u64) -> bool {
-        representation(self.table, id).is_some_and(|(mut items, _)| {
-            items.any(|item| {
-                self.table.find(item).is_some_and(|i| is_body(i) || i.is("MAPPED_ITEM") || i.is("SOLID_REPLICA"))
-            })
-        })
+        let of_shape =
+            self.table.find(id).is_some_and(|i| i.types().any(|name| name.ends_with("SHAPE_REPRESENTATION")));
+        let holds = |item: u64| match self.table.find(item) {
+            Some(i) if is_body(i) || i.is("MAPPED_ITEM") || i.is("SOLID_REPLICA") => true,
+            // What is not known, or not there, is told when it is gathered.
+            item => of_shape && item.is_none_or(|i| !is_shapeless(i)),
+        };
+        representation(self.table, id).is_some_and(|(mut items, _)| items.any(holds))
     }
 
     fn geometry(&self, representation_id: u64) -> Geometry<'a> {
@@ -186,21 +194,36 @@ impl<'a> Builder<'a> {
             let own = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
             let (Some(parent), Some(child)) = (own.optional(3), own.optional(4)) else { continue };
             let (Some(&parent), Some(&child)) = (definitions.get(&parent), definitions.get(&child)) else {
-                self.troubles
-                    .push(Trouble::new(usage.id, "an occurrence of a product definition that is not in the file"));
+                self.lose(
+                    usage.id,
+                    None,
+                    Trouble::new(usage.id, "the product definition that it places is not in the file"),
+                );
                 continue;
             };
             let placement = placements.get(&usage.id).copied();
             let transform = match placement {
-                Some((relation, _)) => self.placed_by(relations, relation, parent, child),
-                None => Err(Trouble::new(usage.id, "an occurrence without placement stands at the origin")),
+                Some((relation, _)) if relations.moved.contains_key(&relation) => {
+                    match self.placed_by(relations, relation, parent, child) {
+                        Ok(transform) => transform,
+                        Err(trouble) => {
+                            self.lose(usage.id, Some(child), trouble);
+                            continue;
+                        }
+                    }
+                }
+                // Nothing is stated that could be wrong.
+                _ => {
+                    let reason = "an occurrence without transformation stands at the origin";
+                    self.troubles.push((Severity::Warning, Trouble::new(usage.id, reason)));
+                    DAffine3::IDENTITY
+                }
             };
-            let transform = self.or_identity(transform);
             let name = [own.text(1), own.text(0)].into_iter().find(|text| !text.is_empty()).unwrap_or_default();
             let colour = placement.and_then(|(relation, shape)| {
                 [relation, shape, usage.id].into_iter().find_map(|id| self.styles.by_occurrence.get(&id).copied())
             });
-            self.place(parent, Child { group: child, transform, name: name.to_owned(), colour });
+            self.place(parent, Child { group: child, entity: usage.id, transform, name: name.to_owned(), colour });
         }
         // Transformed relationships that no occurrence uses place representations all by themselves.
         for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
@@ -209,17 +232,25 @@ impl<'a> Builder<'a> {
             if child == parent || self.groups[parent].children.iter().any(|c| c.group == child) {
                 continue;
             }
-            let transform = self.placed_by(relations, relation, parent, child);
-            let transform = self.or_identity(transform);
-            self.place(parent, Child { group: child, transform, name: String::new(), colour: None });
+            match self.placed_by(relations, relation, parent, child) {
+                Ok(transform) => {
+                    let name = String::new();
+                    self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
+                }
+                Err(trouble) => self.lose(relation, Some(child), trouble),
+            }
         }
     }
 
-    fn or_identity(&mut self, transform: Read<DAffine3>) -> DAffine3 {
-        transform.unwrap_or_else(|trouble| {
-            self.troubles.push(trouble);
-            DAffine3::IDENTITY
-        })
+    /// Leaves out what `entity` places: where it belongs is not known, and anywhere else it would be wrong.
+    fn lose(&mut self, entity: u64, group: Option<usize>, trouble: Trouble) {
+        if let Some(group) = group {
+            self.groups[group].placed = true;
+            self.groups[group].misplaced = true;
+        }
+        let cause = if trouble.entity == entity { String::new() } else { format!("#{}: ", trouble.entity) };
+        let reason = format!("an occurrence was left out: {cause}{}", trouble.reason);
+        self.troubles.push((Severity::Error, Trouble::new(entity, reason)));
     }
 
     fn place(&mut self, parent: usize, child: Child) {
@@ -260,11 +291,12 @@ impl<'a> Builder<'a> {
                 let Some((items, _)) = representation(self.table, id) else { continue };
                 for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("MAPPED_ITEM"))) {
                     match self.mapped(item, id) {
-                        Ok(child) if child.group == parent => {
-                            self.troubles.push(Trouble::new(item, "an item that maps its own representation"));
+                        Ok((group, _)) if group == parent => {
+                            self.lose(item, None, Trouble::new(item, "it maps its own representation"));
                         }
-                        Ok(child) => self.place(parent, child),
-                        Err(trouble) => self.troubles.push(trouble),
+                        Ok((_, Ok(child))) => self.place(parent, child),
+                        Ok((group, Err(trouble))) => self.lose(item, Some(group), trouble),
+                        Err(trouble) => self.lose(item, None, trouble),
                     }
                 }
             }
@@ -278,18 +310,25 @@ impl<'a> Builder<'a> {
             for id in self.groups[parent].representations.clone() {
                 let Some((items, _)) = representation(self.table, id) else { continue };
                 for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("SOLID_REPLICA"))) {
-                    match self.replicated(item, id) {
-                        Ok((solid, transform)) => {
-                            let group = *of_solid.entry(solid).or_insert_with(|| {
-                                let name = self.table.find(solid).map(|i| i.label().to_owned()).unwrap_or_default();
-                                self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
-                                self.groups.len() - 1
-                            });
+                    let (solid, transform) = match self.replicated(item, id) {
+                        Ok(found) => found,
+                        Err(trouble) => {
+                            self.lose(item, None, trouble);
+                            continue;
+                        }
+                    };
+                    let group = *of_solid.entry(solid).or_insert_with(|| {
+                        let name = self.table.find(solid).map(|i| i.label().to_owned()).unwrap_or_default();
+                        self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
+                        self.groups.len() - 1
+                    });
+                    match transform {
+                        Ok(transform) => {
                             let name = self.table.find(item).map(|i| i.label().to_owned()).unwrap_or_default();
                             let colour = self.styles.of(item);
-                            self.place(parent, Child { group, transform, name, colour });
+                            self.place(parent, Child { group, entity: item, transform, name, colour });
                         }
-                        Err(trouble) => self.troubles.push(trouble),
+                        Err(trouble) => self.lose(item, Some(group), trouble),
                     }
                 }
             }
@@ -297,21 +336,23 @@ impl<'a> Builder<'a> {
     }
 
     /// The solid that a replica (of a replica, …) repeats, and where.
-    fn replicated(&self, item: u64, within: u64) -> Read<(u64, DAffine3)> {
-        let (mut at, mut transform) = (item, DAffine3::IDENTITY);
-        for _ in 0..MAX_DEPTH {
+    fn replicated(&self, item: u64, within: u64) -> Read<(u64, Read<DAffine3>)> {
+        let (mut at, mut transform) = (item, Ok(DAffine3::IDENTITY));
+        for _ in 0..MAX_REPLICAS {
             let solid = self.table.get(at)?;
             if !solid.is("SOLID_REPLICA") {
                 return Ok((at, transform));
             }
             let own = solid.fields("SOLID_REPLICA", 1);
-            transform *= self.geometry(within).motion(own.reference(1)?)?;
+            let own_motion = own.reference(1).and_then(|id| self.geometry(within).motion(id));
+            transform = transform.and_then(|all| Ok(all * own_motion?));
             at = own.reference(0)?;
         }
-        Err(Trouble::new(item, "replicas of solids refer to one another too deeply"))
+        Err(Trouble::new(item, "replicas of solids refer to one another in a circle or too deeply"))
     }
 
-    fn mapped(&self, item: u64, within: u64) -> Read<Child> {
+    /// The group that an item maps, and how.
+    fn mapped(&self, item: u64, within: u64) -> Read<(usize, Read<Child>)> {
         let instance = self.table.get(item)?;
         let own = instance.fields("MAPPED_ITEM", 1);
         let map = self.table.get(own.reference(0)?)?.fields("REPRESENTATION_MAP", 0);
@@ -320,10 +361,13 @@ impl<'a> Builder<'a> {
             .owner
             .get(&source)
             .ok_or_else(|| Trouble::new(item, format!("the mapped representation #{source} holds no bodies")))?;
-        let target = self.geometry(within).motion(own.reference(1)?)?;
-        let transform = target * invert(self.geometry(source).motion(origin)?, item)?;
+        let transform = || {
+            let target = self.geometry(within).motion(own.reference(1)?)?;
+            Ok(target * invert(self.geometry(source).motion(origin)?, item)?)
+        };
         let colour = self.styles.by_occurrence.get(&item).copied().or(self.styles.of(item));
-        Ok(Child { group, transform, name: instance.label().to_owned(), colour })
+        let name = instance.label().to_owned();
+        Ok((group, transform().map(|transform| Child { group, entity: item, transform, name, colour })))
     }
 }
 
@@ -372,6 +416,9 @@ impl Relations {
 }
 
 const MOVED: &str = "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION";
+
+/// How many replicas may stand one upon another.
+const MAX_REPLICAS: usize = 1000;
 
 /// How deep assemblies may nest.
 pub(super) const MAX_ASSEMBLY_DEPTH: usize = 4 * MAX_DEPTH;

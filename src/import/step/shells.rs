@@ -91,8 +91,8 @@ impl<'a> Gather<'a> {
 
     /// Adds the shells of a representation item.
     pub(super) fn item(&mut self, id: u64, units: Units, into: &mut Gathered) {
-        let Some(item) = self.table.find(id) else { return };
-        if let Err(trouble) = self.try_item(item, units, into) {
+        let read = self.table.get(id).and_then(|item| self.try_item(item, units, into));
+        if let Err(trouble) = read {
             self.unread.push(trouble);
         }
     }
@@ -163,6 +163,13 @@ impl<'a> Gather<'a> {
                 self.taken.extend(profile(item));
                 into.bodies.push(BodyUse { kind, entity: item.id, colour, units });
             }
+        } else if is_surface(item) {
+            if is_bounded(item) && self.take(item.id, into) {
+                let faces = vec![(Source::Surface(item.id), false)];
+                into.shells.push(ShellUse { kind: ShellKind::Open, entity: item.id, faces, colour, units });
+            }
+        } else if !is_shapeless(item) && !self.annotations.contains(&item.id) && self.take(item.id, into) {
+            return Err(Trouble::new(item.id, format!("items of type {} are not read", item.keyword())));
         }
         Ok(())
     }
@@ -251,8 +258,18 @@ impl<'a> Gather<'a> {
     fn set(&mut self, set: Instance<'_>, colour: Option<Colour>, units: Units, into: &mut Gathered) -> Read<()> {
         let mut faces = Vec::new();
         for element in set.fields("GEOMETRIC_SET", 1).links(0)? {
-            if self.table.find(element).is_some_and(is_surface) && self.take(element, into) {
-                faces.push((Source::Surface(element), false));
+            match self.table.get(element) {
+                Ok(item) if is_surface(item) => {
+                    if self.take(element, into) {
+                        faces.push((Source::Surface(element), false));
+                    }
+                }
+                Ok(item) if is_shapeless(item) => {}
+                Ok(item) => {
+                    let reason = format!("elements of type {} of a geometric set are not read", item.keyword());
+                    self.unread.push(Trouble::new(element, reason));
+                }
+                Err(trouble) => self.unread.push(trouble),
             }
         }
         if !faces.is_empty() {
@@ -333,5 +350,91 @@ pub(super) fn is_face(instance: Instance<'_>) -> bool {
 }
 
 fn is_surface(instance: Instance<'_>) -> bool {
-    instance.types().any(|name| name == "PLANE" || name.contains("_SURFACE") || name.starts_with("SURFACE_OF_"))
+    let named = |name: &str| {
+        let one = name == "PLANE" || name == "B_SPLINE_SURFACE_WITH_KNOTS";
+        one || name.ends_with("_SURFACE") || name.starts_with("SURFACE_OF_")
+    };
+    instance.types().any(named) && !is_shapeless(instance)
+}
+
+/// Whether a surface ends by itself. Others are placed beside shapes for reference.
+fn is_bounded(surface: Instance<'_>) -> bool {
+    const UNBOUNDED: [&str; 7] = [
+        "PLANE",
+        "CYLINDRICAL_SURFACE",
+        "CONICAL_SURFACE",
+        "SURFACE_OF_LINEAR_EXTRUSION",
+        "SURFACE_OF_REVOLUTION",
+        "OFFSET_SURFACE",
+        "SURFACE_REPLICA",
+    ];
+    !UNBOUNDED.into_iter().any(|name| surface.is(name))
+}
+
+/// Whether an item is known to be no shape: placements, points, curves, wires, annotations, values. What is not known may be
+/// one.
+pub(super) fn is_shapeless(item: Instance<'_>) -> bool {
+    const NAMES: [&str; 15] = [
+        "COORDINATES_LIST",
+        "LINE",
+        "CIRCLE",
+        "ELLIPSE",
+        "HYPERBOLA",
+        "PARABOLA",
+        "CLOTHOID",
+        "POLYLINE",
+        "DIRECTION",
+        "VECTOR",
+        "COMPOSITE_CURVE_ON_SURFACE",
+        "POINT_ON_SURFACE",
+        "WIRE_SHELL",
+        "VERTEX_SHELL",
+        "SHELL_BASED_WIREFRAME_MODEL",
+    ];
+    const WORDS: [&str; 27] = [
+        "PLACEMENT",
+        "TRANSFORMATION",
+        "POINT",
+        "CURVE",
+        "PCURVE",
+        "EDGE",
+        "VERTEX",
+        "LOOP",
+        "PATH",
+        "WIRE",
+        "ANNOTATION",
+        "TEXT",
+        "CALLOUT",
+        "LEADER",
+        "TERMINATOR",
+        "DIMENSION",
+        "SYMBOL",
+        "STYLED",
+        "CAMERA",
+        "LIGHT",
+        "PLANAR",
+        "MEASURE",
+        "DRAUGHTING",
+        "MAPPED",
+        "KINEMATIC",
+        "STYLE",
+        "GLYPH",
+    ];
+    const SHAPES: [&str; 7] = ["SOLID", "BREP", "FACE", "SURFACE", "SHELL", "VOLUME", "BODY"];
+    let mut known = false;
+    for name in item.types() {
+        let has = |words: &[&str]| name.split('_').any(|word| words.contains(&word));
+        let value = name.ends_with("_REPRESENTATION_ITEM")
+            && !name.starts_with("GEOMETRIC_")
+            && !name.starts_with("TOPOLOGICAL_");
+        let curve = name.ends_with("_CURVE");
+        if NAMES.contains(&name) || value || curve {
+            known = true;
+        } else if has(&SHAPES) {
+            return false;
+        } else {
+            known |= has(&WORDS);
+        }
+    }
+    known
 }

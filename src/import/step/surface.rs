@@ -5,7 +5,7 @@ use super::curve::{Carrier, Form, check_degree, check_weights, knots_of, superfl
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
-use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
+use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Severity, Surface};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -18,8 +18,8 @@ pub(super) struct Stated {
     pub(super) surface: Surface,
     /// Whether its normal is opposite to the stated surface's.
     pub(super) turned: bool,
-    /// What was not taken word for word.
-    pub(super) note: Option<String>,
+    /// What was not taken word for word, and how doubtful that is.
+    pub(super) note: Option<(Severity, String)>,
 }
 
 impl Stated {
@@ -86,7 +86,8 @@ impl Geometry<'_> {
             let distance = own.real(1)? * length * if base.turned { -1.0 } else { 1.0 };
             let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
                 .map_err(|reason| Trouble::new(id, reason))?;
-            Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })
+            let note = note.map(|note| (Severity::Note, note)).or(base.note);
+            Ok(Stated { surface, turned: base.turned, note })
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
             let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
             let base = self.surface(own.reference(0)?, reach, depth + 1)?;
@@ -115,8 +116,9 @@ impl Geometry<'_> {
         let mut note = None;
         if half_angle.abs() >= FRAC_PI_2 && stated.abs() < 90.0 {
             half_angle = stated.to_radians();
-            note =
-                Some(format!("a half angle of {stated} cannot be in the file's angle unit and was taken for degrees"));
+            let reason =
+                format!("a half angle of {stated} cannot be in the file's angle unit and was taken for degrees");
+            note = Some((Severity::Note, reason));
         }
         if radius < 0.0 || !(1e-12..FRAC_PI_2).contains(&half_angle.abs()) {
             if radius > 0.0 && half_angle.abs() < 1e-12 {

@@ -5,8 +5,9 @@
 //! numbers, since each tessellated face may list its own.
 
 use super::place::Geometry;
-use super::table::{Fields, Instance, Map, Read, Trouble};
-use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, VertexId};
+use super::shells::is_shapeless;
+use super::table::{Fields, Instance, MAX_DEPTH, Map, Read, Trouble};
+use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 use std::collections::hash_map::Entry;
 use step_io::parser::Attribute;
@@ -38,44 +39,84 @@ pub(super) fn stands_for(item: Instance<'_>) -> Option<u64> {
     face.then(|| item.fields("TESSELLATED_FACE", 1).optional(3)).flatten()
 }
 
-/// The triangles of a body as a part of plane faces.
-pub(super) fn triangles(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Part> {
-    let mut mesh = Mesh { part: PartBuilder::new(String::new()), ..Mesh::default() };
-    let solid = item.is("TESSELLATED_SOLID");
-    mesh.part.plain_shell(if solid { ShellKind::Outer } else { ShellKind::Open });
-    let faces = match HOLDERS.into_iter().find(|name| item.is(name)) {
-        Some(name) => item.fields(name, 1).links(0)?.collect(),
-        None => vec![item.id],
-    };
-    let place = if item.is("REPOSITIONED_TESSELLATED_ITEM") {
-        let location = item.fields("REPOSITIONED_TESSELLATED_ITEM", 1).reference(0)?;
-        geometry.motion(location)?
-    } else {
-        DAffine3::IDENTITY
-    };
-    for id in faces {
-        let face = geometry.get(id)?;
-        // Curves and points may stand beside the faces.
-        if FACES.into_iter().any(|kind| face.is(kind)) {
-            mesh.face(geometry, face, &place)?;
-        }
+/// Something of a body that was left out: why, and a place at it where one could be read.
+pub(super) type Loss = (Trouble, Option<DVec3>);
+
+/// The triangles of a body as a part of plane faces, and what was left out of it.
+pub(super) fn triangles(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<(Part, Vec<Loss>)> {
+    let mut mesh = Mesh::default();
+    mesh.holder(geometry, item, &DAffine3::IDENTITY, 0)?;
+    if mesh.triangles.is_empty() {
+        let first = mesh.lost.into_iter().next();
+        let none = || Trouble::new(item.id, format!("{} without triangles", item.keyword()));
+        return Err(first.map_or_else(none, |(trouble, _)| trouble));
     }
-    if mesh.part.part().faces.is_empty() {
-        return Err(Trouble::new(item.id, format!("{} without triangles", item.keyword())));
-    }
-    mesh.part.finish().map_err(|error| Trouble::new(item.id, error.to_string()))
+    let kind = if item.is("TESSELLATED_SOLID") { ShellKind::Outer } else { ShellKind::Open };
+    let lost = std::mem::take(&mut mesh.lost);
+    let part = mesh.part(kind).map_err(|error| Trouble::new(item.id, error.to_string()))?;
+    Ok((part, lost))
 }
+
+/// How many corners in a line one upon another are followed, and how many steps that may take in all.
+const MAX_SPLITS: (usize, usize) = (64, 1_000_000);
+
+/// Height of a triangle whose corners are in a line, as a share of its longest side.
+const FLAT: f64 = 1e-9;
 
 #[derive(Default)]
 struct Mesh {
-    part: PartBuilder,
-    corners: Map<[u64; 3], VertexId>,
-    edges: Map<[VertexId; 2], EdgeId>,
+    points: Vec<DVec3>,
+    triangles: Vec<[usize; 3]>,
+    corners: Map<[u64; 3], usize>,
     /// Coordinate lists by their number: faces share them.
     lists: Map<u64, Vec<DVec3>>,
+    /// The corner that lies between the two of a side.
+    between: Map<[usize; 2], usize>,
+    /// Steps that were taken to find those.
+    splits: usize,
+    lost: Vec<Loss>,
 }
 
 impl Mesh {
+    /// Adds what a holder holds, or a face that stands by itself.
+    fn holder(&mut self, geometry: &Geometry<'_>, item: Instance<'_>, place: &DAffine3, depth: usize) -> Read<()> {
+        if depth >= MAX_DEPTH {
+            return Err(Trouble::new(item.id, "tessellated items hold one another too deeply"));
+        }
+        let held: Vec<u64> = match HOLDERS.into_iter().find(|name| item.is(name)) {
+            Some(name) => item.fields(name, 1).links(0)?.collect(),
+            None => return self.face(geometry, item, place),
+        };
+        // Lists that are placed twice are two.
+        let moved = item.is("REPOSITIONED_TESSELLATED_ITEM");
+        let place = if moved {
+            let location = item.fields("REPOSITIONED_TESSELLATED_ITEM", 1).reference(0)?;
+            *place * geometry.motion(location)?
+        } else {
+            *place
+        };
+        let outer = if moved { std::mem::take(&mut self.lists) } else { Map::default() };
+        for id in held {
+            let read = geometry.get(id).and_then(|face| {
+                if FACES.into_iter().chain(HOLDERS).any(|kind| face.is(kind)) {
+                    self.holder(geometry, face, &place, depth + 1)
+                } else if is_shapeless(face) {
+                    // Curves and points may stand beside the faces.
+                    Ok(())
+                } else {
+                    Err(Trouble::new(id, format!("tessellated faces of type {} are not read", face.keyword())))
+                }
+            });
+            if let Err(trouble) = read {
+                self.lost.push((trouble, None));
+            }
+        }
+        if moved {
+            self.lists = outer;
+        }
+        Ok(())
+    }
+
     fn face(&mut self, geometry: &Geometry<'_>, face: Instance<'_>, place: &DAffine3) -> Read<()> {
         let set = face.is("TRIANGULATED_SURFACE_SET") || face.is("COMPLEX_TRIANGULATED_SURFACE_SET");
         let (base, inherited) = if set { ("TESSELLATED_SURFACE_SET", 4) } else { ("TESSELLATED_FACE", 5) };
@@ -88,14 +129,13 @@ impl Mesh {
         // Numbers into the list of points that the face uses, or into the coordinates where it lists none.
         let used = own.counts(0)?;
         let points = self.lists.get(&list).map(Vec::as_slice).unwrap_or_default();
-        let corner = |index: usize| -> Read<DVec3> {
-            let index =
-                if used.is_empty() { Some(index) } else { index.checked_sub(1).and_then(|i| used.get(i).copied()) };
-            let point = index.and_then(|i| i.checked_sub(1)).and_then(|i| points.get(i).copied());
-            point.ok_or_else(|| Trouble::new(face.id, "a triangle whose corner is not among the coordinates"))
+        let corner = |index: usize| -> Option<DVec3> {
+            let index = if used.is_empty() { index } else { *used.get(index.checked_sub(1)?)? };
+            points.get(index.checked_sub(1)?).copied()
         };
-        let corners = if name.starts_with("COMPLEX") {
-            let mut corners = Vec::new();
+        // Rows that are no triangles leave an empty one to be counted.
+        let mut corners: Vec<[usize; 3]> = Vec::new();
+        if name.starts_with("COMPLEX") {
             for strip in lists_of(own, 1, face.id)? {
                 for (k, w) in strip.windows(3).enumerate() {
                     corners.push(if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] });
@@ -104,45 +144,109 @@ impl Mesh {
             for fan in lists_of(own, 2, face.id)? {
                 corners.extend(fan.windows(2).skip(1).map(|w| [fan[0], w[0], w[1]]));
             }
-            corners
         } else {
             let rows = lists_of(own, 1, face.id)?;
-            let triples = rows.iter().map(|row| <[usize; 3]>::try_from(row.as_slice()).ok());
-            triples.collect::<Option<_>>().ok_or_else(|| Trouble::new(face.id, "a triangle without three corners"))?
-        };
-        let mut triangles = Vec::with_capacity(corners.len());
-        for [a, b, c] in corners {
-            triangles.push([corner(a)?, corner(b)?, corner(c)?]);
+            corners.extend(rows.iter().map(|row| <[usize; 3]>::try_from(row.as_slice()).unwrap_or_default()));
         }
-        triangles.into_iter().for_each(|triangle| self.triangle(triangle));
+        let (mut good, mut bad, mut at) = (Vec::with_capacity(corners.len()), 0, None);
+        for triangle in corners {
+            match triangle.map(corner) {
+                [Some(a), Some(b), Some(c)] => good.push([a, b, c]),
+                some => {
+                    bad += 1;
+                    at = at.or(some.into_iter().flatten().next());
+                }
+            }
+        }
+        if bad > 0 {
+            let reason = format!("{bad} triangles whose corners are not among the coordinates");
+            self.lost.push((Trouble::new(face.id, reason), at));
+        }
+        good.into_iter().for_each(|triangle| self.triangle(triangle));
         Ok(())
     }
 
-    /// Adds a triangle as a face; one with two corners in one place closes nothing and is passed over.
+    /// Adds a triangle; one with two corners in one place closes nothing and is passed over. So is one whose corners are in a
+    /// line, but its neighbour along the longest side gets a corner more there, or the mesh would have a slit.
     fn triangle(&mut self, corners: [DVec3; 3]) {
-        let vertices = corners.map(|corner| self.corner(corner));
-        let [a, b, c] = corners;
-        if vertices[0] == vertices[1] || vertices[1] == vertices[2] || vertices[2] == vertices[0] {
+        let ids = corners.map(|corner| self.corner(corner));
+        if ids[0] == ids[1] || ids[1] == ids[2] || ids[2] == ids[0] {
             return;
         }
-        // One whose corners are in a line has any plane through it.
-        let normal = (b - a).cross(c - a).try_normalize().unwrap_or_else(|| (c - a).any_orthonormal_vector());
-        let Some(frame) = Frame3::from_axis(a, normal, b - a) else { return };
-        let coedges = [0, 1, 2].map(|k| self.side(vertices[k], vertices[(k + 1) % 3]));
-        self.part.plain_face(Surface::Plane { frame }, 0, vec![Loop::Edges(coedges.to_vec())], false);
+        let [a, b, c] = corners;
+        let sides = [b.distance(c), c.distance(a), a.distance(b)];
+        let (apex, longest) =
+            sides.into_iter().enumerate().fold((0, 0.0), |m, (k, s)| if s > m.1 { (k, s) } else { m });
+        if (b - a).cross(c - a).length() > FLAT * longest * longest {
+            self.triangles.push(ids);
+            return;
+        }
+        self.split(ids[(apex + 1) % 3], ids[(apex + 2) % 3], ids[apex], 0);
     }
 
-    fn corner(&mut self, corner: DVec3) -> VertexId {
+    /// Puts corner `m` between two others, in order with those that are there.
+    fn split(&mut self, p: usize, q: usize, m: usize, depth: usize) {
+        self.splits += 1;
+        if depth >= MAX_SPLITS.0 || self.splits > MAX_SPLITS.1 || m == p || m == q {
+            return;
+        }
+        match self.between.entry([p.min(q), p.max(q)]) {
+            Entry::Vacant(fresh) => drop(fresh.insert(m)),
+            Entry::Occupied(known) => {
+                let other = *known.get();
+                let from = self.points[p];
+                let first = from.distance(self.points[m]) < from.distance(self.points[other]);
+                let (near, far) = if first { (m, other) } else { (other, m) };
+                if near != far {
+                    // Sides up to either of the two pass, or end at, the other one.
+                    self.split(p, far, near, depth + 1);
+                    self.split(near, q, far, depth + 1);
+                }
+            }
+        }
+    }
+
+    fn corner(&mut self, corner: DVec3) -> usize {
         // Adding zero makes one number of both zeros.
         let key = (corner + DVec3::ZERO).to_array().map(f64::to_bits);
-        *self.corners.entry(key).or_insert_with(|| self.part.vertex(corner))
+        *self.corners.entry(key).or_insert_with(|| {
+            self.points.push(corner);
+            self.points.len() - 1
+        })
     }
 
-    fn side(&mut self, from: VertexId, to: VertexId) -> Coedge {
-        let reversed = from > to;
-        let ends = if reversed { [to, from] } else { [from, to] };
-        let edge = *self.edges.entry(ends).or_insert_with(|| self.part.line(ends[0], ends[1]));
-        Coedge { edge, reversed, pcurve: None }
+    /// All corners from `p` to `q`, without `q`.
+    fn side(&self, p: usize, q: usize, depth: usize, out: &mut Vec<usize>) {
+        match self.between.get(&[p.min(q), p.max(q)]) {
+            Some(&m) if depth < MAX_SPLITS.0 => {
+                self.side(p, m, depth + 1, out);
+                self.side(m, q, depth + 1, out);
+            }
+            _ => out.push(p),
+        }
+    }
+
+    fn part(self, kind: ShellKind) -> Result<Part, PartError> {
+        let mut part = PartBuilder::new(String::new());
+        part.plain_shell(kind);
+        let vertices: Vec<VertexId> = self.points.iter().map(|p| part.vertex(*p)).collect();
+        let mut edges: Map<[usize; 2], EdgeId> = Map::default();
+        let mut chain = Vec::new();
+        for [a, b, c] in &self.triangles {
+            let [p, q, r] = [*a, *b, *c].map(|k| self.points[k]);
+            let Some(frame) = Frame3::from_axis(p, (q - p).cross(r - p), q - p) else { continue };
+            chain.clear();
+            [[a, b], [b, c], [c, a]].into_iter().for_each(|[from, to]| self.side(*from, *to, 0, &mut chain));
+            let next = chain.iter().cycle().skip(1);
+            let coedges = chain.iter().zip(next).map(|(&from, &to)| {
+                let ends = [from.min(to), from.max(to)];
+                let line = || part.line(vertices[ends[0]], vertices[ends[1]]);
+                Coedge { edge: *edges.entry(ends).or_insert_with(line), reversed: from > to, pcurve: None }
+            });
+            let bound = Loop::Edges(coedges.collect());
+            part.plain_face(Surface::Plane { frame }, 0, vec![bound], false);
+        }
+        part.finish()
     }
 }
 

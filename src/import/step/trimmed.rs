@@ -4,7 +4,7 @@ use super::place::Geometry;
 use super::spline;
 use super::surface::Stated;
 use super::table::{Instance, Read, Trouble};
-use crate::model::{NurbsCurve3, NurbsSurface, Surface};
+use crate::model::{NurbsCurve3, NurbsSurface, Severity, Surface};
 
 impl Geometry<'_> {
     /// A surface that is a face by itself.
@@ -21,7 +21,9 @@ impl Geometry<'_> {
         let base = own.reference(0)?;
         let on = self.parametric(base, 1)?;
         let factors = self.factors(&on.surface);
+        let whole = on.surface.natural_domain();
         let mut range = [(0.0, 0.0); 2];
+        let mut note = on.note;
         for axis in 0..2 {
             let at = |i: usize| -> Read<f64> {
                 let stated = own.real(i)?;
@@ -44,13 +46,26 @@ impl Geometry<'_> {
             if to <= from {
                 return Err(Trouble::new(instance.id, format!("a trim from {first} to {second}")));
             }
-            range[axis] = (from, to);
+            // More than there is would lie there twice.
+            let most = match on.surface.period()[axis] {
+                Some(period) => (from, to.min(from + period)),
+                None => (from.max(whole[axis].0), to.min(whole[axis].1)),
+            };
+            let slack = 1e-6 * (to - from);
+            if most.0 >= most.1 {
+                return Err(Trouble::new(instance.id, format!("a trim from {first} to {second}, beyond the surface")));
+            }
+            if most.0 > from + slack || most.1 < to - slack {
+                let reason = format!("a trim from {first} to {second} reaches beyond the surface and ends with it");
+                note = Some((Severity::Warning, reason));
+            }
+            range[axis] = most;
         }
         let (net, maps) = on.surface.to_nurbs(range[0], range[1]);
         let cut = [0, 1].map(|axis| (maps[axis].to_nurbs(range[axis].0), maps[axis].to_nurbs(range[axis].1)));
         let net = piece(&net, cut[0], cut[1]);
         let turned = own.flag(5, true) != own.flag(6, true);
-        Ok(Stated { surface: Surface::Nurbs(net), turned, note: on.note })
+        Ok(Stated { surface: Surface::Nurbs(net), turned, note })
     }
 
     fn swept(&self, surface: u64, name: &'static str) -> Read<u64> {
