@@ -77,14 +77,93 @@ fn has_area(part: Part, area: f64) -> (Arc<Prepared>, FrameReport) {
 const PLATE: [(f64, f64); 4] = [(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)];
 
 #[test]
-fn a_figure_eight_keeps_its_larger_lobe() {
-    // Lobes of 9 and 4 around (3, 3).
-    let (prepared, report) = has_area(sheet(&[&[(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)]]), 9.0);
-    assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
-    let place = prepared.diagnostics[0].place.expect("a place");
-    assert!(place.distance(DVec3::new(3.0, 3.0, 0.0)) < 1e-9, "{place}");
+fn a_figure_eight_keeps_both_lobes() {
+    // Lobes of 9 and 4 around (3, 3), either way round; and two alike.
+    let eight: [(f64, f64); 4] = [(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)];
+    let mut back = eight;
+    back.reverse();
+    for (wire, area, place) in [
+        (eight, 13.0, (3.0, 3.0)),
+        (back, 13.0, (3.0, 3.0)),
+        ([(0.0, 0.0), (10.0, 10.0), (10.0, 0.0), (0.0, 10.0)], 50.0, (5.0, 5.0)),
+    ] {
+        let (prepared, report) = has_area(sheet(&[&wire]), area);
+        assert!(warned(&prepared, "1 lobe"), "{:?}", told(&prepared));
+        let at = prepared.diagnostics[0].place.expect("a place");
+        assert!(at.distance(DVec3::new(place.0, place.1, 0.0)) < 1e-9, "{at}");
+        assert_eq!(report.ladder.count(Rung::Repaired), 1);
+        assert_eq!(report.rungs.len(), 1);
+    }
+}
+
+#[test]
+fn a_hole_like_an_eight_is_two_holes() {
+    // Two lobes of 2 x 2 / 2 around (3, 4), and the same crossing at a vertex that is passed twice.
+    let lobes = [(2.0, 3.0), (4.0, 5.0), (4.0, 3.0), (2.0, 5.0)];
+    let (prepared, _) = has_area(sheet(&[&PLATE, &lobes]), 78.0);
+    assert!(warned(&prepared, "1 lobe"), "{:?}", told(&prepared));
+    let through = [(2.0, 3.0), (3.0, 4.0), (4.0, 5.0), (4.0, 3.0), (3.0, 4.0), (2.0, 5.0)];
+    let (prepared, _) = has_area(sheet(&[&PLATE, &through]), 78.0);
+    assert!(warned(&prepared, "1 lobe"), "{:?}", told(&prepared));
+}
+
+#[test]
+fn an_eight_leaves_no_gap_towards_its_walls() {
+    let prepared = prepared(prism(&[&[(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)]]));
+    for chord in CHORDS {
+        let (facts, _) = mesh(&prepared, chord);
+        assert_eq!(facts.open_edges, 0, "chord {chord}: {facts}");
+    }
+}
+
+#[test]
+fn a_wire_wound_twice_through_one_vertex_is_covered_once() {
+    let wire = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0), (9.0, 1.0), (9.0, 9.0), (1.0, 9.0)];
+    let (prepared, report) = has_area(sheet(&[&wire]), 100.0);
+    assert!(warned(&prepared, "overlaps"), "{:?}", told(&prepared));
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
-    assert_eq!(report.rungs.len(), 1);
+}
+
+/// A plate with a hole, and what becomes of its wires.
+fn plate_with(change: impl Fn(&mut Vec<Loop>)) -> Part {
+    let mut part = sheet(&[&PLATE, &[(2.0, 2.0), (2.0, 4.0), (4.0, 4.0), (4.0, 2.0)]]);
+    change(&mut part.faces[0].loops);
+    part
+}
+
+#[test]
+fn edges_listed_in_another_order_are_chained() {
+    let coedges = |l: &mut Loop| match l {
+        Loop::Edges(coedges) => std::mem::take(coedges),
+        Loop::Vertex(_) => Vec::new(),
+    };
+    for which in 0..2 {
+        // 1, 3, 2, 4; and the third one's sense mistaken.
+        let shuffled = plate_with(|loops| {
+            let mut all = coedges(&mut loops[which]);
+            all.swap(1, 2);
+            loops[which] = Loop::Edges(all);
+        });
+        let mistaken = plate_with(|loops| {
+            let mut all = coedges(&mut loops[which]);
+            all[2].reversed = true;
+            loops[which] = Loop::Edges(all);
+        });
+        for (part, words) in [(shuffled, "order"), (mistaken, "1 of them turned")] {
+            let (prepared, _) = has_area(part, 76.0);
+            assert!(warned(&prepared, words), "{:?}", told(&prepared));
+            assert_eq!(prepared.diagnostics.len(), 1, "{:?}", told(&prepared));
+        }
+    }
+    // Both wires as one list.
+    let joined = plate_with(|loops| {
+        let hole = loops.pop();
+        let mut all = coedges(&mut loops[0]);
+        all.extend(hole.map(|mut l| coedges(&mut l)).unwrap_or_default());
+        loops[0] = Loop::Edges(all);
+    });
+    let (prepared, _) = has_area(joined, 76.0);
+    assert!(warned(&prepared, "order"), "{:?}", told(&prepared));
 }
 
 #[test]

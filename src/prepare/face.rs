@@ -4,9 +4,11 @@ use super::arc_bounds;
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, Tangled, arrange};
 use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
-use super::meeting::{Meeting, fold};
+use super::lobes;
+use super::meeting::{Meeting, fold, touching};
 use super::pcurve::Projector;
 use super::region::{Along, Passages, Region, RegionError, region, trace_loop};
+use super::wires::without_seams;
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError};
 use glam::{DVec2, DVec3};
@@ -88,6 +90,8 @@ pub(super) struct FaceDraft {
     pub(super) notes: Vec<String>,
     /// What had to be repaired: the face is not as stated.
     pub(super) repairs: Vec<Told>,
+    /// Whether the boundary crosses or overlaps itself.
+    pub(super) crosses: bool,
 }
 
 /// Something told of a face, and where.
@@ -108,6 +112,8 @@ pub(super) enum FaceError {
     Tangled { refused: Tangled, place: DVec3 },
     /// The boundary is nowhere near the surface.
     OffSurface { gap: f64, extent: f64 },
+    /// No loop has a lobe that runs backwards.
+    NoLobes,
     /// Something that cannot happen did.
     Internal(String),
     /// The surface is a point or a curve.
@@ -125,6 +131,7 @@ impl fmt::Display for FaceError {
             Self::OffSurface { gap, extent } => {
                 write!(f, "edges lie {gap:.3e} mm off the surface of a face of {extent:.3e} mm")
             }
+            Self::NoLobes => write!(f, "no lobe of the boundary runs backwards"),
             Self::Internal(what) => write!(f, "internal error: {what}"),
             Self::NoArea { size } => {
                 write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
@@ -137,6 +144,11 @@ impl fmt::Display for FaceError {
 }
 
 impl FaceError {
+    /// Whether seams that are taken for boundaries may be the cause.
+    fn may_be_seams(&self) -> bool {
+        matches!(self, Self::Region(_) | Self::Tangled { .. })
+    }
+
     /// Where, if it is anywhere more than elsewhere on the face.
     pub(super) fn place(&self) -> Option<DVec3> {
         match self {
@@ -171,7 +183,37 @@ const GAP_SHARE: f64 = 1e-4;
 const LOST_SHARE: f64 = 0.05;
 
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
+///
+/// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; and again
+/// with lobes that run backwards turned.
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
+    let stated = draft_with(part, face, size, Lobes::AsStated);
+    if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
+        if let Some(loops) = without_seams(part, face) {
+            let face = Face { loops, ..face.clone() };
+            let again = draft_with(part, &face, size, Lobes::AsStated);
+            if let Some(mut draft) = again.ok().filter(|draft| !draft.crosses) {
+                draft.notes.push("edges that a wire runs both ways were left out: they bound nothing".to_owned());
+                return Ok(draft);
+            }
+        }
+        if let Ok(draft) = draft_with(part, face, size, Lobes::Turned) {
+            return Ok(draft);
+        }
+    }
+    stated
+}
+
+/// What becomes of lobes of loops that run backwards.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lobes {
+    /// They are not looked for: what the loops wind around backwards is not kept.
+    AsStated,
+    /// They are turned. Without any there is no face.
+    Turned,
+}
+
+fn draft_with(part: &Part, face: &Face, size: f64, lobes: Lobes) -> Result<FaceDraft, FaceError> {
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
     let extent = face_extent(part, face).unwrap_or(size);
@@ -210,7 +252,24 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     if !near {
         return Err(FaceError::OffSurface { gap, extent });
     }
-    let region = region(loops, named_pole, &projector)?;
+    let mut region = region(loops, named_pole, &projector)?;
+    let mut joints = Vec::new();
+    if lobes == Lobes::Turned {
+        let turned = lobes::turn(&mut region, &projector).ok_or(FaceError::NoLobes)?;
+        breaks.extend(turned.cuts.iter().map(|&(edge, t, _)| (edge, t)));
+        let place = turned.cuts.first().map(|cut| projector.point(cut.2));
+        joints.extend(turned.cuts.iter().filter_map(|&(edge, t, uv)| {
+            let point = projector.point(uv);
+            let off = part.edges[edge as usize].curve.point(t).distance(point);
+            (off <= 10.0 * projector.tolerance).then_some((edge, t, point))
+        }));
+        let (area, lobes) = (turned.area, if turned.lobes == 1 { "lobe" } else { "lobes" });
+        let what = format!(
+            "the boundary crosses itself; {} {lobes} of about {area:.3e} mm², wound around backwards, turned",
+            turned.lobes
+        );
+        repairs.push(Told { place, what });
+    }
     if let Some((across, at)) = region.unbounded {
         let place = region.loops.first().map(|l| {
             let mut uv = l.pieces[0].start();
@@ -269,7 +328,6 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
-    let mut joints = Vec::new();
     let mut crossed = None;
     for tile in &mut tiles {
         let meetings = critical(tile, &mut breaks);
@@ -279,6 +337,8 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             joints.extend(join.joint(m));
         }
         let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings) };
+        // Loops that only touch may wind twice as well.
+        let folded = folded.or_else(|| fold(tile, &touching(tile)));
         let place = folded.map(|m| join.ends(&m)[0].2);
         if tile.entangled || folded.is_some() {
             let middle = || projector.point(arranged_middle(tile, &maps));
@@ -286,13 +346,14 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
             crossed.get_or_insert(Told { place, what });
         }
-        tile.entangled |= !meetings.is_empty();
+        tile.entangled |= folded.is_some() || !meetings.is_empty();
     }
+    let crosses = crossed.is_some();
     repairs.extend(crossed);
     if gap > GAP_SHARE * extent {
         notes.push(format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
     }
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs })
+    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs, crosses })
 }
 
 /// Cuts a region along the first grid that works: the one wanted, or one of those with as few lines as can be.

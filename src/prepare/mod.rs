@@ -23,6 +23,8 @@ mod heal;
 
 mod inside;
 
+mod lobes;
+
 mod limits;
 pub use limits::{PrepareError, PrepareLimits};
 
@@ -41,6 +43,8 @@ mod topology;
 
 mod uv_curve;
 pub use uv_curve::{UvCurve, UvSample};
+
+mod wires;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};

@@ -81,7 +81,7 @@ impl UvLoop {
         self.pieces.iter().flat_map(Piece::polyline).collect()
     }
 
-    fn reverse(&mut self) {
+    pub(super) fn reverse(&mut self) {
         self.pieces.reverse();
         self.pieces.iter_mut().for_each(Piece::reverse);
         self.winding = [-self.winding[0], -self.winding[1]];
@@ -93,7 +93,7 @@ impl UvLoop {
 }
 
 /// Twice the signed area of a closed polygon.
-fn area2(p: &[DVec2]) -> f64 {
+pub(super) fn area2(p: &[DVec2]) -> f64 {
     let Some(&o) = p.first() else { return 0.0 };
     (0..p.len()).map(|i| (p[i] - o).perp_dot(p[(i + 1) % p.len()] - o)).sum()
 }
