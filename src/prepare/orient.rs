@@ -8,15 +8,15 @@ use super::inside::{Inside, points_along};
 use crate::model::{Part, ShellKind};
 use glam::{DVec2, DVec3};
 
-/// A group of faces that was turned over against the file's word.
+/// A group of faces that should bound a solid, and as stated does not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turned {
     /// One of its faces.
     pub(super) face: usize,
     /// How many faces it has.
     pub(super) faces: usize,
-    /// Its volume as stated, mm³, with the sign that was wrong.
-    pub(super) volume: f64,
+    /// Its volume as stated, mm³: with the sign that was wrong, and then it was turned over; none if it encloses nothing.
+    pub(super) volume: Option<f64>,
 }
 
 /// For each face whether its outward normal is opposite to `S_u × S_v`.
@@ -86,8 +86,9 @@ pub(super) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
         // Only a group without free edges has a volume.
         let closed = group.iter().all(|(face, _)| whole[*face]);
         if closed && let Some(volume) = wrong_volume(drafts, &group, &reversed, wanted) {
+            let volume = (volume != 0.0).then_some(volume);
             told.push(Turned { face: start, faces: group.len(), volume });
-            for (face, _) in &group {
+            for (face, _) in group.iter().filter(|_| volume.is_some()) {
                 reversed[*face] = !reversed[*face];
             }
         }
@@ -99,7 +100,7 @@ pub(super) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
 /// to a few per cent of that; a thin shell is the small difference of two large contributions, and keeps the file's word.
 const DECISIVE: f64 = 0.3;
 
-/// The volume of a closed group if its sign is not `wanted`.
+/// The volume of a closed group if its sign is not `wanted`; zero if it is nothing but rounding.
 ///
 /// First the volume of the cone over each boundary, which costs next to nothing and has the right sign for all but
 /// strongly curved shapes; where it does not confirm the sign, the surfaces themselves are summed up.
@@ -132,6 +133,10 @@ fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed:
         let v = sign(reversed) * flux(draft, origin) / 3.0;
         (volume + v, parts + v.abs())
     });
+    // What one face adds another takes away, or all lie in one plane.
+    if volume.abs() <= ROUNDING * parts.max(size.powi(3)) {
+        return Some(0.0);
+    }
     (volume * wanted < -DECISIVE * parts).then_some(volume)
 }
 
