@@ -178,9 +178,12 @@ impl From<RegionError> for FaceError {
 /// and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
 const GAP_SHARE: f64 = 1e-4;
 
+/// Share of a face's size by which its edges may miss its surface before the face counts as repaired.
+const FAR_SHARE: f64 = 0.05;
+
 /// Share of a face's size by which its edges may miss its surface at all. The image of an edge further away is noise: it
-/// bounds nothing, and resolving its crossings can take minutes.
-const LOST_SHARE: f64 = 0.05;
+/// bounds nothing, and resolving its crossings can take minutes. Nearer ones bound what they do when seen along the normals.
+const LOST_SHARE: f64 = 0.25;
 
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
 ///
@@ -299,7 +302,7 @@ fn draft_with(part: &Part, face: &Face, size: f64, lobes: Lobes) -> Result<FaceD
     let patches = BezierPatches::over(&nurbs, box_u, box_v);
     let bounds = arc_bounds::analytic(&face.surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
     let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
-    if (speed * (high - low)).min_element() <= 1e-12 * size {
+    if (speed * (high - low)).min_element() <= 1e-12 * size || is_curve(&patches) {
         return Err(FaceError::NoArea { size: (speed * (high - low)).max_element() });
     }
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
@@ -351,9 +354,31 @@ fn draft_with(part: &Part, face: &Face, size: f64, lobes: Lobes) -> Result<FaceD
     let crosses = crossed.is_some();
     repairs.extend(crossed);
     if gap > GAP_SHARE * extent {
-        notes.push(format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
+        let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
+        if gap > FAR_SHARE * extent {
+            repairs.push(Told { place: None, what });
+        } else {
+            notes.push(what);
+        }
     }
     Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs, crosses })
+}
+
+/// Whether both derivatives point the same way everywhere that is looked at: then the surface runs along one curve.
+fn is_curve(patches: &BezierPatches) -> bool {
+    /// Places per piece and direction. One that has area ends the search, so only surfaces without cost more than one.
+    const PLACES: usize = 5;
+    /// Sine of an angle that is rounding.
+    const PARALLEL: f64 = 1e-9;
+    let places = |breaks: &[f64]| -> Vec<f64> {
+        let share = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+        breaks.windows(2).flat_map(|w| (0..PLACES).map(move |k| w[0] + (w[1] - w[0]) * share(k))).collect()
+    };
+    let vs = places(&patches.breaks_v);
+    places(&patches.breaks_u).into_iter().flat_map(|u| vs.iter().map(move |&v| (u, v))).all(|(u, v)| {
+        let d = patches.derivatives(u, v);
+        d.du.cross(d.dv).length() <= PARALLEL * d.du.length() * d.dv.length()
+    })
 }
 
 /// Cuts a region along the first grid that works: the one wanted, or one of those with as few lines as can be.
