@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-use trimtess::frame::{Rung, Tolerance, plan};
+use trimtess::frame::{Degradation, Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{
     Coedge, CurveKind, EdgeId, Frame3, Instance, Loop, Model, NurbsCurve3, Part, PartBuilder, PartId, Severity,
@@ -591,5 +591,74 @@ fn a_bore_that_touches_the_outside_along_a_line_leaves_a_closed_solid() {
             let exact = PI * 16.0 * height;
             assert!((facts.volume - exact).abs() <= chord * TAU * 8.0 * height, "chord {chord}: {facts}");
         }
+    }
+}
+
+#[test]
+fn a_scribble_says_that_it_was_given_up() {
+    // Every segment crosses a quarter of the others: a quarter of a million crossings.
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1_u64 << 24) as f64 * 10.0
+    };
+    let scribble: Vec<(f64, f64)> = (0..1500).map(|_| (random(), random())).collect();
+    let (_, report) = mesh(&prepared(sheet(&[&scribble])), 0.1);
+    let told: Vec<String> = report.degraded.iter().map(|d| d.degradation.to_string()).collect();
+    assert!(matches!(report.degraded[0].degradation, Degradation::GivenUp { place: Some(_), .. }), "{told:?}");
+    assert_eq!(report.ladder.count(Rung::Repaired), 1);
+}
+
+#[test]
+fn a_solid_whose_faces_share_no_edges_is_told_to_be_open() {
+    let mut part = PartBuilder::new("loose box");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let ends = [-1.0, 1.0];
+    for (axis, side) in (0..3).flat_map(|axis| ends.map(|side| (axis, side))) {
+        let [z, x] = [axis, (axis + 1) % 3].map(|k| DVec3::from_array(std::array::from_fn(|i| f64::from(i == k))));
+        let frame = Frame3::from_axis(z * side, z * side, x).expect("axes");
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let corners = corners.map(|(u, v)| frame.origin + frame.x * u + frame.y * v);
+        let wire = Loop::Edges(part.polygon(&corners));
+        part.plain_face(Surface::Plane { frame }, shell, vec![wire], false);
+    }
+    let prepared = prepared(part.finish().expect("a sound part"));
+    assert!(warned(&prepared, "open: 24 of its 24 edges"), "{:?}", told(&prepared));
+}
+
+#[test]
+fn a_solid_of_the_same_half_twice_is_told_to_enclose_nothing() {
+    let mut part = PartBuilder::new("two halves of one kind");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let equator = part.circle(&Frame3::WORLD, 10.0);
+    let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 10.0 };
+    for _ in 0..2 {
+        part.plain_face(sphere.clone(), shell, vec![Loop::Edges(vec![equator.along()])], false);
+    }
+    let prepared = prepared(part.finish().expect("a sound part"));
+    assert!(warned(&prepared, "no volume"), "{:?}", told(&prepared));
+}
+
+#[test]
+fn surfaces_without_area_are_told_and_leave_no_triangles() {
+    let at = |x: f64| DVec3::X * x;
+    let knots = vec![0.0, 0.0, 1.0, 1.0];
+    // A spline along one line; and a circle turned about its own axis.
+    let line = trimtess::model::NurbsSurface {
+        degree_u: 1,
+        degree_v: 1,
+        knots_u: knots.clone(),
+        knots_v: knots,
+        points: vec![at(0.0), at(1.0), at(1.0), at(2.0)],
+        weights: Vec::new(),
+    };
+    let circle = NurbsCurve3::arc(&Frame3::WORLD, 2.0, 2.0, 0.0, TAU);
+    for surface in [Surface::Nurbs(line), Surface::Revolution { curve: circle, frame: Frame3::WORLD }] {
+        let mut part = PartBuilder::new("no area");
+        let shell = part.plain_shell(ShellKind::Open);
+        part.plain_face(surface, shell, Vec::new(), false);
+        let prepared = prepared(part.finish().expect("a sound part"));
+        assert_eq!(prepared.tiles().count(), 0);
+        assert!(prepared.diagnostics[0].reason.contains("no area"), "{:?}", prepared.diagnostics);
     }
 }
