@@ -35,7 +35,7 @@ fn curve() -> NurbsCurve3 {
 #[test]
 fn splines_are_refused_with_numbers() {
     type Change = fn(&mut NurbsCurve3);
-    let cases: [(Change, SplineError, &str); 9] = [
+    let cases: [(Change, SplineError, &str); 10] = [
         (|c| c.degree = 0, SplineError::Degree { degree: 0 }, "degree 0 is not in 1..=60"),
         (|c| c.degree = 61, SplineError::Degree { degree: 61 }, "degree 61 is not in 1..=60"),
         (
@@ -63,6 +63,11 @@ fn splines_are_refused_with_numbers() {
             },
             SplineError::Multiplicity { knot: 1.0, multiplicity: 3, most: 2 },
             "knot 1 stands 3 times, at most 2 are allowed",
+        ),
+        (
+            |c| c.knots.iter_mut().for_each(|k| *k += 1e12),
+            SplineError::Coarse { domain: (1e12, 1e12 + 2.0) },
+            "the domain from 1000000000000 to 1000000000002 is too short for numbers of that size to part it",
         ),
         (|c| c.knots = vec![4.0; 7], SplineError::Empty { at: 4.0 }, "the domain is the single parameter 4"),
     ];

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{
-    CurveKind, Face, Frame3, Loop, Model, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, ShellKind,
-    Surface,
+    CurveKind, Face, Frame3, Loop, Model, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity,
+    ShellKind, Surface,
 };
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -250,18 +250,30 @@ fn a_whole_turn_in_any_place_closes_on_itself() {
     }
 }
 
-#[test]
-fn edges_far_from_their_surface_cost_their_face_and_no_time() {
-    // A square that hangs a third of its size above the plane it claims to lie in.
+/// A square that hangs above the plane it claims to lie in.
+fn hanging(height: f64) -> Prepared {
     let mut part = PartBuilder::new("square");
     let corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
-    let boundary = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 4.0)));
+    let boundary = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, height)));
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
-    let prepared =
-        prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits");
+    prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits")
+}
+
+#[test]
+fn edges_far_from_their_surface_cost_their_face_and_no_time() {
+    let prepared = hanging(4.0);
     assert_eq!(prepared.tiles().count(), 0);
     assert!(prepared.diagnostics[0].reason.contains("4.000e0 mm off the surface"), "{:?}", prepared.diagnostics);
+}
+
+#[test]
+fn edges_off_their_surface_that_bound_a_face_keep_it_repaired() {
+    let prepared = hanging(3.0);
+    assert_eq!(prepared.tiles().count(), 1);
+    assert!(prepared.parts[0].faces[0].repaired);
+    let told = &prepared.diagnostics[0];
+    assert!(told.severity == Severity::Warning && told.reason.contains("3.000e0 mm off"), "{told:?}");
 }
 
 #[test]

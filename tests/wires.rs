@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-use trimtess::frame::{Rung, Tolerance, plan};
+use trimtess::frame::{Degradation, Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{
     Coedge, CurveKind, EdgeId, Frame3, Instance, Loop, Model, NurbsCurve3, Part, PartBuilder, PartId, Severity,
@@ -77,14 +77,93 @@ fn has_area(part: Part, area: f64) -> (Arc<Prepared>, FrameReport) {
 const PLATE: [(f64, f64); 4] = [(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)];
 
 #[test]
-fn a_figure_eight_keeps_its_larger_lobe() {
-    // Lobes of 9 and 4 around (3, 3).
-    let (prepared, report) = has_area(sheet(&[&[(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)]]), 9.0);
-    assert!(warned(&prepared, "crosses"), "{:?}", told(&prepared));
-    let place = prepared.diagnostics[0].place.expect("a place");
-    assert!(place.distance(DVec3::new(3.0, 3.0, 0.0)) < 1e-9, "{place}");
+fn a_figure_eight_keeps_both_lobes() {
+    // Lobes of 9 and 4 around (3, 3), either way round; and two alike.
+    let eight: [(f64, f64); 4] = [(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)];
+    let mut back = eight;
+    back.reverse();
+    for (wire, area, place) in [
+        (eight, 13.0, (3.0, 3.0)),
+        (back, 13.0, (3.0, 3.0)),
+        ([(0.0, 0.0), (10.0, 10.0), (10.0, 0.0), (0.0, 10.0)], 50.0, (5.0, 5.0)),
+    ] {
+        let (prepared, report) = has_area(sheet(&[&wire]), area);
+        assert!(warned(&prepared, "1 lobe"), "{:?}", told(&prepared));
+        let at = prepared.diagnostics[0].place.expect("a place");
+        assert!(at.distance(DVec3::new(place.0, place.1, 0.0)) < 1e-9, "{at}");
+        assert_eq!(report.ladder.count(Rung::Repaired), 1);
+        assert_eq!(report.rungs.len(), 1);
+    }
+}
+
+#[test]
+fn a_hole_like_an_eight_is_two_holes() {
+    // Two lobes of 2 x 2 / 2 around (3, 4), and the same crossing at a vertex that is passed twice.
+    let lobes = [(2.0, 3.0), (4.0, 5.0), (4.0, 3.0), (2.0, 5.0)];
+    let (prepared, _) = has_area(sheet(&[&PLATE, &lobes]), 78.0);
+    assert!(warned(&prepared, "1 lobe"), "{:?}", told(&prepared));
+    let through = [(2.0, 3.0), (3.0, 4.0), (4.0, 5.0), (4.0, 3.0), (3.0, 4.0), (2.0, 5.0)];
+    let (prepared, _) = has_area(sheet(&[&PLATE, &through]), 78.0);
+    assert!(warned(&prepared, "1 lobe"), "{:?}", told(&prepared));
+}
+
+#[test]
+fn an_eight_leaves_no_gap_towards_its_walls() {
+    let prepared = prepared(prism(&[&[(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)]]));
+    for chord in CHORDS {
+        let (facts, _) = mesh(&prepared, chord);
+        assert_eq!(facts.open_edges, 0, "chord {chord}: {facts}");
+    }
+}
+
+#[test]
+fn a_wire_wound_twice_through_one_vertex_is_covered_once() {
+    let wire = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0), (9.0, 1.0), (9.0, 9.0), (1.0, 9.0)];
+    let (prepared, report) = has_area(sheet(&[&wire]), 100.0);
+    assert!(warned(&prepared, "overlaps"), "{:?}", told(&prepared));
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
-    assert_eq!(report.rungs.len(), 1);
+}
+
+/// A plate with a hole, and what becomes of its wires.
+fn plate_with(change: impl Fn(&mut Vec<Loop>)) -> Part {
+    let mut part = sheet(&[&PLATE, &[(2.0, 2.0), (2.0, 4.0), (4.0, 4.0), (4.0, 2.0)]]);
+    change(&mut part.faces[0].loops);
+    part
+}
+
+#[test]
+fn edges_listed_in_another_order_are_chained() {
+    let coedges = |l: &mut Loop| match l {
+        Loop::Edges(coedges) => std::mem::take(coedges),
+        Loop::Vertex(_) => Vec::new(),
+    };
+    for which in 0..2 {
+        // 1, 3, 2, 4; and the third one's sense mistaken.
+        let shuffled = plate_with(|loops| {
+            let mut all = coedges(&mut loops[which]);
+            all.swap(1, 2);
+            loops[which] = Loop::Edges(all);
+        });
+        let mistaken = plate_with(|loops| {
+            let mut all = coedges(&mut loops[which]);
+            all[2].reversed = true;
+            loops[which] = Loop::Edges(all);
+        });
+        for (part, words) in [(shuffled, "order"), (mistaken, "1 of them turned")] {
+            let (prepared, _) = has_area(part, 76.0);
+            assert!(warned(&prepared, words), "{:?}", told(&prepared));
+            assert_eq!(prepared.diagnostics.len(), 1, "{:?}", told(&prepared));
+        }
+    }
+    // Both wires as one list.
+    let joined = plate_with(|loops| {
+        let hole = loops.pop();
+        let mut all = coedges(&mut loops[0]);
+        all.extend(hole.map(|mut l| coedges(&mut l)).unwrap_or_default());
+        loops[0] = Loop::Edges(all);
+    });
+    let (prepared, _) = has_area(joined, 76.0);
+    assert!(warned(&prepared, "order"), "{:?}", told(&prepared));
 }
 
 #[test]
@@ -512,5 +591,74 @@ fn a_bore_that_touches_the_outside_along_a_line_leaves_a_closed_solid() {
             let exact = PI * 16.0 * height;
             assert!((facts.volume - exact).abs() <= chord * TAU * 8.0 * height, "chord {chord}: {facts}");
         }
+    }
+}
+
+#[test]
+fn a_scribble_says_that_it_was_given_up() {
+    // Every segment crosses a quarter of the others: a quarter of a million crossings.
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1_u64 << 24) as f64 * 10.0
+    };
+    let scribble: Vec<(f64, f64)> = (0..1500).map(|_| (random(), random())).collect();
+    let (_, report) = mesh(&prepared(sheet(&[&scribble])), 0.1);
+    let told: Vec<String> = report.degraded.iter().map(|d| d.degradation.to_string()).collect();
+    assert!(matches!(report.degraded[0].degradation, Degradation::GivenUp { place: Some(_), .. }), "{told:?}");
+    assert_eq!(report.ladder.count(Rung::Repaired), 1);
+}
+
+#[test]
+fn a_solid_whose_faces_share_no_edges_is_told_to_be_open() {
+    let mut part = PartBuilder::new("loose box");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let ends = [-1.0, 1.0];
+    for (axis, side) in (0..3).flat_map(|axis| ends.map(|side| (axis, side))) {
+        let [z, x] = [axis, (axis + 1) % 3].map(|k| DVec3::from_array(std::array::from_fn(|i| f64::from(i == k))));
+        let frame = Frame3::from_axis(z * side, z * side, x).expect("axes");
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let corners = corners.map(|(u, v)| frame.origin + frame.x * u + frame.y * v);
+        let wire = Loop::Edges(part.polygon(&corners));
+        part.plain_face(Surface::Plane { frame }, shell, vec![wire], false);
+    }
+    let prepared = prepared(part.finish().expect("a sound part"));
+    assert!(warned(&prepared, "open: 24 of its 24 edges"), "{:?}", told(&prepared));
+}
+
+#[test]
+fn a_solid_of_the_same_half_twice_is_told_to_enclose_nothing() {
+    let mut part = PartBuilder::new("two halves of one kind");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let equator = part.circle(&Frame3::WORLD, 10.0);
+    let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 10.0 };
+    for _ in 0..2 {
+        part.plain_face(sphere.clone(), shell, vec![Loop::Edges(vec![equator.along()])], false);
+    }
+    let prepared = prepared(part.finish().expect("a sound part"));
+    assert!(warned(&prepared, "no volume"), "{:?}", told(&prepared));
+}
+
+#[test]
+fn surfaces_without_area_are_told_and_leave_no_triangles() {
+    let at = |x: f64| DVec3::X * x;
+    let knots = vec![0.0, 0.0, 1.0, 1.0];
+    // A spline along one line; and a circle turned about its own axis.
+    let line = trimtess::model::NurbsSurface {
+        degree_u: 1,
+        degree_v: 1,
+        knots_u: knots.clone(),
+        knots_v: knots,
+        points: vec![at(0.0), at(1.0), at(1.0), at(2.0)],
+        weights: Vec::new(),
+    };
+    let circle = NurbsCurve3::arc(&Frame3::WORLD, 2.0, 2.0, 0.0, TAU);
+    for surface in [Surface::Nurbs(line), Surface::Revolution { curve: circle, frame: Frame3::WORLD }] {
+        let mut part = PartBuilder::new("no area");
+        let shell = part.plain_shell(ShellKind::Open);
+        part.plain_face(surface, shell, Vec::new(), false);
+        let prepared = prepared(part.finish().expect("a sound part"));
+        assert_eq!(prepared.tiles().count(), 0);
+        assert!(prepared.diagnostics[0].reason.contains("no area"), "{:?}", prepared.diagnostics);
     }
 }

@@ -13,7 +13,8 @@ pub enum Rung {
     MergedCells,
     /// A whole tile was triangulated at once. As exact as the normal path.
     WholeTile,
-    /// Loops that cross or overlap, or leave gaps, were resolved: kept is the region of positive winding number.
+    /// Loops that cross or overlap, or leave gaps, were resolved: kept is the region of positive winding number, or, where
+    /// that was [given up](super::Degradation::GivenUp), some of the face.
     Repaired,
     /// A tile, or the whole face, yielded no triangles. A diagnostic says why.
     Lost,

@@ -51,6 +51,13 @@ pub enum Degradation {
         /// The first crossing, in the part's coordinates, where segments had to be split.
         place: Option<DVec3>,
     },
+    /// The trim loops cross more often than is resolved: the triangles are some of the face, not what its loops wind around.
+    GivenUp {
+        /// Boundary segments that cross others.
+        split: u32,
+        /// The first crossing, in the part's coordinates.
+        place: Option<DVec3>,
+    },
     /// Nothing is left of the tile at this tolerance: its boundary encloses less than a strip as wide as the tolerance.
     /// Where the face has other tiles, these close over it.
     Empty,
@@ -63,6 +70,12 @@ impl fmt::Display for Degradation {
         match self {
             Self::NotSimple { split, unused, .. } => {
                 write!(f, "the boundary crosses itself ({split} segments split, {unused} unused); resolved by winding")
+            }
+            Self::GivenUp { split, .. } => {
+                write!(
+                    f,
+                    "the boundary crosses itself too often ({split} segments): given up, kept is some of the face"
+                )
             }
             Self::Empty => write!(f, "nothing is left of the face at this tolerance"),
             Self::Failed(why) => write!(f, "not triangulated: {why}"),
@@ -133,7 +146,12 @@ pub fn tessellate_tile(
     let degradation = match outcome {
         TrimOutcome::Repaired { split, unused } => {
             let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
-            Some(Degradation::NotSimple { split, unused, place: first.map(|k| mesh.positions[k]) })
+            let place = first.map(|k| mesh.positions[k]);
+            if scratch.trimmed.stats.given_up {
+                Some(Degradation::GivenUp { split, place })
+            } else {
+                Some(Degradation::NotSimple { split, unused, place })
+            }
         }
         _ if mesh.triangles.is_empty() => Some(emptied(face, tile_row, plan.chord, scratch, &mesh)),
         _ => None,

@@ -70,6 +70,11 @@ pub enum SplineError {
         /// Both.
         at: f64,
     },
+    /// The domain is so short for its distance from zero that too few parameters lie in it.
+    Coarse {
+        /// First and last parameter.
+        domain: (f64, f64),
+    },
 }
 
 impl fmt::Display for SplineError {
@@ -94,6 +99,9 @@ impl fmt::Display for SplineError {
                 write!(f, "knot {knot} stands {multiplicity} times, at most {most} are allowed")
             }
             Self::Empty { at } => write!(f, "the domain is the single parameter {at}"),
+            Self::Coarse { domain: (a, b) } => {
+                write!(f, "the domain from {a} to {b} is too short for numbers of that size to part it")
+            }
         }
     }
 }

@@ -16,6 +16,9 @@ pub const MAX_DEGREE: usize = 60;
 /// How far frames and placements may be from orthonormal: files print directions with as few as six digits.
 const NOT_ORTHONORMAL: f64 = 1e-4;
 
+/// Length of a domain, as a share of its parameters: with less of it, points would be off by a millionth of the spline.
+const COARSE: f64 = 1e-10;
+
 /// Share of the part's size by which an edge may miss its vertex.
 const EDGE_GAP: f64 = 1e-4;
 
@@ -66,6 +69,9 @@ fn knots(degree: usize, knots: &[f64], points: usize) -> Result<(), SplineError>
     let (a, b) = super::knots::domain(degree, knots);
     if a >= b {
         return Err(SplineError::Empty { at: a });
+    }
+    if b - a < COARSE * a.abs().max(b.abs()) {
+        return Err(SplineError::Coarse { domain: (a, b) });
     }
     for run in knots.chunk_by(|a, b| a == b) {
         let most = if run[0] > a && run[0] < b { degree } else { degree + 1 };

@@ -234,7 +234,8 @@ struct Strand {
 
 struct Builder<'a> {
     grid: &'a Grid,
-    pole_sides: [[Option<usize>; 2]; 2],
+    /// By axis and line: the pole that it runs along.
+    poles: [Vec<Option<usize>>; 2],
     out: Arranged,
     keys: BTreeMap<(usize, usize, Node, Node), usize>,
     strands: Vec<Vec<Strand>>,
@@ -242,11 +243,21 @@ struct Builder<'a> {
 
 /// Cuts a region along a grid.
 pub(super) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -> Result<Arranged, Tangled> {
-    let sides = pole_sides(region, projector).map(|s| s.map(|p| p.map(|(k, _)| k)));
+    let sides = pole_sides(region, projector);
+    let poles = [0, 1].map(|axis| {
+        let lines = &grid.lines[axis];
+        let mut on_lines: Vec<Option<usize>> = vec![None; lines.len()];
+        for (pole, p) in projector.poles.iter().enumerate().filter(|(_, p)| p.axis == axis) {
+            // Lines through poles inside stand there to the bit.
+            lines.iter().zip(&mut on_lines).filter(|(x, _)| **x == p.at).for_each(|(_, on_line)| *on_line = Some(pole));
+        }
+        (on_lines[0], on_lines[lines.len() - 1]) = (sides[axis][0], sides[axis][1]);
+        on_lines
+    });
     let tiles = grid.count(0) * grid.count(1);
     let mut builder = Builder {
         grid,
-        pole_sides: sides,
+        poles,
         out: Arranged::default(),
         keys: BTreeMap::new(),
         strands: (0..tiles).map(|_| Vec::new()).collect(),
@@ -335,7 +346,12 @@ impl Builder<'_> {
     fn stretch(&mut self, p: &Piece, from: f64, to: f64, by: DVec2, nodes: [Option<Node>; 2]) -> Stretch {
         match p.along {
             Along::Edge(edge) => {
-                let samples = p.samples.iter().map(|s| UvSample { uv: s.uv + by, ..*s }).collect();
+                // Those around the stretch: an edge may run through many tiles.
+                let (low, high) = (from.min(to), from.max(to));
+                let first = p.samples.partition_point(|s| s.t <= low).saturating_sub(1).min(p.samples.len() - 2);
+                let last = p.samples.partition_point(|s| s.t < high) + 1;
+                let around = &p.samples[first..last.clamp(first + 2, p.samples.len())];
+                let samples = around.iter().map(|s| UvSample { uv: s.uv + by, ..*s }).collect();
                 Stretch::Edge { edge, from, to, samples }
             }
             Along::Pole(pole) => {
@@ -455,8 +471,7 @@ impl Builder<'_> {
         }
         let key = self.grid.line_key(axis, line);
         let at = self.grid.lines[axis][line];
-        let outer = if line == 0 { Some(0) } else { (line == self.grid.count(axis)).then_some(1) };
-        let pole = outer.and_then(|side| self.pole_sides[axis][side]);
+        let pole = self.poles[axis][line];
         if let Some(pole) = pole {
             for node in nodes {
                 if let Node::Corner(i, j) = node {

@@ -5,7 +5,7 @@
 
 use super::arrangement::Grid;
 use super::face::is_flat;
-use super::region::Region;
+use super::region::{Along, Region};
 use crate::model::Surface;
 use std::f64::consts::FRAC_PI_2;
 
@@ -41,8 +41,24 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> Grid {
             lines.push(avoid.best(x - 0.2 * width, x + 0.2 * width));
         }
         lines.push(hi);
+        lines.extend(poles_within(region, surface, axis, lo, hi));
+        lines.sort_by(f64::total_cmp);
     }
     Grid { lines, wraps: region.wraps }
+}
+
+/// Poles inside a region, as of a cone kept on both sides of its apex: points there are one only where a line says so. Not
+/// where loops run along them already.
+fn poles_within(region: &Region, surface: &Surface, axis: usize, lo: f64, hi: f64) -> Vec<f64> {
+    let loops_know = region.loops.iter().flat_map(|l| &l.pieces).any(|p| matches!(p.along, Along::Pole(_)));
+    // The poles of others are at the ends of their domains.
+    let inside = matches!(surface, Surface::Cone { .. } | Surface::Torus { .. });
+    if !inside || region.wraps[axis] || loops_know {
+        return Vec::new();
+    }
+    let margin = 1e-6 * (hi - lo);
+    let poles = surface.poles().into_iter().filter(|p| p.axis == axis);
+    poles.map(|p| p.at).filter(|at| at - lo > margin && hi - at > margin).collect()
 }
 
 /// Grids with the least cuts that still open all wraps, which stand elsewhere in each.

@@ -4,9 +4,11 @@ use super::arc_bounds;
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, Tangled, arrange};
 use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
-use super::meeting::{Meeting, fold};
+use super::lobes;
+use super::meeting::{Meeting, fold, touching};
 use super::pcurve::Projector;
 use super::region::{Along, Passages, Region, RegionError, region, trace_loop};
+use super::wires::without_seams;
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError};
 use glam::{DVec2, DVec3};
@@ -88,6 +90,8 @@ pub(super) struct FaceDraft {
     pub(super) notes: Vec<String>,
     /// What had to be repaired: the face is not as stated.
     pub(super) repairs: Vec<Told>,
+    /// Whether the boundary crosses or overlaps itself.
+    pub(super) crosses: bool,
 }
 
 /// Something told of a face, and where.
@@ -108,6 +112,8 @@ pub(super) enum FaceError {
     Tangled { refused: Tangled, place: DVec3 },
     /// The boundary is nowhere near the surface.
     OffSurface { gap: f64, extent: f64 },
+    /// No loop has a lobe that runs backwards.
+    NoLobes,
     /// Something that cannot happen did.
     Internal(String),
     /// The surface is a point or a curve.
@@ -125,6 +131,7 @@ impl fmt::Display for FaceError {
             Self::OffSurface { gap, extent } => {
                 write!(f, "edges lie {gap:.3e} mm off the surface of a face of {extent:.3e} mm")
             }
+            Self::NoLobes => write!(f, "no lobe of the boundary runs backwards"),
             Self::Internal(what) => write!(f, "internal error: {what}"),
             Self::NoArea { size } => {
                 write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
@@ -137,6 +144,11 @@ impl fmt::Display for FaceError {
 }
 
 impl FaceError {
+    /// Whether seams that are taken for boundaries may be the cause.
+    fn may_be_seams(&self) -> bool {
+        matches!(self, Self::Region(_) | Self::Tangled { .. })
+    }
+
     /// Where, if it is anywhere more than elsewhere on the face.
     pub(super) fn place(&self) -> Option<DVec3> {
         match self {
@@ -166,12 +178,45 @@ impl From<RegionError> for FaceError {
 /// and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
 const GAP_SHARE: f64 = 1e-4;
 
+/// Share of a face's size by which its edges may miss its surface before the face counts as repaired.
+const FAR_SHARE: f64 = 0.05;
+
 /// Share of a face's size by which its edges may miss its surface at all. The image of an edge further away is noise: it
-/// bounds nothing, and resolving its crossings can take minutes.
-const LOST_SHARE: f64 = 0.05;
+/// bounds nothing, and resolving its crossings can take minutes. Nearer ones bound what they do when seen along the normals.
+const LOST_SHARE: f64 = 0.25;
 
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
+///
+/// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; and again
+/// with lobes that run backwards turned.
 pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
+    let stated = draft_with(part, face, size, Lobes::AsStated);
+    if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
+        if let Some(loops) = without_seams(part, face) {
+            let face = Face { loops, ..face.clone() };
+            let again = draft_with(part, &face, size, Lobes::AsStated);
+            if let Some(mut draft) = again.ok().filter(|draft| !draft.crosses) {
+                draft.notes.push("edges that a wire runs both ways were left out: they bound nothing".to_owned());
+                return Ok(draft);
+            }
+        }
+        if let Ok(draft) = draft_with(part, face, size, Lobes::Turned) {
+            return Ok(draft);
+        }
+    }
+    stated
+}
+
+/// What becomes of lobes of loops that run backwards.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Lobes {
+    /// They are not looked for: what the loops wind around backwards is not kept.
+    AsStated,
+    /// They are turned. Without any there is no face.
+    Turned,
+}
+
+fn draft_with(part: &Part, face: &Face, size: f64, lobes: Lobes) -> Result<FaceDraft, FaceError> {
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
     let extent = face_extent(part, face).unwrap_or(size);
@@ -210,7 +255,24 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     if !near {
         return Err(FaceError::OffSurface { gap, extent });
     }
-    let region = region(loops, named_pole, &projector)?;
+    let mut region = region(loops, named_pole, &projector)?;
+    let mut joints = Vec::new();
+    if lobes == Lobes::Turned {
+        let turned = lobes::turn(&mut region, &projector).ok_or(FaceError::NoLobes)?;
+        breaks.extend(turned.cuts.iter().map(|&(edge, t, _)| (edge, t)));
+        let place = turned.cuts.first().map(|cut| projector.point(cut.2));
+        joints.extend(turned.cuts.iter().filter_map(|&(edge, t, uv)| {
+            let point = projector.point(uv);
+            let off = part.edges[edge as usize].curve.point(t).distance(point);
+            (off <= 10.0 * projector.tolerance).then_some((edge, t, point))
+        }));
+        let (area, lobes) = (turned.area, if turned.lobes == 1 { "lobe" } else { "lobes" });
+        let what = format!(
+            "the boundary crosses itself; {} {lobes} of about {area:.3e} mm², wound around backwards, turned",
+            turned.lobes
+        );
+        repairs.push(Told { place, what });
+    }
     if let Some((across, at)) = region.unbounded {
         let place = region.loops.first().map(|l| {
             let mut uv = l.pieces[0].start();
@@ -240,7 +302,7 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     let patches = BezierPatches::over(&nurbs, box_u, box_v);
     let bounds = arc_bounds::analytic(&face.surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
     let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
-    if (speed * (high - low)).min_element() <= 1e-12 * size {
+    if (speed * (high - low)).min_element() <= 1e-12 * size || is_curve(&patches) {
         return Err(FaceError::NoArea { size: (speed * (high - low)).max_element() });
     }
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
@@ -269,7 +331,6 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
-    let mut joints = Vec::new();
     let mut crossed = None;
     for tile in &mut tiles {
         let meetings = critical(tile, &mut breaks);
@@ -279,6 +340,8 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             joints.extend(join.joint(m));
         }
         let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings) };
+        // Loops that only touch may wind twice as well.
+        let folded = folded.or_else(|| fold(tile, &touching(tile)));
         let place = folded.map(|m| join.ends(&m)[0].2);
         if tile.entangled || folded.is_some() {
             let middle = || projector.point(arranged_middle(tile, &maps));
@@ -286,13 +349,36 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
             let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
             crossed.get_or_insert(Told { place, what });
         }
-        tile.entangled |= !meetings.is_empty();
+        tile.entangled |= folded.is_some() || !meetings.is_empty();
     }
+    let crosses = crossed.is_some();
     repairs.extend(crossed);
     if gap > GAP_SHARE * extent {
-        notes.push(format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
+        let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
+        if gap > FAR_SHARE * extent {
+            repairs.push(Told { place: None, what });
+        } else {
+            notes.push(what);
+        }
     }
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs })
+    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs, crosses })
+}
+
+/// Whether both derivatives point the same way everywhere that is looked at: then the surface runs along one curve.
+fn is_curve(patches: &BezierPatches) -> bool {
+    /// Places per piece and direction. One that has area ends the search, so only surfaces without cost more than one.
+    const PLACES: usize = 5;
+    /// Sine of an angle that is rounding.
+    const PARALLEL: f64 = 1e-9;
+    let places = |breaks: &[f64]| -> Vec<f64> {
+        let share = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+        breaks.windows(2).flat_map(|w| (0..PLACES).map(move |k| w[0] + (w[1] - w[0]) * share(k))).collect()
+    };
+    let vs = places(&patches.breaks_v);
+    places(&patches.breaks_u).into_iter().flat_map(|u| vs.iter().map(move |&v| (u, v))).all(|(u, v)| {
+        let d = patches.derivatives(u, v);
+        d.du.cross(d.dv).length() <= PARALLEL * d.du.length() * d.dv.length()
+    })
 }
 
 /// Cuts a region along the first grid that works: the one wanted, or one of those with as few lines as can be.

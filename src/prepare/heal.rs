@@ -1,10 +1,12 @@
 //! A part whose loops leave gaps to one whose loops close, and what was done to each face.
 //!
 //! A gap within the file's own tolerance, or no wider than an edge may miss its vertex by, makes its two vertices one, for
-//! all faces alike. A wider one gets an edge: the image of the straight line in (u,v) on the surface of the first face that has the gap, shared by every other that has it.
+//! all faces alike. A wider one gets an edge: the image of the straight line in (u,v) on the surface of the first face that
+//! has the gap, shared by every other that has it. First of all, edges that chain when taken in another order are.
 
 use super::face::Told;
 use super::pcurve::Projector;
+use super::wires::in_order;
 use crate::model::{Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId};
 use glam::DVec3;
 use std::borrow::Cow;
@@ -48,9 +50,14 @@ impl Gap {
 /// are closed.
 pub(super) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Cow<'a, Part> {
     tell_ends_off_vertices(part, OFF_VERTEX * size, done);
-    let gaps = gaps(part);
+    let mut gaps = gaps(part);
     if gaps.is_empty() {
         return Cow::Borrowed(part);
+    }
+    let sorted = sort(part, &gaps, done);
+    let part = sorted.as_ref().unwrap_or(part);
+    if sorted.is_some() {
+        gaps = self::gaps(part);
     }
     let tolerance = if part.tolerance > 0.0 { part.tolerance } else { FLOOR * size };
     let near = tolerance.max(OFF_VERTEX * size);
@@ -61,8 +68,31 @@ pub(super) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Co
     Cow::Owned(healed)
 }
 
+/// The part with those of the loops that have gaps put in order whose edges close in another one; none if there are none.
+fn sort(part: &Part, gaps: &[Gap], done: &mut Vec<Healing>) -> Option<Part> {
+    let mut sorted: Option<Part> = None;
+    // Back to front, so that the places of those still to come stand.
+    for of_loop in gaps.chunk_by(|a, b| (a.face, a.index) == (b.face, b.index)).rev() {
+        let Gap { face, index, .. } = of_loop[0];
+        let Loop::Edges(coedges) = &part.faces[face].loops[index] else { continue };
+        let all: Option<Vec<[VertexId; 2]>> = coedges.iter().map(|c| ends(part, c)).collect();
+        let Some(wires) = all.and_then(|ends| in_order(&ends)) else { continue };
+        let turned = wires.iter().flatten().filter(|w| w.1).count();
+        let beside = if turned > 0 { format!(", {turned} of them turned") } else { String::new() };
+        let what =
+            format!("the {} edges of a wire close in another order{beside}; they were taken in that", coedges.len());
+        let place = of_loop[0].ends(part).and_then(|[v, _]| part.vertices.get(v.index()).copied());
+        done.push(Healing { face, severity: Severity::Warning, told: Told { place, what } });
+        let taken =
+            |&(k, turned): &(usize, bool)| Coedge { reversed: coedges[k].reversed != turned, ..coedges[k].clone() };
+        let wires = wires.iter().map(|wire| Loop::Edges(wire.iter().map(taken).collect()));
+        sorted.get_or_insert_with(|| part.clone()).faces[face].loops.splice(index..=index, wires);
+    }
+    sorted
+}
+
 /// Start and end of a coedge; none where it names what is not there.
-fn ends(part: &Part, c: &Coedge) -> Option<[VertexId; 2]> {
+pub(super) fn ends(part: &Part, c: &Coedge) -> Option<[VertexId; 2]> {
     let edge = part.edges.get(c.edge.index())?;
     Some(if c.reversed { [edge.end, edge.start] } else { [edge.start, edge.end] })
 }

@@ -84,13 +84,15 @@ pub(super) fn meet(tile: &DraftTile, a: Span<'_>, b: Span<'_>) -> Vec<Meeting> {
     // Curves that touch need not have chords that cross.
     let curved = [a, b].iter().any(|s| s.arc.points.len() > 2);
     if starts.is_empty() && curved && cross.abs() <= SIDE_BY_SIDE * length_a * length_b {
-        starts.push([0.5; 2]);
+        return settle(tile, a, b, None).into_iter().collect();
     }
-    starts.into_iter().filter_map(|at| settle(tile, a, b, at)).collect()
+    starts.into_iter().filter_map(|at| settle(tile, a, b, Some(at))).collect()
 }
 
-/// The meeting near shares `at` of two stretches; none if it is a common end of both arcs, or no meeting.
-fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, at: [f64; 2]) -> Option<Meeting> {
+/// The meeting near shares `at` of two stretches, or anywhere where they only touch; none if it is a common end of both
+/// arcs, or no meeting.
+fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, crossing: Option<[f64; 2]>) -> Option<Meeting> {
+    let at = crossing.unwrap_or([0.5; 2]);
     let spans = [a, b];
     let scale = (tile.max - tile.min).recip();
     let uses = spans.map(|s| &tile.loops[s.arc.of.0][s.arc.of.1]);
@@ -105,7 +107,7 @@ fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, at: [f64; 2]) -> Option<Me
     let tangent = if curved { tangency(uses, scale, [a.range(), b.range()], t) } else { None };
     if let Some(tangent) = tangent {
         (t, touch) = (tangent, TANGENT);
-    } else if at == [0.5; 2] {
+    } else if crossing.is_none() {
         return None;
     } else {
         for _ in 0..STEPS {
@@ -260,6 +262,25 @@ pub(super) fn weld(tile: &mut DraftTile, meetings: &[Meeting]) {
             }
         }
     }
+}
+
+/// Places where the loops of a tile come to a point twice that is an end of their stretches: a common vertex.
+pub(super) fn touching(tile: &DraftTile) -> Vec<Meeting> {
+    let mut starts: Vec<(DVec2, (usize, usize), f64)> = Vec::new();
+    for (l, uses) in tile.loops.iter().enumerate() {
+        for (k, u) in uses.iter().enumerate().filter(|(_, u)| matches!(u.uv, UvCurve::Hermite(_))) {
+            starts.push((u.uv.point(u.from, &mut 0), (l, k), u.from));
+        }
+    }
+    starts.sort_by(|a, b| a.0.x.total_cmp(&b.0.x).then(a.0.y.total_cmp(&b.0.y)));
+    let twice = starts.windows(2).filter(|w| w[0].0 == w[1].0);
+    let meeting = |w: &[(DVec2, (usize, usize), f64)]| Meeting {
+        at: [(w[0].1, w[0].2), (w[1].1, w[1].2)],
+        uv: w[0].0,
+        same: [0.0; 2],
+        tangent: false,
+    };
+    twice.map(meeting).collect()
 }
 
 /// The first of the meetings beside which the loops of a tile wind more than once, or backwards, or nothing is kept on their

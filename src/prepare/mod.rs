@@ -23,6 +23,8 @@ mod heal;
 
 mod inside;
 
+mod lobes;
+
 mod limits;
 pub use limits::{PrepareError, PrepareLimits};
 
@@ -37,10 +39,14 @@ pub use prepared::{Break, EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFa
 
 mod region;
 
+mod shells;
+
 mod topology;
 
 mod uv_curve;
 pub use uv_curve::{UvCurve, UvSample};
+
+mod wires;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
@@ -183,13 +189,31 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
         }));
         PreparedPart { face_rows: vec![None; part.faces.len()], ..PreparedPart::default() }
     });
-    diagnostics.extend(turned.into_iter().map(|t| Diagnostic {
-        severity: Severity::Note,
+    diagnostics.extend(turned.into_iter().map(|t| {
+        let (severity, reason) = match t.volume {
+            Some(volume) => {
+                let faces = t.faces;
+                let reason =
+                    format!("{faces} connected faces were inside out (volume {volume:.3e} mm³) and were turned");
+                (Severity::Note, reason)
+            }
+            None => (Severity::Warning, format!("{} connected faces of a solid enclose no volume", t.faces)),
+        };
+        let face = t.volume.is_none().then(|| FaceId::new(t.face));
+        let (entity, place) = (part.faces[t.face].entity, face::somewhere(part, &part.faces[t.face]));
+        Diagnostic { severity, part: Some(id), face, entity, place, reason }
+    }));
+    let lost = |face: usize| prepared.face_rows[face].is_none();
+    diagnostics.extend(shells::open(part, lost).into_iter().map(|open| Diagnostic {
+        severity: Severity::Warning,
         part: Some(id),
-        face: None,
-        entity: part.faces[t.face].entity,
-        place: face::somewhere(part, &part.faces[t.face]),
-        reason: format!("{} connected faces were inside out (volume {:.3e} mm³) and were turned", t.faces, t.volume),
+        face: Some(FaceId::new(open.face)),
+        entity: open.entity,
+        place: part.vertices.get(part.edges[open.edge as usize].start.index()).copied(),
+        reason: format!(
+            "the shell of a solid is open: {} of its {} edges have a face on one side only",
+            open.free, open.edges
+        ),
     }));
     (prepared, diagnostics)
 }

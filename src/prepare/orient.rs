@@ -8,15 +8,15 @@ use super::inside::{Inside, points_along};
 use crate::model::{Part, ShellKind};
 use glam::{DVec2, DVec3};
 
-/// A group of faces that was turned over against the file's word.
+/// A group of faces that should bound a solid, and as stated does not.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turned {
     /// One of its faces.
     pub(super) face: usize,
     /// How many faces it has.
     pub(super) faces: usize,
-    /// Its volume as stated, mm³, with the sign that was wrong.
-    pub(super) volume: f64,
+    /// Its volume as stated, mm³: with the sign that was wrong, and then it was turned over; none if it encloses nothing.
+    pub(super) volume: Option<f64>,
 }
 
 /// For each face whether its outward normal is opposite to `S_u × S_v`.
@@ -86,8 +86,9 @@ pub(super) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
         // Only a group without free edges has a volume.
         let closed = group.iter().all(|(face, _)| whole[*face]);
         if closed && let Some(volume) = wrong_volume(drafts, &group, &reversed, wanted) {
+            let volume = (volume != 0.0).then_some(volume);
             told.push(Turned { face: start, faces: group.len(), volume });
-            for (face, _) in &group {
+            for (face, _) in group.iter().filter(|_| volume.is_some()) {
                 reversed[*face] = !reversed[*face];
             }
         }
@@ -99,13 +100,15 @@ pub(super) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
 /// to a few per cent of that; a thin shell is the small difference of two large contributions, and keeps the file's word.
 const DECISIVE: f64 = 0.3;
 
-/// The volume of a closed group if its sign is not `wanted`.
+/// The volume of a closed group if its sign is not `wanted`; zero if it is nothing but rounding.
 ///
 /// First the volume of the cone over each boundary, which costs next to nothing and has the right sign for all but
 /// strongly curved shapes; where it does not confirm the sign, the surfaces themselves are summed up.
 fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed: &[bool], wanted: f64) -> Option<f64> {
     /// Share of the cube of a group's size below which a volume is nothing but rounding.
     const ROUNDING: f64 = 1e-9;
+    /// Share of what the faces contribute by which few samples may err where faces cancel each other.
+    const CLEAR: f64 = 1e-3;
     const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
     const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
     let faces = || group.iter().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
@@ -137,10 +140,15 @@ fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed:
         })
     };
     // Nearly all solids are right. A few samples say so well enough: a volume that is wrong is so by far.
-    if summed(FEW).0 * wanted > 0.0 {
+    let (volume, parts) = summed(FEW);
+    if volume * wanted > CLEAR * parts {
         return None;
     }
     let (volume, parts) = summed(MANY);
+    // What one face adds another takes away, or all lie in one plane.
+    if volume.abs() <= ROUNDING * parts.max(size.powi(3)) {
+        return Some(0.0);
+    }
     (volume * wanted < -DECISIVE * parts).then_some(volume)
 }
 

@@ -77,6 +77,13 @@ impl<'a> Projector<'a> {
         (d.du * step.x + d.dv * step.y).length()
     }
 
+    /// Area in space of a small area in (u,v), as a multiple of that.
+    pub(super) fn area(&self, at: DVec2) -> f64 {
+        let w = self.wrap(at);
+        let d = self.surface.derivatives(w.x, w.y);
+        d.du.cross(d.dv).length()
+    }
+
     /// The surface's point at parameters of any period.
     pub(super) fn point(&self, at: DVec2) -> DVec3 {
         let w = self.wrap(at);

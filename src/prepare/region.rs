@@ -81,7 +81,7 @@ impl UvLoop {
         self.pieces.iter().flat_map(Piece::polyline).collect()
     }
 
-    fn reverse(&mut self) {
+    pub(super) fn reverse(&mut self) {
         self.pieces.reverse();
         self.pieces.iter_mut().for_each(Piece::reverse);
         self.winding = [-self.winding[0], -self.winding[1]];
@@ -93,7 +93,7 @@ impl UvLoop {
 }
 
 /// Twice the signed area of a closed polygon.
-fn area2(p: &[DVec2]) -> f64 {
+pub(super) fn area2(p: &[DVec2]) -> f64 {
     let Some(&o) = p.first() else { return 0.0 };
     (0..p.len()).map(|i| (p[i] - o).perp_dot(p[(i + 1) % p.len()] - o)).sum()
 }
@@ -370,8 +370,8 @@ pub(super) fn region(
     named_pole: Option<usize>,
     projector: &Projector<'_>,
 ) -> Result<Region, RegionError> {
-    /// Turns of a boundary around a periodic surface: springs have tens.
-    const MAX_PERIODS: f64 = 200.0;
+    /// Turns of a boundary around a periodic surface: springs have tens, threads and coils hundreds. More are noise.
+    const MAX_PERIODS: f64 = 20_000.0;
     for (axis, (lo, hi)) in loops_box(&loops).into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
         let sound = (hi - lo).is_finite() && periods <= MAX_PERIODS;
@@ -464,17 +464,20 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
     }
     let Some(outer) = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs())) else { return };
     let polygon = loops[outer].polyline();
+    let (low, high) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |b, p| (b.0.min(*p), b.1.max(*p)));
     for (k, l) in loops.iter_mut().enumerate() {
         if k == outer {
             continue;
         }
         let probe = l.pieces[0].samples[l.pieces[0].samples.len() / 2].uv;
-        let steps = |axis: usize| if projector.period[axis].is_some() { -3..=3 } else { 0..=0 };
+        // As many turns as there are of the largest loop, whichever of them this one is at.
+        let steps = |axis: usize| {
+            let turns = |x: f64| projector.period[axis].map_or(0.0, |p| (x - probe[axis]) / p);
+            (turns(low[axis]).floor() as i64).min(-3)..=(turns(high[axis]).ceil() as i64).max(3)
+        };
         let found = steps(0).flat_map(|i| steps(1).map(move |j| (i, j))).find_map(|(i, j)| {
-            let by = DVec2::new(
-                f64::from(i) * projector.period[0].unwrap_or(0.0),
-                f64::from(j) * projector.period[1].unwrap_or(0.0),
-            );
+            let turns = DVec2::new(i as f64, j as f64);
+            let by = turns * DVec2::from_array(projector.period.map(|p| p.unwrap_or(0.0)));
             (winding_about(&polygon, probe + by) != 0).then_some(by)
         });
         if let Some(by) = found {
@@ -629,15 +632,11 @@ fn band(
     Ok(Region { loops: round, wraps, bounds, base, unbounded })
 }
 
-/// Positions of poles that the region's box touches, by axis and side (0 low, 1 high).
-pub(super) fn pole_sides(region: &Region, projector: &Projector<'_>) -> [[Option<(usize, DVec3)>; 2]; 2] {
+/// The poles at the ends of the region's box, by axis and side (0 low, 1 high).
+pub(super) fn pole_sides(region: &Region, projector: &Projector<'_>) -> [[Option<usize>; 2]; 2] {
     let at = |axis: usize, x: f64| {
         let scale = 1e-9 * (1.0 + x.abs());
-        projector
-            .poles
-            .iter()
-            .position(|p| p.axis == axis && (p.at - x).abs() <= scale)
-            .map(|k| (k, projector.poles[k].point))
+        projector.poles.iter().position(|p| p.axis == axis && (p.at - x).abs() <= scale)
     };
     [0, 1].map(|axis| [at(axis, region.bounds[axis].0), at(axis, region.bounds[axis].1)])
 }

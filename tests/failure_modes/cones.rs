@@ -143,3 +143,12 @@ fn both_nappes_of_one_cone() {
     let (volume, area) = frustum(3.0, 0.0, 3.0);
     Ladder::solid(body.finish(), 2.0 * volume, 2.0 * area + 18.0 * PI).climb();
 }
+
+#[test]
+fn one_face_through_the_apex() {
+    let mut body = Body::sheet();
+    let rims = [-3.0, 3.0].map(|z| body.circle(&level(z), 3.0));
+    let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle: FRAC_PI_4 };
+    body.face(cone, vec![vec![rims[0].along()], vec![rims[1].against()]], false);
+    Ladder::sheet(body.finish(), 2.0 * frustum(3.0, 0.0, 3.0).1).climb();
+}

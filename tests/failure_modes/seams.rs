@@ -215,9 +215,10 @@ fn rings_cut_once_around() {
 
 #[test]
 fn windows_in_a_torus_anywhere() {
-    // A window between four parameter lines: across no seam, one seam, both.
+    // A window between four parameter lines: across no seam, one seam, both; with the seams stated and without.
     let (major, minor): (f64, f64) = (8.0, 3.0);
-    for (u0, v0) in [(1.0, 1.0), (-0.3, 1.0), (1.0, -0.4), (-0.3, -0.4), (3.0, 3.0)] {
+    let places = [(1.0, 1.0), (-0.3, 1.0), (1.0, -0.4), (-0.3, -0.4), (3.0, 3.0)];
+    for ((u0, v0), with_seams) in places.into_iter().flat_map(|place| [(place, false), (place, true)]) {
         let (u1, v1) = (u0 + 0.8, v0 + 0.9);
         let mut body = Body::sheet();
         let ring = |body: &mut Body, v: f64| {
@@ -232,10 +233,49 @@ fn windows_in_a_torus_anywhere() {
         let (south, north) = (ring(&mut body, v0), ring(&mut body, v1));
         let (west, east) = (tube(&mut body, u0), tube(&mut body, u1));
         let window = vec![west.along(), north.along(), east.against(), south.against()];
-        body.face(torus(major, minor), vec![window], false);
+        let mut loops = vec![window];
+        if with_seams {
+            let [tube, ring] = [tube_circle(&mut body, major, minor, 0.0), body.circle(&Frame3::WORLD, major + minor)];
+            loops.insert(0, vec![ring.along(), tube.along(), ring.against(), tube.against()]);
+        }
+        body.face(torus(major, minor), loops, false);
+        let told: &[&str] = if with_seams && (u0 < 0.0 || v0 < 0.0) { &["both ways"] } else { &[] };
         let hole = (u1 - u0) * minor * (major * (v1 - v0) + minor * (v1.sin() - v0.sin()));
-        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).climb();
+        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).named((u0, v0)).told(told).climb();
     }
+}
+
+#[test]
+fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
+    let (radius, height) = (5.0, 12.0);
+    for u in [0.0, 0.2, 2.0] {
+        let mut body = Body::sheet();
+        let [low, high] = [0.0, height].map(|z| body.circle(&level(z), radius));
+        let seam = body.line(DVec3::X * radius, DVec3::new(radius, 0.0, height));
+        let back = Coedge { reversed: !seam.reversed, ..seam.clone() };
+        let window = window(&mut body, radius, (u - 0.4, u + 0.4), (3.0, 7.0));
+        let loops = vec![vec![low.along(), seam, high.against(), back], window];
+        body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
+        let told: &[&str] = if u < 0.4 { &["both ways"] } else { &[] };
+        let area = TAU * radius * height - 0.8 * radius * 4.0;
+        Ladder::sheet(body.finish(), area).named(u).told(told).climb();
+    }
+    // A round window about the end of the x axis, over the middle of a sphere's seam.
+    let mut body = Body::sheet();
+    let half = seam(&mut body, radius);
+    let window = body.circle(&frame(DVec3::X * 4.0, DVec3::X, DVec3::Y), 3.0);
+    body.face(sphere(radius), vec![vec![half.along(), half.against()], vec![window.against()]], false);
+    Ladder::sheet(body.finish(), 4.0 * PI * radius * radius - TAU * radius).told(&["both ways"]).climb();
+}
+
+/// A window between parameter lines of a cylinder, as a hole.
+fn window(body: &mut Body, radius: f64, (u0, u1): (f64, f64), (v0, v1): (f64, f64)) -> Vec<Coedge> {
+    let [south, north] = [v0, v1].map(|z| body.arc(&level(z), radius, u0, u1));
+    let [west, east] = [u0, u1].map(|u: f64| {
+        let foot = DVec3::new(radius * u.cos(), radius * u.sin(), 0.0);
+        body.line(foot + DVec3::Z * v0, foot + DVec3::Z * v1)
+    });
+    vec![west, north.along(), Coedge { reversed: !east.reversed, ..east }, south.against()]
 }
 
 /// A meridian arc about (x = `major`, z = 0), turned about z: volume and area by integration.

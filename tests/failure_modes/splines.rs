@@ -100,6 +100,19 @@ fn helical_pipes_of_many_turns() {
     }
 }
 
+#[test]
+fn a_ribbon_of_three_hundred_turns_on_a_cylinder() {
+    let (radius, pitch, wide, turns) = (5.0, 1.0, 0.5, 300.0);
+    let mut body = Body::sheet();
+    let helix = |foot: f64| move |t: f64| DVec3::new(radius * t.cos(), radius * t.sin(), foot + pitch * t / TAU);
+    let [low, high] = [0.0, wide].map(|foot| body.spline(through(helix(foot), (0.0, turns * TAU), 9600)));
+    let [start, end] = [0.0, turns * TAU].map(|t| body.line(helix(0.0)(t), helix(wide)(t)));
+    let back = Coedge { reversed: !start.reversed, ..start };
+    let side = Surface::Cylinder { frame: Frame3::WORLD, radius };
+    body.face(side, vec![vec![low.along(), end, high.against(), back]], false);
+    Ladder::sheet(body.finish(), turns * TAU * radius * wide).chord(0.5).climb();
+}
+
 /// The exact NURBS form of an analytic surface over a box.
 fn as_nurbs(surface: &Surface, u: (f64, f64), v: (f64, f64)) -> Surface {
     Surface::Nurbs(surface.to_nurbs(u, v).0)

@@ -307,7 +307,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
             Degradation::Empty if lost => Severity::Error,
             // The tile's share of the face is thinner than the tolerance; its neighbours close over it.
             Degradation::Empty => continue,
-            Degradation::Failed(_) => Severity::Error,
+            Degradation::Failed(_) | Degradation::GivenUp { .. } => Severity::Error,
         };
         told.entry((tile.part, tile.face, severity)).and_modify(|(_, others)| *others += 1).or_insert((tile, 0));
     }
@@ -315,7 +315,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
         let words = tile.degradation.to_string();
         let reason = if others > 0 { format!("{words}; {others} more tiles like it") } else { words };
         let crossing = match tile.degradation {
-            Degradation::NotSimple { place, .. } => place,
+            Degradation::NotSimple { place, .. } | Degradation::GivenUp { place, .. } => place,
             _ => None,
         };
         let rows = prepared.parts.get(part.index());

@@ -25,9 +25,17 @@ impl Shells {
         let mut open: HashSet<u32> = HashSet::new();
         for face in &part.faces {
             let mut bounded = false;
+            let mut wires: Vec<Vec<EdgeId>> = Vec::new();
             for boundary in &face.loops {
                 let Loop::Edges(coedges) = boundary else { continue };
                 bounded = true;
+                let mut wire: Vec<EdgeId> = coedges.iter().map(|c| c.edge).collect();
+                wire.sort_unstable();
+                // A loop given twice is taken once.
+                if wires.contains(&wire) {
+                    continue;
+                }
+                wires.push(wire);
                 for coedge in coedges {
                     let edge = (face.shell, coedge.edge);
                     if !odd.insert(edge) {
@@ -79,6 +87,15 @@ fn closes(face: &Face) -> bool {
 mod tests {
     use super::*;
     use trimtess::model::shapes;
+
+    #[test]
+    fn a_loop_given_twice_closes_nothing() {
+        let mut part = shapes::by_name("square").unwrap_or_default().parts.remove(0);
+        let again = part.faces[0].loops.clone();
+        part.faces[0].loops.extend(again);
+        let shells = Shells::of(&part);
+        assert_eq!((shells.closed, shells.open, shells.free_edges), (0, 1, 4));
+    }
 
     #[test]
     fn sheets_are_open_and_solids_closed() {

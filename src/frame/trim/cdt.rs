@@ -31,6 +31,8 @@ pub(super) struct Region {
     pub(super) unused: u32,
     /// A face of winding number other than 0 and 1 exists, or a segment keeps both sides without a counter-segment.
     pub(super) overlapping: bool,
+    /// Segments still crossed when splitting them was given up: what is kept is not what they wind around.
+    pub(super) given_up: bool,
 }
 
 /// What to do where segments cross, or pass through a vertex.
@@ -224,6 +226,7 @@ fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
         unused[part.owner as usize] |= *seen;
         *seen = true;
     }
+    region.given_up = parts.iter().any(|part| edge_of(part).is_none());
     region.split = pieces.iter().filter(|&&n| n > 1).count() as u32;
     let winding = winding_numbers(cdt, &edges);
     for face in cdt.inner_faces() {

@@ -72,7 +72,7 @@ pub enum TrimOutcome {
     /// Some cells, or the whole tile, needed a constrained Delaunay triangulation. As conforming as the rungs above.
     Cdt,
     /// The loops cross or overlap themselves or each other. The kept region is the points of positive winding number; it is
-    /// still covered once by positive triangles that match along their inner edges.
+    /// still covered once by positive triangles that match along their inner edges. Not so with [`TrimStats::given_up`].
     Repaired {
         /// Tessellant segments that do not appear as one edge: split at a crossing or at another loop's vertex.
         split: u32,
@@ -102,6 +102,8 @@ pub struct TrimStats {
     pub retraced: bool,
     /// The tile went to the whole-tile reference.
     pub whole_tile: bool,
+    /// The loops cross more often than they are split: what is kept is not the region of positive winding number.
+    pub given_up: bool,
 }
 
 /// Input that no rung can work on.

@@ -97,6 +97,7 @@ pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
     let id = |site: u32| ids.get(site as usize).copied().unwrap_or_else(|| first_extra + site - ids.len() as u32);
     out.triangles.extend(region.triangles.iter().map(|t| t.map(id)));
     out.extra_points.extend_from_slice(&region.crossings);
+    out.stats.given_up = region.given_up;
     if region.overlapping || region.split > 0 || region.unused > 0 {
         TrimOutcome::Repaired { split: region.split, unused: region.unused }
     } else {
