@@ -609,21 +609,41 @@ fn a_scribble_says_that_it_was_given_up() {
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
 }
 
-#[test]
-fn a_solid_whose_faces_share_no_edges_is_told_to_be_open() {
+/// A box of side 2 of which every face has its own edges, each face `off` further out than the one before.
+fn own_edges(tolerance: f64, off: f64) -> Part {
     let mut part = PartBuilder::new("loose box");
     let shell = part.plain_shell(ShellKind::Outer);
-    let ends = [-1.0, 1.0];
-    for (axis, side) in (0..3).flat_map(|axis| ends.map(|side| (axis, side))) {
+    for (number, axis, side) in (0..6).map(|k| (k, k / 2, [-1.0, 1.0][k % 2])) {
         let [z, x] = [axis, (axis + 1) % 3].map(|k| DVec3::from_array(std::array::from_fn(|i| f64::from(i == k))));
-        let frame = Frame3::from_axis(z * side, z * side, x).expect("axes");
+        let frame = Frame3::from_axis(z * (side + off * number as f64), z * side, x).expect("axes");
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         let corners = corners.map(|(u, v)| frame.origin + frame.x * u + frame.y * v);
         let wire = Loop::Edges(part.polygon(&corners));
         part.plain_face(Surface::Plane { frame }, shell, vec![wire], false);
     }
-    let prepared = prepared(part.finish().expect("a sound part"));
-    assert!(warned(&prepared, "open: 24 of its 24 edges"), "{:?}", told(&prepared));
+    let mut part = part.finish().expect("a sound part");
+    part.tolerance = tolerance;
+    part
+}
+
+#[test]
+fn a_solid_whose_faces_share_no_edges_is_told_to_be_open() {
+    for (tolerance, off) in [(0.0, 0.0), (1e-3, 1e-2)] {
+        let prepared = prepared(own_edges(tolerance, off));
+        assert!(warned(&prepared, "open: 24 of its 24 edges"), "{:?}", told(&prepared));
+    }
+}
+
+#[test]
+fn edges_that_coincide_within_the_tolerance_are_sewn() {
+    for off in [0.0, 1e-6, 1e-4] {
+        let prepared = prepared(own_edges(1e-3, off));
+        let (facts, _) = mesh(&prepared, 0.1);
+        assert!(facts.is_closed() && (facts.volume - 8.0).abs() < 1e-2, "{off}: {facts}");
+        // Where the edges of the outer faces went inwards, they tell how far.
+        let told = told(&prepared);
+        assert!(told.iter().all(|t| t.0 == Severity::Note) && told[0].1.starts_with("12 pairs"), "{told:?}");
+    }
 }
 
 #[test]

@@ -39,6 +39,8 @@ pub use prepared::{Break, EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFa
 
 mod region;
 
+mod sew;
+
 mod shells;
 
 mod topology;
@@ -127,7 +129,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
     let mut healings = Vec::new();
-    let part = &*heal::heal(stated, size, &mut healings);
+    let part = &*sew::sew(heal::heal(stated, size, &mut healings), &mut healings);
     healings.sort_by_key(|h| h.face);
     let draft = |(k, f): (usize, &Face)| {
         let span = || tracing::trace_span!("draft", part = id.0, face = k, entity = f.entity);

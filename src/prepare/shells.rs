@@ -15,11 +15,8 @@ pub(super) struct Open {
     pub(super) face: usize,
 }
 
-/// The shells of solids that their faces leave open. Not those with faces that are `lost`: that is told.
-///
-/// Edges are compared, not their places: faces that only lie side by side share none.
-pub(super) fn open(part: &Part, lost: impl Fn(usize) -> bool) -> Vec<Open> {
-    // By shell and edge: uses, and the first face.
+/// By shell and edge: how often faces use it, and the first that does.
+pub(super) fn uses(part: &Part) -> Vec<((u32, u32), (usize, usize))> {
     let mut uses: BTreeMap<(u32, u32), (usize, usize)> = BTreeMap::new();
     for (face, f) in part.faces.iter().enumerate() {
         let mut wires: Vec<Vec<u32>> = Vec::new();
@@ -37,8 +34,15 @@ pub(super) fn open(part: &Part, lost: impl Fn(usize) -> bool) -> Vec<Open> {
             wires.push(wire);
         }
     }
+    uses.into_iter().collect()
+}
+
+/// The shells of solids that their faces leave open. Not those with faces that are `lost`: that is told.
+///
+/// Edges are compared, not their places: faces that only lie side by side share none.
+pub(super) fn open(part: &Part, lost: impl Fn(usize) -> bool) -> Vec<Open> {
+    let uses = uses(part);
     let has_lost = |shell: u32| part.faces.iter().enumerate().any(|(face, f)| f.shell == shell && lost(face));
-    let uses: Vec<((u32, u32), (usize, usize))> = uses.into_iter().collect();
     let of_shells = uses.chunk_by(|a, b| a.0.0 == b.0.0);
     let open = of_shells.filter_map(|of_shell| {
         let number = of_shell[0].0.0;
