@@ -80,7 +80,8 @@ impl Shortfall {
     /// derivatives no real model has: noise, to which more lines would only add triangles.
     #[must_use]
     pub fn by_limits(&self) -> bool {
-        self.unusable || self.density < 1.0 || !self.tiles.is_empty()
+        let noise = |tile| self.lines.contains(tile);
+        self.unusable || self.density < 1.0 || !self.tiles.iter().all(noise)
     }
 }
 
@@ -92,7 +93,7 @@ impl fmt::Display for Shortfall {
             write!(f, "; the tolerance is not a usable number, or too small for the model")?;
         }
         if *density < 1.0 {
-            write!(f, "; it would have {needed} triangles or more before trimming, the limit is {}", limits.triangles)?;
+            write!(f, "; its cells and boundaries can make {needed} triangles, the limit is {}", limits.triangles)?;
             if limits.allowed() < limits.triangles {
                 let bytes = limits.bytes;
                 write!(f, " and {bytes} bytes of memory (PlanLimits::bytes) at {BYTES_PER_TRIANGLE} per triangle")?;

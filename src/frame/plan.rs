@@ -152,17 +152,14 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
     }
 }
 
-/// Triangles of all lattices at the density that is asked, each tile within its limit.
+/// Triangles that all cells and tessellants can make at the density that is asked, each tile within its limit.
 fn triangles_asked(prepared: &Prepared, tolerances: &[Tolerance], limits: &PlanLimits) -> u64 {
-    let most = Budget::of(limits).cells_per_tile;
-    let of_part = |(part, tolerance): (&PreparedPart, &Tolerance)| -> u64 {
-        let cells = part.tiles.iter().map(|tile| {
-            let (nu, nv) = lattice(&part.faces[part.face_of(tile)], tile, tolerance, 1.0, most).0.cells();
-            2 * u64::from(nu) * u64::from(nv)
-        });
-        cells.sum()
-    };
-    prepared.parts.iter().zip(tolerances).map(of_part).sum()
+    let mut budget = Budget { left: u64::MAX, ..Budget::of(limits) };
+    for (k, (part, tolerance)) in prepared.parts.iter().zip(tolerances).enumerate() {
+        // Lines and tessellants of one part at a time; there is room for all cells there are.
+        let _ = plan_part(PartId::new(k), part, tolerance, &mut budget, &mut Shortfall::none(limits));
+    }
+    2 * (u64::MAX - budget.left)
 }
 
 /// Rates of one part; `None` when the budget does not suffice.
@@ -221,7 +218,9 @@ fn polyline(
         let width = edge.bounds.breaks[k + 1] - edge.bounds.breaks[k];
         let rate =
             if edge.straight { 0.0 } else { (b.second / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width) };
-        factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first / m))
+        // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
+        let least = if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width };
+        (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first / m))).max(least)
     };
     let of_strips: Vec<f64> = edge.bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)).collect();
     let Density { breaks, mut rates } = with_dense_images(part, edge, of_strips);

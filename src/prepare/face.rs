@@ -118,6 +118,10 @@ pub(super) enum FaceError {
     Internal(String),
     /// The surface is a point or a curve.
     NoArea { size: f64 },
+    /// The surface is smaller than the spacing of numbers where it is.
+    Unresolved { size: f64, coordinates: f64 },
+    /// Products of its coordinates are no numbers.
+    TooLarge { coordinates: f64 },
     /// The region has no extent in direction 0 (u) or 1 (v).
     Thin { axis: usize, extent: f64 },
 }
@@ -135,6 +139,15 @@ impl fmt::Display for FaceError {
             Self::Internal(what) => write!(f, "internal error: {what}"),
             Self::NoArea { size } => {
                 write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
+            }
+            Self::Unresolved { size, coordinates } => {
+                write!(
+                    f,
+                    "the surface is {size:e} mm wide, which numbers cannot tell apart at coordinates of {coordinates:e} mm"
+                )
+            }
+            Self::TooLarge { coordinates } => {
+                write!(f, "coordinates of {coordinates:e} mm are too large to calculate with")
             }
             Self::Thin { axis, extent } => {
                 write!(f, "the kept region is only {extent:e} wide in {}", ['u', 'v'][*axis])
@@ -302,8 +315,18 @@ fn draft_with(part: &Part, face: &Face, size: f64, lobes: Lobes) -> Result<FaceD
     let patches = BezierPatches::over(&nurbs, box_u, box_v);
     let bounds = arc_bounds::analytic(&face.surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
     let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
-    if (speed * (high - low)).min_element() <= 1e-12 * size || is_curve(&patches) {
-        return Err(FaceError::NoArea { size: (speed * (high - low)).max_element() });
+    let reach = speed * (high - low);
+    let coordinates =
+        patches.control.iter().fold(0.0_f64, |most, c| most.max((c.truncate() / c.w).abs().max_element()));
+    if !(reach.is_finite() && coordinates.is_finite()) {
+        return Err(FaceError::TooLarge { coordinates });
+    }
+    // By its own size: what else the part contains is not its fault.
+    if reach.min_element() <= 1e-12 * reach.max_element() || is_curve(&patches) {
+        return Err(FaceError::NoArea { size: reach.max_element() });
+    }
+    if reach.min_element() <= f64::EPSILON * coordinates {
+        return Err(FaceError::Unresolved { size: reach.min_element(), coordinates });
     }
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));

@@ -90,9 +90,9 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     drop(progress);
     if common.json {
         let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the answer: {e}")))?;
-        println!("{text}");
+        crate::tell(&(text + "\n"))?;
     } else {
-        print!("{}", info.text(common.verbose > 0));
+        crate::tell(&info.text(common.verbose > 0))?;
     }
     let troubled = prepared
         .diagnostics

@@ -1,15 +1,46 @@
 //! `-v`, `-q`, `RUST_LOG`, `--trace` -> where tracing's spans and events go: standard error and a timeline file.
 
 use crate::{Common, Failure};
-use std::fs::File;
-use std::io::{BufWriter, IsTerminal, stderr};
+use std::io::{IsTerminal, Write, stderr};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
 use tracing_chrome::{ChromeLayerBuilder, FlushGuard};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, fmt};
 
-/// Starts logging. The guard, if any, completes the timeline file when it is dropped.
-pub(crate) fn start(common: &Common) -> Result<Option<FlushGuard>, Failure> {
+/// A timeline that is being recorded; its file is written at the end, whole or not at all.
+pub(crate) struct Timeline {
+    guard: FlushGuard,
+    recorded: Recorded,
+    path: PathBuf,
+}
+
+#[derive(Clone, Default)]
+struct Recorded(Arc<Mutex<Vec<u8>>>);
+
+impl Write for Recorded {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Timeline {
+    /// Writes the file.
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        drop(self.guard);
+        let recorded = self.recorded.0.lock().unwrap_or_else(PoisonError::into_inner);
+        trimtess::out::write_whole(&self.path, |file| file.write_all(&recorded))
+            .map_err(|e| Failure::Cannot(e.to_string()))
+    }
+}
+
+/// Starts logging, and recording if a timeline is asked for.
+pub(crate) fn start(common: &Common) -> Result<Option<Timeline>, Failure> {
     let level = match (common.quiet, common.verbose) {
         (true, _) => "error",
         (_, 0) => "warn",
@@ -31,11 +62,12 @@ pub(crate) fn start(common: &Common) -> Result<Option<FlushGuard>, Failure> {
         tracing_subscriber::registry().with(log).init();
         return Ok(None);
     };
-    let file = File::create(path).map_err(|e| Failure::Cannot(format!("{}: {e}", path.display())))?;
-    let (timeline, guard) = ChromeLayerBuilder::new().writer(BufWriter::new(file)).include_args(true).build();
+    crate::tessellate::require_folder(path)?;
+    let recorded = Recorded::default();
+    let (timeline, guard) = ChromeLayerBuilder::new().writer(recorded.clone()).include_args(true).build();
     let timeline = timeline.with_filter(EnvFilter::new("trimtess=trace"));
     tracing_subscriber::registry().with(log).with(timeline).init();
-    Ok(Some(guard))
+    Ok(Some(Timeline { guard, recorded, path: path.clone() }))
 }
 
 /// A panic is a defect of this program: it is logged with its place, and what it cost is told where it is noticed.

@@ -128,9 +128,8 @@ fn main() {
         Err(failure) => leave(Err(failure)),
     };
     let result = run(cli, laps);
-    // The timeline is complete only when its guard is gone; `leave` does not unwind the stack.
-    drop(trace);
-    leave(result)
+    let traced = trace.map_or(Ok(()), logging::Timeline::finish);
+    leave(result.and_then(|done| traced.map(|()| done)))
 }
 
 /// Runs the command; a panic in the library is a defect and ends as status 1, with a message.
@@ -143,7 +142,7 @@ fn run(cli: Cli, laps: report::Laps) -> Result<Done, Failure> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
         if command.input().is_list() {
-            print!("{}", input::builtin_list());
+            tell(&input::builtin_list())?;
             return Ok(Done::Clean);
         }
         match command {
@@ -159,11 +158,19 @@ fn run(cli: Cli, laps: report::Laps) -> Result<Done, Failure> {
     })
 }
 
+/// Prints on standard output. Nobody who listens any more is no failure.
+pub(crate) fn tell(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::Cannot(format!("standard output: {e}"))),
+        _ => Ok(()),
+    }
+}
+
 /// Ends the process without taking large structures apart first.
 fn leave(result: Result<Done, Failure>) -> ! {
-    let flushed = std::io::stdout().flush();
     match result {
-        Ok(done) => exit(if flushed.is_ok() { done.status() } else { 1 }),
+        Ok(done) => exit(done.status()),
         Err(failure) => {
             eprintln!("error: {failure}");
             exit(failure.status())

@@ -4,7 +4,7 @@ use crate::input::{self, Input};
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::{Laps, Report, Seconds};
-use crate::tessellate::{make, positive, require_folder};
+use crate::tessellate::{make, positive, require_outputs};
 use crate::{Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         return Err(Failure::Usage(format!("{}: pictures are written as .png", args.output.display())));
     }
-    require_folder(&args.output)?;
+    require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 
     // First, because it is quick and nothing can be drawn without one.

@@ -4,6 +4,7 @@ use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 use trimtess::audit::{DeviationReport, EconomyReport};
@@ -183,8 +184,12 @@ impl Report {
     /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
     pub(crate) fn publish(&mut self, common: &Common, file: Option<&Path>) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
+        // Worst first, otherwise in the order they came.
+        self.diagnostics
+            .sort_by_key(|entry| ["error", "warning"].iter().position(|&s| s == entry.severity).unwrap_or(2));
         if !common.quiet {
-            eprint!("{}", self.told_diagnostics(common.verbose > 0));
+            // Where nobody can be told, there is nobody to tell.
+            let _ = std::io::stderr().write_all(self.told_diagnostics(common.verbose > 0).as_bytes());
         }
         let json = || serde_json::to_string(self).map_err(|e| Failure::Cannot(format!("the report: {e}")));
         if let Some(path) = file {
@@ -192,11 +197,7 @@ impl Report {
             trimtess::out::write_whole(path, |file| file.write_all(text.as_bytes()))
                 .map_err(|e| Failure::Cannot(e.to_string()))?;
         }
-        if common.json {
-            println!("{}", json()?);
-        } else {
-            print!("{}", self.summary());
-        }
+        crate::tell(&if common.json { json()? + "\n" } else { self.summary() })?;
         Ok(self.done())
     }
 

@@ -79,7 +79,7 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
     let format = Format::of_path(&args.output).map_err(|e| Failure::Usage(e.to_string()))?;
-    require_folder(&args.output)?;
+    require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 
     progress.stage(format!("reading {}", args.input.name()));
@@ -201,6 +201,20 @@ fn deviation_faults(deviation: &DeviationReport) -> impl Iterator<Item = String>
         format!("{over} of {samples} samples of edges are over the chord tolerance, the worst {worst:.3} times")
     });
     off.into_iter().chain(edges_off)
+}
+
+/// What would keep outputs from being written is found before the work, not after it.
+pub(crate) fn require_outputs(output: &Path, report: Option<&Path>) -> Result<(), Failure> {
+    require_folder(output)?;
+    let Some(report) = report else { return Ok(()) };
+    require_folder(report)?;
+    let same = output == report
+        || std::fs::canonicalize(output).is_ok_and(|o| std::fs::canonicalize(report).is_ok_and(|r| r == o));
+    // Devices take whatever comes.
+    if same && !std::fs::metadata(output).is_ok_and(|known| !known.is_file()) {
+        return Err(Failure::Usage(format!("{}: the output and the report cannot be one file", report.display())));
+    }
+    Ok(())
 }
 
 /// A folder that is not there is found before the work, not after it.
