@@ -1,6 +1,5 @@
 //! The bytes of a file -> the bytes of a broken one.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 
 /// What is done to a file.
@@ -23,9 +22,11 @@ pub(crate) struct Random(u64);
 
 impl Random {
     pub(crate) fn new(name: &str, number: u64) -> Self {
-        let mut hash = DefaultHasher::new();
-        (name, number).hash(&mut hash);
-        Self(hash.finish() | 1)
+        // FNV-1a: the same for every release of the compiler.
+        let bytes = name.bytes().chain(number.to_le_bytes());
+        let hash =
+            bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+        Self(hash | 1)
     }
 
     /// A number below `n`, which is not 0.
