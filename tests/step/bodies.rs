@@ -274,6 +274,13 @@ fn triangles_without_height_leave_no_slit() {
         let facts = facts(model);
         assert!(facts.open_edges == 4 && (facts.area - 3.0).abs() < 1e-9, "{flat}: {facts}");
     }
+    let text = "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(2.,0.,0.)));#50=TRIANGULATED_FACE('',#40,3,(),$,(),((1,2,3)));";
+    let flat = model(&(world() + text + &holding("#50")));
+    assert!(
+        flat.parts[0].faces.is_empty() && flat.diagnostics[0].reason.contains("that have an area"),
+        "{:?}",
+        flat.diagnostics
+    );
 }
 
 #[test]

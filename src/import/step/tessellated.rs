@@ -48,7 +48,8 @@ pub(super) fn triangles(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<(Pa
     mesh.holder(geometry, item, &DAffine3::IDENTITY, 0)?;
     if mesh.triangles.is_empty() {
         let first = mesh.lost.into_iter().next();
-        let none = || Trouble::new(item.id, format!("{} without triangles", item.keyword()));
+        let flat = if mesh.splits > 0 { " that have an area" } else { "" };
+        let none = || Trouble::new(item.id, format!("{} without triangles{flat}", item.keyword()));
         return Err(first.map_or_else(none, |(trouble, _)| trouble));
     }
     let kind = if item.is("TESSELLATED_SOLID") { ShellKind::Outer } else { ShellKind::Open };
