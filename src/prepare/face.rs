@@ -198,6 +198,9 @@ const FAR_SHARE: f64 = 0.05;
 /// bounds nothing, and resolving its crossings can take minutes. Nearer ones bound what they do when seen along the normals.
 const LOST_SHARE: f64 = 0.25;
 
+/// Common points of crossing edges, two for each crossing, beyond which a boundary is a scribble that has no lobes to speak of.
+const MAX_JOINTS: usize = 256;
+
 /// Prepares a face by itself. `size` is the diagonal of the part's box.
 ///
 /// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; and again
@@ -213,7 +216,8 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
                 return Ok(draft);
             }
         }
-        if let Ok(draft) = draft_with(part, face, size, Lobes::Turned) {
+        let few = stated.as_ref().is_ok_and(|draft| draft.joints.len() <= MAX_JOINTS);
+        if let Some(draft) = few.then(|| draft_with(part, face, size, Lobes::Turned)).and_then(Result::ok) {
             return Ok(draft);
         }
     }
