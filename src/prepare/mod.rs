@@ -40,6 +40,8 @@ mod region;
 mod topology;
 
 mod uv_curve;
+mod uv_loop;
+mod windings;
 pub use uv_curve::{UvCurve, UvSample};
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
