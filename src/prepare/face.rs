@@ -89,6 +89,8 @@ pub(super) struct FaceDraft {
     pub(super) notes: Vec<String>,
     /// What had to be repaired: the face is not as stated.
     pub(super) repairs: Vec<Told>,
+    /// Whether one of these is that the boundary crosses or overlaps itself.
+    pub(super) crosses: bool,
 }
 
 /// Something told of a face, and where.
@@ -289,11 +291,12 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
         }
         tile.entangled |= !meetings.is_empty();
     }
+    let crosses = crossed.is_some();
     repairs.extend(crossed);
     if gap > GAP_SHARE * extent {
         notes.push(format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there"));
     }
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs })
+    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs, crosses })
 }
 
 /// Cuts a region along the first grid that works: the one wanted, or one of those with as few lines as can be.
