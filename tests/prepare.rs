@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-use trimtess::frame::{Tolerance, plan};
+use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{
     CurveKind, Face, Frame3, Loop, Model, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity,
@@ -195,6 +195,9 @@ fn a_surface_without_area_is_told_and_costs_nothing() {
     assert_eq!(prepared.diagnostics.len(), 1, "{:?}", prepared.diagnostics);
     assert!(prepared.diagnostics[0].reason.contains("no area"), "{}", prepared.diagnostics[0].reason);
     assert_eq!(prepared.tiles().count(), 0);
+    let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
+    let made = serial(&Arc::new(prepared), &plan, false, &mut MemorySink::default()).expect("a frame");
+    assert_eq!((made.ladder.count(Rung::NoArea), made.ladder.count(Rung::Lost)), (1, 0), "{}", made.ladder);
 }
 
 #[test]

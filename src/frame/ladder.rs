@@ -16,13 +16,16 @@ pub enum Rung {
     /// Loops that cross or overlap, or leave gaps, were resolved: kept is the region of positive winding number, or, where
     /// that was [given up](super::Degradation::GivenUp), some of the face.
     Repaired,
+    /// The face's surface has no area: there is nothing to mesh, and nothing is lost. A note says so.
+    NoArea,
     /// A tile, or the whole face, yielded no triangles. A diagnostic says why.
     Lost,
 }
 
 impl Rung {
     /// All of them, in order.
-    pub const ALL: [Self; 5] = [Self::Normal, Self::MergedCells, Self::WholeTile, Self::Repaired, Self::Lost];
+    pub const ALL: [Self; 6] =
+        [Self::Normal, Self::MergedCells, Self::WholeTile, Self::Repaired, Self::NoArea, Self::Lost];
 
     /// The rung of a tile that the trim stage made.
     pub(super) fn of(outcome: TrimOutcome, stats: &TrimStats) -> Self {
@@ -42,6 +45,7 @@ impl fmt::Display for Rung {
             Self::MergedCells => "cells merged",
             Self::WholeTile => "whole tile",
             Self::Repaired => "repaired",
+            Self::NoArea => "no area",
             Self::Lost => "lost",
         })
     }
@@ -95,6 +99,6 @@ mod tests {
         }
         let mut ladder = Ladder::default();
         ladder.add(Rung::Repaired, 2);
-        assert_eq!(ladder.to_string(), "0 normal, 0 cells merged, 0 whole tile, 2 repaired, 0 lost");
+        assert_eq!(ladder.to_string(), "0 normal, 0 cells merged, 0 whole tile, 2 repaired, 0 no area, 0 lost");
     }
 }

@@ -10,8 +10,12 @@ pub use ladder::{Ladder, Rung};
 
 mod lattice;
 
+mod lift;
+
 mod limits;
 pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
+
+mod narrow;
 
 mod plan;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
@@ -29,3 +33,5 @@ mod unfold;
 
 mod view;
 pub use view::{View, plan_for_view, plan_for_view_within};
+
+mod web;

@@ -2,6 +2,8 @@
 
 use super::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use super::ladder::Rung;
+use super::lift::Surface;
+use super::narrow::narrow;
 use super::plan::{PartPlan, Plan, TileLattice, cell_coordinate};
 use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference::trim_tile_reference, trim_tile};
 use super::unfold::unfold;
@@ -328,15 +330,20 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, chord: f64, s: &mut Scratc
             push_triangle(mesh, t, face.reversed);
         }
     }
-    // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
-    if face.kind != SurfaceKind::Plane && face.creases.iter().all(Vec::is_empty) {
-        let uvs = &s.uvs;
-        let middle = |a: u32, b: u32| {
-            let uv = uvs[a as usize].midpoint(uvs[b as usize]);
-            face.patches.derivatives(uv.x, uv.y).point
-        };
-        unfold(mesh, trimmed, chord, &middle);
+    if face.kind == SurfaceKind::Plane {
+        return;
     }
+    let mut surface = Surface { face, uvs: &mut s.uvs };
+    // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
+    if face.creases.iter().all(Vec::is_empty) {
+        unfold(mesh, trimmed, chord, &surface);
+    }
+    let cell = |mesh: &PatchMesh, v: u32| match mesh.origins[v as usize] {
+        Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
+        Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
+        _ => s.cells[v as usize],
+    };
+    narrow(mesh, trimmed, chord, &mut surface, cell);
 }
 
 /// Normals of all vertices into `s.normals`, and positions of those that are not tessellants.

@@ -25,6 +25,12 @@ pub enum Origin {
         /// Number within the tile.
         k: u32,
     },
+    /// A point within the tile, off its lattice: where tessellants are so far apart that the triangles between them would
+    /// leave the surface.
+    Inner {
+        /// Number among the tile's vertices.
+        k: u32,
+    },
     /// Tessellant `k` of a border between tiles, a seam or a pole of the face.
     Border {
         /// Border number within the part's prepared edges.

@@ -1,6 +1,6 @@
 //! What a sink needs to know beside triangles: parts, instances, names, colours.
 
-use crate::model::Colour;
+use crate::model::{Colour, FaceId};
 use glam::{DAffine3, DVec3};
 
 /// A part as output sees it.
@@ -10,6 +10,8 @@ pub struct ScenePart {
     pub name: String,
     /// Colour of each face (already resolved: face, else part); `None` = the viewer's default.
     pub face_colours: Vec<Option<Colour>>,
+    /// Faces on surfaces without any area, ascending: there is nothing to mesh, and nothing is lost.
+    pub without_area: Vec<FaceId>,
     /// Centre of the part's box: f32 positions are relative to it. Stored once, the same for all faces.
     pub centre: DVec3,
     /// Half the diagonal of that box.

@@ -60,7 +60,7 @@ pub struct FaceRung {
     pub part: PartId,
     /// The face within the part.
     pub face: FaceId,
-    /// The worst rung of its tiles; [`Rung::Lost`] if it has no triangles at all.
+    /// The worst rung of its tiles; [`Rung::Lost`] or [`Rung::NoArea`] if it has no triangles at all.
     pub rung: Rung,
 }
 

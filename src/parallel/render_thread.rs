@@ -136,7 +136,9 @@ fn climbed(scene: &Scene, batches: &[Batch], tiles: Vec<FaceRung>) -> (Vec<FaceR
     }
     for (part, faces) in meshed.iter().enumerate() {
         for (face, _) in faces.iter().enumerate().filter(|(_, meshed)| !**meshed) {
-            worst.insert((PartId::new(part), FaceId::new(face)), Rung::Lost);
+            let face = FaceId::new(face);
+            let no_area = scene.parts[part].without_area.binary_search(&face).is_ok();
+            worst.insert((PartId::new(part), face), if no_area { Rung::NoArea } else { Rung::Lost });
         }
     }
     let mut ladder = Ladder::default();

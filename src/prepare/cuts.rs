@@ -5,7 +5,8 @@
 
 use super::arrangement::Grid;
 use super::face::is_flat;
-use super::region::{Along, Region};
+use super::region::Region;
+use super::uv_loop::Along;
 use crate::model::Surface;
 use std::f64::consts::FRAC_PI_2;
 

@@ -7,7 +7,8 @@ use super::cuts::{coarse_grids, grid_for};
 use super::lobes;
 use super::meeting::{Meeting, fold, touching};
 use super::pcurve::Projector;
-use super::region::{Along, Passages, Region, RegionError, region, trace_loop};
+use super::region::{Passages, Region, RegionError, region, trace_loop};
+use super::uv_loop::Along;
 use super::wires::without_seams;
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError};
@@ -90,7 +91,7 @@ pub(super) struct FaceDraft {
     pub(super) notes: Vec<String>,
     /// What had to be repaired: the face is not as stated.
     pub(super) repairs: Vec<Told>,
-    /// Whether the boundary crosses or overlaps itself.
+    /// Whether one of these is that the boundary crosses or overlaps itself.
     pub(super) crosses: bool,
 }
 

@@ -1,6 +1,6 @@
 //! A tile's loops as polygons, and lattices of parameters inside them: what needs a few per cent, not exact signs.
 
-use super::region::winding_about;
+use super::uv_loop::winding_about;
 use super::{BezierPatches, UvCurve};
 use glam::DVec2;
 

@@ -6,7 +6,8 @@
 
 use super::UvSample;
 use super::pcurve::Projector;
-use super::region::{Along, Piece, Region, UvLoop, area2, winding_about};
+use super::region::Region;
+use super::uv_loop::{Along, Piece, UvLoop, area2, winding_about};
 use glam::{DMat2, DVec2};
 
 /// Segments of a loop beyond which it is left as it is: every pair whose boxes meet is looked at.

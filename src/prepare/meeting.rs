@@ -7,7 +7,7 @@ use super::UvCurve;
 use super::UvSample;
 use super::critical::Span;
 use super::face::{DraftTile, DraftUse};
-use super::region::winding_about;
+use super::uv_loop::winding_about;
 use glam::{DMat2, DVec2};
 
 /// Distance, in tiles, below which two points of (u,v) are one: pcurves of planes are exact to rounding.

@@ -46,6 +46,8 @@ mod shells;
 mod topology;
 
 mod uv_curve;
+mod uv_loop;
+mod windings;
 pub use uv_curve::{UvCurve, UvSample};
 
 mod wires;
@@ -107,25 +109,35 @@ fn prepare_all(mut model: Model, limits: PrepareLimits) -> Result<Prepared, Prep
         place: None,
         reason: format!("instance \"{}\" places part {} of {parts}", i.name, i.part.0),
     }));
-    let done: Vec<(PreparedPart, Vec<Diagnostic>)> =
+    let done: Vec<DonePart> =
         model.parts.par_iter().enumerate().map(|(k, part)| prepare_part(PartId::new(k), part, &budget)).collect();
     if budget.exceeded() {
         return Err(budget.error(&model));
     }
     let mut diagnostics = std::mem::take(&mut model.diagnostics);
     let mut parts = Vec::with_capacity(done.len());
-    for (part, found) in done {
-        parts.push(part);
-        diagnostics.extend(found);
+    let mut without_area = Vec::with_capacity(done.len());
+    for part in done {
+        parts.push(part.part);
+        diagnostics.extend(part.diagnostics);
+        without_area.push(part.without_area);
     }
     let clouds: Vec<_> = parts.par_iter().map(extent::cloud).collect();
-    let scene = scene(&model, &clouds);
+    let scene = scene(&model, &clouds, without_area);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 
-fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Vec<Diagnostic>) {
+/// What became of one part.
+#[derive(Default)]
+struct DonePart {
+    part: PreparedPart,
+    diagnostics: Vec<Diagnostic>,
+    without_area: Vec<FaceId>,
+}
+
+fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
     let mut healings = Vec::new();
@@ -141,9 +153,10 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
     let results: Vec<_> = part.faces.par_iter().enumerate().map(draft).collect();
     if budget.exceeded() {
         // Nothing of this will be kept.
-        return (PreparedPart::default(), Vec::new());
+        return DonePart::default();
     }
     let mut diagnostics = Vec::new();
+    let mut without_area = Vec::new();
     let mut drafts = Vec::with_capacity(results.len());
     let mut healings = healings.into_iter().peekable();
     for (k, result) in results.into_iter().enumerate() {
@@ -172,7 +185,10 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
                     tell(Severity::Note, None, draft.notes.join("; "));
                 }
             }
-            Err(e @ face::FaceError::NoArea { .. }) => tell(Severity::Note, None, e.to_string()),
+            Err(e @ face::FaceError::NoArea { .. }) => {
+                tell(Severity::Note, None, e.to_string());
+                without_area.push(FaceId::new(k));
+            }
             Err(e) => tell(Severity::Error, e.place(), e.to_string()),
         }
         drafts.push(result.ok());
@@ -217,7 +233,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
             open.free, open.edges
         ),
     }));
-    (prepared, diagnostics)
+    DonePart { part: prepared, diagnostics, without_area }
 }
 
 /// Runs `draft`; a panic costs this face only.
@@ -233,15 +249,16 @@ pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text").to_owned()
 }
 
-fn scene(model: &Model, clouds: &[Vec<DVec3>]) -> Scene {
+fn scene(model: &Model, clouds: &[Vec<DVec3>], without_area: Vec<Vec<FaceId>>) -> Scene {
     let parts: Vec<ScenePart> = model
         .parts
         .iter()
         .zip(clouds)
-        .map(|(p, cloud)| {
+        .zip(without_area)
+        .map(|((p, cloud), without_area)| {
             let (centre, radius) = extent::centre(cloud).unwrap_or_default();
             let face_colours = p.faces.iter().map(|f| f.colour.or(p.colour)).collect();
-            ScenePart { name: p.name.clone(), face_colours, centre, radius }
+            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius }
         })
         .collect();
     let mut first_face = 0;

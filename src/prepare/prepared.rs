@@ -14,6 +14,8 @@ pub struct PreparedFace {
     pub entity: u64,
     /// Whether its boundary is not quite as stated: it crossed or overlapped itself, or had gaps. A diagnostic says where.
     pub repaired: bool,
+    /// Whether a diagnostic says that its boundary crosses or overlaps itself.
+    pub crosses: bool,
     /// Bézier pieces over the face's parameter box.
     pub patches: BezierPatches,
     /// Derivative bounds per sub-box.

@@ -6,114 +6,12 @@
 
 use super::UvSample;
 use super::pcurve::Projector;
+use super::uv_loop::{Along, Piece, UvLoop, area2, winding_about};
 use crate::model::{Coedge, Edge, Part};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
-
-/// What a piece of a loop runs along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Along {
-    /// A B-rep edge of the part.
-    Edge(u32),
-    /// A pole of the surface (index into the projector's poles); the parameter is the running coordinate.
-    Pole(usize),
-}
-
-/// A stretch of a loop with one pcurve.
-#[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) along: Along,
-    /// Whether the loop runs against the parameter.
-    pub(super) reversed: bool,
-    /// In order of the parameter.
-    pub(super) samples: Vec<UvSample>,
-}
-
-impl Piece {
-    pub(super) fn start(&self) -> DVec2 {
-        self.samples[if self.reversed { self.samples.len() - 1 } else { 0 }].uv
-    }
-
-    pub(super) fn end(&self) -> DVec2 {
-        self.samples[if self.reversed { 0 } else { self.samples.len() - 1 }].uv
-    }
-
-    pub(super) fn shift(&mut self, by: DVec2) {
-        let Along::Edge(_) = self.along else {
-            for s in &mut self.samples {
-                s.uv += by;
-                s.t += by.dot(s.d);
-            }
-            return;
-        };
-        for s in &mut self.samples {
-            s.uv += by;
-        }
-    }
-
-    fn reverse(&mut self) {
-        self.reversed = !self.reversed;
-    }
-
-    /// Points in loop order, without the last.
-    fn polyline(&self) -> impl Iterator<Item = DVec2> + '_ {
-        let n = self.samples.len();
-        (0..n - 1).flat_map(move |k| {
-            let (a, b) = if self.reversed { (n - 1 - k, n - 2 - k) } else { (k, k + 1) };
-            let (lo, hi) = (&self.samples[a.min(b)], &self.samples[a.max(b)]);
-            [self.samples[a].uv, UvSample::between(lo, hi, 0.5 * (lo.t + hi.t))]
-        })
-    }
-}
-
-/// A loop in the unrolled plane.
-#[derive(Clone, Debug)]
-pub(super) struct UvLoop {
-    pub(super) pieces: Vec<Piece>,
-    /// Periods by which the end misses the start.
-    pub(super) winding: [i32; 2],
-}
-
-impl UvLoop {
-    pub(super) fn polyline(&self) -> Vec<DVec2> {
-        self.pieces.iter().flat_map(Piece::polyline).collect()
-    }
-
-    pub(super) fn reverse(&mut self) {
-        self.pieces.reverse();
-        self.pieces.iter_mut().for_each(Piece::reverse);
-        self.winding = [-self.winding[0], -self.winding[1]];
-    }
-
-    pub(super) fn shift(&mut self, by: DVec2) {
-        self.pieces.iter_mut().for_each(|p| p.shift(by));
-    }
-}
-
-/// Twice the signed area of a closed polygon.
-pub(super) fn area2(p: &[DVec2]) -> f64 {
-    let Some(&o) = p.first() else { return 0.0 };
-    (0..p.len()).map(|i| (p[i] - o).perp_dot(p[(i + 1) % p.len()] - o)).sum()
-}
-
-/// Winding number of a closed polygon about `q`.
-pub(super) fn winding_about(p: &[DVec2], q: DVec2) -> i32 {
-    let mut w = 0;
-    for i in 0..p.len() {
-        let (a, b) = (p[i], p[(i + 1) % p.len()]);
-        if (a.y <= q.y) != (b.y <= q.y) {
-            let left = (b - a).perp_dot(q - a);
-            if a.y <= q.y && left > 0.0 {
-                w += 1;
-            } else if a.y > q.y && left < 0.0 {
-                w -= 1;
-            }
-        }
-    }
-    w
-}
 
 /// The kept part of the unrolled plane.
 #[derive(Clone, Debug)]

@@ -107,6 +107,7 @@ pub(super) fn assemble(
             kind: part.faces[k].surface.kind(),
             entity: part.faces[k].entity,
             repaired: !draft.repairs.is_empty(),
+            crosses: draft.crosses,
             patches: draft.patches,
             bounds: draft.bounds,
             maps: draft.maps,

@@ -174,8 +174,7 @@ impl Ladder {
         wrong.extend(flipped(prepared, &sink, chord).map(|(count, worst)| format!("{count} flipped, such as {worst}")));
         let deviation = audit::deviation(prepared, &sink, chord);
         let worst = deviation.beyond_gap.worst.max(deviation.edges.worst);
-        // Along trims triangles may reach into the next cell: a few samples of a coarse mesh are over by a few per cent.
-        if deviation.beyond_gap.p999 > 1.05 || worst > 1.5 {
+        if deviation.beyond_gap.p999 > 1.0 || worst > 1.5 {
             wrong.push(deviation.to_string());
         }
         wrong

@@ -47,6 +47,7 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
         face_colours: vec![Some([1.0, 0.0, 0.0, 1.0]), None, None, None, None, None],
         centre: 0.5 * size,
         radius: 0.5 * size.length(),
+        ..ScenePart::default()
     };
     let instances = transforms.iter().enumerate().map(|(index, &transform)| SceneInstance {
         part: 0,

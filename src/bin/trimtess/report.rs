@@ -12,7 +12,7 @@ use trimtess::frame::{Degradation, Ladder, Rung};
 use trimtess::mesh::{MemorySink, Scene};
 use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
 use trimtess::parallel::{DegradedTile, FrameReport};
-use trimtess::prepare::Prepared;
+use trimtess::prepare::{Prepared, PreparedFace};
 
 /// Diagnostics printed on standard error before the rest is only counted.
 const PRINTED: usize = 12;
@@ -304,6 +304,10 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
     for tile in &made.degraded {
         let lost = !meshed[tile.part.index()][tile.face.index()];
         let severity = match &tile.degradation {
+            // Prepare has seen the same crossing.
+            Degradation::NotSimple { .. } if row_of(prepared, tile.part, tile.face).is_some_and(|row| row.crosses) => {
+                continue;
+            }
             Degradation::NotSimple { .. } => Severity::Warning,
             Degradation::Empty if lost => Severity::Error,
             // The tile's share of the face is thinner than the tolerance; its neighbours close over it.
@@ -326,13 +330,16 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
     }));
 }
 
+/// A face that prepare could use.
+fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFace> {
+    let rows = prepared.parts.get(part.index())?;
+    let row = rows.face_rows.get(face.index()).copied().flatten()?;
+    rows.faces.get(row as usize)
+}
+
 /// Entity number of a face that has tiles; 0 if it has none, or no number.
 fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
-    let row = prepared.parts.get(part.index()).and_then(|rows| {
-        let row = rows.face_rows.get(face.index()).copied().flatten()?;
-        rows.faces.get(row as usize)
-    });
-    row.map_or(0, |row| row.entity)
+    row_of(prepared, part, face).map_or(0, |row| row.entity)
 }
 
 /// An edge without polyline is told by the first of the faces that use it.
@@ -545,6 +552,32 @@ mod tests {
         assert_eq!((report.ladder.count(Rung::Normal), report.ladder.count(Rung::Lost)), (5, 1));
         let json = serde_json::to_value(&report).expect("a report");
         assert_eq!(json["ladder"]["lost"], 1);
+    }
+
+    #[test]
+    fn wires_that_cross_are_told_once() {
+        use glam::DVec3;
+        use std::sync::Arc;
+        use trimtess::frame::{Tolerance, plan};
+        use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
+        use trimtess::prepare::{PrepareOptions, prepare};
+        let mut part = PartBuilder::new("figure eight");
+        let shell = part.plain_shell(ShellKind::Open);
+        let corners = [(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let wire = Loop::Edges(part.polygon(&corners));
+        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![wire], false);
+        let mut model = ModelBuilder::new("case");
+        let part = model.part(part.finish().expect("a sound part"));
+        model.place(part, DAffine3::IDENTITY);
+        let model = model.finish().expect("a sound model");
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
+        let mut sink = MemorySink::default();
+        let made = trimtess::parallel::serial(&prepared, &plan, false, &mut sink).expect("a frame");
+        assert_eq!(made.degraded.len(), 1, "the tile knows of it, too");
+        let report = Report::of(&sink, &prepared, &made);
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face)).collect();
+        assert_eq!(told, [("warning", Some(0))], "{:?}", report.diagnostics);
     }
 
     #[test]

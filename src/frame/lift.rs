@@ -1,0 +1,37 @@
+//! A triangle and the surface that it stands for -> how far they are apart.
+//!
+//! Measured in the middles of the triangle's sides, which is exact for surfaces of second degree.
+
+use crate::mesh::PatchMesh;
+use crate::model::SurfaceDerivatives;
+use crate::prepare::PreparedFace;
+use glam::DVec2;
+
+/// The surface that triangles are compared with.
+pub(super) struct Surface<'a> {
+    pub(super) face: &'a PreparedFace,
+    /// Parameters of the vertices.
+    pub(super) uvs: &'a mut Vec<DVec2>,
+}
+
+impl Surface<'_> {
+    /// The surface in the middle of an edge.
+    pub(super) fn middle(&self, a: u32, b: u32) -> (DVec2, SurfaceDerivatives) {
+        let uv = self.uvs[a as usize].midpoint(self.uvs[b as usize]);
+        (uv, self.face.patches.derivatives(uv.x, uv.y))
+    }
+
+    /// How far the surface is above the middle of an edge, along its normal.
+    pub(super) fn lift(&self, mesh: &PatchMesh, a: u32, b: u32) -> f64 {
+        let (_, d) = self.middle(a, b);
+        let chord = mesh.positions[a as usize].midpoint(mesh.positions[b as usize]);
+        (d.point - chord).dot(d.du.cross(d.dv).normalize_or_zero())
+    }
+
+    /// How far the triangle is from the surface, along its normals.
+    pub(super) fn deviation(&self, mesh: &PatchMesh, [a, b, c]: [u32; 3]) -> f64 {
+        let [x, y, z] = [(a, b), (b, c), (c, a)].map(|(a, b)| self.lift(mesh, a, b));
+        // A parabola that vanishes at the corners is four ninths of the three together in the centroid.
+        [x, y, z, (x + y + z) * 4.0 / 9.0].into_iter().fold(0.0, |most, lift| most.max(lift.abs()))
+    }
+}
