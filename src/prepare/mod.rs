@@ -19,9 +19,15 @@ mod extent;
 
 mod face;
 
+mod free_region;
+pub use free_region::{FreeRegion, NoRegion};
+
 mod heal;
 
 mod inside;
+
+mod intersect;
+pub use intersect::{CurveMeeting, CurvePlace, MeetingKind, intersections};
 
 mod limits;
 pub use limits::{PrepareError, PrepareLimits};
@@ -36,6 +42,9 @@ mod prepared;
 pub use prepared::{Break, EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 
 mod region;
+
+mod spans;
+pub use spans::UvDomain;
 
 mod topology;
 

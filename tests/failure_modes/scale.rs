@@ -84,7 +84,9 @@ fn a_tolerance_far_larger_than_the_part() {
 fn no_tolerance_at_all_keeps_every_face_of_every_shape() {
     // Infinite chord, any angle: the coarsest mesh there is.
     for name in shapes::NAMES {
-        let prepared = Arc::new(prepare(shapes::by_name(name).expect("a shape"), &PrepareOptions::DEFAULT).expect("within the limits"));
+        let prepared = Arc::new(
+            prepare(shapes::by_name(name).expect("a shape"), &PrepareOptions::DEFAULT).expect("within the limits"),
+        );
         let plan = plan(&prepared, &Tolerance { chord: f64::INFINITY, angle: 9.0, max_edge: None });
         let mut sink = MemorySink::default();
         let report = serial(&prepared, &plan, false, &mut sink).expect("a frame");
