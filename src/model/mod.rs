@@ -47,5 +47,7 @@ pub use validate::MAX_DEGREE;
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
 
+mod teapot;
+
 /// Small models by name.
 pub mod shapes;

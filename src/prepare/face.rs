@@ -4,11 +4,12 @@ use super::arc_bounds;
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, Tangled, arrange};
 use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
+use super::free_edges::FreeFace;
 use super::meeting::{Meeting, fold};
 use super::pcurve::Projector;
 use super::region::{Along, Passages, Region, RegionError, region, trace_loop};
-use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
-use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError};
+use super::{BezierPatches, BezierSpline3, NoRegion, SurfaceBounds, UvCurve, UvSample};
+use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError, TrimError};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -110,6 +111,14 @@ pub(super) enum FaceError {
     OffSurface { gap: f64, extent: f64 },
     /// Something that cannot happen did.
     Internal(String),
+    /// A free trimming curve is none.
+    Trim { curve: usize, error: TrimError },
+    /// Free trims on a surface that does not end.
+    NoDomain { low: DVec2, high: DVec2 },
+    /// Free trims that cannot be told apart.
+    Untold { error: NoRegion, place: DVec3 },
+    /// The trims keep nothing of the face.
+    NothingKept,
     /// The surface is a point or a curve.
     NoArea { size: f64 },
     /// The region has no extent in direction 0 (u) or 1 (v).
@@ -126,6 +135,12 @@ impl fmt::Display for FaceError {
                 write!(f, "edges lie {gap:.3e} mm off the surface of a face of {extent:.3e} mm")
             }
             Self::Internal(what) => write!(f, "internal error: {what}"),
+            Self::Trim { curve, error } => write!(f, "free trimming curve {curve}: {error}"),
+            Self::NoDomain { low, high } => {
+                write!(f, "free trims need a bounded surface; this one reaches from {low} to {high} in (u, v)")
+            }
+            Self::Untold { error, .. } => error.fmt(f),
+            Self::NothingKept => write!(f, "the trimming curves keep nothing of the face"),
             Self::NoArea { size } => {
                 write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
             }
@@ -140,7 +155,7 @@ impl FaceError {
     /// Where, if it is anywhere more than elsewhere on the face.
     pub(super) fn place(&self) -> Option<DVec3> {
         match self {
-            Self::Tangled { place, .. } => Some(*place),
+            Self::Tangled { place, .. } | Self::Untold { place, .. } => Some(*place),
             _ => None,
         }
     }
@@ -170,8 +185,13 @@ const GAP_SHARE: f64 = 1e-4;
 /// bounds nothing, and resolving its crossings can take minutes.
 const LOST_SHARE: f64 = 0.05;
 
-/// Prepares a face by itself. `size` is the diagonal of the part's box.
-pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
+/// Prepares a face by itself. `free`: what became of its free trims, if it has any. `size` is the diagonal of the part's box.
+pub(super) fn draft(
+    part: &Part,
+    face: &Face,
+    free: Option<&Result<FreeFace, FaceError>>,
+    size: f64,
+) -> Result<FaceDraft, FaceError> {
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
     let extent = face_extent(part, face).unwrap_or(size);
@@ -210,7 +230,15 @@ pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, Fa
     if !near {
         return Err(FaceError::OffSurface { gap, extent });
     }
-    let region = region(loops, named_pole, &projector)?;
+    let region = match free {
+        Some(free) => {
+            let free = free.clone()?;
+            notes.extend(free.notes);
+            repairs.extend(free.repairs);
+            free.region
+        }
+        None => region(loops, named_pole, &projector)?,
+    };
     if let Some((across, at)) = region.unbounded {
         let place = region.loops.first().map(|l| {
             let mut uv = l.pieces[0].start();

@@ -64,8 +64,19 @@ pub struct FreeRegion {
     /// In the unit square.
     pub(super) nodes: Vec<DVec2>,
     pub(super) loops: Vec<Vec<Arc>>,
-    /// What is not as stated: curves that leave the domain, cross themselves, or end inside; and where.
-    pub notes: Vec<(DVec2, String)>,
+    /// Curves that leave the domain, cross themselves, or end inside.
+    pub notes: Vec<TrimNote>,
+}
+
+/// Something told of a trimming curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimNote {
+    /// Where.
+    pub at: DVec2,
+    /// Which curve, and what.
+    pub what: String,
+    /// Whether the curve had to be changed: it ended inside the domain.
+    pub repaired: bool,
 }
 
 /// The arcs that bound the region do not close to loops.
@@ -145,6 +156,11 @@ impl FreeRegion {
         &self.wires[chain].chain.spans[span]
     }
 
+    fn tell(&mut self, p: DVec2, what: String, repaired: bool) {
+        let at = self.domain.of_unit(p.clamp(DVec2::ZERO, DVec2::ONE));
+        self.notes.push(TrimNote { at, what, repaired });
+    }
+
     /// Closes a curve.
     fn wire(&mut self, curve: usize, mut chain: Chain) -> Wire {
         let mut closure = Vec::new();
@@ -152,7 +168,7 @@ impl FreeRegion {
         let outside = spans.iter().flat_map(|s| s.ends).find(|&p| p.clamp(DVec2::ZERO, DVec2::ONE).distance(p) > TOUCH);
         if let Some(p) = outside {
             let what = format!("trimming curve {curve} leaves the domain; it was clipped there");
-            self.notes.push((self.domain.of_unit(p.clamp(DVec2::ZERO, DVec2::ONE)), what));
+            self.tell(p, what, false);
         }
         if let (false, Some(first), Some(last)) = (chain.closed, spans.first(), spans.last()) {
             let (start, end) = (first.ends[0], last.ends[1]);
@@ -178,7 +194,7 @@ impl FreeRegion {
                         "open trimming curve {curve} {which} {missing:.3e} of the domain inside its border; it was \
                          extended straight to it"
                     );
-                    self.notes.push((self.domain.of_unit(inner), what));
+                    self.tell(inner, what, true);
                     let line = Span::line(p, q, piece + usize::from(!at_end), (0.0, 1.0));
                     if at_end { spans.push(line) } else { spans.insert(0, line) }
                 } else {
@@ -207,8 +223,8 @@ impl FreeRegion {
         for m in meetings(&chains) {
             if m.at[0].chain == m.at[1].chain {
                 let what = format!("trimming curve {} crosses or touches itself", m.at[0].chain.saturating_sub(1));
-                if self.notes.iter().all(|n| n.1 != what) {
-                    self.notes.push((self.domain.of_unit(m.point), what));
+                if self.notes.iter().all(|n| n.what != what) {
+                    self.tell(m.point, what, false);
                 }
             }
             places.extend(m.at.map(|p| (p, m.point)));

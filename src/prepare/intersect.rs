@@ -359,8 +359,11 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
             };
             if small || (thick(&x, normals[0]) <= 0.25 * TOUCH && thick(&y, normals[1]) <= 0.25 * TOUCH) {
                 let middle = [&x, &y].map(|z| 0.5 * (z.range[0] + z.range[1]));
-                let at = tangency(a, b, [x.range, y.range]).unwrap_or(middle);
-                if a.point(at[0]).distance(b.point(at[1])) <= 4.0 * TOUCH {
+                let at = tangency(a, b, middle).unwrap_or(middle);
+                // Nearest beyond an end, they meet there or not at all.
+                let inside = at.iter().all(|t| (-1e-9..=1.0 + 1e-9).contains(t));
+                let at = at.map(|t| t.clamp(0.0, 1.0));
+                if inside && a.point(at[0]).distance(b.point(at[1])) <= 4.0 * TOUCH {
                     add(a, b, at, kind(a, b, at), out);
                 }
                 continue;
@@ -403,10 +406,9 @@ fn newton(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     (a.point(at[0]).distance(b.point(at[1])) <= 1e-3 * TOUCH).then_some(at)
 }
 
-/// Where two stretches are parallel and opposite each other, if that is in or next to both.
-fn tangency(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
-    const STEPS: usize = 20;
-    let mut at = ranges.map(|r| 0.5 * (r[0] + r[1]));
+/// Where two spans, or their continuations, are parallel and opposite each other; none if Newton's method finds no place.
+fn tangency(a: &Span, b: &Span, mut at: [f64; 2]) -> Option<[f64; 2]> {
+    const STEPS: usize = 30;
     for _ in 0..STEPS {
         let ([p, d, d2], [q, e, e2]) = (a.derivatives(at[0]), b.derivatives(at[1]));
         let f = DVec2::new(d.perp_dot(e), (p - q).dot(d));
@@ -419,13 +421,9 @@ fn tangency(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
             return None;
         }
         at = [0, 1].map(|k| at[k] - step[k]);
-        if step.abs().max_element() <= 1e-13 {
-            break;
+        if step.abs().max_element() <= 1e-12 {
+            return Some(at);
         }
     }
-    let near = (0..2).all(|k| {
-        let reach = 2.0 * (ranges[k][1] - ranges[k][0]);
-        at[k] >= (ranges[k][0] - reach).max(0.0) && at[k] <= (ranges[k][1] + reach).min(1.0)
-    });
-    near.then_some(at)
+    None
 }

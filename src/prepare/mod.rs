@@ -19,8 +19,10 @@ mod extent;
 
 mod face;
 
+mod free_edges;
+
 mod free_region;
-pub use free_region::{FreeRegion, NoRegion};
+pub use free_region::{FreeRegion, NoRegion, TrimNote};
 
 mod heal;
 
@@ -129,15 +131,16 @@ fn prepare_all(mut model: Model, limits: PrepareLimits) -> Result<Prepared, Prep
 fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Vec<Diagnostic>) {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
+    let (trimmed, free) = free_edges::free_faces(stated, size);
     let mut healings = Vec::new();
-    let part = &*heal::heal(stated, size, &mut healings);
+    let part = &*heal::heal(&trimmed, size, &mut healings);
     healings.sort_by_key(|h| h.face);
-    let draft = |f: &Face| {
-        let drafted = (!f.lost && !budget.exceeded()).then(|| guarded(|| face::draft(part, f, size)))?;
+    let draft = |(f, free): (&Face, &Option<_>)| {
+        let drafted = (!f.lost && !budget.exceeded()).then(|| guarded(|| face::draft(part, f, free.as_ref(), size)))?;
         drafted.iter().for_each(|draft| budget.spend(draft));
         Some(drafted)
     };
-    let results: Vec<_> = part.faces.par_iter().map(draft).collect();
+    let results: Vec<_> = part.faces.par_iter().zip(&free).map(draft).collect();
     if budget.exceeded() {
         // Nothing of this will be kept.
         return (PreparedPart::default(), Vec::new());
@@ -171,13 +174,16 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
                     tell(Severity::Note, None, draft.notes.join("; "));
                 }
             }
-            Err(e @ face::FaceError::NoArea { .. }) => tell(Severity::Note, None, e.to_string()),
+            Err(e @ (face::FaceError::NoArea { .. } | face::FaceError::NothingKept)) => {
+                tell(Severity::Note, None, e.to_string())
+            }
             Err(e) => tell(Severity::Error, e.place(), e.to_string()),
         }
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, stated.edges.len(), drafts, &mut turned)));
+    let prepared =
+        catch_unwind(AssertUnwindSafe(|| topology::assemble(part, trimmed.edges.len(), drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = face::FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
@@ -202,9 +208,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> (PreparedPart, Ve
 }
 
 /// Runs `draft`; a panic costs this face only.
-fn guarded(
-    draft: impl FnOnce() -> Result<face::FaceDraft, face::FaceError>,
-) -> Result<face::FaceDraft, face::FaceError> {
+fn guarded<T>(draft: impl FnOnce() -> Result<T, face::FaceError>) -> Result<T, face::FaceError> {
     catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| Err(face::FaceError::Internal(panic_message(&*panic))))
 }
 

@@ -3,5 +3,6 @@
 
 mod configurations;
 mod draw;
+mod meshes;
 mod model;
 mod regions;

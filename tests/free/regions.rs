@@ -157,11 +157,11 @@ fn open_curves_go_on_along_the_border() {
         // Beyond the border on both sides: clipped, and told.
         let clipped = region(rule, &[line((0.3, -0.5), (0.3, 1.5))]);
         assert_area(&clipped, 1, 0.3);
-        assert!(clipped.notes.iter().any(|n| n.1.contains("leaves the domain")), "{:?}", clipped.notes);
+        assert!(clipped.notes.iter().any(|n| n.what.contains("leaves the domain")), "{:?}", clipped.notes);
         // Ends inside: extended, and told.
         let short = region(rule, &[line((0.3, 0.1), (0.3, 0.95))]);
         assert_area(&short, 1, 0.3);
-        assert!(short.notes.iter().any(|n| n.1.contains("inside its border")), "{:?}", short.notes);
+        assert!(short.notes.iter().any(|n| n.what.contains("inside its border")), "{:?}", short.notes);
     }
     // Two that cross: the paper keeps what is left of both.
     let cross = [line((0.0, 0.4), (1.0, 0.4)), line((0.3, 0.0), (0.3, 1.0))];
@@ -203,7 +203,7 @@ fn a_curve_that_crosses_itself_is_told_and_wound() {
     let eight = TrimCurve::polygon(vec![p(0.2, 0.3), p(0.8, 0.7), p(0.8, 0.3), p(0.2, 0.7)]);
     let both = region(TrimRule::NonZero, &[eight.clone()]);
     assert_area(&both, 2, 0.12);
-    assert!(both.notes.iter().any(|n| n.1.contains("crosses or touches itself")), "{:?}", both.notes);
+    assert!(both.notes.iter().any(|n| n.what.contains("crosses or touches itself")), "{:?}", both.notes);
     assert_area(&region(TrimRule::EvenOdd, &[eight]), 2, 0.12);
 }
 
