@@ -217,8 +217,16 @@ fn by_eigenvalues(a: &NurbsCurve2, b: &NurbsCurve2) -> Vec<[f64; 2]> {
             let share = (p - a.points[0]).dot(d) / d.length_squared();
             share
         } else {
-            let ratio = vector[1] / (vector[0] + vector[1]);
-            ratio.re
+            // Blocks are multiplied by powers of s / (1 - s): the largest has the most digits.
+            let size = |k: usize| (0..n).map(|i| vector[k * n + i].norm()).sum::<f64>();
+            let block = (0..m).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap();
+            let entry = |i: usize| vector[block * n + i];
+            let pair = (0..n - 1).max_by(|&a, &b| {
+                let size = |i: usize| entry(i).norm() + entry(i + 1).norm();
+                size(a).total_cmp(&size(b))
+            });
+            let i = pair.unwrap();
+            (entry(i + 1) / (entry(i) + entry(i + 1))).re
         };
         if (-1e-9..=1.0 + 1e-9).contains(&t)
             && a.point(t.clamp(0.0, 1.0)).distance(b.point(s.re.clamp(0.0, 1.0))) <= 1e-7
@@ -235,7 +243,7 @@ fn random_bezier_curves_meet_where_eigenvalues_say() {
     let mut points = 0;
     for degree_a in 2..=5 {
         for degree_b in 2..=5 {
-            for k in 0..60 {
+            for k in 0..100 {
                 let (a, b) = (draw.bezier(degree_a, k % 2 == 1), draw.bezier(degree_b, k % 3 == 1));
                 let found = met(&[TrimCurve::nurbs(a.clone()), TrimCurve::nurbs(b.clone())]);
                 let found: Vec<_> = found.into_iter().filter(|m| m.at[0].curve != m.at[1].curve).collect();

@@ -21,6 +21,9 @@ pub(super) const SAME: f64 = 10.0 * TOUCH;
 /// Pairs of halves looked at for one pair of arcs. Crossings need 10 to 100, touching ones a few hundred.
 const MAX_PAIRS: usize = 20_000;
 
+/// Sine of the angle below which a crossing may be a part of a touch.
+const SHALLOW: f64 = 1e-3;
+
 /// How two curves meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MeetingKind {
@@ -258,8 +261,13 @@ fn meet(a: &Span, b: &Span) -> Vec<SpanMeeting> {
 fn kind(a: &Span, b: &Span, at: [f64; 2]) -> MeetingKind {
     /// Sine of the angle below which tangents are one.
     const PARALLEL: f64 = 1e-6;
+    if sine(a, b, at) <= PARALLEL { MeetingKind::Touch } else { MeetingKind::Crossing }
+}
+
+/// The sine of the angle between two spans; 0 where one of them has no tangent.
+fn sine(a: &Span, b: &Span, at: [f64; 2]) -> f64 {
     let (d, e) = (a.derivatives(at[0])[1], b.derivatives(at[1])[1]);
-    if d.perp_dot(e).abs() <= PARALLEL * d.length() * e.length() { MeetingKind::Touch } else { MeetingKind::Crossing }
+    d.normalize_or_zero().perp_dot(e.normalize_or_zero()).abs()
 }
 
 /// Whether two spans are one between two points that they have in common.
@@ -349,7 +357,11 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
         let between = d.perp_dot(e).abs().atan2(d.dot(e).abs());
         if !small && between > x.cone() + y.cone() {
             if let Some(at) = newton(a, b, [x.range, y.range]) {
-                add(a, b, at, MeetingKind::Crossing, out);
+                // Curves that touch are one to rounding so far beside that point that they seem to cross.
+                match Some(at).filter(|&at| sine(a, b, at) <= SHALLOW).and_then(|at| touch(a, b, at)) {
+                    Some(touch) => add(a, b, touch, MeetingKind::Touch, out),
+                    None => add(a, b, at, MeetingKind::Crossing, out),
+                }
                 continue;
             }
         } else {
@@ -359,11 +371,11 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
             };
             if small || (thick(&x, normals[0]) <= 0.25 * TOUCH && thick(&y, normals[1]) <= 0.25 * TOUCH) {
                 let middle = [&x, &y].map(|z| 0.5 * (z.range[0] + z.range[1]));
-                let at = tangency(a, b, middle).unwrap_or(middle);
-                // Nearest beyond an end, they meet there or not at all.
-                let inside = at.iter().all(|t| (-1e-9..=1.0 + 1e-9).contains(t));
-                let at = at.map(|t| t.clamp(0.0, 1.0));
-                if inside && a.point(at[0]).distance(b.point(at[1])) <= 4.0 * TOUCH {
+                let near = |at: &[f64; 2]| a.point(at[0]).distance(b.point(at[1])) <= 4.0 * TOUCH;
+                // Nearest beyond an end, they meet at the end or not at all.
+                let found =
+                    if tangency(a, b, middle).is_some() { touch(a, b, middle) } else { Some(middle).filter(near) };
+                if let Some(at) = found {
                     add(a, b, at, kind(a, b, at), out);
                 }
                 continue;
@@ -404,6 +416,13 @@ fn newton(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     }
     let at = [0, 1].map(|k| at[k].clamp(ranges[k][0], ranges[k][1]));
     (a.point(at[0]).distance(b.point(at[1])) <= 1e-3 * TOUCH).then_some(at)
+}
+
+/// Where two spans touch, if they do near the places `at`.
+fn touch(a: &Span, b: &Span, at: [f64; 2]) -> Option<[f64; 2]> {
+    let at = tangency(a, b, at).filter(|at| at.iter().all(|t| (-1e-9..=1.0 + 1e-9).contains(t)))?;
+    let at = at.map(|t| t.clamp(0.0, 1.0));
+    (a.point(at[0]).distance(b.point(at[1])) <= 4.0 * TOUCH).then_some(at)
 }
 
 /// Where two spans, or their continuations, are parallel and opposite each other; none if Newton's method finds no place.
