@@ -214,8 +214,7 @@ fn by_eigenvalues(a: &NurbsCurve2, b: &NurbsCurve2) -> Vec<[f64; 2]> {
         let t = if n == 1 {
             let p = b.point(s.re.clamp(0.0, 1.0));
             let d = a.points[1] - a.points[0];
-            let share = (p - a.points[0]).dot(d) / d.length_squared();
-            share
+            (p - a.points[0]).dot(d) / d.length_squared()
         } else {
             // Blocks are multiplied by powers of s / (1 - s): the largest has the most digits.
             let size = |k: usize| (0..n).map(|i| vector[k * n + i].norm()).sum::<f64>();

@@ -11,8 +11,8 @@ use super::spans::{Span, UvDomain, spans};
 use crate::model::TrimCurve;
 use glam::{DMat2, DVec2, DVec3};
 
-/// Distance in the unit square below which points are one. Curves come with twelve digits or more; a trillionth of a domain
-/// is below what positions resolve, and a sliver of a billionth has no triangles.
+/// Distance in the unit square below which points are one: curves come with twelve digits or more, and a sliver of a
+/// billionth of a domain has no triangles.
 pub(super) const TOUCH: f64 = 1e-9;
 
 /// Distance below which two meetings are one.

@@ -152,7 +152,7 @@ fn open_curves_go_on_along_the_border() {
                 circle_arc(DVec2::new(0.5, 0.0), 0.2, FRAC_PI_2, PI),
             ],
         };
-        assert_area(&region(rule, &[cap.clone()]), 1, 0.02 * PI);
+        assert_area(&region(rule, std::slice::from_ref(&cap)), 1, 0.02 * PI);
         assert_area(&region(rule, &[cap.reversed()]), 1, 1.0 - 0.02 * PI);
         // Beyond the border on both sides: clipped, and told.
         let clipped = region(rule, &[line((0.3, -0.5), (0.3, 1.5))]);
@@ -201,7 +201,7 @@ fn a_curve_that_crosses_itself_is_told_and_wound() {
     // A figure of eight: one lobe either way round.
     let p = |x: f64, y: f64| DVec2::new(x, y);
     let eight = TrimCurve::polygon(vec![p(0.2, 0.3), p(0.8, 0.7), p(0.8, 0.3), p(0.2, 0.7)]);
-    let both = region(TrimRule::NonZero, &[eight.clone()]);
+    let both = region(TrimRule::NonZero, std::slice::from_ref(&eight));
     assert_area(&both, 2, 0.12);
     assert!(both.notes.iter().any(|n| n.what.contains("crosses or touches itself")), "{:?}", both.notes);
     assert_area(&region(TrimRule::EvenOdd, &[eight]), 2, 0.12);
@@ -210,7 +210,7 @@ fn a_curve_that_crosses_itself_is_told_and_wound() {
 #[test]
 fn flowers_keep_their_area_under_scaled_domains() {
     let curve = flower(DVec2::new(0.5, 0.5), 0.3, 5, 0.5);
-    let unit = region(TrimRule::Handedness, &[curve.clone()]).area();
+    let unit = region(TrimRule::Handedness, std::slice::from_ref(&curve)).area();
     let scale = |p: DVec2| DVec2::new(-3.0 + 7.0 * p.x, 100.0 + 0.01 * p.y);
     let trimtess::model::TrimPiece::Nurbs(mut nurbs) = curve.pieces[0].clone() else { panic!("a flower is NURBS") };
     nurbs.points.iter_mut().for_each(|p| *p = scale(*p));
