@@ -27,7 +27,7 @@ fn model_of(part: Part) -> Model {
 }
 
 fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
-    Face { surface, loops, reversed, shell: 0, colour: None, name: String::new(), entity: 0, lost: false }
+    Face { surface, loops, trims: None, reversed, shell: 0, colour: None, name: String::new(), entity: 0, lost: false }
 }
 
 fn whole(surface: Surface) -> Model {

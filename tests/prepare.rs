@@ -161,6 +161,7 @@ fn bare(surface: NurbsSurface) -> Part {
         faces: vec![Face {
             surface: Surface::Nurbs(surface),
             loops: Vec::new(),
+            trims: None,
             reversed: false,
             shell: 0,
             colour: None,

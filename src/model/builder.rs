@@ -1,8 +1,8 @@
 //! Geometry stated by hand -> checked parts and models.
 
 use super::{
-    Coedge, Colour, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Instance, InstanceId, Loop, Model, ModelError,
-    NurbsCurve3, Part, PartError, PartId, Shell, ShellKind, Surface, VertexId,
+    Coedge, Colour, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, FreeTrims, Instance, InstanceId, Loop, Model,
+    ModelError, NurbsCurve3, Part, PartError, PartId, Shell, ShellKind, Surface, VertexId,
 };
 use glam::{DAffine3, DVec3};
 use std::f64::consts::TAU;
@@ -96,7 +96,26 @@ impl PartBuilder {
 
     /// Adds a face without colour and name; `reversed` if its outward normal is opposite to the surface's.
     pub fn plain_face(&mut self, surface: Surface, shell: u32, loops: Vec<Loop>, reversed: bool) -> FaceId {
-        self.face(Face { surface, loops, reversed, shell, colour: None, name: String::new(), entity: 0, lost: false })
+        self.face(face(surface, shell, loops, None, reversed))
+    }
+
+    /// Adds a face without colour and name that free curves in (u,v) trim; its surface must have a bounded domain.
+    ///
+    /// ```
+    /// use glam::DVec2;
+    /// use trimtess::model::{FreeTrims, PartBuilder, ShellKind, Surface, Frame3, TrimCurve, TrimRule};
+    ///
+    /// let mut part = PartBuilder::new("half a ring");
+    /// let shell = part.plain_shell(ShellKind::Open);
+    /// let torus = Surface::Torus { frame: Frame3::WORLD, major: 3.0, minor: 1.0 };
+    /// // From the bottom of the domain to its top: what lies left of u = 3 is kept.
+    /// let cut = TrimCurve::polyline(vec![DVec2::new(3.0, 0.0), DVec2::new(3.0, 2.0 * std::f64::consts::PI)]);
+    /// part.trimmed_face(torus, shell, FreeTrims { rule: TrimRule::Handedness, curves: vec![cut] }, false);
+    /// assert_eq!(part.finish()?.faces.len(), 1);
+    /// # Ok::<(), trimtess::model::PartError>(())
+    /// ```
+    pub fn trimmed_face(&mut self, surface: Surface, shell: u32, trims: FreeTrims, reversed: bool) -> FaceId {
+        self.face(face(surface, shell, Vec::new(), Some(trims), reversed))
     }
 
     /// What has been added so far.
@@ -113,6 +132,11 @@ impl PartBuilder {
         self.part.check()?;
         Ok(self.part)
     }
+}
+
+fn face(surface: Surface, shell: u32, loops: Vec<Loop>, trims: Option<FreeTrims>, reversed: bool) -> Face {
+    let name = String::new();
+    Face { surface, loops, trims, reversed, shell, colour: None, name, entity: 0, lost: false }
 }
 
 impl EdgeId {

@@ -1,6 +1,6 @@
 //! What [`Part::check`](super::Part::check) and [`Model::check`](super::Model::check) refuse, with the numbers that show why.
 
-use super::{EdgeId, FaceId, InstanceId, PartId, VertexId};
+use super::{EdgeId, FaceId, InstanceId, PartId, TrimError, VertexId};
 use std::error::Error;
 use std::fmt;
 
@@ -244,8 +244,26 @@ pub enum PartError {
         /// How far apart, millimetres.
         distance: f64,
     },
-    /// A face without loops on a surface that is not bounded.
+    /// A face without loops, or with free trims, on a surface that is not bounded.
     Unbounded(FaceId),
+    /// A free trimming curve is none.
+    Trim {
+        /// The face.
+        face: FaceId,
+        /// Which of its curves.
+        curve: usize,
+        /// Why.
+        error: TrimError,
+    },
+    /// A face has both loops and free trims.
+    TwoBoundaries {
+        /// The face.
+        face: FaceId,
+        /// Number of its loops.
+        loops: usize,
+        /// Number of its free curves.
+        curves: usize,
+    },
 }
 
 impl fmt::Display for PartError {
@@ -281,6 +299,10 @@ impl fmt::Display for PartError {
                 face.0, end.0, start.0
             ),
             Self::Unbounded(face) => write!(f, "face {} has no loops and its surface no bounds", face.0),
+            Self::Trim { face, curve, error } => write!(f, "free trimming curve {curve} of face {}: {error}", face.0),
+            Self::TwoBoundaries { face, loops, curves } => {
+                write!(f, "face {} has {loops} loops and {curves} free trimming curves", face.0)
+            }
         }
     }
 }

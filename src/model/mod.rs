@@ -35,6 +35,9 @@ pub use part::{
     Coedge, Colour, CurveKind, Diagnostic, Edge, Face, Instance, Loop, Model, Part, Severity, Shell, ShellKind,
 };
 
+mod trim;
+pub use trim::{FreeTrims, TrimCurve, TrimError, TrimPiece, TrimRule};
+
 mod error;
 pub use error::{ModelError, PartError, SplineError, SurfaceError};
 
@@ -43,6 +46,8 @@ pub use validate::MAX_DEGREE;
 
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
+
+mod teapot;
 
 /// Small models by name.
 pub mod shapes;

@@ -1,6 +1,6 @@
 //! Parts (B-reps), instances and the model that holds them.
 
-use super::{EdgeId, FaceId, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
+use super::{EdgeId, FaceId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 
 /// Linear RGBA, 0..1. Files' sRGB values are stored as given.
@@ -67,6 +67,8 @@ pub struct Face {
     pub surface: Surface,
     /// Its boundaries; empty for a surface that is kept whole (closed, or with a bounded natural domain).
     pub loops: Vec<Loop>,
+    /// Curves in (u,v) that trim it freely, instead of `loops`: a face has one or the other.
+    pub trims: Option<FreeTrims>,
     /// Whether the face's outward normal is opposite to the surface's `S_u × S_v`.
     pub reversed: bool,
     /// The shell it belongs to: faces of one shell are oriented together.

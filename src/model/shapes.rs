@@ -4,21 +4,22 @@
 //! surface kept whole, free-form borders, several solids, instances with colours.
 
 use super::{
-    Coedge, CurveKind, EdgeId, Frame3, Instance, Loop, Model, ModelBuilder, NurbsCurve, NurbsSurface, Part,
-    PartBuilder, ShellKind, Surface, VertexId,
+    Coedge, CurveKind, EdgeId, Frame3, FreeTrims, Instance, Loop, Model, ModelBuilder, NurbsCurve, NurbsCurve2,
+    NurbsSurface, Part, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule, VertexId,
 };
-use glam::{DAffine3, DVec3};
-use std::f64::consts::FRAC_PI_4;
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// What [`by_name`] knows, in the order of what they need.
-pub const NAMES: [&str; 9] = ["square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair"];
+pub const NAMES: [&str; 11] =
+    ["square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair", "flower", "teapot"];
 
 /// The shape of that name; `None` if there is none.
 ///
 /// ```
 /// use trimtess::model::shapes;
 /// assert!(shapes::NAMES.iter().all(|name| shapes::by_name(name).is_some()));
-/// assert!(shapes::by_name("teapot").is_none());
+/// assert!(shapes::by_name("kettle").is_none());
 /// ```
 #[must_use]
 pub fn by_name(name: &str) -> Option<Model> {
@@ -31,6 +32,8 @@ pub fn by_name(name: &str) -> Option<Model> {
         "sphere" => sphere(),
         "torus" => torus(),
         "wave" => wave(),
+        "flower" => flower(),
+        "teapot" => super::teapot::teapot(),
         "pair" => return Some(pair()),
         _ => return None,
     };
@@ -144,14 +147,25 @@ pub fn torus() -> Part {
     part.finish().expect(SOUND)
 }
 
+/// Control points of the bicubic sheet of [`wave`] and [`flower`].
+fn sheet_point(i: usize, j: usize) -> DVec3 {
+    const HEIGHTS: [[f64; 4]; 4] =
+        [[0.0, 2.0, -1.0, 0.0], [3.0, -4.0, 5.0, 1.0], [-2.0, 6.0, -3.0, 2.0], [0.0, 1.0, 3.0, -1.0]];
+    DVec3::new(4.0 * i as f64 - 6.0, 4.0 * j as f64 - 6.0, HEIGHTS[i][j])
+}
+
+fn sheet() -> NurbsSurface {
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let points = (0..4).flat_map(|i| (0..4).map(move |j| sheet_point(i, j))).collect();
+    NurbsSurface { degree_u: 3, degree_v: 3, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() }
+}
+
 /// A bicubic sheet over a square of side 12, bounded by its own borders.
 #[must_use]
 pub fn wave() -> Part {
-    const HEIGHTS: [[f64; 4]; 4] =
-        [[0.0, 2.0, -1.0, 0.0], [3.0, -4.0, 5.0, 1.0], [-2.0, 6.0, -3.0, 2.0], [0.0, 1.0, 3.0, -1.0]];
     let mut part = solid("wave", ShellKind::Open);
-    let point = |i: usize, j: usize| DVec3::new(4.0 * i as f64 - 6.0, 4.0 * j as f64 - 6.0, HEIGHTS[i][j]);
     let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let point = sheet_point;
     let [a, b, c, d] = [(0, 0), (3, 0), (3, 3), (0, 3)].map(|(i, j)| part.vertex(point(i, j)));
     let mut border = |points: [DVec3; 4], start, end| {
         let curve = NurbsCurve { degree: 3, knots: knots.clone(), points: points.to_vec(), weights: Vec::new() };
@@ -162,11 +176,32 @@ pub fn wave() -> Part {
     let east = border(ks.map(|k| point(3, k)), b, c);
     let north = border(ks.map(|k| point(k, 3)), d, c);
     let west = border(ks.map(|k| point(0, k)), a, d);
-    let points = ks.iter().flat_map(|&i| ks.map(|j| point(i, j))).collect();
-    let net =
-        NurbsSurface { degree_u: 3, degree_v: 3, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() };
     let boundary = vec![south.along(), east.along(), north.against(), west.against()];
-    face(&mut part, Surface::Nurbs(net), vec![boundary], false);
+    face(&mut part, Surface::Nurbs(sheet()), vec![boundary], false);
+    part.finish().expect(SOUND)
+}
+
+/// The sheet of [`wave`] with free trims: a flower, and a disk that crosses a petal, are cut out of it, and so is a corner beyond
+/// an open curve.
+#[must_use]
+pub fn flower() -> Part {
+    const PETALS: usize = 6;
+    let mut part = solid("flower", ShellKind::Open);
+    // A closed B-spline whose control points lie on two circles, two on each in turn.
+    let control = |k: usize| {
+        let radius = if k % 4 < 2 { 0.36 } else { 0.14 };
+        DVec2::splat(0.47) + DVec2::from_angle(TAU * (k % (4 * PETALS)) as f64 / (4 * PETALS) as f64) * radius
+    };
+    let petals = TrimCurve::nurbs(NurbsCurve2 {
+        degree: 3,
+        knots: (0..4 * PETALS + 7).map(|k| k as f64).collect(),
+        points: (0..4 * PETALS + 3).map(control).collect(),
+        weights: Vec::new(),
+    });
+    let disk = TrimCurve::circle(DVec2::new(0.74, 0.66), 0.09);
+    let corner = [(0.7, 0.0), (0.8, 0.25), (1.0, 0.15)].map(DVec2::from).to_vec();
+    let curves = vec![petals.reversed(), disk.reversed(), TrimCurve::bezier(corner, Vec::new())];
+    part.trimmed_face(Surface::Nurbs(sheet()), 0, FreeTrims { rule: TrimRule::Handedness, curves }, false);
     part.finish().expect(SOUND)
 }
 

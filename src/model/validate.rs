@@ -208,6 +208,15 @@ impl Part {
         if face.loops.is_empty() && !face.surface.natural_domain().into_iter().all(finite) {
             return Err(PartError::Unbounded(id));
         }
+        if let Some(trims) = &face.trims {
+            if !face.loops.is_empty() {
+                let (loops, curves) = (face.loops.len(), trims.curves.len());
+                return Err(PartError::TwoBoundaries { face: id, loops, curves });
+            }
+            for (curve, stated) in trims.curves.iter().enumerate() {
+                stated.check().map_err(|error| PartError::Trim { face: id, curve, error })?;
+            }
+        }
         for (index, boundary) in face.loops.iter().enumerate() {
             match boundary {
                 Loop::Vertex(vertex) if vertex.index() >= self.vertices.len() => {

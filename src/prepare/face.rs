@@ -4,14 +4,15 @@ use super::arc_bounds;
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, Tangled, arrange};
 use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
+use super::free_edges::FreeFace;
 use super::lobes;
 use super::meeting::{Meeting, fold, touching};
 use super::pcurve::Projector;
 use super::region::{Passages, Region, RegionError, region, trace_loop};
 use super::uv_loop::Along;
 use super::wires::without_seams;
-use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
-use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError};
+use super::{BezierPatches, BezierSpline3, NoRegion, SurfaceBounds, UvCurve, UvSample};
+use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError, TrimError};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
@@ -117,6 +118,14 @@ pub(super) enum FaceError {
     NoLobes,
     /// Something that cannot happen did.
     Internal(String),
+    /// A free trimming curve is none.
+    Trim { curve: usize, error: TrimError },
+    /// Free trims on a surface that does not end.
+    NoDomain { low: DVec2, high: DVec2 },
+    /// Free trims that cannot be told apart.
+    Untold { error: NoRegion, place: DVec3 },
+    /// The trims keep nothing of the face.
+    NothingKept,
     /// The surface is a point or a curve.
     NoArea { size: f64 },
     /// The surface is smaller than the spacing of numbers where it is.
@@ -138,6 +147,12 @@ impl fmt::Display for FaceError {
             }
             Self::NoLobes => write!(f, "no lobe of the boundary runs backwards"),
             Self::Internal(what) => write!(f, "internal error: {what}"),
+            Self::Trim { curve, error } => write!(f, "free trimming curve {curve}: {error}"),
+            Self::NoDomain { low, high } => {
+                write!(f, "free trims need a bounded surface; this one reaches from {low} to {high} in (u, v)")
+            }
+            Self::Untold { error, .. } => error.fmt(f),
+            Self::NothingKept => write!(f, "the trimming curves keep nothing of the face"),
             Self::NoArea { size } => {
                 write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
             }
@@ -166,7 +181,7 @@ impl FaceError {
     /// Where, if it is anywhere more than elsewhere on the face.
     pub(super) fn place(&self) -> Option<DVec3> {
         match self {
-            Self::Tangled { place, .. } => Some(*place),
+            Self::Tangled { place, .. } | Self::Untold { place, .. } => Some(*place),
             _ => None,
         }
     }
@@ -202,23 +217,32 @@ const LOST_SHARE: f64 = 0.25;
 /// Common points of crossing edges, two for each crossing, beyond which a boundary is a scribble that has no lobes to speak of.
 const MAX_JOINTS: usize = 256;
 
-/// Prepares a face by itself. `size` is the diagonal of the part's box.
+/// Prepares a face by itself. `free`: what became of its free trims, if it has any. `size` is the diagonal of the part's box.
 ///
 /// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; and again
 /// with lobes that run backwards turned.
-pub(super) fn draft(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
-    let stated = draft_with(part, face, size, Lobes::AsStated);
+pub(super) fn draft(
+    part: &Part,
+    face: &Face,
+    free: Option<&Result<FreeFace, FaceError>>,
+    size: f64,
+) -> Result<FaceDraft, FaceError> {
+    let stated = draft_with(part, face, free, size, Lobes::AsStated);
+    if free.is_some() {
+        // Free trims were told apart already.
+        return stated;
+    }
     if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
         if let Some(loops) = without_seams(part, face) {
             let face = Face { loops, ..face.clone() };
-            let again = draft_with(part, &face, size, Lobes::AsStated);
+            let again = draft_with(part, &face, None, size, Lobes::AsStated);
             if let Some(mut draft) = again.ok().filter(|draft| !draft.crosses) {
                 draft.notes.push("edges that a wire runs both ways were left out: they bound nothing".to_owned());
                 return Ok(draft);
             }
         }
         let few = stated.as_ref().is_ok_and(|draft| draft.joints.len() <= MAX_JOINTS);
-        if let Some(draft) = few.then(|| draft_with(part, face, size, Lobes::Turned)).and_then(Result::ok) {
+        if let Some(draft) = few.then(|| draft_with(part, face, None, size, Lobes::Turned)).and_then(Result::ok) {
             return Ok(draft);
         }
     }
@@ -234,7 +258,13 @@ enum Lobes {
     Turned,
 }
 
-fn draft_with(part: &Part, face: &Face, size: f64, lobes: Lobes) -> Result<FaceDraft, FaceError> {
+fn draft_with(
+    part: &Part,
+    face: &Face,
+    free: Option<&Result<FreeFace, FaceError>>,
+    size: f64,
+    lobes: Lobes,
+) -> Result<FaceDraft, FaceError> {
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
     let extent = face_extent(part, face).unwrap_or(size);
@@ -273,7 +303,15 @@ fn draft_with(part: &Part, face: &Face, size: f64, lobes: Lobes) -> Result<FaceD
     if !near {
         return Err(FaceError::OffSurface { gap, extent });
     }
-    let mut region = region(loops, named_pole, &projector)?;
+    let mut region = match free {
+        Some(free) => {
+            let free = free.clone()?;
+            notes.extend(free.notes);
+            repairs.extend(free.repairs);
+            free.region
+        }
+        None => region(loops, named_pole, &projector)?,
+    };
     let mut joints = Vec::new();
     if lobes == Lobes::Turned {
         let turned = lobes::turn(&mut region, &projector).ok_or(FaceError::NoLobes)?;

@@ -19,9 +19,17 @@ mod extent;
 
 mod face;
 
+mod free_edges;
+
+mod free_region;
+pub use free_region::{FreeRegion, NoRegion, TrimNote};
+
 mod heal;
 
 mod inside;
+
+mod intersect;
+pub use intersect::{CurveMeeting, CurvePlace, MeetingKind, intersections};
 
 mod lobes;
 
@@ -42,6 +50,9 @@ mod region;
 mod sew;
 
 mod shells;
+
+mod spans;
+pub use spans::UvDomain;
 
 mod topology;
 
@@ -140,17 +151,18 @@ struct DonePart {
 fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
+    let (trimmed, free) = free_edges::free_faces(stated, size);
     let mut healings = Vec::new();
-    let part = &*sew::sew(heal::heal(stated, size, &mut healings), &mut healings);
+    let part = &*sew::sew(heal::heal(&trimmed, size, &mut healings), &mut healings);
     healings.sort_by_key(|h| h.face);
-    let draft = |(k, f): (usize, &Face)| {
+    let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
         let span = || tracing::trace_span!("draft", part = id.0, face = k, entity = f.entity);
-        let work = || span().in_scope(|| guarded(|| face::draft(part, f, size)));
+        let work = || span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), size)));
         let drafted = (!f.lost && !budget.exceeded()).then(work)?;
         drafted.iter().for_each(|draft| budget.spend(draft));
         Some(drafted)
     };
-    let results: Vec<_> = part.faces.par_iter().enumerate().map(draft).collect();
+    let results: Vec<_> = part.faces.par_iter().zip(&free).enumerate().map(draft).collect();
     if budget.exceeded() {
         // Nothing of this will be kept.
         return DonePart::default();
@@ -185,7 +197,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
                     tell(Severity::Note, None, draft.notes.join("; "));
                 }
             }
-            Err(e @ face::FaceError::NoArea { .. }) => {
+            Err(e @ (face::FaceError::NoArea { .. } | face::FaceError::NothingKept)) => {
                 tell(Severity::Note, None, e.to_string());
                 without_area.push(FaceId::new(k));
             }
@@ -194,7 +206,8 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, stated.edges.len(), drafts, &mut turned)));
+    let prepared =
+        catch_unwind(AssertUnwindSafe(|| topology::assemble(part, trimmed.edges.len(), drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = face::FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
@@ -237,9 +250,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
 }
 
 /// Runs `draft`; a panic costs this face only.
-fn guarded(
-    draft: impl FnOnce() -> Result<face::FaceDraft, face::FaceError>,
-) -> Result<face::FaceDraft, face::FaceError> {
+fn guarded<T>(draft: impl FnOnce() -> Result<T, face::FaceError>) -> Result<T, face::FaceError> {
     catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| Err(face::FaceError::Internal(panic_message(&*panic))))
 }
 

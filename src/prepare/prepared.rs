@@ -107,9 +107,9 @@ pub struct PreparedPart {
     pub face_rows: Vec<Option<u32>>,
     /// Tiles, sorted by face.
     pub tiles: Vec<Tile>,
-    /// B-rep edges in the model's order, then edges that close gaps in its loops, and borders.
+    /// B-rep edges in the model's order, those of free trims, then edges that close gaps in loops, and borders.
     pub edges: Vec<PreparedEdge>,
-    /// How many of `edges` are B-rep edges.
+    /// How many of `edges` are B-rep edges or edges of free trims.
     pub brep_edges: usize,
 }
 
@@ -137,7 +137,7 @@ impl Prepared {
         })
     }
 
-    /// Every B-rep edge that some tile uses: its part and its number within the part.
+    /// Every edge of loops and free trims that some tile uses: its part and its number within the part.
     pub fn brep_edges(&self) -> impl Iterator<Item = (PartId, EdgeId)> {
         self.parts.iter().enumerate().flat_map(|(p, part)| {
             (0..part.brep_edges)

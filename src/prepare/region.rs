@@ -336,7 +336,7 @@ fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
 }
 
 /// Box of the loops' pcurves, with the extremes of every Hermite piece.
-fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
+pub(super) fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
     let mut b = [(f64::INFINITY, f64::NEG_INFINITY); 2];
     let mut add = |p: DVec2| {
         for (range, x) in b.iter_mut().zip(p.to_array()) {

@@ -14,7 +14,7 @@ use glam::DVec3;
 const SAME_BREAK: f64 = 1e-9;
 
 /// Joins the drafts of a part's faces (none for faces that could not be used). `stated`: how many of its edges are the
-/// model's own. Shells that had to be turned over are appended to `told`.
+/// model's own or its free trims'. Shells that had to be turned over are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
     stated: usize,

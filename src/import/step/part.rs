@@ -102,6 +102,7 @@ impl Reader<'_> {
             assembly.part.faces.push(Face {
                 surface,
                 loops,
+                trims: None,
                 reversed: against != turned,
                 shell: shell_index,
                 colour: self.styles.of(source.id()).or(shell.colour),

@@ -1,0 +1,250 @@
+//! Free trims: oriented curves in a surface's (u,v), open or closed, crossing as they like, and the rule that says what they
+//! keep (Kumar & Manocha 1995, §2.1 and §2.2).
+
+use super::{NurbsCurve2, SplineError};
+use glam::DVec2;
+use std::error::Error;
+use std::fmt;
+
+/// Share of a curve's extent by which its ends, or the ends of its pieces, may miss each other and still be one point.
+const SAME_END: f64 = 1e-9;
+
+/// Which points of a surface free trimming curves keep.
+///
+/// Everywhere u runs to the right and v up, and what lies *left* of a curve is its kept side, as in B-reps. (The paper draws
+/// v to the right and u up: its domain is mirrored, and what it trims on the right of a curve is on the left of the same
+/// numbers drawn our way. Curves made for its pictures are reversed before they are given here.)
+///
+/// An open curve counts as the loop that it makes with the border of the domain, followed counter-clockwise from its end to
+/// its start: the loop around its left side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TrimRule {
+    /// The paper's: what lies right of any curve is trimmed, so kept is what lies left of all. A counter-clockwise loop trims
+    /// its outside, a clockwise one its inside. Where a curve crosses itself, its winding numbers say what is inside.
+    #[default]
+    Handedness,
+    /// Kept is what the curves together do not wind around zero times. A clockwise loop inside a counter-clockwise one is a
+    /// hole, loops of the same direction are united.
+    NonZero,
+    /// Kept is what the curves together wind around an odd number of times; their directions do not matter.
+    EvenOdd,
+}
+
+/// A piece of a trimming curve.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TrimPiece {
+    /// A NURBS pcurve of any degree, rational or not, over its whole domain.
+    Nurbs(NurbsCurve2),
+    /// Two points or more, joined by straight lines. The points are taken as the tessellation (the paper's footnote 1): all
+    /// of them are tessellants, whatever the tolerance.
+    Polyline(Vec<DVec2>),
+}
+
+/// An oriented trimming curve: pieces head to tail. It is closed if it ends where it starts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimCurve {
+    /// At least one.
+    pub pieces: Vec<TrimPiece>,
+}
+
+/// The free trims of a face. Without curves nothing is trimmed, whatever the rule.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FreeTrims {
+    /// What the curves keep.
+    pub rule: TrimRule,
+    /// In any order.
+    pub curves: Vec<TrimCurve>,
+}
+
+impl TrimPiece {
+    /// A Bézier curve over the parameters 0 to 1; `weights` is empty for a polynomial one.
+    #[must_use]
+    pub fn bezier(points: Vec<DVec2>, weights: Vec<f64>) -> Self {
+        let degree = points.len().saturating_sub(1);
+        let knots = [vec![0.0; degree + 1], vec![1.0; degree + 1]].concat();
+        Self::Nurbs(NurbsCurve2 { degree, knots, points, weights })
+    }
+
+    /// Where it starts and ends; none for a piece without points.
+    fn ends(&self) -> Option<[DVec2; 2]> {
+        match self {
+            Self::Nurbs(curve) => {
+                let (a, b) = curve.domain();
+                Some([curve.point(a), curve.point(b)])
+            }
+            Self::Polyline(points) => Some([*points.first()?, *points.last()?]),
+        }
+    }
+
+    fn points(&self) -> &[DVec2] {
+        match self {
+            Self::Nurbs(curve) => &curve.points,
+            Self::Polyline(points) => points,
+        }
+    }
+}
+
+impl From<TrimPiece> for TrimCurve {
+    fn from(piece: TrimPiece) -> Self {
+        Self { pieces: vec![piece] }
+    }
+}
+
+impl TrimCurve {
+    /// A NURBS curve.
+    #[must_use]
+    pub fn nurbs(curve: NurbsCurve2) -> Self {
+        TrimPiece::Nurbs(curve).into()
+    }
+
+    /// A Bézier curve; `weights` is empty for a polynomial one.
+    #[must_use]
+    pub fn bezier(points: Vec<DVec2>, weights: Vec<f64>) -> Self {
+        TrimPiece::bezier(points, weights).into()
+    }
+
+    /// A piecewise linear curve through `points`.
+    #[must_use]
+    pub fn polyline(points: Vec<DVec2>) -> Self {
+        TrimPiece::Polyline(points).into()
+    }
+
+    /// The piecewise linear loop through `corners` and back to the first.
+    #[must_use]
+    pub fn polygon(mut corners: Vec<DVec2>) -> Self {
+        corners.extend(corners.first().copied());
+        Self::polyline(corners)
+    }
+
+    /// The counter-clockwise ellipse with the half axes `a` (where it starts) and `b`; clockwise if `b` lies right of `a`.
+    ///
+    /// Exact: a rational quadratic of four quarters.
+    #[must_use]
+    pub fn ellipse(centre: DVec2, a: DVec2, b: DVec2) -> Self {
+        let corners = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)];
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        Self::nurbs(NurbsCurve2 {
+            degree: 2,
+            knots: vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 4.0],
+            points: corners.map(|(x, y)| centre + a * f64::from(x) + b * f64::from(y)).to_vec(),
+            weights: (0..9).map(|k| if k % 2 == 0 { 1.0 } else { half }).collect(),
+        })
+    }
+
+    /// The counter-clockwise circle.
+    #[must_use]
+    pub fn circle(centre: DVec2, radius: f64) -> Self {
+        Self::ellipse(centre, DVec2::X * radius, DVec2::Y * radius)
+    }
+
+    /// The same curve run backwards.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let turned = |piece: &TrimPiece| match piece {
+            TrimPiece::Nurbs(curve) => TrimPiece::Nurbs(curve.reversed()),
+            TrimPiece::Polyline(points) => TrimPiece::Polyline(points.iter().rev().copied().collect()),
+        };
+        Self { pieces: self.pieces.iter().rev().map(turned).collect() }
+    }
+
+    /// Whether it ends where it starts, within 10⁻⁹ of its extent.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        let start = self.pieces.first().and_then(TrimPiece::ends);
+        let end = self.pieces.last().and_then(TrimPiece::ends);
+        start.zip(end).is_some_and(|(start, end)| start[0].distance(end[1]) <= SAME_END * self.extent())
+    }
+
+    /// Diagonal of the box of its control points.
+    fn extent(&self) -> f64 {
+        let points = || self.pieces.iter().flat_map(TrimPiece::points).copied();
+        let low = points().fold(DVec2::INFINITY, DVec2::min);
+        (points().fold(DVec2::NEG_INFINITY, DVec2::max) - low).length()
+    }
+
+    /// Whether its pieces are curves and meet.
+    ///
+    /// # Errors
+    /// The first piece that is none, or that does not start where the one before it ends.
+    pub fn check(&self) -> Result<(), TrimError> {
+        if self.pieces.is_empty() {
+            return Err(TrimError::NoPieces);
+        }
+        for (piece, stated) in self.pieces.iter().enumerate() {
+            match stated {
+                TrimPiece::Nurbs(curve) => curve.check().map_err(|error| TrimError::Spline { piece, error })?,
+                TrimPiece::Polyline(points) if points.len() < 2 => {
+                    return Err(TrimError::TooFewPoints { piece, points: points.len() });
+                }
+                TrimPiece::Polyline(points) => {
+                    if let Some(index) = points.iter().position(|p| !p.is_finite()) {
+                        return Err(TrimError::Spline { piece, error: SplineError::Point { index } });
+                    }
+                }
+            }
+        }
+        let limit = SAME_END * self.extent();
+        for (k, pair) in self.pieces.windows(2).enumerate() {
+            let ends = [&pair[0], &pair[1]].map(TrimPiece::ends);
+            if let [Some([_, end]), Some([start, _])] = ends
+                && end.distance(start) > limit
+            {
+                return Err(TrimError::Gap { piece: k + 1, end, start, limit });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why a trimming curve is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TrimError {
+    /// It has no pieces.
+    NoPieces,
+    /// A piece is no NURBS curve, or a point of a polyline is not finite.
+    Spline {
+        /// Which of the curve's pieces.
+        piece: usize,
+        /// Why.
+        error: SplineError,
+    },
+    /// A polyline has fewer than two points.
+    TooFewPoints {
+        /// Which of the curve's pieces.
+        piece: usize,
+        /// As given.
+        points: usize,
+    },
+    /// A piece does not start where the one before it ends.
+    Gap {
+        /// Which of the curve's pieces.
+        piece: usize,
+        /// Where the piece before it ends.
+        end: DVec2,
+        /// Where it starts.
+        start: DVec2,
+        /// By how much these may differ.
+        limit: f64,
+    },
+}
+
+impl fmt::Display for TrimError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NoPieces => write!(f, "it has no pieces"),
+            Self::Spline { piece, error } => write!(f, "piece {piece}: {error}"),
+            Self::TooFewPoints { piece, points } => {
+                write!(f, "piece {piece}: a polyline of {points} points, at least 2 are needed")
+            }
+            Self::Gap { piece, end, start, limit } => write!(
+                f,
+                "piece {piece} starts at ({}, {}), {:.3e} from the end of the one before it, more than {limit:.3e}",
+                start.x,
+                start.y,
+                end.distance(start)
+            ),
+        }
+    }
+}
+
+impl Error for TrimError {}

@@ -1,0 +1,168 @@
+//! Free trims down to triangles: watertight inside, true to the surface and to the exact area in (u,v).
+
+use crate::draw::{Draw, flower};
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use trimtess::audit::deviation;
+use trimtess::frame::{Plan, Tolerance, edge_line, plan};
+use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::model::{
+    EdgeId, Frame3, FreeTrims, ModelBuilder, NurbsSurface, PartBuilder, PartId, Severity, ShellKind, Surface,
+    TrimCurve, TrimRule,
+};
+use trimtess::parallel::{FrameReport, serial};
+use trimtess::prepare::{FreeRegion, PrepareOptions, Prepared, UvDomain, prepare};
+
+/// The unit square in space, its own parameters.
+fn sheet() -> NurbsSurface {
+    let knots = vec![0.0, 0.0, 1.0, 1.0];
+    let points = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
+    NurbsSurface { degree_u: 1, degree_v: 1, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() }
+}
+
+/// A bicubic sheet over the unit square with an inner knot in v.
+fn wave() -> NurbsSurface {
+    let height = |i: usize, j: usize| 0.1 * f64::from((i * 7 + j * 5) as u32 % 4);
+    let points =
+        (0..4).flat_map(|i| (0..5).map(move |j| DVec3::new(i as f64 / 3.0, j as f64 / 4.0, height(i, j)))).collect();
+    let knots_u = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let knots_v = vec![0.0, 0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0, 1.0];
+    NurbsSurface { degree_u: 3, degree_v: 3, knots_u, knots_v, points, weights: Vec::new() }
+}
+
+fn prepared(surface: Surface, trims: FreeTrims) -> Arc<Prepared> {
+    let mut part = PartBuilder::new("part");
+    let shell = part.plain_shell(ShellKind::Open);
+    part.trimmed_face(surface, shell, trims, false);
+    let mut model = ModelBuilder::new("model");
+    let part = model.part(part.finish().unwrap());
+    model.place(part, DAffine3::IDENTITY);
+    Arc::new(prepare(model.finish().unwrap(), &PrepareOptions::DEFAULT).unwrap())
+}
+
+fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MemorySink, FrameReport) {
+    let plan = plan(prepared, &Tolerance { chord, angle: 0.3, max_edge: None });
+    let mut sink = MemorySink::default();
+    let report = serial(prepared, &plan, false, &mut sink).unwrap();
+    (sink, report)
+}
+
+/// Length of the tessellated boundary of a sheet that is one tile, and the area of its polygons.
+fn outline(prepared: &Prepared, plan: &Plan) -> (f64, f64) {
+    let part = &prepared.parts[0];
+    let (mut length, mut area) = (0.0, 0.0);
+    for uses in part.tiles.iter().flat_map(|tile| &tile.loops) {
+        let mut polygon: Vec<DVec2> = Vec::new();
+        for u in uses {
+            let points = edge_line(prepared, plan, PartId(0), EdgeId(u.edge)).points;
+            let breaks = &plan.parts[0].edges[u.edge as usize].breaks;
+            let [from, to] = [u.from, u.to].map(|k| breaks[k as usize] as usize);
+            let steps: Vec<usize> = if from < to { (from..to).collect() } else { (to + 1..=from).rev().collect() };
+            polygon.extend(steps.into_iter().map(|k| points[k].truncate()));
+        }
+        area += crate::draw::area(&polygon);
+        length += (0..polygon.len()).map(|k| polygon[k].distance(polygon[(k + 1) % polygon.len()])).sum::<f64>();
+    }
+    (length, area)
+}
+
+#[test]
+fn a_plane_sheet_has_the_area_of_its_region() {
+    let circle = TrimCurve::circle(DVec2::splat(0.5), 0.3);
+    let trims = FreeTrims { rule: TrimRule::Handedness, curves: vec![circle.reversed()] };
+    let prepared = prepared(Surface::Nurbs(sheet()), trims);
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    for chord in [1e-2, 1e-3, 1e-4, 1e-5] {
+        let (sink, report) = mesh(&prepared, chord);
+        assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+        let facts = check_scene(&sink).total;
+        assert!(facts.is_well_formed(), "{facts}");
+        assert!((facts.area - (1.0 - PI * 0.09)).abs() <= 2.0 * chord, "{facts}");
+        // Only the border and the hole are open.
+        let open = 4.0 + 2.0 * PI * 0.3;
+        assert!((facts.unbalanced_length - open).abs() <= 0.05 * open, "{facts}");
+    }
+}
+
+#[test]
+fn curved_sheets_keep_the_chord_tolerance_on_surface_and_trim() {
+    let curves = vec![
+        flower(DVec2::new(0.45, 0.5), 0.3, 5, 0.5).reversed(),
+        TrimCurve::circle(DVec2::new(0.8, 0.8), 0.15).reversed(),
+        TrimCurve::circle(DVec2::new(0.75, 0.2), 0.22).reversed(),
+    ];
+    let prepared = prepared(Surface::Nurbs(wave()), FreeTrims { rule: TrimRule::Handedness, curves });
+    // One of the circles leaves the domain.
+    assert_eq!(prepared.diagnostics.len(), 1);
+    assert!(prepared.diagnostics[0].reason.contains("curve 2 leaves the domain"), "{:?}", prepared.diagnostics);
+    for chord in [1e-2, 1e-3, 1e-4] {
+        let (sink, report) = mesh(&prepared, chord);
+        assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+        assert!(check_scene(&sink).total.is_well_formed());
+        let measured = deviation(&prepared, &sink, chord);
+        assert!(measured.beyond_gap.worst <= 1.0, "{chord}: {measured}");
+        assert!(measured.edges.worst <= 1.0, "{chord}: {measured}");
+    }
+}
+
+#[test]
+fn closed_surfaces_stay_closed_along_seams_and_poles() {
+    let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 };
+    let torus = Surface::Torus { frame: Frame3::WORLD, major: 3.0, minor: 1.0 };
+    // A hole in the middle, and one over the seam that both of its sides see half of.
+    for (surface, centre, rim) in [(sphere, DVec2::new(3.0, 0.3), 1.0), (torus, DVec2::new(3.0, 2.0), 3.5)] {
+        let hole = TrimCurve::circle(centre, 0.4).reversed();
+        let trims = FreeTrims { rule: TrimRule::Handedness, curves: vec![hole] };
+        let prepared = prepared(surface, trims);
+        assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+        for chord in [1e-1, 1e-2, 1e-3] {
+            let (sink, report) = mesh(&prepared, chord);
+            assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+            let facts = check_scene(&sink).total;
+            assert!(facts.is_well_formed(), "{facts}");
+            assert!(facts.unbalanced_length <= 2.0 * PI * 0.4 * rim, "{facts}");
+        }
+    }
+}
+
+#[test]
+fn an_empty_region_has_no_triangles_and_is_no_error() {
+    let curves = vec![TrimCurve::circle(DVec2::splat(0.2), 0.1), TrimCurve::circle(DVec2::splat(0.8), 0.1)];
+    let prepared = prepared(Surface::Nurbs(sheet()), FreeTrims { rule: TrimRule::Handedness, curves });
+    assert_eq!(prepared.diagnostics.len(), 1);
+    assert_eq!(prepared.diagnostics[0].severity, Severity::Note);
+    assert!(prepared.diagnostics[0].reason.contains("keep nothing"), "{:?}", prepared.diagnostics);
+    assert_eq!(prepared.tiles().count(), 0);
+}
+
+/// Every random configuration: the triangles cover the polygons of the tessellants, to rounding, and leave nothing open but
+/// these; the polygons come to the exact area as their chords come to the curves.
+#[test]
+fn random_configurations_are_meshed_as_they_are() {
+    let domain = UvDomain::new(DVec2::ZERO, DVec2::ONE);
+    for seed in 0..150 {
+        let trims = Draw(seed).trims(12);
+        let exact = FreeRegion::new(&trims, &domain).unwrap().area();
+        let prepared = prepared(Surface::Nurbs(sheet()), trims);
+        let errors = || prepared.diagnostics.iter().filter(|d| d.severity > Severity::Note);
+        assert_eq!(errors().count(), 0, "seed {seed}: {:?}", prepared.diagnostics);
+        for chord in [1e-2, 1e-3, 1e-4] {
+            let plan = plan(&prepared, &Tolerance { chord, angle: 0.3, max_edge: None });
+            let mut sink = MemorySink::default();
+            let report = serial(&prepared, &plan, false, &mut sink).unwrap();
+            assert!(report.degraded.is_empty(), "seed {seed} at {chord}: {:?}", report.degraded);
+            let facts = check_scene(&sink).total;
+            assert!(facts.is_well_formed(), "seed {seed} at {chord}: {facts}");
+            let (length, area) = outline(&prepared, &plan);
+            assert!((facts.area - area).abs() <= 1e-12, "seed {seed} at {chord}: polygons {area}, {facts}");
+            assert!(
+                (facts.unbalanced_length - length).abs() <= 1e-9,
+                "seed {seed} at {chord}: outline {length}, {facts}"
+            );
+            // Between a chord and its curve there are two thirds of the tolerance on average.
+            let slack = chord * length + 1e-6;
+            assert!((area - exact).abs() <= slack, "seed {seed} at {chord}: area {area}, exact {exact}");
+        }
+    }
+}

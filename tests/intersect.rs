@@ -1,0 +1,263 @@
+//! Meetings of trimming curves, against closed forms and against implicitisation and generalised eigenvalues (Manocha &
+//! Demmel, "Algorithms for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994).
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+use faer::Mat;
+use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
+use trimtess::model::{NurbsCurve2, TrimCurve, TrimPiece};
+use trimtess::prepare::{CurveMeeting, MeetingKind, UvDomain, intersections};
+
+fn unit() -> UvDomain {
+    UvDomain::new(DVec2::ZERO, DVec2::ONE)
+}
+
+fn point(curve: &TrimCurve, piece: usize, t: f64) -> DVec2 {
+    match &curve.pieces[piece] {
+        TrimPiece::Nurbs(nurbs) => nurbs.point(t),
+        TrimPiece::Polyline(points) => {
+            let k = (t.floor() as usize).min(points.len() - 2);
+            points[k].lerp(points[k + 1], t - k as f64)
+        }
+    }
+}
+
+/// The meetings, each of which lies on both curves.
+fn met(curves: &[TrimCurve]) -> Vec<CurveMeeting> {
+    let found = intersections(curves, &unit());
+    for m in &found {
+        for place in m.at {
+            let p = point(&curves[place.curve], place.piece, place.t);
+            assert!(p.distance(m.uv) <= 2e-9, "{m:?}: {p}");
+        }
+    }
+    found
+}
+
+fn kinds(found: &[CurveMeeting]) -> Vec<MeetingKind> {
+    let mut kinds: Vec<_> = found.iter().map(|m| m.kind).collect();
+    kinds.sort_unstable();
+    kinds
+}
+
+fn circle(x: f64, y: f64, r: f64) -> TrimCurve {
+    TrimCurve::circle(DVec2::new(x, y), r)
+}
+
+#[test]
+fn circles_meet_where_they_must() {
+    for k in 0..100 {
+        let turn = TAU * f64::from(k) / 100.0;
+        let step = DVec2::from_angle(turn);
+        let (a, r) = (DVec2::splat(0.5), 0.2);
+        for d in [1e-3, 0.05, 0.2, 0.35, 0.399, 0.399_999_9] {
+            let b = a + step * d;
+            let found = met(&[TrimCurve::circle(a, r), TrimCurve::circle(b, r)]);
+            assert_eq!(kinds(&found), [MeetingKind::Crossing; 2], "{k} {d}");
+            let reach = (r * r - 0.25 * d * d).sqrt();
+            for side in [1.0, -1.0] {
+                let want = a + step * (0.5 * d) + step.perp() * (side * reach);
+                let near = found.iter().map(|m| m.uv.distance(want)).fold(f64::INFINITY, f64::min);
+                assert!(near <= 1e-9, "{k} {d}: {near:e}");
+            }
+        }
+        assert!(met(&[TrimCurve::circle(a, r), TrimCurve::circle(a + step * 0.401, r)]).is_empty());
+        assert!(met(&[TrimCurve::circle(a, r), TrimCurve::circle(a, 0.15)]).is_empty());
+    }
+}
+
+#[test]
+fn touching_circles_meet_once() {
+    for k in 0..100 {
+        let step = DVec2::from_angle(TAU * f64::from(k) / 100.0 + 0.01);
+        let a = DVec2::splat(0.5);
+        for (d, r) in [(0.3, 0.1), (0.1, 0.1), (0.19, 0.01), (0.35, 0.15)] {
+            let found = met(&[TrimCurve::circle(a, 0.2), TrimCurve::circle(a + step * d, r)]);
+            assert_eq!(kinds(&found), [MeetingKind::Touch], "{k} {d} {r}: {found:?}");
+            // Touching curves are nearer than a billionth over a stretch of its root.
+            assert!(found[0].uv.distance(a + step * 0.2) <= 1e-5, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn common_stretches_end_in_two_points() {
+    let arc = |from: f64, to: f64| {
+        let half = 0.5 * (to - from);
+        let at = |t: f64, r: f64| DVec2::splat(0.5) + DVec2::from_angle(t) * r;
+        let points = vec![at(from, 0.3), at(from + half, 0.3 / half.cos()), at(to, 0.3)];
+        TrimCurve::bezier(points, vec![1.0, half.cos(), 1.0])
+    };
+    for (b0, b1) in [(0.6, 1.9), (1.9, 0.6), (0.9, 1.0), (0.1, 1.3)] {
+        let (a, b) = (arc(0.2, 1.5), arc(b0, b1));
+        let found = met(&[a, b]);
+        assert_eq!(kinds(&found), [MeetingKind::Common; 2], "{b0} {b1}: {found:?}");
+    }
+    // One given with another degree.
+    let line = TrimCurve::polyline(vec![DVec2::new(0.1, 0.2), DVec2::new(0.9, 0.6)]);
+    let p = |s: f64| DVec2::new(0.1, 0.2).lerp(DVec2::new(0.9, 0.6), s);
+    let cubic = TrimCurve::bezier(vec![p(0.3), p(0.35), p(0.6), p(0.7)], Vec::new());
+    assert_eq!(kinds(&met(&[line, cubic])), [MeetingKind::Common; 2]);
+}
+
+#[test]
+fn ends_on_curves_and_crossings_at_joints_are_found_once() {
+    // A line that ends on a circle, at a joint of its quarters and elsewhere.
+    for angle in [0.0, 0.3, TAU / 4.0, 2.0] {
+        let a = DVec2::splat(0.5);
+        let way = DVec2::from_angle(angle);
+        let ends = TrimCurve::polyline(vec![a + way * 0.2, a + way * 0.45]);
+        assert_eq!(kinds(&met(&[circle(0.5, 0.5, 0.2), ends])), [MeetingKind::Crossing], "{angle}");
+        let through = TrimCurve::polyline(vec![a, a + way * 0.45]);
+        assert_eq!(kinds(&met(&[circle(0.5, 0.5, 0.2), through])), [MeetingKind::Crossing], "{angle}");
+    }
+}
+
+#[test]
+fn curves_meet_themselves_at_loops_only() {
+    let p = DVec2::new;
+    let looped = TrimCurve::bezier(vec![p(0.1, 0.1), p(1.3, 0.9), p(-0.3, 0.9), p(0.9, 0.1)], Vec::new());
+    let found = met(&[looped]);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!((found[0].uv.x - 0.5).abs() <= 1e-9, "symmetric about its middle: {found:?}");
+    let simple = TrimCurve::bezier(vec![p(0.1, 0.1), p(0.4, 0.9), p(0.6, 0.9), p(0.9, 0.1)], Vec::new());
+    assert!(met(&[simple]).is_empty());
+    assert!(met(&[circle(0.5, 0.5, 0.3)]).is_empty());
+    let eight = TrimCurve::polygon(vec![p(0.2, 0.2), p(0.8, 0.8), p(0.8, 0.2), p(0.2, 0.8)]);
+    assert_eq!(kinds(&met(&[eight])), [MeetingKind::Crossing]);
+}
+
+// --- the other method
+
+struct Draw(u64);
+
+impl Draw {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn bezier(&mut self, degree: usize, rational: bool) -> NurbsCurve2 {
+        let points = (0..=degree).map(|_| DVec2::new(self.unit(), self.unit())).collect();
+        let weights = if rational { (0..=degree).map(|_| 0.5 + self.unit()).collect() } else { Vec::new() };
+        match TrimPiece::bezier(points, weights) {
+            TrimPiece::Nurbs(curve) => curve,
+            TrimPiece::Polyline(_) => panic!("a Bézier curve is NURBS"),
+        }
+    }
+}
+
+fn binomial(n: usize, k: usize) -> f64 {
+    (0..k).fold(1.0, |b, i| b * (n - i) as f64 / (i + 1) as f64)
+}
+
+/// `(w x, w y, w)` of the control points, times binomials: coefficients by powers of t / (1 - t).
+fn scaled(curve: &NurbsCurve2) -> Vec<DVec3> {
+    let n = curve.degree;
+    (0..=n)
+        .map(|i| {
+            let w = curve.weights.get(i).copied().unwrap_or(1.0) * binomial(n, i);
+            (curve.points[i] * w).extend(w)
+        })
+        .collect()
+}
+
+/// Bézout's matrix of two polynomials of degree n.
+fn bezout(f: &[f64], g: &[f64]) -> Mat<f64> {
+    let n = f.len() - 1;
+    Mat::from_fn(n, n, |i, j| (0..=i.min(n - 1 - j)).map(|k| f[j + k + 1] * g[i - k] - f[i - k] * g[j + k + 1]).sum())
+}
+
+/// All meetings of two Bézier curves: `a` is implicit, as the determinant of Bézout's matrix at a point; with `b` put in, its
+/// roots are the generalised eigenvalues of a companion pencil.
+fn by_eigenvalues(a: &NurbsCurve2, b: &NurbsCurve2) -> Vec<[f64; 2]> {
+    let (n, m) = (a.degree, b.degree);
+    let (of_a, of_b) = (scaled(a), scaled(b));
+    let coordinate = |k: usize| of_a.iter().map(|c| c[k]).collect::<Vec<f64>>();
+    let (x, y, w) = (coordinate(0), coordinate(1), coordinate(2));
+    let (xy, wy, xw) = (bezout(&x, &y), bezout(&w, &y), bezout(&x, &w));
+    let powers: Vec<Mat<f64>> = of_b
+        .iter()
+        .map(|c| Mat::from_fn(n, n, |i, j| c.z * xy[(i, j)] - c.x * wy[(i, j)] - c.y * xw[(i, j)]))
+        .collect();
+    let size = n * m;
+    let shift = |i: usize, j: usize| f64::from(u8::from(j == i + n));
+    let left =
+        Mat::from_fn(
+            size,
+            size,
+            |i, j| {
+                if i < size - n { shift(i, j) } else { -powers[j / n][(i - (size - n), j % n)] }
+            },
+        );
+    let right = Mat::from_fn(size, size, |i, j| {
+        if i < size - n {
+            f64::from(u8::from(i == j))
+        } else if j >= size - n {
+            powers[m][(i - (size - n), j - (size - n))]
+        } else {
+            0.0
+        }
+    });
+    let pencil = left.generalized_eigen(&right).unwrap();
+    let mut out = Vec::new();
+    for k in 0..size {
+        let (alpha, beta) = (pencil.S_a().column_vector()[k], pencil.S_b().column_vector()[k]);
+        let s = alpha / (alpha + beta);
+        if s.im.abs() > 1e-7 || !(-1e-9..=1.0 + 1e-9).contains(&s.re) {
+            continue;
+        }
+        // The kernel of Bézout's matrix holds the powers of t / (1 - t).
+        let vector = pencil.U().col(k);
+        let t = if n == 1 {
+            let p = b.point(s.re.clamp(0.0, 1.0));
+            let d = a.points[1] - a.points[0];
+            (p - a.points[0]).dot(d) / d.length_squared()
+        } else {
+            // Blocks are multiplied by powers of s / (1 - s): the largest has the most digits.
+            let size = |k: usize| (0..n).map(|i| vector[k * n + i].norm()).sum::<f64>();
+            let block = (0..m).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap();
+            let entry = |i: usize| vector[block * n + i];
+            let pair = (0..n - 1).max_by(|&a, &b| {
+                let size = |i: usize| entry(i).norm() + entry(i + 1).norm();
+                size(a).total_cmp(&size(b))
+            });
+            let i = pair.unwrap();
+            (entry(i + 1) / (entry(i) + entry(i + 1))).re
+        };
+        if (-1e-9..=1.0 + 1e-9).contains(&t)
+            && a.point(t.clamp(0.0, 1.0)).distance(b.point(s.re.clamp(0.0, 1.0))) <= 1e-7
+        {
+            out.push([t, s.re]);
+        }
+    }
+    out
+}
+
+#[test]
+fn random_bezier_curves_meet_where_eigenvalues_say() {
+    let mut draw = Draw(7);
+    let mut points = 0;
+    for degree_a in 2..=5 {
+        for degree_b in 2..=5 {
+            for k in 0..100 {
+                let (a, b) = (draw.bezier(degree_a, k % 2 == 1), draw.bezier(degree_b, k % 3 == 1));
+                let found = met(&[TrimCurve::nurbs(a.clone()), TrimCurve::nurbs(b.clone())]);
+                let found: Vec<_> = found.into_iter().filter(|m| m.at[0].curve != m.at[1].curve).collect();
+                let other = by_eigenvalues(&a, &b);
+                let case = format!("{degree_a} {degree_b} {k}: {found:?}\n{other:?}");
+                for [t, s] in &other {
+                    let p = a.point(*t).midpoint(b.point(*s));
+                    assert!(found.iter().any(|m| m.uv.distance(p) <= 1e-6), "missed {p} of {case}");
+                }
+                for m in &found {
+                    assert!(other.iter().any(|[t, _]| a.point(*t).distance(m.uv) <= 1e-6), "made up {m:?} of {case}");
+                }
+                points += found.len();
+            }
+        }
+    }
+    assert!(points > 1000, "{points}");
+}
