@@ -198,7 +198,7 @@ pub fn flower() -> Part {
         points: (0..4 * PETALS + 3).map(control).collect(),
         weights: Vec::new(),
     });
-    let disk = TrimCurve::circle(DVec2::new(0.74, 0.66), 0.09);
+    let disk = TrimCurve::circle(DVec2::new(0.58, 0.76), 0.09);
     let corner = [(0.7, 0.0), (0.8, 0.25), (1.0, 0.15)].map(DVec2::from).to_vec();
     let curves = vec![petals.reversed(), disk.reversed(), TrimCurve::bezier(corner, Vec::new())];
     part.trimmed_face(Surface::Nurbs(sheet()), 0, FreeTrims { rule: TrimRule::Handedness, curves }, false);

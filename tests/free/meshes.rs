@@ -136,6 +136,31 @@ fn an_empty_region_has_no_triangles_and_is_no_error() {
     assert_eq!(prepared.tiles().count(), 0);
 }
 
+/// A thousand small holes in one patch, and one hole of twenty thousand segments.
+#[test]
+fn crowds_are_meshed() {
+    let hole = |k: usize| {
+        let cell = DVec2::new((k % 32) as f64 + 0.5, (k / 32) as f64 + 0.5) / 32.0;
+        TrimCurve::circle(cell, 0.01).reversed()
+    };
+    let many = FreeTrims { rule: TrimRule::Handedness, curves: (0..1000).map(hole).collect() };
+    let corner = |k: usize| {
+        let turn = 2.0 * PI * k as f64 / 20_000.0;
+        DVec2::splat(0.5) + DVec2::from_angle(-turn) * (0.3 + 0.1 * (9.0 * turn).sin())
+    };
+    let long = TrimCurve::polygon((0..20_000).map(corner).collect());
+    for (trims, tessellants) in [(many, 4000), (FreeTrims { rule: TrimRule::Handedness, curves: vec![long] }, 20_000)] {
+        let exact = FreeRegion::new(&trims, &UvDomain::new(DVec2::ZERO, DVec2::ONE)).unwrap().area();
+        let prepared = prepared(Surface::Nurbs(sheet()), trims);
+        assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+        let (sink, report) = mesh(&prepared, 1e-4);
+        assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+        let facts = check_scene(&sink).total;
+        assert!(facts.is_well_formed() && facts.vertices >= tessellants, "{facts}");
+        assert!((facts.area - exact).abs() <= 0.01, "{facts}, exact {exact}");
+    }
+}
+
 /// Every random configuration: the triangles cover the polygons of the tessellants, to rounding, and leave nothing open but
 /// these; the polygons come to the exact area as their chords come to the curves.
 #[test]
