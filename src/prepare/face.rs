@@ -1,20 +1,20 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
 use super::arc_bounds;
-use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, Tangled, arrange};
+use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, arrange};
 use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
+use super::face_error::FaceError;
 use super::free_edges::FreeFace;
 use super::lobes;
 use super::meeting::{Meeting, fold, touching};
 use super::pcurve::Projector;
-use super::region::{Passages, Region, RegionError, region, trace_loop};
+use super::region::{Passages, Region, region, trace_loop};
 use super::uv_loop::Along;
 use super::wires::without_seams;
-use super::{BezierPatches, BezierSpline3, NoRegion, SurfaceBounds, UvCurve, UvSample};
-use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface, SurfaceError, TrimError};
+use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
+use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
-use std::fmt;
 
 /// A stretch of a tile's loop before breaks are numbered.
 #[derive(Clone, Debug)]
@@ -103,90 +103,6 @@ pub(super) struct Told {
     pub(super) what: String,
 }
 
-/// Why a face cannot be used.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum FaceError {
-    /// The surface is none.
-    Surface(SurfaceError),
-    /// No region.
-    Region(RegionError),
-    /// Where the region must be cut open the windings of the loops do not add up, whatever the cuts.
-    Tangled { refused: Tangled, place: DVec3 },
-    /// The boundary is nowhere near the surface.
-    OffSurface { gap: f64, extent: f64 },
-    /// No loop has a lobe that runs backwards.
-    NoLobes,
-    /// Something that cannot happen did.
-    Internal(String),
-    /// A free trimming curve is none.
-    Trim { curve: usize, error: TrimError },
-    /// Free trims on a surface that does not end.
-    NoDomain { low: DVec2, high: DVec2 },
-    /// Free trims that cannot be told apart.
-    Untold { error: NoRegion, place: DVec3 },
-    /// The trims keep nothing of the face.
-    NothingKept,
-    /// The surface is a point or a curve.
-    NoArea { size: f64 },
-    /// The surface is smaller than the spacing of numbers where it is.
-    Unresolved { size: f64, coordinates: f64 },
-    /// Products of its coordinates are no numbers.
-    TooLarge { coordinates: f64 },
-    /// The region has no extent in direction 0 (u) or 1 (v).
-    Thin { axis: usize, extent: f64 },
-}
-
-impl fmt::Display for FaceError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Surface(e) => e.fmt(f),
-            Self::Region(e) => e.fmt(f),
-            Self::Tangled { refused, .. } => refused.fmt(f),
-            Self::OffSurface { gap, extent } => {
-                write!(f, "edges lie {gap:.3e} mm off the surface of a face of {extent:.3e} mm")
-            }
-            Self::NoLobes => write!(f, "no lobe of the boundary runs backwards"),
-            Self::Internal(what) => write!(f, "internal error: {what}"),
-            Self::Trim { curve, error } => write!(f, "free trimming curve {curve}: {error}"),
-            Self::NoDomain { low, high } => {
-                write!(f, "free trims need a bounded surface; this one reaches from {low} to {high} in (u, v)")
-            }
-            Self::Untold { error, .. } => error.fmt(f),
-            Self::NothingKept => write!(f, "the trimming curves keep nothing of the face"),
-            Self::NoArea { size } => {
-                write!(f, "the surface has no area: it is a point or a curve within a box of {size:e} mm")
-            }
-            Self::Unresolved { size, coordinates } => {
-                write!(
-                    f,
-                    "the surface is {size:e} mm wide, which numbers cannot tell apart at coordinates of {coordinates:e} mm"
-                )
-            }
-            Self::TooLarge { coordinates } => {
-                write!(f, "coordinates of {coordinates:e} mm are too large to calculate with")
-            }
-            Self::Thin { axis, extent } => {
-                write!(f, "the kept region is only {extent:e} wide in {}", ['u', 'v'][*axis])
-            }
-        }
-    }
-}
-
-impl FaceError {
-    /// Whether seams that are taken for boundaries may be the cause.
-    fn may_be_seams(&self) -> bool {
-        matches!(self, Self::Region(_) | Self::Tangled { .. })
-    }
-
-    /// Where, if it is anywhere more than elsewhere on the face.
-    pub(super) fn place(&self) -> Option<DVec3> {
-        match self {
-            Self::Tangled { place, .. } | Self::Untold { place, .. } => Some(*place),
-            _ => None,
-        }
-    }
-}
-
 /// A point of a face: its first vertex, or the middle of a surface kept whole.
 pub(super) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
     let vertex = boundary_points(part, face).find(|p| p.is_finite());
@@ -195,12 +111,6 @@ pub(super) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
         let point = middle.iter().all(|x| x.is_finite()).then(|| face.surface.point(middle[0], middle[1]));
         point.filter(|p| p.is_finite() && !face.lost)
     })
-}
-
-impl From<RegionError> for FaceError {
-    fn from(e: RegionError) -> Self {
-        Self::Region(e)
-    }
 }
 
 /// Share of a face's size by which its edges may miss its surface before that is told. Files print six to fifteen digits,

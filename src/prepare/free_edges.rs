@@ -6,7 +6,8 @@
 //! the surface: cubic pieces with its points and tangents, halved until they are as near to it as points of one curve are
 //! to each other. (The composition itself is of degree p(m + n), 18 for cubics on bicubics: not worth it.)
 
-use super::face::{FaceError, Told};
+use super::face::Told;
+use super::face_error::FaceError;
 use super::free_region::{Arc, BORDER, FreeRegion, Part as ArcPart, TrimNote};
 use super::region::{Region, loops_box};
 use super::spans::{Span, UvDomain};

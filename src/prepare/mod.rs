@@ -19,6 +19,9 @@ mod extent;
 
 mod face;
 
+mod face_error;
+use face_error::FaceError;
+
 mod free_edges;
 
 mod free_region;
@@ -197,7 +200,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
                     tell(Severity::Note, None, draft.notes.join("; "));
                 }
             }
-            Err(e @ (face::FaceError::NoArea { .. } | face::FaceError::NothingKept)) => {
+            Err(e @ (FaceError::NoArea { .. } | FaceError::NothingKept)) => {
                 tell(Severity::Note, None, e.to_string());
                 without_area.push(FaceId::new(k));
             }
@@ -209,7 +212,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
     let prepared =
         catch_unwind(AssertUnwindSafe(|| topology::assemble(part, trimmed.edges.len(), drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
-        let reason = face::FaceError::Internal(panic_message(&*panic)).to_string();
+        let reason = FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
             severity: Severity::Error,
             part: Some(id),
@@ -250,8 +253,8 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
 }
 
 /// Runs `draft`; a panic costs this face only.
-fn guarded<T>(draft: impl FnOnce() -> Result<T, face::FaceError>) -> Result<T, face::FaceError> {
-    catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| Err(face::FaceError::Internal(panic_message(&*panic))))
+fn guarded<T>(draft: impl FnOnce() -> Result<T, FaceError>) -> Result<T, FaceError> {
+    catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| Err(FaceError::Internal(panic_message(&*panic))))
 }
 
 /// What a panic said, if it said it in text.

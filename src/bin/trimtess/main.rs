@@ -2,6 +2,7 @@
 
 mod info;
 mod input;
+mod laps;
 mod limits;
 mod logging;
 mod progress;
@@ -120,7 +121,7 @@ impl fmt::Display for Failure {
 }
 
 fn main() {
-    let laps = report::Laps::start();
+    let laps = laps::Laps::start();
     let cli = Cli::parse();
     logging::report_panics_as_errors();
     let trace = match logging::start(&cli.common) {
@@ -133,7 +134,7 @@ fn main() {
 }
 
 /// Runs the command; a panic in the library is a defect and ends as status 1, with a message.
-fn run(cli: Cli, laps: report::Laps) -> Result<Done, Failure> {
+fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
     let work = move || {
         let Cli { command, common } = cli;
         let workers = usize::from(common.workers.unwrap_or(0));

@@ -1,9 +1,10 @@
 //! `trimtess render`: a file to a picture within a deviation in pixels.
 
 use crate::input::{self, Input};
+use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
-use crate::report::{Laps, Report, Seconds};
+use crate::report::{Report, Seconds};
 use crate::tessellate::{make, positive, require_outputs};
 use crate::{Common, Done, Failure};
 use std::path::PathBuf;

@@ -6,7 +6,6 @@ use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
-use std::time::Instant;
 use trimtess::audit::{DeviationReport, EconomyReport};
 use trimtess::frame::{Degradation, Ladder, Rung};
 use trimtess::mesh::{MemorySink, Scene};
@@ -16,32 +15,6 @@ use trimtess::prepare::{Prepared, PreparedFace};
 
 /// Diagnostics printed on standard error before the rest is only counted.
 const PRINTED: usize = 12;
-
-/// Running time in consecutive laps, so that the stages sum to the whole.
-pub(crate) struct Laps {
-    start: Instant,
-    last: Instant,
-}
-
-impl Laps {
-    pub(crate) fn start() -> Self {
-        let now = Instant::now();
-        Self { start: now, last: now }
-    }
-
-    /// Seconds since the last lap, or the start.
-    pub(crate) fn lap(&mut self) -> f64 {
-        let now = Instant::now();
-        let lap = now - self.last;
-        self.last = now;
-        lap.as_secs_f64()
-    }
-
-    /// Seconds from the start to the last lap: the sum of all laps.
-    pub(crate) fn total(&self) -> f64 {
-        (self.last - self.start).as_secs_f64()
-    }
-}
 
 /// Seconds per stage; they sum to `total`.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -592,12 +565,5 @@ mod tests {
             report.diagnostics = placed(&[diagnostic(severity, face)], &frame().scene);
             assert_eq!(report.done(), done, "{severity:?} {face:?}");
         }
-    }
-
-    #[test]
-    fn laps_sum_to_the_total() {
-        let mut laps = Laps::start();
-        let sum: f64 = (0..50).map(|_| laps.lap()).sum();
-        assert!((sum - laps.total()).abs() < 1e-9);
     }
 }

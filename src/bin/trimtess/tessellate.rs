@@ -1,9 +1,10 @@
 //! `trimtess tessellate`: a file to a mesh file within a chord and angle tolerance.
 
 use crate::input::{self, Input};
+use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
-use crate::report::{Laps, Report};
+use crate::report::Report;
 use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use std::path::{Path, PathBuf};
