@@ -34,7 +34,9 @@ fn a_plan_past_its_limits_is_refused_or_coarser_as_the_caller_likes() {
         let tiles = plan.parts.iter().flat_map(|part| &part.tiles).map(frame::TileLattice::cells);
         tiles.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).sum()
     };
-    let (all, most) = (2 * cells(&free), free.parts[0].tiles.iter().map(|t| t.cells()));
+    // Boundaries make triangles, too.
+    let tessellants: usize = free.parts.iter().flat_map(|part| &part.edges).map(|edge| edge.ts.len()).sum();
+    let (all, most) = (2 * (cells(&free) + tessellants as u64), free.parts[0].tiles.iter().map(|t| t.cells()));
     let most = 2 * most.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).max().unwrap();
     let short = |limits: PlanLimits| frame::plan_within(&prepared, &FINE, &limits).as_asked().unwrap_err();
 

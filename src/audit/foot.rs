@@ -19,6 +19,8 @@ const SINGULAR: f64 = 1e-9;
 /// Starts of a search per direction, and per piece where there are many.
 const STARTS: u32 = 6;
 const PER_PIECE: usize = 3;
+/// Starts of a search that are walked from.
+const BEST: usize = 8;
 /// Most starts of a search per direction.
 const MOST_STARTS: u32 = 32;
 
@@ -64,15 +66,15 @@ pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enou
     Foot::new(distance, at)
 }
 
-/// Walks from the best of a grid of starts over the box from `low` to `high`: [`STARTS`] per direction, or [`PER_PIECE`]
-/// per piece.
+/// Walks from the [`BEST`] of a grid of starts over the box from `low` to `high`: [`STARTS`] per direction, or [`PER_PIECE`]
+/// per piece. The nearest start alone may lie in another valley, where a surface is much longer one way than the other.
 pub(super) fn search_surface(
     patches: &BezierPatches,
     p: DVec3,
     (low, high): (DVec2, DVec2),
     enough: f64,
 ) -> Foot<DVec2> {
-    let mut best = Foot { distance: f64::INFINITY, at: low };
+    let mut starts = Vec::new();
     let steps = |breaks: &[f64], low: f64, high: f64| {
         let inner = breaks.iter().filter(|&&b| b > low && b < high).count();
         u32::try_from(PER_PIECE * (inner + 1)).map_or(MOST_STARTS, |steps| steps.clamp(STARTS, MOST_STARTS))
@@ -83,12 +85,21 @@ pub(super) fn search_surface(
         for j in 0..steps_v {
             let at = low + cell * DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5);
             let distance = patches.derivatives(at.x, at.y).point.distance(p);
-            if distance < best.distance {
-                best = Foot { distance, at };
-            }
+            starts.push(Foot::new(distance, at));
         }
     }
-    walk_surface(patches, p, best.at, enough)
+    starts.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let mut best = Foot { distance: f64::INFINITY, at: low };
+    for start in starts.iter().take(BEST) {
+        let foot = walk_surface(patches, p, start.at, enough);
+        if foot.distance < best.distance {
+            best = foot;
+        }
+        if best.distance <= enough {
+            break;
+        }
+    }
+    best
 }
 
 /// The share of the way from `from` to `to` that ends just across the next break. Speeds of parametrisation may jump a

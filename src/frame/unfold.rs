@@ -78,7 +78,18 @@ impl Web<'_> {
         let deviation = |t: [u32; 3]| near.surface.deviation(self.mesh, t);
         let before = changed().map(|(old, _)| deviation(*old)).fold(near.chord, f64::max);
         changed().all(|(_, new)| *new == GONE || deviation(*new) <= before)
+            && self.covers(changed(), near.chord)
             && self.score(changed().map(|(_, new)| *new)).0 > self.score(changed().map(|(old, _)| *old)).0
+    }
+
+    /// Whether new triangles, by the middles of their sides, are where old ones were, within a distance. The other way does not
+    /// count: what is cut off beyond a boundary's chord was no part of the face.
+    fn covers<'a>(&self, changed: impl Iterator<Item = (&'a [u32; 3], &'a [u32; 3])> + Clone, within: f64) -> bool {
+        let place = |t: &[u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
+        let old: Vec<[DVec3; 3]> = changed.clone().map(|(old, _)| place(old)).collect();
+        let near = |p: DVec3| old.iter().any(|triangle| distance_to_triangle(p, triangle) <= within);
+        let new = changed.filter(|(_, new)| **new != GONE).map(|(_, new)| place(new));
+        new.flat_map(|[a, b, c]| [a.midpoint(b), b.midpoint(c), c.midpoint(a)]).all(near)
     }
 
     /// Area that looks inwards, twice and negative, and the least height of triangles: the larger the better.
@@ -107,8 +118,7 @@ impl Web<'_> {
         best.map(|(_, change)| change)
     }
 
-    /// Whether the new triangles have an area and, by the middles of their sides, are near the old ones. The
-    /// other way does not count: what is cut off beyond a boundary's chord was no part of the face.
+    /// Whether the new triangles have an area and stay near the surface and the old ones.
     fn stays(&self, change: &Change, to: &Near<'_>) -> bool {
         let flat = |t: [u32; 3]| t != GONE && Shape::of(self.mesh, t).is_flat(self.mesh);
         if change.triangles.iter().any(|(_, t)| flat(*t)) {
@@ -120,11 +130,8 @@ impl Web<'_> {
         if all.clone().any(|(_, t)| *t != GONE && deviation(*t) > before) {
             return false;
         }
-        let place = |t: [u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
-        let old: Vec<[DVec3; 3]> = change.triangles.iter().map(|(t, _)| place(self.mesh.triangles[*t])).collect();
-        let near = |p: DVec3| old.iter().any(|triangle| distance_to_triangle(p, triangle) <= to.chord);
-        let new = change.triangles.iter().filter(|(_, t)| *t != GONE).map(|(_, t)| place(*t));
-        new.flat_map(|[a, b, c]| [a.midpoint(b), b.midpoint(c), c.midpoint(a)]).all(near)
+        let pairs: Vec<([u32; 3], [u32; 3])> = all.map(|(t, new)| (self.mesh.triangles[*t], *new)).collect();
+        self.covers(pairs.iter().map(|(old, new)| (old, new)), to.chord)
     }
 
     /// The lattice points of triangle `t`, merged into each of their neighbours.
