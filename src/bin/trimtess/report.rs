@@ -534,11 +534,13 @@ mod tests {
         use trimtess::frame::{Tolerance, plan};
         use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
         use trimtess::prepare::{PrepareOptions, prepare};
-        let mut part = PartBuilder::new("figure eight");
+        let mut part = PartBuilder::new("bitten");
         let shell = part.plain_shell(ShellKind::Open);
-        let corners = [(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
-        let wire = Loop::Edges(part.polygon(&corners));
-        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![wire], false);
+        // The hole reaches beyond the outer wire.
+        let square = |a: f64, b: f64| [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let (outer, inner) = (part.polygon(&square(0.0, 6.0)), part.polygon(&square(3.0, 8.0)));
+        let wires = vec![Loop::Edges(outer), Loop::Edges(inner)];
+        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, wires, false);
         let mut model = ModelBuilder::new("case");
         let part = model.part(part.finish().expect("a sound part"));
         model.place(part, DAffine3::IDENTITY);
@@ -547,6 +549,7 @@ mod tests {
         let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
         let mut sink = MemorySink::default();
         let made = trimtess::parallel::serial(&prepared, &plan, false, &mut sink).expect("a frame");
+        assert_eq!(made.degraded.len(), 1, "the tile knows of it, too");
         let report = Report::of(&sink, &prepared, &made);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face)).collect();
         assert_eq!(told, [("warning", Some(0))], "{:?}", report.diagnostics);

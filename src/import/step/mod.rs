@@ -236,40 +236,24 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     diagnostics.extend(tree.diagnostics);
     if !contexts.stated && !model.parts.is_empty() {
         let reason = "the file names no length unit; millimetres assumed".to_owned();
-        diagnostics.push(Diagnostic {
-            severity: Severity::Warning,
-            part: None,
-            face: None,
-            entity: 0,
-            place: None,
-            reason,
-        });
+        diagnostics.push(of_file(reason));
     }
     if styles.along_paths > 0 {
         let reason = format!("{} colours that hold along paths of occurrences are not applied", styles.along_paths);
-        diagnostics.push(Diagnostic {
-            severity: Severity::Warning,
-            part: None,
-            face: None,
-            entity: 0,
-            place: None,
-            reason,
-        });
+        diagnostics.push(of_file(reason));
     }
     let lost = diagnostics.iter().any(|d| d.severity == Severity::Error);
     if !lost && model.parts.iter().all(|part| part.faces.is_empty()) {
         let reason = format!("no faces among the file's {} instances", table.len());
-        diagnostics.push(Diagnostic {
-            severity: Severity::Warning,
-            part: None,
-            face: None,
-            entity: 0,
-            place: None,
-            reason,
-        });
+        diagnostics.push(of_file(reason));
     }
     model.diagnostics = diagnostics;
     Ok(model)
+}
+
+/// A warning that concerns the file as a whole.
+fn of_file(reason: String) -> Diagnostic {
+    Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, place: None, reason }
 }
 
 /// A part that will be read.
