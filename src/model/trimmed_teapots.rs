@@ -31,15 +31,15 @@ pub(super) fn unc() -> Part {
     })
 }
 
-/// The teapot with flowers cut out of all its patches: of Bézier curves, of a closed B-spline and of polylines, most of them
-/// crossing another loop, and some lying across the border of two patches.
+/// The teapot with flowers cut out of all its patches, on each some of polylines and some of Bézier curves or a closed
+/// B-spline; many cross each other, and four lie across the border of two patches.
 pub(super) fn flowers() -> Part {
     trimmed("flower-teapot", |patch, surface| {
         let bed = Bed { surface };
         let mut curves = match patch % 4 {
-            0 => vec![bed.petals(0.5, 0.5, 0.42, 6), bed.disk(0.5, 0.76, 0.1)],
+            0 => vec![bed.petals(0.5, 0.5, 0.4, 6), bed.disk(0.5, 0.76, 0.1), bed.points(0.82, 0.18, 0.13)],
             1 => vec![bed.points(0.34, 0.5, 0.3), bed.spline(0.62, 0.5, 0.3)],
-            2 => vec![bed.spline(0.5, 0.5, 0.42)],
+            2 => vec![bed.spline(0.5, 0.42, 0.36), bed.points(0.56, 0.8, 0.16)],
             _ => vec![bed.points(0.5, 0.36, 0.28), bed.points(0.5, 0.66, 0.26), bed.petals(0.2, 0.5, 0.16, 5)],
         };
         if patch / QUARTERS == 2 {

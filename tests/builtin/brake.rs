@@ -8,7 +8,7 @@ use trimtess::model::shapes;
 
 #[test]
 fn brakes_are_closed_at_every_tolerance() {
-    for (name, solids) in [("brake-hub", 1), ("brake-rotor", 1)] {
+    for (name, solids) in [("brake-hub", 1), ("brake-rotor", 1), ("brake-assembly", 33)] {
         let prepared = prepared(name);
         for share in [1e-2, 1e-3, 1e-4] {
             let (_, facts, deviation) = meshed(&prepared, share);
