@@ -90,10 +90,29 @@ impl<P: ControlPoint> NurbsCurve<P> {
         knots::domain(self.degree, &self.knots)
     }
 
-    /// `C(t)`; `t` outside the domain is moved to its nearer end.
+    /// `C(t)`; `t` outside the domain is moved to its nearer end. To the last bit as [`derivatives`](Self::derivatives) has it.
     #[must_use]
     pub fn point(&self, t: f64) -> P {
-        self.derivatives(t).point
+        let (a, b) = self.domain();
+        let t = t.max(a).min(b);
+        let span = knots::span(self.degree, &self.knots, t);
+        let first = span - self.degree;
+        let points = &self.points[first..=span];
+        knots::with_values(self.degree, &self.knots, span, t, |n| {
+            let mut sum = P::ORIGIN;
+            if self.weights.is_empty() {
+                for (&p, n) in points.iter().zip(n) {
+                    sum = sum + p * *n;
+                }
+                return sum;
+            }
+            let mut w = 0.0;
+            for ((&p, &weight), n) in points.iter().zip(&self.weights[first..=span]).zip(n) {
+                sum = sum + p * (weight * n);
+                w += weight * n;
+            }
+            sum * (1.0 / w)
+        })
     }
 
     /// `C(t)`, `C'(t)`, `C''(t)`, exact also for rational curves; `t` outside the domain is moved to its nearer end.

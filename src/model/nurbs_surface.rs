@@ -40,10 +40,33 @@ impl NurbsSurface {
         (knots::domain(self.degree_u, &self.knots_u), knots::domain(self.degree_v, &self.knots_v))
     }
 
-    /// `S(u,v)`; parameters outside the domain are moved to its border.
+    /// `S(u,v)`; parameters outside the domain are moved to its border. To the last bit as [`derivatives`](Self::derivatives)
+    /// has it.
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
-        self.derivatives(u, v).point
+        let ((u0, u1), (v0, v1)) = self.domain();
+        let (u, v) = (u.max(u0).min(u1), v.max(v0).min(v1));
+        let span_u = knots::span(self.degree_u, &self.knots_u, u);
+        let span_v = knots::span(self.degree_v, &self.knots_v, v);
+        let (row, column, count_v) = (span_u - self.degree_u, span_v - self.degree_v, self.count_v());
+        let weighted = !self.weights.is_empty();
+        knots::with_values(self.degree_u, &self.knots_u, span_u, u, |rows_u| {
+            knots::with_values(self.degree_v, &self.knots_v, span_v, v, |rows_v| {
+                let (mut p, mut w) = (DVec3::ZERO, 0.0);
+                for (a, &n) in rows_u.iter().enumerate() {
+                    let start = (row + a) * count_v + column;
+                    let (mut line, mut line_w) = (DVec3::ZERO, 0.0);
+                    for (b, &n) in rows_v.iter().enumerate() {
+                        let value = n * if weighted { self.weights[start + b] } else { 1.0 };
+                        line += self.points[start + b] * value;
+                        line_w += value;
+                    }
+                    p += line * n;
+                    w += line_w * n;
+                }
+                if weighted { p * (1.0 / w) } else { p }
+            })
+        })
     }
 
     /// The points at all pairs of `us` and `vs`, u-major; each to the last bit as [`point`](Self::point) has it.
@@ -59,11 +82,11 @@ impl NurbsSurface {
         for (j, v) in vs.iter().enumerate() {
             let v = v.max(v0).min(v1);
             let span = knots::span(self.degree_v, &self.knots_v, v);
-            knots::with_basis(self.degree_v, &self.knots_v, span, v, |rows| {
+            knots::with_values(self.degree_v, &self.knots_v, span, v, |rows| {
                 for (i, (line, line_w)) in lines.iter_mut().enumerate() {
                     (*line, *line_w) = (DVec3::ZERO, 0.0);
                     let start = i * count_v + span - self.degree_v;
-                    for (b, &n) in rows[..=self.degree_v].iter().enumerate() {
+                    for (b, &n) in rows.iter().enumerate() {
                         let value = n * if weighted { self.weights[start + b] } else { 1.0 };
                         *line += self.points[start + b] * value;
                         *line_w += value;
@@ -73,9 +96,9 @@ impl NurbsSurface {
             for (i, u) in us.iter().enumerate() {
                 let u = u.max(u0).min(u1);
                 let span = knots::span(self.degree_u, &self.knots_u, u);
-                out[i * vs.len() + j] = knots::with_basis(self.degree_u, &self.knots_u, span, u, |rows| {
+                out[i * vs.len() + j] = knots::with_values(self.degree_u, &self.knots_u, span, u, |rows| {
                     let (mut p, mut w) = (DVec3::ZERO, 0.0);
-                    for (&(line, line_w), &n) in lines[span - self.degree_u..].iter().zip(&rows[..=self.degree_u]) {
+                    for (&(line, line_w), &n) in lines[span - self.degree_u..].iter().zip(rows) {
                         p += line * n;
                         w += line_w * n;
                     }
