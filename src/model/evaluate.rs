@@ -16,6 +16,18 @@ impl Surface {
         }
     }
 
+    /// `S(u,v)`, `S_u`, `S_v`, the same bits as in [`derivatives`](Self::derivatives).
+    #[must_use]
+    pub fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
+        match self {
+            Self::Nurbs(surface) => surface.tangents(u, v),
+            _ => {
+                let SurfaceDerivatives { point, du, dv, .. } = self.derivatives(u, v);
+                [point, du, dv]
+            }
+        }
+    }
+
     /// The point and its five partial derivatives by the natural parameters.
     #[must_use]
     pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
