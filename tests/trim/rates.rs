@@ -2,7 +2,6 @@
 
 use std::ops::RangeInclusive;
 use std::sync::{Arc, LazyLock, OnceLock};
-use std::time::Duration;
 
 use arbitrary::{Result, Unstructured};
 use glam::DVec2;
@@ -14,6 +13,7 @@ use trimtess::parallel::serial;
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, UvCurve, prepare};
 
 use crate::checker::{Tile, check};
+use crate::sequence::judge;
 
 /// A plan that no tolerance asks for. Tiles and edges take these numbers in turn, but no less than the coarsest plan has, and
 /// no segment of an edge crosses more than a cell along it.
@@ -200,8 +200,7 @@ fn trace(part: &PreparedPart, plan: &PartPlan, number: usize) -> Tile {
 
 #[test]
 fn fuzz_rates() {
-    let target = bolero::check!().with_test_time(Duration::from_secs(2)).with_shrink_time(Duration::from_secs(20));
-    target.with_max_len(64).for_each(|bytes: &[u8]| {
+    judge!(200, 64, |bytes: &[u8]| {
         let Ok(rates) = Rates::draw(&mut Unstructured::new(bytes)) else { return };
         if let Err(fault) = rates.judge() {
             let Rates { shape, cells, segments, growth } = &rates;
