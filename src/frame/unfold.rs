@@ -5,7 +5,7 @@
 //! (u,v) may lie beyond the boundary's chord. Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*,
 //! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless that would take the triangles
 //! away from the surface by more than the chord tolerance. The tile's boundary stays, so that nothing is seen from the
-//! neighbours.
+//! neighbours. So are triangles without an area, which three points of a straight border are where one of them is a pole's.
 
 use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
@@ -19,15 +19,26 @@ const MOST_AROUND: usize = 64;
 /// Share of the area looking inwards that a change has to gain, so that changes come to an end.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays within the tolerance.
+/// Changes triangles until none of the first `trimmed` looks inwards or has no area, or nothing helps that stays within the
+/// tolerance.
 ///
 /// First all changes are taken, since triangles that stray for a while may be gone at the end; if some stray then, or no less
 /// looks inwards, once more with changes only that never stray.
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, a hash of all edges of the tile.
 pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) {
-    let folded: Vec<usize> =
-        (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_folded(mesh)).collect();
+    let (mut folded, mut flat) = (Vec::new(), Vec::new());
+    for t in (0..trimmed).rev() {
+        let shape = Shape::of(mesh, mesh.triangles[t]);
+        if shape.is_flat(mesh) {
+            flat.push(t);
+        } else if shape.is_folded(mesh) {
+            folded.push(t);
+        }
+    }
+    if !flat.is_empty() {
+        Web::new(mesh).widen(flat, &Near { surface, chord });
+    }
     if folded.is_empty() {
         return;
     }
@@ -69,6 +80,22 @@ impl Web<'_> {
             self.apply(&change);
             let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_folded(self.mesh);
             folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
+        }
+    }
+
+    /// Flips edges of triangles without an area, where that leaves none without, and none that looks inwards.
+    fn widen(&mut self, flat: Vec<usize>, near: &Near<'_>) {
+        for t in flat {
+            if !Shape::of(self.mesh, self.mesh.triangles[t]).is_flat(self.mesh) {
+                continue;
+            }
+            let folded = |t: &[u32; 3]| Shape::of(self.mesh, *t).is_folded(self.mesh);
+            let mut flips = self.flips(t);
+            flips.retain(|flip| flip.triangles.iter().all(|(_, t)| !folded(t)) && self.stays(flip, near));
+            let height = |flip: &Change| self.score(flip.triangles.iter().map(|(_, t)| *t)).1;
+            if let Some(best) = flips.iter().max_by(|a, b| height(a).total_cmp(&height(b))) {
+                self.apply(best);
+            }
         }
     }
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::prepare;
+use trimtess::prepare::{PreparedPart, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]
@@ -41,6 +41,10 @@ struct Info {
     r#box: Option<[[f64; 3]; 2]>,
     diagonal: f64,
     shells: Shells,
+    /// Edges at which the prepared faces of parts end, common borders of faces without edges being found by then.
+    open_edges: usize,
+    /// How long they are.
+    open_length: f64,
     diagnostics: Vec<Told>,
 }
 
@@ -73,9 +77,13 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     let model = args.input.read(&common.limits.step())?;
     let mut info = Info::of(&model, args.input.name());
     progress.stage("preparing");
-    let prepared = prepare(model, &common.limits.prepare()).map_err(unprepared)?;
+    let prepared = prepare(model, &common.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
+    for open in prepared.parts.iter().map(PreparedPart::open_edges) {
+        info.open_edges += open.count;
+        info.open_length += open.length;
+    }
     info.diagnostics = prepared
         .diagnostics
         .iter()
@@ -136,6 +144,8 @@ impl Info {
             r#box: None,
             diagonal: 0.0,
             shells,
+            open_edges: 0,
+            open_length: 0.0,
             diagnostics: Vec::new(),
         }
     }
@@ -162,6 +172,7 @@ impl Info {
         }
         let Shells { closed, open, voids, free_edges, .. } = self.shells;
         line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {free_edges} free edges"));
+        line("open edges", format!("{}, {:.6} mm long", self.open_edges, self.open_length));
         let count = |severity| self.diagnostics.iter().filter(|d| d.severity == severity).count();
         let (errors, warnings, notes) = (count("error"), count("warning"), count("note"));
         line("diagnostics", format!("{errors} errors, {warnings} warnings, {notes} notes"));
