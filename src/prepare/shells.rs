@@ -1,7 +1,6 @@
 //! Shells that should bound solids -> those whose edges are not all used in pairs.
 
 use crate::model::{Loop, Part, ShellKind};
-use std::collections::BTreeMap;
 
 /// A shell of a solid with free edges.
 pub(super) struct Open {
@@ -17,7 +16,7 @@ pub(super) struct Open {
 
 /// By shell and edge: how often faces use it, and the first that does.
 pub(super) fn uses(part: &Part) -> Vec<((u32, u32), (usize, usize))> {
-    let mut uses: BTreeMap<(u32, u32), (usize, usize)> = BTreeMap::new();
+    let mut uses: Vec<((u32, u32), usize)> = Vec::with_capacity(2 * part.edges.len());
     for (face, f) in part.faces.iter().enumerate() {
         let mut wires: Vec<Vec<u32>> = Vec::new();
         for l in &f.loops {
@@ -28,13 +27,12 @@ pub(super) fn uses(part: &Part) -> Vec<((u32, u32), (usize, usize))> {
             if wires.contains(&wire) {
                 continue;
             }
-            for &edge in &wire {
-                uses.entry((f.shell, edge)).or_insert((0, face)).0 += 1;
-            }
+            uses.extend(wire.iter().map(|&edge| ((f.shell, edge), face)));
             wires.push(wire);
         }
     }
-    uses.into_iter().collect()
+    uses.sort_unstable();
+    uses.chunk_by(|a, b| a.0 == b.0).map(|same| (same[0].0, (same.len(), same[0].1))).collect()
 }
 
 /// The shells of solids that their faces leave open. Not those with faces that are `lost`: that is told.
