@@ -85,9 +85,9 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::judge;
     use arbitrary::Unstructured;
     use glam::{DAffine3, DQuat};
-    use std::time::Duration;
 
     const VIEW: View = View {
         eye: DVec3::new(0.0, 0.0, 100.0),
@@ -138,8 +138,7 @@ mod tests {
             assert!(pixels <= 0.5 * (1.0 + 1e-3), "{pixels} pixels at {point} by {step}");
             Ok(())
         };
-        let target = bolero::check!().with_test_time(Duration::from_millis(100));
-        target.for_each(|bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
+        judge!(20_000, 64, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
     }
 
     #[test]
