@@ -13,14 +13,9 @@ use glam::DVec3;
 /// Breaks closer than this share of an edge's range are one.
 const SAME_BREAK: f64 = 1e-9;
 
-/// Joins the drafts of a part's faces (none for faces that could not be used). `stated`: how many of its edges are the
-/// model's own or its free trims'. Shells that had to be turned over are appended to `told`.
-pub(super) fn assemble(
-    part: &Part,
-    stated: usize,
-    drafts: Vec<Option<FaceDraft>>,
-    told: &mut Vec<Turned>,
-) -> PreparedPart {
+/// Joins the drafts of a part's faces (none for faces that could not be used). Shells that had to be turned over are appended to
+/// `told`.
+pub(super) fn assemble(part: &Part, drafts: Vec<Option<FaceDraft>>, told: &mut Vec<Turned>) -> PreparedPart {
     let reversed = orient(part, &drafts, told);
     let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
     for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
@@ -37,7 +32,7 @@ pub(super) fn assemble(
             breaks[k].point = *point;
         }
     }
-    let mut out = PreparedPart { brep_edges: stated, ..PreparedPart::default() };
+    let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
     for (k, draft) in drafts.into_iter().enumerate() {
         let Some(draft) = draft else {
             out.face_rows.push(None);
