@@ -5,7 +5,7 @@ mod arc_bounds;
 mod arrangement;
 
 mod bounds;
-pub use bounds::{Bend, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+pub use bounds::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
 mod critical;
 
@@ -209,8 +209,8 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let prepared =
-        catch_unwind(AssertUnwindSafe(|| topology::assemble(part, trimmed.edges.len(), drafts, &mut turned)));
+    let of_trims = stated.edges.len()..trimmed.edges.len();
+    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, of_trims, drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
