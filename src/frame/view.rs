@@ -183,9 +183,9 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::judge;
     use arbitrary::Unstructured;
     use glam::DAffine3;
-    use std::time::Duration;
 
     const VIEW: View = View {
         eye: DVec3::new(0.0, 0.0, 100.0),
@@ -238,8 +238,7 @@ mod tests {
             }
             Ok(())
         };
-        let target = bolero::check!().with_test_time(Duration::from_millis(100));
-        target.for_each(|bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
+        judge!(5_000, 600, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
     }
 
     #[test]

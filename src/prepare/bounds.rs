@@ -7,7 +7,7 @@ use super::arc_bounds;
 use super::decompose::{BezierPatches, BezierSpline3};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
-use crate::model::quotient;
+use crate::model::{SurfaceDerivatives, quotient};
 use glam::{DVec3, DVec4};
 use std::cell::OnceCell;
 
@@ -356,6 +356,7 @@ fn sub_net(
 /// Bases at the sample lines, the same for every sub-box.
 struct Sampler {
     degree_v: usize,
+    rational: bool,
     rows_u: Vec<Vec<f64>>,
     rows_v: Vec<Vec<f64>>,
 }
@@ -425,7 +426,8 @@ impl Samples {
 impl Sampler {
     fn new(patches: &BezierPatches) -> Self {
         let degree_v = patches.degree_v;
-        Self { degree_v, rows_u: sample_rows(patches.degree_u), rows_v: sample_rows(degree_v) }
+        let rational = patches.rational;
+        Self { degree_v, rational, rows_u: sample_rows(patches.degree_u), rows_v: sample_rows(degree_v) }
     }
 
     /// A net at the sample lines.
@@ -437,22 +439,16 @@ impl Sampler {
         for (row_u, out) in self.rows_u.iter().zip(&mut out) {
             let nu = row_u.len() / 3;
             for (b, column) in curve.iter_mut().enumerate() {
-                *column = [DVec4::ZERO; 3];
-                for a in 0..nu {
-                    let point = net[a * nv + b];
-                    for (order, sum) in column.iter_mut().enumerate() {
+                let mut sums = [DVec4::ZERO; 3];
+                for (a, &point) in net[b..].iter().step_by(nv).enumerate() {
+                    for (order, sum) in sums.iter_mut().enumerate() {
                         *sum += point * row_u[order * nu + a];
                     }
                 }
+                *column = sums;
             }
             for (row_v, out) in self.rows_v.iter().zip(out) {
-                let mut sums = [DVec4::ZERO; 6];
-                for (b, column) in curve.iter().enumerate() {
-                    for (sum, (du, dv)) in sums.iter_mut().zip([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]) {
-                        *sum += column[du] * row_v[dv * nv + b];
-                    }
-                }
-                let d = quotient(sums.map(DVec4::truncate), sums.map(|s| s.w));
+                let d = if self.rational { rational(&curve, row_v) } else { polynomial(&curve, row_v) };
                 let normal = d.du.cross(d.dv);
                 if normal.length() > 1e-10 * d.du.length() * d.dv.length() {
                     *out = normal.try_normalize().map(|normal| {
@@ -465,6 +461,45 @@ impl Sampler {
         }
         Samples(out)
     }
+}
+
+/// A surface's derivatives at a sample line in v, from the orders in u of the columns of its net there.
+fn rational(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
+    let mut sums = [DVec4::ZERO; 6];
+    let [n, d1, d2] = orders(row);
+    for ((([c, cu, cuu], n), d1), d2) in columns.iter().zip(n).zip(d1).zip(d2) {
+        sums[0] += *c * *n;
+        sums[1] += *cu * *n;
+        sums[2] += *c * *d1;
+        sums[3] += *cuu * *n;
+        sums[4] += *cu * *d1;
+        sums[5] += *c * *d2;
+    }
+    quotient(sums.map(DVec4::truncate), sums.map(|s| s.w))
+}
+
+/// The same where all weights are 1.
+fn polynomial(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
+    let mut sums = [DVec3::ZERO; 6];
+    let [n, d1, d2] = orders(row);
+    for (((column, n), d1), d2) in columns.iter().zip(n).zip(d1).zip(d2) {
+        let [c, cu, cuu] = column.map(DVec4::truncate);
+        sums[0] += c * *n;
+        sums[1] += cu * *n;
+        sums[2] += c * *d1;
+        sums[3] += cuu * *n;
+        sums[4] += cu * *d1;
+        sums[5] += c * *d2;
+    }
+    let [point, du, dv, duu, duv, dvv] = sums;
+    SurfaceDerivatives { point, du, dv, duu, duv, dvv }
+}
+
+/// The three parts of a row of bases: values, first and second derivatives.
+fn orders(row: &[f64]) -> [&[f64]; 3] {
+    let (n, rest) = row.split_at(row.len() / 3);
+    let (d1, d2) = rest.split_at(n.len());
+    [n, d1, d2]
 }
 
 /// The largest turning over the sample lines, with margins for what lies between samples: along a line, what the sum of angles

@@ -145,7 +145,8 @@ fn weight(tile: &Tile, patches: &BezierPatches, edges: &[PreparedEdge]) -> f64 {
                 // The samples may be those of the whole edge.
                 let ts = [u.from, u.to].map(|k| edges[u.edge as usize].breaks[k as usize].t);
                 let (lo, hi) = (ts[0].min(ts[1]), ts[0].max(ts[1]));
-                samples.windows(2).filter(|w| w[0].t < hi && w[1].t > lo).count()
+                let before = samples[1..].partition_point(|s| s.t <= lo);
+                samples[..samples.len() - 1].partition_point(|s| s.t < hi).saturating_sub(before)
             }
         };
         samples as f64 + f64::from(u.from.abs_diff(u.to))
