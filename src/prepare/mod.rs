@@ -7,7 +7,7 @@ mod arrangement;
 mod boxes;
 
 mod bounds;
-pub use bounds::{Bend, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+pub use bounds::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
 mod carry;
 
@@ -221,7 +221,8 @@ fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budge
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, drafts, &mut turned)));
+    let of_trims = stated.edges.len()..trimmed.edges.len();
+    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, of_trims, drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
