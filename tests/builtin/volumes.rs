@@ -13,12 +13,12 @@ pub(crate) struct Section {
 impl Section {
     /// A convex polygon with corners `(x, y, radius)`, counter-clockwise.
     pub(crate) fn rounded(corners: &[(f64, f64, f64)]) -> Self {
-        let at = |k: usize| DVec2::new(corners[k % corners.len()].0, corners[k % corners.len()].1);
-        let n = corners.len();
         let mut section = Self { area: 0.0, outline: 0.0 };
-        for k in 0..n {
-            let (before, here, after) = (at(k + n - 1), at(k), at(k + 1));
-            let (turn, radius) = ((here - before).angle_to(after - here), corners[k].2);
+        let n = corners.len();
+        let at = |k: usize| DVec2::new(corners[k % n].0, corners[k % n].1);
+        for (k, &(x, y, radius)) in corners.iter().enumerate() {
+            let (before, here, after) = (at(k + n - 1), DVec2::new(x, y), at(k + 1));
+            let turn = (here - before).angle_to(after - here);
             let cut = (0.5 * turn).tan();
             section.area += 0.5 * here.perp_dot(after) - radius * radius * (cut - 0.5 * turn);
             section.outline += here.distance(after) - radius * (2.0 * cut - turn);
