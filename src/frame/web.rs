@@ -159,3 +159,31 @@ impl<'a> Web<'a> {
         (0..3).filter_map(flip).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flips edges of a fan around its hub, a triangle pushed in between, and compares with the triangles themselves.
+    #[test]
+    fn neighbours_are_those_of_the_triangles_after_any_change() {
+        let mut mesh = PatchMesh { positions: vec![DVec3::ZERO; 7], ..PatchMesh::default() };
+        mesh.triangles = (0..6).map(|k| [0, 1 + k, 1 + (k + 1) % 6]).collect();
+        let mut web = Web::new(&mut mesh);
+        let changes: [&[(usize, [u32; 3])]; 3] = [
+            &[(0, [0, 1, 3]), (1, [1, 2, 3])],
+            &[(3, GONE)],
+            // A new vertex in the middle of an edge makes a triangle more on either side.
+            &[(2, [0, 3, 7]), (6, [7, 3, 4]), (4, [0, 5, 6])],
+        ];
+        for change in changes {
+            web.apply(&Change { triangles: change.to_vec() });
+            let triangles = web.mesh.triangles.clone();
+            for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))).filter(|(a, b)| a != b) {
+                let runs = |t: &[u32; 3]| (0..3).any(|k| (t[k], t[(k + 1) % 3]) == (a, b));
+                assert_eq!(web.left_of(a, b), triangles.iter().position(runs), "{a} to {b} after {change:?}");
+            }
+        }
+        assert_eq!(web.mesh.triangles.len(), 7);
+    }
+}
