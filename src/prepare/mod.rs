@@ -53,6 +53,7 @@ mod region;
 mod sew;
 
 mod shells;
+pub use shells::Shells;
 
 mod spans;
 pub use spans::UvDomain;
