@@ -4,13 +4,12 @@ use crate::input::{self, Input};
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::name;
-use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::prepare;
+use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]

@@ -14,7 +14,7 @@ use std::fmt;
 
 use glam::DVec2;
 
-mod cdt;
+pub(super) mod cdt;
 mod cleanup;
 /// The whole tile at once by a constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
 pub mod reference;
