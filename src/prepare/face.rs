@@ -216,6 +216,7 @@ fn draft_with(
     let mut region = match free {
         Some(free) => {
             let free = free.clone()?;
+            gap = free.gap;
             notes.extend(free.notes);
             repairs.extend(free.repairs);
             free.region

@@ -9,16 +9,15 @@ use super::{
 use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, Loop, Part};
 use glam::DVec3;
-use std::ops::Range;
 
 /// Breaks closer than this share of an edge's range are one.
 const SAME_BREAK: f64 = 1e-9;
 
-/// Joins the drafts of a part's faces (none for faces that could not be used). `free`: which of its edges are of free trims;
-/// those before are the model's own. Shells that had to be turned over are appended to `told`.
+/// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
+/// finer than they bend. Shells that had to be turned over are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
-    free: Range<usize>,
+    finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
     told: &mut Vec<Turned>,
 ) -> PreparedPart {
@@ -30,7 +29,7 @@ pub(super) fn assemble(
     let used = used_edges(part.edges.len(), &drafts);
     let mut edges: Vec<PreparedEdge> =
         part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
-    for edge in &mut edges[free.clone()] {
+    for edge in edges.iter_mut().skip(finely_cut) {
         edge.bounds = edge.bounds.merged();
     }
     for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
@@ -41,7 +40,7 @@ pub(super) fn assemble(
             breaks[k].point = *point;
         }
     }
-    let mut out = PreparedPart { brep_edges: free.end, ..PreparedPart::default() };
+    let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
     for (k, draft) in drafts.into_iter().enumerate() {
         let Some(draft) = draft else {
             out.face_rows.push(None);
