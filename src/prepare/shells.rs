@@ -3,7 +3,6 @@
 use super::free_edges::FreeFaces;
 use super::uv_loop::{Along, Piece};
 use crate::model::{Loop, Part, ShellKind};
-use std::collections::BTreeMap;
 
 /// A shell of a solid with free edges.
 pub(super) struct Open {
@@ -33,14 +32,9 @@ pub(super) struct Use {
 
 /// The edges in use, by shell and edge.
 pub(super) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
-    let mut uses: BTreeMap<(u32, u32), Use> = BTreeMap::new();
+    let mut uses: Vec<Use> = Vec::with_capacity(2 * part.edges.len());
     let mut add = |face: usize, edge: u32, untold: bool, side: bool| {
-        let shell = part.faces[face].shell;
-        let first = Use { shell, edge, count: 0, face, untold: false, side: false };
-        let entry = uses.entry((shell, edge)).or_insert(first);
-        entry.count += 1;
-        entry.untold |= untold;
-        entry.side |= side;
+        uses.push(Use { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
         let mut wires: Vec<Vec<u32>> = Vec::new();
@@ -70,7 +64,17 @@ pub(super) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
             }
         }
     }
-    uses.into_values().collect()
+    uses.sort_unstable_by_key(|u| (u.shell, u.edge, u.face));
+    uses.dedup_by(|next, first| {
+        let same = (next.shell, next.edge) == (first.shell, first.edge);
+        if same {
+            first.count += 1;
+            first.untold |= next.untold;
+            first.side |= next.side;
+        }
+        same
+    });
+    uses
 }
 
 /// The shells of solids that their faces leave open. Not those with faces that are `lost`: that is told.
