@@ -10,13 +10,12 @@ use super::{
 use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, Loop, Part};
 use glam::DVec3;
-use std::ops::Range;
 
 /// Joins the drafts of a part's faces (none for faces that could not be used). `free`: which of its edges are of free trims;
 /// those before are the model's own, those behind came by healing and sewing. Shells that had to be turned over are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
-    free: Range<usize>,
+    finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
     told: &mut Vec<Turned>,
 ) -> PreparedPart {
@@ -28,7 +27,7 @@ pub(super) fn assemble(
     let used = used_edges(part.edges.len(), &drafts);
     let mut edges: Vec<PreparedEdge> =
         part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
-    for edge in &mut edges[free.clone()] {
+    for edge in edges.iter_mut().skip(finely_cut) {
         edge.bounds = edge.bounds.merged();
     }
     for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
