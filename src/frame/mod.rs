@@ -20,6 +20,9 @@ mod narrow;
 mod plan;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
 
+mod record;
+pub use record::{TileRecord, record_tile};
+
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
 

@@ -114,6 +114,8 @@ pub(super) fn assemble(
             creases: draft.creases,
             reversed: reversed[k],
             gap: draft.gap,
+            critical: draft.critical,
+            meetings: draft.meetings,
             tiles: first_tile..id(out.tiles.len()),
         });
     }
