@@ -43,7 +43,7 @@ pub(crate) struct TessellateArgs {
 
 /// How fine.
 #[derive(clap::Args)]
-struct ToleranceArgs {
+pub(crate) struct ToleranceArgs {
     /// Largest distance between triangles and surface, millimetres.
     #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "chord_rel")]
     chord: Option<f64>,
@@ -60,7 +60,7 @@ struct ToleranceArgs {
 
 impl ToleranceArgs {
     /// For a model of this diagonal, millimetres.
-    fn resolve(&self, diagonal: f64) -> Tolerance {
+    pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
         let relative = self.chord_rel.unwrap_or(DEFAULT_CHORD_REL) * diagonal;
         let chord = self.chord.unwrap_or(relative);
         Tolerance { chord, angle: self.angle.to_radians(), max_edge: self.max_edge }
