@@ -62,12 +62,10 @@ impl Surface {
                 let collapsed = |axis: usize, at: f64| self.collapsed(axis, at, SAME_POINT * surface.size());
                 // A direction in which every line is a point closes trivially, but nothing goes round in it; nor does it in
                 // one that closes in a pole.
-                let across_u = surface.closed_u(tol)
-                    && !surface.samples_v().iter().all(|&v| collapsed(1, v))
-                    && !collapsed(0, u0);
-                let across_v = surface.closed_v(tol)
-                    && !surface.samples_u().iter().all(|&u| collapsed(0, u))
-                    && !collapsed(1, v0);
+                let across_u =
+                    surface.closed_u(tol) && !surface.samples_v().iter().all(|&v| collapsed(1, v)) && !collapsed(0, u0);
+                let across_v =
+                    surface.closed_v(tol) && !surface.samples_u().iter().all(|&u| collapsed(0, u)) && !collapsed(1, v0);
                 [across_u.then_some(u1 - u0), across_v.then_some(v1 - v0)]
             }
         }

@@ -1,16 +1,17 @@
 //! `trimtess info`: what a file states, before any triangle is made.
 
+use crate::diagram::{DiagramArgs, Drawn};
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::name;
-use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::{PreparedPart, prepare};
+use trimtess::prepare::{PreparedPart, Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]
@@ -18,6 +19,12 @@ pub(crate) struct InfoArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
     #[arg(value_name = "FILE", value_parser = input::parse)]
     pub(crate) input: Input,
+    /// Tell what preprocessing made of each face: patches, tiles, trimming curves before and after intersection, critical
+    /// parameters, the largest derivative bounds.
+    #[arg(long)]
+    patches: bool,
+    #[command(flatten)]
+    diagram: DiagramArgs,
 }
 
 /// Parts listed before the rest is only counted.
@@ -46,6 +53,10 @@ struct Info {
     /// How long they are.
     open_length: f64,
     diagnostics: Vec<Told>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    patches: Option<Patches>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawn: Option<Drawn>,
 }
 
 /// A part.
@@ -76,6 +87,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     progress.stage(format!("reading {}", args.input.name()));
     let model = args.input.read(&common.limits.step())?;
     let mut info = Info::of(&model, args.input.name());
+    let trims = args.patches.then(|| stated_trims(&model));
     progress.stage("preparing");
     let prepared = prepare(model, &common.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
@@ -84,6 +96,8 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
         info.open_edges += open.count;
         info.open_length += open.length;
     }
+    info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
+    info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
     info.diagnostics = prepared
         .diagnostics
         .iter()
@@ -147,6 +161,8 @@ impl Info {
             open_edges: 0,
             open_length: 0.0,
             diagnostics: Vec::new(),
+            patches: None,
+            drawn: None,
         }
     }
 
@@ -196,6 +212,13 @@ impl Info {
                 };
                 line(severity, format!("{place}(#{entity}) {reason}"));
             }
+        }
+        if let Some(drawn) = &self.drawn {
+            let _ = writeln!(text, "  {:12}{}", "svg", drawn.text());
+        }
+        if let Some(patches) = &self.patches {
+            text += "\n";
+            text += &patches.text();
         }
         text
     }
