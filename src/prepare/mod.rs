@@ -59,6 +59,7 @@ mod region;
 mod sew;
 
 mod shells;
+pub use shells::Shells;
 
 mod spans;
 pub use spans::UvDomain;
