@@ -39,6 +39,11 @@
 //! The modules below stand in the order in which data flows through them; each may name only those above it
 //! (`tests/layers.rs`), as `docs/architecture.md` tells.
 
+/// Random tests that are the same in every run.
+#[cfg(test)]
+#[path = "../tests/sequence/mod.rs"]
+mod sequence;
+
 /// The vector types of this crate's interface.
 pub use glam;
 

@@ -3,6 +3,8 @@
 /// Points and normals of lattices and tessellants.
 pub mod evaluate;
 
+mod asked;
+
 mod density;
 
 mod ladder;
@@ -35,6 +37,6 @@ pub mod trim;
 mod unfold;
 
 mod view;
-pub use view::{View, plan_for_view, plan_for_view_within};
+pub use view::{Projection, View, plan_for_view, plan_for_view_within};
 
 mod web;

@@ -144,7 +144,7 @@ pub fn tessellate_tile(
         }
     };
     let mut rung = Rung::of(outcome, &scratch.trimmed.stats).max(least);
-    finish(face, (tile_row, lattice), plan.chord, scratch, &mut mesh);
+    finish(face, (tile_row, lattice), scratch, &mut mesh);
     let degradation = match outcome {
         TrimOutcome::Repaired { split, unused } => {
             let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
@@ -155,7 +155,7 @@ pub fn tessellate_tile(
                 Some(Degradation::NotSimple { split, unused, place })
             }
         }
-        _ if mesh.triangles.is_empty() => Some(emptied(face, tile_row, plan.chord, scratch, &mesh)),
+        _ if mesh.triangles.is_empty() => Some(emptied(face, tile_row, lattice.chord, scratch, &mesh)),
         _ => None,
     };
     if let Some(Degradation::Failed(_)) = degradation {
@@ -268,13 +268,7 @@ fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
 }
 
 /// Lattice points, normals and oriented triangles.
-fn finish(
-    face: &PreparedFace,
-    (tile, lattice): (&Tile, &TileLattice),
-    chord: f64,
-    s: &mut Scratch,
-    mesh: &mut PatchMesh,
-) {
+fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut PatchMesh) {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
     let corners = (nu + 1) * (nv + 1);
@@ -347,14 +341,14 @@ fn finish(
     let mut surface = Surface { face, uvs: &mut s.uvs };
     // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
     if face.creases.iter().all(Vec::is_empty) {
-        unfold(mesh, trimmed, chord, &surface);
+        unfold(mesh, trimmed, lattice.chord, &surface);
     }
     let cell = |mesh: &PatchMesh, v: u32| match mesh.origins[v as usize] {
         Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
         Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
         _ => s.cells[v as usize],
     };
-    narrow(mesh, trimmed, chord, &mut surface, cell);
+    narrow(mesh, trimmed, lattice.chord, &mut surface, cell);
 }
 
 /// Normals of all vertices into `s.normals`, and positions of those that are not tessellants.

@@ -24,7 +24,7 @@ const LEAST_GAIN: f64 = 1e-3;
 /// First all changes are taken, since triangles that stray for a while may be gone at the end; if some stray then, or no less
 /// looks inwards, once more with changes only that never stray.
 ///
-/// Cost: a few nanoseconds for each of these triangles; where one is folded, a hash of all edges of the tile.
+/// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
 pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) {
     let folded: Vec<usize> =
         (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_folded(mesh)).collect();
@@ -156,7 +156,7 @@ impl Web<'_> {
             let corners = self.mesh.triangles[at];
             let k = corners.iter().position(|&c| c == v)?;
             fan.push((at, corners[(k + 1) % 3]));
-            at = *self.sides.get(&(v, corners[(k + 2) % 3]))?;
+            at = self.left_of(v, corners[(k + 2) % 3])?;
             if at == t {
                 return Some(fan);
             }

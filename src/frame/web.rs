@@ -54,16 +54,61 @@ pub(super) struct Change {
 /// Triangles that know their neighbours.
 pub(super) struct Web<'a> {
     pub(super) mesh: &'a mut PatchMesh,
-    /// The triangle left of each directed edge.
-    pub(super) sides: HashMap<(u32, u32), usize>,
+    around: Around,
+    /// The triangle left of each directed edge of triangles that changed; none where there is none now.
+    changed: HashMap<(u32, u32), Option<usize>>,
+}
+
+/// Triangles by corner, as they were before any changed: a few changes in a large tile must not cost a hash of all its edges.
+struct Around {
+    /// Where the triangles of each vertex start.
+    starts: Vec<u32>,
+    /// In order for each vertex.
+    triangles: Vec<u32>,
+}
+
+impl Around {
+    fn new(mesh: &PatchMesh) -> Self {
+        let mut starts = vec![0; mesh.positions.len() + 2];
+        // Counted one too far, so that filling moves each start to its place.
+        mesh.triangles.iter().flatten().for_each(|&v| starts[v as usize + 2] += 1);
+        (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
+        let mut triangles = vec![0; 3 * mesh.triangles.len()];
+        for (t, &v) in (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.iter().map(move |v| (t, v))) {
+            let at = &mut starts[v as usize + 1];
+            triangles[*at as usize] = t;
+            *at += 1;
+        }
+        Self { starts, triangles }
+    }
+
+    fn of(&self, v: u32) -> &[u32] {
+        let v = v as usize;
+        match self.starts.get(v..v + 2) {
+            Some(&[from, to]) => &self.triangles[from as usize..to as usize],
+            _ => &[],
+        }
+    }
 }
 
 impl<'a> Web<'a> {
+    /// Two passes over the triangles.
     pub(super) fn new(mesh: &'a mut PatchMesh) -> Self {
-        let count = mesh.triangles.len();
-        let mut web = Self { mesh, sides: HashMap::with_capacity(3 * count) };
-        (0..count).for_each(|t| web.enter(t));
-        web
+        let around = Around::new(mesh);
+        Self { mesh, around, changed: HashMap::new() }
+    }
+
+    /// The triangle left of a directed edge, if there is one.
+    pub(super) fn left_of(&self, a: u32, b: u32) -> Option<usize> {
+        if let Some(now) = self.changed.get(&(a, b)) {
+            return *now;
+        }
+        // No edge of a triangle that changed comes here.
+        let runs = |t: u32| {
+            let [p, q, r] = self.mesh.triangles[t as usize];
+            [(p, q), (q, r), (r, p)].contains(&(a, b))
+        };
+        self.around.of(a).iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
     }
 
     /// Puts the new triangles in place of the old ones.
@@ -87,19 +132,19 @@ impl<'a> Web<'a> {
     fn enter(&mut self, t: usize) {
         let corners = self.mesh.triangles[t];
         (0..3).for_each(|k| {
-            self.sides.insert((corners[k], corners[(k + 1) % 3]), t);
+            self.changed.insert((corners[k], corners[(k + 1) % 3]), Some(t));
         });
     }
 
     fn leave(&mut self, t: usize) {
         let corners = self.mesh.triangles[t];
         (0..3).for_each(|k| {
-            self.sides.remove(&(corners[k], corners[(k + 1) % 3]));
+            self.changed.insert((corners[k], corners[(k + 1) % 3]), None);
         });
     }
 
     pub(super) fn has_edge(&self, a: u32, b: u32) -> bool {
-        self.sides.contains_key(&(a, b)) || self.sides.contains_key(&(b, a))
+        self.left_of(a, b).is_some() || self.left_of(b, a).is_some()
     }
 
     /// The edges of triangle `t`, flipped.
@@ -107,10 +152,38 @@ impl<'a> Web<'a> {
         let corners = self.mesh.triangles[t];
         let flip = |k: usize| {
             let [a, b, c] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
-            let other = *self.sides.get(&(b, a))?;
+            let other = self.left_of(b, a)?;
             let d = *self.mesh.triangles[other].iter().find(|&&v| v != a && v != b)?;
             (c != d && !self.has_edge(c, d)).then(|| Change { triangles: vec![(t, [a, d, c]), (other, [d, b, c])] })
         };
         (0..3).filter_map(flip).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flips edges of a fan around its hub, a triangle pushed in between, and compares with the triangles themselves.
+    #[test]
+    fn neighbours_are_those_of_the_triangles_after_any_change() {
+        let mut mesh = PatchMesh { positions: vec![DVec3::ZERO; 7], ..PatchMesh::default() };
+        mesh.triangles = (0..6).map(|k| [0, 1 + k, 1 + (k + 1) % 6]).collect();
+        let mut web = Web::new(&mut mesh);
+        let changes: [&[(usize, [u32; 3])]; 3] = [
+            &[(0, [0, 1, 3]), (1, [1, 2, 3])],
+            &[(3, GONE)],
+            // A new vertex in the middle of an edge makes a triangle more on either side.
+            &[(2, [0, 3, 7]), (6, [7, 3, 4]), (4, [0, 5, 6])],
+        ];
+        for change in changes {
+            web.apply(&Change { triangles: change.to_vec() });
+            let triangles = web.mesh.triangles.clone();
+            for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))).filter(|(a, b)| a != b) {
+                let runs = |t: &[u32; 3]| (0..3).any(|k| (t[k], t[(k + 1) % 3]) == (a, b));
+                assert_eq!(web.left_of(a, b), triangles.iter().position(runs), "{a} to {b} after {change:?}");
+            }
+        }
+        assert_eq!(web.mesh.triangles.len(), 7);
     }
 }

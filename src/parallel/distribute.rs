@@ -109,8 +109,8 @@ fn hilbert_index(mut axes: [u32; 3], bits: u32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::judge;
     use arbitrary::Unstructured;
-    use std::time::Duration;
 
     #[test]
     fn hilbert_curve_visits_every_cell_and_steps_to_neighbours() {
@@ -156,8 +156,7 @@ mod tests {
             assert!(spread <= loads.iter().map(|l| l.weight).fold(0.0, f64::max), "{sums:?}");
             Ok(())
         };
-        let target = bolero::check!().with_test_time(Duration::from_millis(100));
-        target.for_each(|bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
+        judge!(1_000, 8192, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
     }
 
     #[test]

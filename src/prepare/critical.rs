@@ -130,8 +130,11 @@ fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut V
             if b.low.x > a.high.x || budget == 0 {
                 break;
             }
+            if b.low.y > a.high.y || a.low.y > b.high.y {
+                continue;
+            }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if b.low.y <= a.high.y && a.low.y <= b.high.y && !a.only_joins(b) {
+                if !a.only_joins(b) {
                     budget -= 1;
                     close.push((Span::of(a), Span::of(b)));
                 }
@@ -286,10 +289,11 @@ fn separate<'a>(
 
 /// Whether a line separates two arcs, or a wedge at an end that they share.
 fn apart(a: Span<'_>, b: Span<'_>) -> bool {
-    let shared: Vec<DVec2> = a.ends().into_iter().filter(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME)).collect();
-    match shared[..] {
-        [] => separated_by_line(a, b) || separated_by_line(b, a),
-        [p] => cones_apart(a, b, p),
+    let others = b.ends();
+    let mut shared = a.ends().into_iter().filter(|p| others.iter().any(|q| p.distance_squared(*q) <= SAME * SAME));
+    match (shared.next(), shared.next()) {
+        (None, _) => separated_by_line(a, b) || separated_by_line(b, a),
+        (Some(p), None) => cones_apart(a, b, p),
         _ => false,
     }
 }

@@ -219,6 +219,7 @@ fn draft_with(
     let mut region = match free {
         Some(free) => {
             let free = free.clone()?;
+            gap = free.gap;
             notes.extend(free.notes);
             repairs.extend(free.repairs);
             free.region
@@ -527,8 +528,16 @@ fn face_extent(part: &Part, face: &Face) -> Option<f64> {
 fn stretch(s: &Stretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
     match s {
         Stretch::Edge { edge, from, to, samples } => {
-            let samples: Box<[UvSample]> = samples
-                .iter()
+            // It ends on the cuts that end it. Between samples the images of natural and of NURBS parameters differ by what
+            // both may be off; what lies that near to a cut (the break of a neighbour's cut) would be beyond it.
+            let (low, high, last) = (from.min(*to), from.max(*to), samples.len() - 1);
+            let ends = |k: usize| match k {
+                0 if samples[0].t < low => UvSample::at(&samples[0], &samples[1], low),
+                _ if k == last && samples[last].t > high => UvSample::at(&samples[last - 1], &samples[last], high),
+                _ => samples[k],
+            };
+            let samples: Box<[UvSample]> = (0..=last)
+                .map(ends)
                 .map(|s| UvSample {
                     t: s.t,
                     uv: DVec2::new(maps[0].to_nurbs(s.uv.x), maps[1].to_nurbs(s.uv.y)),

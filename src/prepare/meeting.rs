@@ -288,6 +288,9 @@ pub(super) fn touching(tile: &DraftTile) -> Vec<Meeting> {
 pub(super) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
     /// How far beside a chord the loops are asked, in chords.
     const BESIDE: f64 = 1e-3;
+    if meetings.is_empty() {
+        return None;
+    }
     let whole: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| l.iter().flat_map(points).map(|p| p.1).collect()).collect();
     let winding = |p: DVec2| whole.iter().map(|l| winding_about(l, p)).sum::<i32>();
     let sound = |a: DVec2, b: DVec2| {

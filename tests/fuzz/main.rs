@@ -1,5 +1,5 @@
-//! Bytes -> files, models -> meshes, with the oracle as the judge. A plain `cargo test` tries random inputs for a second a
-//! target; `BOLERO_RANDOM_TEST_TIME_MS` sets the time, and `cargo bolero test` steers by coverage (docs/decisions/010).
+//! Bytes -> files, models -> meshes, with the oracle as the judge. A plain `cargo test` tries the first inputs of one fixed
+//! sequence, `FUZZ_MS` goes on for a time, and `cargo bolero test` steers by coverage (docs/decisions/010 and 017).
 //!
 //! What fails is shrunk and printed as a test, ready to be committed to `found.rs`.
 
@@ -7,6 +7,8 @@ mod draw;
 mod found;
 mod judge;
 mod model;
+#[path = "../sequence/mod.rs"]
+mod sequence;
 mod sheet;
 mod solid;
 #[cfg(feature = "step")]

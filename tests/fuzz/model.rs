@@ -1,11 +1,11 @@
 //! Bytes -> models stated by hand: solids of closed forms, and sheets with random nets and loops.
 
 use crate::draw::below;
+use crate::sequence::judge;
 use crate::sheet::Sheet;
 use crate::solid::Solid;
 use crate::watch::{self, Case};
 use arbitrary::{Result, Unstructured};
-use std::time::Duration;
 
 impl Case for Solid {
     fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
@@ -38,12 +38,10 @@ impl Case for Sheet {
 
 #[test]
 fn model_solids() {
-    let target = bolero::check!().with_test_time(Duration::from_secs(1)).with_shrink_time(Duration::from_secs(20));
-    target.with_max_len(256).for_each(|bytes: &[u8]| watch::drawn::<Solid>(bytes));
+    judge!(100, 256, |bytes: &[u8]| watch::drawn::<Solid>(bytes));
 }
 
 #[test]
 fn model_sheets() {
-    let target = bolero::check!().with_test_time(Duration::from_secs(1)).with_shrink_time(Duration::from_secs(20));
-    target.with_max_len(1024).for_each(|bytes: &[u8]| watch::drawn::<Sheet>(bytes));
+    judge!(100, 1024, |bytes: &[u8]| watch::drawn::<Sheet>(bytes));
 }

@@ -1,13 +1,13 @@
 //! Bytes -> the text of a STEP file: as they are, or as edits of a sound one; to a mesh with diagnostics, or one clear error.
 
 use crate::judge::Meshed;
+use crate::sequence::judge;
 use crate::watch::{self, Case};
 use arbitrary::{Result, Unstructured};
 use scramble::Scrambled;
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
-use std::time::Duration;
 use trimtess::import::step::{StepOptions, read};
 
 #[path = "scramble.rs"]
@@ -62,8 +62,7 @@ impl Case for Text {
 
 #[test]
 fn step_bytes() {
-    let target = bolero::check!().with_test_time(Duration::from_secs(1)).with_shrink_time(Duration::from_secs(20));
-    target.with_max_len(256).for_each(|bytes: &[u8]| watch::drawn::<Text>(bytes));
+    judge!(100, 256, |bytes: &[u8]| watch::drawn::<Text>(bytes));
 }
 
 /// Files that failed once, shrunk; and the seeds.

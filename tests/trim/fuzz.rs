@@ -1,17 +1,16 @@
-//! Random tiles: the ladder and the reference against the checker. `BOLERO_RANDOM_TEST_TIME_MS` is the time of each test.
+//! Random tiles: the ladder and the reference against the checker.
 
 use std::cell::RefCell;
-use std::time::Duration;
 
 use arbitrary::{Result, Unstructured};
 use trimtess::frame::trim::{TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
 
 use crate::checker::{Tile, check, check_chain, check_cover};
 use crate::generator::{Mode, crossing_tile, tile, touching_tile};
+use crate::sequence::judge;
 
-/// Enough for a few hundred tiles per mode in a default run.
-const TIME: Duration = Duration::from_secs(2);
-const SHRINK: Duration = Duration::from_secs(20);
+/// Inputs of a test: a second or two.
+const COUNT: u64 = 400;
 /// Bytes of an input: numbers take four each.
 const MOST_BYTES: usize = 20_000;
 
@@ -80,8 +79,7 @@ fn as_reference(tile: &Tile, out: &TrimOutput) -> std::result::Result<(), String
 
 #[test]
 fn fuzz_simple_loops() {
-    let target = bolero::check!().with_test_time(TIME).with_shrink_time(SHRINK).with_max_len(MOST_BYTES);
-    target.for_each(|bytes: &[u8]| {
+    judge!(COUNT, MOST_BYTES, |bytes: &[u8]| {
         let mut u = Unstructured::new(bytes);
         drawn(u.choose(&Mode::ALL).copied().and_then(|mode| tile(&mut u, mode)), as_reference);
     });
@@ -91,8 +89,7 @@ fn fuzz_simple_loops() {
 /// Loops that cross: no panic, positive triangles that match, over the points that the loops wind around.
 #[test]
 fn fuzz_crossing_loops() {
-    let target = bolero::check!().with_test_time(TIME).with_shrink_time(SHRINK).with_max_len(MOST_BYTES);
-    target.for_each(|bytes: &[u8]| {
+    judge!(COUNT, MOST_BYTES, |bytes: &[u8]| {
         drawn(crossing_tile(&mut Unstructured::new(bytes)), |tile, out| {
             let input = tile.input();
             let matched =
@@ -106,8 +103,7 @@ fn fuzz_crossing_loops() {
 /// Loops that touch at tessellants, and slits: as exact as simple loops, unless the reference finds that they overlap too.
 #[test]
 fn fuzz_touching_loops() {
-    let target = bolero::check!().with_test_time(TIME).with_shrink_time(SHRINK).with_max_len(MOST_BYTES);
-    target.for_each(|bytes: &[u8]| {
+    judge!(COUNT, MOST_BYTES, |bytes: &[u8]| {
         drawn(touching_tile(&mut Unstructured::new(bytes)), |tile, out| {
             let mut plain = TrimOutput::default();
             reference::trim_tile_reference(&tile.input(), &mut plain).map_err(|error| error.to_string())?;

@@ -6,3 +6,5 @@ mod checker;
 mod fuzz;
 mod generator;
 mod rates;
+#[path = "../sequence/mod.rs"]
+mod sequence;

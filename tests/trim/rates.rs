@@ -1,8 +1,7 @@
 //! Prepared models under plans with any rates: whatever lattices and edges the neighbours of a tile have, nothing cracks.
 
 use std::ops::RangeInclusive;
-use std::sync::{Arc, OnceLock};
-use std::time::Duration;
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use arbitrary::{Result, Unstructured};
 use glam::DVec2;
@@ -14,12 +13,13 @@ use trimtess::parallel::serial;
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, UvCurve, prepare};
 
 use crate::checker::{Tile, check};
+use crate::sequence::judge;
 
 /// A plan that no tolerance asks for. Tiles and edges take these numbers in turn, but no less than the coarsest plan has, and
 /// no segment of an edge crosses more than a cell along it.
 #[derive(Clone, PartialEq, Debug)]
 struct Rates {
-    /// Index into [`shapes::NAMES`].
+    /// Index into [`NAMES`].
     shape: usize,
     /// Cells between two creases in u and in v.
     cells: Vec<[u8; 2]>,
@@ -29,10 +29,14 @@ struct Rates {
     growth: f64,
 }
 
+/// All shapes but those whose patches are given without topology: equal rates on both sides of a border close it by chance.
+static NAMES: LazyLock<Vec<&str>> =
+    LazyLock::new(|| shapes::NAMES.into_iter().filter(|name| !name.ends_with("-teapot")).collect());
+
 fn prepared(shape: usize) -> Arc<Prepared> {
     static ALL: OnceLock<Vec<Arc<Prepared>>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
-        let models = shapes::NAMES.iter().filter_map(|name| shapes::by_name(name));
+        let models = NAMES.iter().filter_map(|name| shapes::by_name(name));
         models.map(|model| Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))).collect()
     });
     Arc::clone(&all[shape % all.len()])
@@ -40,7 +44,7 @@ fn prepared(shape: usize) -> Arc<Prepared> {
 
 impl Rates {
     fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
-        let shape = u.int_in_range(0..=shapes::NAMES.len() - 1)?;
+        let shape = u.int_in_range(0..=NAMES.len() - 1)?;
         let most = *u.choose(&[4, 1, 12, 40])?;
         let number = |u: &mut Unstructured<'_>| u.int_in_range(1..=most);
         let cells = (0..u.int_in_range(1..=7)?).map(|_| Ok([number(u)?, number(u)?])).collect::<Result<_>>()?;
@@ -196,8 +200,7 @@ fn trace(part: &PreparedPart, plan: &PartPlan, number: usize) -> Tile {
 
 #[test]
 fn fuzz_rates() {
-    let target = bolero::check!().with_test_time(Duration::from_secs(2)).with_shrink_time(Duration::from_secs(20));
-    target.with_max_len(64).for_each(|bytes: &[u8]| {
+    judge!(200, 64, |bytes: &[u8]| {
         let Ok(rates) = Rates::draw(&mut Unstructured::new(bytes)) else { return };
         if let Err(fault) = rates.judge() {
             let Rates { shape, cells, segments, growth } = &rates;

@@ -13,7 +13,7 @@ use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::out::{self, Format};
-use trimtess::parallel::{FrameReport, Session, SessionOptions, balance};
+use trimtess::parallel::{FrameReport, Session, SessionOptions, balance, serial};
 use trimtess::prepare::{Prepared, prepare};
 
 /// Chord tolerance when none is asked for, as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is
@@ -136,9 +136,15 @@ pub(crate) fn make(
     sink: &mut MemorySink,
 ) -> Result<FrameReport, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let options = SessionOptions { workers: usize::from(common.workers.unwrap_or(0)), edge_lines };
-    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
-    let made = session.frame(plan, sink).map_err(|e| cannot(&e))?;
+    let made = if common.workers == Some(1) {
+        // One thread is this one: another would only be waited for.
+        serial(prepared, plan, edge_lines, sink)
+    } else {
+        let options = SessionOptions { workers: usize::from(common.workers.unwrap_or(0)), edge_lines };
+        let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+        session.frame(plan, sink)
+    };
+    let made = made.map_err(|e| cannot(&e))?;
     tracing::info!(
         triangles = made.triangles,
         batches = made.batches,

@@ -1,0 +1,54 @@
+//! The paper's models -> meshes at three tolerances: nothing lost, nothing open that the model closes, the tolerance kept,
+//! and the volume of the closed form.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod brake;
+mod teapots;
+mod volumes;
+
+use glam::DAffine3;
+use std::sync::Arc;
+use trimtess::audit::{self, DeviationReport};
+use trimtess::frame::{self, Tolerance};
+use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
+use trimtess::model::{Model, ModelBuilder, Part, shapes};
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+/// The model of that name, prepared without a word.
+fn prepared(name: &str) -> Arc<Prepared> {
+    of_model(shapes::by_name(name).unwrap())
+}
+
+fn of_model(model: Model) -> Arc<Prepared> {
+    let name = model.name.clone();
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    assert!(prepared.diagnostics.is_empty(), "{name}: {:?}", prepared.diagnostics);
+    Arc::new(prepared)
+}
+
+/// One part as a model.
+fn alone(part: Part) -> Arc<Prepared> {
+    let mut model = ModelBuilder::new(part.name.clone());
+    let part = model.part(part);
+    model.place(part, DAffine3::IDENTITY);
+    of_model(model.finish().unwrap())
+}
+
+/// What the mesh with a chord of `share` of the diagonal is, and how far it is from the model; no tile took a way out.
+fn meshed(prepared: &Arc<Prepared>, share: f64) -> (f64, SceneFacts, DeviationReport) {
+    let chord = share * prepared.diagonal;
+    let plan = frame::plan(prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+    let mut sink = MemorySink::default();
+    let report = serial(prepared, &plan, false, &mut sink).unwrap();
+    assert!(report.degraded.is_empty(), "at {share}: {:?}", report.degraded);
+    let facts = check_scene(&sink);
+    assert!(facts.faces_without_triangles.is_empty(), "at {share}: {:?}", facts.faces_without_triangles);
+    (chord, facts, audit::deviation(prepared, &sink, chord))
+}
+
+/// Bézier patches under the faces: of distinct parts, not of instances; a plane face is one.
+fn patches(prepared: &Prepared) -> usize {
+    let faces = prepared.parts.iter().flat_map(|part| &part.faces);
+    faces.map(|face| (face.patches.breaks_u.len() - 1) * (face.patches.breaks_v.len() - 1)).sum()
+}

@@ -1,0 +1,81 @@
+//! A judge of bytes -> its verdicts on one fixed sequence of random inputs, the same in every run: a test that passed on a
+//! change passes on its next run, too. `cargo bolero` brings its own inputs (docs/decisions/017).
+//!
+//! `FUZZ_MS` goes on for that long instead of for a number of inputs, and `FUZZ_FIRST` starts at another input.
+
+use bolero::bolero_engine::driver::Options;
+use bolero::bolero_engine::input::Bytes;
+use bolero::bolero_engine::panic::{forward_panic, set_hook};
+use bolero::{Engine, Test};
+use std::fmt::Debug;
+use std::time::{Duration, Instant};
+
+/// Judges `$count` inputs of at most `$most_bytes`; a closure that panics is a verdict, and its input is shrunk.
+macro_rules! judge {
+    ($count:expr, $most_bytes:expr, $judge:expr) => {
+        if cfg!(fuzzing) {
+            bolero::check!().with_max_len($most_bytes).for_each($judge);
+        } else {
+            let sequence = $crate::sequence::Sequence { count: $count, most_bytes: $most_bytes };
+            let target = bolero::TestTarget::new(sequence).with_shrink_time(std::time::Duration::from_secs(20));
+            target.for_each($judge);
+        }
+    };
+}
+pub(crate) use judge;
+
+/// Inputs 0 to `count` of the sequence.
+pub(crate) struct Sequence {
+    pub(crate) count: u64,
+    pub(crate) most_bytes: usize,
+}
+
+impl<T: Test<Value: Debug>> Engine<T> for Sequence {
+    type Output = ();
+
+    fn run(self, mut test: T, options: Options) {
+        let first = variable("FUZZ_FIRST").unwrap_or(0);
+        let time = variable("FUZZ_MS").map(Duration::from_millis);
+        let start = Instant::now();
+        let mut tried = 0;
+        set_hook();
+        forward_panic(false);
+        while time.map_or(tried < self.count, |time| start.elapsed() < time) {
+            let input = first.wrapping_add(tried);
+            let bytes = bytes(input, self.most_bytes);
+            if let Err(error) = test.test(&mut Bytes::new(&bytes, &options)) {
+                let shrunk =
+                    test.shrink(bytes, None, &options).map_or(error.to_string(), |failure| format!("{failure:#}"));
+                forward_panic(true);
+                panic!("input {input} of the sequence fails (again: FUZZ_FIRST={input})\n{shrunk}");
+            }
+            tried += 1;
+        }
+        forward_panic(true);
+        println!("{tried} inputs of the sequence from {first} on, in {:?}", start.elapsed());
+    }
+}
+
+fn variable(name: &str) -> Option<u64> {
+    let text = std::env::var(name).ok()?;
+    Some(text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
+}
+
+/// Input `number` of the sequence: its length, evenly spread up to `most`, and its bytes (SplitMix64).
+fn bytes(number: u64, most: usize) -> Vec<u8> {
+    // Scrambled, or each input would be the one before, shifted.
+    let mut state = scrambled(number);
+    let mut next = || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        scrambled(state)
+    };
+    let length = next() % (most as u64 + 1);
+    let words = std::iter::repeat_with(|| next().to_le_bytes());
+    words.flatten().take(length as usize).collect()
+}
+
+fn scrambled(x: u64) -> u64 {
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
