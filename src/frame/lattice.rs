@@ -12,7 +12,6 @@ use super::tolerance::Tolerance;
 use crate::prepare::{Bend, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
-use std::ops::Range;
 
 /// Most lines of one tile in one direction, over all stretches between creases.
 const LINES_OF_TILE: f64 = 32768.0;
@@ -76,7 +75,7 @@ struct Second {
 }
 
 /// Strips of the bounds table under `[lo, hi]`.
-fn strips(breaks: &[f64], lo: f64, hi: f64) -> Range<usize> {
+fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
     let n = breaks.len() - 1;
     let first = breaks.partition_point(|&x| x <= lo).saturating_sub(1).min(n - 1);
     let last = breaks.partition_point(|&x| x < hi).clamp(first + 1, n);
@@ -114,8 +113,8 @@ pub(super) fn lattice(
         let shares = dilated(&shares, sv.len(), reach);
         let needs: Vec<Needs> =
             boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
-        let under = Under { strips: [su.clone(), sv.clone()], needs: &needs, split: steep };
-        let (lattice, kept) = spread(face, tile, under, &tolerance, factor, most_cells);
+        let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
+        let (lattice, kept) = spread(&under, steep, &tolerance, factor, most_cells);
         let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
         if touched <= reach + 1 || shares.iter().all(|&share| share == 1.0) {
             return (lattice, kept);
@@ -126,24 +125,17 @@ pub(super) fn lattice(
 
 /// The boxes under a tile.
 struct Under<'a> {
-    /// Strips of the bounds table, in u and in v.
-    strips: [Range<usize>; 2],
-    /// Of each box, u-major.
+    face: &'a PreparedFace,
+    tile: &'a Tile,
+    /// Their strips in u and in v.
+    strips: [std::ops::Range<usize>; 2],
+    /// What they need, those of one strip in u after the other.
     needs: &'a [Needs],
-    /// Whether lines run along the boxes' borders.
-    split: bool,
 }
 
-/// Lattice lines that keep a tolerance, given the needs of the boxes under the tile.
-fn spread(
-    face: &PreparedFace,
-    tile: &Tile,
-    under: Under<'_>,
-    tolerance: &Tolerance,
-    factor: f64,
-    most_cells: u64,
-) -> (TileLattice, Kept) {
-    let Under { strips: [su, sv], needs, split } = under;
+/// Lattice lines that keep a tolerance; `split`: along the boxes' borders too.
+fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, most_cells: u64) -> (TileLattice, Kept) {
+    let Under { face, tile, strips: [su, sv], needs } = under;
     let table = &face.bounds;
     let cell = |i: usize, j: usize| needs[(i - su.start) * sv.len() + (j - sv.start)];
     let columns: Vec<Needs> = su.clone().map(|i| worst(sv.clone().map(|j| cell(i, j)))).collect();
