@@ -4,9 +4,6 @@ use super::tolerance::Tolerance;
 use super::view::Sight;
 use crate::prepare::BoundingBox;
 
-/// Share of the strictest tolerance's pixels from which on boxes are not told apart.
-const ALIKE: f64 = 0.9;
-
 /// What a part must keep: one tolerance everywhere, or in each box what its instances show of it.
 pub(super) struct Asked {
     /// In the part's own millimetres; for a part that is seen, what it would be where a millimetre is a pixel.
@@ -41,9 +38,7 @@ impl Asked {
         let nearest = |place: &BoundingBox| self.seen.iter().map(|s| s.pixels_per_length(place)).fold(0.0, f64::max);
         let mut pixels: Vec<f64> = places.map(nearest).collect();
         let most = pixels.iter().copied().fold(0.0, f64::max);
-        // What is as near but for a tenth counts as near: one look, at no more than a twentieth more lines.
-        let alike = pixels.iter().all(|&p| p >= ALIKE * most);
-        pixels.iter_mut().for_each(|p| *p = if alike { 1.0 } else { *p / most });
+        pixels.iter_mut().for_each(|p| *p = if most > 0.0 { *p / most } else { 1.0 });
         let Tolerance { chord, angle, max_edge } = self.tolerance;
         let tolerance = Tolerance { chord: chord / most, angle, max_edge: max_edge.map(|m| m / most) };
         (tolerance.usable(self.radius), pixels)
