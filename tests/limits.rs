@@ -8,7 +8,7 @@ use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, p
 const FINE: Tolerance = Tolerance { chord: 1e-3, angle: 0.3, max_edge: None };
 
 fn within(limits: PrepareLimits) -> Result<Prepared, PrepareError> {
-    prepare(shapes::by_name("torus").unwrap(), &PrepareOptions { threads: Some(2), limits })
+    prepare(shapes::by_name("torus").unwrap(), &PrepareOptions { threads: Some(2), limits, ..PrepareOptions::DEFAULT })
 }
 
 #[test]

@@ -38,7 +38,8 @@ fn mesh(name: &str, chord: f64) -> MeshFacts {
 
 #[test]
 fn meshes_have_the_area_and_volume_of_their_shape() {
-    for name in shapes::NAMES {
+    // The paper's models have tests of their own: tests/builtin.
+    for name in shapes::NAMES.into_iter().filter(|name| !name.contains('-')) {
         for chord in [0.1, 0.01, 0.001] {
             let facts = mesh(name, chord);
             assert!(facts.is_well_formed(), "{name} at {chord}: {facts}");

@@ -187,6 +187,13 @@ fn periods_are_seen() {
     assert_eq!(around(NurbsCurve3::arc(&frame, 2.0, 2.0, 0.0, 3.0)).period(), [None, None]);
     let far = Frame3 { origin: frame.origin + frame.x * 20.0, ..frame };
     assert_eq!(Surface::Revolution { curve: circle, frame: far }.period(), [Some(TAU), Some(TAU)]);
+    // A horn torus: its circle closes on the axis, and nothing goes on beyond a pole.
+    let meridian = Frame3 { origin: frame.origin + frame.x * 2.0, x: frame.x, y: frame.z, z: -frame.y };
+    let horn = Surface::Revolution { curve: NurbsCurve3::arc(&meridian, 2.0, 2.0, -PI, PI), frame };
+    assert_eq!((horn.period(), horn.poles().len()), ([Some(TAU), None], 2));
+    let (splines, _) = horn.to_nurbs((0.0, TAU), (-PI, PI));
+    let horn = Surface::Nurbs(splines);
+    assert_eq!((horn.period().map(|p| p.is_some()), horn.poles().len()), ([true, false], 2));
     let mut tube = bumpy(true);
     assert!(!tube.closed_u(1e-9));
     for j in 0..5 {

@@ -5,10 +5,12 @@
 //! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), r = h_v/h_u of the cheapest uniform lattice, so that each direction has a density of
 //! lines of its own that follows the bounds along it.
 
+use super::asked::{Asked, dilated, is_steep, most_touched};
 use super::density::Density;
 use super::plan::{MAX_LINES, TileLattice};
 use super::tolerance::Tolerance;
 use crate::prepare::{Bend, BoxBounds, PreparedFace, Tile};
+use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 
 /// Most lines of one tile in one direction, over all stretches between creases.
@@ -47,11 +49,15 @@ fn worst(boxes: impl Iterator<Item = Needs>) -> Needs {
 const UNEVEN: f64 = 1.25;
 
 impl Needs {
-    fn of(bounds: BoxBounds) -> Self {
+    /// `share`: the tile's tolerance as a share of the box's own.
+    fn of(bounds: BoxBounds, share: f64) -> Self {
         let ratio = |change: f64, of: f64| if of > 0.0 { change / (UNEVEN * of) } else { 0.0 };
         let along = |own: &Bend, speed: f64, other: f64| ratio(own.slide, speed).max(ratio(bounds.uv.slide, other));
         let even = [along(&bounds.uu, bounds.u, bounds.v), along(&bounds.vv, bounds.v, bounds.u)];
-        Self { bounds, even }
+        // A box that may deviate more bends less by as much, and is shorter.
+        let BoxBounds { uu, uv, vv, u, v, .. } = bounds;
+        let [uu, uv, vv] = [uu, uv, vv].map(|bend| bend.scaled(share));
+        Self { bounds: BoxBounds { uu, uv, vv, u: u * share, v: v * share, ..bounds }, even }
     }
 
     /// Second derivatives as they count for the chord, where normals turn within a cell by the arc sine of `share`.
@@ -90,13 +96,48 @@ pub(super) struct Kept {
 pub(super) fn lattice(
     face: &PreparedFace,
     tile: &Tile,
-    tolerance: &Tolerance,
+    asked: &Asked,
     factor: f64,
     most_cells: u64,
 ) -> (TileLattice, Kept) {
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
-    let cell = |i: usize, j: usize| Needs::of(table.cell(i, j));
+    let boxes: Vec<(usize, usize)> = su.clone().flat_map(|i| sv.clone().map(move |j| (i, j))).collect();
+    let places = boxes.iter().map(|(i, j)| &table.places[i * (table.breaks_v.len() - 1) + j]);
+    let (tolerance, shares) = asked.over(places);
+    // A cell that lies in several boxes has to keep the tolerances of all. Where these are far apart, as they are close to the
+    // eye, no cell does: lines run along the borders.
+    let steep = is_steep(&shares, sv.len());
+    let mut reach = usize::from(!steep);
+    loop {
+        let shares = dilated(&shares, sv.len(), reach);
+        let needs: Vec<Needs> =
+            boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
+        let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
+        let (lattice, kept) = spread(&under, steep, &tolerance, factor, most_cells);
+        let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
+        if touched <= reach + 1 || shares.iter().all(|&share| share == 1.0) {
+            return (lattice, kept);
+        }
+        reach = touched - 1;
+    }
+}
+
+/// The boxes under a tile.
+struct Under<'a> {
+    face: &'a PreparedFace,
+    tile: &'a Tile,
+    /// Their strips in u and in v.
+    strips: [std::ops::Range<usize>; 2],
+    /// What they need, those of one strip in u after the other.
+    needs: &'a [Needs],
+}
+
+/// Lattice lines that keep a tolerance; `split`: along the boxes' borders too.
+fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, most_cells: u64) -> (TileLattice, Kept) {
+    let Under { face, tile, strips: [su, sv], needs } = under;
+    let table = &face.bounds;
+    let cell = |i: usize, j: usize| needs[(i - su.start) * sv.len() + (j - sv.start)];
     let columns: Vec<Needs> = su.clone().map(|i| worst(sv.clone().map(|j| cell(i, j)))).collect();
     let rows: Vec<Needs> = sv.clone().map(|j| worst(su.clone().map(|i| cell(i, j)))).collect();
     let width = tile.max - tile.min;
@@ -145,11 +186,20 @@ pub(super) fn lattice(
     ru.iter_mut().chain(&mut rv).for_each(|rate| *rate *= factor);
     let mut u = Density { breaks: table.breaks_u[su.start..=su.end].to_vec(), rates: ru };
     let mut v = Density { breaks: table.breaks_v[sv.start..=sv.end].to_vec(), rates: rv };
+    let mut creases = [Cow::Borrowed(&face.creases[0]), Cow::Borrowed(&face.creases[1])];
+    if split {
+        for (creases, density) in creases.iter_mut().zip([&u, &v]) {
+            let creases = creases.to_mut();
+            creases.extend(&density.breaks);
+            creases.sort_by(f64::total_cmp);
+            creases.dedup();
+        }
+    }
     let mut kept = Kept { lines: true, cells: true };
     let mut round = 0;
     loop {
-        let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &face.creases[0]);
-        let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &face.creases[1]);
+        let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0]);
+        let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1]);
         kept.lines &= kept_u && kept_v;
         let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
         // How much too dense in u and in v. A direction of one cell cannot give.
@@ -157,7 +207,7 @@ pub(super) fn lattice(
         let share = |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);
         let (too_u, too_v) = (share(nu, nv), share(nv, nu));
         if (too_u <= 1.0 && too_v <= 1.0) || round == COARSER {
-            return (TileLattice { us, vs }, kept);
+            return (TileLattice { us, vs, chord: tolerance.chord }, kept);
         }
         kept.cells &= over <= 1.0;
         kept.lines &= nu.max(nv) <= LINES_OF_TILE;

@@ -3,6 +3,8 @@
 /// Points and normals of lattices and tessellants.
 pub mod evaluate;
 
+mod asked;
+
 mod density;
 
 mod ladder;
@@ -18,7 +20,11 @@ pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 mod narrow;
 
 mod plan;
+mod refill;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
+
+mod record;
+pub use record::{TileRecord, record_tile};
 
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
@@ -32,6 +38,6 @@ pub mod trim;
 mod unfold;
 
 mod view;
-pub use view::{View, plan_for_view, plan_for_view_within};
+pub use view::{Projection, View, plan_for_view, plan_for_view_within};
 
 mod web;

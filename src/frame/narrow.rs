@@ -23,7 +23,7 @@ const CHANGES: usize = 16;
 /// nothing helps. `cell` gives the places of vertices in cells.
 ///
 /// Cost: a few nanoseconds for each of these triangles, half a microsecond for each that is wider than a cell; where one
-/// deviates too far, a hash of all edges of the tile.
+/// deviates too far, a few nanoseconds for all of the tile.
 pub(super) fn narrow(
     mesh: &mut PatchMesh,
     trimmed: usize,
@@ -64,8 +64,8 @@ impl Surface<'_> {
         let edge = |k: usize| (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
         let lift = |k: usize| self.lift(web.mesh, edge(k).0, edge(k).1).abs();
         let (a, b, c) = edge((0..3).max_by(|&i, &j| lift(i).total_cmp(&lift(j)))?);
-        let other = *web.sides.get(&(b, a))?;
-        let d = *web.mesh.triangles[other].iter().find(|&&v| v != a && v != b)?;
+        let other = web.left_of(b, a)?;
+        let d = web.third(other, a, b)?;
         let (uv, at) = self.middle(a, b);
         let mesh = &mut *web.mesh;
         let m = mesh.positions.len() as u32;

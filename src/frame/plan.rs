@@ -1,11 +1,12 @@
 //! What the master decides for a frame: lattice lines per tile, tessellants per edge. The only state both sides of an
 //! edge share.
 
+use super::asked::{Asked, dilated, most_touched};
 use super::density::Density;
 use super::lattice::lattice;
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::tolerance::Tolerance;
-use crate::mesh::TileId;
+use crate::mesh::{ScenePart, TileId};
 use crate::model::PartId;
 use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, StripBounds, UvCurve};
 use std::f64::consts::FRAC_PI_2;
@@ -21,6 +22,8 @@ pub struct TileLattice {
     pub us: Vec<f64>,
     /// v-lines, strictly increasing.
     pub vs: Vec<f64>,
+    /// The strictest chord tolerance anywhere in the tile, in the part's own millimetres.
+    pub chord: f64,
 }
 
 impl TileLattice {
@@ -59,8 +62,6 @@ pub struct EdgePolyline {
 /// The plan of one part.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartPlan {
-    /// The chord tolerance that it was made for, in the part's own millimetres.
-    pub chord: f64,
     /// One per tile.
     pub tiles: Vec<TileLattice>,
     /// One per prepared edge (empty for edges that no tile uses).
@@ -105,29 +106,23 @@ pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
 #[must_use]
 pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
     let scales = prepared.scene.largest_scales();
-    let tolerances: Vec<Tolerance> = scales.iter().map(|&scale| tolerance.within_part(scale)).collect();
-    plan_parts(prepared, &tolerances, limits)
+    let of_part = |(part, &scale): (&ScenePart, &f64)| Asked::everywhere(&tolerance.within_part(scale), part.radius);
+    let asked: Vec<Asked> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
+    plan_parts(prepared, &asked, limits)
 }
 
-/// Rates for a tolerance of its own for each part, in the part's own millimetres.
+/// Rates for what is asked of each part, in the part's own millimetres.
 ///
 /// While the whole does not fit the limits, all densities are lowered together: no face is favoured.
-pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: &PlanLimits) -> Plan {
+pub(super) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> Plan {
     /// What a density is lowered to in one go: cells go down to about the half.
     const LOWER: f64 = 0.75;
     /// Then there is one cell per tile, and no plan is smaller: a factor of 1e-12.
     const LOWEST: i32 = 96;
     let mut shortfall = Shortfall::none(limits);
-    let usable: Vec<Tolerance> = tolerances
-        .iter()
-        .enumerate()
-        .map(|(k, asked)| {
-            let usable = asked.usable(prepared.scene.parts.get(k).map_or(0.0, |part| part.radius));
-            // A part without tiles is meshed at any tolerance.
-            shortfall.unusable |= usable != *asked && prepared.parts.get(k).is_some_and(|part| !part.tiles.is_empty());
-            usable
-        })
-        .collect();
+    // A part without tiles is meshed at any tolerance.
+    let unusable = |(part, asked): (&PreparedPart, &Asked)| asked.unusable && !part.tiles.is_empty();
+    shortfall.unusable = prepared.parts.iter().zip(asked).any(unusable);
     let mut round = 0;
     loop {
         shortfall.density = LOWER.powi(round);
@@ -138,26 +133,26 @@ pub(super) fn plan_parts(prepared: &Prepared, tolerances: &[Tolerance], limits: 
         if round == LOWEST {
             budget.left = u64::MAX;
         }
-        let parts = prepared.parts.iter().zip(&usable).enumerate();
+        let parts = prepared.parts.iter().zip(asked).enumerate();
         let parts: Option<Vec<PartPlan>> = parts
-            .map(|(k, (part, tolerance))| plan_part(PartId::new(k), part, tolerance, &mut budget, &mut shortfall))
+            .map(|(k, (part, asked))| plan_part(PartId::new(k), part, asked, &mut budget, &mut shortfall))
             .collect();
         if let Some(parts) = parts {
             return Plan { parts, shortfall: shortfall.if_any() };
         }
         if round == 0 {
-            shortfall.needed = triangles_asked(prepared, &usable, limits);
+            shortfall.needed = triangles_asked(prepared, asked, limits);
         }
         round += 1;
     }
 }
 
 /// Triangles that all cells and tessellants can make at the density that is asked, each tile within its limit.
-fn triangles_asked(prepared: &Prepared, tolerances: &[Tolerance], limits: &PlanLimits) -> u64 {
+fn triangles_asked(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> u64 {
     let mut budget = Budget { left: u64::MAX, ..Budget::of(limits) };
-    for (k, (part, tolerance)) in prepared.parts.iter().zip(tolerances).enumerate() {
+    for (k, (part, asked)) in prepared.parts.iter().zip(asked).enumerate() {
         // Lines and tessellants of one part at a time; there is room for all cells there are.
-        let _ = plan_part(PartId::new(k), part, tolerance, &mut budget, &mut Shortfall::none(limits));
+        let _ = plan_part(PartId::new(k), part, asked, &mut budget, &mut Shortfall::none(limits));
     }
     2 * (u64::MAX - budget.left)
 }
@@ -166,14 +161,14 @@ fn triangles_asked(prepared: &Prepared, tolerances: &[Tolerance], limits: &PlanL
 fn plan_part(
     id: PartId,
     part: &PreparedPart,
-    tolerance: &Tolerance,
+    asked: &Asked,
     budget: &mut Budget,
     shortfall: &mut Shortfall,
 ) -> Option<PartPlan> {
     let mut tiles = Vec::with_capacity(part.tiles.len());
     for (k, tile) in part.tiles.iter().enumerate() {
         let face = &part.faces[part.face_of(tile)];
-        let (lattice, kept) = lattice(face, tile, tolerance, shortfall.density, budget.cells_per_tile);
+        let (lattice, kept) = lattice(face, tile, asked, shortfall.density, budget.cells_per_tile);
         let (nu, nv) = lattice.cells();
         budget.spend(u64::from(nu) * u64::from(nv))?;
         if !kept.cells {
@@ -186,14 +181,14 @@ fn plan_part(
     }
     let mut edges = Vec::with_capacity(part.edges.len());
     for (k, edge) in part.edges.iter().enumerate() {
-        let (polyline, kept) = polyline(part, edge, &tiles, tolerance, shortfall.density);
+        let (polyline, kept) = polyline(part, edge, &tiles, asked, shortfall.density);
         budget.spend(polyline.ts.len() as u64)?;
         if !kept {
             shortfall.edges.push((id, k as u32));
         }
         edges.push(polyline);
     }
-    Some(PartPlan { chord: tolerance.chord, tiles, edges })
+    Some(PartPlan { tiles, edges })
 }
 
 /// Segments of one edge, over all its breaks: what a curve whose speed varies by many decades would ask for is noise.
@@ -207,20 +202,47 @@ fn polyline(
     part: &PreparedPart,
     edge: &PreparedEdge,
     tiles: &[TileLattice],
-    tolerance: &Tolerance,
+    asked: &Asked,
     factor: f64,
 ) -> (EdgePolyline, bool) {
     if edge.uses.is_empty() {
         return (EdgePolyline::default(), true);
     }
+    let (tolerance, shares) = asked.over(edge.bounds.places.iter());
+    if shares.iter().all(|&share| share == 1.0) {
+        return tessellants(part, edge, tiles, &tolerance, &shares, factor);
+    }
+    let mut reach = 1;
+    loop {
+        // A segment that lies in several strips has to keep the tolerances of all.
+        let shares = dilated(&shares, 1, reach);
+        let (out, kept) = tessellants(part, edge, tiles, &tolerance, &shares, factor);
+        let touched = most_touched(&edge.bounds.breaks, &out.ts);
+        if touched <= reach + 1 {
+            return (out, kept);
+        }
+        reach = touched - 1;
+    }
+}
+
+/// Tessellants that keep a tolerance; of each strip it is given as a share of the strip's own.
+fn tessellants(
+    part: &PreparedPart,
+    edge: &PreparedEdge,
+    tiles: &[TileLattice],
+    tolerance: &Tolerance,
+    shares: &[f64],
+    factor: f64,
+) -> (EdgePolyline, bool) {
     let angle = tolerance.angle.min(FRAC_PI_2);
     let own = |k: usize, b: &StripBounds| {
         let width = edge.bounds.breaks[k + 1] - edge.bounds.breaks[k];
+        let bend = b.second * shares[k];
         let rate =
-            if edge.straight { 0.0 } else { (b.second / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width) };
+            if edge.straight { 0.0 } else { (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width) };
         // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
         let least = if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width };
-        (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first / m))).max(least)
+        (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(least)
     };
     let of_strips: Vec<f64> = edge.bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)).collect();
     let Density { breaks, mut rates } = with_dense_images(part, edge, of_strips);

@@ -90,10 +90,18 @@ impl<P: ControlPoint> NurbsCurve<P> {
         knots::domain(self.degree, &self.knots)
     }
 
-    /// `C(t)`; `t` outside the domain is moved to its nearer end.
+    /// `C(t)`; `t` outside the domain is moved to its nearer end. The same bits as in [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn point(&self, t: f64) -> P {
-        self.derivatives(t).point
+        let [point, ..] = self.orders::<1>(t);
+        point
+    }
+
+    /// `C(t)` and `C'(t)`, the same bits as in [`derivatives`](Self::derivatives).
+    #[must_use]
+    pub fn tangent(&self, t: f64) -> [P; 2] {
+        let [point, d1, _] = self.orders::<2>(t);
+        [point, d1]
     }
 
     /// `C(t)`, `C'(t)`, `C''(t)`, exact also for rational curves; `t` outside the domain is moved to its nearer end.
@@ -102,43 +110,50 @@ impl<P: ControlPoint> NurbsCurve<P> {
     /// allocation up to degree 25.
     #[must_use]
     pub fn derivatives(&self, t: f64) -> CurveDerivatives<P> {
+        let [point, d1, d2] = self.orders::<3>(t);
+        CurveDerivatives { point, d1, d2 }
+    }
+
+    /// The point and derivatives of which the first `ROWS` are meant.
+    fn orders<const ROWS: usize>(&self, t: f64) -> [P; 3] {
         let (a, b) = self.domain();
         let t = t.max(a).min(b);
-        self.derivatives_on(knots::span(self.degree, &self.knots, t), t)
+        self.orders_on::<ROWS>(knots::span(self.degree, &self.knots, t), t)
     }
 
-    /// Derivatives of the polynomial piece on the knot span `span`.
-    fn derivatives_on(&self, span: usize, t: f64) -> CurveDerivatives<P> {
-        knots::with_basis(self.degree, &self.knots, span, t, |rows| self.weighted(span, rows))
+    /// The same of the polynomial piece on the knot span `span`.
+    fn orders_on<const ROWS: usize>(&self, span: usize, t: f64) -> [P; 3] {
+        knots::with_basis::<ROWS, _>(self.degree, &self.knots, span, t, |rows| self.weighted::<ROWS>(span, rows))
     }
 
-    /// The piece on `span` and its derivatives, given the basis there.
-    fn weighted(&self, span: usize, rows: &[f64]) -> CurveDerivatives<P> {
-        let (n, rest) = rows.split_at(self.degree + 1);
-        let (n1, n2) = rest.split_at(self.degree + 1);
+    /// The same given the basis on `span`.
+    #[inline]
+    fn weighted<const ROWS: usize>(&self, span: usize, rows: &[f64]) -> [P; 3] {
+        let n = self.degree + 1;
         let first = span - self.degree;
         let points = &self.points[first..=span];
         let mut sum = [P::ORIGIN; 3];
         if self.weights.is_empty() {
             for (j, &p) in points.iter().enumerate() {
-                sum[0] = sum[0] + p * n[j];
-                sum[1] = sum[1] + p * n1[j];
-                sum[2] = sum[2] + p * n2[j];
+                for order in 0..ROWS {
+                    sum[order] = sum[order] + p * rows[order * n + j];
+                }
             }
-            return CurveDerivatives { point: sum[0], d1: sum[1], d2: sum[2] };
+            return sum;
         }
         let mut w = [0.0; 3];
         for ((j, &p), &weight) in points.iter().enumerate().zip(&self.weights[first..=span]) {
-            for (order, value) in [n[j], n1[j], n2[j]].into_iter().enumerate() {
-                sum[order] = sum[order] + p * (weight * value);
-                w[order] += weight * value;
+            for order in 0..ROWS {
+                let value = weight * rows[order * n + j];
+                sum[order] = sum[order] + p * value;
+                w[order] += value;
             }
         }
         let per = 1.0 / w[0];
         let point = sum[0] * per;
         let d1 = (sum[1] - point * w[1]) * per;
         let d2 = (sum[2] - point * w[2] - d1 * (2.0 * w[1])) * per;
-        CurveDerivatives { point, d1, d2 }
+        [point, d1, d2]
     }
 
     /// The same curve run backwards over the same domain: `reversed.point(t) == point(a + b - t)`.
@@ -195,12 +210,12 @@ impl<P: ControlPoint> NurbsCurve<P> {
 
     /// The tangent of the piece on `span` at its end `t`; a chord of the first thousandth of `inside` where it vanishes.
     fn tangent_on(&self, span: usize, t: f64, inside: f64) -> P {
-        let here = self.derivatives_on(span, t);
-        if here.d1.norm() * inside.abs() > 1e-9 * here.d2.norm() * inside * inside {
-            return here.d1;
+        let [point, d1, d2] = self.orders_on::<3>(span, t);
+        if d1.norm() * inside.abs() > 1e-9 * d2.norm() * inside * inside {
+            return d1;
         }
-        let near = self.derivatives_on(span, t + 1e-3 * inside);
-        (near.point - here.point) * inside.signum()
+        let [near, ..] = self.orders_on::<1>(span, t + 1e-3 * inside);
+        (near - point) * inside.signum()
     }
 }
 

@@ -9,7 +9,23 @@ impl Surface {
     /// Analytic surfaces are defined everywhere; curves and NURBS are held to their domain (no wrapping).
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
-        self.derivatives(u, v).point
+        match self {
+            Self::Extrusion { curve, direction } => curve.point(u) + *direction * v,
+            Self::Nurbs(surface) => surface.point(u, v),
+            _ => self.derivatives(u, v).point,
+        }
+    }
+
+    /// `S(u,v)`, `S_u`, `S_v`, the same bits as in [`derivatives`](Self::derivatives).
+    #[must_use]
+    pub fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
+        match self {
+            Self::Nurbs(surface) => surface.tangents(u, v),
+            _ => {
+                let SurfaceDerivatives { point, du, dv, .. } = self.derivatives(u, v);
+                [point, du, dv]
+            }
+        }
     }
 
     /// The point and its five partial derivatives by the natural parameters.

@@ -64,36 +64,56 @@ pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<(f64, usize)> {
 
 /// Calls `work` with the values, first and second derivatives (three rows of `degree + 1` numbers, one after the other) of the
 /// basis functions that live on `span` at `t`, which is normally inside the span but need not be. Function `j` belongs to
-/// control point `span - degree + j`.
-pub(crate) fn with_basis<R>(degree: usize, knots: &[f64], span: usize, t: f64, work: impl FnOnce(&[f64]) -> R) -> R {
+/// control point `span - degree + j`. Of the rows only the first `ROWS` are filled in, each to the same bits whatever `ROWS`
+/// is: values alone cost a third.
+pub(crate) fn with_basis<const ROWS: usize, R>(
+    degree: usize,
+    knots: &[f64],
+    span: usize,
+    t: f64,
+    work: impl FnOnce(&[f64]) -> R,
+) -> R {
+    let around = &knots[span + 1 - degree..=span + degree];
     with_rows(degree, |rows| {
-        let (n, rest) = rows.split_at_mut(degree + 1);
-        let (d1, d2) = rest.split_at_mut(degree + 1);
-        fill(degree, knots, span, t, [n, d1, d2]);
+        // With the degree known the loops unroll: nearly all curves and surfaces are of one of these.
+        match degree {
+            1 => fill::<ROWS>(1, around, t, rows),
+            2 => fill::<ROWS>(2, around, t, rows),
+            3 => fill::<ROWS>(3, around, t, rows),
+            _ => fill::<ROWS>(degree, around, t, rows),
+        }
         work(rows)
     })
 }
 
-/// Raises degree 0 to `degree`, carrying both derivatives along.
-fn fill(degree: usize, knots: &[f64], span: usize, t: f64, [n, d1, d2]: [&mut [f64]; 3]) {
+/// Raises degree 0 to `degree`, carrying both derivatives along. `around`: the `2 · degree` knots about the span.
+#[inline(always)]
+fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f64]) {
+    let around = &around[..2 * degree];
+    let (n, rest) = rows[..3 * (degree + 1)].split_at_mut(degree + 1);
+    let (d1, d2) = rest.split_at_mut(degree + 1);
     n[0] = 1.0;
     for k in 1..=degree {
         let (mut carry_n, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
         let raise = k as f64;
         for j in 0..k {
-            let left = knots[span + 1 + j - k];
-            let right = knots[span + 1 + j];
+            let left = around[degree + j - k];
+            let right = around[degree + j];
             let width = right - left;
             // A true quotient, so that it is exactly 0 and 1 at the ends and end points come out to the last bit.
             let x = (t - left) / width;
-            let second = raise * d1[j] / width;
-            let first = raise * n[j] / width;
             let old = n[j];
-            d2[j] = carry_2 - second;
-            d1[j] = carry_1 - first;
+            if ROWS > 2 {
+                let second = raise * d1[j] / width;
+                d2[j] = carry_2 - second;
+                carry_2 = second;
+            }
+            if ROWS > 1 {
+                let first = raise * old / width;
+                d1[j] = carry_1 - first;
+                carry_1 = first;
+            }
             n[j] = carry_n + (1.0 - x) * old;
-            carry_2 = second;
-            carry_1 = first;
             carry_n = x * old;
         }
         d2[k] = carry_2;

@@ -48,6 +48,9 @@ mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
 
 mod teapot;
+mod trimmed_teapots;
+
+mod brake;
 
 /// Small models by name.
 pub mod shapes;

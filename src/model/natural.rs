@@ -43,7 +43,8 @@ impl Surface {
 
     /// After how much u and v the surface repeats; `None` where it does not.
     ///
-    /// 2π for angles that go round; the length of the domain for closed curves and NURBS.
+    /// 2π for angles that go round; the length of the domain for closed curves and NURBS, unless they close in a pole: nothing
+    /// goes on there.
     #[must_use]
     pub fn period(&self) -> [Option<f64>; 2] {
         match self {
@@ -51,18 +52,20 @@ impl Surface {
             Self::Cylinder { .. } | Self::Cone { .. } | Self::Sphere { .. } => [Some(TAU), None],
             Self::Torus { .. } => [Some(TAU), Some(TAU)],
             Self::Extrusion { curve, .. } => [curve_period(curve), None],
-            Self::Revolution { curve, .. } => [Some(TAU), curve_period(curve)],
+            Self::Revolution { curve, frame } => {
+                let on_axis = axis_distance(curve, frame, curve.domain().0) <= axis_tolerance(curve, frame);
+                [Some(TAU), curve_period(curve).filter(|_| !on_axis)]
+            }
             Self::Nurbs(surface) => {
                 let tol = SAME_ROW * surface.size();
                 let ((u0, u1), (v0, v1)) = surface.domain();
-                // A direction in which every line is a point closes trivially, but nothing goes round in it.
-                let (mut across_u, mut across_v) = (surface.closed_u(tol), surface.closed_v(tol));
-                if across_u && surface.samples_v().iter().all(|&v| self.collapsed(1, v, SAME_POINT * surface.size())) {
-                    across_u = false;
-                }
-                if across_v && surface.samples_u().iter().all(|&u| self.collapsed(0, u, SAME_POINT * surface.size())) {
-                    across_v = false;
-                }
+                let collapsed = |axis: usize, at: f64| self.collapsed(axis, at, SAME_POINT * surface.size());
+                // A direction in which every line is a point closes trivially, but nothing goes round in it; nor does it in
+                // one that closes in a pole.
+                let across_u =
+                    surface.closed_u(tol) && !surface.samples_v().iter().all(|&v| collapsed(1, v)) && !collapsed(0, u0);
+                let across_v =
+                    surface.closed_v(tol) && !surface.samples_u().iter().all(|&u| collapsed(0, u)) && !collapsed(1, v0);
                 [across_u.then_some(u1 - u0), across_v.then_some(v1 - v0)]
             }
         }
@@ -90,12 +93,8 @@ impl Surface {
             Self::Torus { .. } => Vec::new(),
             Self::Revolution { curve, frame } => {
                 let (a, b) = curve.domain();
-                let tol = SAME_POINT * extent(&curve.points).max(curve.point(a).distance(frame.origin));
-                let distance = |t: f64| {
-                    let local = frame.local(curve.point(t));
-                    local.x.hypot(local.y)
-                };
-                [a, b].into_iter().filter(|&t| distance(t) <= tol).map(parallel).collect()
+                let tol = axis_tolerance(curve, frame);
+                [a, b].into_iter().filter(|&t| axis_distance(curve, frame, t) <= tol).map(parallel).collect()
             }
             Self::Nurbs(surface) => {
                 let tol = SAME_POINT * surface.size();
@@ -174,6 +173,17 @@ fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
 fn turn(angle: f64) -> f64 {
     let wrapped = angle.rem_euclid(TAU);
     if wrapped < TAU { wrapped } else { 0.0 }
+}
+
+/// How far the point of a turned curve is from the axis.
+fn axis_distance(curve: &NurbsCurve3, frame: &Frame3, t: f64) -> f64 {
+    let local = frame.local(curve.point(t));
+    local.x.hypot(local.y)
+}
+
+/// The distance from the axis up to which a point of a turned curve is on it.
+fn axis_tolerance(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
+    SAME_POINT * extent(&curve.points).max(curve.point(curve.domain().0).distance(frame.origin))
 }
 
 /// The length of a curve's domain if its ends meet (and it goes anywhere at all).

@@ -40,10 +40,17 @@ impl NurbsSurface {
         (knots::domain(self.degree_u, &self.knots_u), knots::domain(self.degree_v, &self.knots_v))
     }
 
-    /// `S(u,v)`; parameters outside the domain are moved to its border.
+    /// `S(u,v)`; parameters outside the domain are moved to its border. The same bits as in [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
-        self.derivatives(u, v).point
+        self.orders::<1>(u, v).point
+    }
+
+    /// `S(u,v)`, `S_u`, `S_v`, the same bits as in [`derivatives`](Self::derivatives).
+    #[must_use]
+    pub fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
+        let SurfaceDerivatives { point, du, dv, .. } = self.orders::<2>(u, v);
+        [point, du, dv]
     }
 
     /// The points at all pairs of `us` and `vs`, u-major; each to the last bit as [`point`](Self::point) has it.
@@ -59,7 +66,7 @@ impl NurbsSurface {
         for (j, v) in vs.iter().enumerate() {
             let v = v.max(v0).min(v1);
             let span = knots::span(self.degree_v, &self.knots_v, v);
-            knots::with_basis(self.degree_v, &self.knots_v, span, v, |rows| {
+            knots::with_basis::<1, _>(self.degree_v, &self.knots_v, span, v, |rows| {
                 for (i, (line, line_w)) in lines.iter_mut().enumerate() {
                     (*line, *line_w) = (DVec3::ZERO, 0.0);
                     let start = i * count_v + span - self.degree_v;
@@ -73,7 +80,7 @@ impl NurbsSurface {
             for (i, u) in us.iter().enumerate() {
                 let u = u.max(u0).min(u1);
                 let span = knots::span(self.degree_u, &self.knots_u, u);
-                out[i * vs.len() + j] = knots::with_basis(self.degree_u, &self.knots_u, span, u, |rows| {
+                out[i * vs.len() + j] = knots::with_basis::<1, _>(self.degree_u, &self.knots_u, span, u, |rows| {
                     let (mut p, mut w) = (DVec3::ZERO, 0.0);
                     for (&(line, line_w), &n) in lines[span - self.degree_u..].iter().zip(&rows[..=self.degree_u]) {
                         p += line * n;
@@ -92,41 +99,64 @@ impl NurbsSurface {
     /// O(degree_u · degree_v), no allocation up to degree 25.
     #[must_use]
     pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
+        self.orders::<3>(u, v)
+    }
+
+    /// The point and the derivatives of orders less than `ROWS`; the others mean nothing.
+    fn orders<const ROWS: usize>(&self, u: f64, v: f64) -> SurfaceDerivatives {
         let ((u0, u1), (v0, v1)) = self.domain();
         let (u, v) = (u.max(u0).min(u1), v.max(v0).min(v1));
         let span_u = knots::span(self.degree_u, &self.knots_u, u);
         let span_v = knots::span(self.degree_v, &self.knots_v, v);
-        knots::with_basis(self.degree_u, &self.knots_u, span_u, u, |rows_u| {
-            knots::with_basis(self.degree_v, &self.knots_v, span_v, v, |rows_v| {
-                self.weighted(span_u - self.degree_u, rows_u, span_v - self.degree_v, rows_v)
+        knots::with_basis::<ROWS, _>(self.degree_u, &self.knots_u, span_u, u, |rows_u| {
+            knots::with_basis::<ROWS, _>(self.degree_v, &self.knots_v, span_v, v, |rows_v| {
+                self.weighted::<ROWS>(span_u - self.degree_u, rows_u, span_v - self.degree_v, rows_v)
             })
         })
     }
 
     /// The piece whose first control point is (`row`, `column`) and its derivatives, given the bases there.
-    fn weighted(&self, row: usize, rows_u: &[f64], column: usize, rows_v: &[f64]) -> SurfaceDerivatives {
+    fn weighted<const ROWS: usize>(
+        &self,
+        row: usize,
+        rows_u: &[f64],
+        column: usize,
+        rows_v: &[f64],
+    ) -> SurfaceDerivatives {
+        /// The orders in u and v of what comes out; so many of them as have an order less than `ROWS`.
+        const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
         let (nu, nv) = (self.degree_u + 1, self.degree_v + 1);
         let count_v = self.count_v();
         let weighted = !self.weights.is_empty();
-        // Homogeneous sums for the orders (0,0) (1,0) (0,1) (2,0) (1,1) (0,2).
+        // Homogeneous sums.
         let mut p = [DVec3::ZERO; 6];
         let mut w = [0.0; 6];
         for a in 0..nu {
             let mut line = [DVec3::ZERO; 3];
             let mut line_w = [0.0; 3];
             let start = (row + a) * count_v + column;
-            for b in 0..nv {
-                let weight = if weighted { self.weights[start + b] } else { 1.0 };
-                for order in 0..3 {
-                    let value = rows_v[order * nv + b] * weight;
-                    line[order] += self.points[start + b] * value;
-                    line_w[order] += value;
+            let points = &self.points[start..start + nv];
+            if weighted {
+                for ((b, &point), &weight) in points.iter().enumerate().zip(&self.weights[start..start + nv]) {
+                    for order in 0..ROWS {
+                        let value = rows_v[order * nv + b] * weight;
+                        line[order] += point * value;
+                        line_w[order] += value;
+                    }
+                }
+            } else {
+                for (b, &point) in points.iter().enumerate() {
+                    for order in 0..ROWS {
+                        line[order] += point * rows_v[order * nv + b];
+                    }
                 }
             }
             let n = [rows_u[a], rows_u[nu + a], rows_u[2 * nu + a]];
-            for (k, (order_u, order_v)) in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].into_iter().enumerate() {
+            for (k, (order_u, order_v)) in ORDERS.into_iter().take(ROWS * (ROWS + 1) / 2).enumerate() {
                 p[k] += line[order_v] * n[order_u];
-                w[k] += line_w[order_v] * n[order_u];
+                if weighted {
+                    w[k] += line_w[order_v] * n[order_u];
+                }
             }
         }
         if weighted {
@@ -181,6 +211,7 @@ fn samples(degree: usize, knots: &[f64]) -> Vec<f64> {
 }
 
 /// Derivatives of `P / W` from those of `P` and `W`, in the order 1, u, v, uu, uv, vv.
+#[inline]
 pub(crate) fn quotient(p: [DVec3; 6], w: [f64; 6]) -> SurfaceDerivatives {
     let per = 1.0 / w[0];
     let point = p[0] * per;

@@ -11,8 +11,24 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// What [`by_name`] knows, in the order of what they need.
-pub const NAMES: [&str; 11] =
-    ["square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair", "flower", "teapot"];
+pub const NAMES: [&str; 16] = [
+    "square",
+    "box",
+    "cylinder",
+    "washer",
+    "cone",
+    "sphere",
+    "torus",
+    "wave",
+    "pair",
+    "flower",
+    "teapot",
+    "trimmed-teapot",
+    "flower-teapot",
+    "brake-hub",
+    "brake-rotor",
+    "brake-assembly",
+];
 
 /// The shape of that name; `None` if there is none.
 ///
@@ -34,7 +50,12 @@ pub fn by_name(name: &str) -> Option<Model> {
         "wave" => wave(),
         "flower" => flower(),
         "teapot" => super::teapot::teapot(),
+        "trimmed-teapot" => super::trimmed_teapots::unc(),
+        "flower-teapot" => super::trimmed_teapots::flowers(),
+        "brake-hub" => super::brake::hub(),
+        "brake-rotor" => super::brake::rotor(),
         "pair" => return Some(pair()),
+        "brake-assembly" => return Some(super::brake::assembly()),
         _ => return None,
     };
     let mut model = ModelBuilder::new(name);

@@ -5,7 +5,7 @@
 //! so their bounds need no control nets: they are tight, and cost nanoseconds instead of microseconds. Second
 //! derivatives are split into the part along the normal, which is what lifts a surface off its triangles, and the rest.
 
-use super::{Bend, BezierPatches, BoxBounds, StripBounds, SurfaceBounds};
+use super::{Bend, BezierPatches, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 
@@ -90,7 +90,7 @@ pub(super) fn analytic(surface: &Surface, maps: &[AxisMap; 2], patches: &BezierP
         Surface::Plane { .. } => {
             let cell = BoxBounds { u: 1.0, v: 1.0, ..BoxBounds::default() };
             let cells = vec![cell; (patches.breaks_u.len() - 1) * (patches.breaks_v.len() - 1)];
-            Some(SurfaceBounds { breaks_u: patches.breaks_u.clone(), breaks_v: flat(), cells })
+            Some(table(patches, patches.breaks_u.clone(), flat(), cells))
         }
         Surface::Cylinder { radius, .. } => ruled(maps, patches, radius, 0.0),
         Surface::Cone { radius, half_angle, .. } => {
@@ -102,6 +102,11 @@ pub(super) fn analytic(surface: &Surface, maps: &[AxisMap; 2], patches: &BezierP
         Surface::Torus { major, minor, .. } => tube(maps, patches, major, minor),
         _ => None,
     }
+}
+
+fn table(patches: &BezierPatches, breaks_u: Vec<f64>, breaks_v: Vec<f64>, cells: Vec<BoxBounds>) -> SurfaceBounds {
+    let places = BoundingBox::of_pieces(patches, [breaks_u.len() - 1, breaks_v.len() - 1]);
+    SurfaceBounds { breaks_u, breaks_v, cells, places }
 }
 
 /// Bounds of a derivative that lies in the tangent plane everywhere.
@@ -127,7 +132,7 @@ fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f
             turn_v: 0.0,
         })
         .collect();
-    Some(SurfaceBounds { breaks_u, breaks_v: patches.breaks_v.clone(), cells })
+    Some(table(patches, breaks_u, patches.breaks_v.clone(), cells))
 }
 
 /// Tori, and spheres as tori without a hole.
@@ -152,7 +157,7 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
             });
         }
     }
-    Some(SurfaceBounds { breaks_u, breaks_v, cells })
+    Some(table(patches, breaks_u, breaks_v, cells))
 }
 
 /// Bounds of a Bézier segment over a parameter width, if it is straight and even or a circular arc: one per strip.

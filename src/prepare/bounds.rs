@@ -7,9 +7,46 @@ use super::arc_bounds;
 use super::decompose::{BezierPatches, BezierSpline3};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
-use crate::model::quotient;
+use crate::model::{SurfaceDerivatives, quotient};
 use glam::{DVec3, DVec4};
 use std::cell::OnceCell;
+
+/// A box in space, by the axes of the part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundingBox {
+    /// Lower corner.
+    pub low: DVec3,
+    /// Upper corner.
+    pub high: DVec3,
+}
+
+impl BoundingBox {
+    /// Holds nothing.
+    pub const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    /// Of a Bézier net, and so of what it makes: weights are positive.
+    #[must_use]
+    pub fn of_net(net: &[DVec4]) -> Self {
+        let points = net.iter().map(|c| c.truncate() / c.w);
+        points.fold(Self::EMPTY, |all, p| all.with(&Self { low: p, high: p }))
+    }
+
+    /// The box of both.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// Per sub-box the box of the whole Bézier piece that it is a part of, where pieces are cut evenly into tables of `size`.
+    #[must_use]
+    pub(super) fn of_pieces(patches: &BezierPatches, size: [usize; 2]) -> Vec<Self> {
+        let (count_u, count_v) = patches.counts();
+        let pieces: Vec<Self> =
+            (0..count_u * count_v).map(|k| Self::of_net(patches.patch(k / count_v, k % count_v))).collect();
+        let piece = |i: usize, j: usize| pieces[i * count_u / size[0] * count_v + j * count_v / size[1]];
+        (0..size[0]).flat_map(|i| (0..size[1]).map(move |j| (i, j))).map(|(i, j)| piece(i, j)).collect()
+    }
+}
 
 /// Upper bounds of a second derivative over a sub-box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,6 +108,8 @@ pub struct SurfaceBounds {
     pub breaks_v: Vec<f64>,
     /// Box (i, j) at `i * (breaks_v.len() - 1) + j`.
     pub cells: Vec<BoxBounds>,
+    /// Where each sub-box is in space, in the same order.
+    pub places: Vec<BoundingBox>,
 }
 
 /// What a strip of a curve can do at most, by its parameter.
@@ -91,6 +130,8 @@ pub struct CurveBounds {
     pub breaks: Vec<f64>,
     /// One per strip.
     pub strips: Vec<StripBounds>,
+    /// Where each strip is in space.
+    pub places: Vec<BoundingBox>,
 }
 
 /// Share of the size (largest coordinate) below which a deviation is rounding and the derivative counts as zero.
@@ -115,9 +156,11 @@ impl SurfaceBounds {
         let sampler = Sampler::new(patches);
         let columns = breaks_v.len() - 1;
         let mut cells = Vec::with_capacity((breaks_u.len() - 1) * columns);
+        let mut places = Vec::with_capacity(cells.capacity());
         for i in 0..breaks_u.len() - 1 {
             for j in 0..columns {
                 let net = sub_net(patches, (i / parts_u, j / parts_v), (i % parts_u, parts_u), (j % parts_v, parts_v));
+                places.push(BoundingBox::of_net(&net));
                 let local = patch_bounds(patches.degree_u + 1, &net, patches.rational);
                 let (u, v) = (breaks_u[i + 1] - breaks_u[i], breaks_v[j + 1] - breaks_v[j]);
                 let keep = |x: f64| if x <= ROUNDING * size { 0.0 } else { x };
@@ -141,7 +184,7 @@ impl SurfaceBounds {
                 });
             }
         }
-        Self { breaks_u, breaks_v, cells }
+        Self { breaks_u, breaks_v, cells, places }
     }
 
     /// The bounds of sub-box (i, j).
@@ -152,10 +195,11 @@ impl SurfaceBounds {
 }
 
 impl CurveBounds {
-    /// The bounds of a curve that is a single point over `range`.
+    /// The bounds of a curve that is a single point over `range`; its place does not matter.
     #[must_use]
     pub fn none(range: (f64, f64)) -> Self {
-        Self { breaks: vec![range.0, range.1], strips: vec![StripBounds::default()] }
+        let places = vec![BoundingBox::EMPTY];
+        Self { breaks: vec![range.0, range.1], strips: vec![StripBounds::default()], places }
     }
 
     /// Whether every strip is straight and evenly parametrised; the curve may still bend between segments.
@@ -169,10 +213,11 @@ impl CurveBounds {
     pub fn new(spline: &BezierSpline3) -> Self {
         let parts = parts(spline.degree, spline.segments(), 1);
         let size = spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
-        let mut out = Self { breaks: vec![spline.breaks[0]], strips: Vec::new() };
+        let mut out = Self { breaks: vec![spline.breaks[0]], strips: Vec::new(), places: Vec::new() };
         let mut net = Vec::with_capacity(spline.degree + 1);
         let rows = OnceCell::new();
         for (k, ends) in spline.breaks.windows(2).enumerate() {
+            let first = out.places.len();
             let strips = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]).unwrap_or_else(|| {
                 let width = (ends[1] - ends[0]) / parts as f64;
                 let strip = |i| {
@@ -180,6 +225,7 @@ impl CurveBounds {
                     net.extend_from_slice(spline.segment(k));
                     let (x0, x1) = share(i, parts);
                     bernstein::restrict(&mut net, x0, x1);
+                    out.places.push(BoundingBox::of_net(&net));
                     let (first, second) = segment_bounds(&net);
                     let straight = second <= ROUNDING * size;
                     StripBounds {
@@ -195,9 +241,56 @@ impl CurveBounds {
                 (0..parts).map(strip).collect()
             });
             let n = strips.len();
+            if out.places.len() == first {
+                out.places.resize(first + n, BoundingBox::of_net(spline.segment(k)));
+            }
             out.breaks.extend((1..n).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / n as f64));
             out.breaks.push(ends[1]);
             out.strips.extend(strips);
+        }
+        out
+    }
+}
+
+impl CurveBounds {
+    /// The same with fewer strips: neighbours that ask for nearly the same density become one. For curves that are cut much finer
+    /// than they bend, since every plan looks at every strip.
+    #[must_use]
+    pub(super) fn merged(&self) -> Self {
+        /// How far apart bounds in one strip may be: densities follow their roots.
+        const ALIKE: f64 = 1.2;
+        /// Share of the curve's largest bound that does not count.
+        const NOTHING: f64 = 0.01;
+        /// Strips that may always become one, and the share of a longer curve that may.
+        const FEW: usize = 16;
+        const PART: usize = 4;
+        // First and second derivative and turning, by the parameter.
+        let rates = |k: usize| {
+            let StripBounds { first, second, turn } = self.strips[k];
+            [first, second, turn / (self.breaks[k + 1] - self.breaks[k])]
+        };
+        let count = self.strips.len();
+        let most = (0..count).map(rates).fold([0.0; 3], |m, r| [0, 1, 2].map(|i| f64::max(m[i], r[i])));
+        let limit = FEW.max(count / PART);
+        let mut out = Self { breaks: vec![self.breaks[0]], strips: Vec::new(), places: Vec::new() };
+        let mut from = 0;
+        while from < count {
+            let (mut low, mut high, mut place) = (rates(from), rates(from), self.places[from]);
+            let mut to = from + 1;
+            while to < count && to - from < limit {
+                let next = rates(to);
+                let (l, h) = ([0, 1, 2].map(|i| low[i].min(next[i])), [0, 1, 2].map(|i| high[i].max(next[i])));
+                if (0..3).any(|i| h[i] > ALIKE * l[i] + NOTHING * most[i]) {
+                    break;
+                }
+                (low, high, place) = (l, h, place.with(&self.places[to]));
+                to += 1;
+            }
+            let [first, second, turn] = high;
+            out.strips.push(StripBounds { first, second, turn: turn * (self.breaks[to] - self.breaks[from]) });
+            out.places.push(place);
+            out.breaks.push(self.breaks[to]);
+            from = to;
         }
         out
     }
@@ -263,6 +356,7 @@ fn sub_net(
 /// Bases at the sample lines, the same for every sub-box.
 struct Sampler {
     degree_v: usize,
+    rational: bool,
     rows_u: Vec<Vec<f64>>,
     rows_v: Vec<Vec<f64>>,
 }
@@ -332,7 +426,8 @@ impl Samples {
 impl Sampler {
     fn new(patches: &BezierPatches) -> Self {
         let degree_v = patches.degree_v;
-        Self { degree_v, rows_u: sample_rows(patches.degree_u), rows_v: sample_rows(degree_v) }
+        let rational = patches.rational;
+        Self { degree_v, rational, rows_u: sample_rows(patches.degree_u), rows_v: sample_rows(degree_v) }
     }
 
     /// A net at the sample lines.
@@ -344,22 +439,16 @@ impl Sampler {
         for (row_u, out) in self.rows_u.iter().zip(&mut out) {
             let nu = row_u.len() / 3;
             for (b, column) in curve.iter_mut().enumerate() {
-                *column = [DVec4::ZERO; 3];
-                for a in 0..nu {
-                    let point = net[a * nv + b];
-                    for (order, sum) in column.iter_mut().enumerate() {
+                let mut sums = [DVec4::ZERO; 3];
+                for (a, &point) in net[b..].iter().step_by(nv).enumerate() {
+                    for (order, sum) in sums.iter_mut().enumerate() {
                         *sum += point * row_u[order * nu + a];
                     }
                 }
+                *column = sums;
             }
             for (row_v, out) in self.rows_v.iter().zip(out) {
-                let mut sums = [DVec4::ZERO; 6];
-                for (b, column) in curve.iter().enumerate() {
-                    for (sum, (du, dv)) in sums.iter_mut().zip([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]) {
-                        *sum += column[du] * row_v[dv * nv + b];
-                    }
-                }
-                let d = quotient(sums.map(DVec4::truncate), sums.map(|s| s.w));
+                let d = if self.rational { rational(&curve, row_v) } else { polynomial(&curve, row_v) };
                 let normal = d.du.cross(d.dv);
                 if normal.length() > 1e-10 * d.du.length() * d.dv.length() {
                     *out = normal.try_normalize().map(|normal| {
@@ -372,6 +461,45 @@ impl Sampler {
         }
         Samples(out)
     }
+}
+
+/// A surface's derivatives at a sample line in v, from the orders in u of the columns of its net there.
+fn rational(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
+    let mut sums = [DVec4::ZERO; 6];
+    let [n, d1, d2] = orders(row);
+    for ((([c, cu, cuu], n), d1), d2) in columns.iter().zip(n).zip(d1).zip(d2) {
+        sums[0] += *c * *n;
+        sums[1] += *cu * *n;
+        sums[2] += *c * *d1;
+        sums[3] += *cuu * *n;
+        sums[4] += *cu * *d1;
+        sums[5] += *c * *d2;
+    }
+    quotient(sums.map(DVec4::truncate), sums.map(|s| s.w))
+}
+
+/// The same where all weights are 1.
+fn polynomial(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
+    let mut sums = [DVec3::ZERO; 6];
+    let [n, d1, d2] = orders(row);
+    for (((column, n), d1), d2) in columns.iter().zip(n).zip(d1).zip(d2) {
+        let [c, cu, cuu] = column.map(DVec4::truncate);
+        sums[0] += c * *n;
+        sums[1] += cu * *n;
+        sums[2] += c * *d1;
+        sums[3] += cuu * *n;
+        sums[4] += cu * *d1;
+        sums[5] += c * *d2;
+    }
+    let [point, du, dv, duu, duv, dvv] = sums;
+    SurfaceDerivatives { point, du, dv, duu, duv, dvv }
+}
+
+/// The three parts of a row of bases: values, first and second derivatives.
+fn orders(row: &[f64]) -> [&[f64]; 3] {
+    let (n, rest) = row.split_at(row.len() / 3);
+    let (d1, d2) = rest.split_at(n.len());
+    [n, d1, d2]
 }
 
 /// The largest turning over the sample lines, with margins for what lies between samples: along a line, what the sum of angles

@@ -8,6 +8,7 @@
 use super::UvCurve;
 use super::face::{DraftAlong, DraftTile, DraftUse};
 use super::meeting::{Meeting, beside, meet, weld};
+use super::uv_curve::SAME_SHARE;
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -29,9 +30,6 @@ const ROUNDS: usize = 7;
 
 /// Pairs of stretches for which more points are looked for. More of them run along each other.
 const MAX_WANTING: usize = 64;
-
-/// Distance, in tiles, of points that are one.
-const SAME: f64 = 1e-9;
 
 /// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
 /// loops that cross each other is left to the trim stage.
@@ -115,7 +113,7 @@ pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> (V
 /// Parameters in the middle of stretches that could not be told apart for want of points, though they have no end in common.
 fn midway(close: &[(Span<'_>, Span<'_>)]) -> Vec<((usize, usize), f64)> {
     let wanting = |(a, b): &&(Span<'_>, Span<'_>)| {
-        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME));
+        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME_SHARE));
         let curved = |s: &Span<'_>| s.arc.points.len() > 2;
         !joined && !a.can_split() && !b.can_split() && (curved(a) || curved(b))
     };
@@ -155,8 +153,11 @@ fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut C
             if b.low.x > a.high.x || work.0 == 0 {
                 break;
             }
+            if b.low.y > a.high.y || a.low.y > b.high.y {
+                continue;
+            }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if b.low.y <= a.high.y && a.low.y <= b.high.y && !a.only_joins(b) {
+                if !a.only_joins(b) {
                     keep((Span::of(a), Span::of(b)), close, work);
                 }
             } else if !a.runs_along(b) {
@@ -204,7 +205,7 @@ impl Arc {
     fn only_joins(&self, other: &Self) -> bool {
         let ([p, q], [r, s]) = (Span::of(self).ends(), Span::of(other).ends());
         let (d, e) = (q - p, s - r);
-        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME * d.length() * e.length()
+        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME_SHARE * d.length() * e.length()
     }
 
     /// Whether both are the same stretch of one edge: there and back, or a loop given twice. Their polylines are one.
@@ -323,10 +324,12 @@ fn separate<'a>(
 
 /// Whether a line separates two arcs, or a wedge at an end that they share.
 fn apart(a: Span<'_>, b: Span<'_>) -> bool {
-    let shared: Vec<DVec2> = a.ends().into_iter().filter(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME)).collect();
-    match shared[..] {
-        [] => separated_by_line(a, b) || separated_by_line(b, a),
-        [p] => cones_apart(a, b, p),
+    let others = b.ends();
+    let is_shared = |p: &DVec2| others.iter().any(|q| p.distance_squared(*q) <= SAME_SHARE * SAME_SHARE);
+    let mut shared = a.ends().into_iter().filter(is_shared);
+    match (shared.next(), shared.next()) {
+        (None, _) => separated_by_line(a, b) || separated_by_line(b, a),
+        (Some(p), None) => cones_apart(a, b, p),
         _ => false,
     }
 }
@@ -347,7 +350,7 @@ fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
 /// Whether the directions from `p` to the points of two arcs fill disjoint cones.
 fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
     let cone = |s: Span<'_>| {
-        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > SAME);
+        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > SAME_SHARE);
         let first = directions.next()?;
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
         let (lo, hi) = directions.fold((0.0_f64, 0.0_f64), |r, d| {

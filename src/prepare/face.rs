@@ -82,6 +82,9 @@ pub(super) struct FaceDraft {
     pub(super) maps: [AxisMap; 2],
     pub(super) creases: [Vec<f64>; 2],
     pub(super) gap: f64,
+    /// How many critical parameters and meetings there are among `breaks`.
+    pub(super) critical: u32,
+    pub(super) meetings: u32,
     pub(super) tiles: Vec<DraftTile>,
     pub(super) borders: Vec<DraftBorder>,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
@@ -216,6 +219,7 @@ fn draft_with(
     let mut region = match free {
         Some(free) => {
             let free = free.clone()?;
+            gap = free.gap;
             notes.extend(free.notes);
             repairs.extend(free.repairs);
             free.region
@@ -309,8 +313,12 @@ fn draft_with(
     }));
     let mut crossed = None;
     let mut scribble = None;
+    let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
+        let others = breaks.len();
         let (meetings, all) = critical(tile, &mut breaks);
+        critical_count += breaks.len() - others;
+        meetings_count += meetings.len();
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
         for m in &meetings {
             breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));
@@ -344,7 +352,23 @@ fn draft_with(
             notes.push(what);
         }
     }
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs, crosses })
+    let [critical, meetings] = [critical_count, meetings_count].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+    Ok(FaceDraft {
+        patches,
+        bounds,
+        maps,
+        creases,
+        gap,
+        critical,
+        meetings,
+        tiles,
+        borders,
+        breaks,
+        joints,
+        notes,
+        repairs,
+        crosses,
+    })
 }
 
 /// Whether both derivatives point the same way everywhere that is looked at: then the surface runs along one curve.
@@ -433,6 +457,8 @@ impl Joiner<'_> {
 fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
     /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
     const BREAK: f64 = 1e-3;
+    /// Share of the longest tangent along a knot below which one is rounding: on a pole it has no direction.
+    const NO_TANGENT: f64 = 1e-9;
     let (knots, degree, breaks, across) = if axis == 0 {
         (&nurbs.knots_u, nurbs.degree_u, &patches.breaks_u, &patches.breaks_v)
     } else {
@@ -447,10 +473,11 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
     let places: Vec<f64> = places.chain(across.last().copied()).collect();
     let is_crease = |k: usize| {
         let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
-        places.iter().any(|&y| {
-            let (a, b) = (tangent(breaks[k] - step, y), tangent(breaks[k] + step, y));
-            a.length() > 0.0 && b.length() > 0.0 && a.angle_between(b) > BREAK
-        })
+        let sides: Vec<[DVec3; 2]> =
+            places.iter().map(|&y| [-step, step].map(|step| tangent(breaks[k] + step, y))).collect();
+        let longest = sides.as_flattened().iter().map(|t| t.length()).fold(0.0, f64::max);
+        let has_tangent = |t: &DVec3| t.length() > NO_TANGENT * longest;
+        sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && a.angle_between(*b) > BREAK)
     };
     (1..breaks.len() - 1)
         .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)
@@ -511,8 +538,16 @@ fn face_extent(part: &Part, face: &Face) -> Option<f64> {
 fn stretch(s: &Stretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
     match s {
         Stretch::Edge { edge, from, to, samples } => {
-            let samples: Box<[UvSample]> = samples
-                .iter()
+            // It ends on the cuts that end it. Between samples the images of natural and of NURBS parameters differ by what
+            // both may be off; what lies that near to a cut (the break of a neighbour's cut) would be beyond it.
+            let (low, high, last) = (from.min(*to), from.max(*to), samples.len() - 1);
+            let ends = |k: usize| match k {
+                0 if samples[0].t < low => UvSample::at(&samples[0], &samples[1], low),
+                _ if k == last && samples[last].t > high => UvSample::at(&samples[last - 1], &samples[last], high),
+                _ => samples[k],
+            };
+            let samples: Box<[UvSample]> = (0..=last)
+                .map(ends)
                 .map(|s| UvSample {
                     t: s.t,
                     uv: DVec2::new(maps[0].to_nurbs(s.uv.x), maps[1].to_nurbs(s.uv.y)),

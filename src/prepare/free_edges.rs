@@ -29,6 +29,8 @@ const MAX_DEPTH: u32 = 12;
 #[derive(Clone, Debug)]
 pub(super) struct FreeFace {
     pub(super) region: Region,
+    /// How far its edges may be off the surface: those that it shares are other faces' curves.
+    pub(super) gap: f64,
     pub(super) notes: Vec<String>,
     pub(super) repairs: Vec<Told>,
 }
@@ -38,11 +40,16 @@ pub(super) type FreeFaces = Vec<Option<Result<FreeFace, FaceError>>>;
 
 /// The part with vertices and edges for the free trims of its faces, which has the size `size`.
 pub(super) fn free_faces<'a>(part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeFaces) {
-    if part.faces.iter().all(|f| f.trims.is_none()) {
+    let untrimmed = FreeTrims::default();
+    let trims_of = |face: &'a Face| {
+        let trims = face.trims.as_ref().or_else(|| ends(face).then_some(&untrimmed));
+        trims.filter(|_| !face.lost)
+    };
+    if part.faces.iter().all(|f| trims_of(f).is_none()) {
         return (Cow::Borrowed(part), vec![None; part.faces.len()]);
     }
     let of_face = |face: &'a Face| {
-        let trims = face.trims.as_ref().filter(|_| !face.lost)?;
+        let trims = trims_of(face)?;
         Some(guarded(|| EdgeMaker::of(face, trims, size)))
     };
     let made: Vec<_> = part.faces.par_iter().map(of_face).collect();
@@ -67,6 +74,22 @@ pub(super) fn free_faces<'a>(part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeF
     });
     let faces = faces.collect();
     (Cow::Owned(whole), faces)
+}
+
+/// Whether a face is a whole surface that has borders of its own: sides of its domain that are neither a pole nor one line with
+/// the opposite side.
+fn ends(face: &Face) -> bool {
+    let surface = &face.surface;
+    if face.lost || !face.loops.is_empty() || face.trims.is_some() || surface.check().is_err() {
+        return false;
+    }
+    let domain = surface.natural_domain();
+    if domain.iter().any(|(a, b)| !(a.is_finite() && b.is_finite() && a < b)) {
+        return false;
+    }
+    let (period, poles) = (surface.period(), surface.poles());
+    let pole = |axis: usize, at: f64| poles.iter().any(|p| p.axis == axis && p.at == at);
+    (0..2).any(|axis| period[axis].is_none() && [domain[axis].0, domain[axis].1].iter().any(|&at| !pole(axis, at)))
 }
 
 /// Makes the edges of one face, numbered from 0.
@@ -139,7 +162,7 @@ impl<'a> EdgeMaker<'a> {
                 notes.push(note.what);
             }
         }
-        FreeFace { region, notes, repairs }
+        FreeFace { region, gap: 0.0, notes, repairs }
     }
 
     /// The pieces of an arc, in loop order.

@@ -1,7 +1,7 @@
 //! What preparing a model may cost, counted face by face while it is done.
 
 use super::face::FaceDraft;
-use super::{BoxBounds, prepared::Tile};
+use super::{BoundingBox, BoxBounds, prepared::Tile};
 use crate::model::{Model, Surface};
 use glam::DVec4;
 use std::fmt;
@@ -82,8 +82,8 @@ impl Budget {
     /// Books a face.
     pub(super) fn spend(&self, draft: &FaceDraft) {
         let (u, v) = draft.patches.counts();
-        let bytes =
-            draft.patches.control.len() * size_of::<DVec4>() + draft.bounds.cells.len() * size_of::<BoxBounds>();
+        let table = draft.bounds.cells.len() * size_of::<(BoxBounds, BoundingBox)>();
+        let bytes = draft.patches.control.len() * size_of::<DVec4>() + table;
         let tiles = draft.tiles.len() as u64 * (BYTES_PER_TILE + size_of::<Tile>() as u64);
         self.patches.fetch_add(u as u64 * v as u64, Ordering::Relaxed);
         self.bytes.fetch_add(bytes as u64 + tiles, Ordering::Relaxed);

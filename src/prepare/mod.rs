@@ -4,8 +4,12 @@ mod arc_bounds;
 
 mod arrangement;
 
+mod boxes;
+
 mod bounds;
-pub use bounds::{Bend, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+pub use bounds::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+
+mod carry;
 
 mod critical;
 
@@ -43,16 +47,19 @@ mod meeting;
 
 mod orient;
 
+mod overlap;
+
 mod pcurve;
 
 mod prepared;
-pub use prepared::{Break, EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
+pub use prepared::{Break, EdgeShape, EdgeUse, OpenEdges, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 
 mod region;
 
 mod sew;
 
 mod shells;
+pub use shells::Shells;
 
 mod spans;
 pub use spans::UvDomain;
@@ -81,11 +88,15 @@ pub struct PrepareOptions {
     pub threads: Option<usize>,
     /// What the result may cost.
     pub limits: PrepareLimits,
+    /// Share of a part's diagonal up to which borders of faces without topology (with free trims, or kept whole) are one edge
+    /// with borders beside them, where the part states no [tolerance](Part::tolerance) of its own. 0: they stay apart.
+    pub border_tolerance: f64,
 }
 
 impl PrepareOptions {
-    /// The caller's rayon pool, within [`PrepareLimits::DEFAULT`].
-    pub const DEFAULT: Self = Self { threads: None, limits: PrepareLimits::DEFAULT };
+    /// The caller's rayon pool, within [`PrepareLimits::DEFAULT`]; borders within a millionth of the part are one, which coordinates
+    /// of seven digits allow.
+    pub const DEFAULT: Self = Self { threads: None, limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6 };
 }
 
 impl Default for PrepareOptions {
@@ -104,13 +115,13 @@ impl Default for PrepareOptions {
 pub fn prepare(model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
     let pool = options.threads.and_then(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().ok());
     match pool {
-        Some(pool) => pool.install(|| prepare_all(model, options.limits)),
-        None => prepare_all(model, options.limits),
+        Some(pool) => pool.install(|| prepare_all(model, options)),
+        None => prepare_all(model, options),
     }
 }
 
-fn prepare_all(mut model: Model, limits: PrepareLimits) -> Result<Prepared, PrepareError> {
-    let budget = Budget::new(limits);
+fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
+    let budget = Budget::new(options.limits);
     let parts = model.parts.len();
     let (known, unknown): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.instances).into_iter().partition(|i| i.part.index() < parts);
@@ -123,8 +134,8 @@ fn prepare_all(mut model: Model, limits: PrepareLimits) -> Result<Prepared, Prep
         place: None,
         reason: format!("instance \"{}\" places part {} of {parts}", i.name, i.part.0),
     }));
-    let done: Vec<DonePart> =
-        model.parts.par_iter().enumerate().map(|(k, part)| prepare_part(PartId::new(k), part, &budget)).collect();
+    let of_part = |(k, part): (usize, &Part)| prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
+    let done: Vec<DonePart> = model.parts.par_iter().enumerate().map(of_part).collect();
     if budget.exceeded() {
         return Err(budget.error(&model));
     }
@@ -151,12 +162,14 @@ struct DonePart {
     without_area: Vec<FaceId>,
 }
 
-fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
+fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budget) -> DonePart {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
-    let (trimmed, free) = free_edges::free_faces(stated, size);
+    let (trimmed, mut free) = free_edges::free_faces(stated, size);
     let mut healings = Vec::new();
-    let part = &*sew::sew(heal::heal(&trimmed, size, &mut healings), &mut healings);
+    let healed = heal::heal(&trimmed, size, &mut healings);
+    let (sewn, borders) = sew::sew(healed, &mut free, border_tolerance * size, &mut healings);
+    let part = &*sewn;
     healings.sort_by_key(|h| h.face);
     let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
         let span = || tracing::trace_span!("draft", part = id.0, face = k, entity = f.entity);
@@ -209,8 +222,9 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let prepared =
-        catch_unwind(AssertUnwindSafe(|| topology::assemble(part, trimmed.edges.len(), drafts, &mut turned)));
+    // Edges of free trims come after the model's own, and what sewing makes of them after those.
+    let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
+    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, finely_cut, drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
@@ -238,7 +252,7 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
         Diagnostic { severity, part: Some(id), face, entity, place, reason }
     }));
     let lost = |face: usize| prepared.face_rows[face].is_none();
-    diagnostics.extend(shells::open(part, lost).into_iter().map(|open| Diagnostic {
+    diagnostics.extend(shells::open(part, &free, lost).into_iter().map(|open| Diagnostic {
         severity: Severity::Warning,
         part: Some(id),
         face: Some(FaceId::new(open.face)),
@@ -249,6 +263,18 @@ fn prepare_part(id: PartId, stated: &Part, budget: &Budget) -> DonePart {
             open.free, open.edges
         ),
     }));
+    if borders.pairs > 0 || free.iter().flatten().nth(1).is_some() {
+        let open = prepared.open_edges();
+        let mut reason = format!("{} pairs of borders of faces without topology became one edge", borders.pairs);
+        if borders.pairs > 0 {
+            reason += &format!(", up to {:.3e} mm apart", borders.width);
+        }
+        if open.count > 0 {
+            reason += &format!("; {} edges, {:.6} mm long, have a face on one side only", open.count, open.length);
+        }
+        let (severity, part) = (Severity::Note, Some(id));
+        diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: open.place, reason });
+    }
     DonePart { part: prepared, diagnostics, without_area }
 }
 

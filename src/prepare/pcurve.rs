@@ -73,15 +73,15 @@ impl<'a> Projector<'a> {
     /// Length in space of a small step in (u,v).
     pub(super) fn length(&self, at: DVec2, step: DVec2) -> f64 {
         let w = self.wrap(at);
-        let d = self.surface.derivatives(w.x, w.y);
-        (d.du * step.x + d.dv * step.y).length()
+        let [_, du, dv] = self.surface.tangents(w.x, w.y);
+        (du * step.x + dv * step.y).length()
     }
 
     /// Area in space of a small area in (u,v), as a multiple of that.
     pub(super) fn area(&self, at: DVec2) -> f64 {
         let w = self.wrap(at);
-        let d = self.surface.derivatives(w.x, w.y);
-        d.du.cross(d.dv).length()
+        let [_, du, dv] = self.surface.tangents(w.x, w.y);
+        du.cross(dv).length()
     }
 
     /// The surface's point at parameters of any period.
@@ -93,8 +93,8 @@ impl<'a> Projector<'a> {
     /// The surface's point at parameters of any period, and its derivative along a step.
     pub(super) fn along(&self, at: DVec2, step: DVec2) -> (DVec3, DVec3) {
         let w = self.wrap(at);
-        let d = self.surface.derivatives(w.x, w.y);
-        (d.point, d.du * step.x + d.dv * step.y)
+        let [point, du, dv] = self.surface.tangents(w.x, w.y);
+        (point, du * step.x + dv * step.y)
     }
 
     /// The pole at a point, if it is one.
@@ -225,15 +225,15 @@ impl<'a> Projector<'a> {
                 uv = best.0;
             }
             let w = self.wrap(uv);
-            let d = self.surface.derivatives(w.x, w.y);
-            let r = p - d.point;
+            let [point, du, dv] = self.surface.tangents(w.x, w.y);
+            let r = p - point;
             if r.length() < best.1 {
                 best = (uv, r.length());
             } else if step > MAX_STEPS {
                 uv = 0.5 * (uv + best.0);
                 continue;
             }
-            let step = least_squares(d.du, d.dv, r);
+            let step = least_squares(du, dv, r);
             let mut next = uv + step;
             for axis in 0..2 {
                 if self.period[axis].is_some() {
@@ -246,7 +246,7 @@ impl<'a> Projector<'a> {
                     next[axis] = next[axis].clamp(lo, hi);
                     // The other coordinate goes its own way along the border.
                     let other = 1 - axis;
-                    let (along, fixed) = if other == 0 { (d.du, d.dv) } else { (d.dv, d.du) };
+                    let (along, fixed) = if other == 0 { (du, dv) } else { (dv, du) };
                     let rest = r - fixed * (next[axis] - uv[axis]);
                     let g = along.length_squared();
                     if g > 0.0 {
@@ -261,7 +261,7 @@ impl<'a> Projector<'a> {
             }
             let moved = next - uv;
             uv = next;
-            if d.du.length() * moved.x.abs() + d.dv.length() * moved.y.abs() <= 1e-4 * self.tolerance {
+            if du.length() * moved.x.abs() + dv.length() * moved.y.abs() <= 1e-4 * self.tolerance {
                 let w = self.wrap(uv);
                 let r = self.surface.point(w.x, w.y).distance(p);
                 return if r <= best.1 { (uv, r) } else { best };
@@ -281,8 +281,8 @@ impl<'a> Projector<'a> {
         for pole in &self.poles {
             // Where the distance to the pole stops falling.
             let slope = |t: f64| {
-                let c = edge.curve.derivatives(t);
-                (c.point - pole.point).dot(c.d1)
+                let [point, d1] = edge.curve.tangent(t);
+                (point - pole.point).dot(d1)
             };
             for w in ts.windows(2) {
                 if slope(w[0]) >= 0.0 || slope(w[1]) < 0.0 {
@@ -432,19 +432,19 @@ impl Walk<'_> {
 
     /// The same, and how fast the surface's point moves with u and with v.
     fn sample_with_speeds(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64, DVec2) {
-        let c = self.edge.curve.derivatives(t);
+        let [point, d1] = self.edge.curve.tangent(t);
         let p = if t == self.edge.range.0 {
             self.ends[0]
         } else if t == self.edge.range.1 {
             self.ends[1]
         } else {
-            c.point
+            point
         };
         let uv = self.projector.project(p, seed);
         let w = self.projector.wrap(uv);
-        let s = self.projector.surface.derivatives(w.x, w.y);
-        let d = jacobian_solve(s.du, s.dv, c.d1);
-        (UvSample { t, uv, d }, s.point.distance(p), DVec2::new(s.du.length(), s.dv.length()))
+        let [point, du, dv] = self.projector.surface.tangents(w.x, w.y);
+        let d = jacobian_solve(du, dv, d1);
+        (UvSample { t, uv, d }, point.distance(p), DVec2::new(du.length(), dv.length()))
     }
 
     /// The sample at a pole: the collapsed coordinate is the pole's, the other continues from `inner`.

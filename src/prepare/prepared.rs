@@ -28,6 +28,10 @@ pub struct PreparedFace {
     pub reversed: bool,
     /// Largest distance between the surface and the face's edges: the gap that the file itself leaves, millimetres.
     pub gap: f64,
+    /// Critical parameters: what its tiles ask of its edges, so that coarse polylines do not cross where the curves do not.
+    pub critical: u32,
+    /// Points where its boundary meets itself other than at common ends; they are points of both edges.
+    pub meetings: u32,
     /// The face's tiles within [`PreparedPart::tiles`].
     pub tiles: std::ops::Range<u32>,
 }
@@ -107,9 +111,11 @@ pub struct PreparedPart {
     pub face_rows: Vec<Option<u32>>,
     /// Tiles, sorted by face.
     pub tiles: Vec<Tile>,
-    /// B-rep edges in the model's order, those of free trims, then edges that close gaps in loops, and borders.
+    /// B-rep edges in the model's order, those made for faces that have none (with free trims, or kept whole), edges that close
+    /// gaps in loops, and pieces of edges that coincide in part; then borders of tiles. An edge that another one replaced
+    /// has no uses.
     pub edges: Vec<PreparedEdge>,
-    /// How many of `edges` are B-rep edges or edges of free trims.
+    /// How many of `edges` are no borders of tiles.
     pub brep_edges: usize,
 }
 
@@ -137,7 +143,7 @@ impl Prepared {
         })
     }
 
-    /// Every edge of loops and free trims that some tile uses: its part and its number within the part.
+    /// Every edge of faces, other than borders between tiles, that some tile uses: its part and its number within the part.
     pub fn brep_edges(&self) -> impl Iterator<Item = (PartId, EdgeId)> {
         self.parts.iter().enumerate().flat_map(|(p, part)| {
             (0..part.brep_edges)
@@ -147,7 +153,48 @@ impl Prepared {
     }
 }
 
+/// Edges, or stretches of them, that have a face on one side only.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpenEdges {
+    /// How many edges.
+    pub count: usize,
+    /// How long they are together, millimetres, within about a thousandth.
+    pub length: f64,
+    /// A point of one, part coordinates.
+    pub place: Option<DVec3>,
+}
+
 impl PreparedPart {
+    /// The edges at which its faces end: used, or used in a stretch, an odd number of times. A sheet's outline, and the gaps
+    /// of what should be closed. Borders between tiles are in pairs. Cost: a look at all edges.
+    #[must_use]
+    pub fn open_edges(&self) -> OpenEdges {
+        /// Chords per Bézier piece that a length is measured by.
+        const CHORDS: usize = 16;
+        let mut open = OpenEdges::default();
+        for edge in &self.edges[..self.brep_edges] {
+            let EdgeShape::Curve(curve) = &edge.shape else { continue };
+            let mut odd = vec![false; edge.breaks.len().saturating_sub(1)];
+            for &(tile, l, u) in &edge.uses {
+                let used = &self.tiles[tile.0 as usize].loops[l as usize][u as usize];
+                let (from, to) = (used.from.min(used.to), used.from.max(used.to));
+                odd[from as usize..to as usize].iter_mut().for_each(|o| *o = !*o);
+            }
+            let mut stretches = odd.iter().enumerate().filter(|(_, o)| **o).map(|(k, _)| k).peekable();
+            if let Some(&k) = stretches.peek() {
+                open.count += 1;
+                open.place.get_or_insert(edge.breaks[k].point);
+            }
+            for k in stretches {
+                let (from, to) = (edge.breaks[k].t, edge.breaks[k + 1].t);
+                let chords = CHORDS * curve.breaks.iter().filter(|&&t| t > from && t < to).count().max(1);
+                let at = |i: usize| curve.point(from + (to - from) * i as f64 / chords as f64);
+                open.length += (0..chords).map(|i| at(i).distance(at(i + 1))).sum::<f64>();
+            }
+        }
+        open
+    }
+
     /// Row of a tile's face in [`faces`](Self::faces).
     ///
     /// # Panics

@@ -1,154 +1,493 @@
-//! Faces of a solid that lie side by side without a common edge -> faces that share it, within the file's own tolerance.
+//! Faces that lie side by side without a common edge -> faces that share it.
 //!
-//! Files of some writers give every face its own edges. Two free edges of one shell are one if their ends and their curves
-//! are nowhere further apart than the length up to which the file calls points one; all their vertices follow.
+//! Files of some writers give every face its own edges, and patches without topology have none but their own borders. Where free
+//! edges of one shell are one curve within the tolerance, along all of their length or a part of it, they are cut to pieces
+//! which each lie along one piece of every other, and the pieces become one edge: the first one's curve, with an image on
+//! each face. All their vertices follow.
 
+use super::boxes::{Aabb, overlapping};
+use super::carry::{between, carry};
 use super::face::Told;
+use super::free_edges::FreeFaces;
 use super::heal::Healing;
+use super::overlap::{Course, Stretch};
 use super::shells::uses;
-use crate::model::{Edge, EdgeId, Loop, Part, Severity, ShellKind, VertexId};
+use super::uv_loop::{Along, Piece};
+use crate::model::{Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
-/// Points of an edge, besides its ends, that are looked for on the other.
-const PLACES: u32 = 5;
-
-/// Samples of an edge from which the foot of a point is looked for, and Newton steps to it.
-const SEEDS: u32 = 32;
-const STEPS: usize = 8;
-
-/// Distance between the ends of edges, in tolerances, below which nothing is sewn: an edge might vanish.
+/// Distance between the ends of edges of a solid, in tolerances, below which nothing of it is sewn: an edge might vanish.
 const SHORTEST: f64 = 8.0;
 
-/// A free edge that another one replaces.
-struct Match {
-    dropped: u32,
-    kept: u32,
-    /// Whether they run in opposite directions.
+/// Distance, in tolerances, between ends of pieces that are one: each may have been cut where another edge is.
+const SAME_END: f64 = 4.0;
+
+/// Rounds in which cuts of one edge are handed on to those along it.
+const ROUNDS: usize = 16;
+
+/// What became one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sewn {
+    /// Pairs of borders of faces without topology.
+    pub(super) pairs: usize,
+    /// How far apart the furthest were.
+    pub(super) width: f64,
+}
+
+/// An edge that may be one with another.
+struct Candidate {
+    edge: u32,
+    shell: u32,
+    tolerance: f64,
+    /// A face that uses it.
+    face: usize,
+    /// Whether it bounds a face without topology, and lies along a side of its domain.
+    untold: bool,
+    side: bool,
+}
+
+/// A stretch that two candidates have in common.
+struct Contact {
+    pair: [usize; 2],
+    stretch: Stretch,
+    tolerance: f64,
+}
+
+/// A piece of an edge, as those who used the edge use it from now on.
+struct Replaced {
+    /// Along which edge, and whether against it.
+    edge: u32,
     against: bool,
+    /// Whether that edge has this edge's curve and parameter.
+    own: bool,
+    /// Which part of the old edge, in its parameter.
+    range: [f64; 2],
     width: f64,
 }
 
-/// Makes edges of solids that coincide one. Costs a count of the edges' uses where all are used in pairs.
-pub(super) fn sew<'a>(part: Cow<'a, Part>, done: &mut Vec<Healing>) -> Cow<'a, Part> {
-    let tolerance = part.tolerance;
-    let solid = |shell: u32| part.shells.get(shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
-    let free: Vec<(u32, u32, usize)> = uses(&part)
-        .into_iter()
-        .filter(|((shell, _), (count, _))| *count == 1 && solid(*shell))
-        .map(|((shell, edge), (_, face))| (shell, edge, face))
-        .collect();
-    if free.is_empty() || tolerance <= 0.0 {
-        return part;
-    }
-    let ends = |e: &Edge| Some([*part.vertices.get(e.start.index())?, *part.vertices.get(e.end.index())?]);
-    let length = |e: &Edge| ends(e).map_or(0.0, |[a, b]| a.distance(b));
-    let shortest = part.edges.iter().filter(|e| e.start != e.end).map(length).fold(f64::INFINITY, f64::min);
-    if shortest <= SHORTEST * tolerance {
-        return part;
-    }
-    let found = matches(&part, &free, tolerance);
-    let Some(widest) = found.iter().max_by(|a, b| a.width.total_cmp(&b.width)) else { return part };
-    let kept = &part.edges[widest.kept as usize];
-    let face = free.iter().find(|f| f.1 == widest.kept).map_or(0, |f| f.2);
-    let what = format!(
-        "{} pairs of edges of its shell, up to {:.3e} mm apart, became one: gaps within the tolerance of {tolerance:.1e} mm",
-        found.len(),
-        widest.width
-    );
-    let told = Told { place: part.vertices.get(kept.start.index()).copied(), what };
-    done.push(Healing { face, severity: Severity::Note, told });
-    Cow::Owned(joined(part.into_owned(), &found))
-}
-
-/// Pairs of free edges that coincide, each edge in one pair at most.
-fn matches(part: &Part, free: &[(u32, u32, usize)], tolerance: f64) -> Vec<Match> {
-    // Sorted by the middle between the ends, which is the same for both.
-    let mut sorted: Vec<(f64, [DVec3; 2], u32, u32)> = free
-        .iter()
-        .filter_map(|&(shell, edge, _)| {
-            let e = part.edges.get(edge as usize).filter(|e| e.range.0 < e.range.1 && e.curve.check().is_ok())?;
-            let ends = [*part.vertices.get(e.start.index())?, *part.vertices.get(e.end.index())?];
-            Some((0.5 * (ends[0].x + ends[1].x), ends, shell, edge))
+/// Makes edges that coincide one: those of solids within the part's own tolerance, those of faces without topology within the
+/// part's tolerance or, if it states none, within `reach`, millimetres.
+///
+/// Costs a count of the edges' uses where all are used in pairs, else about 10 µs for each edge that has a neighbour.
+pub(super) fn sew<'a>(
+    part: Cow<'a, Part>,
+    free: &mut FreeFaces,
+    reach: f64,
+    done: &mut Vec<Healing>,
+) -> (Cow<'a, Part>, Sewn) {
+    let candidates = candidates(&part, free, reach);
+    let courses: Vec<OnceLock<Course>> = candidates.iter().map(|_| OnceLock::new()).collect();
+    let course = |k: usize| courses[k].get_or_init(|| Course::new(&part.edges[candidates[k].edge as usize]));
+    let pairs = pairs(&part, &candidates);
+    let contacts: Vec<Contact> = pairs
+        .into_par_iter()
+        .flat_map_iter(|pair| {
+            let [a, b] = pair.map(course);
+            let tolerance = candidates[pair[0]].tolerance;
+            a.common(b, tolerance).into_iter().map(move |stretch| Contact { pair, stretch, tolerance })
         })
         .collect();
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.3.cmp(&b.3)));
-    let mut used = vec![false; sorted.len()];
+    if contacts.is_empty() {
+        return (part, Sewn::default());
+    }
+    let cuts = cuts(candidates.len(), &contacts, &course);
+    let mut pieces = Pieces::new(&part, &candidates, cuts, &course);
+    let mut sewn = Sewn::default();
+    // By shell of a solid.
+    let mut told: Vec<(u32, usize, usize, f64)> = Vec::new();
+    for contact in &contacts {
+        let count = pieces.join(contact, &course);
+        let (first, width) = (&candidates[contact.pair[0]], contact.stretch.width);
+        if count > 0 && contact.pair.iter().any(|&k| candidates[k].untold) {
+            sewn = Sewn { pairs: sewn.pairs + count, width: sewn.width.max(width) };
+        } else if count > 0 {
+            match told.iter_mut().find(|t| t.0 == first.shell) {
+                Some(t) if t.3 >= width => t.2 += count,
+                Some(t) => *t = (first.shell, contact.pair[0], t.2 + count, width),
+                None => told.push((first.shell, contact.pair[0], count, width)),
+            }
+        }
+    }
+    for (_, widest, count, width) in told {
+        let Candidate { edge, face, tolerance, .. } = candidates[widest];
+        let what = format!(
+            "{count} pairs of edges of its shell, up to {width:.3e} mm apart, became one: gaps within the tolerance of \
+             {tolerance:.1e} mm"
+        );
+        let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
+        done.push(Healing { face, severity: Severity::Note, told: Told { place, what } });
+    }
+    let mut part = part.into_owned();
+    let replaced = pieces.into_edges(&mut part, &candidates);
+    replace(&mut part, free, &replaced);
+    (Cow::Owned(part), sewn)
+}
+
+/// Free edges of solids, and all edges of faces without topology and free ones beside them.
+fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
+    let uses = uses(part, free);
+    let shell_of = |shell: u32| part.shells.get(shell as usize);
+    let ends = |e: &Edge| Some([*part.vertices.get(e.start.index())?, *part.vertices.get(e.end.index())?]);
     let mut out = Vec::new();
-    for (k, a) in sorted.iter().enumerate() {
-        if used[k] {
+    for of_shell in uses.chunk_by(|a, b| a.shell == b.shell) {
+        let untold = of_shell.iter().any(|u| u.untold);
+        let solid = shell_of(of_shell[0].shell).is_some_and(|s| s.kind != ShellKind::Open);
+        let tolerance = if part.tolerance > 0.0 || !untold { part.tolerance } else { reach };
+        if !(tolerance > 0.0 && (solid || untold)) || of_shell.iter().all(|u| u.count != 1 && !u.untold) {
             continue;
         }
-        let near = sorted[k + 1..].iter().zip(k + 1..).take_while(|(b, _)| b.0 - a.0 <= tolerance);
-        let found = near.filter(|(b, j)| !used[*j] && b.2 == a.2).find_map(|(b, j)| {
-            let [p, q] = a.1;
-            let apart = |[r, s]: [DVec3; 2]| p.distance(r).max(q.distance(s));
-            let (along, against) = (apart(b.1), apart([b.1[1], b.1[0]]));
-            let (kept, other) = (&part.edges[a.3 as usize], &part.edges[b.3 as usize]);
-            let width = along.min(against).max(if along.min(against) <= tolerance { width(kept, other) } else { 0.0 });
-            let coincide = width <= tolerance;
-            coincide.then_some((j, Match { dropped: b.3, kept: a.3, against: against < along, width }))
-        });
-        if let Some((j, found)) = found {
-            used[j] = true;
-            out.push(found);
+        let length = |e: &Edge| ends(e).map_or(0.0, |[a, b]| a.distance(b));
+        let told = of_shell.iter().filter(|u| !u.untold).filter_map(|u| part.edges.get(u.edge as usize));
+        let shortest = told.filter(|e| e.start != e.end).map(length).fold(f64::INFINITY, f64::min);
+        if !untold && shortest <= SHORTEST * tolerance {
+            continue;
         }
+        let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
+        out.extend(wanted.filter_map(|u| {
+            let e = part.edges.get(u.edge as usize).filter(|e| e.range.0 < e.range.1 && e.curve.check().is_ok())?;
+            let (low, high) = e.curve.domain();
+            let sound = e.range.0 >= low && e.range.1 <= high && ends(e)?.iter().all(|p| p.is_finite());
+            let (edge, shell, face, untold, side) = (u.edge, u.shell, u.face, u.untold, u.side);
+            sound.then_some(Candidate { edge, shell, tolerance, face, untold, side })
+        }));
     }
     out
 }
 
-/// How far points of one edge are off another.
-fn width(a: &Edge, b: &Edge) -> f64 {
-    let at = |e: &Edge, share: f64| e.range.0 + (e.range.1 - e.range.0) * share;
-    let off = |p: DVec3| {
-        let seeds = (0..=SEEDS).map(|k| at(b, f64::from(k) / f64::from(SEEDS)));
-        let far = |t: f64| b.curve.point(t).distance(p);
-        let mut t = seeds.min_by(|s, t| far(*s).total_cmp(&far(*t))).unwrap_or(b.range.0);
-        let mut best = far(t);
-        for _ in 0..STEPS {
-            let d = b.curve.derivatives(t);
-            let step = (p - d.point).dot(d.d1) / d.d1.length_squared();
-            t = (t + if step.is_finite() { step } else { 0.0 }).clamp(b.range.0, b.range.1);
-            best = best.min(far(t));
+/// Pairs of candidates that may have a stretch in common: two ends that are two places lie in both boxes, or one and the curves
+/// have knots at which they may part.
+fn pairs(part: &Part, candidates: &[Candidate]) -> Vec<[usize; 2]> {
+    let edge = |k: usize| &part.edges[candidates[k].edge as usize];
+    let boxes: Vec<Aabb> = (0..candidates.len())
+        .map(|k| {
+            let (low, high) = edge(k)
+                .curve
+                .points
+                .iter()
+                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |m, &p| (m.0.min(p), m.1.max(p)));
+            // The distance may be had along each axis.
+            let slack = DVec3::splat(0.5 * candidates[k].tolerance);
+            [low - slack, high + slack]
+        })
+        .collect();
+    let ends: Vec<[DVec3; 2]> = (0..candidates.len())
+        .map(|k| {
+            let e = edge(k);
+            [e.range.0, e.range.1].map(|t| e.curve.point(t))
+        })
+        .collect();
+    let mut out = Vec::new();
+    overlapping(&boxes, &mut |a, b| {
+        let [one, other] = [&candidates[a], &candidates[b]];
+        // What trims one face was told apart in its domain. Sides of a domain may meet in space.
+        let trims = one.face == other.face && (one.untold || other.untold) && !(one.side && other.side);
+        if one.shell != other.shell || trims {
+            return;
         }
-        best
-    };
-    (1..=PLACES).map(|k| off(a.curve.point(at(a, f64::from(k) / f64::from(PLACES + 1))))).fold(0.0, f64::max)
+        let tolerance = one.tolerance;
+        let within = |p: DVec3, of: usize| {
+            let slack = DVec3::splat(0.5 * tolerance);
+            p.cmpge(boxes[of][0] - slack).all() && p.cmple(boxes[of][1] + slack).all()
+        };
+        let mut places: [Option<DVec3>; 2] = [None; 2];
+        let inside = ends[a].into_iter().filter(|&p| within(p, b)).chain(ends[b].into_iter().filter(|&p| within(p, a)));
+        for p in inside {
+            match places {
+                [None, _] => places[0] = Some(p),
+                [Some(q), None] if p.distance(q) > 2.0 * tolerance => places[1] = Some(p),
+                _ => {}
+            }
+        }
+        let simple = |k: usize| {
+            let c = &edge(k).curve;
+            c.points.len() == c.degree + 1 && ends[k][0].distance(ends[k][1]) > 2.0 * tolerance
+        };
+        if places[0].is_some() && (places[1].is_some() || !(simple(a) && simple(b))) {
+            out.push([a, b]);
+        }
+    });
+    out.sort_unstable();
+    out
 }
 
-/// The part with every pair replaced by the edge that is kept.
-fn joined(mut part: Part, found: &[Match]) -> Part {
-    fn root(parent: &mut [usize], mut at: usize) -> usize {
-        while parent[at] != at {
-            parent[at] = parent[parent[at]];
-            at = parent[at];
+/// For each candidate the parameters at which it starts, is cut, and ends: wherever a stretch ends that it has in common with
+/// another, or where one of these is cut.
+fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c Course) -> Vec<Vec<f64>> {
+    let mut cuts: Vec<Vec<f64>> = vec![Vec::new(); count];
+    for &k in contacts.iter().flat_map(|c| &c.pair) {
+        if cuts[k].is_empty() {
+            cuts[k].extend(course(k).range());
+        }
+    }
+    for _ in 0..ROUNDS {
+        let mut grown = false;
+        for Contact { pair, stretch, tolerance } in contacts {
+            for (side, range) in [stretch.a, stretch.b].into_iter().enumerate() {
+                let [own, other] = [pair[side], pair[1 - side]];
+                let opposite = if side == 0 { stretch.b } else { stretch.a };
+                let (low, high) = (range[0].min(range[1]), range[0].max(range[1]));
+                let from = cuts[own].partition_point(|&t| t <= low);
+                let to = cuts[own].partition_point(|&t| t < high).max(from);
+                let feet = cuts[own][from..to].iter().map(|&t| course(other).foot(course(own).point(t)).0);
+                let marks: Vec<f64> = feet.chain(opposite).collect();
+                for t in marks {
+                    grown |= add_cut(&mut cuts[other], course(other), t, *tolerance);
+                }
+            }
+        }
+        if !grown {
+            break;
+        }
+    }
+    cuts
+}
+
+/// Adds a cut unless there is one at that place.
+fn add_cut(cuts: &mut Vec<f64>, course: &Course, t: f64, tolerance: f64) -> bool {
+    let k = cuts.partition_point(|&c| c < t);
+    let beside = [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| cuts.get(k));
+    if beside.into_iter().any(|&c| course.one_place(c, t, tolerance.min(course.length / 8.0))) {
+        return false;
+    }
+    cuts.insert(k, t);
+    true
+}
+
+/// The pieces between cuts, of which some are one.
+struct Pieces {
+    cuts: Vec<Vec<f64>>,
+    /// Number of each candidate's first piece.
+    first: Vec<usize>,
+    /// For each piece another that it is one with, if any, and whether they run in opposite directions; how far it is off.
+    same: Vec<(usize, bool, f64)>,
+    /// For each candidate the vertices at its cuts.
+    vertices: Vec<Vec<usize>>,
+    /// Points of all vertices, and for each another that it is one with.
+    points: Vec<DVec3>,
+    parent: Vec<usize>,
+}
+
+impl Pieces {
+    fn new<'c>(
+        part: &Part,
+        candidates: &[Candidate],
+        cuts: Vec<Vec<f64>>,
+        course: &impl Fn(usize) -> &'c Course,
+    ) -> Self {
+        let mut points = part.vertices.clone();
+        let mut first = Vec::with_capacity(cuts.len());
+        let mut vertices = Vec::with_capacity(cuts.len());
+        let mut count = 0;
+        for (k, of_edge) in cuts.iter().enumerate() {
+            first.push(count);
+            count += of_edge.len().saturating_sub(1);
+            let edge = &part.edges[candidates[k].edge as usize];
+            let last = of_edge.len().saturating_sub(1);
+            let vertex = |(i, &t): (usize, &f64)| {
+                if i == 0 {
+                    edge.start.index()
+                } else if i == last {
+                    edge.end.index()
+                } else {
+                    points.push(course(k).point(t));
+                    points.len() - 1
+                }
+            };
+            vertices.push(of_edge.iter().enumerate().map(vertex).collect());
+        }
+        let same = (0..count).map(|k| (k, false, 0.0)).collect();
+        let parent = (0..points.len()).collect();
+        Self { cuts, first, same, vertices, points, parent }
+    }
+
+    /// The first of the pieces that a piece is one with, and whether it runs against it.
+    fn root(&self, mut piece: usize) -> (usize, bool, f64) {
+        let (mut against, mut width) = (false, 0.0_f64);
+        while self.same[piece].0 != piece {
+            let (next, turned, off) = self.same[piece];
+            (piece, against, width) = (next, against != turned, width + off);
+        }
+        (piece, against, width)
+    }
+
+    fn vertex_root(&mut self, mut at: usize) -> usize {
+        while self.parent[at] != at {
+            self.parent[at] = self.parent[self.parent[at]];
+            at = self.parent[at];
         }
         at
     }
-    let mut parent: Vec<usize> = (0..part.vertices.len()).collect();
-    for m in found {
-        let [kept, dropped] = [m.kept, m.dropped].map(|e| &part.edges[e as usize]);
-        let others = if m.against { [dropped.end, dropped.start] } else { [dropped.start, dropped.end] };
-        for (a, b) in [kept.start, kept.end].into_iter().zip(others) {
-            let [a, b] = [a, b].map(|v| root(&mut parent, v.index()));
-            parent[a.max(b)] = a.min(b);
+
+    /// Makes the pieces along a stretch one, each with the one beside it. How many pairs there are.
+    fn join<'c>(&mut self, contact: &Contact, course: &impl Fn(usize) -> &'c Course) -> usize {
+        let Contact { pair: [a, b], stretch, tolerance } = *contact;
+        let against = stretch.b[1] < stretch.b[0];
+        let middle = |cuts: &[f64], k: usize| 0.5 * (cuts[k] + cuts[k + 1]);
+        let within = |range: [f64; 2], t: f64| t > range[0].min(range[1]) && t < range[0].max(range[1]);
+        let of_range = |cuts: &[f64], range: [f64; 2]| -> Vec<usize> {
+            (0..cuts.len() - 1).filter(|&k| within(range, middle(cuts, k))).collect()
+        };
+        let [of_a, of_b] = [of_range(&self.cuts[a], stretch.a), of_range(&self.cuts[b], stretch.b)];
+        let mut count = 0;
+        for i in of_a {
+            let beside = |j: &usize| -> bool {
+                let foot = course(b).foot(course(a).point(middle(&self.cuts[a], i))).0;
+                within([self.cuts[b][*j], self.cuts[b][*j + 1]], foot)
+            };
+            let found = if let [only] = of_b[..] { Some(only) } else { of_b.iter().copied().find(beside) };
+            let Some(j) = found else { continue };
+            let ends = |k: usize, i: usize| [i, i + 1].map(|i| course(k).point(self.cuts[k][i]));
+            let ([s, e], [p, q]) = (ends(a, i), ends(b, j));
+            let apart = if against { s.distance(q).max(e.distance(p)) } else { s.distance(p).max(e.distance(q)) };
+            if apart > SAME_END * tolerance {
+                continue;
+            }
+            let (p, turned_p, off_p) = self.root(self.first[a] + i);
+            let (q, turned_q, off_q) = self.root(self.first[b] + j);
+            if p == q {
+                continue;
+            }
+            let turned = against != (turned_p != turned_q);
+            self.same[p.max(q)] = (p.min(q), turned, stretch.width + off_p + off_q);
+            let opposite = if against { [j + 1, j] } else { [j, j + 1] };
+            for (v, w) in [i, i + 1].into_iter().zip(opposite) {
+                let (v, w) = (self.vertices[a][v], self.vertices[b][w]);
+                let (v, w) = (self.vertex_root(v), self.vertex_root(w));
+                self.parent[v.max(w)] = v.min(w);
+            }
+            count += 1;
         }
+        count
     }
-    for v in part.edges.iter_mut().flat_map(|e| [&mut e.start, &mut e.end]) {
-        if v.index() < parent.len() {
-            *v = VertexId::new(root(&mut parent, v.index()));
-        }
-    }
-    let by_edge: BTreeMap<u32, &Match> = found.iter().map(|m| (m.dropped, m)).collect();
-    for l in part.faces.iter_mut().flat_map(|f| &mut f.loops) {
-        let Loop::Edges(coedges) = l else { continue };
-        for c in coedges {
-            if let Some(m) = by_edge.get(&c.edge.0) {
-                // A pcurve is in the parameter of the edge that is gone.
-                (c.edge, c.reversed, c.pcurve) = (EdgeId(m.kept), c.reversed != m.against, None);
+
+    /// Puts vertices and edges in place: for each edge that is no longer used as it was, what is used instead.
+    fn into_edges(mut self, part: &mut Part, candidates: &[Candidate]) -> Vec<Option<Vec<Replaced>>> {
+        let stated = part.edges.len();
+        // The edge of each piece that is the first of its kind.
+        let mut numbers: Vec<u32> = Vec::with_capacity(self.same.len());
+        for (k, cuts) in self.cuts.iter().enumerate() {
+            let whole = candidates[k].edge;
+            for (i, w) in cuts.windows(2).enumerate() {
+                let piece = self.first[k] + i;
+                if cuts.len() == 2 || self.same[piece].0 != piece {
+                    numbers.push(whole);
+                    continue;
+                }
+                let edge = &part.edges[whole as usize];
+                let [start, end] = [i, i + 1].map(|i| VertexId::new(self.vertices[k][i]));
+                let curve = restricted(&edge.curve, (w[0], w[1]));
+                let edge = Edge { curve, range: (w[0], w[1]), start, end, kind: edge.kind, entity: edge.entity };
+                numbers.push(EdgeId::new(part.edges.len()).0);
+                part.edges.push(edge);
             }
         }
+        let mut out: Vec<Option<Vec<Replaced>>> = (0..stated).map(|_| None).collect();
+        for (k, cuts) in self.cuts.iter().enumerate() {
+            let whole = candidates[k].edge;
+            let replaced = cuts.windows(2).enumerate().map(|(i, w)| {
+                let piece = self.first[k] + i;
+                let (root, against, width) = self.root(piece);
+                Replaced { edge: numbers[root], against, own: root == piece, range: [w[0], w[1]], width }
+            });
+            let replaced: Vec<Replaced> = replaced.collect();
+            if replaced.len() > 1 || replaced.iter().any(|r| r.edge != whole) {
+                out[whole as usize] = Some(replaced);
+            }
+        }
+        part.vertices.clone_from(&self.points);
+        for e in 0..part.edges.len() {
+            let [start, end] = [part.edges[e].start, part.edges[e].end]
+                .map(|v| if v.index() < self.parent.len() { VertexId::new(self.vertex_root(v.index())) } else { v });
+            (part.edges[e].start, part.edges[e].end) = (start, end);
+        }
+        out
     }
-    part
+}
+
+/// A curve over a part of its domain, and nothing more of it.
+fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
+    let spline = super::BezierSpline3::new(curve, range);
+    let n = spline.degree;
+    let last = spline.segments();
+    let knots = spline.breaks.iter().enumerate().flat_map(|(k, &t)| {
+        let ends = usize::from(k == 0 || k == last);
+        std::iter::repeat_n(t, n + ends)
+    });
+    let control = spline.control.iter().enumerate().filter(|(k, _)| *k == 0 || k % (n + 1) != 0).map(|(_, c)| *c);
+    let weights: Vec<f64> = control.clone().map(|c| c.w).collect();
+    let even = weights.iter().all(|&w| w == 1.0);
+    NurbsCurve3 {
+        degree: n,
+        knots: knots.collect(),
+        points: control.map(|c| c.truncate() / c.w).collect(),
+        weights: if even { Vec::new() } else { weights },
+    }
+}
+
+/// Lets all faces use the edges that are left.
+fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replaced>>]) {
+    let of = |edge: u32| replaced.get(edge as usize).and_then(Option::as_ref);
+    for l in part.faces.iter_mut().flat_map(|f: &mut Face| &mut f.loops) {
+        let Loop::Edges(coedges) = l else { continue };
+        if coedges.iter().all(|c| of(c.edge.0).is_none()) {
+            continue;
+        }
+        let mut all = Vec::with_capacity(coedges.len() + 1);
+        for c in coedges.drain(..) {
+            let Some(pieces) = of(c.edge.0) else {
+                all.push(c);
+                continue;
+            };
+            // A pcurve is in the parameter of the edge that is gone.
+            let own = |r: &Replaced| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against, pcurve: None };
+            let of_edge = pieces.iter().map(own);
+            if c.reversed { all.extend(of_edge.rev()) } else { all.extend(of_edge) }
+        }
+        *coedges = all;
+    }
+    let edges = &part.edges;
+    free.par_iter_mut().filter_map(|f| f.as_mut()?.as_mut().ok()).for_each(|face| {
+        for l in &mut face.region.loops {
+            let is_old = |piece: &Piece| matches!(piece.along, Along::Edge(e) if of(e).is_some());
+            if !l.pieces.iter().any(is_old) {
+                continue;
+            }
+            let mut all = Vec::with_capacity(l.pieces.len() + 1);
+            for piece in l.pieces.drain(..) {
+                let (Along::Edge(old), reversed) = (piece.along, piece.reversed) else {
+                    all.push(piece);
+                    continue;
+                };
+                let Some(pieces) = of(old) else {
+                    all.push(piece);
+                    continue;
+                };
+                let first = all.len();
+                for r in pieces {
+                    face.gap = face.gap.max(r.width);
+                    all.push(moved(edges, &piece, old, r));
+                }
+                if reversed {
+                    all[first..].reverse();
+                }
+            }
+            l.pieces = all;
+        }
+    });
+}
+
+/// What becomes of a piece of a loop along one piece of its edge.
+fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replaced) -> Piece {
+    /// Share of an edge's length within which its control points are the same.
+    const ROUNDING: f64 = 1e-9;
+    let mut samples = between(&piece.samples, r.range);
+    if !r.own {
+        let own = Course::over(&edges[old as usize].curve, (r.range[0], r.range[1]));
+        let kept = Course::new(&edges[r.edge as usize]);
+        samples = carry(&samples, &own, &kept, r.against, r.width + ROUNDING * own.length);
+    }
+    Piece { along: Along::Edge(r.edge), reversed: piece.reversed != r.against, samples }
 }

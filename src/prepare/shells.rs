@@ -1,7 +1,71 @@
-//! Shells that should bound solids -> those whose edges are not all used in pairs.
+//! Shells -> how often their faces use each edge: which of them are closed.
 
-use crate::model::{Loop, Part, ShellKind};
-use std::collections::BTreeMap;
+use super::free_edges::FreeFaces;
+use super::uv_loop::{Along, Piece};
+use crate::model::{Face, Loop, Part, ShellKind};
+use std::collections::BTreeSet;
+
+/// A part's shells by what they bound, and whether every edge is used in pairs: what the part states, before anything is
+/// repaired or lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Shells {
+    /// Shells whose faces use each of their edges an even number of times; those without edges are closed surfaces.
+    pub closed: usize,
+    /// The others.
+    pub open: usize,
+    /// Closed shells that bound voids.
+    pub voids: usize,
+    /// Closed shells of which the file does not say which side is inside.
+    pub undirected: usize,
+    /// Edges that their shell uses an odd number of times.
+    pub free_edges: usize,
+}
+
+impl Shells {
+    /// The shells of a part. Edges are compared, not their places: faces that only lie side by side share none.
+    ///
+    /// Cost: about 100 ns for each coedge.
+    #[must_use]
+    pub fn of(part: &Part) -> Self {
+        let unbounded = part.faces.iter().filter(|face| !face.loops.iter().any(|l| matches!(l, Loop::Edges(_))));
+        let mut open: BTreeSet<u32> = unbounded.filter(|face| !closes(face)).map(|face| face.shell).collect();
+        let mut shells = Self::default();
+        for free in uses(part, &FreeFaces::new()).into_iter().filter(|edge| edge.count % 2 == 1) {
+            open.insert(free.shell);
+            shells.free_edges += 1;
+        }
+        for (number, shell) in (0_u32..).zip(&part.shells) {
+            if open.contains(&number) {
+                shells.open += 1;
+            } else {
+                shells.closed += 1;
+                shells.voids += usize::from(shell.kind == ShellKind::Void);
+                shells.undirected += usize::from(shell.kind == ShellKind::Open);
+            }
+        }
+        shells
+    }
+
+    /// Adds those of another part.
+    pub fn join(&mut self, other: &Self) {
+        self.closed += other.closed;
+        self.open += other.open;
+        self.voids += other.voids;
+        self.undirected += other.undirected;
+        self.free_edges += other.free_edges;
+    }
+}
+
+/// Whether a face that is its whole surface has no border: each direction goes round, or ends in points.
+fn closes(face: &Face) -> bool {
+    let surface = &face.surface;
+    let (period, domain, poles) = (surface.period(), surface.natural_domain(), surface.poles());
+    (0..2).all(|axis| {
+        let (low, high) = domain[axis];
+        let pole = |end: f64| poles.iter().any(|pole| pole.axis == axis && pole.at == end);
+        period[axis].is_some() || pole(low) && pole(high)
+    })
+}
 
 /// A shell of a solid with free edges.
 pub(super) struct Open {
@@ -15,9 +79,26 @@ pub(super) struct Open {
     pub(super) face: usize,
 }
 
-/// By shell and edge: how often faces use it, and the first that does.
-pub(super) fn uses(part: &Part) -> Vec<((u32, u32), (usize, usize))> {
-    let mut uses: BTreeMap<(u32, u32), (usize, usize)> = BTreeMap::new();
+/// What the faces of a shell make of an edge.
+pub(super) struct Use {
+    pub(super) shell: u32,
+    pub(super) edge: u32,
+    /// How often they use it.
+    pub(super) count: usize,
+    /// The first that does.
+    pub(super) face: usize,
+    /// Whether it bounds a face whose edges were made for it, as it came without topology.
+    pub(super) untold: bool,
+    /// Whether it lies along a side of such a face's domain.
+    pub(super) side: bool,
+}
+
+/// The edges in use, by shell and edge.
+pub(super) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
+    let mut uses: Vec<Use> = Vec::with_capacity(2 * part.edges.len());
+    let mut add = |face: usize, edge: u32, untold: bool, side: bool| {
+        uses.push(Use { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
+    };
     for (face, f) in part.faces.iter().enumerate() {
         let mut wires: Vec<Vec<u32>> = Vec::new();
         for l in &f.loops {
@@ -28,29 +109,75 @@ pub(super) fn uses(part: &Part) -> Vec<((u32, u32), (usize, usize))> {
             if wires.contains(&wire) {
                 continue;
             }
-            for &edge in &wire {
-                uses.entry((f.shell, edge)).or_insert((0, face)).0 += 1;
-            }
+            wire.iter().for_each(|&edge| add(face, edge, false, false));
             wires.push(wire);
         }
     }
-    uses.into_iter().collect()
+    for (face, made) in free.iter().enumerate() {
+        let Some(Ok(made)) = made else { continue };
+        let domain = part.faces[face].surface.natural_domain();
+        let on_side = |piece: &Piece| {
+            let first = piece.samples[0].uv;
+            let on_line = |axis: usize| piece.samples.iter().all(|s| s.uv[axis] == first[axis]);
+            (0..2).any(|axis| (first[axis] == domain[axis].0 || first[axis] == domain[axis].1) && on_line(axis))
+        };
+        for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
+            if let Along::Edge(edge) = piece.along {
+                add(face, edge, true, on_side(piece));
+            }
+        }
+    }
+    uses.sort_unstable_by_key(|u| (u.shell, u.edge, u.face));
+    uses.dedup_by(|next, first| {
+        let same = (next.shell, next.edge) == (first.shell, first.edge);
+        if same {
+            first.count += 1;
+            first.untold |= next.untold;
+            first.side |= next.side;
+        }
+        same
+    });
+    uses
 }
 
 /// The shells of solids that their faces leave open. Not those with faces that are `lost`: that is told.
-///
-/// Edges are compared, not their places: faces that only lie side by side share none.
-pub(super) fn open(part: &Part, lost: impl Fn(usize) -> bool) -> Vec<Open> {
-    let uses = uses(part);
+pub(super) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) -> Vec<Open> {
+    let uses = uses(part, free);
     let has_lost = |shell: u32| part.faces.iter().enumerate().any(|(face, f)| f.shell == shell && lost(face));
-    let of_shells = uses.chunk_by(|a, b| a.0.0 == b.0.0);
+    let of_shells = uses.chunk_by(|a, b| a.shell == b.shell);
     let open = of_shells.filter_map(|of_shell| {
-        let number = of_shell[0].0.0;
+        let number = of_shell[0].shell;
         let shell = part.shells.get(number as usize).filter(|s| s.kind != ShellKind::Open)?;
-        let mut free = of_shell.iter().filter(|(_, (count, _))| count % 2 == 1);
-        let ((_, edge), (_, face)) = *free.next()?;
+        let mut free = of_shell.iter().filter(|u| u.count % 2 == 1);
+        let Use { edge, face, .. } = *free.next()?;
         Some(Open { entity: shell.entity, free: 1 + free.count(), edges: of_shell.len(), edge, face })
             .filter(|_| !has_lost(number))
     });
     open.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::shapes;
+
+    #[test]
+    fn a_loop_given_twice_closes_nothing() {
+        let mut part = shapes::by_name("square").unwrap_or_default().parts.remove(0);
+        let again = part.faces[0].loops.clone();
+        part.faces[0].loops.extend(again);
+        let shells = Shells::of(&part);
+        assert_eq!((shells.closed, shells.open, shells.free_edges), (0, 1, part.edges.len()));
+    }
+
+    #[test]
+    fn sheets_are_open_and_solids_closed() {
+        for (name, closed, open) in
+            [("square", 0, 1), ("box", 1, 0), ("cone", 1, 0), ("sphere", 1, 0), ("torus", 1, 0), ("wave", 0, 1)]
+        {
+            let model = shapes::by_name(name).unwrap_or_default();
+            let shells = Shells::of(&model.parts[0]);
+            assert_eq!((shells.closed, shells.open), (closed, open), "{name}");
+        }
+    }
 }

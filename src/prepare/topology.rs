@@ -2,6 +2,7 @@
 
 use super::face::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
 use super::orient::{Turned, orient};
+use super::uv_curve::SAME_SHARE;
 use super::{
     BezierPatches, BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart,
     Tile, UvCurve,
@@ -10,14 +11,11 @@ use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, Loop, Part};
 use glam::DVec3;
 
-/// Breaks closer than this share of an edge's range are one.
-const SAME_BREAK: f64 = 1e-9;
-
-/// Joins the drafts of a part's faces (none for faces that could not be used). `stated`: how many of its edges are the
-/// model's own or its free trims'. Shells that had to be turned over are appended to `told`.
+/// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
+/// finer than they bend. Shells that had to be turned over are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
-    stated: usize,
+    finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
     told: &mut Vec<Turned>,
 ) -> PreparedPart {
@@ -29,6 +27,9 @@ pub(super) fn assemble(
     let used = used_edges(part.edges.len(), &drafts);
     let mut edges: Vec<PreparedEdge> =
         part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
+    for edge in edges.iter_mut().skip(finely_cut) {
+        edge.bounds = edge.bounds.merged();
+    }
     for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
         let breaks = &mut edges[*edge as usize].breaks;
         let k = nearest_break(breaks, *t);
@@ -37,7 +38,7 @@ pub(super) fn assemble(
             breaks[k].point = *point;
         }
     }
-    let mut out = PreparedPart { brep_edges: stated, ..PreparedPart::default() };
+    let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
     for (k, draft) in drafts.into_iter().enumerate() {
         let Some(draft) = draft else {
             out.face_rows.push(None);
@@ -114,6 +115,8 @@ pub(super) fn assemble(
             creases: draft.creases,
             reversed: reversed[k],
             gap: draft.gap,
+            critical: draft.critical,
+            meetings: draft.meetings,
             tiles: first_tile..id(out.tiles.len()),
         });
     }
@@ -141,7 +144,8 @@ fn weight(tile: &Tile, patches: &BezierPatches, edges: &[PreparedEdge]) -> f64 {
                 // The samples may be those of the whole edge.
                 let ts = [u.from, u.to].map(|k| edges[u.edge as usize].breaks[k as usize].t);
                 let (lo, hi) = (ts[0].min(ts[1]), ts[0].max(ts[1]));
-                samples.windows(2).filter(|w| w[0].t < hi && w[1].t > lo).count()
+                let before = samples[1..].partition_point(|s| s.t <= lo);
+                samples[..samples.len() - 1].partition_point(|s| s.t < hi).saturating_sub(before)
             }
         };
         samples as f64 + f64::from(u.from.abs_diff(u.to))
@@ -190,7 +194,7 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     let bounds = CurveBounds::new(&curve);
     let straight = e.kind == CurveKind::Line || bounds.is_straight();
     ts.extend(e.curve.kinks().into_iter().filter(|&k| k > t0 && k < t1));
-    let close = SAME_BREAK * (t1 - t0);
+    let close = SAME_SHARE * (t1 - t0);
     ts.retain(|t| t - t0 > close && t1 - t > close);
     ts.sort_by(f64::total_cmp);
     ts.dedup_by(|b, a| *b - *a <= close);

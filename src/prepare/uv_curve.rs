@@ -2,6 +2,10 @@
 
 use glam::DVec2;
 
+/// Points closer than this share of a tile, and parameters closer than this share of their range, are one: pcurves are marched
+/// to rounding, 1e-12 of a face, and what meets within a face is solved to the same.
+pub(super) const SAME_SHARE: f64 = 1e-9;
+
 /// A curve in (u,v), in the parameter of the edge it belongs to.
 #[derive(Clone, Debug)]
 pub enum UvCurve {
@@ -59,12 +63,19 @@ impl UvSample {
     pub(super) fn extremes(a: &Self, b: &Self, axis: usize) -> impl Iterator<Item = f64> {
         let h = b.t - a.t;
         let (d0, d1, rise) = (a.d[axis] * h, b.d[axis] * h, b.uv[axis] - a.uv[axis]);
-        // The derivative by s in [0, 1]: d0 + 2 s q + s² p.
-        let (p, q) = (3.0 * (d0 + d1 - 2.0 * rise), 3.0 * rise - 2.0 * d0 - d1);
-        let root = (q * q - p * d0).sqrt();
-        let far = -(q + root.copysign(q));
+        // The derivative's coefficients in the Bernstein basis: of one sign, so is the derivative.
+        let middle = 3.0 * rise - d0 - d1;
+        let roots = if d0.min(d1).min(middle) < 0.0 && d0.max(d1).max(middle) > 0.0 {
+            // The derivative by s in [0, 1]: d0 + 2 s q + s² p.
+            let (p, q) = (3.0 * (d0 + d1 - 2.0 * rise), 3.0 * rise - 2.0 * d0 - d1);
+            let root = (q * q - p * d0).sqrt();
+            let far = -(q + root.copysign(q));
+            [far / p, d0 / far]
+        } else {
+            [f64::NAN; 2]
+        };
         let t = a.t;
-        [far / p, d0 / far].into_iter().filter(|s| *s > 0.0 && *s < 1.0).map(move |s| t + s * h)
+        roots.into_iter().filter(|s| *s > 0.0 && *s < 1.0).map(move |s| t + s * h)
     }
 }
 

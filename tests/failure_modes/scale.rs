@@ -94,7 +94,7 @@ fn no_tolerance_at_all_keeps_every_face_of_every_shape() {
         let facts = check_scene(&sink);
         let total = facts.total;
         assert!(facts.faces_without_triangles.is_empty() && total.is_well_formed(), "{name}: {total}");
-        let open = ["square", "wave", "flower", "teapot"].contains(&name);
+        let open = ["square", "wave", "flower"].contains(&name) || name.contains("teapot");
         assert!(open || total.is_closed() && total.volume > 0.0, "{name}: {total}");
     }
 }

@@ -88,7 +88,7 @@ fn caps_through_the_pole_and_close_to_it() {
             let small = cap(radius, radius - h);
             let volume = if keep_cap { small } else { ball(radius) - small };
             let zone = TAU * radius * if keep_cap { radius - h } else { radius + h };
-            Ladder::solid(body.finish(), volume, zone + PI * ring * ring).named((miss, keep_cap)).thin_folds().climb();
+            Ladder::solid(body.finish(), volume, zone + PI * ring * ring).named((miss, keep_cap)).climb();
         }
     }
 }
@@ -298,7 +298,7 @@ fn apples_lemons_and_horns() {
         let mut body = Body::new(ShellKind::Outer);
         let (surface, volume, area) = turned_arc(major, minor, from, to);
         body.face(surface, Vec::new(), false);
-        Ladder::solid(body.finish(), volume, area).pieces(1).thin_folds().climb();
+        Ladder::solid(body.finish(), volume, area).pieces(1).climb();
     }
 }
 

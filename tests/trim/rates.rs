@@ -85,6 +85,7 @@ impl Rates {
             *lattice = TileLattice {
                 us: self.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us),
                 vs: self.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs),
+                chord: lattice.chord,
             };
         }
         for (k, (edge, line)) in part.edges.iter().zip(&mut plan.edges).enumerate() {

@@ -9,7 +9,7 @@ use crate::tessellate::{make, positive, require_outputs};
 use crate::{Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::frame::{self, Tolerance, View};
+use trimtess::frame::{self, Projection, Tolerance, View};
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::{ColourBy, RenderOptions, Renderer};
 use trimtess::out::{Camera, ViewPoint};
@@ -95,7 +95,9 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     let camera = aim(args, common, &prepared)?;
     let view = View {
         eye: camera.eye,
-        fov_y: camera.fov_y,
+        forward: camera.target - camera.eye,
+        up: camera.up,
+        projection: Projection::Perspective { fov_y: camera.fov_y, near: 0.0 },
         size: args.size,
         deviation_px: args.deviation_px,
         size_px: args.size_px,

@@ -5,7 +5,6 @@ use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,8 +12,8 @@ use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::out::{self, Format};
-use trimtess::parallel::{FrameReport, Session, SessionOptions, balance};
-use trimtess::prepare::{Prepared, prepare};
+use trimtess::parallel::{FrameReport, Session, SessionOptions, balance, serial};
+use trimtess::prepare::{Prepared, Shells, prepare};
 
 /// Chord tolerance when none is asked for, as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is
 /// visibly a prism; at 1e-4 triangles are ten times as many and look the same on a screen.
@@ -44,7 +43,7 @@ pub(crate) struct TessellateArgs {
 
 /// How fine.
 #[derive(clap::Args)]
-struct ToleranceArgs {
+pub(crate) struct ToleranceArgs {
     /// Largest distance between triangles and surface, millimetres.
     #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "chord_rel")]
     chord: Option<f64>,
@@ -61,7 +60,7 @@ struct ToleranceArgs {
 
 impl ToleranceArgs {
     /// For a model of this diagonal, millimetres.
-    fn resolve(&self, diagonal: f64) -> Tolerance {
+    pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
         let relative = self.chord_rel.unwrap_or(DEFAULT_CHORD_REL) * diagonal;
         let chord = self.chord.unwrap_or(relative);
         Tolerance { chord, angle: self.angle.to_radians(), max_edge: self.max_edge }
@@ -136,9 +135,15 @@ pub(crate) fn make(
     sink: &mut MemorySink,
 ) -> Result<FrameReport, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let options = SessionOptions { workers: usize::from(common.workers.unwrap_or(0)), edge_lines };
-    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
-    let made = session.frame(plan, sink).map_err(|e| cannot(&e))?;
+    let made = if common.workers == Some(1) {
+        // One thread is this one: another would only be waited for.
+        serial(prepared, plan, edge_lines, sink)
+    } else {
+        let options = SessionOptions { workers: usize::from(common.workers.unwrap_or(0)), edge_lines };
+        let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+        session.frame(plan, sink)
+    };
+    let made = made.map_err(|e| cannot(&e))?;
     tracing::info!(
         triangles = made.triangles,
         batches = made.batches,

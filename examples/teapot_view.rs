@@ -1,0 +1,300 @@
+//! The Utah teapot with three holes in each of its 32 patches, seen from four sides: triangles, error in pixels, cracks and time of
+//! one thread, for several tolerances.
+//!
+//! `cargo run --release --example teapot_view` prints the table, `teapot_view PIXELS...` the lines for other tolerances. Another program's triangles for the same scene are measured by
+//! `teapot_view triangles FILE...`, one file a view, 16 little-endian f32 a triangle: its patch, then x y z u v of each corner;
+//! `teapot_view points` prints the scene's control points, in millimetres: their number and that of the patches, the points, then
+//! 16 numbers of points a patch, u-major.
+
+use std::collections::HashMap;
+use std::error::Error;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+use trimtess::frame::{Plan, Projection, Scratch, View, plan_for_view, tessellate_tile};
+use trimtess::glam::{DAffine3, DVec2, DVec3};
+use trimtess::model::{
+    FreeTrims, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule,
+};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+const SIZE: (u32, u32) = (1920, 1080);
+/// Millimetres per unit of the published teapot, in which the camera's path is stated.
+const UNIT: f64 = 20.0;
+const VIEWS: usize = 4;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+    let (model, patches) = scene()?;
+    match args[..] {
+        [] => print_table(model, &patches, &[4.0, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.1])?,
+        ["points"] => print_points(&patches),
+        ["triangles", ref files @ ..] => {
+            let mut judged = Judged::default();
+            for (k, file) in files.iter().enumerate() {
+                judged.add(&read_triangles(&std::fs::read(file)?), &patches, &Camera::of_view(k));
+            }
+            println!("{}", judged.row());
+        }
+        _ => print_table(model, &patches, &args.iter().map(|px| px.parse()).collect::<Result<Vec<f64>, _>>()?)?,
+    }
+    Ok(())
+}
+
+/// The teapot with two circles and a flower of 48 straight pieces cut out of each patch; and its patches.
+fn scene() -> Result<(Model, Vec<NurbsSurface>), Box<dyn Error>> {
+    let teapot = trimtess::model::shapes::by_name("teapot").ok_or("no teapot")?;
+    let flower = |k: u32| {
+        let angle = TAU * f64::from(k) / 48.0;
+        DVec2::new(0.5, 0.7) + DVec2::from_angle(angle) * 0.22 * (0.75 + 0.25 * (5.0 * angle).cos())
+    };
+    let holes = [
+        TrimCurve::circle(DVec2::new(0.25, 0.25), 0.15),
+        TrimCurve::circle(DVec2::new(0.75, 0.25), 0.15),
+        TrimCurve::polygon((0..48).map(flower).collect()),
+    ];
+    let trims = FreeTrims { rule: TrimRule::Handedness, curves: holes.iter().map(TrimCurve::reversed).collect() };
+    let mut part = PartBuilder::new("trimmed teapot");
+    let shell = part.plain_shell(ShellKind::Open);
+    let mut patches = Vec::new();
+    for face in &teapot.parts[0].faces {
+        let Surface::Nurbs(patch) = &face.surface else { return Err("the teapot is NURBS".into()) };
+        part.trimmed_face(face.surface.clone(), shell, trims.clone(), face.reversed);
+        patches.push(patch.clone());
+    }
+    let mut model = ModelBuilder::new("trimmed teapot");
+    let part = model.part(part.finish()?);
+    model.place(part, DAffine3::IDENTITY);
+    Ok((model.finish()?, patches))
+}
+
+fn print_table(model: Model, patches: &[NurbsSurface], tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
+    let start = Instant::now();
+    let prepared = prepare(model, &PrepareOptions { threads: Some(1), ..PrepareOptions::DEFAULT })?;
+    println!("prepared in {:.1} ms; {} tiles", 1e3 * start.elapsed().as_secs_f64(), prepared.tiles().count());
+    println!("    px | {}| plan ms | tiles ms | Mtri/s", Judged::HEAD);
+    for &px in tolerances {
+        let mut judged = Judged::default();
+        let (mut planning, mut making) = (Duration::ZERO, Duration::ZERO);
+        for k in 0..VIEWS {
+            let camera = Camera::of_view(k);
+            let (plan, [p, t]) = timed(&prepared, &camera.view(px));
+            planning += p;
+            making += t;
+            judged.add(&triangles(&prepared, &plan), patches, &camera);
+        }
+        let [planning, making] = [planning, making].map(|t| 1e3 * t.as_secs_f64() / VIEWS as f64);
+        let rate = judged.count as f64 / VIEWS as f64 / (planning + making) * 1e-3;
+        println!("{px:6.2} | {}| {planning:7.3} | {making:8.3} | {rate:6.2}", judged.row());
+    }
+    Ok(())
+}
+
+/// A plan, and the time that planning and tessellating take.
+fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
+    const TIMES: u32 = 20;
+    let mut scratch = Scratch::default();
+    let plan = plan_for_view(prepared, view);
+    let begun = time();
+    for _ in 0..TIMES {
+        std::hint::black_box(plan_for_view(prepared, view));
+    }
+    let planned = time();
+    for (part, tile, _) in (0..TIMES).flat_map(|_| prepared.tiles()) {
+        std::hint::black_box(tessellate_tile(prepared, &plan, part, tile, &mut scratch));
+    }
+    (plan, [planned - begun, time() - planned].map(|all| all / TIMES))
+}
+
+/// Time that this thread has used, where the system tells (Linux); the time of day elsewhere.
+fn time() -> Duration {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    let told = std::fs::read_to_string("/proc/thread-self/schedstat");
+    let used = told.ok().and_then(|text| text.split(' ').next()?.parse().ok());
+    used.map_or_else(|| START.elapsed(), Duration::from_nanos)
+}
+
+/// A corner of a triangle.
+#[derive(Clone, Copy)]
+struct Corner {
+    point: DVec3,
+    uv: DVec2,
+}
+
+/// A triangle of a patch.
+struct Triangle {
+    patch: usize,
+    corners: [Corner; 3],
+}
+
+fn triangles(prepared: &Prepared, plan: &Plan) -> Vec<Triangle> {
+    let mut scratch = Scratch::default();
+    let mut out = Vec::new();
+    for (part, tile, _) in prepared.tiles() {
+        let outcome = tessellate_tile(prepared, plan, part, tile, &mut scratch);
+        let mesh = &outcome.mesh;
+        let corner = |v: u32| Corner { point: mesh.positions[v as usize], uv: mesh.uvs[v as usize].as_dvec2() };
+        let patch = outcome.face.index();
+        out.extend(mesh.triangles.iter().map(|t| Triangle { patch, corners: t.map(corner) }));
+    }
+    out
+}
+
+fn read_triangles(bytes: &[u8]) -> Vec<Triangle> {
+    let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect();
+    let corner = |x: &[f64]| Corner { point: DVec3::new(x[0], x[1], x[2]), uv: DVec2::new(x[3], x[4]) };
+    let triangle = |x: &[f64; 16]| Triangle {
+        patch: x[0] as usize,
+        corners: [corner(&x[1..6]), corner(&x[6..11]), corner(&x[11..16])],
+    };
+    numbers.as_chunks().0.iter().map(triangle).collect()
+}
+
+fn print_points(patches: &[NurbsSurface]) {
+    println!("{} {}", 16 * patches.len(), patches.len());
+    for p in patches.iter().flat_map(|patch| &patch.points) {
+        println!("{} {} {}", p.x, p.y, p.z);
+    }
+    for k in 0..patches.len() {
+        let numbers: Vec<String> = (0..16).map(|i| (16 * k + i).to_string()).collect();
+        println!("{}", numbers.join(" "));
+    }
+}
+
+/// One of the cameras on a path around the teapot.
+struct Camera {
+    eye: DVec3,
+    forward: DVec3,
+    up: DVec3,
+}
+
+impl Camera {
+    const FOV_Y: f64 = FRAC_PI_4;
+    const NEAR: f64 = 0.5 * UNIT;
+
+    fn of_view(k: usize) -> Self {
+        let a = TAU * k as f64 / VIEWS as f64;
+        let (height, distance) = (0.35 + 0.15 * (2.0 * a).sin(), 8.0 + 3.0 * a.cos());
+        let back = DVec3::new(a.cos() * height.cos(), a.sin() * height.cos(), height.sin());
+        let eye = (DVec3::Z * 1.2 + back * distance) * UNIT;
+        let right = (-back).cross(DVec3::Z).normalize();
+        Self { eye, forward: -back, up: right.cross(-back) }
+    }
+
+    fn view(&self, px: f64) -> View {
+        View {
+            eye: self.eye,
+            forward: self.forward,
+            up: self.up,
+            projection: Projection::Perspective { fov_y: Self::FOV_Y, near: Self::NEAR },
+            size: SIZE,
+            deviation_px: px,
+            size_px: None,
+            angle: FRAC_PI_2,
+        }
+    }
+
+    /// Where a point is in the picture, in pixels from its middle.
+    fn project(&self, point: DVec3) -> DVec2 {
+        let local = point - self.eye;
+        let focal = 0.5 * f64::from(SIZE.1) / (0.5 * Self::FOV_Y).tan();
+        DVec2::new(self.forward.cross(self.up).dot(local), self.up.dot(local)) * focal / self.forward.dot(local)
+    }
+}
+
+/// What is wrong with triangles.
+#[derive(Default)]
+struct Judged {
+    count: usize,
+    /// Distances in the picture between points of triangles and the points of the surface next to them.
+    pixels: Vec<f64>,
+    /// Edges of triangles along borders that two patches have in common, and those without a partner.
+    border_edges: usize,
+    unmatched: usize,
+}
+
+impl Judged {
+    const HEAD: &str = "triangles a view | px max,  99 %, median | T-junctions ";
+
+    fn add(&mut self, triangles: &[Triangle], patches: &[NurbsSurface], camera: &Camera) {
+        self.count += triangles.len();
+        let shared = shared_sides(patches);
+        let key = |c: &Corner| c.point.to_array().map(|x| (x + 0.0).to_bits());
+        let mut edges: HashMap<[[u64; 3]; 2], (usize, bool)> = HashMap::new();
+        for Triangle { patch, corners } in triangles {
+            let pixels = places().map(|w| deviation(&patches[*patch], corners, w, camera));
+            self.pixels.extend(pixels);
+            for k in 0..3 {
+                let ends = [corners[k], corners[(k + 1) % 3]];
+                let [a, b] = ends.each_ref().map(key);
+                let edge = edges.entry(if a < b { [a, b] } else { [b, a] }).or_default();
+                edge.0 += 1;
+                edge.1 |= side(ends).is_some_and(|side| shared[*patch][side]);
+            }
+        }
+        let on_border = || edges.values().filter(|edge| edge.1);
+        self.border_edges += on_border().count();
+        self.unmatched += on_border().filter(|edge| edge.0 % 2 == 1).count();
+    }
+
+    fn row(&mut self) -> String {
+        self.pixels.sort_by(f64::total_cmp);
+        let share = |share: f64| self.pixels[(share * (self.pixels.len() - 1) as f64) as usize];
+        let [max, most, median] = [share(1.0), share(0.99), share(0.5)];
+        let t = 100.0 * self.unmatched as f64 / self.border_edges as f64;
+        let count = self.count as f64 / VIEWS as f64;
+        format!("{count:16.0} | {max:6.3} {most:6.3} {median:7.4} | {:5} {t:4.0} % ", self.unmatched)
+    }
+}
+
+/// Barycentric coordinates of the points at which triangles are measured: a grid of fifths, without the corners.
+fn places() -> impl Iterator<Item = DVec3> {
+    const N: u32 = 5;
+    let all = (0..=N).flat_map(|i| (0..=N - i).map(move |j| [i, j, N - i - j]));
+    all.filter(|w| !w.contains(&N)).map(|w| DVec3::from(w.map(f64::from)) / f64::from(N))
+}
+
+/// How far a triangle's point is from the next point of the surface, in pixels.
+fn deviation(patch: &NurbsSurface, corners: &[Corner; 3], w: DVec3, camera: &Camera) -> f64 {
+    let [a, b, c] = corners;
+    let point = a.point * w.x + b.point * w.y + c.point * w.z;
+    let mut uv = a.uv * w.x + b.uv * w.y + c.uv * w.z;
+    let mut next = patch.point(uv.x, uv.y);
+    // Gauss-Newton.
+    for _ in 0..8 {
+        let d = patch.derivatives(uv.x, uv.y);
+        if point.distance_squared(d.point) <= point.distance_squared(next) {
+            next = d.point;
+        }
+        let (off, [g, h, k]) = (point - d.point, [d.du.dot(d.du), d.du.dot(d.dv), d.dv.dot(d.dv)]);
+        let (x, y, det) = (off.dot(d.du), off.dot(d.dv), g * k - h * h);
+        if det <= 1e-14 * (g + k) * (g + k) {
+            break;
+        }
+        uv = (uv + DVec2::new(k * x - h * y, g * y - h * x) / det).clamp(DVec2::ZERO, DVec2::ONE);
+    }
+    camera.project(point).distance(camera.project(next))
+}
+
+/// The side of the patch (u = 0, u = 1, v = 0, v = 1) that an edge is on.
+fn side(ends: [Corner; 2]) -> Option<usize> {
+    let on = |at: fn(&Corner) -> f64| ends.iter().all(|c| at(c).abs() < 1e-5);
+    [on(|c| c.uv.x), on(|c| 1.0 - c.uv.x), on(|c| c.uv.y), on(|c| 1.0 - c.uv.y)].iter().position(|&on| on)
+}
+
+/// Which sides of each patch are another's too.
+fn shared_sides(patches: &[NurbsSurface]) -> Vec<[bool; 4]> {
+    let key = |p: &DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
+    let of_patch = |patch: &NurbsSurface| {
+        let side = |at: fn(usize) -> usize| {
+            let points = [0, 1, 2, 3].map(|i| key(&patch.points[at(i)]));
+            let [a, b, c, d] = points;
+            points.min([d, c, b, a])
+        };
+        [side(|i| i), side(|i| 12 + i), side(|i| 4 * i), side(|i| 4 * i + 3)]
+    };
+    let sides: Vec<[[[u64; 3]; 4]; 4]> = patches.iter().map(of_patch).collect();
+    let shared = |side: &[[u64; 3]; 4]| sides.iter().flatten().filter(|other| *other == side).count() > 1;
+    sides.iter().map(|of| of.each_ref().map(shared)).collect()
+}

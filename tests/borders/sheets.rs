@@ -1,0 +1,165 @@
+//! Two patches with one border, stated in all the ways in which two curves can be one.
+
+use crate::patches::{
+    bicubic, elevated, ends_where_it_is_open, open, part, patch, prepared, prepared_within, reversed_v, shared,
+    transposed,
+};
+use glam::{DVec2, DVec3};
+use trimtess::model::NurbsSurface;
+
+fn left() -> NurbsSurface {
+    bicubic(DVec2::ZERO, DVec2::new(3.0, 3.0))
+}
+
+fn right() -> NurbsSurface {
+    bicubic(DVec2::new(3.0, 0.0), DVec2::new(6.0, 3.0))
+}
+
+/// Two patches that have one border in common, and three each that are open.
+fn joins(surfaces: [NurbsSurface; 2]) {
+    let prepared = prepared(part(surfaces));
+    assert_eq!((shared(&prepared), open(&prepared).count), (1, 6), "{:?}", prepared.diagnostics);
+    ends_where_it_is_open(&prepared);
+}
+
+#[test]
+fn equal_borders_are_one_edge() {
+    joins([left(), right()]);
+}
+
+#[test]
+fn borders_of_other_directions_and_sides_are_one_edge() {
+    joins([left(), reversed_v(&right())]);
+    joins([left(), transposed(&right())]);
+    joins([transposed(&left()), reversed_v(&right())]);
+}
+
+#[test]
+fn borders_of_another_degree_are_one_edge() {
+    let right = right();
+    let rows: Vec<Vec<DVec3>> = right.points.chunks(4).map(|row| elevated(&elevated(row))).collect();
+    joins([left(), patch(&rows)]);
+}
+
+#[test]
+fn borders_with_other_knots_are_one_edge() {
+    // Cut in two in the same patch: knots at 0.3 of multiplicity 3; the other with all its parameters twice as large.
+    let right = right();
+    let cut = |row: &[DVec3]| {
+        let (a, b) = (crate::patches::blossom(row, 0.0, 0.3), crate::patches::blossom(row, 0.3, 1.0));
+        [a, b[1..].to_vec()].concat()
+    };
+    let points = right.points.chunks(4).flat_map(cut).collect();
+    let knots_v = [vec![0.0; 4], vec![0.6; 3], vec![2.0; 4]].concat();
+    joins([left(), NurbsSurface { points, knots_v, ..right }]);
+}
+
+/// The same surface with v run at another speed: v' = cv / (1 + (c - 1) v).
+fn rational(s: &NurbsSurface, c: f64) -> NurbsSurface {
+    let weights = s.points.chunks(4).flat_map(|row| (0..row.len()).map(|k| c.powi(k as i32))).collect();
+    NurbsSurface { weights, ..s.clone() }
+}
+
+#[test]
+fn borders_with_another_parameter_are_one_edge() {
+    for c in [0.2, 1.7, 6.0] {
+        joins([left(), rational(&right(), c)]);
+        joins([rational(&left(), c), reversed_v(&rational(&right(), c))]);
+    }
+}
+
+#[test]
+fn a_parameter_that_stands_still_at_an_end_is_borne() {
+    // v = w²: of degree 6, with control points that coincide.
+    let square = |row: &[DVec3]| {
+        let polynomial = |t: f64| {
+            let s = t * t;
+            let r = 1.0 - s;
+            row[0] * (r * r * r) + row[1] * (3.0 * r * r * s) + row[2] * (3.0 * r * s * s) + row[3] * (s * s * s)
+        };
+        interpolated(polynomial, 6)
+    };
+    let right = right();
+    let rows: Vec<Vec<DVec3>> = right.points.chunks(4).map(square).collect();
+    joins([left(), patch(&rows)]);
+    joins([patch(&left().points.chunks(4).map(square).collect::<Vec<_>>()), right]);
+}
+
+/// Bernstein coefficients of a polynomial of that degree, by Gaussian elimination.
+fn interpolated(polynomial: impl Fn(f64) -> DVec3, degree: usize) -> Vec<DVec3> {
+    let n = degree + 1;
+    let binomial = |k: usize| (1..=k).fold(1.0, |b, i| b * (degree + 1 - i) as f64 / i as f64);
+    let mut rows: Vec<(Vec<f64>, DVec3)> = (0..n)
+        .map(|i| {
+            let t = i as f64 / degree as f64;
+            let basis = |k: usize| binomial(k) * t.powi(k as i32) * (1.0 - t).powi((degree - k) as i32);
+            ((0..n).map(basis).collect(), polynomial(t))
+        })
+        .collect();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&a, &b| rows[a].0[k].abs().total_cmp(&rows[b].0[k].abs())).unwrap();
+        rows.swap(k, pivot);
+        let (lead, right) = rows[k].clone();
+        for (i, row) in rows.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+            let factor = row.0[k] / lead[k];
+            assert!(i != k && factor.is_finite());
+            row.0.iter_mut().zip(&lead).for_each(|(x, y)| *x -= factor * y);
+            row.1 -= right * factor;
+        }
+    }
+    rows.iter().enumerate().map(|(k, (row, right))| *right / row[k]).collect()
+}
+
+#[test]
+fn gaps_up_to_the_tolerance_are_closed_and_wider_ones_are_told() {
+    let moved = |by: f64| {
+        let mut right = right();
+        right.points.iter_mut().for_each(|p| p.z += by);
+        part([left(), right])
+    };
+    // A part of about 7: a millionth of it by default.
+    for (by, tolerance, joined) in [(3e-6, 1e-6, 1), (3e-5, 1e-6, 0), (3e-5, 1e-5, 1), (1e-2, 1e-2, 1), (1e-9, 0.0, 0)]
+    {
+        let prepared = prepared_within(moved(by), tolerance);
+        assert_eq!(shared(&prepared), joined, "{by} of {tolerance}");
+        assert_eq!(open(&prepared).count, 8 - 2 * joined);
+        let told = prepared.diagnostics.iter().find(|d| d.face.is_none()).unwrap();
+        assert!(told.reason.starts_with(&format!("{joined} pairs of borders")), "{}", told.reason);
+        assert!(told.reason.contains(&format!("{} edges", 8 - 2 * joined)), "{}", told.reason);
+        ends_where_it_is_open(&prepared);
+    }
+}
+
+#[test]
+fn borders_with_the_same_ends_alone_are_two() {
+    let mut right = right();
+    right.points[1].z += 0.01;
+    let prepared = prepared(part([left(), right]));
+    assert_eq!((shared(&prepared), open(&prepared).count), (0, 8));
+}
+
+#[test]
+fn three_patches_may_have_one_border() {
+    let mut third = right();
+    // Turned up about the common border, whose points keep their place.
+    third.points[4..].iter_mut().for_each(|p| *p = DVec3::new(3.0, p.y, p.z + p.x - 3.0));
+    let prepared = prepared(part([left(), right(), third]));
+    // Used three times: one too many or too few.
+    assert_eq!((shared(&prepared), open(&prepared).count), (1, 10));
+    ends_where_it_is_open(&prepared);
+}
+
+#[test]
+fn a_patch_may_close_upon_itself() {
+    // A tube of one patch whose ends meet at the same points run at different speeds: no period, but one edge.
+    let ring: Vec<Vec<DVec3>> = [(2.0, 0.0), (2.0, 5.0), (-4.0, 5.0), (-4.0, -5.0), (2.0, -5.0), (2.0, 0.0)]
+        .into_iter()
+        .map(|(x, z)| [0.0, 1.0, 2.0, 3.0].map(|y| DVec3::new(x, y, z)).to_vec())
+        .collect();
+    let mut tube = patch(&ring);
+    tube.weights = vec![1.0; 24];
+    (0..4).for_each(|k| tube.weights[20 + k] = 2.0_f64.powi(k as i32));
+    let prepared = prepared(part([tube]));
+    assert_eq!(open(&prepared).count, 2, "{:?}", open(&prepared));
+    ends_where_it_is_open(&prepared);
+}
