@@ -308,9 +308,15 @@ fn draft_with(
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
+    // Not where free trims end on the edges of other faces, which are as good as those are.
+    let exact = free.is_some() && gap == 0.0;
     let mut crossed = None;
     for tile in &mut tiles {
-        let meetings = critical(tile, &mut breaks);
+        let meetings = critical(tile, exact, &mut breaks);
+        if exact {
+            // Free trims were told apart already, touching ones too.
+            continue;
+        }
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
         for m in &meetings {
             breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));
