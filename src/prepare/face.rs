@@ -311,14 +311,20 @@ fn draft_with(
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
+    // Not where free trims end on the edges of other faces, which are as good as those are.
+    let exact = free.is_some() && gap == 0.0;
     let mut crossed = None;
     let mut scribble = None;
     let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
         let others = breaks.len();
-        let (meetings, all) = critical(tile, &mut breaks);
+        let (meetings, all) = critical(tile, exact, &mut breaks);
         critical_count += breaks.len() - others;
         meetings_count += meetings.len();
+        if exact && all {
+            // Free trims were told apart already, touching ones too.
+            continue;
+        }
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
         for m in &meetings {
             breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));
