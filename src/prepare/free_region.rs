@@ -460,6 +460,9 @@ impl FreeRegion {
     }
 }
 
+/// A span that runs through a point: chain, span, and what it adds to the winding number behind the point.
+type Through = (usize, usize, i32);
+
 /// The spans of all wires, to be found along rays.
 struct Rays {
     tree: BoxTree,
@@ -482,7 +485,7 @@ impl Rays {
 
     /// How often curves wind around the points just ahead of `q` on the ray that leaves it along coordinate `axis`, without those
     /// that do not; and the spans that run through `q` with what they add behind it.
-    fn windings(&self, wires: &[Wire], q: DVec2, axis: usize) -> (Vec<(usize, i32)>, Vec<(usize, usize, i32)>) {
+    fn windings(&self, wires: &[Wire], q: DVec2, axis: usize) -> (Vec<(usize, i32)>, Vec<Through>) {
         let across = 1 - axis;
         let mut ahead = Vec::new();
         let mut along = Vec::new();
