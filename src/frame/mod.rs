@@ -23,6 +23,9 @@ mod plan;
 mod refill;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
 
+mod record;
+pub use record::{TileRecord, record_tile};
+
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
 

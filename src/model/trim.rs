@@ -17,6 +17,12 @@ const SAME_END: f64 = 1e-9;
 ///
 /// An open curve counts as the loop that it makes with the border of the domain, followed counter-clockwise from its end to
 /// its start: the loop around its left side.
+///
+#[doc = include_str!("../../docs/figures/rules.svg")]
+///
+#[doc = include_str!("../../docs/figures/open_curves.svg")]
+///
+#[doc = include_str!("../../docs/figures/mirrored.svg")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TrimRule {
     /// The paper's: what lies right of any curve is trimmed, so kept is what lies left of all. A counter-clockwise loop trims

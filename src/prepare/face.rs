@@ -82,6 +82,9 @@ pub(super) struct FaceDraft {
     pub(super) maps: [AxisMap; 2],
     pub(super) creases: [Vec<f64>; 2],
     pub(super) gap: f64,
+    /// How many critical parameters and meetings there are among `breaks`.
+    pub(super) critical: u32,
+    pub(super) meetings: u32,
     pub(super) tiles: Vec<DraftTile>,
     pub(super) borders: Vec<DraftBorder>,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
@@ -309,8 +312,13 @@ fn draft_with(
         Along::Pole(_) => None,
     }));
     let mut crossed = None;
+    let mut scribble = None;
+    let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
-        let meetings = critical(tile, &mut breaks);
+        let others = breaks.len();
+        let (meetings, all) = critical(tile, &mut breaks);
+        critical_count += breaks.len() - others;
+        meetings_count += meetings.len();
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
         for m in &meetings {
             breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));
@@ -326,10 +334,16 @@ fn draft_with(
             let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
             crossed.get_or_insert(Told { place, what });
         }
-        tile.entangled |= folded.is_some() || !meetings.is_empty();
+        if !all && scribble.is_none() {
+            let place = Some(projector.point(arranged_middle(tile, &maps)));
+            let what =
+                "the boundary comes near to itself in too many places to find them all; kept is what it winds around";
+            scribble = Some(Told { place, what: what.to_owned() });
+        }
+        tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }
     let crosses = crossed.is_some();
-    repairs.extend(crossed);
+    repairs.extend(crossed.into_iter().chain(scribble));
     if gap > GAP_SHARE * extent {
         let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
         if gap > FAR_SHARE * extent {
@@ -338,7 +352,23 @@ fn draft_with(
             notes.push(what);
         }
     }
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs, crosses })
+    let [critical, meetings] = [critical_count, meetings_count].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+    Ok(FaceDraft {
+        patches,
+        bounds,
+        maps,
+        creases,
+        gap,
+        critical,
+        meetings,
+        tiles,
+        borders,
+        breaks,
+        joints,
+        notes,
+        repairs,
+        crosses,
+    })
 }
 
 /// Whether both derivatives point the same way everywhere that is looked at: then the surface runs along one curve.

@@ -11,8 +11,8 @@ use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, Loop, Part};
 use glam::DVec3;
 
-/// Joins the drafts of a part's faces (none for faces that could not be used). `free`: which of its edges are of free trims;
-/// those before are the model's own, those behind came by healing and sewing. Shells that had to be turned over are appended to `told`.
+/// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
+/// finer than they bend. Shells that had to be turned over are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
     finely_cut: usize,
@@ -115,6 +115,8 @@ pub(super) fn assemble(
             creases: draft.creases,
             reversed: reversed[k],
             gap: draft.gap,
+            critical: draft.critical,
+            meetings: draft.meetings,
             tiles: first_tile..id(out.tiles.len()),
         });
     }

@@ -16,6 +16,8 @@ use glam::DVec2;
 
 pub(super) mod cdt;
 mod cleanup;
+mod record;
+pub use record::{TracedCrossing, TrimRecord};
 /// The whole tile at once by a constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
 pub mod reference;
 mod rings;
