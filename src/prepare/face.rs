@@ -184,6 +184,13 @@ fn draft_with(
     let mut projector = Projector::new(&face.surface, 1e-6 * extent);
     let passages = passages(part, face, &projector);
     projector.adopt(boundary_points(part, face));
+    if let Some(Ok(free)) = free {
+        let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
+            Along::Edge(edge) => Some(&part.edges[edge as usize]),
+            Along::Pole(_) => None,
+        });
+        projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
+    }
     projector.adopt(passages.values().flatten().map(|p| p.1));
     let mut gap = 0.0;
     let mut loops = Vec::with_capacity(face.loops.len());

@@ -88,7 +88,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     let read = laps.lap();
 
     progress.stage("preparing");
-    let prepared = tracing::info_span!("prepare").in_scope(|| prepare(model, &common.limits.prepare()));
+    let prepared = tracing::info_span!("prepare").in_scope(|| prepare(model, &common.prepare()));
     let prepared = Arc::new(prepared.map_err(unprepared)?);
     let tolerance = args.tolerance.resolve(prepared.diagonal);
     let prepare = laps.lap();
