@@ -68,6 +68,10 @@ pub mod frame;
 /// The oracle's second half: meshes measured densely against the exact surfaces and edges.
 pub mod audit;
 
+/// Diagrams in the parameter plane as SVG: how a tile came to its triangles, what trimming curves keep.
+#[cfg(feature = "svg")]
+pub mod draw;
+
 /// The same stages on all cores: tiles dealt once, workers that never talk to each other, one committing thread.
 pub mod parallel;
 

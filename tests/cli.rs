@@ -198,6 +198,112 @@ fn info_counts() {
     assert!(people.contains("8 plane") && people.contains("closed"), "{people}");
 }
 
+/// What preprocessing made adds up, and is what the shapes are known to be made of.
+#[test]
+fn info_tells_patches_and_trimming_curves() {
+    let told = json(&trimtess(&["info", "builtin:washer", "--patches", "--json"]).stdout);
+    let patches = &told["patches"];
+    let rows = patches["faces"].as_array().unwrap();
+    assert_eq!((rows.len() as u64, patches["parts"].as_array().unwrap().len()), (told["faces"].as_u64().unwrap(), 1));
+    for key in ["patches", "tiles", "trims", "edges", "stretches", "meetings", "critical"] {
+        let sum: u64 = rows.iter().map(|row| row[key].as_u64().unwrap()).sum();
+        assert_eq!(patches["sum"][key], sum, "{key}");
+    }
+    for row in rows {
+        let (round, spans) = (row["kind"] == "cylinder", &row["spans"]);
+        assert_eq!(
+            (row["patches"].as_u64(), row["rational"].as_bool()),
+            (Some(if round { 4 } else { 1 }), Some(round))
+        );
+        assert_eq!(spans[0].as_u64().unwrap() * spans[1].as_u64().unwrap(), row["patches"].as_u64().unwrap());
+        // Two circles bound each of the four faces.
+        assert_eq!((row["trims"].as_u64(), row["edges"].as_u64()), (Some(2), Some(2)));
+        let bend = row["bounds"]["uu"]["lift"].as_f64().unwrap();
+        assert_eq!(bend > 0.0, round, "{row}");
+    }
+    // Two petals cross: more edges bound what is kept than curves were given, and their crossings are told.
+    let flower = json(&trimtess(&["info", "builtin:flower", "--patches", "--json"]).stdout);
+    let sum = &flower["patches"]["sum"];
+    assert!(sum["edges"].as_u64() > sum["trims"].as_u64(), "{sum}");
+    let people = text(&trimtess(&["info", "builtin:washer", "--patches"]).stdout);
+    assert!(people.contains("stretches") && people.contains("all  4 faces"), "{people}");
+    assert!(!text(&trimtess(&["info", "builtin:washer", "--json"]).stdout).contains("patches"));
+}
+
+/// Closed figures of the path of that class in a diagram.
+fn figures(svg: &str, class: &str) -> u64 {
+    let attribute = format!("class=\"{class}\"");
+    let element = svg.split('<').find(|element| element.starts_with("path") && element.contains(&attribute));
+    let data = element.and_then(|element| element.split(" d=\"").nth(1)).and_then(|data| data.split('"').next());
+    data.map_or(0, |data| data.matches('z').count() as u64)
+}
+
+/// A diagram shows what the mesh is made of, figure by figure.
+#[test]
+fn a_tile_is_drawn_as_it_is_meshed() {
+    let folder = folder("svg");
+    let (drawing, mesh) = (folder.join("tile.svg"), folder.join("flower.ply"));
+    let (out, mesh) = (drawing.to_str().unwrap(), mesh.to_str().unwrap());
+    let tolerance = ["--chord-rel", "3e-3", "--json"];
+    let args = [&["info", "builtin:flower", "--svg", out][..], &tolerance].concat();
+    let output = trimtess(&args);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let drawn = json(&output.stdout)["drawn"].clone();
+    let report = json(&trimtess(&[&["tessellate", "builtin:flower", "-o", mesh][..], &tolerance].concat()).stdout);
+    // The face is one tile.
+    assert_eq!(drawn["triangles"], report["triangles"], "{drawn}");
+    let svg = fs::read_to_string(&drawing).unwrap();
+    let class_of = [
+        ("triangles", "triangles"),
+        ("full_cells", "full"),
+        ("prime_active_cells", "prime"),
+        ("pseudo_active_cells", "pseudo"),
+        ("crossings", "crossings"),
+        ("in_points", "in-points"),
+        ("exit_points", "exit-points"),
+    ];
+    for (key, class) in class_of {
+        assert!(drawn[key].as_u64().unwrap() > 0, "{key}: {drawn}");
+        assert_eq!(drawn[key].as_u64().unwrap(), figures(&svg, class), "{key}");
+    }
+    assert!((1..drawn["kept_corners"].as_u64().unwrap()).contains(&figures(&svg, "kept-corners")), "{drawn}");
+    let points = drawn["in_points"].as_u64().unwrap() + drawn["exit_points"].as_u64().unwrap();
+    let vertices = points + drawn["kept_corners"].as_u64().unwrap() - drawn["moved_corners"].as_u64().unwrap();
+    assert_eq!(report["vertices"].as_u64().unwrap(), vertices + drawn["other_points"].as_u64().unwrap(), "{drawn}");
+    // Elements are closed in the order in which they were opened.
+    let mut open = Vec::new();
+    for tag in svg.split('<').skip(1).map(|rest| rest.split('>').next().unwrap()) {
+        match tag.strip_prefix('/') {
+            Some(name) => assert_eq!(open.pop(), Some(name)),
+            None if tag.ends_with('/') => {}
+            None => open.push(tag.split_whitespace().next().unwrap()),
+        }
+    }
+    assert!(open.is_empty() && svg.starts_with("<svg "), "{open:?}");
+
+    let cell = json(&trimtess(&[&args[..], &["--cell", "0,0"]].concat()).stdout)["drawn"].clone();
+    assert!(cell["exit_points"].as_u64() > Some(0) && cell["external_points"].as_u64() > Some(0), "{cell}");
+    assert!(cell["triangles"].as_u64() < drawn["triangles"].as_u64(), "{cell}");
+    let people = text(&trimtess(&["info", "builtin:washer", "--face", "2", "--svg", out]).stdout);
+    assert!(people.contains("face 2 tile 0"), "{people}");
+}
+
+#[test]
+fn a_tile_that_is_not_there_is_wrong_usage() {
+    let folder = folder("svg-usage");
+    let drawing = folder.join("tile.svg");
+    let out = drawing.to_str().unwrap();
+    let with = |more: &[&'static str]| [&["info", "builtin:washer", "--svg", out], more].concat();
+    refuses(&with(&["--part", "1"]), 2, "1 parts");
+    refuses(&with(&["--face", "4"]), 2, "4 faces");
+    refuses(&with(&["--tile", "1"]), 2, "1 tiles");
+    refuses(&with(&["--cell", "7"]), 2, "as in 3,7");
+    refuses(&with(&["--cell", "1000000,0"]), 2, "cells");
+    refuses(&["info", "builtin:washer", "--face", "2"], 2, "--svg");
+    refuses(&["info", "builtin:washer", "--svg", "no/such/folder/x.svg"], 1, "no/such/folder");
+    assert!(!drawing.exists());
+}
+
 #[test]
 fn every_builtin_can_be_tessellated() {
     let list = text(&trimtess(&["info", "builtin:list"]).stdout);

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folder of `src/`, and the folders it may name. Written in story order.
-const MAY_USE: [(&str, &[&str]); 9] = [
+const MAY_USE: [(&str, &[&str]); 10] = [
     ("math", &[]),
     ("model", &["math"]),
     ("import", &["math", "model"]),
@@ -14,6 +14,7 @@ const MAY_USE: [(&str, &[&str]); 9] = [
     ("frame", &["math", "model", "mesh", "prepare"]),
     ("parallel", &["model", "mesh", "prepare", "frame"]),
     ("audit", &["math", "model", "mesh", "prepare", "frame"]),
+    ("draw", &["model", "mesh", "prepare", "frame"]),
     ("out", &["model", "mesh"]),
 ];
 

@@ -609,6 +609,26 @@ fn a_scribble_says_that_it_was_given_up() {
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
 }
 
+#[test]
+fn crossings_that_only_the_frame_resolves_keep_the_proportions_of_the_sheet() {
+    // More crossings than prepare makes common points of.
+    let mut state = 7_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1_u64 << 24) as f64 * 10.0
+    };
+    let scribble: Vec<(f64, f64)> = (0..160).map(|_| (random(), random())).collect();
+    let area = |stretch: f64| {
+        let stretched: Vec<(f64, f64)> = scribble.iter().map(|&(x, y)| (x * stretch, y)).collect();
+        let (facts, report) = mesh(&prepared(sheet(&[&stretched])), 0.1);
+        let split = |d: &Degradation| matches!(d, Degradation::NotSimple { split, .. } if *split > 0);
+        assert!(report.degraded.iter().any(|d| split(&d.degradation)), "{:?}", report.degraded);
+        facts.area / stretch
+    };
+    let [square, wide] = [1.0, 12.0].map(area);
+    assert!((square - wide).abs() < 1e-6 * square, "{square} and {wide}");
+}
+
 /// A box of side 2 of which every face has its own edges, each face `off` further out than the one before.
 fn own_edges(tolerance: f64, off: f64) -> Part {
     let mut part = PartBuilder::new("loose box");

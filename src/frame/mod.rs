@@ -20,7 +20,11 @@ pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 mod narrow;
 
 mod plan;
+mod refill;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
+
+mod record;
+pub use record::{TileRecord, record_tile};
 
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};

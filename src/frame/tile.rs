@@ -28,16 +28,16 @@ const NONE: u32 = u32::MAX;
 /// Buffers that one worker reuses for all its tiles. Leaves no trace in results.
 #[derive(Default)]
 pub struct Scratch {
-    cells: Vec<DVec2>,
-    uvs: Vec<DVec2>,
-    loop_starts: Vec<u32>,
+    pub(super) cells: Vec<DVec2>,
+    pub(super) uvs: Vec<DVec2>,
+    pub(super) loop_starts: Vec<u32>,
     corners: Vec<u32>,
     normals: Vec<DVec3>,
     points: Vec<DVec3>,
     /// Points and normals of the whole lattice.
     lattice: (Vec<DVec3>, Vec<DVec3>),
-    trim: TrimScratch,
-    trimmed: TrimOutput,
+    pub(super) trim: TrimScratch,
+    pub(super) trimmed: TrimOutput,
     evaluate: EvaluateScratch,
 }
 
@@ -144,7 +144,7 @@ pub fn tessellate_tile(
         }
     };
     let mut rung = Rung::of(outcome, &scratch.trimmed.stats).max(least);
-    finish(face, lattice, scratch, &mut mesh);
+    finish(face, (tile_row, lattice), scratch, &mut mesh);
     let degradation = match outcome {
         TrimOutcome::Repaired { split, unused } => {
             let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
@@ -200,8 +200,7 @@ fn trace_loops(
     s.loop_starts.push(0);
     let cells = lattice.cells();
     let single = cells == (1, 1);
-    // A single cell has no lines to respect: its coordinates keep the face's proportions, for better triangles.
-    let scale = if single { proportions(face, tile) } else { DVec2::ONE };
+    let scale = cell_size(face, tile, lattice);
     for l in &tile.loops {
         for u in l {
             let edge = &part.edges[u.edge as usize];
@@ -253,6 +252,12 @@ fn snap(x: f64, cells: u32) -> f64 {
     }
 }
 
+/// Size of the tile's cells in cell units. A single cell has no lines to respect: its coordinates keep the face's proportions,
+/// for better triangles.
+pub(super) fn cell_size(face: &PreparedFace, tile: &Tile, lattice: &TileLattice) -> DVec2 {
+    if lattice.cells() == (1, 1) { proportions(face, tile) } else { DVec2::ONE }
+}
+
 /// Length of the tile in u and in v as shares of the longer one.
 fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
     let middle = 0.5 * (tile.min + tile.max);
@@ -263,7 +268,7 @@ fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
 }
 
 /// Lattice points, normals and oriented triangles.
-fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mut PatchMesh) {
+fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut PatchMesh) {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
     let corners = (nu + 1) * (nv + 1);
@@ -298,7 +303,7 @@ fn finish(face: &PreparedFace, lattice: &TileLattice, s: &mut Scratch, mesh: &mu
     }
     let corners_used = next - tessellants;
     for (k, p) in s.trimmed.extra_points.iter().enumerate() {
-        s.uvs.push(from_cells(lattice, *p));
+        s.uvs.push(from_cells(lattice, *p / cell_size(face, tile, lattice)));
         mesh.origins.push(Origin::Crossing { k: k as u32 });
     }
     if !s.trimmed.extra_points.is_empty() {

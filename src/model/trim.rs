@@ -20,6 +20,12 @@ const SAME_END: f64 = 1e-9;
 ///
 /// Where a surface is closed, closed curves go on beyond the seam at the other side of the domain, and so do open ones that
 /// end a period from where they start, around it. Where it does not end, curves have to bound what they keep.
+///
+#[doc = include_str!("../../docs/figures/rules.svg")]
+///
+#[doc = include_str!("../../docs/figures/open_curves.svg")]
+///
+#[doc = include_str!("../../docs/figures/mirrored.svg")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TrimRule {
     /// The paper's: what lies right of any curve is trimmed, so kept is what lies left of all. A counter-clockwise loop trims

@@ -11,6 +11,7 @@
 
 use super::face::{DraftAlong, DraftTile, DraftUse};
 use super::meeting::{Meeting, beside, meet, weld};
+use super::uv_curve::SAME_SHARE;
 use super::{UvCurve, UvSample};
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -26,13 +27,16 @@ const MAX_DEPTH_EXACT: u32 = 16;
 /// a 4096th of an arc, so that polylines fan out from there.
 const MAX_DEPTH_TANGENT: u32 = 12;
 
-/// Pairs of stretches of free trims looked at in one tile. Crowds need one or two for each arc; circles at a distance of
-/// 10⁻⁸ some 200 000.
-const MAX_LOOKS: usize = 1_000_000;
+/// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
+/// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
+const WORK: usize = 1 << 22;
+const WORK_PER_POINT: usize = 2000;
 
-/// Pairs of arcs examined per tile, in multiples of the number of arcs. Real faces need 1–3; a crowd of overlapping
-/// loops must not cost quadratic time.
-const PAIRS_PER_ARC: usize = 200;
+/// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
+const WORK_EXACT: usize = 1 << 25;
+
+/// Points that looking for the meeting of two stretches counts for, curved or straight.
+const WORK_PER_MEETING: [usize; 2] = [1000, 10];
 
 /// Rounds of looking for places where arcs meet, or for want of points seem to. Real faces need one; each of the others
 /// halves what is left.
@@ -40,9 +44,6 @@ const ROUNDS: usize = 7;
 
 /// Pairs of stretches for which more points are looked for. More of them run along each other.
 const MAX_WANTING: usize = 64;
-
-/// Distance, in tiles, of points that are one.
-const SAME: f64 = 1e-9;
 
 /// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
 /// loops that cross each other is left to the trim stage.
@@ -79,27 +80,47 @@ struct Fine {
     hull: [DVec2; 4],
 }
 
+/// Pairs of stretches that cannot be told apart.
+type Close<'a> = Vec<(Span<'a>, Span<'a>)>;
+
+/// What is left of the work on a tile, in points.
+struct Work(usize);
+
+impl Work {
+    /// Whether there is so much left, and takes it.
+    fn takes(&mut self, points: usize) -> bool {
+        self.0 = self.0.saturating_sub(points);
+        self.0 > 0
+    }
+}
+
 /// What came of separating arcs.
-struct Found<'a> {
+struct Found<'a, 'w> {
     /// Edges, and parameters that they must contain.
     breaks: Vec<(u32, f64)>,
-    /// Stretches that cannot be told apart.
-    close: Vec<(Span<'a>, Span<'a>)>,
-    /// Pairs that may still be looked at.
-    looks: usize,
+    close: Close<'a>,
+    work: &'w mut Work,
 }
 
 /// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
-/// themselves or each other other than at common ends: the pcurves have a common sample there now. `exact`: they are free
-/// trims, which do not.
-pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32, f64)>) -> Vec<Meeting> {
+/// themselves or each other other than at common ends: the pcurves have a common sample there now. Also whether that is all
+/// of it, and not just what was found until the work was too much. `exact`: they are free trims, which do not meet.
+pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
     let mut meetings = Vec::new();
     let mut more = Vec::new();
+    let mut work: Option<Work> = None;
     for round in 1..=ROUNDS {
         let arcs = arcs(tile, &meetings, &more, exact);
-        let Found { breaks: found, close, .. } = separate_all(&arcs);
+        let points: usize = arcs.iter().map(|a| a.points.len()).sum();
+        let least = if exact { WORK_EXACT } else { WORK };
+        let work = work.get_or_insert_with(|| Work(least + WORK_PER_POINT * points));
+        let Found { breaks: found, close, .. } = separate_all(&arcs, work);
+        if exact {
+            breaks.extend(found);
+            return (meetings, work.0 > 0);
+        }
         let mut new: Vec<Meeting> = Vec::new();
-        for &(a, b) in close.iter().filter(|_| !exact) {
+        for &(a, b) in &close {
             for m in meet(tile, a, b) {
                 let known = new.iter().any(|n| n.is(&m)) || meetings.iter().any(|n| n.blurs(&m, tile));
                 if !known && meetings.len() + new.len() < MAX_MEETINGS {
@@ -107,7 +128,11 @@ pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
                 }
             }
         }
-        let between = if exact { Vec::new() } else { midway(&close) };
+        if work.0 == 0 {
+            // Where so much comes near to so much, no set of points keeps it apart.
+            return (meetings, false);
+        }
+        let between = midway(&close);
         if round == ROUNDS || (new.is_empty() && between.is_empty()) {
             breaks.extend(found);
             break;
@@ -120,13 +145,13 @@ pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
             more.extend(beside(tile, &meetings));
         }
     }
-    meetings
+    (meetings, true)
 }
 
 /// Parameters in the middle of stretches that could not be told apart for want of points, though they have no end in common.
 fn midway(close: &[(Span<'_>, Span<'_>)]) -> Vec<((usize, usize), f64)> {
     let wanting = |(a, b): &&(Span<'_>, Span<'_>)| {
-        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME));
+        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME_SHARE));
         let curved = |s: &Span<'_>| s.arc.points.len() > 2;
         !joined && !a.can_split() && !b.can_split() && (curved(a) || curved(b))
     };
@@ -159,13 +184,12 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
 }
 
 /// Separates arcs from themselves and each other.
-fn separate_all(arcs: &[Arc]) -> Found<'_> {
-    let mut found = Found { breaks: Vec::new(), close: Vec::new(), looks: MAX_LOOKS };
+fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
+    let mut found = Found { breaks: Vec::new(), close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
-    let mut budget = PAIRS_PER_ARC * arcs.len();
     for (i, a) in arcs.iter().enumerate() {
         for b in &arcs[i + 1..] {
-            if b.low.x > a.high.x || budget == 0 {
+            if b.low.x > a.high.x || found.work.0 == 0 {
                 break;
             }
             if b.low.y > a.high.y || a.low.y > b.high.y {
@@ -173,18 +197,24 @@ fn separate_all(arcs: &[Arc]) -> Found<'_> {
             }
             if a.points.len() == 2 && b.points.len() == 2 {
                 if !a.exact && !a.only_joins(b) {
-                    budget -= 1;
-                    found.close.push((Span::of(a), Span::of(b)));
+                    found.keep((Span::of(a), Span::of(b)));
                 }
-                continue;
-            }
-            budget -= 1;
-            if !a.runs_along(b) {
+            } else if !a.runs_along(b) {
                 separate(Span::of(a), Span::of(b), 0, &mut found);
             }
         }
     }
     found
+}
+
+impl<'a> Found<'a, '_> {
+    /// Adds a pair to those that cannot be told apart: looking for its meeting is work to come.
+    fn keep(&mut self, pair: (Span<'a>, Span<'a>)) {
+        let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
+        if !pair.0.arc.exact && self.work.takes(WORK_PER_MEETING[usize::from(straight)]) {
+            self.close.push(pair);
+        }
+    }
 }
 
 /// Points along a use from one parameter to another, in the unit square of the tile; two for a straight one.
@@ -243,7 +273,7 @@ impl Arc {
     fn only_joins(&self, other: &Self) -> bool {
         let ([p, q], [r, s]) = (Span::of(self).ends(), Span::of(other).ends());
         let (d, e) = (q - p, s - r);
-        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME * d.length() * e.length()
+        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME_SHARE * d.length() * e.length()
     }
 
     /// Whether both are the same stretch of one edge: there and back, or a loop given twice. Their polylines are one.
@@ -256,6 +286,10 @@ impl Arc {
 impl<'a> Span<'a> {
     fn of(arc: &'a Arc) -> Self {
         Self { arc, from: 0, to: arc.points.len() - 1, fine: None }
+    }
+
+    fn len(&self) -> usize {
+        self.points().len()
     }
 
     /// Points whose hull contains it, or stands for one that does.
@@ -310,7 +344,7 @@ impl<'a> Span<'a> {
 
 /// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
 /// stretches are separated like arcs.
-fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a>) {
+fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
     const TURN: f64 = TAU / 3.0;
     let most = if arc.exact { 512 } else { 64 };
     let mut cuts = vec![0];
@@ -327,7 +361,10 @@ fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a>) {
     cuts.dedup();
     let spans: Vec<Span<'a>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1], fine: None }).collect();
     let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
-    if spans.len() > most || pairs().all(|(i, j)| apart(spans[i], spans[j], shared_ends(spans[i], spans[j]))) {
+    if spans.len() > most
+        || !found.work.takes(spans.len() * arc.points.len())
+        || pairs().all(|(i, j)| apart(spans[i], spans[j], shared_ends(spans[i], spans[j])))
+    {
         return;
     }
     found.breaks.extend(cuts[1..cuts.len() - 1].iter().map(|&k| (arc.edge, arc.points[k].0)));
@@ -337,9 +374,9 @@ fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a>) {
 }
 
 /// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
-fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a>) {
+fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
-    if found.looks == 0 || apart(a, b, shared) {
+    if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
         return;
     }
     let most = match (a.arc.exact, shared[0]) {
@@ -350,11 +387,8 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a>) {
     let (fat_a, fat_b) = (a.fatness(), b.fatness());
     let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
     if depth >= 2 * most || (!split_a && !b.can_split()) {
-        found.close.push((a, b));
+        found.keep((a, b));
         return;
-    }
-    if a.arc.exact {
-        found.looks -= 1;
     }
     let (halved, other) = if split_a { (a, b) } else { (b, a) };
     let (mid, halves) = halved.split();
@@ -367,7 +401,7 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a>) {
 /// Points at which two arcs both end: of free trims, to the bit.
 fn shared_ends(a: Span<'_>, b: Span<'_>) -> [Option<DVec2>; 2] {
     let others = b.ends();
-    let near = if a.arc.exact { 0.0 } else { SAME * SAME };
+    let near = if a.arc.exact { 0.0 } else { SAME_SHARE * SAME_SHARE };
     let mut shared = a.ends().into_iter().filter(|p| others.iter().any(|q| p.distance_squared(*q) <= near));
     [shared.next(), shared.next()]
 }
@@ -400,7 +434,7 @@ fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
 /// Whether the directions from `p` to the points of two arcs fill disjoint cones.
 fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
     let cone = |s: Span<'_>| {
-        let mut directions = s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME);
+        let mut directions = s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME_SHARE);
         let first = directions.next()?;
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
         let (lo, hi) = directions.fold((0.0_f64, 0.0_f64), |r, d| {

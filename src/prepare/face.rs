@@ -82,6 +82,9 @@ pub(super) struct FaceDraft {
     pub(super) maps: [AxisMap; 2],
     pub(super) creases: [Vec<f64>; 2],
     pub(super) gap: f64,
+    /// How many critical parameters and meetings there are among `breaks`.
+    pub(super) critical: u32,
+    pub(super) meetings: u32,
     pub(super) tiles: Vec<DraftTile>,
     pub(super) borders: Vec<DraftBorder>,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
@@ -311,8 +314,13 @@ fn draft_with(
     // Not where free trims end on the edges of other faces, which are as good as those are.
     let exact = free.is_some() && gap == 0.0;
     let mut crossed = None;
+    let mut scribble = None;
+    let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
-        let meetings = critical(tile, exact, &mut breaks);
+        let others = breaks.len();
+        let (meetings, all) = critical(tile, exact, &mut breaks);
+        critical_count += breaks.len() - others;
+        meetings_count += meetings.len();
         if exact {
             // Free trims were told apart already, touching ones too.
             continue;
@@ -332,10 +340,16 @@ fn draft_with(
             let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
             crossed.get_or_insert(Told { place, what });
         }
-        tile.entangled |= folded.is_some() || !meetings.is_empty();
+        if !all && scribble.is_none() {
+            let place = Some(projector.point(arranged_middle(tile, &maps)));
+            let what =
+                "the boundary comes near to itself in too many places to find them all; kept is what it winds around";
+            scribble = Some(Told { place, what: what.to_owned() });
+        }
+        tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }
     let crosses = crossed.is_some();
-    repairs.extend(crossed);
+    repairs.extend(crossed.into_iter().chain(scribble));
     if gap > GAP_SHARE * extent {
         let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
         if gap > FAR_SHARE * extent {
@@ -344,7 +358,23 @@ fn draft_with(
             notes.push(what);
         }
     }
-    Ok(FaceDraft { patches, bounds, maps, creases, gap, tiles, borders, breaks, joints, notes, repairs, crosses })
+    let [critical, meetings] = [critical_count, meetings_count].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
+    Ok(FaceDraft {
+        patches,
+        bounds,
+        maps,
+        creases,
+        gap,
+        critical,
+        meetings,
+        tiles,
+        borders,
+        breaks,
+        joints,
+        notes,
+        repairs,
+        crosses,
+    })
 }
 
 /// Whether both derivatives point the same way everywhere that is looked at: then the surface runs along one curve.
@@ -433,6 +463,8 @@ impl Joiner<'_> {
 fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
     /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
     const BREAK: f64 = 1e-3;
+    /// Share of the longest tangent along a knot below which one is rounding: on a pole it has no direction.
+    const NO_TANGENT: f64 = 1e-9;
     let (knots, degree, breaks, across) = if axis == 0 {
         (&nurbs.knots_u, nurbs.degree_u, &patches.breaks_u, &patches.breaks_v)
     } else {
@@ -447,10 +479,11 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
     let places: Vec<f64> = places.chain(across.last().copied()).collect();
     let is_crease = |k: usize| {
         let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
-        places.iter().any(|&y| {
-            let (a, b) = (tangent(breaks[k] - step, y), tangent(breaks[k] + step, y));
-            a.length() > 0.0 && b.length() > 0.0 && a.angle_between(b) > BREAK
-        })
+        let sides: Vec<[DVec3; 2]> =
+            places.iter().map(|&y| [-step, step].map(|step| tangent(breaks[k] + step, y))).collect();
+        let longest = sides.as_flattened().iter().map(|t| t.length()).fold(0.0, f64::max);
+        let has_tangent = |t: &DVec3| t.length() > NO_TANGENT * longest;
+        sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && a.angle_between(*b) > BREAK)
     };
     (1..breaks.len() - 1)
         .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)

@@ -28,6 +28,10 @@ pub struct PreparedFace {
     pub reversed: bool,
     /// Largest distance between the surface and the face's edges: the gap that the file itself leaves, millimetres.
     pub gap: f64,
+    /// Critical parameters: what its tiles ask of its edges, so that coarse polylines do not cross where the curves do not.
+    pub critical: u32,
+    /// Points where its boundary meets itself other than at common ends; they are points of both edges.
+    pub meetings: u32,
     /// The face's tiles within [`PreparedPart::tiles`].
     pub tiles: std::ops::Range<u32>,
 }

@@ -1,16 +1,17 @@
 //! `trimtess info`: what a file states, before any triangle is made.
 
+use crate::diagram::{DiagramArgs, Drawn};
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::name;
-use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::prepare;
+use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]
@@ -18,6 +19,12 @@ pub(crate) struct InfoArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
     #[arg(value_name = "FILE", value_parser = input::parse)]
     pub(crate) input: Input,
+    /// Tell what preprocessing made of each face: patches, tiles, trimming curves before and after intersection, critical
+    /// parameters, the largest derivative bounds.
+    #[arg(long)]
+    patches: bool,
+    #[command(flatten)]
+    diagram: DiagramArgs,
 }
 
 /// Parts listed before the rest is only counted.
@@ -42,6 +49,10 @@ struct Info {
     diagonal: f64,
     shells: Shells,
     diagnostics: Vec<Told>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    patches: Option<Patches>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drawn: Option<Drawn>,
 }
 
 /// A part.
@@ -72,10 +83,13 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     progress.stage(format!("reading {}", args.input.name()));
     let model = args.input.read(&common.limits.step())?;
     let mut info = Info::of(&model, args.input.name());
+    let trims = args.patches.then(|| stated_trims(&model));
     progress.stage("preparing");
     let prepared = prepare(model, &common.limits.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
+    info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
+    info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
     info.diagnostics = prepared
         .diagnostics
         .iter()
@@ -137,6 +151,8 @@ impl Info {
             diagonal: 0.0,
             shells,
             diagnostics: Vec::new(),
+            patches: None,
+            drawn: None,
         }
     }
 
@@ -185,6 +201,13 @@ impl Info {
                 };
                 line(severity, format!("{place}(#{entity}) {reason}"));
             }
+        }
+        if let Some(drawn) = &self.drawn {
+            let _ = writeln!(text, "  {:12}{}", "svg", drawn.text());
+        }
+        if let Some(patches) = &self.patches {
+            text += "\n";
+            text += &patches.text();
         }
         text
     }

@@ -1,15 +1,16 @@
 //! Command line -> exit status: 0 all faces meshed, 3 done but with diagnostics, 1 cannot do it, 2 wrong usage.
 
+mod diagram;
 mod info;
 mod input;
 mod laps;
 mod limits;
 mod logging;
+mod patches;
 mod progress;
 #[cfg(feature = "wgpu")]
 mod render;
 mod report;
-mod shells;
 mod tessellate;
 
 use clap::{Args, Parser, Subcommand};

@@ -5,7 +5,6 @@ use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,7 +13,7 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::out::{self, Format};
 use trimtess::parallel::{FrameReport, Session, SessionOptions, balance, serial};
-use trimtess::prepare::{Prepared, prepare};
+use trimtess::prepare::{Prepared, Shells, prepare};
 
 /// Chord tolerance when none is asked for, as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is
 /// visibly a prism; at 1e-4 triangles are ten times as many and look the same on a screen.
@@ -44,7 +43,7 @@ pub(crate) struct TessellateArgs {
 
 /// How fine.
 #[derive(clap::Args)]
-struct ToleranceArgs {
+pub(crate) struct ToleranceArgs {
     /// Largest distance between triangles and surface, millimetres.
     #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "chord_rel")]
     chord: Option<f64>,
@@ -61,7 +60,7 @@ struct ToleranceArgs {
 
 impl ToleranceArgs {
     /// For a model of this diagonal, millimetres.
-    fn resolve(&self, diagonal: f64) -> Tolerance {
+    pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
         let relative = self.chord_rel.unwrap_or(DEFAULT_CHORD_REL) * diagonal;
         let chord = self.chord.unwrap_or(relative);
         Tolerance { chord, angle: self.angle.to_radians(), max_edge: self.max_edge }
@@ -171,7 +170,8 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     }
     tracing::info!("{}", facts.total);
     for (number, (part, shells)) in facts.parts.iter().zip(shells).enumerate() {
-        part_faults(part, shells).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
+        let whole = prepared.parts[number].open_edges().count == 0;
+        part_faults(part, shells, whole).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
     }
     let deviation = audit::deviation(prepared, frame, chord);
     deviation_faults(&deviation).for_each(|fault| report.add_error(fault));
@@ -181,10 +181,11 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     report.book(deviation, economy);
 }
 
-/// What is wrong with a part's mesh, given what its shells say of it.
-fn part_faults(facts: &MeshFacts, shells: &Shells) -> impl Iterator<Item = String> {
+/// What is wrong with a part's mesh, given what its shells say of it, and whether faces meet at all of its edges: sewing closes
+/// shells that are stated open.
+fn part_faults(facts: &MeshFacts, shells: &Shells, whole: bool) -> impl Iterator<Item = String> {
     let solid = shells.open == 0;
-    let cracked = (solid && facts.unbalanced_edges > 0).then(|| {
+    let cracked = ((solid || whole) && facts.unbalanced_edges > 0).then(|| {
         let (count, length) = (facts.unbalanced_edges, facts.unbalanced_length);
         format!("all its shells are closed, but its mesh has {count} unbalanced edges, {length:.3e} mm of them")
     });

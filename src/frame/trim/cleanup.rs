@@ -86,7 +86,9 @@ pub(super) fn clean_up(
         cleanup.merge_with_neighbour(ring);
     }
     cleanup.solve_clusters()?;
-    let Cleanup { out, taken_cells, .. } = cleanup;
+    let roots = (0..cleanup.parent.len() as u32).map(|piece| cleanup.root(piece)).collect();
+    let Cleanup { rings, out, taken_cells, .. } = cleanup;
+    rings.roots = roots;
     out.triangles.retain(|t| *t != DEAD);
     if !taken_cells.is_empty() {
         let taken: std::collections::BTreeSet<u32> = taken_cells.into_iter().collect();

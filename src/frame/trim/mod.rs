@@ -14,8 +14,10 @@ use std::fmt;
 
 use glam::DVec2;
 
-mod cdt;
+pub(super) mod cdt;
 mod cleanup;
+mod record;
+pub use record::{TracedCrossing, TrimRecord};
 /// The whole tile at once by a constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
 pub mod reference;
 mod rings;

@@ -105,6 +105,13 @@ pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
     }
 }
 
+/// The cells of a valid input that are not triangulated by a diagonal: those that segments touch.
+pub(super) fn zone(input: &TrimInput<'_>) -> Vec<[u32; 2]> {
+    let zone = Zone::mark(input);
+    let cells = (0..input.cells.1).flat_map(|j| (0..input.cells.0).map(move |i| [i, j]));
+    cells.filter(|&[i, j]| zone.cell(i, j) == ZONE).collect()
+}
+
 /// Which cells and corners the segments come near to, and the winding numbers of the others.
 struct Zone {
     cells: (u32, u32),

@@ -39,6 +39,8 @@ pub(super) struct Rings {
     pub(super) rings: Vec<Ring>,
     /// By chain.
     pub(super) ring_of: Vec<u32>,
+    /// By ring, the ring that was solved in its place and that of its neighbours; empty where none was cleaned up.
+    pub(super) roots: Vec<u32>,
     /// Twice the area of all triangles and full cells.
     pub(super) double_area: f64,
     pub(super) failed: u32,
@@ -54,6 +56,7 @@ impl Rings {
         out: &mut TrimOutput,
     ) -> Result<(), Inconsistent> {
         self.rings.clear();
+        self.roots.clear();
         self.ring_of.clear();
         self.ring_of.resize(trace.crossings.len(), NONE);
         self.double_area = 0.0;
@@ -80,6 +83,7 @@ impl Rings {
         out: &mut TrimOutput,
     ) -> bool {
         self.rings.clear();
+        self.roots.clear();
         self.failed = 0;
         let loops = &trace.in_cell_loops;
         let one_cell =

@@ -26,7 +26,7 @@ pub(super) struct Crossing {
     /// Coordinate along the lattice line.
     position: f64,
     /// First tessellant of the segment.
-    segment: u32,
+    pub(super) segment: u32,
     /// The end of the segment that stands for the crossing: `segment` or `segment + 1`, which may be the loop's end index.
     pub(super) snap: u32,
     /// The next crossing of the loop.
@@ -562,7 +562,23 @@ impl Trace {
         last as u32
     }
 
-    /// Rows and columns of the lattice.
+    /// Where a crossing is, and the cell that its loop enters there.
+    pub(super) fn place(&self, crossing: &Crossing) -> (DVec2, [u32; 2]) {
+        let [i, j] = crossing.cell.map(usize::from);
+        let edge = self.edge(i, j, crossing.side);
+        let (column, row) = (edge.column as f64, edge.row as f64);
+        let at =
+            if edge.horizontal { DVec2::new(crossing.position, row) } else { DVec2::new(column, crossing.position) };
+        let beyond = match crossing.side {
+            0 => (i, j.saturating_sub(1)),
+            1 => (i + 1, j),
+            2 => (i, j + 1),
+            _ => (i.saturating_sub(1), j),
+        };
+        (at, [beyond.0 as u32, beyond.1 as u32])
+    }
+
+    /// Columns and rows of the lattice's cells.
     pub(super) fn cells(&self) -> (usize, usize) {
         (self.nu, self.nv)
     }

@@ -1,0 +1,112 @@
+//! `trimtess info --svg`: one tile as it is tessellated, drawn with everything that was decided about it.
+
+use crate::tessellate::ToleranceArgs;
+use crate::{Common, Failure};
+use serde::Serialize;
+use std::path::PathBuf;
+use trimtess::draw::{TileDiagram, TileView, tile};
+use trimtess::frame::{plan_within, record_tile};
+use trimtess::mesh::TileId;
+use trimtess::model::PartId;
+use trimtess::out;
+use trimtess::prepare::Prepared;
+
+/// What to draw.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Drawing a tile")]
+pub(crate) struct DiagramArgs {
+    /// Draw how a tile is tessellated: lattice, cells, crossings, in-, exit and external points, triangles.
+    #[arg(long, value_name = "OUT.svg")]
+    svg: Option<PathBuf>,
+    /// The part, as diagnostics number it.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "svg")]
+    part: usize,
+    /// The face within the part, as diagnostics number it.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "svg")]
+    face: usize,
+    /// The tile within the face.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "svg")]
+    tile: usize,
+    /// A cell of the tile to look at closely: its column and row.
+    #[arg(long, value_name = "I,J", value_parser = cell, requires = "svg")]
+    cell: Option<[u32; 2]>,
+    #[command(flatten)]
+    tolerance: ToleranceArgs,
+}
+
+/// What was drawn.
+#[derive(Serialize)]
+pub(crate) struct Drawn {
+    file: String,
+    part: usize,
+    face: usize,
+    tile: usize,
+    chord_mm: f64,
+    #[serde(flatten)]
+    counts: TileDiagram,
+}
+
+/// Reads a column and a row.
+fn cell(text: &str) -> Result<[u32; 2], String> {
+    let numbers = text.split_once(',').map(|(i, j)| (i.trim().parse(), j.trim().parse()));
+    match numbers {
+        Some((Ok(i), Ok(j))) => Ok([i, j]),
+        _ => Err("two numbers with a comma between, column and row, as in 3,7".into()),
+    }
+}
+
+impl DiagramArgs {
+    /// Draws the tile that was asked for, if one was.
+    pub(crate) fn draw(&self, prepared: &Prepared, input: &str, common: &Common) -> Result<Option<Drawn>, Failure> {
+        let Some(path) = &self.svg else { return Ok(None) };
+        let (part, face) = (self.part, self.face);
+        let usage = |message: String| Err(Failure::Usage(message));
+        let Some(rows) = prepared.parts.get(part) else {
+            return usage(format!("--part {part}: there are {} parts, numbered from 0", prepared.parts.len()));
+        };
+        let Some(row) = rows.face_rows.get(face) else {
+            return usage(format!("--face {face}: part {part} has {} faces, numbered from 0", rows.face_rows.len()));
+        };
+        let Some(row) = row.map(|row| &rows.faces[row as usize]) else {
+            return Err(Failure::Cannot(format!(
+                "face {face} of part {part} is not usable; its diagnostic says why (-v)"
+            )));
+        };
+        let Some(id) = row.tiles.clone().nth(self.tile) else {
+            return usage(format!("--tile {}: the face has {} tiles, numbered from 0", self.tile, row.tiles.len()));
+        };
+        let tolerance = self.tolerance.resolve(prepared.diagonal);
+        let plan = common.limits.accept(plan_within(prepared, &tolerance, &common.limits.plan()))?;
+        let record = record_tile(prepared, &plan, PartId::new(part), TileId(id));
+        let (nu, nv) = record.lattice.cells();
+        if let Some([i, j]) = self.cell
+            && (i >= nu || j >= nv)
+        {
+            return usage(format!("--cell {i},{j}: the tile has {nu} × {nv} cells, numbered from 0"));
+        }
+        let entity = if row.entity == 0 { String::new() } else { format!(" (#{})", row.entity) };
+        let chord = tolerance.chord;
+        let title = vec![format!(
+            "{input}, part {part}, face {face}{entity}, tile {} of {}, chord {chord:.3e} mm",
+            self.tile,
+            row.tiles.len()
+        )];
+        let counts = tile(&record, &TileView { title, cell: self.cell });
+        let written = out::write_whole(path, |file| file.write_all(counts.svg.as_bytes()));
+        written.map_err(|e| Failure::Cannot(e.to_string()))?;
+        let file = path.display().to_string();
+        Ok(Some(Drawn { file, part, face, tile: self.tile, chord_mm: chord, counts }))
+    }
+}
+
+impl Drawn {
+    /// For people.
+    pub(crate) fn text(&self) -> String {
+        let TileDiagram { cells: [nu, nv], triangles, crossings, prime_active_cells, .. } = self.counts;
+        format!(
+            "{}: face {} tile {}, {nu} × {nv} cells, {prime_active_cells} of them prime-active, {crossings} crossings, \
+             {triangles} triangles",
+            self.file, self.face, self.tile
+        )
+    }
+}

@@ -1,0 +1,257 @@
+//! A prepared model -> what preprocessing made of each face: patches, tiles, trimming curves, critical parameters, bounds.
+
+use serde::Serialize;
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use trimtess::model::{Face, Loop, Model, Part};
+use trimtess::prepare::{Bend, BoxBounds, Prepared, PreparedFace, PreparedPart};
+
+/// What preprocessing made; each part is counted once, however often it is placed.
+#[derive(Serialize)]
+pub(crate) struct Patches {
+    /// One row per face, in the model's order.
+    faces: Vec<FaceRow>,
+    /// One per part.
+    parts: Vec<Sums>,
+    sum: Sums,
+}
+
+/// A face. Counts are 0 and bounds absent where nothing could be made of it.
+#[derive(Serialize)]
+struct FaceRow {
+    part: usize,
+    face: usize,
+    entity: u64,
+    kind: &'static str,
+    #[serde(flatten)]
+    counts: Counts,
+    /// Degree in u and in v.
+    degree: [usize; 2],
+    rational: bool,
+    /// Bézier spans in u and in v.
+    spans: [usize; 2],
+    bounds: Option<Bounds>,
+    /// Distance between the surface and the edges, as the file leaves it; millimetres.
+    gap: f64,
+}
+
+/// What can be added up.
+#[derive(Clone, Copy, Default, Serialize)]
+struct Counts {
+    /// Bézier patches.
+    patches: usize,
+    tiles: usize,
+    /// Trimming curves as stated: edges of loops, and free curves.
+    trims: usize,
+    /// Edges that bound what is kept, after all intersections.
+    edges: usize,
+    /// Stretches of them after the tiles' borders cut them.
+    stretches: usize,
+    /// Points where the boundary meets itself other than at common ends.
+    meetings: usize,
+    /// Critical parameters.
+    critical: usize,
+}
+
+/// Counts of several faces. Edges are counted once for each face that they bound.
+#[derive(Clone, Copy, Default, Serialize)]
+struct Sums {
+    faces: usize,
+    #[serde(flatten)]
+    counts: Counts,
+}
+
+/// The largest derivative bounds over all sub-boxes, by the NURBS parameters: what lattice rates come from.
+#[derive(Serialize)]
+struct Bounds {
+    /// sup ‖S_u‖ and sup ‖S_v‖.
+    u: f64,
+    v: f64,
+    uu: Second,
+    uv: Second,
+    vv: Second,
+    /// The most that the normal turns along u-lines and v-lines of one sub-box, radians.
+    turn_u: f64,
+    turn_v: f64,
+    /// Sub-boxes that have bounds of their own.
+    boxes: usize,
+}
+
+/// A second derivative: its length, its part across the surface and its part along it.
+#[derive(Serialize)]
+struct Second {
+    norm: f64,
+    lift: f64,
+    slide: f64,
+}
+
+impl From<Bend> for Second {
+    fn from(bend: Bend) -> Self {
+        let Bend { norm, lift, slide } = bend;
+        Self { norm, lift, slide }
+    }
+}
+
+impl Counts {
+    fn add(&mut self, other: &Self) {
+        self.patches += other.patches;
+        self.tiles += other.tiles;
+        self.trims += other.trims;
+        self.edges += other.edges;
+        self.stretches += other.stretches;
+        self.meetings += other.meetings;
+        self.critical += other.critical;
+    }
+}
+
+/// Trimming curves of each face of each part, as stated. The model is gone when it is prepared.
+pub(crate) fn stated_trims(model: &Model) -> Vec<Vec<usize>> {
+    let of_loop = |l: &Loop| match l {
+        Loop::Edges(coedges) => coedges.len(),
+        Loop::Vertex(_) => 0,
+    };
+    let of_face = |face: &Face| {
+        face.loops.iter().map(of_loop).sum::<usize>() + face.trims.as_ref().map_or(0, |trims| trims.curves.len())
+    };
+    model.parts.iter().map(|part: &Part| part.faces.iter().map(of_face).collect()).collect()
+}
+
+impl Patches {
+    /// Everything that `prepared` tells; `stated` by [`stated_trims`].
+    pub(crate) fn of(prepared: &Prepared, stated: &[Vec<usize>]) -> Self {
+        let mut out = Self { faces: Vec::new(), parts: Vec::new(), sum: Sums::default() };
+        for (number, (part, stated)) in prepared.parts.iter().zip(stated).enumerate() {
+            let mut sums = Sums::default();
+            for (face, (row, &trims)) in part.face_rows.iter().zip(stated).enumerate() {
+                let row = FaceRow::of(number, face, row.map(|row| &part.faces[row as usize]), part, trims);
+                sums.faces += 1;
+                sums.counts.add(&row.counts);
+                out.faces.push(row);
+            }
+            out.sum.faces += sums.faces;
+            out.sum.counts.add(&sums.counts);
+            out.parts.push(sums);
+        }
+        out
+    }
+
+    /// For people: a row per face, then the sums.
+    pub(crate) fn text(&self) -> String {
+        const HEAD: [&str; 17] = [
+            "part",
+            "face",
+            "kind",
+            "degree",
+            "spans",
+            "patches",
+            "tiles",
+            "trims",
+            "edges",
+            "stretches",
+            "meetings",
+            "critical",
+            "|Su|",
+            "|Sv|",
+            "|Suu|",
+            "|Suv|",
+            "|Svv|",
+        ];
+        let mut rows: Vec<Vec<String>> = vec![HEAD.map(String::from).to_vec()];
+        for row in &self.faces {
+            let by = |[a, b]: [usize; 2]| format!("{a}×{b}");
+            let degree = format!("{}{}", by(row.degree), if row.rational { "r" } else { "" });
+            let mut line = vec![row.part.to_string(), row.face.to_string(), row.kind.to_owned(), degree, by(row.spans)];
+            line.extend(row.counts.cells());
+            match &row.bounds {
+                Some(b) => line.extend([b.u, b.v, b.uu.norm, b.uv.norm, b.vv.norm].map(|x| format!("{x:.3e}"))),
+                None => line.push("lost".into()),
+            }
+            rows.push(line);
+        }
+        let blank = || vec![String::new(); 3];
+        if self.parts.len() > 1 {
+            for (part, sums) in self.parts.iter().enumerate() {
+                let head = [part.to_string(), format!("{} faces", sums.faces)];
+                rows.push(head.into_iter().chain(blank()).chain(sums.counts.cells()).collect());
+            }
+        }
+        let head = ["all".into(), format!("{} faces", self.sum.faces)];
+        rows.push(head.into_iter().chain(blank()).chain(self.sum.counts.cells()).collect());
+        let width = |column: usize| rows.iter().filter_map(|r| r.get(column)).map(|c| c.chars().count()).max();
+        let widths: Vec<usize> = (0..HEAD.len()).filter_map(width).collect();
+        let mut text = String::new();
+        for row in &rows {
+            let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:>width$}"));
+            let _ = writeln!(text, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
+        }
+        text
+    }
+}
+
+impl Counts {
+    fn cells(&self) -> impl Iterator<Item = String> + use<> {
+        let Self { patches, tiles, trims, edges, stretches, meetings, critical } = *self;
+        [patches, tiles, trims, edges, stretches, meetings, critical].into_iter().map(|count| count.to_string())
+    }
+}
+
+impl FaceRow {
+    fn of(part: usize, face: usize, row: Option<&PreparedFace>, of: &PreparedPart, trims: usize) -> Self {
+        let Some(row) = row else {
+            let counts = Counts { trims, ..Counts::default() };
+            let (kind, degree, spans) = ("unusable", [0; 2], [0; 2]);
+            return Self {
+                part,
+                face,
+                entity: 0,
+                kind,
+                counts,
+                degree,
+                rational: false,
+                spans,
+                bounds: None,
+                gap: 0.0,
+            };
+        };
+        let tiles = &of.tiles[row.tiles.start as usize..row.tiles.end as usize];
+        let uses = || tiles.iter().flat_map(|t| &t.loops).flatten().filter(|u| (u.edge as usize) < of.brep_edges);
+        let (nu, nv) = row.patches.counts();
+        let counts = Counts {
+            patches: nu * nv,
+            tiles: tiles.len(),
+            trims,
+            edges: uses().map(|u| u.edge).collect::<BTreeSet<_>>().len(),
+            stretches: uses().count(),
+            meetings: row.meetings as usize,
+            critical: row.critical as usize,
+        };
+        Self {
+            part,
+            face,
+            entity: row.entity,
+            kind: row.kind.name(),
+            counts,
+            degree: [row.patches.degree_u, row.patches.degree_v],
+            rational: row.patches.rational,
+            spans: [nu, nv],
+            bounds: Some(Bounds::of(&row.bounds.cells)),
+            gap: row.gap,
+        }
+    }
+}
+
+impl Bounds {
+    fn of(boxes: &[BoxBounds]) -> Self {
+        let worst = boxes.iter().fold(BoxBounds::default(), |m, b| BoxBounds {
+            uu: m.uu.max(b.uu),
+            uv: m.uv.max(b.uv),
+            vv: m.vv.max(b.vv),
+            u: m.u.max(b.u),
+            v: m.v.max(b.v),
+            turn_u: m.turn_u.max(b.turn_u),
+            turn_v: m.turn_v.max(b.turn_v),
+        });
+        let BoxBounds { uu, uv, vv, u, v, turn_u, turn_v } = worst;
+        Self { u, v, uu: uu.into(), uv: uv.into(), vv: vv.into(), turn_u, turn_v, boxes: boxes.len() }
+    }
+}

@@ -1,0 +1,139 @@
+//! The work space of a tile that was just triangulated -> what the stages did with it, in the input's own numbers.
+//!
+//! Nothing is computed again, and nothing is kept for this while triangles are made: the trace and the cell polygons stand in
+//! the work space until the next tile.
+
+use super::rings::Origin;
+use super::trace::InCellLoop;
+use super::{TrimInput, TrimScratch, TrimStats, reference};
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// What became of one tile on its way to triangles, all in cell units. Lists are empty for stages that were not reached.
+#[derive(Clone, Debug, Default)]
+pub struct TrimRecord {
+    /// Crossings of segments with lattice lines, in curve order. Where the whole tile was triangulated at once they are those
+    /// of the attempt before.
+    pub crossings: Vec<TracedCrossing>,
+    /// Which cell each tessellant belongs to; `None` for those that repeat their neighbour.
+    pub cell_of: Vec<Option<[u32; 2]>>,
+    /// Lattice corners inside the region.
+    pub kept_corners: Vec<[u32; 2]>,
+    /// Those of them that a tessellant stands for, and which: it lies too close.
+    pub moved_corners: Vec<([u32; 2], u32)>,
+    /// Prime-active cells: crossed by loops, or with a whole loop inside, or with a moved corner.
+    pub prime_cells: Vec<[u32; 2]>,
+    /// Pseudo-active cells: loops cross them, but nothing of the region is left to them.
+    pub pseudo_cells: Vec<[u32; 2]>,
+    /// Cells whose polygons were triangulated together because one by one they could not be; those of one group together.
+    pub merged_cells: Vec<Vec<[u32; 2]>>,
+    /// Where the whole tile was triangulated at once: the cells that loops come near to.
+    pub zone_cells: Vec<[u32; 2]>,
+}
+
+/// A segment of a loop crosses a lattice line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TracedCrossing {
+    /// Where.
+    pub at: DVec2,
+    /// The tessellants before and after it: the exit point of the cell it leaves, and its external point, unless the segment
+    /// crosses several lines.
+    pub segment: [u32; 2],
+    /// The one of them that stands for the crossing.
+    pub snap: u32,
+    /// The cell that the loop leaves, and the one that it enters.
+    pub cells: [[u32; 2]; 2],
+}
+
+impl TrimScratch {
+    /// What the last call of [`trim_tile`](super::trim_tile) did, which must have been with this input, in work space that no
+    /// call before it had used.
+    pub(in crate::frame) fn record(&self, input: &TrimInput<'_>, stats: &TrimStats) -> TrimRecord {
+        let repeats = !self.distinct.original.is_empty();
+        let traced = if repeats { self.distinct.tile(input) } else { *input };
+        let original = |v: u32| if repeats { self.distinct.original[v as usize] } else { v };
+        let mut out = TrimRecord { cell_of: vec![None; input.points.len()], ..TrimRecord::default() };
+        if stats.whole_tile {
+            out.zone_cells = reference::zone(&traced);
+        }
+        let trace = &self.ladder.trace;
+        let (nu, nv) = trace.cells();
+        if (nu as u32, nv as u32) != input.cells {
+            return out;
+        }
+        let next = |v: u32, loop_index: u32| {
+            let ends = &traced.loop_starts[loop_index as usize..];
+            if v + 1 >= ends[1] { ends[0] } else { v + 1 }
+        };
+        for (k, crossing) in trace.crossings.iter().enumerate() {
+            let (at, beyond) = trace.place(crossing);
+            let l = crossing.loop_index;
+            let segment = [crossing.segment, next(crossing.segment, l)];
+            let snap = segment[usize::from(crossing.snap != crossing.segment)];
+            let cell = crossing.cell.map(u32::from);
+            let [segment, snap] = [segment, [snap; 2]].map(|ids| ids.map(original));
+            out.crossings.push(TracedCrossing { at, segment, snap: snap[0], cells: [cell, beyond] });
+            // The chain from here to the next crossing lies in the cell that that one leaves.
+            let to = &trace.crossings[trace.crossings[k].next as usize];
+            let mut v = next(crossing.segment, l);
+            let count = if crossing.segment == to.segment && !crossing.wraps {
+                0
+            } else {
+                let length = traced.loop_starts[l as usize + 1] - traced.loop_starts[l as usize];
+                (to.segment + length - crossing.segment - 1) % length + 1
+            };
+            for _ in 0..count {
+                out.cell_of[original(v) as usize] = Some(to.cell.map(u32::from));
+                v = next(v, l);
+            }
+        }
+        let cell_at = |cell: u32| [cell % input.cells.0, cell / input.cells.0];
+        for l in &trace.in_cell_loops {
+            let ends = &traced.loop_starts[l.loop_index as usize..];
+            (ends[0]..ends[1]).for_each(|v| out.cell_of[original(v) as usize] = Some(cell_at(l.cell)));
+        }
+        for j in 0..=nv {
+            for i in (0..=nu).filter(|&i| trace.kept.get(i, j)) {
+                let corner = [i as u32, j as u32];
+                out.kept_corners.push(corner);
+                let (vertex, _) = trace.corner(&traced, i, j);
+                if (vertex as usize) < traced.points.len() {
+                    out.moved_corners.push((corner, original(vertex)));
+                }
+            }
+        }
+        if !stats.whole_tile {
+            self.record_pieces(cell_at, &mut out);
+        }
+        out
+    }
+
+    /// Cells by what their polygons became.
+    fn record_pieces(&self, cell_at: impl Fn(u32) -> [u32; 2], out: &mut TrimRecord) {
+        let (trace, rings) = (&self.ladder.trace, &self.ladder.rings);
+        let mut loops: Vec<InCellLoop> = trace.in_cell_loops.clone();
+        loops.sort_unstable();
+        let mut cells: BTreeMap<[u32; 2], bool> = loops.iter().map(|l| (cell_at(l.cell), true)).collect();
+        let mut groups: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
+        for (index, ring) in rings.rings.iter().enumerate() {
+            let cell = match ring.origin {
+                Origin::Chain(k) => trace.crossings[trace.crossings[k as usize].next as usize].cell.map(u32::from),
+                Origin::Cell(cell) => cell_at(cell),
+                Origin::Loops(from, _) => cell_at(loops[from as usize].cell),
+            };
+            let vanished = ring.solved && ring.triangles[0] == ring.triangles[1];
+            *cells.entry(cell).or_default() |= !vanished;
+            if let Some(&root) = rings.roots.get(index) {
+                groups.entry(root).or_default().push(cell);
+            }
+        }
+        for (cell, is_left) in cells {
+            if is_left { &mut out.prime_cells } else { &mut out.pseudo_cells }.push(cell);
+        }
+        for mut group in groups.into_values().filter(|group| group.len() > 1) {
+            group.sort_unstable();
+            group.dedup();
+            out.merged_cells.push(group);
+        }
+    }
+}
