@@ -18,14 +18,14 @@ const SAME_END: f64 = 1e-9;
 /// An open curve counts as the loop that it makes with the border of the domain, followed counter-clockwise from its end to
 /// its start: the loop around its left side.
 ///
+/// Where a surface is closed, closed curves go on beyond the seam at the other side of the domain, and so do open ones that
+/// end a period from where they start, around it. Where it does not end, curves have to bound what they keep.
+///
 #[doc = include_str!("../../docs/figures/rules.svg")]
 ///
 #[doc = include_str!("../../docs/figures/open_curves.svg")]
 ///
 #[doc = include_str!("../../docs/figures/mirrored.svg")]
-///
-/// Where a surface is closed, closed curves go on beyond the seam at the other side of the domain, and so do open ones that
-/// end a period from where they start, around it. Where it does not end, curves have to bound what they keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TrimRule {
     /// The paper's: what lies right of any curve is trimmed, so kept is what lies left of all. A counter-clockwise loop trims

@@ -28,9 +28,12 @@ const MAX_DEPTH_EXACT: u32 = 16;
 const MAX_DEPTH_TANGENT: u32 = 12;
 
 /// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
-/// each, circles at a distance of 10⁻⁸ some two million; a crowd of overlapping loops, or noise, must not cost quadratic time.
+/// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
 const WORK: usize = 1 << 22;
 const WORK_PER_POINT: usize = 2000;
+
+/// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
+const WORK_EXACT: usize = 1 << 25;
 
 /// Points that looking for the meeting of two stretches counts for, curved or straight.
 const WORK_PER_MEETING: [usize; 2] = [1000, 10];
@@ -77,17 +80,10 @@ struct Fine {
     hull: [DVec2; 4],
 }
 
-/// What came of separating arcs.
-struct Found<'a> {
-    /// Edges, and parameters that they must contain.
-    breaks: Vec<(u32, f64)>,
-    /// Stretches that cannot be told apart.
-    close: Vec<(Span<'a>, Span<'a>)>,
-    work: Work,
-}
+/// Pairs of stretches that cannot be told apart.
+type Close<'a> = Vec<(Span<'a>, Span<'a>)>;
 
 /// What is left of the work on a tile, in points.
-#[derive(Clone, Copy)]
 struct Work(usize);
 
 impl Work {
@@ -98,31 +94,33 @@ impl Work {
     }
 }
 
-impl<'a> Found<'a> {
-    /// Adds a pair to those that cannot be told apart: looking for its meeting is work to come.
-    fn keep(&mut self, a: Span<'a>, b: Span<'a>) {
-        let straight = [a, b].iter().all(|s| s.arc.points.len() == 2);
-        if a.arc.exact || self.work.takes(WORK_PER_MEETING[usize::from(straight)]) {
-            self.close.push((a, b));
-        }
-    }
+/// What came of separating arcs.
+struct Found<'a, 'w> {
+    /// Edges, and parameters that they must contain.
+    breaks: Vec<(u32, f64)>,
+    close: Close<'a>,
+    work: &'w mut Work,
 }
 
 /// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
-/// themselves or each other other than at common ends: the pcurves have a common sample there now. `exact`: they are free
-/// trims, which do not. Also whether that is all of it, and not just what was found until the work was too much.
+/// themselves or each other other than at common ends: the pcurves have a common sample there now. Also whether that is all
+/// of it, and not just what was found until the work was too much. `exact`: they are free trims, which do not meet.
 pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
     let mut meetings = Vec::new();
     let mut more = Vec::new();
-    let mut left: Option<Work> = None;
+    let mut work: Option<Work> = None;
     for round in 1..=ROUNDS {
         let arcs = arcs(tile, &meetings, &more, exact);
         let points: usize = arcs.iter().map(|a| a.points.len()).sum();
-        let work = left.unwrap_or(Work(WORK + WORK_PER_POINT * points));
-        let Found { breaks: found, close, work } = separate_all(&arcs, work);
-        left = Some(work);
+        let least = if exact { WORK_EXACT } else { WORK };
+        let work = work.get_or_insert_with(|| Work(least + WORK_PER_POINT * points));
+        let Found { breaks: found, close, .. } = separate_all(&arcs, work);
+        if exact {
+            breaks.extend(found);
+            return (meetings, work.0 > 0);
+        }
         let mut new: Vec<Meeting> = Vec::new();
-        for &(a, b) in close.iter().filter(|_| !exact) {
+        for &(a, b) in &close {
             for m in meet(tile, a, b) {
                 let known = new.iter().any(|n| n.is(&m)) || meetings.iter().any(|n| n.blurs(&m, tile));
                 if !known && meetings.len() + new.len() < MAX_MEETINGS {
@@ -134,7 +132,7 @@ pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
             // Where so much comes near to so much, no set of points keeps it apart.
             return (meetings, false);
         }
-        let between = if exact { Vec::new() } else { midway(&close) };
+        let between = midway(&close);
         if round == ROUNDS || (new.is_empty() && between.is_empty()) {
             breaks.extend(found);
             break;
@@ -186,7 +184,7 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
 }
 
 /// Separates arcs from themselves and each other.
-fn separate_all(arcs: &[Arc], work: Work) -> Found<'_> {
+fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
     let mut found = Found { breaks: Vec::new(), close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
     for (i, a) in arcs.iter().enumerate() {
@@ -199,7 +197,7 @@ fn separate_all(arcs: &[Arc], work: Work) -> Found<'_> {
             }
             if a.points.len() == 2 && b.points.len() == 2 {
                 if !a.exact && !a.only_joins(b) {
-                    found.keep(Span::of(a), Span::of(b));
+                    found.keep((Span::of(a), Span::of(b)));
                 }
             } else if !a.runs_along(b) {
                 separate(Span::of(a), Span::of(b), 0, &mut found);
@@ -207,6 +205,16 @@ fn separate_all(arcs: &[Arc], work: Work) -> Found<'_> {
         }
     }
     found
+}
+
+impl<'a> Found<'a, '_> {
+    /// Adds a pair to those that cannot be told apart: looking for its meeting is work to come.
+    fn keep(&mut self, pair: (Span<'a>, Span<'a>)) {
+        let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
+        if !pair.0.arc.exact && self.work.takes(WORK_PER_MEETING[usize::from(straight)]) {
+            self.close.push(pair);
+        }
+    }
 }
 
 /// Points along a use from one parameter to another, in the unit square of the tile; two for a straight one.
@@ -280,6 +288,10 @@ impl<'a> Span<'a> {
         Self { arc, from: 0, to: arc.points.len() - 1, fine: None }
     }
 
+    fn len(&self) -> usize {
+        self.points().len()
+    }
+
     /// Points whose hull contains it, or stands for one that does.
     fn points(&self) -> &[DVec2] {
         let step = if self.arc.exact { 3 } else { 1 };
@@ -332,7 +344,7 @@ impl<'a> Span<'a> {
 
 /// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
 /// stretches are separated like arcs.
-fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a>) {
+fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
     const TURN: f64 = TAU / 3.0;
     let most = if arc.exact { 512 } else { 64 };
     let mut cuts = vec![0];
@@ -362,9 +374,9 @@ fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a>) {
 }
 
 /// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
-fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a>) {
+fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
-    if !found.work.takes(a.points().len() + b.points().len()) || apart(a, b, shared) {
+    if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
         return;
     }
     let most = match (a.arc.exact, shared[0]) {
@@ -375,7 +387,7 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a>) {
     let (fat_a, fat_b) = (a.fatness(), b.fatness());
     let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
     if depth >= 2 * most || (!split_a && !b.can_split()) {
-        found.keep(a, b);
+        found.keep((a, b));
         return;
     }
     let (halved, other) = if split_a { (a, b) } else { (b, a) };
