@@ -45,6 +45,8 @@ pub use limits::{PrepareError, PrepareLimits};
 
 mod meeting;
 
+mod nearest;
+
 mod orient;
 
 mod overlap;
