@@ -328,7 +328,7 @@ fn draft_with(
         let (meetings, all) = critical(tile, exact, &mut breaks);
         critical_count += breaks.len() - others;
         meetings_count += meetings.len();
-        if exact {
+        if exact && all {
             // Free trims were told apart already, touching ones too.
             continue;
         }

@@ -47,6 +47,8 @@ pub use limits::{PrepareError, PrepareLimits};
 
 mod meeting;
 
+mod nearest;
+
 mod orient;
 
 mod overlap;

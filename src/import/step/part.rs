@@ -45,7 +45,9 @@ impl Reader<'_> {
     /// Reads the faces of shells and bodies. Diagnostics have no part yet.
     pub(super) fn part(&self, name: String, gathered: &Gathered, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
-        let jobs: Vec<(u32, &ShellUse, Source, bool)> = (0u32..)
+        let (numbers, distinct) = distinct(shells);
+        let jobs: Vec<(u32, &ShellUse, Source, bool)> = numbers
+            .into_iter()
             .zip(shells)
             .flat_map(|(i, shell)| shell.faces.iter().map(move |(source, turned)| (i, shell, *source, *turned)))
             .collect();
@@ -55,7 +57,7 @@ impl Reader<'_> {
             .map(|(_, shell, source, _)| self.geometry(shell.units).stated_face(*source))
             .collect();
         let edges = self.edges(&jobs, &stated);
-        let mut assembly = Assembly::new(name, shells, colour, edges);
+        let mut assembly = Assembly::new(name, shells, distinct, colour, edges);
         stated.iter().flatten().for_each(|face| assembly.meet(face));
         for id in assembly.run_against(&stated) {
             let Some(Ok(draft)) = assembly.edges.get(&EdgeKey::Curve(id)) else { continue };
@@ -215,6 +217,29 @@ impl Draft {
     }
 }
 
+/// The shells that shells as stated become, and the number of each: surfaces and faces that are listed alone, or in sets, are of
+/// one shell, so that those side by side have their borders in common.
+fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
+    let loose = |of: &ShellUse| {
+        let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
+        of.faces.iter().all(|(source, _)| alone(source))
+    };
+    let mut shells = Vec::with_capacity(uses.len());
+    let mut first_loose = None;
+    let number = |of: &ShellUse| {
+        let known = first_loose.filter(|_| loose(of));
+        known.unwrap_or_else(|| {
+            let new = u32::try_from(shells.len()).unwrap_or(u32::MAX);
+            shells.push(Shell { kind: of.kind, entity: of.entity });
+            if loose(of) {
+                first_loose = Some(new);
+            }
+            new
+        })
+    };
+    (uses.iter().map(number).collect(), shells)
+}
+
 /// Where the face's boundary is.
 fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Reached {
     /// Steps between two control points.
@@ -310,9 +335,14 @@ struct OffVertex {
 }
 
 impl Assembly {
-    fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: Map<EdgeKey, Read<Draft>>) -> Self {
-        let tolerance = shells.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
-        let shells = shells.iter().map(|shell| Shell { kind: shell.kind, entity: shell.entity }).collect();
+    fn new(
+        name: String,
+        uses: &[ShellUse],
+        shells: Vec<Shell>,
+        colour: Option<Colour>,
+        edges: Map<EdgeKey, Read<Draft>>,
+    ) -> Self {
+        let tolerance = uses.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
         let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
         let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
         let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
