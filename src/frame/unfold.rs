@@ -5,8 +5,7 @@
 //! (u,v) may lie beyond the boundary's chord. Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*,
 //! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless that would take the triangles
 //! away from the surface by more than the chord tolerance; where no such step helps, the surroundings are triangulated anew
-//! (`refill`). The tile's boundary stays, so that nothing is seen from the neighbours. Triangles without an area are flipped too:
-//! three points of a straight border are one where one of them is the pole that the border comes from.
+//! (`refill`). The tile's boundary stays, so that nothing is seen from the neighbours.
 
 use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
@@ -18,26 +17,15 @@ const CHANGES: usize = 16;
 /// Share of the area looking inwards that a change has to gain, so that changes come to an end.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the first `trimmed` looks inwards or has no area, or nothing helps that stays within the
-/// tolerance.
+/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays within the tolerance.
 ///
 /// First all changes are taken, since triangles that stray for a while may be gone at the end; if some stray then, or no less
 /// looks inwards, once more with changes only that never stray.
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
 pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) {
-    let (mut folded, mut flat) = (Vec::new(), Vec::new());
-    for t in (0..trimmed).rev() {
-        let shape = Shape::of(mesh, mesh.triangles[t]);
-        if shape.is_flat(mesh) {
-            flat.push(t);
-        } else if shape.is_folded(mesh) {
-            folded.push(t);
-        }
-    }
-    if !flat.is_empty() {
-        Web::new(mesh).widen(flat, &Near { surface, chord });
-    }
+    let folded: Vec<usize> =
+        (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_wrong(mesh)).collect();
     if folded.is_empty() {
         return;
     }
@@ -71,7 +59,7 @@ impl Web<'_> {
         while let (Some(t), 1..) = (folded.pop(), left) {
             left -= 1;
             let corners = self.mesh.triangles[t];
-            if corners == GONE || !Shape::of(self.mesh, corners).is_folded(self.mesh) {
+            if corners == GONE || !Shape::of(self.mesh, corners).is_wrong(self.mesh) {
                 continue;
             }
             let (flips, merges) = (self.flips(t), self.merges(t));
@@ -83,24 +71,8 @@ impl Web<'_> {
             };
             self.apply(&change);
             folded.splice(0..0, waiting.drain(..));
-            let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_folded(self.mesh);
+            let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_wrong(self.mesh);
             folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
-        }
-    }
-
-    /// Flips edges of triangles without an area, where that leaves none without, and none that looks inwards.
-    fn widen(&mut self, flat: Vec<usize>, near: &Near<'_>) {
-        for t in flat {
-            if !Shape::of(self.mesh, self.mesh.triangles[t]).is_flat(self.mesh) {
-                continue;
-            }
-            let folded = |t: &[u32; 3]| Shape::of(self.mesh, *t).is_folded(self.mesh);
-            let mut flips = self.flips(t);
-            flips.retain(|flip| flip.triangles.iter().all(|(_, t)| !folded(t)) && self.stays(flip, near));
-            let height = |flip: &Change| self.score(flip.triangles.iter().map(|(_, t)| *t)).1;
-            if let Some(best) = flips.iter().max_by(|a, b| height(a).total_cmp(&height(b))) {
-                self.apply(best);
-            }
         }
     }
 
@@ -116,12 +88,12 @@ impl Web<'_> {
         gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }
 
-    /// Area that looks inwards, and that with what is steep, twice.
-    fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 2] {
-        triangles
-            .filter(|t| *t != GONE)
-            .map(|t| Shape::of(self.mesh, t))
-            .fold([0.0; 2], |[inwards, all], s| [inwards - s.facing.min(0.0), all - s.outwards.min(0.0)])
+    /// Area that looks inwards, and that with what is steep, twice; and how many have no area.
+    fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 3] {
+        triangles.filter(|t| *t != GONE).map(|t| Shape::of(self.mesh, t)).fold([0.0; 3], |[inwards, all, flat], s| {
+            let is_flat = f64::from(u8::from(s.is_flat(self.mesh)));
+            [inwards - s.facing.min(0.0), all - s.outwards.min(0.0), flat + is_flat]
+        })
     }
 
     /// Whether less looks inwards than in the triangles as stated, and nothing strays.
@@ -162,7 +134,10 @@ impl Web<'_> {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
-            let better = after > share * before && best.is_none_or(|(s, _)| score > s);
+            // What has no area shows in no sum: without it is better, if nothing folds for that.
+            let flat =
+                change.triangles.iter().any(|(t, _)| Shape::of(self.mesh, self.mesh.triangles[*t]).is_flat(self.mesh));
+            let better = (after > share * before || flat && after >= before) && best.is_none_or(|(s, _)| score > s);
             if better && self.stays(change, near) {
                 best = Some((score, change));
             }
@@ -218,10 +193,11 @@ impl Web<'_> {
     }
 }
 
-/// Whether less area looks inwards, or else less is steep.
-fn is_less(new: [f64; 2], old: [f64; 2]) -> bool {
+/// Whether less area looks inwards, or else less is steep, or else fewer have none.
+fn is_less(new: [f64; 3], old: [f64; 3]) -> bool {
     let least = |old: f64| (1.0 - LEAST_GAIN) * old;
-    new[0] < least(old[0]) || new[0] <= old[0] && new[1] < least(old[1])
+    let as_much = |k: usize| new[k] <= old[k];
+    new[0] < least(old[0]) || as_much(0) && (new[1] < least(old[1]) || as_much(1) && new[2] < old[2])
 }
 
 /// Distance of `p` from a triangle.

@@ -318,13 +318,20 @@ fn draft_with(
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
+    // Not where free trims end on the edges of other faces, which are as good as those are.
+    let exact = free.is_some() && gap == 0.0;
     let mut crossed = None;
+    let mut scribble = None;
     let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
         let others = breaks.len();
-        let meetings = critical(tile, &mut breaks);
+        let (meetings, all) = critical(tile, exact, &mut breaks);
         critical_count += breaks.len() - others;
         meetings_count += meetings.len();
+        if exact && all {
+            // Free trims were told apart already, touching ones too.
+            continue;
+        }
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
         for m in &meetings {
             breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));
@@ -340,10 +347,16 @@ fn draft_with(
             let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
             crossed.get_or_insert(Told { place, what });
         }
-        tile.entangled |= folded.is_some() || !meetings.is_empty();
+        if !all && scribble.is_none() {
+            let place = Some(projector.point(arranged_middle(tile, &maps)));
+            let what =
+                "the boundary comes near to itself in too many places to find them all; kept is what it winds around";
+            scribble = Some(Told { place, what: what.to_owned() });
+        }
+        tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }
     let crosses = crossed.is_some();
-    repairs.extend(crossed);
+    repairs.extend(crossed.into_iter().chain(scribble));
     if gap > GAP_SHARE * extent {
         let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
         if gap > FAR_SHARE * extent {

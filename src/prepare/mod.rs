@@ -9,6 +9,8 @@ mod boxes;
 mod bounds;
 pub use bounds::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
+mod box_tree;
+
 mod carry;
 
 mod critical;
@@ -45,6 +47,8 @@ pub use limits::{PrepareError, PrepareLimits};
 
 mod meeting;
 
+mod nearest;
+
 mod orient;
 
 mod overlap;
@@ -72,6 +76,7 @@ mod windings;
 pub use uv_curve::{UvCurve, UvSample};
 
 mod wires;
+mod wraps;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};

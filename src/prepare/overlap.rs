@@ -6,6 +6,7 @@
 //! the same need no feet: nowhere are they further apart than their control points.
 
 use super::BezierSpline3;
+use super::nearest::Runs;
 use crate::model::{Edge, NurbsCurve3};
 use glam::{DVec3, DVec4};
 
@@ -32,6 +33,7 @@ pub(super) struct Course {
     spline: BezierSpline3,
     /// Parameters and points, in order.
     seeds: Vec<(f64, DVec3)>,
+    runs: Runs,
     /// Of the polygon of these.
     pub(super) length: f64,
 }
@@ -64,7 +66,8 @@ impl Course {
         let end = spline.range().1;
         seeds.push((end, spline.point(end)));
         let length = seeds.windows(2).map(|w| w[0].1.distance(w[1].1)).sum();
-        Self { spline, seeds, length }
+        let runs = Runs::new(&seeds);
+        Self { spline, seeds, runs, length }
     }
 
     pub(super) fn range(&self) -> [f64; 2] {
@@ -82,8 +85,7 @@ impl Course {
     /// The parameter of the point nearest to `p`, and its distance.
     pub(super) fn foot(&self, p: DVec3) -> (f64, f64) {
         let seeds = &self.seeds;
-        let far = |k: &usize| seeds[*k].1.distance_squared(p);
-        let k = (0..seeds.len()).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
+        let k = self.runs.nearest(seeds, p);
         let (low, high) = (seeds[k.saturating_sub(1)].0, seeds[(k + 1).min(seeds.len() - 1)].0);
         let (mut t, mut best) = (seeds[k].0, (seeds[k].0, seeds[k].1.distance(p)));
         for _ in 0..STEPS {
@@ -114,7 +116,9 @@ impl Course {
     fn places(&self, from: f64, to: f64) -> Vec<f64> {
         let mut stops = vec![from];
         let margin = 1e-9 * (to - from);
-        stops.extend(self.spline.breaks.iter().copied().filter(|&t| t > from + margin && t < to - margin));
+        let breaks = &self.spline.breaks;
+        let first = breaks.partition_point(|&t| t <= from + margin);
+        stops.extend(breaks[first..].iter().copied().take_while(|&t| t < to - margin));
         stops.push(to);
         let each = PLACES.max(LEAST_PLACES.div_ceil(stops.len() - 1)) + 1;
         let within = |w: &[f64]| {

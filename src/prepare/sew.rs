@@ -333,11 +333,11 @@ impl Pieces {
         let [of_a, of_b] = [of_range(&self.cuts[a], stretch.a), of_range(&self.cuts[b], stretch.b)];
         let mut count = 0;
         for i in of_a {
-            let beside = |j: &usize| -> bool {
+            let beside = || {
                 let foot = course(b).foot(course(a).point(middle(&self.cuts[a], i))).0;
-                within([self.cuts[b][*j], self.cuts[b][*j + 1]], foot)
+                of_b.iter().copied().find(|&j| within([self.cuts[b][j], self.cuts[b][j + 1]], foot))
             };
-            let found = if let [only] = of_b[..] { Some(only) } else { of_b.iter().copied().find(beside) };
+            let found = if let [only] = of_b[..] { Some(only) } else { beside() };
             let Some(j) = found else { continue };
             let ends = |k: usize, i: usize| [i, i + 1].map(|i| course(k).point(self.cuts[k][i]));
             let ([s, e], [p, q]) = (ends(a, i), ends(b, j));

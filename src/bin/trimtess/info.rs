@@ -92,12 +92,12 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     let prepared = prepare(model, &common.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
+    info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
+    info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
     for open in prepared.parts.iter().map(PreparedPart::open_edges) {
         info.open_edges += open.count;
         info.open_length += open.length;
     }
-    info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
-    info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
     info.diagnostics = prepared
         .diagnostics
         .iter()

@@ -8,8 +8,9 @@ use super::place::Geometry;
 use super::shells::{Gathered, ShellUse, Source};
 use super::spline;
 use super::style::Styles;
-use super::surface::Stated;
+use super::surface::{Reached, Stated};
 use super::table::{Map, Read, Set, Table, Trouble};
+use super::turned::one_sheet;
 use super::units::Units;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, Surface,
@@ -44,7 +45,9 @@ impl Reader<'_> {
     /// Reads the faces of shells and bodies. Diagnostics have no part yet.
     pub(super) fn part(&self, name: String, gathered: &Gathered, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
-        let jobs: Vec<(u32, &ShellUse, Source, bool)> = (0u32..)
+        let (numbers, distinct) = distinct(shells);
+        let jobs: Vec<(u32, &ShellUse, Source, bool)> = numbers
+            .into_iter()
             .zip(shells)
             .flat_map(|(i, shell)| shell.faces.iter().map(move |(source, turned)| (i, shell, *source, *turned)))
             .collect();
@@ -54,7 +57,7 @@ impl Reader<'_> {
             .map(|(_, shell, source, _)| self.geometry(shell.units).stated_face(*source))
             .collect();
         let edges = self.edges(&jobs, &stated);
-        let mut assembly = Assembly::new(name, shells, colour, edges);
+        let mut assembly = Assembly::new(name, shells, distinct, colour, edges);
         stated.iter().flatten().for_each(|face| assembly.meet(face));
         for id in assembly.run_against(&stated) {
             let Some(Ok(draft)) = assembly.edges.get(&EdgeKey::Curve(id)) else { continue };
@@ -77,7 +80,9 @@ impl Reader<'_> {
                     Source::Face(_) => geometry.surface(face.surface, &reach, 0),
                     Source::Surface(id) => geometry.whole_surface(*id),
                 };
-                Some(read.and_then(|stated| match stated.surface.check() {
+                let one =
+                    |stated| one_sheet(stated, || reach().on).map_err(|reason| Trouble::new(face.surface, reason));
+                Some(read.and_then(one).and_then(|stated| match stated.surface.check() {
                     Ok(()) => Ok(stated),
                     Err(error) => Err(Trouble::new(face.surface, error.to_string())),
                 }))
@@ -212,19 +217,52 @@ impl Draft {
     }
 }
 
-/// Points whose hull covers the face's boundary.
-fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Vec<DVec3> {
-    let mut points = Vec::new();
+/// The shells that shells as stated become, and the number of each: surfaces and faces that are listed alone, or in sets, are of
+/// one shell, so that those side by side have their borders in common.
+fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
+    let loose = |of: &ShellUse| {
+        let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
+        of.faces.iter().all(|(source, _)| alone(source))
+    };
+    let mut shells = Vec::with_capacity(uses.len());
+    let mut first_loose = None;
+    let number = |of: &ShellUse| {
+        let known = first_loose.filter(|_| loose(of));
+        known.unwrap_or_else(|| {
+            let new = u32::try_from(shells.len()).unwrap_or(u32::MAX);
+            shells.push(Shell { kind: of.kind, entity: of.entity });
+            if loose(of) {
+                first_loose = Some(new);
+            }
+            new
+        })
+    };
+    (uses.iter().map(number).collect(), shells)
+}
+
+/// Where the face's boundary is.
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Reached {
+    /// Steps between two control points.
+    const STEPS: usize = 4;
+    let mut reached = Reached::default();
     for bound in &face.bounds {
         match bound {
-            Bound::Vertex(id) => points.extend(geometry.vertex(*id).ok()),
+            Bound::Vertex(id) => {
+                let vertex = geometry.vertex(*id).ok();
+                reached.hull.extend(vertex);
+                reached.on.extend(vertex);
+            }
             Bound::Edges(uses) => {
                 let drafts = uses.iter().filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok()?.curve.as_ref());
-                points.extend(drafts.flat_map(|bounded| bounded.curve.points.iter().copied()));
+                for Bounded { curve, range: (a, b), .. } in drafts {
+                    let steps = STEPS * curve.points.len();
+                    reached.hull.extend(&curve.points);
+                    reached.on.extend((0..=steps).map(|i| curve.point(a + (b - a) * i as f64 / steps as f64)));
+                }
             }
         }
     }
-    points
+    reached
 }
 
 /// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.
@@ -297,9 +335,14 @@ struct OffVertex {
 }
 
 impl Assembly {
-    fn new(name: String, shells: &[ShellUse], colour: Option<Colour>, edges: Map<EdgeKey, Read<Draft>>) -> Self {
-        let tolerance = shells.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
-        let shells = shells.iter().map(|shell| Shell { kind: shell.kind, entity: shell.entity }).collect();
+    fn new(
+        name: String,
+        uses: &[ShellUse],
+        shells: Vec<Shell>,
+        colour: Option<Colour>,
+        edges: Map<EdgeKey, Read<Draft>>,
+    ) -> Self {
+        let tolerance = uses.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
         let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
         let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
         let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
