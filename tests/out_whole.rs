@@ -4,10 +4,11 @@
 mod out_fixture;
 
 use glam::{DAffine3, DVec3};
+use out_fixture::box_frame;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use trimtess::out::{Format, save, write_whole};
+use trimtess::out::{BeyondSingle, Format, save, write_whole};
 
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("out_whole").join(test);
@@ -94,4 +95,36 @@ fn a_link_stays_a_link_and_its_target_is_replaced_whole() {
     write_whole(&link, |file| file.write_all(b"after")).unwrap();
     assert_eq!(fs::read_to_string(&target).unwrap(), "after");
     assert!(link.symlink_metadata().unwrap().is_symlink());
+}
+
+#[test]
+fn positions_beyond_single_precision_are_told_and_nothing_is_written() {
+    let folder = folder("beyond");
+    let far = DVec3::new(0.0, -1e39, 2.0);
+    for (format, place) in [(Format::Stl, far), (Format::Glb, 1e3 * far)] {
+        let frames = [box_frame(DVec3::ONE, &[DAffine3::from_translation(place)]), box_frame(1e45 * DVec3::ONE, &[])];
+        // An STL holds instances only, a GLB parts as well.
+        for frame in &frames[..if format == Format::Stl { 1 } else { 2 }] {
+            let path = folder.join("mesh");
+            fs::write(&path, "before").unwrap();
+            let error = save(frame, &path, format).unwrap_err();
+            let told = error.cause.get_ref().unwrap().downcast_ref::<BeyondSingle>().unwrap();
+            assert!(told.position.abs().max_element() >= 1e39, "{told}");
+            assert!(error.to_string().contains("3.4028235e38"), "{error}");
+            assert_eq!(
+                (names(&folder), fs::read_to_string(&path).unwrap().as_str()),
+                (vec!["mesh".to_owned()], "before")
+            );
+        }
+    }
+    // Doubles have room, and so has the last single.
+    let frame = box_frame(DVec3::ONE, &[DAffine3::from_translation(far)]);
+    for (format, frame) in [
+        (Format::Ply, &frame),
+        (Format::Obj, &frame),
+        (Format::Glb, &frame),
+        (Format::Stl, &box_frame(DVec3::ONE, &[DAffine3::from_translation(0.3 * far)])),
+    ] {
+        save(frame, &folder.join("mesh"), format).unwrap();
+    }
 }

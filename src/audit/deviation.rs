@@ -180,7 +180,8 @@ impl Audit<'_> {
         self.searches -= 1;
         let [a, b, c] = corners;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        let around = 0.5 * (high - low);
+        // Meshes hold (u,v) in single precision.
+        let around = 0.5 * (high - low) + f64::from(f32::EPSILON) * low.abs().max(high.abs());
         let (start, end) = parameter_box(patches);
         let ends = ((low - around).max(start), (high + around).min(end));
         walked.min(search_surface(patches, p, ends, enough).distance)

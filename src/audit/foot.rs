@@ -17,12 +17,12 @@ const ACROSS: f64 = 1e-3;
 const SINGULAR: f64 = 1e-9;
 
 /// Starts of a search per direction, and per piece where there are many.
-const STARTS: u32 = 6;
+const STARTS: usize = 6;
 const PER_PIECE: usize = 3;
 /// Starts of a search that are walked from.
 const BEST: usize = 8;
 /// Most starts of a search per direction.
-const MOST_STARTS: u32 = 32;
+const MOST_STARTS: usize = 32;
 
 /// Where a walk ended.
 #[derive(Clone, Copy, Debug)]
@@ -75,15 +75,10 @@ pub(super) fn search_surface(
     enough: f64,
 ) -> Foot<DVec2> {
     let mut starts = Vec::new();
-    let steps = |breaks: &[f64], low: f64, high: f64| {
-        let inner = breaks.iter().filter(|&&b| b > low && b < high).count();
-        u32::try_from(PER_PIECE * (inner + 1)).map_or(MOST_STARTS, |steps| steps.clamp(STARTS, MOST_STARTS))
-    };
-    let (steps_u, steps_v) = (steps(&patches.breaks_u, low.x, high.x), steps(&patches.breaks_v, low.y, high.y));
-    let cell = (high - low) / DVec2::new(f64::from(steps_u), f64::from(steps_v));
-    for i in 0..steps_u {
-        for j in 0..steps_v {
-            let at = low + cell * DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5);
+    let vs = start_parameters(&patches.breaks_v, low.y, high.y);
+    for u in start_parameters(&patches.breaks_u, low.x, high.x) {
+        for &v in &vs {
+            let at = DVec2::new(u, v);
             let distance = patches.derivatives(at.x, at.y).point.distance(p);
             starts.push(Foot::new(distance, at));
         }
@@ -100,6 +95,20 @@ pub(super) fn search_surface(
         }
     }
     best
+}
+
+/// Parameters to start from between two: as many in each piece, since pieces may be billions of times longer than others.
+fn start_parameters(breaks: &[f64], low: f64, high: f64) -> Vec<f64> {
+    let inner = breaks.iter().copied().filter(|&b| b > low && b < high);
+    let stops: Vec<f64> = std::iter::once(low).chain(inner).chain([high]).collect();
+    let pieces = stops.len() - 1;
+    let count = (PER_PIECE * pieces).clamp(STARTS, MOST_STARTS);
+    let parameter = |k: usize| {
+        let x = (k as f64 + 0.5) / count as f64 * pieces as f64;
+        let piece = (x as usize).min(pieces - 1);
+        stops[piece] + (stops[piece + 1] - stops[piece]) * (x - piece as f64)
+    };
+    (0..count).map(parameter).collect()
 }
 
 /// The share of the way from `from` to `to` that ends just across the next break. Speeds of parametrisation may jump a

@@ -113,8 +113,8 @@ pub(super) fn lattice(
         let shares = dilated(&shares, sv.len(), reach);
         let needs: Vec<Needs> =
             boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
-        let (lattice, kept) =
-            spread(face, tile, [su.clone(), sv.clone()], steep, &needs, &tolerance, factor, most_cells);
+        let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
+        let (lattice, kept) = spread(&under, steep, &tolerance, factor, most_cells);
         let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
         if touched <= reach + 1 || shares.iter().all(|&share| share == 1.0) {
             return (lattice, kept);
@@ -123,17 +123,19 @@ pub(super) fn lattice(
     }
 }
 
-/// Lattice lines that keep a tolerance, given the needs of the boxes under the tile; `split`: along the boxes' borders too.
-fn spread(
-    face: &PreparedFace,
-    tile: &Tile,
-    [su, sv]: [std::ops::Range<usize>; 2],
-    split: bool,
-    needs: &[Needs],
-    tolerance: &Tolerance,
-    factor: f64,
-    most_cells: u64,
-) -> (TileLattice, Kept) {
+/// The boxes under a tile.
+struct Under<'a> {
+    face: &'a PreparedFace,
+    tile: &'a Tile,
+    /// Their strips in u and in v.
+    strips: [std::ops::Range<usize>; 2],
+    /// What they need, those of one strip in u after the other.
+    needs: &'a [Needs],
+}
+
+/// Lattice lines that keep a tolerance; `split`: along the boxes' borders too.
+fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, most_cells: u64) -> (TileLattice, Kept) {
+    let Under { face, tile, strips: [su, sv], needs } = under;
     let table = &face.bounds;
     let cell = |i: usize, j: usize| needs[(i - su.start) * sv.len() + (j - sv.start)];
     let columns: Vec<Needs> = su.clone().map(|i| worst(sv.clone().map(|j| cell(i, j)))).collect();

@@ -20,6 +20,7 @@ pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 mod narrow;
 
 mod plan;
+mod refill;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
 
 mod record;

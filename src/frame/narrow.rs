@@ -65,7 +65,7 @@ impl Surface<'_> {
         let lift = |k: usize| self.lift(web.mesh, edge(k).0, edge(k).1).abs();
         let (a, b, c) = edge((0..3).max_by(|&i, &j| lift(i).total_cmp(&lift(j)))?);
         let other = web.left_of(b, a)?;
-        let d = *web.mesh.triangles[other].iter().find(|&&v| v != a && v != b)?;
+        let d = web.third(other, a, b)?;
         let (uv, at) = self.middle(a, b);
         let mesh = &mut *web.mesh;
         let m = mesh.positions.len() as u32;

@@ -4,8 +4,8 @@
 //! change sides between the parameter plane and space; and where a boundary is coarse, a lattice point that is inside in
 //! (u,v) may lie beyond the boundary's chord. Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*,
 //! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless that would take the triangles
-//! away from the surface by more than the chord tolerance. The tile's boundary stays, so that nothing is seen from the
-//! neighbours.
+//! away from the surface by more than the chord tolerance; where no such step helps, the surroundings are triangulated anew
+//! (`refill`). The tile's boundary stays, so that nothing is seen from the neighbours.
 
 use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
@@ -14,8 +14,6 @@ use glam::DVec3;
 
 /// Changes per folded triangle: one is enough for most, a fan of n points needs about n.
 const CHANGES: usize = 16;
-/// Triangles around a point that is merged; more are left alone.
-const MOST_AROUND: usize = 64;
 /// Share of the area looking inwards that a change has to gain, so that changes come to an end.
 const LEAST_GAIN: f64 = 1e-3;
 
@@ -54,9 +52,10 @@ struct Near<'a> {
 const MOST_LOSS: f64 = 8.0;
 
 impl Web<'_> {
-    /// Changes folded triangles, the last first, as long as that helps.
+    /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change elsewhere.
     fn unfold(&mut self, mut folded: Vec<usize>, near: &Near<'_>) {
         let mut left = CHANGES * folded.len();
+        let mut waiting = Vec::new();
         while let (Some(t), 1..) = (folded.pop(), left) {
             left -= 1;
             let corners = self.mesh.triangles[t];
@@ -65,11 +64,36 @@ impl Web<'_> {
             }
             let (flips, merges) = (self.flips(t), self.merges(t));
             let gaining = self.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN, near).cloned();
-            let Some(change) = gaining.or_else(|| self.best(merges.iter(), MOST_LOSS, near).cloned()) else { continue };
+            let change = gaining.or_else(|| self.best(merges.iter(), MOST_LOSS, near).cloned());
+            let Some(change) = change.or_else(|| self.anew(t, near)) else {
+                waiting.push(t);
+                continue;
+            };
             self.apply(&change);
+            folded.splice(0..0, waiting.drain(..));
             let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_folded(self.mesh);
             folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
         }
+    }
+
+    /// The surroundings of a folded triangle, triangulated anew so that less of them looks inwards, or else less is steep.
+    fn anew(&self, t: usize, near: &Near<'_>) -> Option<Change> {
+        let gain = |change: &Change| {
+            let old = self.wrong(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t]));
+            let new = self.wrong(change.triangles.iter().map(|(_, corners)| *corners));
+            is_less(new, old).then_some([old[0] - new[0], old[1] - new[1]])
+        };
+        let fitting = self.refills(t).filter(|change| self.stays(change, near));
+        let gaining = fitting.filter_map(|change| Some((gain(&change)?, change)));
+        gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
+    }
+
+    /// Area that looks inwards, and that with what is steep, twice.
+    fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 2] {
+        triangles
+            .filter(|t| *t != GONE)
+            .map(|t| Shape::of(self.mesh, t))
+            .fold([0.0; 2], |[inwards, all], s| [inwards - s.facing.min(0.0), all - s.outwards.min(0.0)])
     }
 
     /// Whether less looks inwards than in the triangles as stated, and nothing strays.
@@ -79,7 +103,7 @@ impl Web<'_> {
         let before = changed().map(|(old, _)| deviation(*old)).fold(near.chord, f64::max);
         changed().all(|(_, new)| *new == GONE || deviation(*new) <= before)
             && self.covers(changed(), near.chord)
-            && self.score(changed().map(|(_, new)| *new)).0 > self.score(changed().map(|(old, _)| *old)).0
+            && is_less(self.wrong(changed().map(|(_, new)| *new)), self.wrong(changed().map(|(old, _)| *old)))
     }
 
     /// Whether new triangles, by the middles of their sides, are where old ones were, within a distance. The other way does not
@@ -148,33 +172,28 @@ impl Web<'_> {
         changes
     }
 
-    /// The triangles around `v` counter-clockwise, each with the corner that follows `v` in it; `None` if there is a gap.
-    fn fan(&self, t: usize, v: u32) -> Option<Vec<(usize, u32)>> {
-        let mut fan = Vec::new();
-        let mut at = t;
-        while fan.len() < MOST_AROUND {
-            let corners = self.mesh.triangles[at];
-            let k = corners.iter().position(|&c| c == v)?;
-            fan.push((at, corners[(k + 1) % 3]));
-            at = self.left_of(v, corners[(k + 2) % 3])?;
-            if at == t {
-                return Some(fan);
-            }
-        }
-        None
-    }
-
     /// `v` merged into `to`; `None` where that would join more than two triangles along an edge.
     fn merge(&self, v: u32, to: u32, fan: &[(usize, u32)]) -> Option<Change> {
-        let common = fan.iter().filter(|&&(_, w)| w != to && self.has_edge(w, to)).count();
+        let one = self.one(to);
+        let common = fan.iter().filter(|&&(_, w)| self.one(w) != one && self.has_edge(w, to)).count();
         (common == 2).then(|| {
             let moved = |t: usize| {
                 let corners = self.mesh.triangles[t];
-                if corners.contains(&to) { GONE } else { corners.map(|c| if c == v { to } else { c }) }
+                if corners.iter().any(|&c| self.one(c) == one) {
+                    GONE
+                } else {
+                    corners.map(|c| if c == v { to } else { c })
+                }
             };
             Change { triangles: fan.iter().map(|&(t, _)| (t, moved(t))).collect() }
         })
     }
+}
+
+/// Whether less area looks inwards, or else less is steep.
+fn is_less(new: [f64; 2], old: [f64; 2]) -> bool {
+    let least = |old: f64| (1.0 - LEAST_GAIN) * old;
+    new[0] < least(old[0]) || new[0] <= old[0] && new[1] < least(old[1])
 }
 
 /// Distance of `p` from a triangle.

@@ -1,6 +1,6 @@
 //! Triangles that know their neighbours, and the changes that keep their outline.
 
-use crate::mesh::PatchMesh;
+use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -10,13 +10,18 @@ const ROUNDING: f64 = 1e-13;
 /// as steep as this.
 const STEEP: f64 = 0.05;
 
+/// Triangles around a point that is merged or taken out; more are left alone.
+const MOST_AROUND: usize = 64;
+
 /// In place of a triangle that was merged away.
 pub(super) const GONE: [u32; 3] = [u32::MAX; 3];
 
 /// What a triangle looks like in space.
 pub(super) struct Shape {
     corners: [u32; 3],
-    /// Twice the area, times the cosine to the mean of its corners' normals less [`STEEP`].
+    /// Twice the area, times the cosine to the mean of its corners' normals.
+    pub(super) facing: f64,
+    /// The same with the cosine less [`STEEP`].
     pub(super) outwards: f64,
     cross: DVec3,
 }
@@ -26,7 +31,8 @@ impl Shape {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
         let cross = (b - a).cross(c - a);
         let normal: DVec3 = corners.iter().map(|&v| mesh.normals[v as usize].as_dvec3()).sum();
-        Self { corners, outwards: cross.dot(normal.normalize_or_zero()) - STEEP * cross.length(), cross }
+        let facing = cross.dot(normal.normalize_or_zero());
+        Self { corners, facing, outwards: facing - STEEP * cross.length(), cross }
     }
 
     pub(super) fn longest(&self, mesh: &PatchMesh) -> f64 {
@@ -55,11 +61,15 @@ pub(super) struct Change {
 pub(super) struct Web<'a> {
     pub(super) mesh: &'a mut PatchMesh,
     around: Around,
-    /// The triangle left of each directed edge of triangles that changed; none where there is none now.
+    /// The triangle left of each directed edge of triangles that changed, its ends as [`Web::one`] has them; none where there is
+    /// none now.
     changed: HashMap<(u32, u32), Option<usize>>,
+    /// For vertices on a pole: the first of them. A pole is a row of tessellants, one for each parameter, in one place.
+    poles: HashMap<u32, u32>,
 }
 
-/// Triangles by corner, as they were before any changed: a few changes in a large tile must not cost a hash of all its edges.
+/// Triangles by corner ([`Web::one`] of it), as they were before any changed: a few changes in a large tile must not cost a hash
+/// of all its edges.
 struct Around {
     /// Where the triangles of each vertex start.
     starts: Vec<u32>,
@@ -68,14 +78,15 @@ struct Around {
 }
 
 impl Around {
-    fn new(mesh: &PatchMesh) -> Self {
+    fn new(mesh: &PatchMesh, poles: &HashMap<u32, u32>) -> Self {
+        let one = |v: u32| if poles.is_empty() { v } else { poles.get(&v).copied().unwrap_or(v) };
         let mut starts = vec![0; mesh.positions.len() + 2];
         // Counted one too far, so that filling moves each start to its place.
-        mesh.triangles.iter().flatten().for_each(|&v| starts[v as usize + 2] += 1);
+        mesh.triangles.iter().flatten().for_each(|&v| starts[one(v) as usize + 2] += 1);
         (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
         let mut triangles = vec![0; 3 * mesh.triangles.len()];
         for (t, &v) in (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.iter().map(move |v| (t, v))) {
-            let at = &mut starts[v as usize + 1];
+            let at = &mut starts[one(v) as usize + 1];
             triangles[*at as usize] = t;
             *at += 1;
         }
@@ -94,21 +105,41 @@ impl Around {
 impl<'a> Web<'a> {
     /// Two passes over the triangles.
     pub(super) fn new(mesh: &'a mut PatchMesh) -> Self {
-        let around = Around::new(mesh);
-        Self { mesh, around, changed: HashMap::new() }
+        let poles = poles(mesh);
+        let around = Around::new(mesh, &poles);
+        Self { mesh, around, changed: HashMap::new(), poles }
+    }
+
+    /// A vertex, or the one that stands for it.
+    pub(super) fn one(&self, v: u32) -> u32 {
+        if self.poles.is_empty() { v } else { self.poles.get(&v).copied().unwrap_or(v) }
+    }
+
+    /// All vertices in the place of `v`.
+    pub(super) fn same(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+        let one = self.one(v);
+        let others = self.poles.iter().filter(move |(other, first)| **first == one && **other != v);
+        std::iter::once(v).chain(others.map(|(other, _)| *other))
     }
 
     /// The triangle left of a directed edge, if there is one.
     pub(super) fn left_of(&self, a: u32, b: u32) -> Option<usize> {
-        if let Some(now) = self.changed.get(&(a, b)) {
+        let edge = (self.one(a), self.one(b));
+        if let Some(now) = self.changed.get(&edge) {
             return *now;
         }
         // No edge of a triangle that changed comes here.
         let runs = |t: u32| {
-            let [p, q, r] = self.mesh.triangles[t as usize];
-            [(p, q), (q, r), (r, p)].contains(&(a, b))
+            let [p, q, r] = self.mesh.triangles[t as usize].map(|v| self.one(v));
+            [(p, q), (q, r), (r, p)].contains(&edge)
         };
-        self.around.of(a).iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
+        self.around.of(edge.0).iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
+    }
+
+    /// The corner of triangle `t` that is neither `a` nor `b`.
+    pub(super) fn third(&self, t: usize, a: u32, b: u32) -> Option<u32> {
+        let [a, b] = [a, b].map(|v| self.one(v));
+        self.mesh.triangles[t].into_iter().find(|&v| self.one(v) != a && self.one(v) != b)
     }
 
     /// Puts the new triangles in place of the old ones.
@@ -130,17 +161,34 @@ impl<'a> Web<'a> {
     }
 
     fn enter(&mut self, t: usize) {
-        let corners = self.mesh.triangles[t];
+        let corners = self.mesh.triangles[t].map(|v| self.one(v));
         (0..3).for_each(|k| {
             self.changed.insert((corners[k], corners[(k + 1) % 3]), Some(t));
         });
     }
 
     fn leave(&mut self, t: usize) {
-        let corners = self.mesh.triangles[t];
+        let corners = self.mesh.triangles[t].map(|v| self.one(v));
         (0..3).for_each(|k| {
             self.changed.insert((corners[k], corners[(k + 1) % 3]), None);
         });
+    }
+
+    /// The triangles around `v` counter-clockwise from `t` on, each with the corner that follows `v` in it; `None` if there is
+    /// a gap.
+    pub(super) fn fan(&self, t: usize, v: u32) -> Option<Vec<(usize, u32)>> {
+        let mut fan = Vec::new();
+        let mut at = t;
+        while fan.len() < MOST_AROUND {
+            let corners = self.mesh.triangles[at];
+            let k = corners.iter().position(|&c| self.one(c) == self.one(v))?;
+            fan.push((at, corners[(k + 1) % 3]));
+            at = self.left_of(v, corners[(k + 2) % 3])?;
+            if at == t {
+                return Some(fan);
+            }
+        }
+        None
     }
 
     pub(super) fn has_edge(&self, a: u32, b: u32) -> bool {
@@ -153,11 +201,29 @@ impl<'a> Web<'a> {
         let flip = |k: usize| {
             let [a, b, c] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
             let other = self.left_of(b, a)?;
-            let d = *self.mesh.triangles[other].iter().find(|&&v| v != a && v != b)?;
-            (c != d && !self.has_edge(c, d)).then(|| Change { triangles: vec![(t, [a, d, c]), (other, [d, b, c])] })
+            let d = self.third(other, a, b)?;
+            (self.one(c) != self.one(d) && !self.has_edge(c, d))
+                .then(|| Change { triangles: vec![(t, [a, d, c]), (other, [d, b, c])] })
         };
         (0..3).filter_map(flip).collect()
     }
+}
+
+/// The vertices on poles, each with the first of them.
+fn poles(mesh: &PatchMesh) -> HashMap<u32, u32> {
+    let on_boundary = |o: &Origin| matches!(o, Origin::Edge { .. } | Origin::Border { .. });
+    let count = mesh.origins.iter().position(|o| !on_boundary(o)).unwrap_or(mesh.origins.len());
+    let place = |v: usize| mesh.positions[v].to_array().map(f64::to_bits);
+    let mut rows: HashMap<[u64; 3], u32> = HashMap::new();
+    for v in 1..count {
+        if mesh.positions[v] == mesh.positions[v - 1] {
+            rows.entry(place(v)).or_insert(v as u32 - 1);
+        }
+    }
+    if rows.is_empty() {
+        return HashMap::new();
+    }
+    (0..count).filter_map(|v| Some((v as u32, *rows.get(&place(v))?))).collect()
 }
 
 #[cfg(test)]

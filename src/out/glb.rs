@@ -6,6 +6,7 @@
 
 use super::colour;
 use super::placed::{batches_by_part, distinct, lines_by_part};
+use super::single::{BeyondSingle, single};
 use crate::mesh::{Batch, EdgeLine, MemorySink, SceneInstance, ScenePart};
 use crate::model::Colour;
 use glam::{DMat3, DVec3, Vec3};
@@ -31,7 +32,8 @@ const SHORT_VERTICES: usize = 65_535;
 /// part's data. Triangles whose rounded corners coincide are left out.
 ///
 /// # Errors
-/// What `file` reports, or more than 4 GiB of data, which the format cannot address.
+/// What `file` reports, or, with nothing written, more than 4 GiB of data or [a position](BeyondSingle) that the format cannot
+/// hold.
 pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let mut glb = Glb::default();
     let mut shapes = Vec::new();
@@ -48,7 +50,7 @@ pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
                 Some(mesh) => *mesh,
                 None => *meshes.entry(key).or_insert(glb.mesh(part, shape, instance.colour)),
             };
-            children.push(glb.root.push(node(part, instance, mesh)));
+            children.push(glb.root.push(node(part, instance, mesh)?));
         }
     }
     let world = glb.root.push(Node {
@@ -89,7 +91,9 @@ struct Glb {
 
 impl Glb {
     fn shape(&mut self, part: &ScenePart, batches: &[&Batch], lines: &[&EdgeLine]) -> io::Result<Shape> {
-        let round = |point: DVec3| ((point - part.centre) * METRES_PER_MILLIMETRE).as_vec3() + Vec3::ZERO;
+        let round = |points: &[DVec3]| -> Result<Vec<Vec3>, BeyondSingle> {
+            points.iter().map(|&point| single((point - part.centre) * METRES_PER_MILLIMETRE)).collect()
+        };
         let mut groups: Vec<(Option<Colour>, Vec<&Batch>)> = Vec::new();
         let mut of_colour = HashMap::new();
         for batch in batches {
@@ -106,7 +110,7 @@ impl Glb {
             let mut normals = Vec::new();
             for batch in batches {
                 let base = vertices.positions.len() as u32;
-                let rounded: Vec<_> = batch.mesh.positions.iter().map(|&point| round(point)).collect();
+                let rounded = round(&batch.mesh.positions)?;
                 let kept = vertices.indices.len();
                 vertices.indices.extend(distinct(&batch.mesh, &rounded).flatten().map(|corner| base + corner));
                 if vertices.indices.len() > kept {
@@ -125,7 +129,7 @@ impl Glb {
         let mut vertices = Vertices::default();
         for line in lines {
             let base = vertices.positions.len() as u32;
-            let rounded: Vec<_> = line.points.iter().map(|&point| round(point)).collect();
+            let rounded = round(&line.points)?;
             let segments = (1..rounded.len()).filter(|&end| rounded[end - 1] != rounded[end]);
             vertices.indices.extend(segments.flat_map(|end| [base + end as u32 - 1, base + end as u32]));
             vertices.add(&rounded, line.edge.0);
@@ -343,14 +347,14 @@ fn named(name: &str) -> Option<String> {
 }
 
 /// Where the part's centre goes, and how the part is turned about it.
-fn node(part: &ScenePart, instance: &SceneInstance, mesh: Option<Index<Mesh>>) -> Node {
-    let centre = (instance.transform.transform_point3(part.centre) * METRES_PER_MILLIMETRE).as_vec3();
+fn node(part: &ScenePart, instance: &SceneInstance, mesh: Option<Index<Mesh>>) -> Result<Node, BeyondSingle> {
+    let centre = single(instance.transform.transform_point3(part.centre) * METRES_PER_MILLIMETRE)?;
     let turn = instance.transform.matrix3;
     let node = Node { name: named(&instance.name).or_else(|| named(&part.name)), mesh, ..Node::default() };
     if turn == DMat3::IDENTITY {
-        return Node { translation: Some(centre.to_array()), ..node };
+        return Ok(Node { translation: Some(centre.to_array()), ..node });
     }
-    let columns = [turn.x_axis, turn.y_axis, turn.z_axis].map(|axis| axis.as_vec3().extend(0.0));
-    let matrix = [columns[0], columns[1], columns[2], centre.extend(1.0)].map(|column| column.to_array());
-    Node { matrix: matrix.as_flattened().try_into().ok(), ..node }
+    let [x, y, z] = [single(turn.x_axis)?, single(turn.y_axis)?, single(turn.z_axis)?].map(|axis| axis.extend(0.0));
+    let matrix = [x, y, z, centre.extend(1.0)].map(|column| column.to_array());
+    Ok(Node { matrix: matrix.as_flattened().try_into().ok(), ..node })
 }

@@ -7,6 +7,9 @@ pub use pending::write_whole;
 
 mod placed;
 
+mod single;
+pub use single::BeyondSingle;
+
 mod colour;
 
 mod ply;

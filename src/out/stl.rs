@@ -1,6 +1,7 @@
 //! A frame to binary STL: single-precision millimetres in world coordinates, a flat normal per triangle.
 
 use super::placed::{Placement, batches_by_part, distinct, placed};
+use super::single::{BeyondSingle, single};
 use crate::mesh::{Batch, MemorySink};
 use glam::Vec3;
 use std::io::{self, Write};
@@ -9,7 +10,8 @@ use std::io::{self, Write};
 /// the mesh does; triangles whose rounded corners coincide are left out.
 ///
 /// # Errors
-/// What `file` reports, or more than 2³² triangles.
+/// What `file` reports, or, with nothing written, more than 2³² triangles or [a position](BeyondSingle) that the format cannot
+/// hold.
 pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let by_part = batches_by_part(frame);
     let mut world = Vec::new();
@@ -17,7 +19,7 @@ pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     for (instance, batches) in placed(frame, &by_part) {
         let placement = Placement::new(&instance.transform);
         for batch in batches {
-            round(batch, &placement, &mut world);
+            round(batch, &placement, &mut world)?;
             triangles += distinct(&batch.mesh, &world).count() as u64;
         }
     }
@@ -33,7 +35,7 @@ pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     for (instance, batches) in placed(frame, &by_part) {
         let placement = Placement::new(&instance.transform);
         for batch in batches {
-            round(batch, &placement, &mut world);
+            round(batch, &placement, &mut world)?;
             bytes.clear();
             for corners in distinct(&batch.mesh, &world) {
                 let [a, b, c] = placement.winding(corners).map(|corner| world[corner as usize]);
@@ -49,7 +51,10 @@ pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-fn round(batch: &Batch, placement: &Placement, world: &mut Vec<Vec3>) {
+fn round(batch: &Batch, placement: &Placement, world: &mut Vec<Vec3>) -> Result<(), BeyondSingle> {
     world.clear();
-    world.extend(batch.mesh.positions.iter().map(|&point| placement.position(point).as_vec3() + Vec3::ZERO));
+    for &point in &batch.mesh.positions {
+        world.push(single(placement.position(point))?);
+    }
+    Ok(())
 }

@@ -8,6 +8,7 @@
 use super::UvCurve;
 use super::face::{DraftAlong, DraftTile, DraftUse};
 use super::meeting::{Meeting, beside, meet, weld};
+use super::uv_curve::SAME_SHARE;
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -15,9 +16,13 @@ use std::f64::consts::TAU;
 /// keeps their polylines apart, and the trim stage resolves what crosses.
 const MAX_DEPTH: u32 = 8;
 
-/// Pairs of arcs examined per tile, in multiples of the number of arcs. Real faces need 1–3; a crowd of overlapping
-/// loops must not cost quadratic time.
-const PAIRS_PER_ARC: usize = 200;
+/// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
+/// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
+const WORK: usize = 1 << 22;
+const WORK_PER_POINT: usize = 2000;
+
+/// Points that looking for the meeting of two stretches counts for, curved or straight.
+const WORK_PER_MEETING: [usize; 2] = [1000, 10];
 
 /// Rounds of looking for places where arcs meet, or for want of points seem to. Real faces need one; each of the others
 /// halves what is left.
@@ -25,9 +30,6 @@ const ROUNDS: usize = 7;
 
 /// Pairs of stretches for which more points are looked for. More of them run along each other.
 const MAX_WANTING: usize = 64;
-
-/// Distance, in tiles, of points that are one.
-const SAME: f64 = 1e-9;
 
 /// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
 /// loops that cross each other is left to the trim stage.
@@ -51,16 +53,34 @@ pub(super) struct Span<'a> {
     to: usize,
 }
 
+/// Pairs of stretches that cannot be told apart.
+type Close<'a> = Vec<(Span<'a>, Span<'a>)>;
+
+/// What is left of the work on a tile, in points.
+struct Work(usize);
+
+impl Work {
+    /// Whether there is so much left, and takes it.
+    fn takes(&mut self, points: usize) -> bool {
+        self.0 = self.0.saturating_sub(points);
+        self.0 > 0
+    }
+}
+
 /// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
-/// themselves or each other other than at common ends: the pcurves have a common sample there now.
-pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> Vec<Meeting> {
+/// themselves or each other other than at common ends: the pcurves have a common sample there now. Also whether that is all
+/// of it, and not just what was found until the work was too much.
+pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
     let mut meetings = Vec::new();
     let mut more = Vec::new();
+    let mut work: Option<Work> = None;
     for round in 1..=ROUNDS {
         let arcs = arcs(tile, &meetings, &more);
+        let points: usize = arcs.iter().map(|a| a.points.len()).sum();
+        let work = work.get_or_insert_with(|| Work(WORK + WORK_PER_POINT * points));
         let mut found = Vec::new();
         let mut close = Vec::new();
-        separate_all(&arcs, &mut found, &mut close);
+        separate_all(&arcs, &mut found, &mut close, work);
         let mut new: Vec<Meeting> = Vec::new();
         for &(a, b) in &close {
             for m in meet(tile, a, b) {
@@ -69,6 +89,10 @@ pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> Ve
                     new.push(m);
                 }
             }
+        }
+        if work.0 == 0 {
+            // Where so much comes near to so much, no set of points keeps it apart.
+            return (meetings, false);
         }
         let between = midway(&close);
         if round == ROUNDS || (new.is_empty() && between.is_empty()) {
@@ -83,13 +107,13 @@ pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> Ve
             more.extend(beside(tile, &meetings));
         }
     }
-    meetings
+    (meetings, true)
 }
 
 /// Parameters in the middle of stretches that could not be told apart for want of points, though they have no end in common.
 fn midway(close: &[(Span<'_>, Span<'_>)]) -> Vec<((usize, usize), f64)> {
     let wanting = |(a, b): &&(Span<'_>, Span<'_>)| {
-        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME));
+        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME_SHARE));
         let curved = |s: &Span<'_>| s.arc.points.len() > 2;
         !joined && !a.can_split() && !b.can_split() && (curved(a) || curved(b))
     };
@@ -122,12 +146,11 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)]) 
 }
 
 /// Separates arcs from themselves and each other; those that cannot be are appended to `close`.
-fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut Vec<(Span<'a>, Span<'a>)>) {
-    arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, breaks, close));
-    let mut budget = PAIRS_PER_ARC * arcs.len();
+fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut Close<'a>, work: &mut Work) {
+    arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, breaks, close, work));
     for (i, a) in arcs.iter().enumerate() {
         for b in &arcs[i + 1..] {
-            if b.low.x > a.high.x || budget == 0 {
+            if b.low.x > a.high.x || work.0 == 0 {
                 break;
             }
             if b.low.y > a.high.y || a.low.y > b.high.y {
@@ -135,14 +158,10 @@ fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut V
             }
             if a.points.len() == 2 && b.points.len() == 2 {
                 if !a.only_joins(b) {
-                    budget -= 1;
-                    close.push((Span::of(a), Span::of(b)));
+                    keep((Span::of(a), Span::of(b)), close, work);
                 }
-                continue;
-            }
-            budget -= 1;
-            if !a.runs_along(b) {
-                separate(Span::of(a), Span::of(b), 0, breaks, close);
+            } else if !a.runs_along(b) {
+                separate(Span::of(a), Span::of(b), 0, breaks, close, work);
             }
         }
     }
@@ -186,7 +205,7 @@ impl Arc {
     fn only_joins(&self, other: &Self) -> bool {
         let ([p, q], [r, s]) = (Span::of(self).ends(), Span::of(other).ends());
         let (d, e) = (q - p, s - r);
-        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME * d.length() * e.length()
+        (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME_SHARE * d.length() * e.length()
     }
 
     /// Whether both are the same stretch of one edge: there and back, or a loop given twice. Their polylines are one.
@@ -199,6 +218,10 @@ impl Arc {
 impl<'a> Span<'a> {
     fn of(arc: &'a Arc) -> Self {
         Self { arc, from: 0, to: arc.points.len() - 1 }
+    }
+
+    fn len(&self) -> usize {
+        self.to - self.from + 1
     }
 
     fn points(&self) -> impl Iterator<Item = DVec2> + Clone + 'a {
@@ -233,7 +256,7 @@ impl<'a> Span<'a> {
 
 /// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
 /// stretches are separated like arcs.
-fn separate_from_itself<'a>(arc: &'a Arc, breaks: &mut Vec<(u32, f64)>, close: &mut Vec<(Span<'a>, Span<'a>)>) {
+fn separate_from_itself<'a>(arc: &'a Arc, breaks: &mut Vec<(u32, f64)>, close: &mut Close<'a>, work: &mut Work) {
     const TURN: f64 = TAU / 3.0;
     let mut cuts = vec![0];
     let mut start: Option<DVec2> = None;
@@ -249,12 +272,23 @@ fn separate_from_itself<'a>(arc: &'a Arc, breaks: &mut Vec<(u32, f64)>, close: &
     cuts.dedup();
     let spans: Vec<Span<'a>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1] }).collect();
     let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
-    if spans.len() > 64 || pairs().all(|(i, j)| apart(spans[i], spans[j])) {
+    if spans.len() > 64
+        || !work.takes(spans.len() * arc.points.len())
+        || pairs().all(|(i, j)| apart(spans[i], spans[j]))
+    {
         return;
     }
     breaks.extend(cuts[1..cuts.len() - 1].iter().map(|&k| (arc.edge, arc.points[k].0)));
     for (i, j) in pairs() {
-        separate(spans[i], spans[j], 0, breaks, close);
+        separate(spans[i], spans[j], 0, breaks, close, work);
+    }
+}
+
+/// Adds a pair to those that cannot be told apart: looking for its meeting is work to come.
+fn keep<'a>(pair: (Span<'a>, Span<'a>), close: &mut Close<'a>, work: &mut Work) {
+    let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
+    if work.takes(WORK_PER_MEETING[usize::from(straight)]) {
+        close.push(pair);
     }
 }
 
@@ -264,33 +298,35 @@ fn separate<'a>(
     b: Span<'a>,
     depth: u32,
     breaks: &mut Vec<(u32, f64)>,
-    close: &mut Vec<(Span<'a>, Span<'a>)>,
+    close: &mut Close<'a>,
+    work: &mut Work,
 ) {
-    if apart(a, b) {
+    if !work.takes(a.len() + b.len()) || apart(a, b) {
         return;
     }
     if depth >= 2 * MAX_DEPTH {
-        close.push((a, b));
+        keep((a, b), close, work);
         return;
     }
     let (fat_a, fat_b) = (a.fatness(), b.fatness());
     let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
     if !split_a && !b.can_split() {
-        close.push((a, b));
+        keep((a, b), close, work);
         return;
     }
     let (halved, other) = if split_a { (a, b) } else { (b, a) };
     let (mid, halves) = halved.split();
     breaks.push((halved.arc.edge, halved.arc.points[mid].0));
     for half in halves {
-        separate(half, other, depth + 1, breaks, close);
+        separate(half, other, depth + 1, breaks, close, work);
     }
 }
 
 /// Whether a line separates two arcs, or a wedge at an end that they share.
 fn apart(a: Span<'_>, b: Span<'_>) -> bool {
     let others = b.ends();
-    let mut shared = a.ends().into_iter().filter(|p| others.iter().any(|q| p.distance_squared(*q) <= SAME * SAME));
+    let is_shared = |p: &DVec2| others.iter().any(|q| p.distance_squared(*q) <= SAME_SHARE * SAME_SHARE);
+    let mut shared = a.ends().into_iter().filter(is_shared);
     match (shared.next(), shared.next()) {
         (None, _) => separated_by_line(a, b) || separated_by_line(b, a),
         (Some(p), None) => cones_apart(a, b, p),
@@ -314,7 +350,7 @@ fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
 /// Whether the directions from `p` to the points of two arcs fill disjoint cones.
 fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
     let cone = |s: Span<'_>| {
-        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > SAME);
+        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > SAME_SHARE);
         let first = directions.next()?;
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
         let (lo, hi) = directions.fold((0.0_f64, 0.0_f64), |r, d| {

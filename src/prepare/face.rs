@@ -312,10 +312,11 @@ fn draft_with(
         Along::Pole(_) => None,
     }));
     let mut crossed = None;
+    let mut scribble = None;
     let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
         let others = breaks.len();
-        let meetings = critical(tile, &mut breaks);
+        let (meetings, all) = critical(tile, &mut breaks);
         critical_count += breaks.len() - others;
         meetings_count += meetings.len();
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
@@ -333,10 +334,16 @@ fn draft_with(
             let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
             crossed.get_or_insert(Told { place, what });
         }
-        tile.entangled |= folded.is_some() || !meetings.is_empty();
+        if !all && scribble.is_none() {
+            let place = Some(projector.point(arranged_middle(tile, &maps)));
+            let what =
+                "the boundary comes near to itself in too many places to find them all; kept is what it winds around";
+            scribble = Some(Told { place, what: what.to_owned() });
+        }
+        tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }
     let crosses = crossed.is_some();
-    repairs.extend(crossed);
+    repairs.extend(crossed.into_iter().chain(scribble));
     if gap > GAP_SHARE * extent {
         let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
         if gap > FAR_SHARE * extent {
@@ -450,6 +457,8 @@ impl Joiner<'_> {
 fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
     /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
     const BREAK: f64 = 1e-3;
+    /// Share of the longest tangent along a knot below which one is rounding: on a pole it has no direction.
+    const NO_TANGENT: f64 = 1e-9;
     let (knots, degree, breaks, across) = if axis == 0 {
         (&nurbs.knots_u, nurbs.degree_u, &patches.breaks_u, &patches.breaks_v)
     } else {
@@ -464,10 +473,11 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
     let places: Vec<f64> = places.chain(across.last().copied()).collect();
     let is_crease = |k: usize| {
         let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
-        places.iter().any(|&y| {
-            let (a, b) = (tangent(breaks[k] - step, y), tangent(breaks[k] + step, y));
-            a.length() > 0.0 && b.length() > 0.0 && a.angle_between(b) > BREAK
-        })
+        let sides: Vec<[DVec3; 2]> =
+            places.iter().map(|&y| [-step, step].map(|step| tangent(breaks[k] + step, y))).collect();
+        let longest = sides.as_flattened().iter().map(|t| t.length()).fold(0.0, f64::max);
+        let has_tangent = |t: &DVec3| t.length() > NO_TANGENT * longest;
+        sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && a.angle_between(*b) > BREAK)
     };
     (1..breaks.len() - 1)
         .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)

@@ -7,6 +7,7 @@
 use super::UvSample;
 use super::pcurve::Projector;
 use super::region::Region;
+use super::uv_curve::SAME_SHARE;
 use super::uv_loop::{Along, Piece, UvLoop, area2, winding_about};
 use glam::{DMat2, DVec2};
 
@@ -15,9 +16,6 @@ const MAX_SEGMENTS: usize = 20_000;
 
 /// Crossings of a loop beyond which it is a scribble, of which no lobe means anything.
 const MAX_CROSSINGS: usize = 64;
-
-/// Share of a region's size below which two points of a loop are one.
-const SAME: f64 = 1e-9;
 
 /// Newton steps to a crossing of two pcurves, from that of their chords.
 const STEPS: usize = 12;
@@ -48,7 +46,7 @@ pub(super) fn turn(region: &mut Region, projector: &Projector<'_>) -> Option<Tur
     let polygons: Vec<Vec<DVec2>> = region.loops.iter().map(UvLoop::polyline).collect();
     for (k, l) in std::mem::take(&mut region.loops).into_iter().enumerate() {
         let extent = |axis: usize| region.bounds[axis].1 - region.bounds[axis].0;
-        let near = SAME * extent(0).max(extent(1));
+        let near = SAME_SHARE * extent(0).max(extent(1));
         let outside = || {
             let around = |o: &usize| *o != k && winding_about(&polygons[*o], polygons[k][polygons[k].len() / 2]) != 0;
             (0..polygons.len()).filter(around).count() % 2 == 0

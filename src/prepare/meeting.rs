@@ -7,6 +7,7 @@ use super::UvCurve;
 use super::UvSample;
 use super::critical::Span;
 use super::face::{DraftTile, DraftUse};
+use super::uv_curve::SAME_SHARE;
 use super::uv_loop::winding_about;
 use glam::{DMat2, DVec2};
 
@@ -18,9 +19,6 @@ const TANGENT: f64 = 1e-5;
 
 /// Sine of the angle below which two curves run side by side where they come together.
 const SIDE_BY_SIDE: f64 = 0.1;
-
-/// Share of a use's range below which two parameters are one.
-const SAME: f64 = 1e-9;
 
 /// Newton steps: from chords of a 256th of an arc, three are enough.
 const STEPS: usize = 12;
@@ -97,7 +95,7 @@ fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, crossing: Option<[f64; 2]>
     let scale = (tile.max - tile.min).recip();
     let uses = spans.map(|s| &tile.loops[s.arc.of.0][s.arc.of.1]);
     let limits = spans.map(|s| [s.arc.points[0].0, s.arc.points[s.arc.points.len() - 1].0]);
-    let same = limits.map(|[from, to]| SAME * (to - from));
+    let same = limits.map(|[from, to]| SAME_SHARE * (to - from));
     let mut t = [0, 1].map(|k| {
         let [from, to] = spans[k].range();
         (from + (to - from) * at[k]).clamp(limits[k][0], limits[k][1])
@@ -159,7 +157,7 @@ fn tangency(uses: [&DraftUse; 2], scale: DVec2, ranges: [[f64; 2]; 2], guess: [f
             let (q, e) = at(other, s);
             let step = (p - q).dot(e) / e.length_squared();
             s = (s + step).clamp(from, to);
-            let settled = step.abs() <= SAME * (to - from);
+            let settled = step.abs() <= SAME_SHARE * (to - from);
             if settled || !step.is_finite() {
                 break;
             }

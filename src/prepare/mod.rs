@@ -59,6 +59,7 @@ mod region;
 mod sew;
 
 mod shells;
+pub use shells::Shells;
 
 mod spans;
 pub use spans::UvDomain;
@@ -221,8 +222,9 @@ fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budge
         drafts.push(result.ok());
     }
     let mut turned = Vec::new();
-    let of_trims = stated.edges.len()..trimmed.edges.len();
-    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, of_trims, drafts, &mut turned)));
+    // Edges of free trims come after the model's own, and what sewing makes of them after those.
+    let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
+    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, finely_cut, drafts, &mut turned)));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {

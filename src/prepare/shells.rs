@@ -1,8 +1,71 @@
-//! Shells that should bound solids -> those whose edges are not all used in pairs.
+//! Shells -> how often their faces use each edge: which of them are closed.
 
 use super::free_edges::FreeFaces;
 use super::uv_loop::{Along, Piece};
-use crate::model::{Loop, Part, ShellKind};
+use crate::model::{Face, Loop, Part, ShellKind};
+use std::collections::BTreeSet;
+
+/// A part's shells by what they bound, and whether every edge is used in pairs: what the part states, before anything is
+/// repaired or lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Shells {
+    /// Shells whose faces use each of their edges an even number of times; those without edges are closed surfaces.
+    pub closed: usize,
+    /// The others.
+    pub open: usize,
+    /// Closed shells that bound voids.
+    pub voids: usize,
+    /// Closed shells of which the file does not say which side is inside.
+    pub undirected: usize,
+    /// Edges that their shell uses an odd number of times.
+    pub free_edges: usize,
+}
+
+impl Shells {
+    /// The shells of a part. Edges are compared, not their places: faces that only lie side by side share none.
+    ///
+    /// Cost: about 100 ns for each coedge.
+    #[must_use]
+    pub fn of(part: &Part) -> Self {
+        let unbounded = part.faces.iter().filter(|face| !face.loops.iter().any(|l| matches!(l, Loop::Edges(_))));
+        let mut open: BTreeSet<u32> = unbounded.filter(|face| !closes(face)).map(|face| face.shell).collect();
+        let mut shells = Self::default();
+        for free in uses(part, &FreeFaces::new()).into_iter().filter(|edge| edge.count % 2 == 1) {
+            open.insert(free.shell);
+            shells.free_edges += 1;
+        }
+        for (number, shell) in (0_u32..).zip(&part.shells) {
+            if open.contains(&number) {
+                shells.open += 1;
+            } else {
+                shells.closed += 1;
+                shells.voids += usize::from(shell.kind == ShellKind::Void);
+                shells.undirected += usize::from(shell.kind == ShellKind::Open);
+            }
+        }
+        shells
+    }
+
+    /// Adds those of another part.
+    pub fn join(&mut self, other: &Self) {
+        self.closed += other.closed;
+        self.open += other.open;
+        self.voids += other.voids;
+        self.undirected += other.undirected;
+        self.free_edges += other.free_edges;
+    }
+}
+
+/// Whether a face that is its whole surface has no border: each direction goes round, or ends in points.
+fn closes(face: &Face) -> bool {
+    let surface = &face.surface;
+    let (period, domain, poles) = (surface.period(), surface.natural_domain(), surface.poles());
+    (0..2).all(|axis| {
+        let (low, high) = domain[axis];
+        let pole = |end: f64| poles.iter().any(|pole| pole.axis == axis && pole.at == end);
+        period[axis].is_some() || pole(low) && pole(high)
+    })
+}
 
 /// A shell of a solid with free edges.
 pub(super) struct Open {
@@ -78,8 +141,6 @@ pub(super) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
 }
 
 /// The shells of solids that their faces leave open. Not those with faces that are `lost`: that is told.
-///
-/// Edges are compared, not their places: faces that only lie side by side share none.
 pub(super) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) -> Vec<Open> {
     let uses = uses(part, free);
     let has_lost = |shell: u32| part.faces.iter().enumerate().any(|(face, f)| f.shell == shell && lost(face));
@@ -93,4 +154,30 @@ pub(super) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) 
             .filter(|_| !has_lost(number))
     });
     open.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::shapes;
+
+    #[test]
+    fn a_loop_given_twice_closes_nothing() {
+        let mut part = shapes::by_name("square").unwrap_or_default().parts.remove(0);
+        let again = part.faces[0].loops.clone();
+        part.faces[0].loops.extend(again);
+        let shells = Shells::of(&part);
+        assert_eq!((shells.closed, shells.open, shells.free_edges), (0, 1, part.edges.len()));
+    }
+
+    #[test]
+    fn sheets_are_open_and_solids_closed() {
+        for (name, closed, open) in
+            [("square", 0, 1), ("box", 1, 0), ("cone", 1, 0), ("sphere", 1, 0), ("torus", 1, 0), ("wave", 0, 1)]
+        {
+            let model = shapes::by_name(name).unwrap_or_default();
+            let shells = Shells::of(&model.parts[0]);
+            assert_eq!((shells.closed, shells.open), (closed, open), "{name}");
+        }
+    }
 }

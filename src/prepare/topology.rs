@@ -2,6 +2,7 @@
 
 use super::face::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
 use super::orient::{Turned, orient};
+use super::uv_curve::SAME_SHARE;
 use super::{
     BezierPatches, BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart,
     Tile, UvCurve,
@@ -9,16 +10,12 @@ use super::{
 use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, Loop, Part};
 use glam::DVec3;
-use std::ops::Range;
 
-/// Breaks closer than this share of an edge's range are one.
-const SAME_BREAK: f64 = 1e-9;
-
-/// Joins the drafts of a part's faces (none for faces that could not be used). `free`: which of its edges are of free trims;
-/// those before are the model's own, those behind came by healing and sewing. Shells that had to be turned over are appended to `told`.
+/// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
+/// finer than they bend. Shells that had to be turned over are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
-    free: Range<usize>,
+    finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
     told: &mut Vec<Turned>,
 ) -> PreparedPart {
@@ -30,7 +27,7 @@ pub(super) fn assemble(
     let used = used_edges(part.edges.len(), &drafts);
     let mut edges: Vec<PreparedEdge> =
         part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
-    for edge in &mut edges[free.clone()] {
+    for edge in edges.iter_mut().skip(finely_cut) {
         edge.bounds = edge.bounds.merged();
     }
     for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
@@ -197,7 +194,7 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     let bounds = CurveBounds::new(&curve);
     let straight = e.kind == CurveKind::Line || bounds.is_straight();
     ts.extend(e.curve.kinks().into_iter().filter(|&k| k > t0 && k < t1));
-    let close = SAME_BREAK * (t1 - t0);
+    let close = SAME_SHARE * (t1 - t0);
     ts.retain(|t| t - t0 > close && t1 - t > close);
     ts.sort_by(f64::total_cmp);
     ts.dedup_by(|b, a| *b - *a <= close);

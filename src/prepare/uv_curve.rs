@@ -2,6 +2,10 @@
 
 use glam::DVec2;
 
+/// Points closer than this share of a tile, and parameters closer than this share of their range, are one: pcurves are marched
+/// to rounding, 1e-12 of a face, and what meets within a face is solved to the same.
+pub(super) const SAME_SHARE: f64 = 1e-9;
+
 /// A curve in (u,v), in the parameter of the edge it belongs to.
 #[derive(Clone, Debug)]
 pub enum UvCurve {

@@ -1,5 +1,6 @@
 //! Sections, turned areas and rounded corners -> volumes, by Pappus and Steiner.
 
+use glam::DVec2;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 /// A plane figure: its area, and the length of its outline.
@@ -10,6 +11,21 @@ pub(crate) struct Section {
 }
 
 impl Section {
+    /// A convex polygon with corners `(x, y, radius)`, counter-clockwise.
+    pub(crate) fn rounded(corners: &[(f64, f64, f64)]) -> Self {
+        let mut section = Self { area: 0.0, outline: 0.0 };
+        let n = corners.len();
+        let at = |k: usize| DVec2::new(corners[k % n].0, corners[k % n].1);
+        for (k, &(x, y, radius)) in corners.iter().enumerate() {
+            let (before, here, after) = (at(k + n - 1), DVec2::new(x, y), at(k + 1));
+            let turn = (here - before).angle_to(after - here);
+            let cut = (0.5 * turn).tan();
+            section.area += 0.5 * here.perp_dot(after) - radius * radius * (cut - 0.5 * turn);
+            section.outline += here.distance(after) - radius * (2.0 * cut - turn);
+        }
+        section
+    }
+
     /// Volume over a height, its edges at `ends` of the two ends rounded with a radius; an outline without corners. Negative
     /// radii are fillets around the foot.
     pub(crate) fn prism(&self, height: f64, ends: f64, radius: f64) -> f64 {

@@ -28,7 +28,7 @@ fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
                 complain(format!("neighbours disagree about {disagreeing:?}"));
             }
             let folded = FOLDED.iter().any(|(name, _)| *name == file);
-            if let Some((count, worst)) = flipped(&prepared, &sink, 0.0).filter(|_| !folded) {
+            if let Some((count, worst)) = flipped(&prepared, &sink).filter(|_| !folded) {
                 complain(format!("{count} of {} triangles flipped, such as {worst}", total.triangles));
             }
         }

@@ -123,10 +123,7 @@ fn holes_near_the_apex_and_around_it() {
         let loops = vec![Loop::Edges(vec![foot.along()]), Loop::Vertex(apex), Loop::Edges(vec![hole.against()])];
         let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle: -FRAC_PI_4 };
         body.part.plain_face(cone, body.shell, loops, false);
-        Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius)
-            .named((s, radius))
-            .thin_folds()
-            .climb();
+        Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius).named((s, radius)).climb();
     }
 }
 

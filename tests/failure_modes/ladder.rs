@@ -36,8 +36,6 @@ pub(crate) struct Ladder {
     touching: bool,
     /// Whether the chord tolerance is so large that only angles count: volume and area say little.
     angles_only: bool,
-    /// Whether triangles thinner than the chord tolerance may be folded.
-    thin_folds: bool,
 }
 
 /// The part, placed once.
@@ -63,7 +61,6 @@ impl Ladder {
             voids: 0,
             touching: false,
             angles_only: false,
-            thin_folds: false,
         }
     }
 
@@ -115,11 +112,6 @@ impl Ladder {
     /// Diagnostics that contain one of `words` belong to the case; each of them must occur.
     pub(crate) fn told(self, words: &[&str]) -> Self {
         Self { told: words.iter().map(ToString::to_string).collect(), ..self }
-    }
-
-    /// Known to fail otherwise: beside a pole or an apex a boundary's chord folds what is thinner than the tolerance.
-    pub(crate) fn thin_folds(self) -> Self {
-        Self { thin_folds: true, ..self }
     }
 
     /// Faces that have no triangles, and are told.
@@ -178,10 +170,7 @@ impl Ladder {
         if !disagreeing.is_empty() {
             wrong.push(format!("neighbours disagree about {disagreeing:?}"));
         }
-        wrong.extend(
-            flipped(prepared, &sink, if self.thin_folds { chord } else { 0.0 })
-                .map(|(count, worst)| format!("{count} flipped, such as {worst}")),
-        );
+        wrong.extend(flipped(prepared, &sink).map(|(count, worst)| format!("{count} flipped, such as {worst}")));
         let deviation = audit::deviation(prepared, &sink, chord);
         let worst = deviation.beyond_gap.worst.max(deviation.edges.worst);
         if deviation.beyond_gap.p999 > 1.0 || worst > 1.5 {

@@ -88,7 +88,7 @@ fn caps_through_the_pole_and_close_to_it() {
             let small = cap(radius, radius - h);
             let volume = if keep_cap { small } else { ball(radius) - small };
             let zone = TAU * radius * if keep_cap { radius - h } else { radius + h };
-            Ladder::solid(body.finish(), volume, zone + PI * ring * ring).named((miss, keep_cap)).thin_folds().climb();
+            Ladder::solid(body.finish(), volume, zone + PI * ring * ring).named((miss, keep_cap)).climb();
         }
     }
 }

@@ -7,9 +7,8 @@ use trimtess::mesh::{Batch, MemorySink};
 use trimtess::model::{EdgeId, Model, PartId};
 use trimtess::prepare::{Prepared, PreparedFace};
 
-/// How many triangles higher than `least` look to the other side than their face, and the largest of them; `None` if there
-/// are none.
-pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink, least: f64) -> Option<(usize, String)> {
+/// How many triangles look to the other side than their face, and the largest of them; `None` if there are none.
+pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink) -> Option<(usize, String)> {
     let mut count = 0;
     let mut worst = (0.0, String::new());
     for batch in &sink.batches {
@@ -17,7 +16,7 @@ pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink, least: f64) -> Opt
         let Some(row) = part.face_rows[batch.face.index()] else { continue };
         for t in &batch.mesh.triangles {
             let Some((cosine, height)) = cosine(&part.faces[row as usize], batch, *t) else { continue };
-            if cosine <= 0.0 && height > least {
+            if cosine <= 0.0 {
                 count += 1;
                 if height > worst.0 {
                     let at = t.map(|v| (batch.mesh.positions[v as usize], batch.mesh.origins[v as usize]));

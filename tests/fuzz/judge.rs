@@ -4,7 +4,7 @@ use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{PlanLimits, Tolerance, plan_within};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
-use trimtess::model::{Model, Severity};
+use trimtess::model::{Diagnostic, Model, Severity};
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
 
@@ -41,7 +41,8 @@ impl Meshed {
         Ok(Self { prepared, chord, short: plan.shortfall.is_some(), report, mesh, facts, boundary })
     }
 
-    /// What holds of any model, however broken: a mesh that is well formed, and nothing lost in silence.
+    /// What holds of any model, however broken: a mesh that is well formed, and nothing lost in silence. Where nothing is
+    /// told, the tolerance is kept.
     pub(crate) fn holds(&self) -> Result<(), String> {
         if !self.facts.total.is_well_formed() {
             return Err(format!("malformed: {}", self.facts.total));
@@ -55,29 +56,44 @@ impl Meshed {
             return Err(format!("no polyline for edge {}: {}", lost.edge.0, lost.why));
         }
         for &(part, face) in &self.facts.faces_without_triangles {
-            let diagnosed = self.prepared.diagnostics.iter().any(|d| d.part == Some(part) && d.face == Some(face));
-            let told = diagnosed || self.report.degraded.iter().any(|t| t.part == part && t.face == face);
-            if !told {
+            // Notes and warnings tell of faces that are there.
+            let of_face = |d: &&Diagnostic| d.part == Some(part) && d.face == Some(face);
+            let refused = self.prepared.diagnostics.iter().filter(of_face).any(|d| d.severity == Severity::Error);
+            let without_area = self.prepared.scene.parts[part.index()].without_area.contains(&face);
+            let degraded = self.report.degraded.iter().any(|t| t.part == part && t.face == face);
+            if !(refused || without_area || degraded) {
                 return Err(format!("face {} of part {} is lost in silence", face.0, part.0));
             }
         }
-        Ok(())
+        if self.is_told() { Ok(()) } else { self.keeps_tolerance() }
+    }
+
+    /// What holds of one part without common edges besides: where nothing is told, there is no crack but the open edges.
+    pub(crate) fn is_whole(&self) -> Result<(), String> {
+        self.holds()?;
+        let open = self.facts.total.unbalanced_edges;
+        if self.is_told() || open == self.boundary {
+            return Ok(());
+        }
+        Err(format!("{} open segments are stated: {}", self.boundary, self.facts.total))
+    }
+
+    /// Whether a face is told to be lost or not quite as stated.
+    fn is_told(&self) -> bool {
+        let tells = |d: &Diagnostic| d.severity == Severity::Error || (d.severity > Severity::Note && d.face.is_some());
+        self.prepared.diagnostics.iter().any(tells) || !self.report.degraded.is_empty()
     }
 
     /// What holds of sound models besides: nothing lost or doubtful, no crack but the open edges, the tolerance kept.
     pub(crate) fn is_sound(&self) -> Result<(), String> {
-        self.holds()?;
+        self.is_whole()?;
         if let Some(told) = self.prepared.diagnostics.iter().find(|d| d.severity > Severity::Note) {
             return Err(format!("{:?}: {}", told.severity, told.reason));
         }
         if let Some(tile) = self.report.degraded.first() {
             return Err(format!("tile {} of face {}: {}", tile.tile.0, tile.face.0, tile.degradation));
         }
-        let total = &self.facts.total;
-        if total.unbalanced_edges != self.boundary {
-            return Err(format!("{} open segments are stated: {total}", self.boundary));
-        }
-        self.keeps_tolerance()
+        Ok(())
     }
 
     /// Every triangle keeps the tolerance, as far as the plan did not run into its limits.

@@ -59,7 +59,7 @@ impl Sheet {
             Err(_) => return Ok(()),
         };
         let meshed = Meshed::new(model, self.chord_rel)?;
-        if self.sound { meshed.is_sound() } else { meshed.holds() }
+        if self.sound { meshed.is_sound() } else { meshed.is_whole() }
     }
 
     fn model(&self) -> std::result::Result<Model, ModelError> {

@@ -95,6 +95,9 @@ fn faults(status: i32, said: &str, mesh: &Path, report: Option<&Value>) -> Optio
             if lost > diagnostics || (triangles == 0 && diagnostics == 0) {
                 return Some(format!("{triangles} triangles, {lost} faces lost, but only {diagnostics} diagnostics"));
             }
+            if report["diagnostics"].to_string().contains("no stage said why") {
+                return Some("a face is lost in silence".into());
+            }
             if status == 3 && diagnostics == 0 {
                 return Some("no diagnostics, but status 3".into());
             }

@@ -44,10 +44,9 @@ impl<T: Test<Value: Debug>> Engine<T> for Sequence {
             let input = first.wrapping_add(tried);
             let bytes = bytes(input, self.most_bytes);
             if let Err(error) = test.test(&mut Bytes::new(&bytes, &options)) {
-                let shrunk =
-                    test.shrink(bytes, None, &options).map_or(error.to_string(), |failure| format!("{failure:#}"));
+                let error = test.shrink(bytes, None, &options).map_or(error, |shrunk| shrunk.error);
                 forward_panic(true);
-                panic!("input {input} of the sequence fails (again: FUZZ_FIRST={input})\n{shrunk}");
+                panic!("input {input} of the sequence fails (again: FUZZ_FIRST={input})\n{error}");
             }
             tried += 1;
         }

@@ -299,6 +299,7 @@ fn an_occurrence_with_a_bad_transformation_is_left_out() {
     let model = model(&bad);
     let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).collect();
     assert!(told.len() == 1 && told[0].severity == Severity::Error && told[0].entity == 210, "{told:?}");
+    assert_eq!(told[0].place, Some(DVec3::ZERO), "a point of what it would have placed");
     assert_eq!(origins(&model), [DVec3::new(1.0, 20.0, 0.0)]);
 }
 

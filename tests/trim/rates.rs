@@ -1,7 +1,7 @@
 //! Prepared models under plans with any rates: whatever lattices and edges the neighbours of a tile have, nothing cracks.
 
 use std::ops::RangeInclusive;
-use std::sync::{Arc, LazyLock, OnceLock};
+use std::sync::{Arc, OnceLock};
 
 use arbitrary::{Result, Unstructured};
 use glam::DVec2;
@@ -19,7 +19,7 @@ use crate::sequence::judge;
 /// no segment of an edge crosses more than a cell along it.
 #[derive(Clone, PartialEq, Debug)]
 struct Rates {
-    /// Index into [`NAMES`].
+    /// Index into [`shapes::NAMES`].
     shape: usize,
     /// Cells between two creases in u and in v.
     cells: Vec<[u8; 2]>,
@@ -29,14 +29,10 @@ struct Rates {
     growth: f64,
 }
 
-/// All shapes but those whose patches are given without topology: equal rates on both sides of a border close it by chance.
-static NAMES: LazyLock<Vec<&str>> =
-    LazyLock::new(|| shapes::NAMES.into_iter().filter(|name| !name.ends_with("-teapot")).collect());
-
 fn prepared(shape: usize) -> Arc<Prepared> {
     static ALL: OnceLock<Vec<Arc<Prepared>>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
-        let models = NAMES.iter().filter_map(|name| shapes::by_name(name));
+        let models = shapes::NAMES.iter().filter_map(|name| shapes::by_name(name));
         models.map(|model| Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))).collect()
     });
     Arc::clone(&all[shape % all.len()])
@@ -44,7 +40,7 @@ fn prepared(shape: usize) -> Arc<Prepared> {
 
 impl Rates {
     fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
-        let shape = u.int_in_range(0..=NAMES.len() - 1)?;
+        let shape = u.int_in_range(0..=shapes::NAMES.len() - 1)?;
         let most = *u.choose(&[4, 1, 12, 40])?;
         let number = |u: &mut Unstructured<'_>| u.int_in_range(1..=most);
         let cells = (0..u.int_in_range(1..=7)?).map(|_| Ok([number(u)?, number(u)?])).collect::<Result<_>>()?;
@@ -89,6 +85,7 @@ impl Rates {
             *lattice = TileLattice {
                 us: self.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us),
                 vs: self.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs),
+                chord: lattice.chord,
             };
         }
         for (k, (edge, line)) in part.edges.iter().zip(&mut plan.edges).enumerate() {

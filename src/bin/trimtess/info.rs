@@ -6,13 +6,12 @@ use crate::limits::unprepared;
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::name;
-use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::prepare;
+use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]

@@ -11,7 +11,6 @@ mod progress;
 #[cfg(feature = "wgpu")]
 mod render;
 mod report;
-mod shells;
 mod tessellate;
 
 use clap::{Args, Parser, Subcommand};

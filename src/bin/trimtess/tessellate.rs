@@ -5,7 +5,6 @@ use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::shells::Shells;
 use crate::{Common, Done, Failure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,7 +13,7 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::out::{self, Format};
 use trimtess::parallel::{FrameReport, Session, SessionOptions, balance, serial};
-use trimtess::prepare::{Prepared, prepare};
+use trimtess::prepare::{Prepared, Shells, prepare};
 
 /// Chord tolerance when none is asked for, as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is
 /// visibly a prism; at 1e-4 triangles are ten times as many and look the same on a screen.

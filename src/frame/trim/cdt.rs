@@ -11,33 +11,33 @@ type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
 /// A constraint: crossing it from right to left raises the winding number by `weight`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Segment {
+pub(in crate::frame) struct Segment {
     /// Vertex ids, indices into the site list.
-    pub(super) ends: [u32; 2],
-    pub(super) weight: i32,
+    pub(in crate::frame) ends: [u32; 2],
+    pub(in crate::frame) weight: i32,
 }
 
 /// What [`triangulate`] found out about the segments.
 #[derive(Clone, Default, Debug)]
-pub(super) struct Region {
+pub(in crate::frame) struct Region {
     /// Counter-clockwise triangles of positive winding number, by site index; indices from the number of sites on count
     /// `crossings`.
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(in crate::frame) triangles: Vec<[u32; 3]>,
     /// Points where segments had to be split.
-    pub(super) crossings: Vec<DVec2>,
+    pub(in crate::frame) crossings: Vec<DVec2>,
     /// Segments that are not one edge.
-    pub(super) split: u32,
+    pub(in crate::frame) split: u32,
     /// Segments without a kept triangle on the left of every part.
-    pub(super) unused: u32,
+    pub(in crate::frame) unused: u32,
     /// A face of winding number other than 0 and 1 exists, or a segment keeps both sides without a counter-segment.
-    pub(super) overlapping: bool,
+    pub(in crate::frame) overlapping: bool,
     /// Segments still crossed when splitting them was given up: what is kept is not what they wind around.
-    pub(super) given_up: bool,
+    pub(in crate::frame) given_up: bool,
 }
 
 /// What to do where segments cross, or pass through a vertex.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum AtCrossings {
+pub(in crate::frame) enum AtCrossings {
     /// Split them there.
     Split,
     /// Give up.
@@ -46,7 +46,7 @@ pub(super) enum AtCrossings {
 
 /// The segments cross, or a coordinate lies outside the range of `spade`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Refused;
+pub(in crate::frame) struct Refused;
 
 /// Rounds of splitting crossing segments. A round sees only crossings with segments that are already in, and the next ones
 /// those that rounding made; random self-crossing loops need three to seven.
@@ -60,7 +60,11 @@ const SMALLEST: f64 = 1.8e-43;
 
 /// Triangulates the region of positive winding number. `sites` may repeat coordinates (one vertex then carries several
 /// indices: a triangle names the one whose segment starts the sector it lies in), and may hold points without segments.
-pub(super) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: AtCrossings) -> Result<Region, Refused> {
+pub(in crate::frame) fn triangulate(
+    sites: &[DVec2],
+    segments: &[Segment],
+    at_crossings: AtCrossings,
+) -> Result<Region, Refused> {
     let classes = Classes::of(sites);
     let mut positions: Vec<Point2<f64>> = classes.first.iter().map(|&s| snapped(sites[s as usize])).collect();
     let mut parts: Vec<Part> = Vec::with_capacity(segments.len());

@@ -14,7 +14,7 @@ use std::fmt;
 
 use glam::DVec2;
 
-mod cdt;
+pub(super) mod cdt;
 mod cleanup;
 mod record;
 pub use record::{TracedCrossing, TrimRecord};

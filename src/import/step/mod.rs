@@ -28,9 +28,10 @@ mod trimmed;
 mod units;
 
 use crate::model::{Colour, Diagnostic, Instance, Model, Part, PartId, Severity};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use part::Reader;
-use product::{Builder, Group, MAX_ASSEMBLY_DEPTH, Structure};
+use place::Geometry;
+use product::{Builder, Doubt, Group, MAX_ASSEMBLY_DEPTH, Structure};
 use rayon::prelude::*;
 use shells::{Gather, Gathered, is_body};
 use std::collections::HashSet;
@@ -308,8 +309,9 @@ impl<'a> Tree<'a> {
             cyclic: HashSet::new(),
             diagnostics: Vec::new(),
         };
-        for (severity, trouble) in structure.troubles {
-            tree.say(severity, trouble.entity, trouble.reason);
+        for Doubt { severity, trouble, group } in structure.doubts {
+            let place = group.and_then(|group| tree.somewhere(group));
+            tree.say(severity, trouble.entity, place, trouble.reason);
         }
         tree
     }
@@ -326,8 +328,13 @@ impl<'a> Tree<'a> {
         }
     }
 
-    fn say(&mut self, severity: Severity, entity: u64, reason: String) {
-        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place: None, reason });
+    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place, reason });
+    }
+
+    /// A point of a group, in its own coordinates.
+    fn somewhere(&self, group: usize) -> Option<DVec3> {
+        self.groups[group].somewhere(self.table, self.contexts, self.options.fit_tolerance)
     }
 
     fn expand(&mut self) {
@@ -345,8 +352,9 @@ impl<'a> Tree<'a> {
             let transform = DAffine3::IDENTITY;
             self.instances.push(Instance { part, transform, colour: None, name: String::new() });
         }
-        for trouble in std::mem::take(&mut self.gather.unread) {
-            self.say(Severity::Error, trouble.entity, trouble.reason);
+        for (trouble, units) in std::mem::take(&mut self.gather.unread) {
+            let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
+            self.say(Severity::Error, trouble.entity, place, trouble.reason);
         }
     }
 
@@ -375,7 +383,7 @@ impl<'a> Tree<'a> {
                 if self.cyclic.insert((group, child.group)) {
                     let name = &self.groups[group].name;
                     let reason = format!("assembly '{name}' contains itself; that occurrence was left out");
-                    self.say(Severity::Error, child.entity, reason);
+                    self.say(Severity::Error, child.entity, self.somewhere(child.group), reason);
                 }
                 continue;
             }
@@ -398,7 +406,7 @@ impl<'a> Tree<'a> {
             let reason =
                 format!("{repeated} tessellated items of '{name}' repeat its exact geometry and were left out");
             let entity = self.groups[group].representations.first().copied().unwrap_or(0);
-            self.say(Severity::Note, entity, reason);
+            self.say(Severity::Note, entity, self.somewhere(group), reason);
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {

@@ -10,7 +10,7 @@ use super::style::Styles;
 use super::table::{Instance, MAX_DEPTH, Map, Read, Set, Table, Trouble};
 use super::units::Contexts;
 use crate::model::{Colour, Severity};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 /// What becomes one part, and what is placed in it.
 #[derive(Debug, Default)]
@@ -28,6 +28,18 @@ pub(super) struct Group {
     pub(super) misplaced: bool,
 }
 
+impl Group {
+    /// A point of what it holds, in its own coordinates.
+    pub(super) fn somewhere(&self, table: &Table, contexts: &Contexts, fit: f64) -> Option<DVec3> {
+        let near = |representation: u64, id: u64| {
+            let context = self::representation(table, representation).and_then(|(_, context)| context);
+            Geometry::new(table, contexts.of(context), fit).place_near(id)
+        };
+        let mut solids = self.solids.iter().map(|&(solid, within)| near(within, solid));
+        self.representations.iter().map(|&id| near(id, id)).find_map(|place| place).or_else(|| solids.find_map(|p| p))
+    }
+}
+
 /// A group as another one places it.
 #[derive(Clone, Debug)]
 pub(super) struct Child {
@@ -39,11 +51,18 @@ pub(super) struct Child {
     pub(super) colour: Option<Colour>,
 }
 
+/// What is doubtful about an occurrence, or lost.
+pub(super) struct Doubt {
+    pub(super) severity: Severity,
+    pub(super) trouble: Trouble,
+    /// The group that it would place.
+    pub(super) group: Option<usize>,
+}
+
 /// The whole structure.
 pub(super) struct Structure {
     pub(super) groups: Vec<Group>,
-    /// What is doubtful, and what is lost.
-    pub(super) troubles: Vec<(Severity, Trouble)>,
+    pub(super) doubts: Vec<Doubt>,
 }
 
 pub(super) struct Builder<'a> {
@@ -54,7 +73,7 @@ pub(super) struct Builder<'a> {
     groups: Vec<Group>,
     /// The group of a representation.
     owner: Map<u64, usize>,
-    troubles: Vec<(Severity, Trouble)>,
+    doubts: Vec<Doubt>,
 }
 
 /// Items and context of a representation.
@@ -69,7 +88,7 @@ pub(super) fn representation<'a>(
 impl<'a> Builder<'a> {
     pub(super) fn build(table: &'a Table, contexts: &'a Contexts, styles: &'a Styles, fit: f64) -> Structure {
         let mut builder =
-            Self { table, contexts, styles, fit, groups: Vec::new(), owner: Map::default(), troubles: Vec::new() };
+            Self { table, contexts, styles, fit, groups: Vec::new(), owner: Map::default(), doubts: Vec::new() };
         let definitions = builder.definitions();
         let relations = Relations::read(table);
         builder.own_related(&relations);
@@ -77,7 +96,7 @@ impl<'a> Builder<'a> {
         builder.occurrences(&definitions, &relations);
         builder.mapped_items();
         builder.replicas();
-        Structure { groups: builder.groups, troubles: builder.troubles }
+        Structure { groups: builder.groups, doubts: builder.doubts }
     }
 
     /// A group for each product definition, with the representations that define its shape.
@@ -215,7 +234,8 @@ impl<'a> Builder<'a> {
                 // Nothing is stated that could be wrong.
                 _ => {
                     let reason = "an occurrence without transformation stands at the origin";
-                    self.troubles.push((Severity::Warning, Trouble::new(usage.id, reason)));
+                    let trouble = Trouble::new(usage.id, reason);
+                    self.doubts.push(Doubt { severity: Severity::Warning, trouble, group: Some(child) });
                     DAffine3::IDENTITY
                 }
             };
@@ -250,7 +270,7 @@ impl<'a> Builder<'a> {
         }
         let cause = if trouble.entity == entity { String::new() } else { format!("#{}: ", trouble.entity) };
         let reason = format!("an occurrence was left out: {cause}{}", trouble.reason);
-        self.troubles.push((Severity::Error, Trouble::new(entity, reason)));
+        self.doubts.push(Doubt { severity: Severity::Error, trouble: Trouble::new(entity, reason), group });
     }
 
     fn place(&mut self, parent: usize, child: Child) {

@@ -55,7 +55,7 @@ pub(super) struct Gather<'a> {
     /// Items that annotations draw: texts and arrows, not shapes.
     pub(super) annotations: Set<u64>,
     /// Representation items that hold geometry of a kind that is not read.
-    pub(super) unread: Vec<Trouble>,
+    pub(super) unread: Vec<(Trouble, Units)>,
 }
 
 /// What was gathered for one part.
@@ -93,7 +93,7 @@ impl<'a> Gather<'a> {
     pub(super) fn item(&mut self, id: u64, units: Units, into: &mut Gathered) {
         let read = self.table.get(id).and_then(|item| self.try_item(item, units, into));
         if let Err(trouble) = read {
-            self.unread.push(trouble);
+            self.unread.push((trouble, units));
         }
     }
 
@@ -267,9 +267,9 @@ impl<'a> Gather<'a> {
                 Ok(item) if is_shapeless(item) => {}
                 Ok(item) => {
                     let reason = format!("elements of type {} of a geometric set are not read", item.keyword());
-                    self.unread.push(Trouble::new(element, reason));
+                    self.unread.push((Trouble::new(element, reason), units));
                 }
-                Err(trouble) => self.unread.push(trouble),
+                Err(trouble) => self.unread.push((trouble, units)),
             }
         }
         if !faces.is_empty() {

@@ -1,4 +1,4 @@
-//! Dimensions -> a caliper around the rotor's edge, with bores for four pistons and a window, and the pistons and pads in it.
+//! Dimensions -> a caliper around the rotor's edge, with bores for four pistons, and the pistons and pads in it.
 
 use super::super::{Frame3, Part};
 use super::body::{Body, SideId};
@@ -11,55 +11,60 @@ use glam::DVec3;
 pub(super) const LINING_DEPTH: f64 = 10.0;
 pub(super) const PLATE: f64 = 6.0;
 const GAP: f64 = 1.0;
-/// Heights of the faces of the caliper's two arms that look at the rotor.
+/// Heights of the faces of the arms that look at the rotor.
 const ARMS: [f64; 2] = [FACES[0] - LINING_DEPTH - PLATE - GAP, FACES[3] + LINING_DEPTH + PLATE + GAP];
 /// Heights of the arms' outer faces.
 pub(super) const OUTER: [f64; 2] = [ARMS[0] - 32.0, ARMS[1] + 30.0];
-/// Distances from the rotor's axis: the arms' tips, the bridge's inner and outer face.
-const REACH: [f64; 3] = [96.0, 158.0, 188.0];
-/// Half the width across the rotor's radius.
-const HALF: f64 = 62.0;
 /// Where the pistons are: distance from the rotor's axis, and across; their radius.
 pub(super) const PISTONS: [f64; 2] = [123.0, 26.0];
 const PISTON: f64 = 19.0;
 /// Where the bolts are that hold the caliper: distance from the rotor's axis, and across.
-pub(super) const SCREWS: [f64; 2] = [170.0, 48.0];
+pub(super) const SCREWS: [f64; 2] = [166.0, 40.0];
 /// How deep their heads are sunk.
-pub(super) const SUNK: f64 = 14.0;
+pub(super) const SUNK: f64 = 4.0;
 
-/// The caliper, around the rotor's edge in the x direction.
+/// The caliper, around the rotor's edge in the x direction: two arms, and two bridges between them with fillets.
 pub(super) fn caliper() -> Part {
+    const ROOT: f64 = 3.0;
     let mut body = Body::new("caliper", CAST_PAINTED);
-    let [tip, inside, outside] = REACH;
-    // In (x, z), counter-clockwise; y runs away from the viewer.
-    let outline = Path::closed(&[
-        (tip, OUTER[0], 8.0),
-        (outside, OUTER[0], 8.0),
-        (outside, OUTER[1], 8.0),
-        (tip, OUTER[1], 8.0),
-        (tip, ARMS[1], 5.0),
-        (inside, ARMS[1], 6.0),
-        (inside, ARMS[0], 6.0),
-        (tip, ARMS[0], 5.0),
+    let frame = Frame3::WORLD;
+    let arm = Path::closed(&[
+        (97.0, -46.0, 8.0),
+        (150.0, -66.0, 16.0),
+        (180.0, -50.0, 16.0),
+        (188.0, 0.0, 80.0),
+        (180.0, 50.0, 16.0),
+        (150.0, 66.0, 16.0),
+        (97.0, 46.0, 8.0),
     ]);
-    let frame = Frame3 { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Z, z: DVec3::NEG_Y };
-    let profile = Path::open(&[(-4.0, -HALF, 0.0), (0.0, -HALF, 4.0), (0.0, HALF, 4.0), (-4.0, HALF, 0.0)]);
-    let mut swept = body.sweep(&frame, &outline, &profile);
-    let ends = [HALF, -HALF].map(|y| body.flat(DVec3::Y * y, DVec3::Y * y.signum()));
-    body.join(&mut swept, Some(ends[0]), Some(ends[1]));
-    // The middle row of the profile's three.
-    let side = |x: f64, z: f64| swept.sides[outline.pieces.len() + outline.piece_through(x, z)];
-    let arms = ARMS.map(|z| side(120.0, z));
-    let outer = OUTER.map(|z| side(120.0, z));
-    let bridge = [side(inside, 14.0), side(outside, 14.0)];
-
-    for (arm, z, up) in [(arms[0], ARMS[0], 1.0), (arms[1], ARMS[1], -1.0)] {
+    let [outer, inner] = [(OUTER, [DVec3::NEG_Z, DVec3::Z]), (ARMS, [DVec3::Z, DVec3::NEG_Z])]
+        .map(|(heights, outwards)| [0, 1].map(|k| body.flat(DVec3::Z * heights[k], outwards[k])));
+    for k in 0..2 {
+        // The profile runs upwards: from the outer face of the lower arm, from the inner face of the upper one.
+        let (low, high) = if k == 0 { (OUTER[0], ARMS[0]) } else { (ARMS[1], OUTER[1]) };
+        let (below, above) = if k == 0 { (outer[0], inner[0]) } else { (inner[1], outer[1]) };
+        let [foot, head] = if k == 0 { [6.0, 2.0] } else { [2.0, 6.0] };
+        let rim = Path::open(&[(-foot, low, 0.0), (0.0, low, foot), (0.0, high, head), (-head, high, 0.0)]);
+        let mut rim = body.sweep(&frame, &arm, &rim);
+        body.join(&mut rim, Some(below), Some(above));
+    }
+    let [low, high] = ARMS;
+    let side = Path::open(&[(ROOT, low, 0.0), (0.0, low, ROOT), (0.0, high, ROOT), (ROOT, high, 0.0)]);
+    for sign in [1.0, -1.0] {
+        let corners = [(157.0, 26.0, 6.0), (176.0, 26.0, 6.0), (172.0, 48.0, 6.0), (157.0, 54.0, 6.0)];
+        let mut corners = corners.map(|(x, y, radius)| (x, sign * y, radius));
+        if sign < 0.0 {
+            corners.reverse();
+        }
+        let mut bridge = body.sweep(&frame, &Path::closed(&corners), &side);
+        body.join(&mut bridge, Some(inner[0]), Some(inner[1]));
+    }
+    for (arm, z, up) in [(inner[0], low, 1.0), (inner[1], high, -1.0)] {
         for y in [-PISTONS[1], PISTONS[1]] {
             bore(&mut body, DVec3::new(PISTONS[0], y, z), up, arm);
         }
     }
     screws(&mut body, outer);
-    window(&mut body, bridge);
     body.finish()
 }
 
@@ -80,7 +85,7 @@ fn bore(body: &mut Body, mouth: DVec3, up: f64, arm: SideId) {
     body.join(&mut hole, Some(arm), None);
 }
 
-/// Holes through the bridge along the rotor's axis, from the outer face of one arm to that of the other.
+/// Holes through the bridges along the rotor's axis, from the outer face of one arm to that of the other.
 fn screws(body: &mut Body, [below, above]: [SideId; 2]) {
     const HOLE: f64 = 5.25;
     const SEAT: f64 = 9.0;
@@ -97,17 +102,6 @@ fn screws(body: &mut Body, [below, above]: [SideId; 2]) {
         let mut hole = body.turn(&frame, &path);
         body.join(&mut hole, Some(above), Some(below));
     }
-}
-
-/// The window in the bridge, with its edges broken.
-fn window(body: &mut Body, [inner, outer]: [SideId; 2]) {
-    let [_, inside, outside] = REACH;
-    let frame = Frame3 { origin: DVec3::ZERO, x: DVec3::Y, y: DVec3::Z, z: DVec3::X };
-    let corners = [(-26.0, -4.0, 7.0), (26.0, -4.0, 7.0), (26.0, 32.0, 7.0), (-26.0, 32.0, 7.0)];
-    let profile =
-        Path::open(&[(-1.0, inside, 0.0), (0.0, inside + 1.0, 0.0), (0.0, outside - 1.0, 0.0), (-1.0, outside, 0.0)]);
-    let mut hole = body.sweep(&frame, &Path::closed(&corners).reversed(), &profile);
-    body.join(&mut hole, Some(inner), Some(outer));
 }
 
 /// A piston along z, its mouth in the plane z = 0, its body below.
