@@ -15,3 +15,5 @@ mod scale;
 mod seams;
 mod splines;
 mod topology;
+#[cfg(feature = "step")]
+mod turned;
