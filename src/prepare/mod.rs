@@ -51,6 +51,8 @@ mod orient;
 
 mod overlap;
 
+mod pairs;
+
 mod pcurve;
 
 mod prepared;
@@ -65,6 +67,8 @@ pub use shells::Shells;
 
 mod spans;
 pub use spans::UvDomain;
+
+mod thin;
 
 mod topology;
 
