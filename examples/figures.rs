@@ -57,9 +57,9 @@ fn rules() -> Result<String, Box<dyn Error>> {
     let rules = [TrimRule::Handedness, TrimRule::NonZero, TrimRule::EvenOdd];
     let trims = rules.map(|rule| FreeTrims { rule, curves: curves.clone() });
     let panels = [
-        panel(&trims[0], &["Handedness: left of all curves"]),
-        panel(&trims[1], &["NonZero: wound around, but not zero times"]),
-        panel(&trims[2], &["EvenOdd: wound around an odd number of times"]),
+        panel(&trims[0], &["Handedness:", "left of all curves"]),
+        panel(&trims[1], &["NonZero:", "winding number is not 0"]),
+        panel(&trims[2], &["EvenOdd:", "winding number is odd"]),
     ];
     let title = ["Two counter-clockwise loops and a clockwise one; u to the right, v up".to_owned()];
     Ok(regions(&title, &panels)?)
@@ -93,7 +93,7 @@ fn mirrored() -> Result<String, Box<dyn Error>> {
         as_in_paper: true,
         ..panel(&trims, &["In the paper: v to the right, u up;", "right of a curve is trimmed"])
     };
-    let ours = panel(&trims, &["Here: u to the right, v up;", "the curves are reversed, left is kept"]);
+    let ours = panel(&trims, &["Here: u to the right, v up;", "curves reversed, left is kept"]);
     let title = ["One region, drawn twice: exchanging the axes turns every curve around".to_owned()];
     Ok(regions(&title, &[paper, ours])?)
 }

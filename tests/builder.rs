@@ -146,7 +146,10 @@ fn parts_are_refused_with_numbers() {
         broken(|p| p.faces[0].loops = vec![Loop::Edges(Vec::new())]).to_string(),
         "loop 0 of face 0 has no edges"
     );
-    assert_eq!(broken(|p| p.faces[0].loops.clear()).to_string(), "face 0 has no loops and its surface no bounds");
+    assert_eq!(
+        broken(|p| p.faces[0].loops.clear()).to_string(),
+        "face 0 has neither loops nor trimming curves, and its surface does not end"
+    );
     assert_eq!(
         broken(|p| p.faces[0].loops = vec![Loop::Edges(vec![EdgeId(7).along()])]).to_string(),
         "face 0 names edge 7 of 4"

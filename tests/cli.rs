@@ -55,6 +55,7 @@ fn wrong_usage_is_2() {
     refuses(&["tessellate", CUBE, "-o", out, "--chord", "1", "--chord-rel", "1"], 2, "--chord-rel");
     refuses(&["tessellate", CUBE, "-o", out, "--workers", "0"], 2, "--workers");
     refuses(&["info", "builtin:no-such-shape"], 2, "builtin:list");
+    refuses(&["info", "builtin:wave", "--border-tolerance=-1"], 2, "from 0 to 1");
     assert!(!Path::new(out).exists());
 }
 
@@ -259,7 +260,6 @@ fn a_tile_is_drawn_as_it_is_meshed() {
         ("prime_active_cells", "prime"),
         ("pseudo_active_cells", "pseudo"),
         ("crossings", "crossings"),
-        ("kept_corners", "kept-corners"),
         ("in_points", "in-points"),
         ("exit_points", "exit-points"),
     ];
@@ -267,6 +267,7 @@ fn a_tile_is_drawn_as_it_is_meshed() {
         assert!(drawn[key].as_u64().unwrap() > 0, "{key}: {drawn}");
         assert_eq!(drawn[key].as_u64().unwrap(), figures(&svg, class), "{key}");
     }
+    assert!((1..drawn["kept_corners"].as_u64().unwrap()).contains(&figures(&svg, "kept-corners")), "{drawn}");
     let points = drawn["in_points"].as_u64().unwrap() + drawn["exit_points"].as_u64().unwrap();
     let vertices = points + drawn["kept_corners"].as_u64().unwrap() - drawn["moved_corners"].as_u64().unwrap();
     assert_eq!(report["vertices"].as_u64().unwrap(), vertices + drawn["other_points"].as_u64().unwrap(), "{drawn}");
@@ -455,4 +456,14 @@ fn pixels_decide_how_fine_a_picture_is() {
     assert!(counted(&["--deviation-px", "0.05"]) > 2 * usual);
     assert!(counted(&["--camera", "45,35,8", "--deviation-px", "0.05"]) < counted(&["--deviation-px", "0.05"]));
     assert!(counted(&["--size-px", "4"]) > 2 * usual);
+}
+
+#[test]
+fn open_edges_are_those_of_faces_with_common_borders() {
+    let open = |args: &[&str]| json(&trimtess(&[&["info", "--json"], args].concat()).stdout)["open_edges"].clone();
+    // Rim and lid; the ends of handle and spout.
+    assert_eq!(open(&["builtin:teapot"]), 16);
+    assert_eq!(open(&["builtin:box"]), 0);
+    let apart = open(&["builtin:trimmed-teapot", "--border-tolerance", "0"]).as_u64().unwrap();
+    assert!(open(&["builtin:trimmed-teapot"]).as_u64().unwrap() + 100 < apart, "{apart}");
 }

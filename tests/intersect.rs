@@ -2,8 +2,10 @@
 //! Demmel, "Algorithms for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994).
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use faer::Mat;
+mod implicit;
+
 use glam::{DVec2, DVec3};
+use implicit::by_eigenvalues;
 use std::f64::consts::TAU;
 use trimtess::model::{NurbsCurve2, TrimCurve, TrimPiece};
 use trimtess::prepare::{CurveMeeting, MeetingKind, UvDomain, intersections};
@@ -149,91 +151,10 @@ impl Draw {
     }
 }
 
-fn binomial(n: usize, k: usize) -> f64 {
-    (0..k).fold(1.0, |b, i| b * (n - i) as f64 / (i + 1) as f64)
-}
-
-/// `(w x, w y, w)` of the control points, times binomials: coefficients by powers of t / (1 - t).
-fn scaled(curve: &NurbsCurve2) -> Vec<DVec3> {
-    let n = curve.degree;
-    (0..=n)
-        .map(|i| {
-            let w = curve.weights.get(i).copied().unwrap_or(1.0) * binomial(n, i);
-            (curve.points[i] * w).extend(w)
-        })
-        .collect()
-}
-
-/// Bézout's matrix of two polynomials of degree n.
-fn bezout(f: &[f64], g: &[f64]) -> Mat<f64> {
-    let n = f.len() - 1;
-    Mat::from_fn(n, n, |i, j| (0..=i.min(n - 1 - j)).map(|k| f[j + k + 1] * g[i - k] - f[i - k] * g[j + k + 1]).sum())
-}
-
-/// All meetings of two Bézier curves: `a` is implicit, as the determinant of Bézout's matrix at a point; with `b` put in, its
-/// roots are the generalised eigenvalues of a companion pencil.
-fn by_eigenvalues(a: &NurbsCurve2, b: &NurbsCurve2) -> Vec<[f64; 2]> {
-    let (n, m) = (a.degree, b.degree);
-    let (of_a, of_b) = (scaled(a), scaled(b));
-    let coordinate = |k: usize| of_a.iter().map(|c| c[k]).collect::<Vec<f64>>();
-    let (x, y, w) = (coordinate(0), coordinate(1), coordinate(2));
-    let (xy, wy, xw) = (bezout(&x, &y), bezout(&w, &y), bezout(&x, &w));
-    let powers: Vec<Mat<f64>> = of_b
-        .iter()
-        .map(|c| Mat::from_fn(n, n, |i, j| c.z * xy[(i, j)] - c.x * wy[(i, j)] - c.y * xw[(i, j)]))
-        .collect();
-    let size = n * m;
-    let shift = |i: usize, j: usize| f64::from(u8::from(j == i + n));
-    let left =
-        Mat::from_fn(
-            size,
-            size,
-            |i, j| {
-                if i < size - n { shift(i, j) } else { -powers[j / n][(i - (size - n), j % n)] }
-            },
-        );
-    let right = Mat::from_fn(size, size, |i, j| {
-        if i < size - n {
-            f64::from(u8::from(i == j))
-        } else if j >= size - n {
-            powers[m][(i - (size - n), j - (size - n))]
-        } else {
-            0.0
-        }
-    });
-    let pencil = left.generalized_eigen(&right).unwrap();
-    let mut out = Vec::new();
-    for k in 0..size {
-        let (alpha, beta) = (pencil.S_a().column_vector()[k], pencil.S_b().column_vector()[k]);
-        let s = alpha / (alpha + beta);
-        if s.im.abs() > 1e-7 || !(-1e-9..=1.0 + 1e-9).contains(&s.re) {
-            continue;
-        }
-        // The kernel of Bézout's matrix holds the powers of t / (1 - t).
-        let vector = pencil.U().col(k);
-        let t = if n == 1 {
-            let p = b.point(s.re.clamp(0.0, 1.0));
-            let d = a.points[1] - a.points[0];
-            (p - a.points[0]).dot(d) / d.length_squared()
-        } else {
-            // Blocks are multiplied by powers of s / (1 - s): the largest has the most digits.
-            let size = |k: usize| (0..n).map(|i| vector[k * n + i].norm()).sum::<f64>();
-            let block = (0..m).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap();
-            let entry = |i: usize| vector[block * n + i];
-            let pair = (0..n - 1).max_by(|&a, &b| {
-                let size = |i: usize| entry(i).norm() + entry(i + 1).norm();
-                size(a).total_cmp(&size(b))
-            });
-            let i = pair.unwrap();
-            (entry(i + 1) / (entry(i) + entry(i + 1))).re
-        };
-        if (-1e-9..=1.0 + 1e-9).contains(&t)
-            && a.point(t.clamp(0.0, 1.0)).distance(b.point(s.re.clamp(0.0, 1.0))) <= 1e-7
-        {
-            out.push([t, s.re]);
-        }
-    }
-    out
+/// `(w x, w y, w)` of the control points.
+fn homogeneous(curve: &NurbsCurve2) -> Vec<DVec3> {
+    let weight = |i: usize| curve.weights.get(i).copied().unwrap_or(1.0);
+    curve.points.iter().enumerate().map(|(i, &p)| (p * weight(i)).extend(weight(i))).collect()
 }
 
 #[test]
@@ -246,7 +167,7 @@ fn random_bezier_curves_meet_where_eigenvalues_say() {
                 let (a, b) = (draw.bezier(degree_a, k % 2 == 1), draw.bezier(degree_b, k % 3 == 1));
                 let found = met(&[TrimCurve::nurbs(a.clone()), TrimCurve::nurbs(b.clone())]);
                 let found: Vec<_> = found.into_iter().filter(|m| m.at[0].curve != m.at[1].curve).collect();
-                let other = by_eigenvalues(&a, &b);
+                let other = by_eigenvalues(&homogeneous(&a), &homogeneous(&b));
                 let case = format!("{degree_a} {degree_b} {k}: {found:?}\n{other:?}");
                 for [t, s] in &other {
                     let p = a.point(*t).midpoint(b.point(*s));

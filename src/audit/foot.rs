@@ -53,14 +53,18 @@ pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enou
         if (here.du * step.x + here.dv * step.y).length() <= CLOSE * distance {
             break;
         }
-        let whole = (at + step).clamp(low, high);
-        let share = hold(&patches.breaks_u, at.x, whole.x).min(hold(&patches.breaks_v, at.y, whole.y));
-        let nearer = (0..=CUTS).find_map(|cut| {
-            let to = if cut == 0 { whole } else { at + (whole - at) * (share * 0.25_f64.powi(cut - 1)) };
-            let there = patches.derivatives(to.x, to.y);
-            (there.point.distance(p) < distance).then_some((to, there))
-        });
-        let Some((to, there)) = nearer else { break };
+        let nearer = |step: DVec2| {
+            let whole = (at + step).clamp(low, high);
+            let share = hold(&patches.breaks_u, at.x, whole.x).min(hold(&patches.breaks_v, at.y, whole.y));
+            (0..=CUTS).find_map(|cut| {
+                let to = if cut == 0 { whole } else { at + (whole - at) * (share * 0.25_f64.powi(cut - 1)) };
+                let there = patches.derivatives(to.x, to.y);
+                (there.point.distance(p) < distance).then_some((to, there))
+            })
+        };
+        // At a crease both sides may lead back to it: then along it.
+        let [along_u, along_v] = single_steps(&here, p);
+        let Some((to, there)) = nearer(step).or_else(|| nearer(along_v)).or_else(|| nearer(along_u)) else { break };
         (at, here, distance) = (to, there, there.point.distance(p));
     }
     Foot::new(distance, at)
@@ -141,12 +145,11 @@ fn surface_step(here: &SurfaceDerivatives, p: DVec3, at: DVec2, low: DVec2, high
     let held = |x: f64, low: f64, high: f64, slope: f64| (x <= low && slope >= 0.0) || (x >= high && slope <= 0.0);
     let (uu, uv, vv) = (here.du.length_squared(), here.du.dot(here.dv), here.dv.length_squared());
     let (exact_uu, exact_uv, exact_vv) = (uu + r.dot(here.duu), uv + r.dot(here.duv), vv + r.dot(here.dvv));
-    let along_u = || if uu > 0.0 { -slope.x / exact_uu.max(0.25 * uu) } else { 0.0 };
-    let along_v = || if vv > 0.0 { -slope.y / exact_vv.max(0.25 * vv) } else { 0.0 };
+    let along = single_steps(here, p);
     match (held(at.x, low.x, high.x, slope.x), held(at.y, low.y, high.y, slope.y)) {
         (true, true) => return DVec2::ZERO,
-        (true, false) => return DVec2::new(0.0, along_v()),
-        (false, true) => return DVec2::new(along_u(), 0.0),
+        (true, false) => return along[1],
+        (false, true) => return along[0],
         (false, false) => {}
     }
     let solve = |a: f64, b: f64, c: f64| {
@@ -154,10 +157,19 @@ fn surface_step(here: &SurfaceDerivatives, p: DVec3, at: DVec2, low: DVec2, high
         (a > 0.0 && c > 0.0 && det > SINGULAR * a * c)
             .then(|| DVec2::new(b * slope.y - c * slope.x, b * slope.x - a * slope.y) / det)
     };
-    solve(exact_uu, exact_uv, exact_vv).or_else(|| solve(uu, uv, vv)).unwrap_or_else(|| {
-        let step = DVec2::new(along_u(), along_v());
-        if slope.x * step.x < slope.y * step.y { DVec2::new(step.x, 0.0) } else { DVec2::new(0.0, step.y) }
-    })
+    solve(exact_uu, exact_uv, exact_vv)
+        .or_else(|| solve(uu, uv, vv))
+        .unwrap_or_else(|| if slope.dot(along[0]) < slope.dot(along[1]) { along[0] } else { along[1] })
+}
+
+/// Newton's steps for the squared distance along u alone and along v alone.
+fn single_steps(here: &SurfaceDerivatives, p: DVec3) -> [DVec2; 2] {
+    let r = here.point - p;
+    let step = |d: DVec3, dd: DVec3| {
+        let square = d.length_squared();
+        if square > 0.0 { -d.dot(r) / (square + r.dot(dd)).max(0.25 * square) } else { 0.0 }
+    };
+    [DVec2::new(step(here.du, here.duu), 0.0), DVec2::new(0.0, step(here.dv, here.dvv))]
 }
 
 /// Walks along the curve towards `p`, between the parameters `low` and `high`.

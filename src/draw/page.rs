@@ -166,13 +166,15 @@ pub(super) fn page(title: &[String], panels: Vec<Panel>, legend: &[Entry]) -> St
     for panel in panels {
         let at = DVec2::new(x, y) * UNIT;
         let Panel { content, caption, size, .. } = panel;
+        // A panel is as wide as its caption, or captions run into each other; one alone has the page below to itself.
+        let words = if beside { 0.0 } else { longest(&mut caption.iter()) };
         items.push(content.set("x", at.x.round()).set("y", at.y.round()).into());
         items.push(outline(at, size).into());
         for (k, line) in caption.iter().enumerate() {
             let place = DVec2::new(x, y + size.y / UNIT + LEADING * (k as f64 + 0.8)) * UNIT;
             items.push(text(place, line).into());
         }
-        x += size.x / UNIT + MARGIN;
+        x += (size.x / UNIT).max(words) + MARGIN;
     }
     width = width.max(x);
     let (left, mut height) = if beside { (x, below) } else { (MARGIN, below) };

@@ -9,6 +9,7 @@ use crate::frame::TileRecord;
 use crate::mesh::Origin;
 use glam::DVec2;
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 /// The longer side of the drawing, pixels.
 const SIDE: f64 = 900.0;
@@ -108,7 +109,7 @@ impl<'a> Sketch<'a> {
             .collect();
         lengths.sort_by(f64::total_cmp);
         let short = lengths.get(lengths.len() / 4).copied().unwrap_or(cell);
-        let detail = cell.min(2.0 * short).clamp(2.0, 60.0);
+        let detail = if view.cell.is_some() { 60.0 } else { cell.min(2.0 * short).clamp(2.0, 60.0) };
         let (nu, nv) = record.lattice.cells();
         let told = TileDiagram { cells: [nu, nv], ..TileDiagram::default() };
         Self { record, view, panel, legend: Vec::new(), detail, told }
@@ -254,8 +255,13 @@ impl<'a> Sketch<'a> {
         let trim = &self.record.trim;
         let radius = (0.06 * self.detail).clamp(0.3, 2.5);
         let mut kept = Path::default();
-        for &c in trim.kept_corners.iter().filter(|&&c| self.panel.shows(corner(c), corner(c))) {
-            kept.square(self.panel.place(corner(c)), radius * UNIT);
+        let active: BTreeSet<[u32; 2]> = trim.prime_cells.iter().chain(&trim.zone_cells).copied().collect();
+        for &[i, j] in trim.kept_corners.iter().filter(|&&c| self.panel.shows(corner(c), corner(c))) {
+            self.told.kept_corners += 1;
+            // Elsewhere the cells around it say that it is kept.
+            if [[i - 1, j - 1], [i, j - 1], [i - 1, j], [i, j]].iter().any(|cell| active.contains(cell)) {
+                kept.square(self.panel.place(corner([i, j])), radius * UNIT);
+            }
         }
         let mut moved = Path::default();
         for &(c, vertex) in &trim.moved_corners {
@@ -264,9 +270,9 @@ impl<'a> Sketch<'a> {
                 moved.square(self.panel.place(a), 2.5 * radius * UNIT);
             }
         }
-        (self.told.kept_corners, self.told.moved_corners) = (kept.closed, moved.closed);
+        self.told.moved_corners = moved.closed;
         let style = Style { class: "kept-corners", fill: "#2e7d32", ..Style::default() };
-        let words = counted(self.told.kept_corners, "kept corner", "");
+        let words = counted(kept.closed, "kept corner", "of prime-active cells");
         self.draw(kept, style, Symbol::Square, words);
         let style = Style { class: "moved-corners", stroke: "#2e7d32", width: 0.6 * radius, ..Style::default() };
         let words = counted(self.told.moved_corners, "snapped corner", "a tessellant stands for it");

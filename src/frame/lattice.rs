@@ -242,7 +242,7 @@ fn chord_rates(columns: &[Needs], rows: &[Needs], share: f64, width: [f64; 2], b
     let second = |needs: &[Needs]| needs.iter().map(|n| n.second(share)).collect::<Vec<_>>();
     let (columns, rows) = (second(columns), second(rows));
     let none = |strips: &[Second]| vec![0.0; strips.len()];
-    if all.uu == 0.0 && all.uv == 0.0 && all.vv == 0.0 {
+    if budget == f64::INFINITY || all.uu == 0.0 && all.uv == 0.0 && all.vv == 0.0 {
         return (none(&columns), none(&rows));
     }
     // Straight in one direction: one cell that way, and the other takes the whole budget.

@@ -25,7 +25,7 @@ const LEAST_GAIN: f64 = 1e-3;
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
 pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) {
     let folded: Vec<usize> =
-        (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_folded(mesh)).collect();
+        (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_wrong(mesh)).collect();
     if folded.is_empty() {
         return;
     }
@@ -59,7 +59,7 @@ impl Web<'_> {
         while let (Some(t), 1..) = (folded.pop(), left) {
             left -= 1;
             let corners = self.mesh.triangles[t];
-            if corners == GONE || !Shape::of(self.mesh, corners).is_folded(self.mesh) {
+            if corners == GONE || !Shape::of(self.mesh, corners).is_wrong(self.mesh) {
                 continue;
             }
             let (flips, merges) = (self.flips(t), self.merges(t));
@@ -71,7 +71,7 @@ impl Web<'_> {
             };
             self.apply(&change);
             folded.splice(0..0, waiting.drain(..));
-            let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_folded(self.mesh);
+            let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_wrong(self.mesh);
             folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
         }
     }
@@ -88,12 +88,12 @@ impl Web<'_> {
         gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }
 
-    /// Area that looks inwards, and that with what is steep, twice.
-    fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 2] {
-        triangles
-            .filter(|t| *t != GONE)
-            .map(|t| Shape::of(self.mesh, t))
-            .fold([0.0; 2], |[inwards, all], s| [inwards - s.facing.min(0.0), all - s.outwards.min(0.0)])
+    /// Area that looks inwards, and that with what is steep, twice; and how many have no area.
+    fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 3] {
+        triangles.filter(|t| *t != GONE).map(|t| Shape::of(self.mesh, t)).fold([0.0; 3], |[inwards, all, flat], s| {
+            let is_flat = f64::from(u8::from(s.is_flat(self.mesh)));
+            [inwards - s.facing.min(0.0), all - s.outwards.min(0.0), flat + is_flat]
+        })
     }
 
     /// Whether less looks inwards than in the triangles as stated, and nothing strays.
@@ -134,7 +134,10 @@ impl Web<'_> {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
-            let better = after > share * before && best.is_none_or(|(s, _)| score > s);
+            // What has no area shows in no sum: without it is better, if nothing folds for that.
+            let flat =
+                change.triangles.iter().any(|(t, _)| Shape::of(self.mesh, self.mesh.triangles[*t]).is_flat(self.mesh));
+            let better = (after > share * before || flat && after >= before) && best.is_none_or(|(s, _)| score > s);
             if better && self.stays(change, near) {
                 best = Some((score, change));
             }
@@ -190,10 +193,11 @@ impl Web<'_> {
     }
 }
 
-/// Whether less area looks inwards, or else less is steep.
-fn is_less(new: [f64; 2], old: [f64; 2]) -> bool {
+/// Whether less area looks inwards, or else less is steep, or else fewer have none.
+fn is_less(new: [f64; 3], old: [f64; 3]) -> bool {
     let least = |old: f64| (1.0 - LEAST_GAIN) * old;
-    new[0] < least(old[0]) || new[0] <= old[0] && new[1] < least(old[1])
+    let as_much = |k: usize| new[k] <= old[k];
+    new[0] < least(old[0]) || as_much(0) && (new[1] < least(old[1]) || as_much(1) && new[2] < old[2])
 }
 
 /// Distance of `p` from a triangle.

@@ -40,8 +40,9 @@ impl Shape {
         a.distance(b).max(b.distance(c)).max(c.distance(a))
     }
 
-    pub(super) fn is_folded(&self, mesh: &PatchMesh) -> bool {
-        self.outwards < 0.0 && !self.is_flat(mesh)
+    /// Whether it looks inwards, stands steep, or has no area.
+    pub(super) fn is_wrong(&self, mesh: &PatchMesh) -> bool {
+        self.outwards < 0.0 || self.is_flat(mesh)
     }
 
     /// Whether its corners are in line but for rounding.

@@ -99,7 +99,8 @@ impl PartBuilder {
         self.face(face(surface, shell, loops, None, reversed))
     }
 
-    /// Adds a face without colour and name that free curves in (u,v) trim; its surface must have a bounded domain.
+    /// Adds a face without colour and name that free curves in (u,v) trim. On a surface that does not end (a plane, say) they
+    /// must bound what they keep.
     ///
     /// ```
     /// use glam::DVec2;

@@ -244,7 +244,7 @@ pub enum PartError {
         /// How far apart, millimetres.
         distance: f64,
     },
-    /// A face without loops, or with free trims, on a surface that is not bounded.
+    /// A face without loops and free trimming curves on a surface that does not end.
     Unbounded(FaceId),
     /// A free trimming curve is none.
     Trim {
@@ -298,10 +298,16 @@ impl fmt::Display for PartError {
                  away",
                 face.0, end.0, start.0
             ),
-            Self::Unbounded(face) => write!(f, "face {} has no loops and its surface no bounds", face.0),
+            Self::Unbounded(face) => {
+                write!(f, "face {} has neither loops nor trimming curves, and its surface does not end", face.0)
+            }
             Self::Trim { face, curve, error } => write!(f, "free trimming curve {curve} of face {}: {error}", face.0),
             Self::TwoBoundaries { face, loops, curves } => {
-                write!(f, "face {} has {loops} loops and {curves} free trimming curves", face.0)
+                write!(
+                    f,
+                    "face {} has {loops} loops and {curves} free trimming curves: a face has one or the other",
+                    face.0
+                )
             }
         }
     }

@@ -18,6 +18,9 @@ const SAME_END: f64 = 1e-9;
 /// An open curve counts as the loop that it makes with the border of the domain, followed counter-clockwise from its end to
 /// its start: the loop around its left side.
 ///
+/// Where a surface is closed, closed curves go on beyond the seam at the other side of the domain, and so do open ones that
+/// end a period from where they start, around it. Where it does not end, curves have to bound what they keep.
+///
 #[doc = include_str!("../../docs/figures/rules.svg")]
 ///
 #[doc = include_str!("../../docs/figures/open_curves.svg")]
@@ -60,6 +63,15 @@ pub struct FreeTrims {
     pub rule: TrimRule,
     /// In any order.
     pub curves: Vec<TrimCurve>,
+}
+
+impl FreeTrims {
+    /// Lower and upper corner of the box of all control points; infinite and upside down without any.
+    #[must_use]
+    pub fn bounds(&self) -> [DVec2; 2] {
+        let points = || self.curves.iter().flat_map(|c| &c.pieces).flat_map(TrimPiece::points).copied();
+        [points().fold(DVec2::INFINITY, DVec2::min), points().fold(DVec2::NEG_INFINITY, DVec2::max)]
+    }
 }
 
 impl TrimPiece {

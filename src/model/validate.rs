@@ -205,7 +205,8 @@ impl Part {
         }
         face.surface.check().map_err(|error| PartError::Surface { face: id, error })?;
         let finite = |(a, b): (f64, f64)| a.is_finite() && b.is_finite();
-        if face.loops.is_empty() && !face.surface.natural_domain().into_iter().all(finite) {
+        let is_bounded = !face.loops.is_empty() || face.trims.as_ref().is_some_and(|t| !t.curves.is_empty());
+        if !is_bounded && !face.surface.natural_domain().into_iter().all(finite) {
             return Err(PartError::Unbounded(id));
         }
         if let Some(trims) = &face.trims {

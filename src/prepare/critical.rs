@@ -1,14 +1,18 @@
 //! Trim arcs of a tile to critical parameters: tessellants without which coarse polylines could cross.
 //!
-//! If the hulls of two arcs are disjoint, so are the polylines through their ends and through any refinement of them
+//! If the hulls of two arcs' Bézier points are disjoint, so are the polylines through their ends and any points between
 //! (Li et al., JCDE 13(1), 2026, lemma on critical parameters). Arcs whose hulls meet are halved until they do not.
 //! Arcs that share an end are apart when the cones that they fill, seen from that end, are. Where arcs meet for good, the
 //! point becomes a common one of both: the faces beyond either edge then share it, and nothing has to be split later.
+//!
+//! Pcurves of edges in space are good to a few millionths of a face, so their points stand for their hulls, and arcs that
+//! cannot be told apart by them touch. Arcs of free trims are exact and meet at their ends only: they are halved as far as it
+//! takes, by their Bézier points.
 
-use super::UvCurve;
 use super::face::{DraftAlong, DraftTile, DraftUse};
 use super::meeting::{Meeting, beside, meet, weld};
 use super::uv_curve::SAME_SHARE;
+use super::{UvCurve, UvSample};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -16,10 +20,20 @@ use std::f64::consts::TAU;
 /// keeps their polylines apart, and the trim stage resolves what crosses.
 const MAX_DEPTH: u32 = 8;
 
+/// Halvings of one arc of a free trim: two that run side by side at a billionth of the domain are apart.
+const MAX_DEPTH_EXACT: u32 = 16;
+
+/// The same for those that touch at a common end. No edge has so many segments that it gets more points in the last ones, of
+/// a 4096th of an arc, so that polylines fan out from there.
+const MAX_DEPTH_TANGENT: u32 = 12;
+
 /// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
 /// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
 const WORK: usize = 1 << 22;
 const WORK_PER_POINT: usize = 2000;
+
+/// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
+const WORK_EXACT: usize = 1 << 25;
 
 /// Points that looking for the meeting of two stretches counts for, curved or straight.
 const WORK_PER_MEETING: [usize; 2] = [1000, 10];
@@ -41,6 +55,10 @@ pub(super) struct Arc {
     /// Loop of the tile and use within the loop.
     pub(super) of: (usize, usize),
     pub(super) points: Vec<(f64, DVec2)>,
+    /// What stands for its hull: its Bézier points, three for each of `points` but the last, or these themselves.
+    hull: Vec<DVec2>,
+    /// Whether it is the former.
+    exact: bool,
     low: DVec2,
     high: DVec2,
 }
@@ -51,6 +69,15 @@ pub(super) struct Span<'a> {
     pub(super) arc: &'a Arc,
     from: usize,
     to: usize,
+    /// A part of the stretch between two neighbours of the arc's points.
+    fine: Option<Fine>,
+}
+
+/// A stretch of a cubic.
+#[derive(Clone, Copy)]
+struct Fine {
+    range: [f64; 2],
+    hull: [DVec2; 4],
 }
 
 /// Pairs of stretches that cannot be told apart.
@@ -67,20 +94,31 @@ impl Work {
     }
 }
 
+/// What came of separating arcs.
+struct Found<'a, 'w> {
+    /// Edges, and parameters that they must contain.
+    breaks: Vec<(u32, f64)>,
+    close: Close<'a>,
+    work: &'w mut Work,
+}
+
 /// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
 /// themselves or each other other than at common ends: the pcurves have a common sample there now. Also whether that is all
-/// of it, and not just what was found until the work was too much.
-pub(super) fn critical(tile: &mut DraftTile, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
+/// of it, and not just what was found until the work was too much. `exact`: they are free trims, which do not meet.
+pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
     let mut meetings = Vec::new();
     let mut more = Vec::new();
     let mut work: Option<Work> = None;
     for round in 1..=ROUNDS {
-        let arcs = arcs(tile, &meetings, &more);
+        let arcs = arcs(tile, &meetings, &more, exact);
         let points: usize = arcs.iter().map(|a| a.points.len()).sum();
-        let work = work.get_or_insert_with(|| Work(WORK + WORK_PER_POINT * points));
-        let mut found = Vec::new();
-        let mut close = Vec::new();
-        separate_all(&arcs, &mut found, &mut close, work);
+        let least = if exact { WORK_EXACT } else { WORK };
+        let work = work.get_or_insert_with(|| Work(least + WORK_PER_POINT * points));
+        let Found { breaks: found, close, .. } = separate_all(&arcs, work);
+        if exact {
+            breaks.extend(found);
+            return (meetings, work.0 > 0);
+        }
         let mut new: Vec<Meeting> = Vec::new();
         for &(a, b) in &close {
             for m in meet(tile, a, b) {
@@ -127,7 +165,7 @@ fn midway(close: &[(Span<'_>, Span<'_>)]) -> Vec<((usize, usize), f64)> {
 
 /// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at which
 /// they may be cut besides samples and the middles between them.
-fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)]) -> Vec<Arc> {
+fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], exact: bool) -> Vec<Arc> {
     let scale = (tile.max - tile.min).recip();
     let mut arcs = Vec::new();
     for (l, uses) in tile.loops.iter().enumerate() {
@@ -138,31 +176,43 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)]) 
             stops.sort_by(f64::total_cmp);
             stops.dedup();
             let more: Vec<f64> = more.iter().filter(|at| at.0 == (l, k)).map(|at| at.1).collect();
-            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), &more, (tile.min, scale))));
+            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), &more, (tile.min, scale), exact)));
         }
     }
     arcs.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
     arcs
 }
 
-/// Separates arcs from themselves and each other; those that cannot be are appended to `close`.
-fn separate_all<'a>(arcs: &'a [Arc], breaks: &mut Vec<(u32, f64)>, close: &mut Close<'a>, work: &mut Work) {
-    arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, breaks, close, work));
+/// Separates arcs from themselves and each other.
+fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
+    let mut found = Found { breaks: Vec::new(), close: Vec::new(), work };
+    arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
     for (i, a) in arcs.iter().enumerate() {
         for b in &arcs[i + 1..] {
-            if b.low.x > a.high.x || work.0 == 0 {
+            if b.low.x > a.high.x || found.work.0 == 0 {
                 break;
             }
             if b.low.y > a.high.y || a.low.y > b.high.y {
                 continue;
             }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if !a.only_joins(b) {
-                    keep((Span::of(a), Span::of(b)), close, work);
+                if !a.exact && !a.only_joins(b) {
+                    found.keep((Span::of(a), Span::of(b)));
                 }
             } else if !a.runs_along(b) {
-                separate(Span::of(a), Span::of(b), 0, breaks, close, work);
+                separate(Span::of(a), Span::of(b), 0, &mut found);
             }
+        }
+    }
+    found
+}
+
+impl<'a> Found<'a, '_> {
+    /// Adds a pair to those that cannot be told apart: looking for its meeting is work to come.
+    fn keep(&mut self, pair: (Span<'a>, Span<'a>)) {
+        let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
+        if !pair.0.arc.exact && self.work.takes(WORK_PER_MEETING[usize::from(straight)]) {
+            self.close.push(pair);
         }
     }
 }
@@ -174,6 +224,7 @@ fn arc(
     (a, b): (f64, f64),
     more: &[f64],
     (origin, scale): (DVec2, DVec2),
+    exact: bool,
 ) -> Option<Arc> {
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
     let mut ts = vec![a];
@@ -186,18 +237,35 @@ fn arc(
         ts.sort_by(f64::total_cmp);
         ts.dedup();
     }
-    let mut hint = 0;
-    let mut points: Vec<(f64, DVec2)> =
-        ts.into_iter().map(|t| (t, (u.uv.point(t, &mut hint) - origin) * scale)).collect();
+    let mut piece = 0;
+    let mut hull: Vec<DVec2> = Vec::with_capacity(3 * ts.len());
+    for w in ts.windows(2) {
+        while piece + 2 < samples.len() && samples[piece + 1].t <= w[0] {
+            piece += 1;
+        }
+        let [from, to] = [w[0], w[1]].map(|t| UvSample::at(&samples[piece], &samples[piece + 1], t));
+        let third = (w[1] - w[0]) / 3.0;
+        if hull.is_empty() {
+            hull.push(from.uv);
+        }
+        if exact {
+            hull.extend([from.uv + from.d * third, to.uv - to.d * third]);
+        }
+        hull.push(to.uv);
+    }
+    hull.iter_mut().for_each(|p| *p = (*p - origin) * scale);
+    let step = if exact { 3 } else { 1 };
+    let mut points: Vec<(f64, DVec2)> = ts.iter().zip(hull.iter().step_by(step)).map(|(&t, &p)| (t, p)).collect();
     let (p, q) = (points[0].1, points[points.len() - 1].1);
     let chord = q - p;
     let length = chord.length();
-    if length > 0.0 && points.iter().all(|x| chord.perp_dot(x.1 - p).abs() <= 1e-9 * length) {
+    if length > 0.0 && hull.iter().all(|x| chord.perp_dot(*x - p).abs() <= 1e-9 * length) {
         points = vec![points[0], points[points.len() - 1]];
+        hull = if exact { vec![p, p, q, q] } else { vec![p, q] };
     }
     let (low, high) =
-        points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p.1), high.max(p.1)));
-    Some(Arc { edge, of, points, low, high })
+        hull.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+    Some(Arc { edge, of, points, hull, exact, low, high })
 }
 
 impl Arc {
@@ -217,47 +285,68 @@ impl Arc {
 
 impl<'a> Span<'a> {
     fn of(arc: &'a Arc) -> Self {
-        Self { arc, from: 0, to: arc.points.len() - 1 }
+        Self { arc, from: 0, to: arc.points.len() - 1, fine: None }
     }
 
     fn len(&self) -> usize {
-        self.to - self.from + 1
+        self.points().len()
     }
 
-    fn points(&self) -> impl Iterator<Item = DVec2> + Clone + 'a {
-        self.arc.points[self.from..=self.to].iter().map(|p| p.1)
+    /// Points whose hull contains it, or stands for one that does.
+    fn points(&self) -> &[DVec2] {
+        let step = if self.arc.exact { 3 } else { 1 };
+        self.fine.as_ref().map_or(&self.arc.hull[step * self.from..=step * self.to], |fine| &fine.hull)
     }
 
     pub(super) fn ends(&self) -> [DVec2; 2] {
-        [self.arc.points[self.from].1, self.arc.points[self.to].1]
+        let points = self.points();
+        [points[0], points[points.len() - 1]]
     }
 
     /// Parameters at its ends.
     pub(super) fn range(&self) -> [f64; 2] {
-        [self.arc.points[self.from].0, self.arc.points[self.to].0]
+        self.fine.map_or([self.arc.points[self.from].0, self.arc.points[self.to].0], |fine| fine.range)
     }
 
     fn can_split(&self) -> bool {
-        self.to - self.from >= 2
+        let is_straight = self.arc.points.len() == 2;
+        self.to - self.from >= 2 || (self.arc.exact && !is_straight)
     }
 
-    fn split(&self) -> (usize, [Self; 2]) {
-        let mid = usize::midpoint(self.from, self.to);
-        (mid, [Self { to: mid, ..*self }, Self { from: mid, ..*self }])
+    /// Its halves, and the parameter between them.
+    fn split(&self) -> (f64, [Self; 2]) {
+        if self.to - self.from >= 2 {
+            let mid = usize::midpoint(self.from, self.to);
+            return (self.arc.points[mid].0, [Self { to: mid, ..*self }, Self { from: mid, ..*self }]);
+        }
+        let [a, b] = self.range();
+        let mid = 0.5 * (a + b);
+        let points = self.points();
+        let [p, q, r, s] = [points[0], points[1], points[2], points[3]];
+        let [pq, qr, rs] = [p.midpoint(q), q.midpoint(r), r.midpoint(s)];
+        let [pqr, qrs] = [pq.midpoint(qr), qr.midpoint(rs)];
+        let middle = pqr.midpoint(qrs);
+        let half = |range, hull| Self { fine: Some(Fine { range, hull }), ..*self };
+        (mid, [half([a, mid], [p, pq, pqr, middle]), half([mid, b], [middle, qrs, rs, s])])
     }
 
-    /// Largest distance of the points from the chord.
+    /// Largest distance of the points from the chord; of a closed free trim's from its end.
     fn fatness(&self) -> f64 {
         let [a, b] = self.ends();
-        let n = (b - a).perp().normalize_or_zero();
-        self.points().map(|p| n.dot(p - a).abs()).fold(0.0, f64::max)
+        let off = |p: &DVec2| match (b - a).perp().try_normalize() {
+            Some(n) => n.dot(*p - a).abs(),
+            None if self.arc.exact => p.distance(a),
+            None => 0.0,
+        };
+        self.points().iter().map(off).fold(0.0, f64::max)
     }
 }
 
 /// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
 /// stretches are separated like arcs.
-fn separate_from_itself<'a>(arc: &'a Arc, breaks: &mut Vec<(u32, f64)>, close: &mut Close<'a>, work: &mut Work) {
+fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
     const TURN: f64 = TAU / 3.0;
+    let most = if arc.exact { 512 } else { 64 };
     let mut cuts = vec![0];
     let mut start: Option<DVec2> = None;
     for (k, w) in arc.points.windows(2).enumerate() {
@@ -270,66 +359,58 @@ fn separate_from_itself<'a>(arc: &'a Arc, breaks: &mut Vec<(u32, f64)>, close: &
     }
     cuts.push(arc.points.len() - 1);
     cuts.dedup();
-    let spans: Vec<Span<'a>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1] }).collect();
+    let spans: Vec<Span<'a>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1], fine: None }).collect();
     let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
-    if spans.len() > 64
-        || !work.takes(spans.len() * arc.points.len())
-        || pairs().all(|(i, j)| apart(spans[i], spans[j]))
+    if spans.len() > most
+        || !found.work.takes(spans.len() * arc.points.len())
+        || pairs().all(|(i, j)| apart(spans[i], spans[j], shared_ends(spans[i], spans[j])))
     {
         return;
     }
-    breaks.extend(cuts[1..cuts.len() - 1].iter().map(|&k| (arc.edge, arc.points[k].0)));
+    found.breaks.extend(cuts[1..cuts.len() - 1].iter().map(|&k| (arc.edge, arc.points[k].0)));
     for (i, j) in pairs() {
-        separate(spans[i], spans[j], 0, breaks, close, work);
+        separate(spans[i], spans[j], 0, found);
     }
 }
 
-/// Adds a pair to those that cannot be told apart: looking for its meeting is work to come.
-fn keep<'a>(pair: (Span<'a>, Span<'a>), close: &mut Close<'a>, work: &mut Work) {
-    let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
-    if work.takes(WORK_PER_MEETING[usize::from(straight)]) {
-        close.push(pair);
-    }
-}
-
-/// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is `close`.
-fn separate<'a>(
-    a: Span<'a>,
-    b: Span<'a>,
-    depth: u32,
-    breaks: &mut Vec<(u32, f64)>,
-    close: &mut Close<'a>,
-    work: &mut Work,
-) {
-    if !work.takes(a.len() + b.len()) || apart(a, b) {
+/// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
+fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>) {
+    let shared = shared_ends(a, b);
+    if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
         return;
     }
-    if depth >= 2 * MAX_DEPTH {
-        keep((a, b), close, work);
-        return;
-    }
+    let most = match (a.arc.exact, shared[0]) {
+        (false, _) => MAX_DEPTH,
+        (true, None) => MAX_DEPTH_EXACT,
+        (true, Some(_)) => MAX_DEPTH_TANGENT,
+    };
     let (fat_a, fat_b) = (a.fatness(), b.fatness());
     let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
-    if !split_a && !b.can_split() {
-        keep((a, b), close, work);
+    if depth >= 2 * most || (!split_a && !b.can_split()) {
+        found.keep((a, b));
         return;
     }
     let (halved, other) = if split_a { (a, b) } else { (b, a) };
     let (mid, halves) = halved.split();
-    breaks.push((halved.arc.edge, halved.arc.points[mid].0));
+    found.breaks.push((halved.arc.edge, mid));
     for half in halves {
-        separate(half, other, depth + 1, breaks, close, work);
+        separate(half, other, depth + 1, found);
     }
 }
 
-/// Whether a line separates two arcs, or a wedge at an end that they share.
-fn apart(a: Span<'_>, b: Span<'_>) -> bool {
+/// Points at which two arcs both end: of free trims, to the bit.
+fn shared_ends(a: Span<'_>, b: Span<'_>) -> [Option<DVec2>; 2] {
     let others = b.ends();
-    let is_shared = |p: &DVec2| others.iter().any(|q| p.distance_squared(*q) <= SAME_SHARE * SAME_SHARE);
-    let mut shared = a.ends().into_iter().filter(is_shared);
-    match (shared.next(), shared.next()) {
-        (None, _) => separated_by_line(a, b) || separated_by_line(b, a),
-        (Some(p), None) => cones_apart(a, b, p),
+    let near = if a.arc.exact { 0.0 } else { SAME_SHARE * SAME_SHARE };
+    let mut shared = a.ends().into_iter().filter(|p| others.iter().any(|q| p.distance_squared(*q) <= near));
+    [shared.next(), shared.next()]
+}
+
+/// Whether a line separates two arcs, or a wedge at an end that they share.
+fn apart(a: Span<'_>, b: Span<'_>, shared: [Option<DVec2>; 2]) -> bool {
+    match shared {
+        [None, _] => separated_by_line(a, b) || separated_by_line(b, a),
+        [Some(p), None] => cones_apart(a, b, p),
         _ => false,
     }
 }
@@ -340,7 +421,10 @@ fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
     let along = (q - p).normalize_or_zero();
     [along.perp(), along].into_iter().any(|n| {
         let range = |s: Span<'_>| {
-            s.points().map(|x| n.dot(x)).fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x), r.1.max(x)))
+            s.points()
+                .iter()
+                .map(|x| n.dot(*x))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x), r.1.max(x)))
         };
         let (ra, rb) = (range(a), range(b));
         ra.1 < rb.0 || rb.1 < ra.0
@@ -350,7 +434,7 @@ fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
 /// Whether the directions from `p` to the points of two arcs fill disjoint cones.
 fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
     let cone = |s: Span<'_>| {
-        let mut directions = s.points().map(|x| x - p).filter(|d| d.length() > SAME_SHARE);
+        let mut directions = s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME_SHARE);
         let first = directions.next()?;
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
         let (lo, hi) = directions.fold((0.0_f64, 0.0_f64), |r, d| {

@@ -81,8 +81,8 @@ pub(super) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
         }
     }
     let mut bounds = Hull::of(&out);
-    for tile in &part.tiles {
-        let face = &part.faces[part.face_of(tile)];
+    for of_face in part.tiles.chunk_by(|a, b| a.face == b.face) {
+        let face = &part.faces[part.face_of(&of_face[0])];
         // Along a straight line only the ends are extreme, and they are on edges.
         let straight = |second: fn(&BoxBounds) -> f64| face.bounds.cells.iter().all(|b| second(b) == 0.0);
         if straight(|b| b.uu.norm) || straight(|b| b.vv.norm) {
@@ -93,7 +93,7 @@ pub(super) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
         let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
         let reaching: Vec<bool> = face.patches.control.chunks_exact(size).map(beyond).collect();
         if reaching.contains(&true) {
-            out.extend(interior(part, face, tile, &reaching, &mut bounds));
+            of_face.iter().for_each(|tile| out.extend(interior(part, face, tile, &reaching, &mut bounds)));
         }
     }
     out

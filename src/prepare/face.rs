@@ -184,6 +184,13 @@ fn draft_with(
     let mut projector = Projector::new(&face.surface, 1e-6 * extent);
     let passages = passages(part, face, &projector);
     projector.adopt(boundary_points(part, face));
+    if let Some(Ok(free)) = free {
+        let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
+            Along::Edge(edge) => Some(&part.edges[edge as usize]),
+            Along::Pole(_) => None,
+        });
+        projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
+    }
     projector.adopt(passages.values().flatten().map(|p| p.1));
     let mut gap = 0.0;
     let mut loops = Vec::with_capacity(face.loops.len());
@@ -311,14 +318,20 @@ fn draft_with(
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
+    // Not where free trims end on the edges of other faces, which are as good as those are.
+    let exact = free.is_some() && gap == 0.0;
     let mut crossed = None;
     let mut scribble = None;
     let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
         let others = breaks.len();
-        let (meetings, all) = critical(tile, &mut breaks);
+        let (meetings, all) = critical(tile, exact, &mut breaks);
         critical_count += breaks.len() - others;
         meetings_count += meetings.len();
+        if exact && all {
+            // Free trims were told apart already, touching ones too.
+            continue;
+        }
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
         for m in &meetings {
             breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));

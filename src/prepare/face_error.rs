@@ -24,8 +24,10 @@ pub(super) enum FaceError {
     Internal(String),
     /// A free trimming curve is none.
     Trim { curve: usize, error: TrimError },
-    /// Free trims on a surface that does not end.
+    /// Free trims on a surface without extent, or whose curves have none where the surface does not end.
     NoDomain { low: DVec2, high: DVec2 },
+    /// Free trims keep a part of a surface that does not end in direction 0 (u) or 1 (v).
+    Unbounded { axis: usize },
     /// Free trims that cannot be told apart.
     Untold { error: NoRegion, place: DVec3 },
     /// The trims keep nothing of the face.
@@ -52,9 +54,16 @@ impl fmt::Display for FaceError {
             Self::NoLobes => write!(f, "no lobe of the boundary runs backwards"),
             Self::Internal(what) => write!(f, "internal error: {what}"),
             Self::Trim { curve, error } => write!(f, "free trimming curve {curve}: {error}"),
-            Self::NoDomain { low, high } => {
-                write!(f, "free trims need a bounded surface; this one reaches from {low} to {high} in (u, v)")
-            }
+            Self::NoDomain { low, high } => write!(
+                f,
+                "free trims need a surface or curves with an extent; these reach from ({}, {}) to ({}, {}) in (u, v)",
+                low.x, low.y, high.x, high.y
+            ),
+            Self::Unbounded { axis } => write!(
+                f,
+                "the trimming curves keep a part that does not end in {}, and neither does the surface",
+                ['u', 'v'][*axis]
+            ),
             Self::Untold { error, .. } => error.fmt(f),
             Self::NothingKept => write!(f, "the trimming curves keep nothing of the face"),
             Self::NoArea { size } => {

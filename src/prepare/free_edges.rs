@@ -92,6 +92,32 @@ fn ends(face: &Face) -> bool {
     (0..2).any(|axis| period[axis].is_none() && [domain[axis].0, domain[axis].1].iter().any(|&at| !pole(axis, at)))
 }
 
+/// The rectangle of a surface's parameters in which it is trimmed, and the sides (axis, and whether the upper one) on which
+/// the surface does not end: these are somewhat beyond the curves.
+fn domain(surface: &Surface, trims: &FreeTrims) -> Result<(UvDomain, Vec<(usize, bool)>), FaceError> {
+    /// Share of the curves' extent by which the rectangle is larger.
+    const BEYOND: f64 = 0.125;
+    let [(u0, u1), (v0, v1)] = surface.natural_domain();
+    let (mut low, mut high) = (DVec2::new(u0, v0), DVec2::new(u1, v1));
+    let [first, last] = trims.bounds();
+    let mut open_sides = Vec::new();
+    for axis in 0..2 {
+        let beyond = BEYOND * (last[axis] - first[axis]);
+        if low[axis] == f64::NEG_INFINITY {
+            low[axis] = first[axis] - beyond;
+            open_sides.push((axis, false));
+        }
+        if high[axis] == f64::INFINITY {
+            high[axis] = last[axis] + beyond;
+            open_sides.push((axis, true));
+        }
+    }
+    if !(low.is_finite() && high.is_finite() && low.cmplt(high).all()) {
+        return Err(FaceError::NoDomain { low, high });
+    }
+    Ok((UvDomain { low, high, periodic: surface.period().map(|p| p.is_some()) }, open_sides))
+}
+
 /// Makes the edges of one face, numbered from 0.
 struct EdgeMaker<'a> {
     surface: &'a Surface,
@@ -117,16 +143,14 @@ impl<'a> EdgeMaker<'a> {
         for (curve, stated) in trims.curves.iter().enumerate() {
             stated.check().map_err(|error| FaceError::Trim { curve, error })?;
         }
-        let [(u0, u1), (v0, v1)] = surface.natural_domain();
-        let (low, high) = (DVec2::new(u0, v0), DVec2::new(u1, v1));
-        if !(low.is_finite() && high.is_finite() && low.cmplt(high).all()) {
-            return Err(FaceError::NoDomain { low, high });
-        }
-        let domain = UvDomain { low, high, periodic: surface.period().map(|p| p.is_some()) };
+        let (domain, open_sides) = domain(surface, trims)?;
         let mut region = FreeRegion::new(trims, &domain)
             .map_err(|e| FaceError::Untold { place: surface.point(e.at.x, e.at.y), error: e })?;
         if region.is_empty() {
             return Err(FaceError::NothingKept);
+        }
+        if let Some(&(axis, _)) = open_sides.iter().find(|&&(axis, upper)| region.reaches(axis, upper)) {
+            return Err(FaceError::Unbounded { axis });
         }
         let mut maker = Self {
             surface,

@@ -5,10 +5,13 @@
 //! sides bounds nothing and is dropped; so redundant loops, and stretches that two curves run in opposite directions, vanish
 //! by themselves. The others, kept side left, close to loops.
 
+use super::box_tree::BoxTree;
 use super::intersect::{Chain, Place, SAME, TOUCH, meetings};
 use super::spans::{Span, UvDomain};
+use super::wraps::copies;
 use crate::model::{FreeTrims, TrimRule};
 use glam::DVec2;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -16,12 +19,14 @@ use std::fmt;
 /// Distance along a ray up to which a curve counts as running along the arc that the ray starts from.
 const ALONG: f64 = 4.0 * TOUCH;
 
-/// The chain that is the border of the domain; curve `k` is chain `k + 1`.
+/// The chain that is the border of the domain.
 pub(super) const BORDER: usize = 0;
 
 /// Curves closed to loops around what they keep.
 #[derive(Clone, Debug)]
 struct Wire {
+    /// The border is 0; curve `k` is `k + 1`, and so are its copies over seams.
+    owner: usize,
     chain: Chain,
     /// What closes an open chain along the border, or outside: it takes part in windings only.
     closure: Vec<Span>,
@@ -97,8 +102,9 @@ impl std::error::Error for NoRegion {}
 impl FreeRegion {
     /// The region that sound curves keep.
     ///
-    /// Points nearer than a billionth of the domain are one. Cost: that of [`intersections`](super::intersections), and for
-    /// each arc between two meetings a look at all monotone arcs.
+    /// Points nearer than a billionth of the domain are one. Over a seam of the surface closed curves, and those that end a
+    /// period from where they start, go on at the other side; other open ones are clipped. Cost: that of [`intersections`](super::intersections), and for
+    /// each arc between two meetings a look at the monotone arcs that a ray from its middle meets.
     ///
     /// # Errors
     /// Curves that can neither be told apart nor taken as one.
@@ -106,8 +112,11 @@ impl FreeRegion {
         let mut region =
             Self { domain: *domain, wires: vec![border()], nodes: Vec::new(), loops: Vec::new(), notes: Vec::new() };
         for (k, curve) in trims.curves.iter().enumerate() {
-            let wire = region.wire(k, Chain::of(curve, domain));
-            region.wires.push(wire);
+            let (chains, complete) = copies(Chain::of(curve, domain), domain.periodic);
+            for chain in chains {
+                let wire = region.wire(k, chain, complete);
+                region.wires.push(wire);
+            }
         }
         let events = region.events();
         let arcs = region.arcs(events);
@@ -127,6 +136,13 @@ impl FreeRegion {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.loops.is_empty()
+    }
+
+    /// Whether the region touches the lower or upper side of the domain across coordinate `axis` along a stretch.
+    pub(super) fn reaches(&self, axis: usize, upper: bool) -> bool {
+        let side = [[3, 1], [0, 2]][axis][usize::from(upper)];
+        let along = |arc: &Arc| arc.chain == BORDER && arc.parts.iter().any(|part| part.span == side);
+        self.loops.iter().flatten().any(along)
     }
 
     /// The loops as closed polygons with `per_arc` points for each stretch of a curve between its turns; kept side left.
@@ -157,15 +173,19 @@ impl FreeRegion {
     }
 
     fn tell(&mut self, p: DVec2, what: String, repaired: bool) {
-        let at = self.domain.of_unit(p.clamp(DVec2::ZERO, DVec2::ONE));
-        self.notes.push(TrimNote { at, what, repaired });
+        self.notes.push(note(&self.domain, p, what, repaired));
     }
 
-    /// Closes a curve.
-    fn wire(&mut self, curve: usize, mut chain: Chain) -> Wire {
+    /// Closes a copy of a curve. `complete`: directions in which what leaves the domain is in other copies.
+    fn wire(&mut self, curve: usize, mut chain: Chain, complete: [bool; 2]) -> Wire {
+        let owner = curve + 1;
         let mut closure = Vec::new();
         let spans = &mut chain.spans;
-        let outside = spans.iter().flat_map(|s| s.ends).find(|&p| p.clamp(DVec2::ZERO, DVec2::ONE).distance(p) > TOUCH);
+        let leaves = |p: &DVec2| {
+            let beyond = (p.clamp(DVec2::ZERO, DVec2::ONE) - *p).abs();
+            (0..2).any(|axis| !complete[axis] && beyond[axis] > TOUCH)
+        };
+        let outside = spans.iter().flat_map(|s| s.ends).find(leaves);
         if let Some(p) = outside {
             let what = format!("trimming curve {curve} leaves the domain; it was clipped there");
             self.tell(p, what, false);
@@ -209,25 +229,28 @@ impl FreeRegion {
             path.extend((1..8).filter(|&k| f64::from(k) > a && f64::from(k) < b).map(|k| CORNERS[k as usize % 4]));
             path.push(to);
             closure.extend(path.windows(2).map(|w| Span::line(w[0], w[1], piece, (0.0, 1.0))));
-            return Wire { chain, closure, least: 1 };
+            return Wire { owner, chain, closure, least: 1 };
         }
         let arc = Arc { chain: BORDER, parts: whole(&chain), nodes: None, reversed: false };
         let area: f64 = arc.parts.iter().map(|p| green(&chain.spans[p.span], p)).sum();
-        Wire { chain, closure, least: i32::from(area > 0.0) }
+        Wire { owner, chain, closure, least: i32::from(area > 0.0) }
     }
 
     /// Cuts of each chain: place and node.
     fn events(&mut self) -> Vec<Vec<(Place, usize)>> {
-        let chains: Vec<Chain> = self.wires.iter().map(|w| w.chain.clone()).collect();
+        let chains: Vec<&Chain> = self.wires.iter().map(|w| &w.chain).collect();
         let mut places: Vec<(Place, DVec2)> = Vec::new();
+        let mut met_itself = BTreeMap::new();
         for m in meetings(&chains) {
-            if m.at[0].chain == m.at[1].chain {
-                let what = format!("trimming curve {} crosses or touches itself", m.at[0].chain.saturating_sub(1));
-                if self.notes.iter().all(|n| n.what != what) {
-                    self.tell(m.point, what, false);
-                }
+            let [owner, other] = m.at.map(|at| self.wires[at.chain].owner);
+            if owner == other {
+                met_itself.entry(owner).or_insert(m.point);
             }
             places.extend(m.at.map(|p| (p, m.point)));
+        }
+        for (owner, p) in met_itself {
+            let what = format!("trimming curve {} crosses or touches itself", owner.saturating_sub(1));
+            self.notes.push(note(&self.domain, p, what, false));
         }
         for (k, chain) in chains.iter().enumerate().filter(|(_, c)| !c.closed && !c.spans.is_empty()) {
             let last = chain.spans.len() - 1;
@@ -276,10 +299,12 @@ impl FreeRegion {
         for axis in (0..2).filter(|&axis| self.domain.periodic[axis]) {
             let on =
                 |nodes: &[DVec2], side: f64| (0..nodes.len()).filter(|&n| nodes[n][axis] == side).collect::<Vec<_>>();
-            let (low, high) = (on(&self.nodes, 0.0), on(&self.nodes, 1.0));
+            let (low, mut high) = (on(&self.nodes, 0.0), on(&self.nodes, 1.0));
+            high.sort_by(|&a, &b| self.nodes[a][1 - axis].total_cmp(&self.nodes[b][1 - axis]));
             for a in low {
                 let at = self.nodes[a][1 - axis];
-                if let Some(&b) = high.iter().find(|&&b| (self.nodes[b][1 - axis] - at).abs() <= 2.0 * SAME) {
+                let first = high.partition_point(|&b| self.nodes[b][1 - axis] < at - 2.0 * SAME);
+                if let Some(&b) = high.get(first).filter(|&&b| self.nodes[b][1 - axis] <= at + 2.0 * SAME) {
                     self.nodes[b][1 - axis] = at;
                 }
             }
@@ -326,14 +351,23 @@ impl FreeRegion {
 
     /// Those arcs that have the region on one side only, turned so that it is the left.
     fn kept(&self, arcs: Vec<Arc>, rule: TrimRule, everything: bool) -> Vec<Arc> {
-        let keeps = |w: &[i32]| {
-            let mut curves = self.wires.iter().zip(w).skip(1);
-            w[BORDER] > 0
+        let rays = Rays::new(&self.wires);
+        let mut leasts = vec![0; self.wires.last().map_or(0, |wire| wire.owner) + 1];
+        self.wires.iter().skip(1).for_each(|wire| leasts[wire.owner] = wire.least);
+        let demanding = leasts.iter().filter(|&&least| least > 0).count();
+        // Curves that are not named wind zero times.
+        let keeps = |w: &[(usize, i32)]| {
+            let mut curves = w.iter().filter(|w| w.0 != 0);
+            let within = w.iter().any(|&(owner, w)| owner == 0 && w > 0);
+            within
                 && (everything
                     || match rule {
-                        TrimRule::Handedness => curves.all(|(wire, &w)| w >= wire.least),
-                        TrimRule::NonZero => curves.map(|(_, w)| w).sum::<i32>() != 0,
-                        TrimRule::EvenOdd => curves.map(|(_, w)| w).sum::<i32>() % 2 != 0,
+                        TrimRule::Handedness => {
+                            let met = curves.clone().filter(|&&(c, w)| leasts[c] > 0 && w >= leasts[c]).count();
+                            met == demanding && curves.all(|&(c, w)| w >= leasts[c])
+                        }
+                        TrimRule::NonZero => curves.map(|w| w.1).sum::<i32>() != 0,
+                        TrimRule::EvenOdd => curves.map(|w| w.1).sum::<i32>() % 2 != 0,
                     })
         };
         let label = |mut arc: Arc| -> Option<Arc> {
@@ -347,14 +381,14 @@ impl FreeRegion {
             let q = if span.control.len() == 2 { span.point(0.5 * (part.from + part.to)) } else { q };
             // The ray runs across the arc.
             let axis = usize::from(d.x.abs() > d.y.abs());
-            let (ahead, along) = self.windings(q, axis);
+            let (ahead, along) = rays.windings(&self.wires, q, axis);
             let own = along.iter().find(|a| (a.0, a.1) == (arc.chain, part.span))?.2;
             if along.iter().any(|a| (a.0, a.1) < (arc.chain, part.span)) {
                 // The other curve of this stretch speaks for it.
                 return None;
             }
-            let mut behind = ahead.clone();
-            along.iter().for_each(|a| behind[a.0] += a.2);
+            let behind =
+                sums(ahead.iter().copied().chain(along.iter().map(|a| (self.wires[a.0].owner, a.2))).collect());
             let (ahead, behind) = (keeps(&ahead), keeps(&behind));
             if ahead == behind {
                 return None;
@@ -363,36 +397,7 @@ impl FreeRegion {
             arc.reversed = !left;
             Some(arc)
         };
-        arcs.into_iter().filter_map(label).collect()
-    }
-
-    /// How often each chain winds around the points just ahead of `q` on the ray that leaves it along coordinate `axis`; and
-    /// the spans that run through `q` with what they add behind it.
-    fn windings(&self, q: DVec2, axis: usize) -> (Vec<i32>, Vec<(usize, usize, i32)>) {
-        let across = 1 - axis;
-        let mut ahead = vec![0; self.wires.len()];
-        let mut along = Vec::new();
-        for (c, wire) in self.wires.iter().enumerate() {
-            for (k, span) in wire.chain.spans.iter().chain(&wire.closure).enumerate() {
-                let [a, b] = span.ends;
-                if (a[across] <= q[across]) == (b[across] <= q[across]) || a[axis].max(b[axis]) < q[axis] - ALONG {
-                    continue;
-                }
-                // Counter-clockwise around what lies behind.
-                let sign = if (b[across] > a[across]) == (axis == 0) { 1 } else { -1 };
-                let far = if a[axis].min(b[axis]) > q[axis] + ALONG {
-                    f64::INFINITY
-                } else {
-                    span.point(span.at(across, q[across]))[axis] - q[axis]
-                };
-                if far > ALONG {
-                    ahead[c] += sign;
-                } else if far >= -ALONG {
-                    along.push((c, k, sign));
-                }
-            }
-        }
-        (ahead, along)
+        arcs.into_par_iter().filter_map(label).collect()
     }
 
     /// Joins arcs to loops: at a node the way that turns left most, so that regions that touch there stay apart.
@@ -455,11 +460,83 @@ impl FreeRegion {
     }
 }
 
+/// A span that runs through a point: chain, span, and what it adds to the winding number behind the point.
+type Through = (usize, usize, i32);
+
+/// The spans of all wires, to be found along rays.
+struct Rays {
+    tree: BoxTree,
+    /// Chain and span of each box; spans of a wire's closure are numbered after its own.
+    names: Vec<(u32, u32)>,
+}
+
+impl Rays {
+    fn new(wires: &[Wire]) -> Self {
+        let mut names = Vec::new();
+        let mut boxes = Vec::new();
+        for (c, wire) in wires.iter().enumerate() {
+            for (k, span) in wire.chain.spans.iter().chain(&wire.closure).enumerate() {
+                names.push((c as u32, k as u32));
+                boxes.push([span.low(), span.high()]);
+            }
+        }
+        Self { tree: BoxTree::new(&boxes), names }
+    }
+
+    /// How often curves wind around the points just ahead of `q` on the ray that leaves it along coordinate `axis`, without those
+    /// that do not; and the spans that run through `q` with what they add behind it.
+    fn windings(&self, wires: &[Wire], q: DVec2, axis: usize) -> (Vec<(usize, i32)>, Vec<Through>) {
+        let across = 1 - axis;
+        let mut ahead = Vec::new();
+        let mut along = Vec::new();
+        let (mut low, mut high) = (q, q);
+        low[axis] -= ALONG;
+        high[axis] = f64::INFINITY;
+        self.tree.meeting([low, high], |number| {
+            let (c, k) = (self.names[number].0 as usize, self.names[number].1 as usize);
+            let spans = &wires[c].chain.spans;
+            let span = spans.get(k).unwrap_or_else(|| &wires[c].closure[k - spans.len()]);
+            let [a, b] = span.ends;
+            if (a[across] <= q[across]) == (b[across] <= q[across]) {
+                return;
+            }
+            // Counter-clockwise around what lies behind.
+            let sign = if (b[across] > a[across]) == (axis == 0) { 1 } else { -1 };
+            let far = if a[axis].min(b[axis]) > q[axis] + ALONG {
+                f64::INFINITY
+            } else {
+                span.point(span.at(across, q[across]))[axis] - q[axis]
+            };
+            if far > ALONG {
+                ahead.push((wires[c].owner, sign));
+            } else if far >= -ALONG {
+                along.push((c, k, sign));
+            }
+        });
+        (sums(ahead), along)
+    }
+}
+
+/// One entry for each owner.
+fn sums(mut windings: Vec<(usize, i32)>) -> Vec<(usize, i32)> {
+    windings.sort_unstable_by_key(|w| w.0);
+    windings.dedup_by(|b, a| {
+        let same = a.0 == b.0;
+        a.1 += if same { b.1 } else { 0 };
+        same
+    });
+    windings
+}
+
 const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+
+fn note(domain: &UvDomain, p: DVec2, what: String, repaired: bool) -> TrimNote {
+    TrimNote { at: domain.of_unit(p.clamp(DVec2::ZERO, DVec2::ONE)), what, repaired }
+}
 
 fn border() -> Wire {
     let line = |k: usize| Span::line(CORNERS[k], CORNERS[(k + 1) % 4], k, (0.0, 1.0));
-    Wire { chain: Chain { spans: (0..4).map(line).collect(), closed: true }, closure: Vec::new(), least: 1 }
+    Wire { owner: 0, chain: Chain { spans: (0..4).map(line).collect(), closed: true }, closure: Vec::new(), least: 1 }
 }
 
 /// The point of the border nearest to `p`.

@@ -7,9 +7,11 @@
 //! tolerance they touch, at the parameters where they are parallel and nearest (Sederberg & Meyers, "Loop detection in
 //! surface patch intersections", CAGD 5, 1988, for the cones).
 
+use super::box_tree::BoxTree;
 use super::spans::{Span, UvDomain, spans};
 use crate::model::TrimCurve;
 use glam::{DMat2, DVec2, DVec3};
+use rayon::prelude::*;
 
 /// Distance in the unit square below which points are one: curves come with twelve digits or more, and a sliver of a
 /// billionth of a domain has no triangles.
@@ -60,12 +62,12 @@ pub struct CurveMeeting {
 /// All points at which `curves` meet each other and themselves, within a billionth of the domain; ends of stretches that two
 /// have in common count as points. Ordered by the curves.
 ///
-/// Cost: about 10 µs for each pair of monotone arcs whose boxes meet, after sorting all arcs.
+/// Cost: about 10 µs for each pair of monotone arcs whose boxes meet, on all cores, after sorting all arcs.
 #[must_use]
 pub fn intersections(curves: &[TrimCurve], domain: &UvDomain) -> Vec<CurveMeeting> {
     let chains: Vec<Chain> = curves.iter().map(|curve| Chain::of(curve, domain)).collect();
     let mut out: Vec<CurveMeeting> = Vec::new();
-    for m in meetings(&chains) {
+    for m in meetings(&chains.iter().collect::<Vec<_>>()) {
         let at = m.at.map(|p| {
             let span = &chains[p.chain].spans[p.span];
             CurvePlace { curve: p.chain, piece: span.piece, t: span.parameter(p.s) }
@@ -130,27 +132,21 @@ pub(super) struct Met {
 }
 
 /// Where the spans of all chains meet, other than where one follows another.
-pub(super) fn meetings(chains: &[Chain]) -> Vec<Met> {
-    let mut all: Vec<(usize, usize, DVec2, DVec2)> = Vec::new();
-    for (c, chain) in chains.iter().enumerate() {
-        all.extend(chain.spans.iter().enumerate().map(|(k, s)| (c, k, s.low(), s.high())));
-    }
-    // Along the coordinate in which spans are shorter: fewer are open at a time.
-    let size = all.iter().fold(DVec2::ZERO, |sum, s| sum + (s.3 - s.2));
-    let axis = usize::from(size.y < size.x);
-    all.sort_by(|a, b| a.2[axis].total_cmp(&b.2[axis]));
-    let mut out = Vec::new();
-    let mut open: Vec<usize> = Vec::new();
-    for (k, b) in all.iter().enumerate() {
-        open.retain(|&i| all[i].3[axis] + TOUCH >= b.2[axis]);
-        for &i in &open {
-            let a = &all[i];
-            if a.2[1 - axis] > b.3[1 - axis] + TOUCH || b.2[1 - axis] > a.3[1 - axis] + TOUCH {
-                continue;
-            }
-            let (a, b) = if (a.0, a.1) <= (b.0, b.1) { (a, b) } else { (b, a) };
-            let spans = [&chains[a.0].spans[a.1], &chains[b.0].spans[b.1]];
-            for m in meet(spans[0], spans[1]) {
+pub(super) fn meetings(chains: &[&Chain]) -> Vec<Met> {
+    let name = |c: usize| (0..chains[c].spans.len()).map(move |k| (c, k));
+    let names: Vec<(usize, usize)> = (0..chains.len()).flat_map(name).collect();
+    let span = |(c, k): (usize, usize)| &chains[c].spans[k];
+    let boxes: Vec<[DVec2; 2]> = names.iter().map(|&n| [span(n).low(), span(n).high()]).collect();
+    let tree = BoxTree::new(&boxes);
+    let with_later = |k: usize| {
+        let mut near: Vec<usize> = Vec::new();
+        let [low, high] = boxes[k];
+        tree.meeting([low - TOUCH, high + TOUCH], |other| near.extend((other > k).then_some(other)));
+        near.sort_unstable();
+        let mut out = Vec::new();
+        let a = names[k];
+        for b in near.into_iter().map(|other| names[other]) {
+            for m in meet(span(a), span(b)) {
                 let joins = a.0 == b.0 && chains[a.0].joint(a.1, b.1).any(|p| p.distance(m.point) <= SAME);
                 if !joins {
                     let at = [(a, m.at[0]), (b, m.at[1])].map(|(x, s)| Place { chain: x.0, span: x.1, s });
@@ -158,9 +154,9 @@ pub(super) fn meetings(chains: &[Chain]) -> Vec<Met> {
                 }
             }
         }
-        open.push(k);
-    }
-    out
+        out
+    };
+    (0..names.len()).into_par_iter().flat_map_iter(with_later).collect()
 }
 
 /// Where two spans meet.

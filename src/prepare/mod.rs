@@ -9,6 +9,8 @@ mod boxes;
 mod bounds;
 pub use bounds::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 
+mod box_tree;
+
 mod carry;
 
 mod critical;
@@ -78,6 +80,7 @@ mod windings;
 pub use uv_curve::{UvCurve, UvSample};
 
 mod wires;
+mod wraps;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
@@ -167,6 +170,9 @@ struct DonePart {
     diagnostics: Vec<Diagnostic>,
     without_area: Vec<FaceId>,
 }
+
+/// Share of a part's size within which borders are the same.
+const ROUNDING: f64 = 1e-9;
 
 fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budget) -> DonePart {
     let (low, high) = topology::control_box(stated);
@@ -269,17 +275,13 @@ fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budge
             open.free, open.edges
         ),
     }));
-    if borders.pairs > 0 || free.iter().flatten().nth(1).is_some() {
-        let open = prepared.open_edges();
-        let mut reason = format!("{} pairs of borders of faces without topology became one edge", borders.pairs);
-        if borders.pairs > 0 {
-            reason += &format!(", up to {:.3e} mm apart", borders.width);
-        }
-        if open.count > 0 {
-            reason += &format!("; {} edges, {:.6} mm long, have a face on one side only", open.count, open.length);
-        }
+    if borders.width > ROUNDING * size {
+        let (pairs, width) = (borders.pairs, borders.width);
+        let reason = format!(
+            "{pairs} pairs of borders of faces without topology, up to {width:.3e} mm apart, became one edge each"
+        );
         let (severity, part) = (Severity::Note, Some(id));
-        diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: open.place, reason });
+        diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: None, reason });
     }
     DonePart { part: prepared, diagnostics, without_area }
 }

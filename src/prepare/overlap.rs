@@ -21,6 +21,12 @@ const STEPS: usize = 24;
 /// Share of a curve's length within which its ends are one point.
 const ROUNDING: f64 = 1e-9;
 
+/// Share of the distance between seeds that a step has when Newton's method is done.
+const CONVERGED: f64 = 1e-12;
+
+/// Sine of the angle between curves that do not run along each other.
+const ACROSS: f64 = 0.1;
+
 /// Points for each Bézier piece and in all, at least, whose feet are looked for.
 const PLACES: usize = 3;
 const LEAST_PLACES: usize = 5;
@@ -110,7 +116,8 @@ impl Course {
             }
             let step = (p - d.point).dot(d.d1) / d.d1.length_squared();
             let next = (t + step).clamp(low, high);
-            if !step.is_finite() || (next - t).abs() <= f64::EPSILON * (high - low) {
+            let still = (next - t).abs() <= CONVERGED * (high - low);
+            if !step.is_finite() || still {
                 break;
             }
             t = next;
@@ -185,7 +192,8 @@ impl Course {
         }
         let mut marks: Vec<f64> = Vec::new();
         self.mark(other, &self.range(), &other.range(), tolerance, &mut marks);
-        if marks.is_empty() {
+        let Some(&first) = marks.first() else { return Vec::new() };
+        if marks.iter().all(|&t| self.one_place(first, t, tolerance)) && self.crosses(other, first) {
             return Vec::new();
         }
         let inner = |s: &BezierSpline3| s.breaks[1..s.segments()].to_vec();
@@ -216,6 +224,12 @@ impl Course {
             }
         }
         out
+    }
+
+    /// Whether another curve comes across at a place that both share.
+    fn crosses(&self, other: &Self, at: f64) -> bool {
+        let (a, b) = (self.slope(at), other.slope(other.foot(self.point(at)).0));
+        a.cross(b).length() > ACROSS * a.length() * b.length()
     }
 
     /// Appends those of the places on this curve, and of the feet of places on the other, at which both are.

@@ -13,10 +13,17 @@ use std::collections::BTreeMap;
 /// Partners of an edge, above which it is compared with such edges only as have fewer.
 pub(super) const MOST_PARTNERS: usize = 64;
 
+/// Pairs of a shell that were not looked at, since too many lie together.
+pub(super) struct LeftOut {
+    /// A candidate among them.
+    pub(super) first: usize,
+    pub(super) count: usize,
+}
+
 /// Of candidates stated alike, the pairs of the first and each other; of all others those that may have a stretch in common: two
-/// ends that are two places lie in both boxes, or one and the curves have knots at which they may part. Also, by shell, a
-/// candidate and the number of pairs that were not looked at, since too many lie together.
-pub(super) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, BTreeMap<u32, (usize, usize)>) {
+/// ends that are two places lie in both boxes, or one and the curves have knots at which they may part. Also what was left out,
+/// by shell.
+pub(super) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, BTreeMap<u32, LeftOut>) {
     let edge = |k: usize| &part.edges[candidates[k].edge as usize];
     // What trims one face was told apart in its domain. Sides of a domain may meet in space.
     let trims = |a: usize, b: usize| {
@@ -88,7 +95,7 @@ pub(super) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
         }
         // A long border may have any number of short ones along it; but many with many are quadratic.
         if partners[a] >= MOST_PARTNERS && partners[b] >= MOST_PARTNERS {
-            left_out.entry(one.shell).or_insert((pair[0], 0)).1 += 1;
+            left_out.entry(one.shell).or_insert(LeftOut { first: pair[0], count: 0 }).count += 1;
             return;
         }
         partners[a] += 1;

@@ -10,7 +10,7 @@ use super::face::Told;
 use super::free_edges::FreeFaces;
 use super::heal::Healing;
 use super::overlap::{Course, Stretch};
-use super::pairs::{MOST_PARTNERS, pairs};
+use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::shells::uses;
 use super::thin::Thin;
 use super::uv_loop::{Along, Piece};
@@ -135,7 +135,7 @@ pub(super) fn sew<'a>(
         let what = format!("edges on both sides of it, nearer than the tolerance of {tolerance:.1e} mm, are not one");
         Healing { face, severity: Severity::Note, told: Told { place: None, what } }
     }));
-    done.extend(left_out.into_values().map(|(first, count)| {
+    done.extend(left_out.into_values().map(|LeftOut { first, count }| {
         let Candidate { edge, face, .. } = candidates[first];
         let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
         let what =

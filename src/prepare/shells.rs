@@ -3,7 +3,7 @@
 use super::free_edges::FreeFaces;
 use super::uv_loop::{Along, Piece};
 use crate::model::{Face, Loop, Part, ShellKind};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 /// A part's shells by what they bound, and whether every edge is used in pairs: what the part states, before anything is
 /// repaired or lost.
@@ -100,17 +100,16 @@ pub(super) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
         uses.push(Use { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
-        let mut wires: Vec<Vec<u32>> = Vec::new();
+        let mut wires: HashSet<Vec<u32>> = HashSet::new();
         for l in &f.loops {
             let Loop::Edges(coedges) = l else { continue };
             let mut wire: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
             wire.sort_unstable();
             // A loop given twice is taken once.
-            if wires.contains(&wire) {
-                continue;
+            if !wires.contains(&wire) {
+                wire.iter().for_each(|&edge| add(face, edge, false, false));
+                wires.insert(wire);
             }
-            wire.iter().for_each(|&edge| add(face, edge, false, false));
-            wires.push(wire);
         }
     }
     for (face, made) in free.iter().enumerate() {
@@ -143,7 +142,8 @@ pub(super) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
 /// The shells of solids that their faces leave open. Not those with faces that are `lost`: that is told.
 pub(super) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) -> Vec<Open> {
     let uses = uses(part, free);
-    let has_lost = |shell: u32| part.faces.iter().enumerate().any(|(face, f)| f.shell == shell && lost(face));
+    let of_lost: HashSet<u32> =
+        part.faces.iter().enumerate().filter(|(face, _)| lost(*face)).map(|(_, f)| f.shell).collect();
     let of_shells = uses.chunk_by(|a, b| a.shell == b.shell);
     let open = of_shells.filter_map(|of_shell| {
         let number = of_shell[0].shell;
@@ -151,7 +151,7 @@ pub(super) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) 
         let mut free = of_shell.iter().filter(|u| u.count % 2 == 1);
         let Use { edge, face, .. } = *free.next()?;
         Some(Open { entity: shell.entity, free: 1 + free.count(), edges: of_shell.len(), edge, face })
-            .filter(|_| !has_lost(number))
+            .filter(|_| !of_lost.contains(&number))
     });
     open.collect()
 }

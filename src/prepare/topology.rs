@@ -8,7 +8,7 @@ use super::{
     Tile, UvCurve,
 };
 use crate::mesh::TileId;
-use crate::model::{CurveKind, Edge, FaceId, Loop, Part};
+use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part};
 use glam::DVec3;
 
 /// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
@@ -220,7 +220,12 @@ pub(super) fn control_box(part: &Part) -> (DVec3, DVec3) {
         if face.loops.iter().any(|l| matches!(l, Loop::Edges(_))) {
             continue;
         }
-        let [(u0, u1), (v0, v1)] = face.surface.natural_domain();
+        let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
+        if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
+            // Where the surface does not end, its trims do.
+            let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
+            (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
+        }
         if [u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
             let share = |k: u32| f64::from(k) / 8.0;
             let uv = (0..=8).flat_map(|i| (0..=8).map(move |j| (share(i), share(j))));

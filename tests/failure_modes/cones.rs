@@ -115,15 +115,22 @@ fn holes_near_the_apex_and_around_it() {
         }
     };
     let slant = 10.0;
-    for (s, radius) in [(1.0, 0.9), (5.0, 2.0), (1.0, 0.999), (1e-2, 9e-3)] {
+    // A spline through so few points that it leaves the cone beside the apex is followed, and that is told.
+    let coarse = |points: u32| (1.0, 0.999, points);
+    for (s, radius, points) in
+        [(1.0, 0.9, 2048), (5.0, 2.0, 2048), (1e-2, 9e-3, 2048), coarse(2048), coarse(256), coarse(64)]
+    {
         let mut body = Body::sheet();
         let foot = body.circle(&level(-slant * turns), slant * turns);
-        let hole = body.spline(through(rolled(s, radius), (0.0, TAU), 2048));
+        let hole = body.spline(through(rolled(s, radius), (0.0, TAU), points));
         let apex = body.vertex(DVec3::ZERO);
         let loops = vec![Loop::Edges(vec![foot.along()]), Loop::Vertex(apex), Loop::Edges(vec![hole.against()])];
         let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle: -FRAC_PI_4 };
         body.part.plain_face(cone, body.shell, loops, false);
-        Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius).named((s, radius)).climb();
+        Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius)
+            .named((s, radius, points))
+            .told(if points == 64 { &["off the surface"] } else { &[] })
+            .climb();
     }
 }
 

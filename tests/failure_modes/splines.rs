@@ -1,10 +1,16 @@
 //! B-spline faces: helices, closed ones with their seams anywhere, trims along knots, creases and natural borders.
 
-use crate::body::{Body, frame, level, through};
-use crate::ladder::Ladder;
+use crate::body::{Body, frame, integral, level, through};
+use crate::ladder::{Ladder, placed};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+use trimtess::audit;
+use trimtess::frame::{Tolerance, plan};
+use trimtess::mesh::MemorySink;
 use trimtess::model::{Coedge, EdgeId, Frame3, NurbsCurve3, NurbsSurface, Surface};
+use trimtess::parallel::serial;
+use trimtess::prepare::{PrepareOptions, prepare};
 
 /// The unit circle by nine points: weights and corners of a square.
 const RING: [(f64, f64, bool); 9] = [
@@ -345,5 +351,100 @@ fn a_hole_that_runs_along_a_crease() {
             (0..4000).map(|k| curve.point(t(k)).distance(curve.point(t(k + 1)))).sum::<f64>()
         };
         Ladder::sheet(body.finish(), 5.0 * length(0.0, 6.0) - 3.0 * length(u0, u1)).named((u0, u1)).climb();
+    }
+}
+
+#[test]
+fn a_sheet_folded_back_over_itself() {
+    // Two legs that meet in a crease at a sharp angle: edges across it must not be imaged on the wrong leg. They run through
+    // the crease at another share of their range than the surface does, forwards and backwards.
+    for angle in [0.5_f64, 0.1, 0.02, 4e-3] {
+        for (crease, knot) in [(0.5, 0.5), (0.5, 0.2), (0.3, 0.9)] {
+            let profile =
+                [DVec3::ZERO, DVec3::X * 10.0, DVec3::new(10.0 * (1.0 - angle.cos()), 0.0, 10.0 * angle.sin())];
+            let surface = Surface::Nurbs(NurbsSurface {
+                degree_u: 1,
+                degree_v: 1,
+                knots_u: vec![0.0, 0.0, crease, 1.0, 1.0],
+                knots_v: vec![0.0, 0.0, 5.0, 5.0],
+                points: profile.iter().flat_map(|&p| [p, p + DVec3::Y * 5.0]).collect(),
+                weights: Vec::new(),
+            });
+            let mut body = Body::sheet();
+            let [south, north] = [0.0, 5.0].map(|y| {
+                let points = profile.iter().map(|&p| p + DVec3::Y * y).collect();
+                let knots = vec![0.0, 0.0, knot, 1.0, 1.0];
+                body.spline(NurbsCurve3 { degree: 1, knots, points, weights: Vec::new() })
+            });
+            let across = DVec3::Y * 5.0;
+            let (east, west) = (body.line(profile[2], profile[2] + across), body.line(across, DVec3::ZERO));
+            body.face(surface, vec![vec![south.along(), east, north.against(), west]], false);
+            Ladder::sheet(body.finish(), 100.0).pieces(1).named((angle, crease, knot)).climb();
+        }
+    }
+}
+
+#[test]
+fn a_sheet_bent_back_over_itself() {
+    // Two legs that lie close together, with a bend between them; its edges run through the bend at another speed than the
+    // surface does.
+    for gap in [1.0, 0.1] {
+        for weight in [1.0, 0.3, 3.0] {
+            let profile = [DVec3::ZERO, DVec3::new(20.0, 0.0, 0.5 * gap), DVec3::Z * gap];
+            let bend = |y: f64, weight: f64| NurbsCurve3 {
+                degree: 2,
+                knots: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+                points: profile.iter().map(|&p| p + DVec3::Y * y).collect(),
+                weights: vec![1.0, weight, weight * weight],
+            };
+            let surface = Surface::Extrusion { curve: bend(0.0, 1.0), direction: DVec3::Y };
+            for as_spline in [false, true] {
+                let surface = if as_spline {
+                    Surface::Nurbs(surface.to_nurbs((0.0, 1.0), (0.0, 5.0)).0)
+                } else {
+                    surface.clone()
+                };
+                let mut body = Body::sheet();
+                let [south, north] = [0.0, 5.0].map(|y| body.spline(bend(y, weight)));
+                let across = DVec3::Y * 5.0;
+                let (east, west) = (body.line(profile[2], profile[2] + across), body.line(across, DVec3::ZERO));
+                body.face(surface, vec![vec![south.along(), east, north.against(), west]], false);
+                let length = integral(|t| bend(0.0, 1.0).derivatives(t).d1.length(), (0.0, 1.0));
+                Ladder::sheet(body.finish(), 5.0 * length)
+                    .chord(0.1 * gap)
+                    .pieces(1)
+                    .named((gap, weight, as_spline))
+                    .climb();
+            }
+        }
+    }
+}
+
+#[test]
+fn a_patch_whose_whole_border_is_one_point() {
+    // It lies in a plane and is folded over itself. Nothing goes round in it, though every line of it closes.
+    let inner = |k: usize| k == 1 || k == 2;
+    let net = (0..16).map(|k| (k / 4, k % 4));
+    let bag = NurbsSurface {
+        degree_u: 3,
+        degree_v: 3,
+        knots_u: [[0.0; 4], [1.0; 4]].concat(),
+        knots_v: [[0.0; 4], [1.0; 4]].concat(),
+        points: net
+            .map(|(i, j)| if inner(i) && inner(j) { DVec3::new(i as f64, j as f64, 0.0) } else { DVec3::ZERO })
+            .collect(),
+        weights: Vec::new(),
+    };
+    let mut body = Body::sheet();
+    body.face(Surface::Nurbs(bag), Vec::new(), false);
+    let prepared = Arc::new(prepare(placed(body.finish()), &PrepareOptions::DEFAULT).expect("within the limits"));
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    for chord in [1e-2, 1e-3] {
+        let mut sink = MemorySink::default();
+        let report =
+            serial(&prepared, &plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }), true, &mut sink);
+        assert!(report.is_ok_and(|report| report.degraded.is_empty()));
+        let deviation = audit::deviation(&prepared, &sink, chord);
+        assert!(deviation.beyond_gap.samples > 0 && deviation.beyond_gap.worst <= 1.0, "{deviation}");
     }
 }

@@ -1,8 +1,41 @@
-//! Random configurations of up to twelve curves: the exact area against polygons, point by point and in sum.
+//! Random configurations of up to twelve curves: the exact area against closed forms and the other arrangement, and what is
+//! kept point by point.
 
-use crate::draw::{Draw, keeps, polygon, winding};
+use crate::draw::{Draw, each_configuration, keeps, polygon, winding};
+use crate::other;
 use glam::DVec2;
+use trimtess::model::{FreeTrims, TrimCurve, TrimPiece};
 use trimtess::prepare::{FreeRegion, UvDomain};
+
+/// Centre, radius and direction of each curve, if all are circles.
+fn circles(trims: &FreeTrims) -> Option<Vec<(DVec2, f64, bool)>> {
+    let of_curve = |curve: &TrimCurve| match &curve.pieces[..] {
+        [TrimPiece::Nurbs(c)] if c.weights.len() == 9 => {
+            let [a, b, centre] = [c.points[0], c.points[2], c.points[0].midpoint(c.points[4])];
+            let (r, s) = (a - centre, b - centre);
+            let is_round = (r.length() - s.length()).abs() <= 1e-12 && r.dot(s).abs() <= 1e-12;
+            is_round.then_some((centre, r.length(), r.perp_dot(s) > 0.0))
+        }
+        _ => None,
+    };
+    trims.curves.iter().map(of_curve).collect()
+}
+
+/// The area of each region is that of the arrangement that implicitisation and eigenvalues make; of circles, the closed form.
+#[test]
+fn random_regions_have_the_area_of_closed_forms_and_of_the_other_arrangement() {
+    let domain = UvDomain::new(DVec2::ZERO, DVec2::ONE);
+    each_configuration(|seed| {
+        let trims = Draw(seed).configuration();
+        let got = FreeRegion::new(&trims, &domain).unwrap_or_else(|e| panic!("seed {seed}: {e}")).area();
+        let want = other::area(&trims);
+        assert!((got - want).abs() <= 1e-9, "seed {seed}: area {got}, by eigenvalues {want}, {:e}", got - want);
+        if let Some(circles) = circles(&trims) {
+            let want = other::area_of_circles(trims.rule, &circles);
+            assert!((got - want).abs() <= 1e-9, "seed {seed}: area {got}, in closed form {want}, {:e}", got - want);
+        }
+    });
+}
 
 /// Every region of random curves keeps the points that the rule keeps, asked of polygons.
 #[test]

@@ -2,6 +2,9 @@
 
 use glam::DVec2;
 use std::f64::consts::TAU;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use trimtess::model::{FreeTrims, NurbsCurve2, TrimCurve, TrimPiece, TrimRule};
 
 /// A generator of numbers (SplitMix64).
@@ -61,12 +64,86 @@ impl Draw {
         TrimCurve { pieces: vec![bezier([p[0], p[1], p[2], p[3]]), bezier([p[3], p[4], p[5], p[0]])] }
     }
 
-    /// Up to `most` curves and a rule.
+    /// An open cubic or polyline. Most of its ends are on the border of the unit square, some beyond it, some inside.
+    pub(crate) fn open_curve(&mut self) -> TrimCurve {
+        let mut points = vec![self.end()];
+        match self.below(3) {
+            0 => points.extend((0..=self.below(4)).map(|_| self.point(0.05, 0.95))),
+            _ => points.extend([self.point(0.0, 1.0), self.point(0.0, 1.0)]),
+        }
+        points.push(self.end());
+        if points.len() == 4 && self.below(2) == 0 {
+            TrimCurve::bezier(points, Vec::new())
+        } else {
+            TrimCurve::polyline(points)
+        }
+    }
+
+    fn end(&mut self) -> DVec2 {
+        let kind = self.below(8);
+        if kind == 0 {
+            return self.point(0.05, 0.95);
+        }
+        let along = self.range(0.01, 0.99);
+        let beyond = if kind == 1 { self.range(0.01, 0.3) } else { 0.0 };
+        match self.below(4) {
+            0 => DVec2::new(along, -beyond),
+            1 => DVec2::new(1.0 + beyond, along),
+            2 => DVec2::new(along, 1.0 + beyond),
+            _ => DVec2::new(-beyond, along),
+        }
+    }
+
+    fn rule(&mut self) -> TrimRule {
+        [TrimRule::Handedness, TrimRule::NonZero, TrimRule::EvenOdd][self.below(3) as usize]
+    }
+
+    /// Up to `most` closed curves and a rule.
     pub(crate) fn trims(&mut self, most: u64) -> FreeTrims {
-        let rule = [TrimRule::Handedness, TrimRule::NonZero, TrimRule::EvenOdd][self.below(3) as usize];
+        let rule = self.rule();
         let n = 1 + self.below(most);
         FreeTrims { rule, curves: (0..n).map(|_| self.curve()).collect() }
     }
+
+    /// Up to twelve circles, one time in eight; or up to twelve curves of all kinds, closed and open.
+    pub(crate) fn configuration(&mut self) -> FreeTrims {
+        let rule = self.rule();
+        let only_circles = self.below(8) == 0;
+        let curve = |draw: &mut Self| {
+            if only_circles {
+                let circle = TrimCurve::circle(draw.point(0.0, 1.0), draw.range(0.05, 0.4));
+                if draw.below(2) == 0 { circle.reversed() } else { circle }
+            } else if draw.below(5) == 0 {
+                draw.open_curve()
+            } else {
+                draw.curve()
+            }
+        };
+        let n = 1 + self.below(12);
+        FreeTrims { rule, curves: (0..n).map(|_| curve(self)).collect() }
+    }
+}
+
+/// Calls `check` with the seed of each configuration, on all cores: 200 of them, or as many as `TRIMTESS_CONFIGURATIONS` says.
+pub(crate) fn each_configuration(check: impl Fn(u64) + Sync) {
+    let count = std::env::var("TRIMTESS_CONFIGURATIONS").map_or(200, |n| n.parse().unwrap());
+    let next = AtomicU64::new(0);
+    let failed = Mutex::new(Vec::new());
+    let work = || {
+        loop {
+            let seed = next.fetch_add(1, Ordering::Relaxed);
+            if seed >= count {
+                break;
+            }
+            if catch_unwind(AssertUnwindSafe(|| check(seed))).is_err() {
+                failed.lock().unwrap().push(seed);
+            }
+        }
+    };
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| (0..workers).for_each(|_| drop(scope.spawn(work))));
+    let failed = failed.into_inner().unwrap();
+    assert!(failed.is_empty(), "seeds {failed:?} of {count}");
 }
 
 /// A closed quadratic B-spline of `petals` petals, counter-clockwise.

@@ -3,6 +3,11 @@
 
 mod configurations;
 mod draw;
+#[path = "../implicit/mod.rs"]
+mod implicit;
 mod meshes;
 mod model;
+mod other;
+mod polylines;
 mod regions;
+mod seams;

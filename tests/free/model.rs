@@ -1,9 +1,9 @@
 //! What the builder says of free trims.
 
-use glam::DVec2;
+use glam::{DAffine3, DVec2, DVec3};
 use trimtess::model::{
-    Frame3, FreeTrims, NurbsCurve2, PartBuilder, PartError, ShellKind, SplineError, Surface, TrimCurve, TrimError,
-    TrimPiece, TrimRule,
+    Frame3, FreeTrims, Loop, ModelBuilder, NurbsCurve2, PartBuilder, PartError, ShellKind, SplineError, Surface,
+    TrimCurve, TrimError, TrimPiece, TrimRule, VertexId,
 };
 
 fn fault(curve: TrimCurve) -> (TrimError, String) {
@@ -60,11 +60,25 @@ fn faulty_curves_are_refused_with_numbers() {
 
 #[test]
 fn unbounded_surfaces_and_two_kinds_of_boundary_are_refused() {
+    let plane = Surface::Plane { frame: Frame3::WORLD };
+    let mut part = PartBuilder::new("part");
+    let shell = part.plain_shell(ShellKind::Open);
+    let face = part.trimmed_face(plane.clone(), shell, FreeTrims::default(), false);
+    let error = part.finish().unwrap_err();
+    assert_eq!(error, PartError::Unbounded(face));
+    assert_eq!(error.to_string(), "face 0 has neither loops nor trimming curves, and its surface does not end");
     let mut part = PartBuilder::new("part");
     let shell = part.plain_shell(ShellKind::Open);
     let trims = FreeTrims { rule: TrimRule::NonZero, curves: vec![TrimCurve::circle(DVec2::ZERO, 1.0)] };
-    let face = part.trimmed_face(Surface::Plane { frame: Frame3::WORLD }, shell, trims, false);
-    assert_eq!(part.finish().unwrap_err(), PartError::Unbounded(face));
+    part.trimmed_face(plane, shell, trims, false);
+    let mut part = part.finish().unwrap();
+    part.vertices.push(DVec3::ZERO);
+    part.faces[0].loops.push(Loop::Vertex(VertexId(0)));
+    let mut model = ModelBuilder::new("model");
+    let part = model.part(part);
+    model.place(part, DAffine3::IDENTITY);
+    let error = model.finish().unwrap_err().to_string();
+    assert!(error.contains("face 0 has 1 loops and 1 free trimming curves: a face has one or the other"), "{error}");
 }
 
 #[test]

@@ -68,14 +68,20 @@ fn rules_differ_on_nested_and_overlapping_circles() {
     }
 }
 
+/// Curve D of the paper's Figure 5: a loop inside another that has trimmed it already, or tangent to it from within.
 #[test]
-fn self_contained_and_redundant_loops_vanish() {
-    // Curve D of the paper's Figure 5: a loop that trims what another has trimmed already.
-    let holes = [circle(0.5, 0.5, 0.3).reversed(), circle(0.55, 0.45, 0.1).reversed()];
-    assert_area(&region(TrimRule::Handedness, &holes), 2, 1.0 - PI * 0.09);
-    // The same tangent to the loop around it.
-    let holes = [circle(0.5, 0.5, 0.3).reversed(), circle(0.7, 0.5, 0.1).reversed()];
-    assert_area(&region(TrimRule::Handedness, &holes), 2, 1.0 - PI * 0.09);
+fn redundant_loops_inside_trimmed_ones_vanish_as_in_figure_5() {
+    for inner in [circle(0.55, 0.45, 0.1), circle(0.7, 0.5, 0.1)] {
+        let holes = [circle(0.5, 0.5, 0.3).reversed(), inner.reversed()];
+        assert_area(&region(TrimRule::Handedness, &holes), 2, 1.0 - PI * 0.09);
+    }
+    // Beyond what an open curve trims, too.
+    let cut = TrimCurve::polyline(vec![DVec2::new(0.6, 0.0), DVec2::new(0.6, 1.0)]);
+    assert_area(&region(TrimRule::Handedness, &[cut, circle(0.8, 0.5, 0.1).reversed()]), 1, 0.6);
+}
+
+#[test]
+fn self_contained_loops_count_once_and_may_keep_nothing() {
     // A loop given twice.
     let twice = [circle(0.5, 0.5, 0.3), circle(0.5, 0.5, 0.3)];
     assert_area(&region(TrimRule::Handedness, &twice), 1, PI * 0.09);
@@ -87,8 +93,33 @@ fn self_contained_and_redundant_loops_vanish() {
     assert_area(&region(TrimRule::NonZero, &apart), 2, 2.0 * PI * 0.01);
 }
 
+/// Ends and corners on other curves, on the border, in its corners, and on each other.
 #[test]
-fn tangent_circles_share_a_point_and_nothing_is_cut() {
+fn end_points_on_curves_are_crossings_like_others() {
+    let p = |x: f64, y: f64| DVec2::new(x, y);
+    let disk = PI * 0.04;
+    let hole = circle(0.5, 0.5, 0.2).reversed();
+    // A corner on a circle, from outside and from within.
+    let outside = TrimCurve::polygon(vec![p(0.7, 0.5), p(0.9, 0.6), p(0.9, 0.4)]);
+    let area = region(TrimRule::Handedness, &[hole.clone(), outside]).area();
+    assert!((area - (1.0 - disk - 0.02)).abs() <= 1e-9, "{area}");
+    let within = TrimCurve::polygon(vec![p(0.7, 0.5), p(0.5, 0.4), p(0.5, 0.6)]);
+    let area = region(TrimRule::EvenOdd, &[hole, within]).area();
+    assert!((area - (disk - 0.02)).abs() <= 1e-9, "{area}");
+    // From corner to corner.
+    assert_area(&region(TrimRule::Handedness, &[TrimCurve::polyline(vec![p(0.0, 0.0), p(1.0, 1.0)])]), 1, 0.5);
+    // Two that end at one point of the border.
+    let line = |a: DVec2, b: DVec2| TrimCurve::polyline(vec![a, b]);
+    let ends = [line(p(0.0, 0.5), p(0.5, 0.0)), line(p(0.5, 0.0), p(1.0, 0.5))];
+    assert_area(&region(TrimRule::Handedness, &ends), 1, 1.0 - 0.25);
+    // One that ends on another, on the border.
+    let half = circle(0.5, 0.0, 0.25).reversed();
+    let onto = line(p(0.0, 1.0), p(0.25, 0.0));
+    assert_area(&region(TrimRule::Handedness, &[half, onto]), 1, 1.0 - 0.125 - PI * 0.03125);
+}
+
+#[test]
+fn tangential_meetings_share_a_point_and_nothing_is_cut() {
     let pair = [circle(0.3, 0.5, 0.15).reversed(), circle(0.6, 0.5, 0.15).reversed()];
     assert_area(&region(TrimRule::Handedness, &pair), 3, 1.0 - 2.0 * PI * 0.0225);
     let inner = [circle(0.5, 0.5, 0.3), circle(0.65, 0.5, 0.15).reversed()];
@@ -97,7 +128,7 @@ fn tangent_circles_share_a_point_and_nothing_is_cut() {
 }
 
 #[test]
-fn common_stretches_cancel_or_count_once() {
+fn coincident_stretches_cancel_in_opposite_directions_and_count_once_in_the_same() {
     let rectangle = |x0: f64, x1: f64, y0: f64, y1: f64| {
         TrimCurve::polygon([(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec2::new(x, y)).to_vec())
     };

@@ -41,8 +41,7 @@ impl Meshed {
         Ok(Self { prepared, chord, short: plan.shortfall.is_some(), report, mesh, facts, boundary })
     }
 
-    /// What holds of any model, however broken: a mesh that is well formed, and nothing lost in silence. Where nothing is
-    /// told, the tolerance is kept.
+    /// What holds of any model, however broken: a mesh that is well formed, and nothing lost in silence.
     pub(crate) fn holds(&self) -> Result<(), String> {
         if !self.facts.total.is_well_formed() {
             return Err(format!("malformed: {}", self.facts.total));
@@ -65,14 +64,14 @@ impl Meshed {
                 return Err(format!("face {} of part {} is lost in silence", face.0, part.0));
             }
         }
-        if self.is_told() { Ok(()) } else { self.keeps_tolerance() }
+        Ok(())
     }
 
-    /// What holds of one part without common edges besides: where nothing is told, there is no crack but the open edges.
+    /// What holds of one face besides: where nothing is told, there is no crack but the open edges. There may be fewer, since
+    /// those of a broken face may fall together.
     pub(crate) fn is_whole(&self) -> Result<(), String> {
         self.holds()?;
-        let open = self.facts.total.unbalanced_edges;
-        if self.is_told() || open == self.boundary {
+        if self.is_told() || self.facts.total.unbalanced_edges <= self.boundary {
             return Ok(());
         }
         Err(format!("{} open segments are stated: {}", self.boundary, self.facts.total))
@@ -86,14 +85,18 @@ impl Meshed {
 
     /// What holds of sound models besides: nothing lost or doubtful, no crack but the open edges, the tolerance kept.
     pub(crate) fn is_sound(&self) -> Result<(), String> {
-        self.is_whole()?;
+        self.holds()?;
         if let Some(told) = self.prepared.diagnostics.iter().find(|d| d.severity > Severity::Note) {
             return Err(format!("{:?}: {}", told.severity, told.reason));
         }
         if let Some(tile) = self.report.degraded.first() {
             return Err(format!("tile {} of face {}: {}", tile.tile.0, tile.face.0, tile.degradation));
         }
-        Ok(())
+        let total = &self.facts.total;
+        if total.unbalanced_edges != self.boundary {
+            return Err(format!("{} open segments are stated: {total}", self.boundary));
+        }
+        self.keeps_tolerance()
     }
 
     /// Every triangle keeps the tolerance, as far as the plan did not run into its limits.

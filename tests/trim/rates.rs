@@ -197,7 +197,7 @@ fn trace(part: &PreparedPart, plan: &PartPlan, number: usize) -> Tile {
 
 #[test]
 fn fuzz_rates() {
-    judge!(200, 64, |bytes: &[u8]| {
+    judge!(40, 64, |bytes: &[u8]| {
         let Ok(rates) = Rates::draw(&mut Unstructured::new(bytes)) else { return };
         if let Err(fault) = rates.judge() {
             let Rates { shape, cells, segments, growth } = &rates;

@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::{Shells, prepare};
+use trimtess::prepare::{PreparedPart, Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]
@@ -48,6 +48,10 @@ struct Info {
     r#box: Option<[[f64; 3]; 2]>,
     diagonal: f64,
     shells: Shells,
+    /// Edges at which the prepared faces of parts end, common borders of faces without edges being found by then.
+    open_edges: usize,
+    /// How long they are.
+    open_length: f64,
     diagnostics: Vec<Told>,
     #[serde(skip_serializing_if = "Option::is_none")]
     patches: Option<Patches>,
@@ -85,11 +89,15 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     let mut info = Info::of(&model, args.input.name());
     let trims = args.patches.then(|| stated_trims(&model));
     progress.stage("preparing");
-    let prepared = prepare(model, &common.limits.prepare()).map_err(unprepared)?;
+    let prepared = prepare(model, &common.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
     info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
     info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
+    for open in prepared.parts.iter().map(PreparedPart::open_edges) {
+        info.open_edges += open.count;
+        info.open_length += open.length;
+    }
     info.diagnostics = prepared
         .diagnostics
         .iter()
@@ -150,6 +158,8 @@ impl Info {
             r#box: None,
             diagonal: 0.0,
             shells,
+            open_edges: 0,
+            open_length: 0.0,
             diagnostics: Vec::new(),
             patches: None,
             drawn: None,
@@ -178,6 +188,7 @@ impl Info {
         }
         let Shells { closed, open, voids, free_edges, .. } = self.shells;
         line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {free_edges} free edges"));
+        line("open edges", format!("{}, {:.6} mm long", self.open_edges, self.open_length));
         let count = |severity| self.diagnostics.iter().filter(|d| d.severity == severity).count();
         let (errors, warnings, notes) = (count("error"), count("warning"), count("note"));
         line("diagnostics", format!("{errors} errors, {warnings} warnings, {notes} notes"));

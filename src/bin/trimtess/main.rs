@@ -18,6 +18,7 @@ use std::fmt;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::exit;
+use trimtess::prepare::PrepareOptions;
 
 /// A file's syntax tree and its faces are millions of small pieces: a tenth of the time is the system's allocator.
 #[global_allocator]
@@ -51,8 +52,24 @@ struct Common {
     /// Write a timeline for chrome://tracing or Perfetto.
     #[arg(long, global = true, value_name = "OUT.json")]
     trace: Option<PathBuf>,
+    /// Borders of faces without edges (kept whole, or freely trimmed) are one within this share of their part's diagonal, if the
+    /// part states no tolerance of its own; 0 leaves them apart.
+    #[arg(long, global = true, value_name = "SHARE", value_parser = share, default_value_t = PrepareOptions::DEFAULT.border_tolerance)]
+    border_tolerance: f64,
     #[command(flatten)]
     limits: limits::LimitArgs,
+}
+
+/// A number from 0 to 1.
+fn share(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().map_err(|e| e.to_string())?;
+    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("a share is from 0 to 1".to_owned()) }
+}
+
+impl Common {
+    fn prepare(&self) -> PrepareOptions {
+        PrepareOptions { border_tolerance: self.border_tolerance, ..self.limits.prepare() }
+    }
 }
 
 #[derive(Subcommand)]

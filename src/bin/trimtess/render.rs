@@ -88,7 +88,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     let read = laps.lap();
 
     progress.stage("preparing");
-    let prepared = Arc::new(prepare(model, &common.limits.prepare()).map_err(unprepared)?);
+    let prepared = Arc::new(prepare(model, &common.prepare()).map_err(unprepared)?);
     let prepare = laps.lap();
 
     progress.stage("tessellating");

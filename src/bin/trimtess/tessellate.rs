@@ -88,7 +88,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     let read = laps.lap();
 
     progress.stage("preparing");
-    let prepared = tracing::info_span!("prepare").in_scope(|| prepare(model, &common.limits.prepare()));
+    let prepared = tracing::info_span!("prepare").in_scope(|| prepare(model, &common.prepare()));
     let prepared = Arc::new(prepared.map_err(unprepared)?);
     let tolerance = args.tolerance.resolve(prepared.diagonal);
     let prepare = laps.lap();
@@ -170,7 +170,8 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     }
     tracing::info!("{}", facts.total);
     for (number, (part, shells)) in facts.parts.iter().zip(shells).enumerate() {
-        part_faults(part, shells).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
+        let whole = prepared.parts[number].open_edges().count == 0;
+        part_faults(part, shells, whole).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
     }
     let deviation = audit::deviation(prepared, frame, chord);
     deviation_faults(&deviation).for_each(|fault| report.add_error(fault));
@@ -180,10 +181,11 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     report.book(deviation, economy);
 }
 
-/// What is wrong with a part's mesh, given what its shells say of it.
-fn part_faults(facts: &MeshFacts, shells: &Shells) -> impl Iterator<Item = String> {
+/// What is wrong with a part's mesh, given what its shells say of it, and whether faces meet at all of its edges: sewing closes
+/// shells that are stated open.
+fn part_faults(facts: &MeshFacts, shells: &Shells, whole: bool) -> impl Iterator<Item = String> {
     let solid = shells.open == 0;
-    let cracked = (solid && facts.unbalanced_edges > 0).then(|| {
+    let cracked = ((solid || whole) && facts.unbalanced_edges > 0).then(|| {
         let (count, length) = (facts.unbalanced_edges, facts.unbalanced_length);
         format!("all its shells are closed, but its mesh has {count} unbalanced edges, {length:.3e} mm of them")
     });

@@ -5,7 +5,7 @@ use super::curve::Carrier;
 use super::offset::{breaks_of, fitted};
 use super::place::Geometry;
 use super::replica::Similarity;
-use super::surface::Stated;
+use super::surface::{Reached, Stated};
 use super::table::{Instance, Read, Trouble};
 use super::units::Units;
 use crate::model::{AxisMap, CurveKind, NurbsCurve3, Surface};
@@ -83,7 +83,7 @@ impl Geometry<'_> {
 
     /// A surface whose parameters are those that the file means.
     pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Stated> {
-        let on = self.surface(id, &Vec::new, depth)?;
+        let on = self.surface(id, &Reached::default, depth)?;
         if on.turned || self.get(id)?.is("SURFACE_REPLICA") {
             return Err(Trouble::new(id, "the parameters of a surface that is turned over or a replica are not used"));
         }

@@ -25,6 +25,7 @@ mod table;
 mod tessellated;
 mod text;
 mod trimmed;
+mod turned;
 mod units;
 
 use crate::model::{Colour, Diagnostic, Instance, Model, Part, PartId, Severity};

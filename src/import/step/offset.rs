@@ -1,8 +1,8 @@
 //! Offsets of surfaces: exact where the offset is of the same kind, else bicubic pieces refined until sampled errors pass.
 
-use super::spline;
 use super::surface::Reach;
-use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
+use super::turned::sheet;
+use crate::model::{NurbsCurve3, NurbsSurface, Surface};
 use glam::DVec3;
 
 /// Pieces per knot span and direction at which refinement stops.
@@ -51,62 +51,13 @@ pub(super) fn offset(
             return Ok((Surface::Extrusion { curve, direction: *direction }, approximated(error)));
         }
         Surface::Revolution { curve, frame } => {
-            let curve = sheet(curve, frame, &reach());
+            let curve = sheet(curve, frame, &reach().on);
             let base = &Surface::Revolution { curve: curve.clone(), frame: *frame };
             let (curve, error) = profile(&curve, tolerance, |t| beside(base, 0.0, t, distance))?;
             return Ok((Surface::Revolution { curve, frame: *frame }, approximated(error)));
         }
     };
     Ok((exact, None))
-}
-
-/// The part of a turned profile between two crossings of the axis whose surface passes nearest to `reach`. Where the
-/// profile crosses the axis the normal changes sides, and the offset falls into separate sheets.
-fn sheet(curve: &NurbsCurve3, frame: &Frame3, reach: &[DVec3]) -> NurbsCurve3 {
-    let (a, b) = curve.domain();
-    let far = curve.points.iter().map(|p| {
-        let out = *p - frame.origin;
-        out - frame.z * out.dot(frame.z)
-    });
-    let Some(out) = far.max_by(|p, q| p.length_squared().total_cmp(&q.length_squared())) else { return curve.clone() };
-    let Some(out) = out.try_normalize() else { return curve.clone() };
-    let radius = |t: f64| (curve.point(t) - frame.origin).dot(out);
-    let steps = 16 * curve.points.len();
-    let at = |i: usize| a + (b - a) * i as f64 / steps as f64;
-    let mut crossings = Vec::new();
-    for i in 0..steps {
-        let (mut low, mut high) = (at(i), at(i + 1));
-        if (radius(low) < 0.0) == (radius(high) < 0.0) {
-            continue;
-        }
-        let negative = radius(low) < 0.0;
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if (radius(middle) < 0.0) == negative { low = middle } else { high = middle }
-        }
-        crossings.push(high);
-    }
-    let Some(&first) = crossings.first() else { return curve.clone() };
-    let closed = curve.point(a).distance(curve.point(b)) <= 1e-9 * (b - a).max(1.0);
-    let (curve, ends) = if closed && first > a {
-        crossings.push(first + (b - a));
-        (spline::restart(curve, first), crossings)
-    } else {
-        (curve.clone(), std::iter::once(a).chain(crossings).chain([b]).collect())
-    };
-    let pieces = ends.windows(2).filter(|e| e[0] < e[1]).map(|e| spline::piece(&curve, e[0], e[1]));
-    let miss = |piece: &NurbsCurve3| -> f64 {
-        let (a, b) = piece.domain();
-        let side = (piece.point(0.5 * (a + b)) - frame.origin).dot(out).signum();
-        let misses = reach.iter().map(|p| {
-            let height = (*p - frame.origin).dot(frame.z);
-            let distance = (*p - frame.origin - frame.z * height).length();
-            let turned = frame.origin + out * (side * distance) + frame.z * height;
-            piece.point(spline::nearest(piece, turned)).distance(turned)
-        });
-        misses.sum()
-    };
-    pieces.map(|piece| (miss(&piece), piece)).min_by(|p, q| p.0.total_cmp(&q.0)).map_or(curve, |(_, piece)| piece)
 }
 
 fn approximated(error: f64) -> Option<String> {

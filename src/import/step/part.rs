@@ -8,8 +8,9 @@ use super::place::Geometry;
 use super::shells::{Gathered, ShellUse, Source};
 use super::spline;
 use super::style::Styles;
-use super::surface::Stated;
+use super::surface::{Reached, Stated};
 use super::table::{Map, Read, Set, Table, Trouble};
+use super::turned::one_sheet;
 use super::units::Units;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, Surface,
@@ -79,7 +80,9 @@ impl Reader<'_> {
                     Source::Face(_) => geometry.surface(face.surface, &reach, 0),
                     Source::Surface(id) => geometry.whole_surface(*id),
                 };
-                Some(read.and_then(|stated| match stated.surface.check() {
+                let one =
+                    |stated| one_sheet(stated, || reach().on).map_err(|reason| Trouble::new(face.surface, reason));
+                Some(read.and_then(one).and_then(|stated| match stated.surface.check() {
                     Ok(()) => Ok(stated),
                     Err(error) => Err(Trouble::new(face.surface, error.to_string())),
                 }))
@@ -237,19 +240,29 @@ fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
     (uses.iter().map(number).collect(), shells)
 }
 
-/// Points whose hull covers the face's boundary.
-fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Vec<DVec3> {
-    let mut points = Vec::new();
+/// Where the face's boundary is.
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Reached {
+    /// Steps between two control points.
+    const STEPS: usize = 4;
+    let mut reached = Reached::default();
     for bound in &face.bounds {
         match bound {
-            Bound::Vertex(id) => points.extend(geometry.vertex(*id).ok()),
+            Bound::Vertex(id) => {
+                let vertex = geometry.vertex(*id).ok();
+                reached.hull.extend(vertex);
+                reached.on.extend(vertex);
+            }
             Bound::Edges(uses) => {
                 let drafts = uses.iter().filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok()?.curve.as_ref());
-                points.extend(drafts.flat_map(|bounded| bounded.curve.points.iter().copied()));
+                for Bounded { curve, range: (a, b), .. } in drafts {
+                    let steps = STEPS * curve.points.len();
+                    reached.hull.extend(&curve.points);
+                    reached.on.extend((0..=steps).map(|i| curve.point(a + (b - a) * i as f64 / steps as f64)));
+                }
             }
         }
     }
-    points
+    reached
 }
 
 /// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.

@@ -5,12 +5,22 @@ use super::curve::{Carrier, Form, check_degree, check_weights, knots_of, superfl
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
+use super::turned;
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Severity, Surface};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Points whose hull covers a face's boundary, asked for only where a sweep of an unbounded curve has to be bounded.
-pub(super) type Reach<'a> = &'a dyn Fn() -> Vec<DVec3>;
+/// Where a face's boundary is.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Reached {
+    /// Points whose hull covers the boundary.
+    pub(super) hull: Vec<DVec3>,
+    /// Points on the boundary.
+    pub(super) on: Vec<DVec3>,
+}
+
+/// Where the face is, asked for only where a sweep of an unbounded curve has to be bounded or one of several sheets meant.
+pub(super) type Reach<'a> = &'a dyn Fn() -> Reached;
 
 /// A surface and how it stands to what the file stated.
 #[derive(Clone, Debug)]
@@ -97,7 +107,7 @@ impl Geometry<'_> {
             let own = instance.fields("SURFACE_REPLICA", 1);
             let similarity = Similarity::new(self.motion(own.reference(1)?)?);
             // What reaches the replica does not reach the original.
-            let base = self.surface(own.reference(0)?, &Vec::new, depth + 1)?;
+            let base = self.surface(own.reference(0)?, &Reached::default, depth + 1)?;
             let (surface, turned) = similarity.surface(base.surface);
             Ok(Stated { surface, turned: base.turned != turned, note: base.note })
         } else if instance.is("CURVE_BOUNDED_SURFACE") {
@@ -150,7 +160,7 @@ impl Geometry<'_> {
                         let slope = direction.dot(frame.z);
                         *p - direction * ((*p - frame.origin).dot(frame.z) / slope)
                     };
-                    let curve = reaching(&carrier, &reach(), flat).ok_or(trouble)?;
+                    let curve = reaching(&carrier, &reach().hull, flat).ok_or(trouble)?;
                     if same { curve } else { curve.reversed() }
                 }
             },
@@ -165,8 +175,11 @@ impl Geometry<'_> {
             Ok(curve) => curve,
             Err(trouble) => {
                 let (carrier, same) = self.carrier(swept, depth + 1)?;
-                let Carrier::Line { point, along } = carrier else { return Err(trouble) };
-                let curve = turned_line(&frame, point, along, &reach()).ok_or(trouble)?;
+                let curve = match carrier {
+                    Carrier::Line { point, along } => turned::line(&frame, point, along, &reach()),
+                    carrier => turned::conic(&frame, &carrier, &reach()),
+                };
+                let curve = curve.ok_or(trouble)?;
                 if same { curve } else { curve.reversed() }
             }
         };
@@ -276,7 +289,11 @@ fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
 }
 
 /// The part of an unbounded conic that sweeps over all of `reach`; `flat` moves a point into the conic's plane.
-fn reaching(carrier: &Carrier, reach: &[DVec3], flat: impl Fn(&DVec3, &Frame3) -> DVec3) -> Option<NurbsCurve3> {
+pub(super) fn reaching(
+    carrier: &Carrier,
+    reach: &[DVec3],
+    flat: impl Fn(&DVec3, &Frame3) -> DVec3,
+) -> Option<NurbsCurve3> {
     match carrier {
         Carrier::Hyperbola { frame, a, b } => {
             let (low, high) = extent(reach.iter().map(|p| (frame.local(flat(p, frame)).y / b).asinh()))?;
@@ -292,44 +309,14 @@ fn reaching(carrier: &Carrier, reach: &[DVec3], flat: impl Fn(&DVec3, &Frame3) -
     }
 }
 
-/// The part of a line whose turns about the axis pass through all of `reach`.
-fn turned_line(frame: &Frame3, point: DVec3, along: DVec3, reach: &[DVec3]) -> Option<NurbsCurve3> {
-    let (start, step) = (frame.local(point), along.try_normalize()?);
-    let climb = step.dot(frame.z);
-    let flat = |v: DVec3| DVec3::new(v.x, v.y, 0.0);
-    let direction = DVec3::new(step.dot(frame.x), step.dot(frame.y), 0.0);
-    if climb.abs() > 1e-9 {
-        let along = |p: &DVec3| (frame.local(*p).z - start.z) / climb;
-        let (mut low, mut high) = extent(reach.iter().map(along))?;
-        // A boundary at one height encloses the apex, if there is one: the line's nearest point to the axis.
-        let apex = -flat(start).dot(direction) / direction.length_squared();
-        if high - low <= 1e-6 * (low - apex).abs() {
-            (low, high) = (low.min(apex), high.max(apex));
-        }
-        // The pole must stay the end of the line.
-        let (from, to) = widened(low, high)?;
-        let (from, to) = (if low == apex { low } else { from }, if high == apex { high } else { to });
-        return Some(NurbsCurve3::line(point + step * from, point + step * to));
-    }
-    // A line across the axis sweeps a flat ring: heights say nothing, distances from the axis do.
-    let middle = -flat(start).dot(direction);
-    let closest = (flat(start) + direction * middle).length_squared();
-    let far = reach.iter().map(|p| (flat(frame.local(*p)).length_squared() - closest).max(0.0).sqrt());
-    let (near, far) = extent(far)?;
-    let (_, far) = widened(near, far)?;
-    // Keep to the side of the axis on which the stated point lies.
-    let (low, high) = if middle <= 0.0 { (middle, middle + far) } else { (middle - far, middle) };
-    Some(NurbsCurve3::line(point + step * low, point + step * high))
-}
-
 /// The smallest and the largest of some parameters. `None` if there are none.
-fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
     (low <= high).then_some((low, high))
 }
 
 /// A range a little widened. `None` if it is not finite or still empty.
-fn widened(low: f64, high: f64) -> Option<(f64, f64)> {
+pub(super) fn widened(low: f64, high: f64) -> Option<(f64, f64)> {
     let margin = 1e-3 * (high - low) + 4.0 * f64::EPSILON * low.abs().max(high.abs());
     let range = (low - margin, high + margin);
     (range.0 < range.1 && (range.1 - range.0).is_finite()).then_some(range)

@@ -2,7 +2,7 @@
 
 use super::place::Geometry;
 use super::spline;
-use super::surface::Stated;
+use super::surface::{Reached, Stated};
 use super::table::{Instance, Read, Trouble};
 use crate::model::{NurbsCurve3, NurbsSurface, Severity, Surface};
 
@@ -13,7 +13,7 @@ impl Geometry<'_> {
         if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
             return self.rectangle(instance);
         }
-        self.surface(id, &Vec::new, 0)
+        self.surface(id, &Reached::default, 0)
     }
 
     fn rectangle(&self, instance: Instance<'_>) -> Read<Stated> {

@@ -1,0 +1,47 @@
+//! Cost of preparing bicubic patches without topology, side by side on a square, per patch: with common borders found, and with
+//! none looked for. What lies between is the cost of finding them.
+
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::{DAffine3, DVec3};
+use std::hint::black_box;
+use trimtess::model::{Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface};
+use trimtess::prepare::{PrepareOptions, prepare};
+
+/// `n` x `n` patches over a wavy square.
+fn grid(n: usize) -> Model {
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let point = |i: usize, j: usize| {
+        let (x, y) = (i as f64, j as f64);
+        DVec3::new(x, y, 2.0 * (0.31 * x).sin() * (0.17 * y).cos())
+    };
+    let mut part = PartBuilder::new("grid");
+    let shell = part.plain_shell(ShellKind::Open);
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (3 * i, 3 * j))) {
+        let points = (0..4).flat_map(|a| (0..4).map(move |b| point(i + a, j + b))).collect();
+        let (knots_u, knots_v) = (knots.clone(), knots.clone());
+        let surface = NurbsSurface { degree_u: 3, degree_v: 3, knots_u, knots_v, points, weights: Vec::new() };
+        part.plain_face(Surface::Nurbs(surface), shell, Vec::new(), false);
+    }
+    let mut model = ModelBuilder::new("grid");
+    let part = model.part(part.finish().expect("a sound part"));
+    model.place(part, DAffine3::IDENTITY);
+    model.finish().expect("a sound model")
+}
+
+fn bench(c: &mut Criterion) {
+    let mut group = c.benchmark_group("borders");
+    group.sample_size(10);
+    for n in [10, 20, 40, 55, 80] {
+        let model = grid(n);
+        group.throughput(Throughput::Elements((n * n) as u64));
+        for (name, border_tolerance) in [("shared", PrepareOptions::DEFAULT.border_tolerance), ("apart", 0.0)] {
+            let options = PrepareOptions { border_tolerance, threads: Some(1), ..PrepareOptions::DEFAULT };
+            group.bench_function(BenchmarkId::new(name, n * n), |b| {
+                b.iter_batched(|| model.clone(), |m| prepare(black_box(m), &options), BatchSize::LargeInput);
+            });
+        }
+    }
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

@@ -1,0 +1,272 @@
+//! Curves turned about an axis: the part of an unbounded one that sweeps over a face, and the one sheet of a surface whose
+//! profile meets its axis on the way.
+
+use super::curve::Carrier;
+use super::spline;
+use super::surface::{Reached, Stated, extent, reaching, widened};
+use crate::model::{Frame3, NurbsCurve3, Surface};
+use glam::{DVec2, DVec3};
+
+/// Share of the profile's size within which it meets the axis: axis directions are printed with as few as seven digits.
+const ON_AXIS: f64 = 1e-7;
+/// Share of the boundary's size within which it lies on a sheet as well as on another one.
+const SAME_SHEET: f64 = 1e-3;
+/// Share of the profile's size within which two of its sheets are the same surface.
+const COINCIDENT: f64 = 1e-6;
+/// Samples of a profile per control point.
+const SAMPLES: usize = 16;
+
+/// The part of a line whose turns about the axis pass through all of `reach`; it may pass the axis.
+pub(super) fn line(frame: &Frame3, point: DVec3, along: DVec3, reach: &Reached) -> Option<NurbsCurve3> {
+    let (start, step) = (frame.local(point), along.try_normalize()?);
+    let climb = step.dot(frame.z);
+    let flat = |v: DVec3| DVec3::new(v.x, v.y, 0.0);
+    let direction = DVec3::new(step.dot(frame.x), step.dot(frame.y), 0.0);
+    if climb.abs() > 1e-9 {
+        let along = |p: &DVec3| (frame.local(*p).z - start.z) / climb;
+        let (mut low, mut high) = extent(reach.hull.iter().map(along))?;
+        // A boundary at one height encloses the apex, if there is one: the line's nearest point to the axis.
+        let apex = -flat(start).dot(direction) / direction.length_squared();
+        if apex.is_finite() && high - low <= 1e-6 * (low - apex).abs() {
+            (low, high) = (low.min(apex), high.max(apex));
+        }
+        let (from, to) = widened(low, high)?;
+        return Some(NurbsCurve3::line(point + step * from, point + step * to));
+    }
+    // A line across the axis sweeps a flat ring: heights say nothing, distances from the axis do.
+    let middle = -flat(start).dot(direction);
+    let closest = (flat(start) + direction * middle).length_squared();
+    let far = reach.hull.iter().map(|p| (flat(frame.local(*p)).length_squared() - closest).max(0.0).sqrt());
+    let (near, far) = extent(far)?;
+    let (_, far) = widened(near, far)?;
+    // Keep to the side of the axis on which the stated point lies.
+    let (low, high) = if middle <= 0.0 { (middle, middle + far) } else { (middle - far, middle) };
+    Some(NurbsCurve3::line(point + step * low, point + step * high))
+}
+
+/// The part of a parabola or of a hyperbola's branch, in a plane through the axis, whose turns about the axis pass through
+/// all of `reach`; it may pass the axis.
+pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &Reached) -> Option<NurbsCurve3> {
+    let (plane, tip) = match carrier {
+        Carrier::Hyperbola { frame, a, .. } => (frame, frame.origin + frame.x * *a),
+        Carrier::Parabola { frame, .. } => (frame, frame.origin),
+        Carrier::Line { .. } | Carrier::Round { .. } | Carrier::Spline { .. } => return None,
+    };
+    let out = frame.z.cross(plane.z).try_normalize()?;
+    let across = (plane.origin - frame.origin).dot(plane.z);
+    let size = reach.hull.iter().map(|p| p.distance(frame.origin)).fold(0.0, f64::max);
+    if frame.z.dot(plane.z).abs() > ON_AXIS || across.abs() > ON_AXIS * size.max(plane.origin.distance(frame.origin)) {
+        return None;
+    }
+    // Of two sides that are as good, the one where the conic's parameter is positive.
+    let out = if out.dot(plane.y) < -ON_AXIS { -out } else { out };
+    let miss = |p: DVec3| {
+        let at = plane.local(p);
+        match carrier {
+            Carrier::Hyperbola { a, b, .. } => (at.x - a * (at.y / b).hypot(1.0)).abs(),
+            Carrier::Parabola { focal, .. } => (at.x - at.y * at.y / (4.0 * focal)).abs(),
+            Carrier::Line { .. } | Carrier::Round { .. } | Carrier::Spline { .. } => f64::INFINITY,
+        }
+    };
+    let turned = |p: &DVec3| {
+        let DVec2 { x: radius, y: height } = meridian(frame, *p);
+        let foot = frame.origin + frame.z * height;
+        let [near, far] = [foot + out * radius, foot - out * radius];
+        if miss(near) <= miss(far) + COINCIDENT * size { near } else { far }
+    };
+    let mut points: Vec<DVec3> = reach.hull.iter().chain(&reach.on).map(turned).collect();
+    // A boundary at one height encloses the tip, if that is on the axis.
+    if meridian(frame, tip).x <= ON_AXIS * size && !points.is_empty() {
+        points.push(tip);
+    }
+    reaching(carrier, &points, |p, _| *p)
+}
+
+/// Distance from the axis and height.
+fn meridian(frame: &Frame3, p: DVec3) -> DVec2 {
+    let local = frame.local(p);
+    DVec2::new(local.x.hypot(local.y), local.z)
+}
+
+/// How large a profile is, with its distance from the axis.
+fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
+    let Some(first) = curve.points.first().map(|p| meridian(frame, *p)) else { return 0.0 };
+    let away = |p: &DVec3| {
+        let at = meridian(frame, *p);
+        at.x.max((at.y - first.y).abs())
+    };
+    curve.points.iter().map(away).fold(0.0, f64::max)
+}
+
+/// The parameters inside a profile's domain where it meets the axis, in order: where its distance from it is smallest.
+fn axis_points(curve: &NurbsCurve3, frame: &Frame3) -> Vec<f64> {
+    let (a, b) = curve.domain();
+    let near = ON_AXIS * size(curve, frame);
+    let flat = |v: DVec3| v - frame.z * v.dot(frame.z);
+    let slope = |t: f64| {
+        let [point, tangent] = curve.tangent(t);
+        flat(point - frame.origin).dot(flat(tangent))
+    };
+    let steps = SAMPLES * curve.points.len();
+    let at = |i: usize| a + (b - a) * i as f64 / steps as f64;
+    let ends = [curve.point(a), curve.point(b)];
+    let mut found = Vec::new();
+    let mut falling = slope(a) < 0.0;
+    for i in 1..=steps {
+        let before = std::mem::replace(&mut falling, slope(at(i)) < 0.0);
+        if !before || falling {
+            continue;
+        }
+        let (mut low, mut high) = (at(i - 1), at(i));
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if slope(middle) < 0.0 { low = middle } else { high = middle }
+        }
+        // A cut beside a knot would leave a span of no length.
+        let knot = curve.knots.iter().copied().find(|k| (k - high).abs() <= 1e-9 * (b - a));
+        let t = knot.unwrap_or(high);
+        let point = curve.point(t);
+        if meridian(frame, point).x <= near && ends.iter().all(|end| end.distance(point) > near) {
+            found.push(t);
+        }
+    }
+    found
+}
+
+/// A profile cut where it meets the axis, the piece with its start first; none if it does not meet the axis on the way.
+/// The cut ends lie on the axis exactly.
+fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3) -> Vec<NurbsCurve3> {
+    let (a, b) = curve.domain();
+    let mut cuts = axis_points(curve, frame);
+    let Some(&first) = cuts.first() else { return Vec::new() };
+    let near = ON_AXIS * size(curve, frame);
+    let start = curve.point(a);
+    let through = start.distance(curve.point(b)) <= near && meridian(frame, start).x > near;
+    let curve = if through {
+        cuts.push(first + (b - a));
+        spline::restart(curve, first)
+    } else {
+        cuts.insert(0, a);
+        cuts.push(b);
+        curve.clone()
+    };
+    let mut pieces: Vec<NurbsCurve3> = cuts.windows(2).map(|ends| spline::piece(&curve, ends[0], ends[1])).collect();
+    for end in pieces.iter_mut().flat_map(|piece| {
+        let points = piece.points.as_mut_slice();
+        let last = points.len() - 1;
+        let (front, back) = points.split_at_mut(last);
+        front.first_mut().into_iter().chain(back.first_mut())
+    }) {
+        if meridian(frame, *end).x <= near {
+            *end = frame.origin + frame.z * (*end - frame.origin).dot(frame.z);
+        }
+    }
+    if through {
+        pieces.rotate_right(1);
+    }
+    pieces
+}
+
+/// A profile turned into the half plane beside its axis, as a polygon.
+struct Meridian(Vec<DVec2>);
+
+impl Meridian {
+    fn new(curve: &NurbsCurve3, frame: &Frame3) -> Self {
+        let (a, b) = curve.domain();
+        let steps = SAMPLES * curve.points.len();
+        let at = |i: usize| curve.point(a + (b - a) * i as f64 / steps as f64);
+        Self((0..=steps).map(|i| meridian(frame, at(i))).collect())
+    }
+
+    fn distance(&self, p: DVec2) -> f64 {
+        let to = |pair: &[DVec2]| {
+            let along = pair[1] - pair[0];
+            let share = (p - pair[0]).dot(along) / along.length_squared();
+            p.distance(pair[0] + along * if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 })
+        };
+        self.0.windows(2).map(to).fold(f64::INFINITY, f64::min)
+    }
+
+    /// How far its points are from another one, at most.
+    fn beyond(&self, other: &Self) -> f64 {
+        self.0.iter().map(|p| other.distance(*p)).fold(0.0, f64::max)
+    }
+}
+
+/// The part of a turned profile between two meetings with the axis whose surface passes nearest to `on`. Where the profile
+/// passes the axis the normal changes sides, and an offset falls into separate sheets.
+pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsCurve3 {
+    let miss = |piece: &NurbsCurve3| -> f64 {
+        let profile = Meridian::new(piece, frame);
+        on.iter().map(|p| profile.distance(meridian(frame, *p))).sum()
+    };
+    let pieces = cut_at_axis(curve, frame).into_iter().map(|piece| (miss(&piece), piece));
+    pieces.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| curve.clone(), |(_, piece)| piece)
+}
+
+/// A surface of revolution whose profile meets the axis on the way as the one sheet on which a face's boundary `on` lies,
+/// a sphere where it is one; any other surface as it is.
+///
+/// Sheets that coincide (a circle turned about its diameter) are one: that of the profile's start. A profile with two ends
+/// keeps all of its sheets where the boundary lies on several of them; so does one whose face has no boundary. A closed one
+/// is refused there: nothing tells what of it is meant.
+pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Result<Stated, String> {
+    let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
+    let pieces = cut_at_axis(curve, frame);
+    if pieces.is_empty() {
+        return Ok(stated);
+    }
+    let profiles: Vec<Meridian> = pieces.iter().map(|piece| Meridian::new(piece, frame)).collect();
+    let on: Vec<DVec2> = on().into_iter().map(|p| meridian(frame, p)).collect();
+    let first = on.first().copied().unwrap_or_default();
+    let slack = SAME_SHEET * on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max);
+    let mut holds = vec![true; pieces.len()];
+    for p in &on {
+        let misses: Vec<f64> = profiles.iter().map(|profile| profile.distance(*p)).collect();
+        let least = misses.iter().copied().fold(f64::INFINITY, f64::min);
+        holds.iter_mut().zip(misses).for_each(|(holds, miss)| *holds &= miss <= least + slack);
+    }
+    let same = COINCIDENT * size(curve, frame);
+    let mut held = (0..pieces.len()).filter(|k| holds[*k]);
+    let chosen = held.next().filter(|&k| {
+        held.all(|other| profiles[k].beyond(&profiles[other]) <= same && profiles[other].beyond(&profiles[k]) <= same)
+    });
+    let Some(piece) = chosen.and_then(|k| pieces.into_iter().nth(k)) else {
+        let (a, b) = curve.domain();
+        let closed = curve.point(a).distance(curve.point(b)) <= same;
+        if closed && !on.is_empty() {
+            let count = profiles.len();
+            return Err(format!(
+                "the turned curve is closed and meets its axis: the face's boundary does not tell which of its {count} sheets \
+                 it bounds"
+            ));
+        }
+        return Ok(stated);
+    };
+    let frame = *frame;
+    Ok(match sphere(&piece, &frame) {
+        Some((sphere, inwards)) => Stated { surface: sphere, turned: stated.turned != inwards, note: stated.note },
+        None => Stated { surface: Surface::Revolution { curve: piece, frame }, ..stated },
+    })
+}
+
+/// The sphere that a half circle between two points of the axis sweeps, and whether the sweep's normal points inwards.
+fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
+    let (a, b) = piece.domain();
+    let ends = [a, b].map(|t| meridian(frame, piece.point(t)));
+    let radius = 0.5 * (ends[1].y - ends[0].y).abs();
+    let tolerance = 1e-9 * radius;
+    let origin = frame.origin + frame.z * (0.5 * (ends[0].y + ends[1].y));
+    let [middle, tangent] = piece.tangent(0.5 * (a + b));
+    let side = frame.z.cross(middle - origin).try_normalize()?;
+    // A span of degree p that is not on the circle meets it no more than 2 p times.
+    let samples = (2 * piece.degree + 1) * piece.points.len();
+    let on = |i: usize| {
+        let out = piece.point(a + (b - a) * i as f64 / samples as f64) - origin;
+        (out.length() - radius).abs() <= tolerance && out.dot(side).abs() <= tolerance
+    };
+    let round = ends[0].x.max(ends[1].x) <= tolerance && radius > 0.0 && (0..=samples).all(on);
+    round.then(|| {
+        (Surface::Sphere { frame: Frame3 { origin, ..*frame }, radius }, side.cross(tangent).dot(middle - origin) < 0.0)
+    })
+}

@@ -1,0 +1,149 @@
+//! Records of tiles against the tiles themselves, and the diagrams drawn of them.
+#![cfg(feature = "svg")]
+
+use glam::{DAffine3, DVec2};
+use std::collections::BTreeSet;
+use trimtess::draw::{TileView, tile};
+use trimtess::frame::{Rung, Scratch, TileRecord, Tolerance, plan, record_tile, tessellate_tile};
+use trimtess::model::{FreeTrims, Model, ModelBuilder, PartId, TrimCurve, TrimRule, shapes};
+use trimtess::prepare::{PrepareOptions, prepare};
+
+/// Records of all tiles of a model, each held against the tile as frames make it.
+fn records(model: Model, chord: f64) -> Vec<TileRecord> {
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+    let mut scratch = Scratch::default();
+    let all = prepared.tiles().map(|(part, id, _)| {
+        let record = record_tile(&prepared, &plan, part, id);
+        let again = tessellate_tile(&prepared, &plan, part, id, &mut scratch);
+        assert_eq!((&record.outcome.mesh, record.outcome.rung), (&again.mesh, again.rung));
+        check(&record);
+        record
+    });
+    all.collect()
+}
+
+/// What holds for every record.
+fn check(record: &TileRecord) {
+    let (trim, mesh) = (&record.trim, &record.outcome.mesh);
+    assert_eq!(record.places.len(), mesh.positions.len());
+    let tessellants = *record.loop_starts.last().expect("an end") as usize;
+    assert_eq!(trim.cell_of.len(), tessellants);
+    let corner = |[i, j]: [u32; 2]| DVec2::new(f64::from(i), f64::from(j));
+    for crossing in &trim.crossings {
+        assert!(crossing.segment.contains(&crossing.snap), "{crossing:?}");
+        let [from, to] = crossing.cells;
+        assert_eq!(from[0].abs_diff(to[0]) + from[1].abs_diff(to[1]), 1, "{crossing:?}");
+        let line = corner(from).max(corner(to));
+        assert!((crossing.at - line).abs().min_element() <= 1e-9, "{crossing:?}");
+    }
+    if !record.stats.whole_tile {
+        assert_eq!(trim.crossings.len(), record.stats.crossings as usize);
+        for (cell, place) in trim.cell_of.iter().zip(&record.places) {
+            let Some(cell) = *cell else { continue };
+            let off = (*place - corner(cell) - 0.5).abs().max_element();
+            assert!(off <= 0.501, "a tessellant lies in its cell, or within the clearance of it: {off}");
+        }
+        let lists = [&record.full_cells, &trim.prime_cells, &trim.pseudo_cells];
+        let all: BTreeSet<[u32; 2]> = lists.into_iter().flatten().copied().collect();
+        assert_eq!(all.len(), lists.iter().map(|list| list.len()).sum::<usize>(), "a cell is of one kind");
+        let crossed = trim.crossings.iter().flat_map(|c| c.cells);
+        assert!(crossed.into_iter().all(|cell| all.contains(&cell)), "crossed cells are active");
+    }
+}
+
+/// Twice the area of the triangles, and of what the loops wind around, in cell units.
+fn areas(record: &TileRecord) -> [f64; 2] {
+    let place = |v: u32| record.places[v as usize];
+    let turn = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(place);
+        (b - a).perp_dot(c - a)
+    };
+    let triangles: f64 = record.outcome.mesh.triangles.iter().map(turn).sum();
+    let of_loop = |ends: &[u32]| {
+        let next = move |v: u32| if v + 1 == ends[1] { ends[0] } else { v + 1 };
+        (ends[0]..ends[1]).map(|v| place(v).perp_dot(place(next(v)))).sum::<f64>()
+    };
+    [triangles.abs(), record.loop_starts.windows(2).map(of_loop).sum()]
+}
+
+fn sheet(curves: Vec<TrimCurve>) -> Model {
+    let mut part = shapes::flower();
+    part.faces[0].trims = Some(FreeTrims { rule: TrimRule::Handedness, curves });
+    let mut model = ModelBuilder::new("sheet");
+    let part = model.part(part);
+    assert_eq!(part, PartId(0));
+    model.place(part, DAffine3::IDENTITY);
+    model.finish().expect("a sound part")
+}
+
+/// Closed figures of the path of a class.
+fn figures(svg: &str, class: &str) -> usize {
+    let attribute = format!("class=\"{class}\"");
+    let element = svg.split('<').find(|element| element.starts_with("path") && element.contains(&attribute));
+    let data = element.and_then(|element| element.split(" d=\"").nth(1)).and_then(|data| data.split('"').next());
+    data.map_or(0, |data| data.matches('z').count())
+}
+
+#[test]
+fn records_are_of_the_very_tiles_that_frames_make() {
+    for name in ["square", "cylinder", "cone", "sphere", "torus", "wave", "pair", "flower", "washer"] {
+        for chord in [0.5, 0.05] {
+            let records = records(shapes::by_name(name).expect("a shape"), chord);
+            assert!(!records.is_empty(), "{name}");
+            for record in records.iter().filter(|_| ["square", "wave", "flower", "washer"].contains(&name)) {
+                let [triangles, loops] = areas(record);
+                assert!((triangles - loops).abs() <= 1e-9 * loops, "{name}: {triangles} for {loops}");
+            }
+        }
+    }
+}
+
+/// Stars with sharp tips beside each other: cells that cannot be triangulated by themselves are merged, and shown.
+#[test]
+fn merged_cells_are_drawn() {
+    let mut state = 11_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / (1_u64 << 24) as f64
+    };
+    let mut merged = 0;
+    for _ in 0..24 {
+        let tips = 9 + (random() * 12.0) as usize;
+        let star: Vec<DVec2> = (0..2 * tips)
+            .map(|k| {
+                let angle = std::f64::consts::PI * k as f64 / tips as f64;
+                let radius = if k % 2 == 0 { 0.25 + 0.2 * random() } else { 0.04 + 0.1 * random() };
+                DVec2::splat(0.5) + DVec2::from_angle(-angle) * radius
+            })
+            .collect();
+        let records = records(sheet(vec![TrimCurve::polygon(star)]), 0.3);
+        let record = &records[0];
+        let drawn = tile(record, &TileView::default());
+        let cells: BTreeSet<[u32; 2]> = record.trim.merged_cells.iter().flatten().copied().collect();
+        assert_eq!((drawn.merged_cells, figures(&drawn.svg, "merged")), (cells.len(), cells.len()));
+        assert_eq!(record.outcome.rung == Rung::MergedCells, record.stats.merged_rings + record.stats.clusters > 0);
+        if record.stats.merged_rings > 0 {
+            assert!(!record.trim.merged_cells.is_empty(), "{:?}", record.stats);
+            merged += 1;
+        }
+        assert_eq!(figures(&drawn.svg, "triangles"), record.outcome.mesh.triangles.len());
+        assert_eq!(figures(&drawn.svg, "crossings"), record.stats.crossings as usize);
+    }
+    assert!(merged > 0, "no star needed a merge");
+}
+
+/// A lattice of more than ten thousand cells is drawn in some hundred kilobytes.
+#[test]
+fn fine_tiles_make_modest_files() {
+    let records = records(shapes::by_name("wave").expect("a shape"), 1e-3);
+    let drawn = tile(&records[0], &TileView::default());
+    let [nu, nv] = drawn.cells;
+    assert!(nu * nv > 10_000, "{nu} × {nv}");
+    let bytes = drawn.svg.len() as f64 / f64::from(nu * nv);
+    assert!(bytes < 70.0, "{bytes} bytes per cell");
+    assert_eq!(figures(&drawn.svg, "triangles"), records[0].outcome.mesh.triangles.len());
+    // A closer look shows less of it.
+    let close = tile(&records[0], &TileView { cell: Some([nu / 2, nv / 2]), ..TileView::default() });
+    assert!(close.triangles == 18 && close.svg.len() < 10_000, "{} triangles", close.triangles);
+}
