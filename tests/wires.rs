@@ -666,6 +666,66 @@ fn edges_that_coincide_within_the_tolerance_are_sewn() {
     }
 }
 
+/// A disc of radius 5 of which every face has its own edges: circles of `arcs` pieces.
+fn coin(thickness: f64, tolerance: f64, arcs: usize) -> Part {
+    let mut part = PartBuilder::new("coin");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let frame = |z: f64| Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+    let circle = |part: &mut PartBuilder, z: f64| -> Vec<EdgeId> {
+        let at = |k: usize| TAU * k as f64 / arcs as f64;
+        let point = |k: usize| frame(z).place(5.0 * DVec2::from_angle(at(k)).extend(0.0));
+        let vertices: Vec<VertexId> = (0..arcs).map(|k| part.vertex(point(k))).collect();
+        let arc = |k: usize| {
+            let curve = NurbsCurve3::arc(&frame(z), 5.0, 5.0, at(k), at(k + 1));
+            part.curve(curve, CurveKind::Conic, vertices[k], vertices[(k + 1) % arcs])
+        };
+        (0..arcs).map(arc).collect()
+    };
+    let up = |edges: Vec<EdgeId>| Loop::Edges(edges.into_iter().map(EdgeId::along).collect());
+    let down = |edges: Vec<EdgeId>| Loop::Edges(edges.into_iter().rev().map(EdgeId::against).collect());
+    let [bottom, low, high, top] = [0.0, 0.0, thickness, thickness].map(|z| circle(&mut part, z));
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![up(bottom)], true);
+    part.plain_face(Surface::Plane { frame: frame(thickness) }, shell, vec![up(top)], false);
+    let side = Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 };
+    part.plain_face(side, shell, vec![up(low), down(high)], false);
+    let mut part = part.finish().expect("a sound part");
+    part.tolerance = tolerance;
+    part
+}
+
+#[test]
+fn sewing_keeps_faces_that_are_thinner_than_the_tolerance() {
+    for (thickness, arcs) in [(0.5, 1), (5e-3, 1), (5e-3, 2), (5e-3, 3), (1e-3, 2)] {
+        let prepared = prepared(coin(thickness, 1e-2, arcs));
+        let (facts, _) = mesh(&prepared, 1e-2);
+        let volume = PI * 25.0 * thickness;
+        assert!(facts.is_closed() && (facts.volume - volume).abs() < 2e-2 * volume, "{thickness}, {arcs}: {facts}");
+        let told = told(&prepared);
+        let kept = told.iter().any(|t| t.1.contains("are not one"));
+        assert!(told.iter().all(|t| t.0 == Severity::Note) && kept == (thickness < 1e-2), "{told:?}");
+    }
+}
+
+#[test]
+fn a_seam_of_two_edges_becomes_one() {
+    let mut part = PartBuilder::new("cylinder");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let height = 10.0;
+    let frame = |z: f64| Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+    let [low, high] = [0.0, height].map(|z| part.circle(&frame(z), 5.0));
+    let ends = [low, high].map(|e| part.part().edges[e.index()].start);
+    let seam = [0, 1].map(|_| part.line(ends[0], ends[1]));
+    let side = Loop::Edges(vec![low.along(), seam[0].along(), high.against(), seam[1].against()]);
+    part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, shell, vec![side], false);
+    part.plain_face(Surface::Plane { frame: frame(0.0) }, shell, vec![Loop::Edges(vec![low.along()])], true);
+    part.plain_face(Surface::Plane { frame: frame(height) }, shell, vec![Loop::Edges(vec![high.along()])], false);
+    let mut part = part.finish().expect("a sound part");
+    part.tolerance = 1e-2;
+    let prepared = prepared(part);
+    let (facts, _) = mesh(&prepared, 1e-2);
+    assert!(facts.is_closed() && (facts.volume / (PI * 250.0) - 1.0).abs() < 1e-2, "{facts}");
+}
+
 #[test]
 fn a_solid_of_the_same_half_twice_is_told_to_enclose_nothing() {
     let mut part = PartBuilder::new("two halves of one kind");

@@ -53,6 +53,8 @@ mod orient;
 
 mod overlap;
 
+mod pairs;
+
 mod pcurve;
 
 mod prepared;
@@ -67,6 +69,8 @@ pub use shells::Shells;
 
 mod spans;
 pub use spans::UvDomain;
+
+mod thin;
 
 mod topology;
 

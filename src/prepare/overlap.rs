@@ -18,6 +18,9 @@ const SEEDS: usize = 4;
 const LEAST_SEEDS: usize = 16;
 const STEPS: usize = 24;
 
+/// Share of a curve's length within which its ends are one point.
+const ROUNDING: f64 = 1e-9;
+
 /// Share of the distance between seeds that a step has when Newton's method is done.
 const CONVERGED: f64 = 1e-12;
 
@@ -78,14 +81,31 @@ impl Course {
         self.spline.point(t)
     }
 
+    /// Points along it, ends included.
+    pub(super) fn samples(&self) -> impl Iterator<Item = DVec3> {
+        self.seeds.iter().map(|seed| seed.1)
+    }
+
     pub(super) fn slope(&self, t: f64) -> DVec3 {
         self.spline.derivatives(t).d1
     }
 
     /// The parameter of the point nearest to `p`, and its distance.
     pub(super) fn foot(&self, p: DVec3) -> (f64, f64) {
+        let (k, last) = (self.runs.nearest(&self.seeds, p), self.seeds.len() - 1);
+        let found = self.foot_from(k, p);
+        // Where a closed curve ends, it is as near as where it starts.
+        let closed = || self.seeds[0].1.distance(self.seeds[last].1) <= ROUNDING * self.length;
+        if (k == 0 || k == last) && closed() {
+            let other = self.foot_from(last - k, p);
+            return if other.1 < found.1 { other } else { found };
+        }
+        found
+    }
+
+    /// The foot beside a seed.
+    fn foot_from(&self, k: usize, p: DVec3) -> (f64, f64) {
         let seeds = &self.seeds;
-        let k = self.runs.nearest(seeds, p);
         let (low, high) = (seeds[k.saturating_sub(1)].0, seeds[(k + 1).min(seeds.len() - 1)].0);
         let (mut t, mut best) = (seeds[k].0, (seeds[k].0, seeds[k].1.distance(p)));
         for _ in 0..STEPS {

@@ -5,18 +5,20 @@
 //! which each lie along one piece of every other, and the pieces become one edge: the first one's curve, with an image on
 //! each face. All their vertices follow.
 
-use super::boxes::{Aabb, overlapping};
 use super::carry::{between, carry};
 use super::face::Told;
 use super::free_edges::FreeFaces;
 use super::heal::Healing;
 use super::overlap::{Course, Stretch};
+use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::shells::uses;
+use super::thin::Thin;
 use super::uv_loop::{Along, Piece};
 use crate::model::{Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 /// Distance between the ends of edges of a solid, in tolerances, below which nothing of it is sewn: an edge might vanish.
@@ -24,6 +26,9 @@ const SHORTEST: f64 = 8.0;
 
 /// Distance, in tolerances, between ends of pieces that are one: each may have been cut where another edge is.
 const SAME_END: f64 = 4.0;
+
+/// Edges of one face in a group of pieces that are one, which are compared with one more.
+const OF_ONE_FACE: usize = 8;
 
 /// Rounds in which cuts of one edge are handed on to those along it.
 const ROUNDS: usize = 16;
@@ -38,15 +43,15 @@ pub(super) struct Sewn {
 }
 
 /// An edge that may be one with another.
-struct Candidate {
-    edge: u32,
-    shell: u32,
-    tolerance: f64,
+pub(super) struct Candidate {
+    pub(super) edge: u32,
+    pub(super) shell: u32,
+    pub(super) tolerance: f64,
     /// A face that uses it.
-    face: usize,
+    pub(super) face: usize,
     /// Whether it bounds a face without topology, and lies along a side of its domain.
-    untold: bool,
-    side: bool,
+    pub(super) untold: bool,
+    pub(super) side: bool,
 }
 
 /// A stretch that two candidates have in common.
@@ -71,7 +76,8 @@ struct Replaced {
 /// Makes edges that coincide one: those of solids within the part's own tolerance, those of faces without topology within the
 /// part's tolerance or, if it states none, within `reach`, millimetres.
 ///
-/// Costs a count of the edges' uses where all are used in pairs, else about 10 µs for each edge that has a neighbour.
+/// Costs a count of the edges' uses where all are used in pairs. Else about 10 µs for each edge that has a neighbour, and 1 µs for
+/// each of its knots; edges that are stated alike count once, and others with at most [`MOST_PARTNERS`] of their like.
 pub(super) fn sew<'a>(
     part: Cow<'a, Part>,
     free: &mut FreeFaces,
@@ -81,8 +87,8 @@ pub(super) fn sew<'a>(
     let candidates = candidates(&part, free, reach);
     let courses: Vec<OnceLock<Course>> = candidates.iter().map(|_| OnceLock::new()).collect();
     let course = |k: usize| courses[k].get_or_init(|| Course::new(&part.edges[candidates[k].edge as usize]));
-    let pairs = pairs(&part, &candidates);
-    let contacts: Vec<Contact> = pairs
+    let (pairs, left_out) = pairs(&part, &candidates);
+    let mut contacts: Vec<Contact> = pairs
         .into_par_iter()
         .flat_map_iter(|pair| {
             let [a, b] = pair.map(course);
@@ -90,16 +96,21 @@ pub(super) fn sew<'a>(
             a.common(b, tolerance).into_iter().map(move |stretch| Contact { pair, stretch, tolerance })
         })
         .collect();
-    if contacts.is_empty() {
-        return (part, Sewn::default());
-    }
+    let mut thin = Thin::new(&part, free);
+    let mut may_join = |pair: [usize; 2], width: f64| {
+        let [a, b] = pair.map(|k| &candidates[k]);
+        a.face != b.face || thin.may_join(a.face, [a.edge, b.edge], width, a.tolerance)
+    };
+    contacts.retain(|contact| may_join(contact.pair, contact.stretch.width));
+    // What is nearest becomes one first: beside a thin face what is further off is the wrong one.
+    contacts.sort_by(|a, b| a.stretch.width.total_cmp(&b.stretch.width));
     let cuts = cuts(candidates.len(), &contacts, &course);
     let mut pieces = Pieces::new(&part, &candidates, cuts, &course);
     let mut sewn = Sewn::default();
     // By shell of a solid.
     let mut told: Vec<(u32, usize, usize, f64)> = Vec::new();
     for contact in &contacts {
-        let count = pieces.join(contact, &course);
+        let count = pieces.join(contact, &course, &mut may_join);
         let (first, width) = (&candidates[contact.pair[0]], contact.stretch.width);
         if count > 0 && contact.pair.iter().any(|&k| candidates[k].untold) {
             sewn = Sewn { pairs: sewn.pairs + count, width: sewn.width.max(width) };
@@ -119,6 +130,20 @@ pub(super) fn sew<'a>(
         );
         let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
         done.push(Healing { face, severity: Severity::Note, told: Told { place, what } });
+    }
+    done.extend(thin.kept.into_iter().map(|(face, tolerance)| {
+        let what = format!("edges on both sides of it, nearer than the tolerance of {tolerance:.1e} mm, are not one");
+        Healing { face, severity: Severity::Note, told: Told { place: None, what } }
+    }));
+    done.extend(left_out.into_values().map(|LeftOut { first, count }| {
+        let Candidate { edge, face, .. } = candidates[first];
+        let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
+        let what =
+            format!("{count} pairs of edges of its shell were not compared: more than {MOST_PARTNERS} lie together");
+        Healing { face, severity: Severity::Note, told: Told { place, what } }
+    }));
+    if contacts.is_empty() {
+        return (part, Sewn::default());
     }
     let mut part = part.into_owned();
     let replaced = pieces.into_edges(&mut part, &candidates);
@@ -147,70 +172,20 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
         }
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
         out.extend(wanted.filter_map(|u| {
-            let e = part.edges.get(u.edge as usize).filter(|e| e.range.0 < e.range.1 && e.curve.check().is_ok())?;
-            let (low, high) = e.curve.domain();
-            let sound = e.range.0 >= low && e.range.1 <= high && ends(e)?.iter().all(|p| p.is_finite());
+            let e = part.edges.get(u.edge as usize)?;
             let (edge, shell, face, untold, side) = (u.edge, u.shell, u.face, u.untold, u.side);
-            sound.then_some(Candidate { edge, shell, tolerance, face, untold, side })
+            is_sound(part, e).then_some(Candidate { edge, shell, tolerance, face, untold, side })
         }));
     }
     out
 }
 
-/// Pairs of candidates that may have a stretch in common: two ends that are two places lie in both boxes, or one and the curves
-/// have knots at which they may part.
-fn pairs(part: &Part, candidates: &[Candidate]) -> Vec<[usize; 2]> {
-    let edge = |k: usize| &part.edges[candidates[k].edge as usize];
-    let boxes: Vec<Aabb> = (0..candidates.len())
-        .map(|k| {
-            let (low, high) = edge(k)
-                .curve
-                .points
-                .iter()
-                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |m, &p| (m.0.min(p), m.1.max(p)));
-            // The distance may be had along each axis.
-            let slack = DVec3::splat(0.5 * candidates[k].tolerance);
-            [low - slack, high + slack]
-        })
-        .collect();
-    let ends: Vec<[DVec3; 2]> = (0..candidates.len())
-        .map(|k| {
-            let e = edge(k);
-            [e.range.0, e.range.1].map(|t| e.curve.point(t))
-        })
-        .collect();
-    let mut out = Vec::new();
-    overlapping(&boxes, &mut |a, b| {
-        let [one, other] = [&candidates[a], &candidates[b]];
-        // What trims one face was told apart in its domain. Sides of a domain may meet in space.
-        let trims = one.face == other.face && (one.untold || other.untold) && !(one.side && other.side);
-        if one.shell != other.shell || trims {
-            return;
-        }
-        let tolerance = one.tolerance;
-        let within = |p: DVec3, of: usize| {
-            let slack = DVec3::splat(0.5 * tolerance);
-            p.cmpge(boxes[of][0] - slack).all() && p.cmple(boxes[of][1] + slack).all()
-        };
-        let mut places: [Option<DVec3>; 2] = [None; 2];
-        let inside = ends[a].into_iter().filter(|&p| within(p, b)).chain(ends[b].into_iter().filter(|&p| within(p, a)));
-        for p in inside {
-            match places {
-                [None, _] => places[0] = Some(p),
-                [Some(q), None] if p.distance(q) > 2.0 * tolerance => places[1] = Some(p),
-                _ => {}
-            }
-        }
-        let simple = |k: usize| {
-            let c = &edge(k).curve;
-            c.points.len() == c.degree + 1 && ends[k][0].distance(ends[k][1]) > 2.0 * tolerance
-        };
-        if places[0].is_some() && (places[1].is_some() || !(simple(a) && simple(b))) {
-            out.push([a, b]);
-        }
-    });
-    out.sort_unstable();
-    out
+/// Whether an edge's curve and ends can be asked for.
+pub(super) fn is_sound(part: &Part, e: &Edge) -> bool {
+    let stated = e.range.0 < e.range.1 && e.curve.check().is_ok();
+    let (low, high) = e.curve.domain();
+    let ends = [e.start, e.end].map(|v| part.vertices.get(v.index()));
+    stated && e.range.0 >= low && e.range.1 <= high && ends.iter().all(|p| p.is_some_and(|p| p.is_finite()))
 }
 
 /// For each candidate the parameters at which it starts, is cut, and ends: wherever a stretch ends that it has in common with
@@ -263,6 +238,8 @@ struct Pieces {
     first: Vec<usize>,
     /// For each piece another that it is one with, if any, and whether they run in opposite directions; how far it is off.
     same: Vec<(usize, bool, f64)>,
+    /// For the first of those that are one, the faces and candidates of all.
+    members: Vec<BTreeSet<(usize, usize)>>,
     /// For each candidate the vertices at its cuts.
     vertices: Vec<Vec<usize>>,
     /// Points of all vertices, and for each another that it is one with.
@@ -299,8 +276,12 @@ impl Pieces {
             vertices.push(of_edge.iter().enumerate().map(vertex).collect());
         }
         let same = (0..count).map(|k| (k, false, 0.0)).collect();
+        let of_candidate = |(k, cuts): (usize, &Vec<f64>)| {
+            std::iter::repeat_n(BTreeSet::from([(candidates[k].face, k)]), cuts.len().saturating_sub(1))
+        };
+        let members = cuts.iter().enumerate().flat_map(of_candidate).collect();
         let parent = (0..points.len()).collect();
-        Self { cuts, first, same, vertices, points, parent }
+        Self { cuts, first, same, members, vertices, points, parent }
     }
 
     /// The first of the pieces that a piece is one with, and whether it runs against it.
@@ -321,8 +302,31 @@ impl Pieces {
         at
     }
 
-    /// Makes the pieces along a stretch one, each with the one beside it. How many pairs there are.
-    fn join<'c>(&mut self, contact: &Contact, course: &impl Fn(usize) -> &'c Course) -> usize {
+    /// Makes the members of two groups one group, unless it had edges of one face that may not be one.
+    fn unite(&mut self, [p, q]: [usize; 2], mut may_join: impl FnMut([usize; 2]) -> bool) -> bool {
+        let [small, large] = if self.members[p].len() <= self.members[q].len() { [p, q] } else { [q, p] };
+        let [few, mut many] = [small, large].map(|k| std::mem::take(&mut self.members[k]));
+        let may = few.iter().all(|&(face, k)| {
+            let of_face = many.range((face, 0)..=(face, usize::MAX)).take(OF_ONE_FACE);
+            of_face.copied().all(|(_, l)| may_join([k, l]))
+        });
+        if may {
+            many.extend(few);
+            self.members[p.min(q)] = many;
+        } else {
+            [self.members[small], self.members[large]] = [few, many];
+        }
+        may
+    }
+
+    /// Makes the pieces along a stretch one, each with the one beside it, where none of a face's edges become one that may not.
+    /// How many pairs there are.
+    fn join<'c>(
+        &mut self,
+        contact: &Contact,
+        course: &impl Fn(usize) -> &'c Course,
+        may_join: &mut impl FnMut([usize; 2], f64) -> bool,
+    ) -> usize {
         let Contact { pair: [a, b], stretch, tolerance } = *contact;
         let against = stretch.b[1] < stretch.b[0];
         let middle = |cuts: &[f64], k: usize| 0.5 * (cuts[k] + cuts[k + 1]);
@@ -347,7 +351,8 @@ impl Pieces {
             }
             let (p, turned_p, off_p) = self.root(self.first[a] + i);
             let (q, turned_q, off_q) = self.root(self.first[b] + j);
-            if p == q {
+            let width = |pair: [usize; 2]| if pair == [a, b] || pair == [b, a] { stretch.width } else { f64::INFINITY };
+            if p == q || !self.unite([p, q], |pair| may_join(pair, width(pair))) {
                 continue;
             }
             let turned = against != (turned_p != turned_q);

@@ -1,7 +1,7 @@
 //! Two patches with one border, stated in all the ways in which two curves can be one.
 
 use crate::patches::{
-    bicubic, elevated, ends_where_it_is_open, open, part, patch, prepared, prepared_within, reversed_v, shared,
+    bicubic, elevated, ends_where_it_is_open, mesh, open, part, patch, prepared, prepared_within, reversed_v, shared,
     transposed,
 };
 use glam::{DVec2, DVec3};
@@ -147,6 +147,57 @@ fn three_patches_may_have_one_border() {
     // Used three times: one too many or too few.
     assert_eq!((shared(&prepared), open(&prepared).count), (1, 10));
     ends_where_it_is_open(&prepared);
+}
+
+#[test]
+fn a_patch_narrower_than_the_tolerance_keeps_its_sides() {
+    let flat = |from: f64, to: f64| patch(&[from, to].map(|y| [0.0, 1.0].map(|x| DVec3::new(x, y, 0.0)).to_vec()));
+    let mut part = part([flat(0.0, 5e-3), flat(5e-3, 1.0)]);
+    part.tolerance = 1e-2;
+    let prepared = prepared(part);
+    assert_eq!((shared(&prepared), open(&prepared).count), (1, 6), "{:?}", prepared.diagnostics);
+    let (_, facts) = mesh(&prepared, 1e-3);
+    assert!(facts.is_well_formed() && (facts.area - 1.0).abs() < 1e-9, "{facts}");
+}
+
+#[test]
+fn any_number_of_equal_borders_is_one() {
+    // The same patch again and again, and patches that are a little off each.
+    for (count, off) in [(600, 0.0), (90, 1e-9)] {
+        let moved = |k: usize| {
+            let mut s = left();
+            s.points.iter_mut().for_each(|p| p.z += off * k as f64);
+            s
+        };
+        let prepared = prepared(part((0..count).map(moved)));
+        assert_eq!((shared(&prepared), open(&prepared).count), (4, 0), "{count}");
+        let told = prepared.diagnostics.iter().any(|d| d.reason.contains("were not compared"));
+        assert_eq!(told, off > 0.0, "{:?}", prepared.diagnostics);
+    }
+}
+
+#[test]
+fn borders_of_many_straight_pieces_are_one_wherever_they_start() {
+    // Rings of which the second starts elsewhere; a foot is found among all of its pieces.
+    let count = 2000;
+    let ring = |first: usize, inner: f64| {
+        let at = |k: usize| DVec2::from_angle(std::f64::consts::TAU * ((first + k) % count) as f64 / count as f64);
+        let row = |radius: f64| (0..=count).map(|k| (radius * at(k)).extend(0.0)).collect::<Vec<_>>();
+        let knots = (0..=count).map(|k| k as f64);
+        NurbsSurface {
+            degree_v: 1,
+            knots_v: [0.0].into_iter().chain(knots).chain([count as f64]).collect(),
+            points: [row(inner), row(inner + 1.0)].concat(),
+            ..patch(&[row(inner), row(inner + 1.0)])
+        }
+    };
+    let prepared = prepared(part([ring(0, 1.0), ring(count / 3, 2.0)]));
+    let open = open(&prepared);
+    assert!(
+        open.count == 2 && (open.length - std::f64::consts::TAU * 4.0).abs() < 1e-3,
+        "{open:?}, {:?}",
+        prepared.diagnostics
+    );
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Faces on every kind of surface, compared with the formulas of ISO 10303-42.
 
-use crate::{clean, model, near, only_face, placement, point, shell, vertex, world};
+use crate::{clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trimtess::model::{Face, Loop, Severity, Surface};
@@ -217,4 +217,17 @@ fn whole_surfaces_need_bounds_of_their_own() {
     assert!(only_face(&plane).lost);
     let lost: Vec<_> = plane.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
     assert!(lost.len() == 1 && lost[0].entity == 60, "{lost:?}");
+}
+
+#[test]
+fn loose_surfaces_are_of_one_shell() {
+    let surface = |id: u32| format!("#{id}=BEZIER_SURFACE('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);");
+    let text = world() + &roof() + &surface(160) + &surface(161) + &surface(162) + &surface(163);
+    let rest = "#170=GEOMETRIC_SET('',(#160));#171=GEOMETRIC_SET('',(#161,#162));\
+                #92=GEOMETRICALLY_BOUNDED_SURFACE_SHAPE_REPRESENTATION('',(#170,#171,#163),#1);";
+    let model = model(&(text + rest));
+    clean(&model);
+    let part = only_part(&model);
+    assert_eq!(part.faces.iter().map(|face| face.shell).collect::<Vec<_>>(), [0; 4]);
+    assert_eq!((part.shells.len(), part.shells[0].entity), (1, 170));
 }
