@@ -71,7 +71,8 @@ impl Surface {
         }
     }
 
-    /// The parameter lines that are a single point: a sphere's ends, apexes, axis points, collapsed NURBS borders.
+    /// The parameter lines that are a single point: a sphere's ends, apexes, collapsed NURBS borders, and the ends of a turned
+    /// curve that lie on the axis. Where a turned curve meets the axis on the way is not looked for: it has to be cut there.
     #[must_use]
     pub fn poles(&self) -> Vec<Pole> {
         let parallel = |at: f64| Pole { axis: 1, at, point: self.point(0.0, at) };
