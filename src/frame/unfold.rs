@@ -41,6 +41,9 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
     }
 }
 
+/// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.
+const MOST_FILLINGS: usize = 128;
+
 /// What triangles must stay near to.
 struct Near<'a> {
     surface: &'a Surface<'a>,
@@ -55,6 +58,7 @@ impl Web<'_> {
     /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change elsewhere.
     fn unfold(&mut self, mut folded: Vec<usize>, near: &Near<'_>) {
         let mut left = CHANGES * folded.len();
+        let mut fillings = MOST_FILLINGS;
         let mut waiting = Vec::new();
         while let (Some(t), 1..) = (folded.pop(), left) {
             left -= 1;
@@ -65,7 +69,11 @@ impl Web<'_> {
             let (flips, merges) = (self.flips(t), self.merges(t));
             let gaining = self.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN, near).cloned();
             let change = gaining.or_else(|| self.best(merges.iter(), MOST_LOSS, near).cloned());
-            let Some(change) = change.or_else(|| self.anew(t, near)) else {
+            let anew = || {
+                fillings = fillings.checked_sub(1)?;
+                self.anew(t, near)
+            };
+            let Some(change) = change.or_else(anew) else {
                 waiting.push(t);
                 continue;
             };
