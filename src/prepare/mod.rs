@@ -21,6 +21,8 @@ mod cuts;
 pub mod decompose;
 pub use decompose::{BezierPatches, BezierSpline3};
 
+mod draft;
+
 mod extent;
 
 mod face;
@@ -70,16 +72,21 @@ pub use shells::Shells;
 mod spans;
 pub use spans::UvDomain;
 
+mod stretches;
+
 mod thin;
 
 mod topology;
 
 mod uv_curve;
-mod uv_loop;
-mod windings;
 pub use uv_curve::{UvCurve, UvSample};
 
+mod uv_loop;
+
+mod windings;
+
 mod wires;
+
 mod wraps;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
