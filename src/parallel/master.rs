@@ -353,7 +353,7 @@ mod tests {
         fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
             self.call()
         }
-        fn batch(&mut self, _: Batch) -> Result<(), SinkError> {
+        fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
             self.call()
         }
         fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {

@@ -110,7 +110,7 @@ pub(super) fn commit(
     (report.rungs, report.ladder) = climbed(scene, &batches, rungs);
     let fed = sink
         .begin(scene)
-        .and_then(|()| batches.into_iter().try_for_each(|batch| sink.batch(batch)))
+        .and_then(|()| batches.iter_mut().try_for_each(|batch| sink.batch(batch)))
         .and_then(|()| lines.into_iter().try_for_each(|line| sink.edge_line(line)))
         .and_then(|()| sink.end());
     if let Err(error) = fed {

@@ -418,15 +418,9 @@ mod tests {
                 ..PatchMesh::default()
             },
         };
-        MemorySink {
-            scene: Scene {
-                name: String::new(),
-                parts: vec![part(3), part(1)],
-                instances: vec![instance(0, 0), instance(1, 3), instance(0, 4)],
-            },
-            batches: vec![batch(0), batch(2)],
-            edge_lines: Vec::new(),
-        }
+        let instances = vec![instance(0, 0), instance(1, 3), instance(0, 4)];
+        let scene = Scene { name: String::new(), parts: vec![part(3), part(1)], instances };
+        MemorySink::of(scene, vec![batch(0), batch(2)], Vec::new())
     }
 
     fn diagnostic(severity: Severity, face: Option<u32>) -> Diagnostic {
@@ -514,8 +508,7 @@ mod tests {
             worker: 0,
             mesh: PatchMesh { triangles: vec![[0, 1, 2]], ..PatchMesh::default() },
         };
-        let sink =
-            MemorySink { scene: prepared.scene.clone(), batches: faces.map(batch).collect(), edge_lines: Vec::new() };
+        let sink = MemorySink::of(prepared.scene.clone(), faces.map(batch).collect(), Vec::new());
         let report = Report::of(&sink, &prepared, &made);
         let told = &report.diagnostics;
         assert_eq!(told.len(), 2, "{told:?}");
