@@ -33,13 +33,24 @@ impl Gpu {
         Ok(Self { device, queue, format, pipelines, indirect })
     }
 
-    /// What `work` makes, unless the device reports an error meanwhile: outside a scope it would panic.
+    /// Whether there can be a picture of so many pixels.
+    pub(super) fn takes(&self, size: (u32, u32)) -> Result<(), RenderError> {
+        let limit = self.device.limits().max_texture_dimension_2d;
+        let possible = (1..=limit).contains(&size.0) && (1..=limit).contains(&size.1);
+        if possible { Ok(()) } else { Err(RenderError::Size { size, limit }) }
+    }
+
+    /// As [`checked`].
     pub(super) fn checked<T>(&self, work: impl FnOnce(&::wgpu::Device) -> T) -> Result<T, RenderError> {
         checked(&self.device, work)
     }
 }
 
-fn checked<T>(device: &::wgpu::Device, work: impl FnOnce(&::wgpu::Device) -> T) -> Result<T, RenderError> {
+/// What `work` makes, unless the device reports an error meanwhile: outside a scope it would panic.
+pub(super) fn checked<T>(
+    device: &::wgpu::Device,
+    work: impl FnOnce(&::wgpu::Device) -> T,
+) -> Result<T, RenderError> {
     let memory = device.push_error_scope(::wgpu::ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(::wgpu::ErrorFilter::Validation);
     let internal = device.push_error_scope(::wgpu::ErrorFilter::Internal);

@@ -2,8 +2,8 @@
 
 use super::adapter::{self, NoAdapter};
 use super::gpu::Gpu;
-use super::live::LiveScene;
-use super::target::{COLOUR_FORMAT, read_back, texture, whole};
+use super::live::{Drew, LiveScene};
+use super::target::{COLOUR_FORMAT, texture, whole};
 use super::{Image, RenderOptions};
 use crate::mesh::{MemorySink, MeshSink, SinkError};
 use crate::out::ViewPoint;
@@ -71,15 +71,16 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`LiveScene::draw`].
-    pub fn picture(&self, scene: &mut LiveScene, view: usize, options: &RenderOptions) -> Result<Image, RenderError> {
-        let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        let (width, height) = options.size;
-        if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
-            return Err(RenderError::Size { size: options.size, limit });
-        }
+    pub fn picture(
+        &self,
+        scene: &mut LiveScene,
+        view: usize,
+        options: &RenderOptions,
+    ) -> Result<(Image, Drew), RenderError> {
+        self.gpu.takes(options.size)?;
         let target = self.gpu.checked(|_| texture(&self.gpu, options.size, COLOUR_FORMAT, 1, TextureUsages::COPY_SRC))?;
-        scene.draw(&whole(&target), view, options)?;
-        Ok(Image { width, height, pixels: read_back(&self.gpu, &target, 4)? })
+        let drew = scene.draw(&whole(&target), view, options)?;
+        Ok((Image::read(&self.gpu.device, &self.gpu.queue, &target)?, drew))
     }
 
     /// Draws every instance of a frame, with the tiles that are drawn in its first view. Colours are drawn opaque, whatever their
@@ -101,7 +102,8 @@ impl Renderer {
             });
             ViewPoint::ISO.fit(points, aspect)
         });
-        self.picture(&mut scene, 0, &RenderOptions { camera: Some(camera), ..*options })
+        let options = RenderOptions { camera: Some(camera), ..*options };
+        self.picture(&mut scene, 0, &options).map(|(image, _)| image)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Textures that are drawn to, and their pixels back in memory.
 
-use super::gpu::Gpu;
+use super::gpu::{Gpu, checked};
 use super::RenderError;
 use ::wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
@@ -53,11 +53,16 @@ impl Samples {
 }
 
 /// Waits for everything submitted, then copies a texture's pixels, `bytes` each, row by row from the top.
-pub(super) fn read_back(gpu: &Gpu, texture: &Texture, bytes: u32) -> Result<Vec<u8>, RenderError> {
+pub(super) fn read_back(
+    device: &::wgpu::Device,
+    queue: &::wgpu::Queue,
+    texture: &Texture,
+    bytes: u32,
+) -> Result<Vec<u8>, RenderError> {
     let Extent3d { width, height, .. } = texture.size();
     let row = bytes * width;
     let padded = row.next_multiple_of(::wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.checked(|device| {
+    let buffer = checked(device, |device| {
         let buffer = device.create_buffer(&::wgpu::BufferDescriptor {
             label: Some("pixels"),
             size: u64::from(padded) * u64::from(height),
@@ -71,7 +76,7 @@ pub(super) fn read_back(gpu: &Gpu, texture: &Texture, bytes: u32) -> Result<Vec<
             ::wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
             texture.size(),
         );
-        gpu.queue.submit([encoder.finish()]);
+        queue.submit([encoder.finish()]);
         buffer
     })?;
     let (sender, receiver) = std::sync::mpsc::channel();
@@ -80,7 +85,7 @@ pub(super) fn read_back(gpu: &Gpu, texture: &Texture, bytes: u32) -> Result<Vec<
         let _ = sender.send(result);
     });
     let failed = |cause: &dyn std::fmt::Display| RenderError::Device(cause.to_string());
-    gpu.device.poll(::wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
+    device.poll(::wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
     receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
     let rows = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
     let mut pixels = Vec::with_capacity(row as usize * height as usize);

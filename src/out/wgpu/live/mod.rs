@@ -154,11 +154,7 @@ impl LiveScene {
         view: usize,
         options: &RenderOptions,
     ) -> Result<Drew, RenderError> {
-        let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        let (width, height) = options.size;
-        if !(1..=limit).contains(&width) || !(1..=limit).contains(&height) {
-            return Err(RenderError::Size { size: options.size, limit });
-        }
+        self.gpu.takes(options.size)?;
         let camera = self.camera(options);
         let gpu = self.gpu.clone();
         gpu.checked(|device| {

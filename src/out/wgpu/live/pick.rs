@@ -72,7 +72,7 @@ impl LiveScene {
             gpu.queue.submit([encoder.finish()]);
             target
         })?;
-        let seen = read_back(&self.gpu, &seen, 8)?;
+        let seen = read_back(&self.gpu.device, &self.gpu.queue, &seen, 8)?;
         let word = |k: usize| seen.get(4 * k..4 * k + 4).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
         let Some(row) = word(0).checked_sub(1) else { return Ok(None) };
         let (place, tile) = self.records.tile_of(row);
