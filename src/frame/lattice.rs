@@ -86,7 +86,7 @@ pub(super) fn places<'a>(
 }
 
 /// Strips of the bounds table under `[lo, hi]`.
-fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
+pub(super) fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
     let n = breaks.len() - 1;
     let first = breaks.partition_point(|&x| x <= lo).saturating_sub(1).min(n - 1);
     let last = breaks.partition_point(|&x| x < hi).clamp(first + 1, n);

@@ -6,7 +6,7 @@ use super::density::Density;
 use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::tolerance::Tolerance;
-use crate::mesh::{ScenePart, TileId};
+use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
 use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, StripBounds, UvCurve};
 use std::f64::consts::FRAC_PI_2;
@@ -74,6 +74,8 @@ pub struct PartPlan {
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,
+    /// What of it is drawn; everything, unless it is a [`Planner`](super::Planner)'s.
+    pub drawn: Drawn,
     /// What is coarser than the tolerance asks; `None` if nothing is.
     pub shortfall: Option<Shortfall>,
 }
@@ -139,7 +141,7 @@ pub(super) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimi
             .map(|(k, (part, asked))| plan_part(PartId::new(k), part, asked, &mut budget, &mut shortfall))
             .collect();
         if let Some(parts) = parts {
-            return Plan { parts, shortfall: shortfall.if_any() };
+            return Plan { parts, drawn: Drawn::default(), shortfall: shortfall.if_any() };
         }
         if round == 0 {
             shortfall.needed = triangles_asked(prepared, asked, limits);
