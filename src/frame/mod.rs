@@ -20,11 +20,19 @@ pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 mod narrow;
 
 mod plan;
-mod refill;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
+
+mod planner;
+pub use planner::{PlanChanges, Planner, PlannerOptions};
+
+mod rate;
 
 mod record;
 pub use record::{TileRecord, record_tile};
+
+mod refill;
+
+mod shown;
 
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
