@@ -22,6 +22,7 @@ fn renderer() -> Option<&'static Renderer> {
     let made = RENDERER.get_or_init(|| match Renderer::new() {
         Ok(renderer) => Some(renderer),
         Err(error) => {
+            assert!(!error.to_string().contains("Validation"), "an adapter, but the shaders are wrong: {error}");
             println!("skipped: {error}");
             None
         }
@@ -305,7 +306,8 @@ fn what_is_not_drawn_is_not_drawn() {
         renderer.render(&MemorySink::of(scene.clone(), batches, Vec::new()), &by).unwrap()
     };
     assert!(pictures[0] == only(0) && pictures[1] == only(1) && all == renderer.render(&frame, &by).unwrap());
-    let kept = MemorySink { drawn, ..frame };
+    let mut kept = frame;
+    kept.drawn = drawn;
     assert!(renderer.render(&kept, &by).unwrap() == pictures[0], "as a sink in memory has it");
 }
 

@@ -61,6 +61,18 @@ impl Renderer {
         format!("{} ({})", self.info.name, self.info.backend)
     }
 
+    /// The device, for drawings of the caller's own.
+    #[must_use]
+    pub fn device(&self) -> &::wgpu::Device {
+        &self.gpu.device
+    }
+
+    /// Its queue.
+    #[must_use]
+    pub fn queue(&self) -> &::wgpu::Queue {
+        &self.gpu.queue
+    }
+
     /// An empty scene on this device, for pictures as [`picture`](Self::picture) makes them.
     #[must_use]
     pub fn live(&self) -> LiveScene {

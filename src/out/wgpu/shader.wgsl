@@ -172,9 +172,9 @@ fn corner_of(drawn: Drawn, corner: u32) -> vec3<f32> {
 fn wire_vertex(@builtin(vertex_index) vertex: u32, drawn: Drawn) -> Line {
     let triangle = 3u * (vertex / 18u);
     let side = (vertex / 6u) % 3u;
-    let from = corner_of(drawn, triangle + side);
-    let to = corner_of(drawn, triangle + (side + 1u) % 3u);
-    return strip(from, to, vertex % 6u, globals.wire, globals.wire_width);
+    let first = corner_of(drawn, triangle + side);
+    let last = corner_of(drawn, triangle + (side + 1u) % 3u);
+    return strip(first, last, vertex % 6u, globals.wire, globals.wire_width);
 }
 
 @fragment
