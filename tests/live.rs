@@ -48,7 +48,10 @@ fn square(part: u32, tile: u32, cells: u32) -> Batch {
     let lines = || 0..if cells == 0 { 0 } else { cells + 1 };
     let at = |k: u32| f64::from(k) / f64::from(cells);
     let corners = (0..cells).flat_map(|j| (0..cells).map(move |i| j * (cells + 1) + i));
-    let positions: Vec<DVec3> = lines().flat_map(|j| lines().map(move |i| (i, j))).map(|(i, j)| DVec3::new(x + at(i), y + at(j), 0.0)).collect();
+    let positions: Vec<DVec3> = lines()
+        .flat_map(|j| lines().map(move |i| (i, j)))
+        .map(|(i, j)| DVec3::new(x + at(i), y + at(j), 0.0))
+        .collect();
     Batch {
         part: PartId(part),
         face: FaceId(tile / 4),
@@ -162,7 +165,8 @@ fn changes_show_what_a_whole_frame_shows() {
     let mut pictures = Vec::new();
     for frame in 0..24 {
         let (_, by) = ColourBy::ALL[frame % ColourBy::ALL.len()];
-        let options = RenderOptions { wireframe: frame % 3 == 0, edges: frame % 2 == 0, backfaces: true, ..options(by) };
+        let options =
+            RenderOptions { wireframe: frame % 3 == 0, edges: frame % 2 == 0, backfaces: true, ..options(by) };
         let incremental = picture(renderer, &mut live, &options);
         let from_scratch = renderer.render(&memory, &options).unwrap();
         assert!(incremental == from_scratch, "frame {frame} by {by:?}");
@@ -191,7 +195,11 @@ fn only_what_changed_is_sent() {
     assert_eq!(live.uploaded(), 2 * (64 * (9 * 16 + 8 * 6) + 4 * 4 * 12));
     let view = options(ColourBy::Part);
     let first = live_bytes(renderer, &mut live, &view);
-    assert_eq!(live_bytes(renderer, &mut live, &view), first - records_and_draws(3 * 64), "the same again: where things are");
+    assert_eq!(
+        live_bytes(renderer, &mut live, &view),
+        first - records_and_draws(3 * 64),
+        "the same again: where things are"
+    );
     let changes = Changes { batches: vec![square(0, 3, 4), square(1, 5, 0)], lines: Vec::new() };
     changes.play(&scene, &mut live).unwrap();
     live.end().unwrap();
@@ -342,7 +350,12 @@ fn a_pixel_tells_what_it_shows() {
     // Of a box, the nearest side.
     let boxed = box_frame(DVec3::splat(20.0), &[DAffine3::from_translation(DVec3::splat(1e6))]);
     send(&boxed, &mut live);
-    let above = Camera { eye: DVec3::new(1e6 + 10.0, 1e6 + 10.0, 1e6 + 90.0), target: DVec3::splat(1e6 + 10.0), up: DVec3::Y, fov_y: 0.5 };
+    let above = Camera {
+        eye: DVec3::new(1e6 + 10.0, 1e6 + 10.0, 1e6 + 90.0),
+        target: DVec3::splat(1e6 + 10.0),
+        up: DVec3::Y,
+        fov_y: 0.5,
+    };
     let picked = live.pick((120, 90), 0, &RenderOptions { camera: Some(above), ..view }).unwrap().unwrap();
     assert_eq!(picked.face, FaceId(1));
     assert!((picked.point.z - 1e6 - 20.0).abs() < 1e-4 && live.uploaded() > 0);

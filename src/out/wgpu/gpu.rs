@@ -47,10 +47,7 @@ impl Gpu {
 }
 
 /// What `work` makes, unless the device reports an error meanwhile: outside a scope it would panic.
-pub(super) fn checked<T>(
-    device: &::wgpu::Device,
-    work: impl FnOnce(&::wgpu::Device) -> T,
-) -> Result<T, RenderError> {
+pub(super) fn checked<T>(device: &::wgpu::Device, work: impl FnOnce(&::wgpu::Device) -> T) -> Result<T, RenderError> {
     let memory = device.push_error_scope(::wgpu::ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(::wgpu::ErrorFilter::Validation);
     let internal = device.push_error_scope(::wgpu::ErrorFilter::Internal);

@@ -80,10 +80,7 @@ impl Pipelines {
                     stencil: ::wgpu::StencilState::default(),
                     bias: ::wgpu::DepthBiasState::default(),
                 }),
-                multisample: ::wgpu::MultisampleState {
-                    count: kind.samples,
-                    ..::wgpu::MultisampleState::default()
-                },
+                multisample: ::wgpu::MultisampleState { count: kind.samples, ..::wgpu::MultisampleState::default() },
                 fragment: Some(::wgpu::FragmentState {
                     module: &shader,
                     entry_point: Some(kind.fragment),
@@ -104,7 +101,8 @@ impl Pipelines {
             target: lit.clone(),
             samples: SAMPLES,
         };
-        let line = Kind { fragment: "line_fragment", depth: CompareFunction::GreaterEqual, target: lit.clone(), ..surface };
+        let line =
+            Kind { fragment: "line_fragment", depth: CompareFunction::GreaterEqual, target: lit.clone(), ..surface };
         Self {
             backdrop: pipeline(&Kind {
                 vertex: "backdrop_vertex",
@@ -114,12 +112,7 @@ impl Pipelines {
                 target: lit.clone(),
                 ..surface
             }),
-            pick: pipeline(&Kind {
-                fragment: "pick_fragment",
-                target: PICK_FORMAT.into(),
-                samples: 1,
-                ..surface
-            }),
+            pick: pipeline(&Kind { fragment: "pick_fragment", target: PICK_FORMAT.into(), samples: 1, ..surface }),
             wire: pipeline(&Kind {
                 vertex: "wire_vertex",
                 groups: &[Some(&view), None, Some(&triangles)],
@@ -127,7 +120,12 @@ impl Pipelines {
                 target: lit.clone(),
                 ..line
             }),
-            edge: pipeline(&Kind { vertex: "edge_vertex", groups: &[Some(&view), Some(&points)], buffers: &[], ..line }),
+            edge: pipeline(&Kind {
+                vertex: "edge_vertex",
+                groups: &[Some(&view), Some(&points)],
+                buffers: &[],
+                ..line
+            }),
             surface: pipeline(&surface),
             view,
             points,
@@ -139,7 +137,8 @@ impl Pipelines {
 fn layout(device: &::wgpu::Device, types: &[BufferBindingType]) -> BindGroupLayout {
     let entry = |(binding, &ty): (usize, &BufferBindingType)| ::wgpu::BindGroupLayoutEntry {
         binding: binding as u32,
-        visibility: ShaderStages::VERTEX | if ty == BufferBindingType::Uniform { ShaderStages::FRAGMENT } else { ShaderStages::NONE },
+        visibility: ShaderStages::VERTEX
+            | if ty == BufferBindingType::Uniform { ShaderStages::FRAGMENT } else { ShaderStages::NONE },
         ty: ::wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
         count: None,
     };

@@ -90,7 +90,8 @@ impl Renderer {
         options: &RenderOptions,
     ) -> Result<(Image, Drew), RenderError> {
         self.gpu.takes(options.size)?;
-        let target = self.gpu.checked(|_| texture(&self.gpu, options.size, COLOUR_FORMAT, 1, TextureUsages::COPY_SRC))?;
+        let target =
+            self.gpu.checked(|_| texture(&self.gpu, options.size, COLOUR_FORMAT, 1, TextureUsages::COPY_SRC))?;
         let drew = scene.draw(&whole(&target), view, options)?;
         Ok((Image::read(&self.gpu.device, &self.gpu.queue, &target)?, drew))
     }

@@ -1,7 +1,7 @@
 //! Textures that are drawn to, and their pixels back in memory.
 
-use super::gpu::{Gpu, checked};
 use super::RenderError;
+use super::gpu::{Gpu, checked};
 use ::wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
 /// What pictures are read back from: shaders write linear light; the target encodes and resolves it.

@@ -68,10 +68,8 @@ fn point(text: &str) -> Result<(f32, f32), String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &ViewArgs, common: &Common) -> Result<Done, Failure> {
-    let workers = common.workers.map_or_else(
-        || std::thread::available_parallelism().map_or(1, usize::from),
-        usize::from,
-    );
+    let workers =
+        common.workers.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let looks = Looks {
         camera: args.camera.fit([], 1.0),
         colour_by: args.color_by,

@@ -6,7 +6,7 @@ use std::time::Duration;
 use trimtess::out::wgpu::{BytesHeld, ColourBy, Drew};
 
 /// Points.
-pub(super) const WIDTH: f32 = 250.0;
+pub(super) const WIDTH: f32 = 260.0;
 
 /// What the last frame that changed something cost, by stage.
 #[derive(Clone, Debug, Default)]
@@ -108,7 +108,8 @@ fn costs(costs: &Costs) -> Vec<(&'static str, String)> {
     vec![
         ("plan", ms(costs.planned)),
         ("tiles made", format!("{} in {}", costs.tiles, ms(costs.made))),
-        ("busiest, mean worker", format!("{}, {}", ms(busiest), ms(mean))),
+        ("busiest worker", ms(busiest)),
+        ("mean worker", ms(mean)),
         ("commit", ms(costs.committed)),
         ("draw calls", format!("{} in {}", costs.drew.tiles, ms(costs.drawn))),
         ("pictures", if between > 0.0 { format!("{:.0} / s", 1.0 / between) } else { "–".to_owned() }),
@@ -130,7 +131,8 @@ fn rows(ui: &mut Ui, id: &str, rows: &[(&'static str, String)]) {
 
 fn thousands(number: u64) -> String {
     let digits = number.to_string();
-    let groups: Vec<&str> = digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
+    let groups: Vec<&str> =
+        digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
     groups.join(" ")
 }
 

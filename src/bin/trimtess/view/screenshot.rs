@@ -30,7 +30,10 @@ pub(super) fn write(
     let most = device.limits().max_texture_dimension_2d;
     let size = args.size;
     if size.0 > most || size.1 > most {
-        return Err(Failure::Usage(format!("a window of {} × {} pixels; each side may be 1 to {most}", size.0, size.1)));
+        return Err(Failure::Usage(format!(
+            "a window of {} × {} pixels; each side may be 1 to {most}",
+            size.0, size.1
+        )));
     }
     let format = TextureFormat::Rgba8UnormSrgb;
     let target = device.create_texture(&wgpu::TextureDescriptor {

@@ -8,16 +8,19 @@ use super::panel::{self, Costs, Told};
 use crate::input::Input;
 use crate::render;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use trimtess::glam::DVec3;
-use trimtess::out::{Camera, ViewPoint};
 use trimtess::out::wgpu::{LiveScene, Picked, RenderOptions};
+use trimtess::out::{Camera, ViewPoint};
 use trimtess::parallel::{FrameError, FrameReport, Session, SessionOptions, WorkerMetrics};
 use trimtess::prepare::Prepared;
 use wgpu::{Texture, TextureFormat, TextureUsages, TextureViewDescriptor};
 
 /// What scenes are drawn into.
 const PICTURE_FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
+
+/// How long a picture waits for workers before it shows the last frame once more.
+const AWAITED: Duration = Duration::from_millis(8);
 
 /// A window's content, with or without a window.
 pub(super) struct Viewer {
@@ -32,6 +35,8 @@ pub(super) struct Viewer {
     pub(super) looks: Looks,
     told: Told,
     last: Instant,
+    /// Where the pointer was last while it dragged.
+    hand: Option<egui::Pos2>,
     /// Whether frames are waited for: pictures of scripts show what was asked for.
     patient: bool,
 }
@@ -69,7 +74,10 @@ impl Viewer {
     ) -> Result<Self, String> {
         let scene = LiveScene::new(device, queue, PICTURE_FORMAT).map_err(|error| error.to_string())?;
         let egui = egui::Context::default();
-        egui.set_visuals(egui::Visuals::dark());
+        egui.set_visuals(egui::Visuals {
+            weak_text_color: Some(egui::Color32::from_gray(150)),
+            ..egui::Visuals::dark()
+        });
         Ok(Self {
             device: device.clone(),
             egui,
@@ -82,6 +90,7 @@ impl Viewer {
             looks,
             told: Told { name: "drop a STEP file here".to_owned(), ..Told::default() },
             last: Instant::now(),
+            hand: None,
             patient: false,
         })
     }
@@ -214,11 +223,15 @@ impl Viewer {
             let [x, y] = place(at);
             self.scene.pick((x.max(0.0) as u32, y.max(0.0) as u32), 0, &options).ok().flatten()
         };
-        if let Some(at) = response.interact_pointer_pos() {
-            if response.drag_started() || ui.input(|input| input.pointer.any_pressed()) {
-                model.pivot = under(at).map_or(self.looks.camera.target, |picked| picked.point);
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+            // A slow picture may see the button go down and the hand move at once.
+            let held = response.drag_started() || self.hand.is_none();
+            let start = ui.input(|input| input.pointer.press_origin()).unwrap_or(at);
+            if held {
+                model.pivot = under(start).map_or(self.looks.camera.target, |picked| picked.point);
             }
-            let moved = response.drag_delta();
+            let moved = at - self.hand.filter(|_| !held).unwrap_or(start);
+            self.hand = Some(at);
             let sliding = response.dragged_by(egui::PointerButton::Secondary)
                 || response.dragged_by(egui::PointerButton::Middle)
                 || ui.input(|input| input.modifiers.shift);
@@ -232,6 +245,8 @@ impl Viewer {
                     camera.orbited(model.pivot, angle(moved.x), -angle(moved.y))
                 };
             }
+        } else {
+            self.hand = None;
         }
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
             model.picked = under(at);
@@ -317,6 +332,11 @@ impl Viewer {
                 *model.underway.insert(self.looks.camera)
             }
         };
+        // Most frames of a moving camera are made before the next picture would be.
+        let start = Instant::now();
+        while !self.patient && !model.session.is_made() && start.elapsed() < AWAITED {
+            std::thread::sleep(AWAITED / 32);
+        }
         if self.patient || model.session.is_made() {
             let report = model.session.finish(&mut self.scene).map_err(failed)?;
             (model.underway, model.shown, model.deferred) = (None, Some(camera), report.deferred > 0);
@@ -362,9 +382,8 @@ impl Viewer {
 
 /// Notes what a frame cost. Where nothing changed, the last one that did stays.
 fn tell(costs: &mut Costs, report: &FrameReport, sent: u64) {
-    costs.planned = report.planned_in;
     if report.batches > 0 {
-        (costs.made, costs.committed) = (report.made_in, report.committed_in);
+        (costs.planned, costs.made, costs.committed) = (report.planned_in, report.made_in, report.committed_in);
         (costs.tiles, costs.sent) = (report.tiles, sent);
         costs.workers = report.workers.iter().map(WorkerMetrics::busy).collect();
     }

@@ -1,9 +1,9 @@
 //! Tiles that are drawn to draw calls: one a tile and instance, those from the same pages side by side.
 
+use super::super::gpu::Gpu;
 use super::records::Records;
 use super::shown::Shown;
 use super::store::Store;
-use super::super::gpu::Gpu;
 use ::wgpu::util::{DrawIndexedIndirectArgs, DrawIndirectArgs};
 use ::wgpu::{BindGroup, Buffer, BufferDescriptor, BufferUsages, IndexFormat, RenderPass};
 use bytemuck::Pod;

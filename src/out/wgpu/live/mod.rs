@@ -51,6 +51,8 @@ pub struct LiveScene {
     pending: Option<Pending>,
     /// Counts frames, so that each list knows whether it is up to date.
     version: u64,
+    /// The same for frames that change what there is of edges.
+    edges_version: u64,
     records: Records,
     record_rows: Rows,
     /// By view.
@@ -112,11 +114,7 @@ impl LiveScene {
     ///
     /// # Errors
     /// When the device does not take the shaders.
-    pub fn new(
-        device: &::wgpu::Device,
-        queue: &::wgpu::Queue,
-        format: TextureFormat,
-    ) -> Result<Self, RenderError> {
+    pub fn new(device: &::wgpu::Device, queue: &::wgpu::Queue, format: TextureFormat) -> Result<Self, RenderError> {
         Ok(Self::with(Gpu::new(device.clone(), queue.clone(), format)?))
     }
 
@@ -128,6 +126,7 @@ impl LiveScene {
             whole: false,
             pending: None,
             version: 1,
+            edges_version: 1,
             records: Records::default(),
             record_rows: Rows::new(BufferUsages::VERTEX),
             tiles: Vec::new(),
@@ -148,12 +147,7 @@ impl LiveScene {
     ///
     /// # Errors
     /// When the picture is larger than the adapter allows, or the device fails.
-    pub fn draw(
-        &mut self,
-        target: &TextureView,
-        view: usize,
-        options: &RenderOptions,
-    ) -> Result<Drew, RenderError> {
+    pub fn draw(&mut self, target: &TextureView, view: usize, options: &RenderOptions) -> Result<Drew, RenderError> {
         self.gpu.takes(options.size)?;
         let camera = self.camera(options);
         let gpu = self.gpu.clone();
@@ -166,7 +160,7 @@ impl LiveScene {
                 bytes += self.tiles[view].refresh_wires(&gpu, &self.store);
             }
             if options.edges {
-                bytes += self.edges.refresh(&gpu, &self.shown, &self.store, self.version);
+                bytes += self.edges.refresh(&gpu, &self.shown, &self.store, self.edges_version);
             }
             let Some(samples) = &self.samples else { return Drew::default() };
             let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());

@@ -1,8 +1,8 @@
 //! Tiles of instances to what their draws say: where the triangles are, which placement, which colour.
 
-use super::shown::Shown;
 use super::super::ColourBy;
 use super::super::palette::{Painted, Palette};
+use super::shown::Shown;
 use bytemuck::{Pod, Zeroable};
 
 /// What a tile of an instance is drawn with: a row of a vertex buffer that the draw's instance number points to.

@@ -85,7 +85,8 @@ impl Shown {
         let mut end = 0;
         for (number, part) in self.parts.iter_mut().enumerate() {
             let start = end;
-            end += self.places[start as usize..].iter().take_while(|place| place.part as usize == number).count() as u32;
+            end +=
+                self.places[start as usize..].iter().take_while(|place| place.part as usize == number).count() as u32;
             part.places = start..end;
         }
     }
@@ -99,7 +100,8 @@ impl Shown {
     pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.places.iter().flat_map(|place| {
             let Part { centre, radius, .. } = self.parts[place.part as usize];
-            let corner = move |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { radius } else { -radius }));
+            let corner =
+                move |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { radius } else { -radius }));
             (0..8).map(move |k| place.transform.transform_point3(centre + corner(k)))
         })
     }

@@ -1,9 +1,9 @@
 //! A camera to what shaders know of it: everything relative to the eye, subtracted in f64, so that large worlds do not tremble.
 
-use super::lists::{Rows, bind};
-use super::shown::Shown;
 use super::super::RenderOptions;
 use super::super::gpu::Gpu;
+use super::lists::{Rows, bind};
+use super::shown::Shown;
 use crate::out::{Camera, colour};
 use ::wgpu::{BindGroup, BufferUsages};
 use bytemuck::{Pod, Zeroable};
@@ -64,7 +64,13 @@ impl Sight {
     }
 
     /// Has what is drawn next seen so; and how many bytes that took.
-    pub(super) fn refresh(&mut self, gpu: &Gpu, shown: &Shown, aim: &Aim<'_>, options: &RenderOptions) -> (BindGroup, u64) {
+    pub(super) fn refresh(
+        &mut self,
+        gpu: &Gpu,
+        shown: &Shown,
+        aim: &Aim<'_>,
+        options: &RenderOptions,
+    ) -> (BindGroup, u64) {
         let eye = aim.camera.eye;
         self.rows.clear();
         self.rows.extend(shown.places.iter().map(|place| {

@@ -73,6 +73,7 @@ impl LiveScene {
 
     /// Has the pending frame drawn from now on.
     fn commit(&mut self, Pending { base, tiles, lines, drawn }: Pending) {
+        let mut edges_changed = !lines.is_empty();
         let mut old_tiles = Vec::new();
         let mut old_lines = Vec::new();
         match base {
@@ -83,12 +84,14 @@ impl LiveScene {
                     old_lines.extend(part.lines.into_iter().flatten());
                 }
                 self.records.stale_all();
+                edges_changed = true;
             }
             Base::Changes(places) => {
                 let same = places.len() == self.shown.places.len()
                     && places.iter().zip(&self.shown.places).all(|(new, old)| new.looks_like(old));
                 if !same {
                     self.records.stale_all();
+                    edges_changed = true;
                 }
                 self.shown.place(places);
             }
@@ -104,6 +107,7 @@ impl LiveScene {
         old_lines.into_iter().for_each(|line| self.store.drop_line(line));
         self.shown.drawn = drawn;
         self.version += 1;
+        self.edges_version += u64::from(edges_changed);
     }
 }
 

@@ -92,10 +92,11 @@ impl Store {
             rate: rate(batch),
         };
         let bytes = bytemuck::cast_slice(vertices);
-        let written = self.staging.write(gpu, self.vertices.buffer(at.page), self.vertices.offset(&at), bytes).and_then(|()| {
-            let bytes = bytemuck::cast_slice(indices);
-            self.staging.write(gpu, self.indices.buffer(indices_at.page), self.indices.offset(&indices_at), bytes)
-        });
+        let written =
+            self.staging.write(gpu, self.vertices.buffer(at.page), self.vertices.offset(&at), bytes).and_then(|()| {
+                let bytes = bytemuck::cast_slice(indices);
+                self.staging.write(gpu, self.indices.buffer(indices_at.page), self.indices.offset(&indices_at), bytes)
+            });
         if let Err(error) = written {
             self.drop_tile(tile);
             return Err(error);
