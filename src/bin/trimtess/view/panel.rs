@@ -62,6 +62,7 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &Told) -> Vec<Action> 
         }
     });
     ui.separator();
+    ui.spacing_mut().item_spacing = egui::vec2(6.0, 3.0);
     ui.horizontal_wrapped(|ui| {
         for (name, by) in ColourBy::ALL {
             ui.selectable_value(&mut looks.colour_by, by, name);
@@ -120,7 +121,7 @@ fn costs(costs: &Costs) -> Vec<(&'static str, String)> {
 }
 
 fn rows(ui: &mut Ui, id: &str, rows: &[(&'static str, String)]) {
-    Grid::new(id).num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
+    Grid::new(id).num_columns(2).spacing([10.0, 1.0]).min_row_height(0.0).show(ui, |ui| {
         for (name, value) in rows {
             ui.label(RichText::new(*name).weak());
             ui.add(egui::Label::new(value).wrap());

@@ -27,8 +27,8 @@ struct Page {
     ranges: usize,
 }
 
-/// Buffers for one kind of content. Growing adds a page and touches no other; each new page is as large as all before it
-/// together, within bounds, so that there are few and at most half of them is spare.
+/// Buffers for one kind of content. Growing adds a page and touches no other; each new page is half as large as all before
+/// it together, within bounds, so that there are few and little of them is spare.
 pub(super) struct Pages {
     label: &'static str,
     usage: BufferUsages,
@@ -59,8 +59,8 @@ impl Pages {
             }
         }
         let most = (MOST_BYTES / self.unit) as u32;
-        let so_far = (self.bytes() / self.unit).min(u64::from(most)) as u32;
-        let size = findable(so_far.clamp(self.first, most).max(units));
+        let half = (self.bytes() / self.unit / 2).min(u64::from(most)) as u32;
+        let size = findable(half.clamp(self.first, most).max(units));
         let bytes = u64::from(size) * self.unit;
         let limits = gpu.device.limits();
         let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);

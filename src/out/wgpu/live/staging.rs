@@ -4,8 +4,8 @@ use super::super::RenderError;
 use super::super::gpu::Gpu;
 use ::wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor};
 
-/// What is gathered before it goes: some thousand tiles.
-const CAPACITY: usize = 1 << 20;
+/// What is gathered before it goes: some hundred tiles.
+const CAPACITY: usize = 1 << 18;
 
 /// Bytes on their way. They are gathered in memory, written at once into a buffer of the device, and copied from there: the
 /// queue makes (and takes back) a staging buffer for each write, so a write for each tile would cost more than the tile.
