@@ -176,6 +176,12 @@ impl Session {
         &self.scene
     }
 
+    /// The plan of the last frame of views; `None` before the first.
+    #[must_use]
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.live.as_ref().map(|live| live.planner.last())
+    }
+
     /// Places a part once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
     /// no such part.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
