@@ -2,7 +2,7 @@
 //! nothing that changes: no locks, no messages to other workers.
 
 use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, WorkerEnd};
-use super::metrics::Laps;
+use super::metrics::{Laps, Processor};
 use crate::frame::{Degradation, Rung, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
@@ -55,7 +55,7 @@ impl<S: Stages> Worker<S> {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
         delivery.metrics.worker = self.number;
-        let mut laps = Laps::start();
+        let (mut laps, processor) = (Laps::start(), Processor::start());
         for &(part, tile, face) in &self.hand.tiles {
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
             let (stages, scratch) = (&*self.stages, &mut self.scratch);
@@ -79,6 +79,7 @@ impl<S: Stages> Worker<S> {
             }
         }
         delivery.metrics.lines_time = laps.lap();
+        delivery.metrics.cpu = processor.used();
         delivery
     }
 
