@@ -22,6 +22,9 @@ pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 
 mod narrow;
 
+mod path;
+pub use path::{CameraPath, Picture, UnknownPath};
+
 mod plan;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
 

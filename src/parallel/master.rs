@@ -1,7 +1,7 @@
 //! Prepared model + worker count -> a session: tiles dealt once, plans broadcast, frames committed on the caller's thread.
 
 use super::crew::{Crew, StartError, Underway, Work};
-use super::distribute::{Load, deal};
+use super::distribute::{deal, loads};
 use super::metrics::Laps;
 use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
@@ -376,23 +376,10 @@ pub fn serial(
     Ok(commit(deliveries, &prepared.scene, Feed::All, sink, &mut laps)?.0)
 }
 
-/// What each worker owns. Tiles are dealt where their part's first instance stands; edges, far cheaper, in turn.
+/// What each worker owns: tiles as they are dealt; edges, far cheaper, in turn.
 fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
-    let mut place = vec![None; prepared.parts.len()];
-    for instance in &prepared.scene.instances {
-        if let Some(place) = place.get_mut(instance.part as usize) {
-            place.get_or_insert(instance.transform);
-        }
-    }
     let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
-    let loads: Vec<Load> = prepared
-        .tiles()
-        .map(|(part, _, tile)| {
-            let centre = place[part.index()].map_or(tile.centre, |place| place.transform_point3(tile.centre));
-            Load { centre, weight: tile.weight }
-        })
-        .collect();
-    let mut hands: Vec<Hand> = deal(&loads, workers)
+    let mut hands: Vec<Hand> = deal(&loads(prepared), workers)
         .into_iter()
         .map(|hand| Hand { tiles: hand.into_iter().map(|index| tiles[index]).collect(), edges: Vec::new() })
         .collect();

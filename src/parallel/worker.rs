@@ -2,7 +2,7 @@
 //! nothing that changes: no locks, no messages to other workers.
 
 use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, Order, Task, WorkerEnd};
-use super::metrics::Laps;
+use super::metrics::{Laps, Processor};
 use crate::frame::{Degradation, Rung, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
@@ -83,7 +83,7 @@ impl<S: Stages> Worker<S> {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
         delivery.metrics.worker = self.number;
-        let mut laps = Laps::start();
+        let (mut laps, processor) = (Laps::start(), Processor::start());
         for &(part, tile, face) in tiles {
             if frame < self.wanted_from.load(Ordering::Relaxed) {
                 return delivery;
@@ -110,6 +110,7 @@ impl<S: Stages> Worker<S> {
             }
         }
         delivery.metrics.lines_time = laps.lap();
+        delivery.metrics.cpu = processor.used();
         delivery
     }
 

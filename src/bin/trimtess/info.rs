@@ -6,7 +6,7 @@ use crate::limits::unprepared;
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::name;
-use crate::{Common, Done, Failure};
+use crate::{AsJson, Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -25,6 +25,8 @@ pub(crate) struct InfoArgs {
     patches: bool,
     #[command(flatten)]
     diagram: DiagramArgs,
+    #[command(flatten)]
+    told: AsJson,
 }
 
 /// Parts listed before the rest is only counted.
@@ -110,7 +112,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
         })
         .collect();
     drop(progress);
-    if common.json {
+    if args.told.json {
         let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the answer: {e}")))?;
         crate::tell(&(text + "\n"))?;
     } else {
