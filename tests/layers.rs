@@ -20,9 +20,10 @@ const MAY_USE: [(&str, &[&str]); 10] = [
 
 /// Libraries, and the only folders that may name them: work stealing would move tiles away from the worker that
 /// caches them, queues belong to the protocol of `parallel`, devices to pictures, windows to the command line alone.
-const CRATE_ONLY_IN: [(&str, &[&str]); 7] = [
+const CRATE_ONLY_IN: [(&str, &[&str]); 8] = [
     ("rayon", &["import", "prepare"]),
     ("crossbeam", &["parallel"]),
+    ("core_affinity", &["parallel"]),
     ("offset_allocator", &["out"]),
     ("pollster", &["out"]),
     ("winit", &[]),

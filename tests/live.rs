@@ -356,7 +356,8 @@ fn a_pixel_tells_what_it_shows() {
         up: DVec3::Y,
         fov_y: 0.5,
     };
-    let picked = live.pick((120, 90), 0, &RenderOptions { camera: Some(above), ..view }).unwrap().unwrap();
+    let view = RenderOptions { camera: Some(above), ..view };
+    let picked = live.pick((120, 90), 0, &view).unwrap().unwrap();
     assert_eq!(picked.face, FaceId(1));
     assert!((picked.point.z - 1e6 - 20.0).abs() < 1e-4 && live.uploaded() > 0);
 }

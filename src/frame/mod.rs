@@ -12,12 +12,18 @@ pub use ladder::{Ladder, Rung};
 
 mod lattice;
 
+mod levels;
+pub use levels::Levels;
+
 mod lift;
 
 mod limits;
 pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 
 mod narrow;
+
+mod path;
+pub use path::{CameraPath, Picture, UnknownPath};
 
 mod plan;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};

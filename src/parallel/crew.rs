@@ -1,6 +1,6 @@
 //! Threads and queues of a session: hands out frames, takes back what the workers made, gives them used buffers again.
 
-use super::handoff::{Delivery, Order, queues};
+use super::handoff::{Delivery, Order, Task, queues};
 use super::metrics::Laps;
 use super::render_thread::{Feed, FrameError, FrameReport, commit, gather};
 use super::worker::{Hand, Stages, Worker};
@@ -34,8 +34,8 @@ impl std::error::Error for StartError {
 
 /// What a frame asks of the workers.
 pub(super) enum Work {
-    /// All that each owns.
-    All,
+    /// All that each owns of the first so many parts.
+    All(usize),
     /// For each worker some of what it owns.
     Some(Vec<Hand>),
 }
@@ -62,7 +62,8 @@ pub(super) struct Crew<S: Stages> {
 
 impl<S: Stages> Crew<S> {
     /// One thread per hand. Threads already started end when a later one is refused.
-    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>) -> Result<Self, StartError> {
+    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, pin: bool) -> Result<Self, StartError> {
+        let cores = if pin { core_affinity::get_core_ids().unwrap_or_default() } else { Vec::new() };
         let mut crew = Self {
             orders: Vec::new(),
             deliveries: Vec::new(),
@@ -75,9 +76,16 @@ impl<S: Stages> Crew<S> {
             let (order, end, delivery) = queues();
             #[allow(clippy::cast_possible_truncation, reason = "threads are fewer than 2^32")]
             let worker_state = Worker::new(worker as u32, Arc::clone(stages), hand, Arc::clone(&crew.wanted_from));
+            let core = (!cores.is_empty()).then(|| cores[worker % cores.len()]);
             let thread = thread::Builder::new()
                 .name(format!("trimtess-worker-{worker}"))
-                .spawn(move || worker_state.serve(&end))
+                .spawn(move || {
+                    if let Some(core) = core {
+                        // Where that is refused, the system goes on choosing.
+                        core_affinity::set_for_current(core);
+                    }
+                    worker_state.serve(&end);
+                })
                 .map_err(|cause| StartError { worker, cause })?;
             crew.orders.push(order);
             crew.deliveries.push(delivery);
@@ -91,8 +99,8 @@ impl<S: Stages> Crew<S> {
         self.threads.len()
     }
 
-    /// Broadcasts the plan to the workers that have something to do.
-    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work) -> Result<Underway, FrameError> {
+    /// Broadcasts the plan to the workers that have something to do, who take the time of each tile if that is wanted.
+    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work, timed: bool) -> Result<Underway, FrameError> {
         let laps = Laps::start();
         let frame = self.next_frame;
         self.next_frame += 1;
@@ -100,18 +108,18 @@ impl<S: Stages> Crew<S> {
         for delivery in self.deliveries.iter().flat_map(Receiver::try_iter) {
             drop(delivery);
         }
-        let mut hands: Vec<Option<Hand>> = match work {
-            Work::All => vec![None; self.len()],
-            Work::Some(hands) => hands.into_iter().map(Some).collect(),
+        let tasks: Vec<Task> = match work {
+            Work::All(parts) => (0..self.len()).map(|_| Task::All(parts)).collect(),
+            Work::Some(hands) => hands.into_iter().map(Task::Some).collect(),
         };
-        hands.resize(self.len(), Some(Hand::default()));
         let mut asked = vec![false; self.len()];
-        for (worker, hand) in hands.into_iter().enumerate() {
-            if hand.as_ref().is_some_and(Hand::is_empty) {
+        for (worker, task) in tasks.into_iter().enumerate() {
+            if matches!(&task, Task::Some(hand) if hand.is_empty()) {
                 continue;
             }
             asked[worker] = true;
-            let order = Order { frame, plan: Arc::clone(plan), hand, spare: std::mem::take(&mut self.spare[worker]) };
+            let order =
+                Order { frame, plan: Arc::clone(plan), task, timed, spare: std::mem::take(&mut self.spare[worker]) };
             self.orders[worker].send(order).map_err(|_| FrameError::WorkerLost { worker })?;
         }
         Ok(Underway { frame, asked, laps })
@@ -146,15 +154,16 @@ impl<S: Stages> Crew<S> {
         }
     }
 
-    /// Makes one frame of everything and feeds it to the sink.
+    /// Makes one frame of everything in the first `parts` parts and feeds it to the sink.
     pub(super) fn frame(
         &mut self,
         plan: &Arc<S::Plan>,
+        parts: usize,
         scene: &Scene,
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next_frame).entered();
-        let mut underway = self.give(plan, Work::All)?;
+        let mut underway = self.give(plan, Work::All(parts), false)?;
         let deliveries = self.take(&underway)?;
         let (report, batches) = commit(deliveries, scene, Feed::All, sink, &mut underway.laps)?;
         self.recycle(batches);
@@ -237,7 +246,7 @@ mod tests {
             hand.tiles.push((PartId(k / 20), TileId(k), FaceId(k / 2)));
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
-        let crew = Crew::start(&fake, hands).unwrap();
+        let crew = Crew::start(&fake, hands, false).unwrap();
         (fake, crew)
     }
 
@@ -252,7 +261,7 @@ mod tests {
             let (_, mut crew) = start(None, workers);
             for plan in [0.5, 0.25] {
                 let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(plan), &Scene::default(), &mut sink).unwrap();
+                let report = crew.frame(&Arc::new(plan), 9, &Scene::default(), &mut sink).unwrap();
                 assert_eq!((report.batches, report.triangles), (TILES as usize, u64::from(TILES)));
                 assert_eq!(report.workers.len(), workers as usize);
                 assert!(sink.batches.is_sorted_by_key(|b| (b.part, b.tile)));
@@ -271,7 +280,7 @@ mod tests {
             let (fake, mut crew) = start(Some(11), workers);
             for frame in 1..=3 {
                 let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap();
+                let report = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut sink).unwrap();
                 assert_eq!(report.batches, TILES as usize - 1);
                 assert_eq!(fake.made.load(Ordering::Relaxed), frame * TILES);
                 let [bad] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
@@ -330,11 +339,11 @@ mod tests {
         let calls = 2 + 2 * TILES as usize;
         for at in [1, 2, TILES as usize + 2, calls] {
             let mut sink = Refusing { at, calls: 0, aborts: 0, ends: 0 };
-            let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap_err();
+            let error = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut sink).unwrap_err();
             assert_eq!(error.to_string(), "disk: full");
             assert_eq!((sink.calls, sink.aborts, sink.ends), (at, 1, usize::from(at == calls)));
         }
-        let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap();
+        let report = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut MemorySink::default()).unwrap();
         assert_eq!((report.frame, report.batches), (4, TILES as usize));
     }
 
@@ -343,7 +352,7 @@ mod tests {
         let (fake, mut crew) = start(None, 2);
         // Hanging up one worker's orders ends its thread, as a crash outside a tile would.
         crew.hang_up_on(1);
-        let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap_err();
+        let error = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut MemorySink::default()).unwrap_err();
         assert!(matches!(error, FrameError::WorkerLost { worker: 1 }), "{error}");
         drop(crew);
         assert_eq!(Arc::strong_count(&fake), 1, "a worker outlived its session");

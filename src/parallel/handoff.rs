@@ -7,6 +7,7 @@ use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Orders a worker may have waiting: the frame that it makes next.
 const ORDERS_AHEAD: usize = 1;
@@ -14,14 +15,24 @@ const ORDERS_AHEAD: usize = 1;
 /// Deliveries a worker may have waiting: the frame that the render thread commits next, and a late one.
 const DELIVERIES_AHEAD: usize = 2;
 
+/// What an order asks for.
+pub(super) enum Task {
+    /// All that the worker owns of the first so many parts.
+    All(usize),
+    /// Some of what it owns.
+    Some(Hand),
+}
+
 /// Master to worker: make your tiles by this plan.
 pub(super) struct Order<P> {
     /// Number of the frame, ascending.
     pub(super) frame: u64,
     /// The plan, the same for all workers.
     pub(super) plan: Arc<P>,
-    /// What of the worker's own to make; `None`: all of it.
-    pub(super) hand: Option<Hand>,
+    /// What of the worker's own to make.
+    pub(super) task: Task,
+    /// Whether to take the time of each tile.
+    pub(super) timed: bool,
     /// Buffers to make it in.
     pub(super) spare: Vec<PatchMesh>,
 }
@@ -33,6 +44,8 @@ pub(super) struct Delivery {
     pub(super) frame: u64,
     /// Batches, ascending by (part, tile); when a worker makes all that it owns, only those with triangles.
     pub(super) batches: Vec<Batch>,
+    /// What each tile took, if that was asked.
+    pub(super) times: Vec<(PartId, TileId, Duration)>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,
     /// Tiles that came out less than as stated, ascending by (part, tile).

@@ -1,15 +1,16 @@
 //! Prepared model + worker count -> a session: tiles dealt once, plans broadcast, frames committed on the caller's thread.
 
 use super::crew::{Crew, StartError, Underway, Work};
-use super::distribute::{Load, deal};
 use super::metrics::Laps;
+use super::owners::{Owners, hands};
 use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Hand, Stages, Worker};
-use crate::frame::{Plan, Planner, PlannerOptions, Scratch, TileOutcome, View, edge_line, tessellate_tile};
+use crate::frame::{Levels, Plan, Planner, PlannerOptions, Scratch, TileOutcome, View, edge_line, tessellate_tile};
 use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
 use crate::model::{EdgeId, PartId};
 use crate::prepare::Prepared;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
@@ -23,11 +24,19 @@ pub struct SessionOptions {
     pub edge_lines: bool,
     /// How views become plans.
     pub planner: PlannerOptions,
+    /// Meshes that a part which the model places more than once may have in frames of views, for instances at different
+    /// distances ([`Levels`]); 0 is taken as 1.
+    pub levels: usize,
+    /// Frames of views after which the master deals the tiles anew, by the time that they took in these; `None`: never.
+    pub redeal: Option<NonZeroU32>,
+    /// Whether each worker stays on one core, where the system allows that: for machines that do nothing else.
+    pub pin: bool,
 }
 
 impl SessionOptions {
     /// One worker per core, with edge lines.
-    pub const DEFAULT: Self = Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT };
+    pub const DEFAULT: Self =
+        Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT, levels: 4, redeal: None, pin: false };
 
     /// The same with `workers` threads.
     #[must_use]
@@ -39,6 +48,24 @@ impl SessionOptions {
     #[must_use]
     pub const fn with_edge_lines(self, edge_lines: bool) -> Self {
         Self { edge_lines, ..self }
+    }
+
+    /// The same with up to `levels` meshes of each part.
+    #[must_use]
+    pub const fn with_levels(self, levels: usize) -> Self {
+        Self { levels, ..self }
+    }
+
+    /// The same, dealing anew every `frames` frames of views; 0: never.
+    #[must_use]
+    pub const fn with_redeal(self, frames: u32) -> Self {
+        Self { redeal: NonZeroU32::new(frames), ..self }
+    }
+
+    /// The same with workers pinned to cores, or not.
+    #[must_use]
+    pub const fn with_pin(self, pin: bool) -> Self {
+        Self { pin, ..self }
     }
 
     /// The same with other knobs of the planner.
@@ -120,10 +147,12 @@ impl Stages for Prepared {
 /// # }
 /// ```
 pub struct Session {
+    /// With further rows of parts for their [`Levels`].
     prepared: Arc<Prepared>,
+    model: Scene,
     scene: Scene,
+    levels: Levels,
     crew: Crew<Prepared>,
-    /// Who makes each tile, by part; and whether edges have lines.
     owners: Owners,
     options: SessionOptions,
     /// Made with the first view.
@@ -157,11 +186,13 @@ impl Session {
             0 => thread::available_parallelism().map_or(1, usize::from),
             workers => workers,
         };
+        let model = prepared.scene.clone();
+        let (prepared, levels) = Levels::of(&prepared, options.levels);
         let hands = hands(&prepared, workers, options.edge_lines);
-        let owners = Owners::of(&prepared, &hands);
-        let crew = Crew::start(&prepared, hands)?;
+        let owners = Owners::of(&prepared, &hands, options.redeal);
+        let crew = Crew::start(&prepared, hands, options.pin)?;
         let scene = prepared.scene.clone();
-        Ok(Self { prepared, scene, crew, owners, options: options.clone(), live: None })
+        Ok(Self { prepared, model, scene, levels, crew, owners, options: options.clone(), live: None })
     }
 
     /// How many workers there are.
@@ -170,16 +201,36 @@ impl Session {
         self.crew.len()
     }
 
-    /// What the next frame of views shows: the model's parts, and its instances as they were added, moved and removed since.
+    /// What frames of views show: the model's parts, then further rows of those that have several meshes; and its instances as
+    /// they were added, moved and removed since, each with the row that it had in the last frame.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// Places a part once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
+    /// The plan of the last frame of views; `None` before the first.
+    #[must_use]
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.live.as_ref().map(|live| live.planner.last())
+    }
+
+    /// The prepared model as plans of frames of views see it: with further rows for parts that have several meshes.
+    #[must_use]
+    pub fn prepared(&self) -> &Arc<Prepared> {
+        &self.prepared
+    }
+
+    /// The part of the model that an instance is of; `None` if there is no such row.
+    #[must_use]
+    pub fn part_of(&self, row: usize) -> Option<PartId> {
+        self.levels.part_of(row).map(PartId)
+    }
+
+    /// Places a part of the model once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
     /// no such part.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
-        self.prepared.parts.get(instance.part as usize)?;
+        self.model.parts.get(instance.part as usize)?;
+        self.levels.push(instance.part);
         self.scene.instances.push(instance);
         self.number_faces();
         Some(self.scene.instances.len() - 1)
@@ -187,9 +238,11 @@ impl Session {
 
     /// Takes an instance away from the next frame of views on; those after it move up a row. `None` if there is no such row.
     pub fn remove_instance(&mut self, row: usize) -> Option<SceneInstance> {
-        let gone = (row < self.scene.instances.len()).then(|| self.scene.instances.remove(row));
+        let part = self.levels.part_of(row)?;
+        self.levels.remove(row);
+        let gone = self.scene.instances.remove(row);
         self.number_faces();
-        gone
+        Some(SceneInstance { part, ..gone })
     }
 
     /// Places an instance elsewhere from the next frame of views on. `false` if there is no such row.
@@ -215,7 +268,7 @@ impl Session {
     /// When the sink refuses (it has been told to abort; the session goes on) or a worker is gone (the session is over).
     pub fn frame(&mut self, plan: &Arc<Plan>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.forget();
-        self.crew.frame(plan, &self.prepared.scene, sink)
+        self.crew.frame(plan, self.model.parts.len(), &self.model, sink)
     }
 
     /// Brings `sink`, which must be the one of the last frame of views, up to date for what these views show together: shadow maps,
@@ -245,6 +298,7 @@ impl Session {
             upkeep: Upkeep::new(&self.prepared),
             begun: None,
         });
+        self.levels.assign(&mut self.scene.instances, views);
         let plan = Arc::clone(live.planner.plan(&self.scene.instances, views));
         let changes = live.planner.changes();
         live.upkeep.outdate(&self.prepared, changes);
@@ -256,7 +310,8 @@ impl Session {
         let planned_in = laps.lap();
         let hands = self.owners.share(&self.prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
-        let underway = if idle { None } else { Some(self.crew.give(&plan, Work::Some(hands))?) };
+        let underway =
+            if idle { None } else { Some(self.crew.give(&plan, Work::Some(hands), self.owners.wants_times())?) };
         live.begun = Some(Begun { plan, due, underway, planned_in, deferred });
         Ok(())
     }
@@ -305,6 +360,8 @@ impl Session {
             let frame = self.crew.next_frame();
             return Ok(FrameReport { frame, planned_in, deferred, ..FrameReport::default() });
         }
+        let times = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied());
+        self.owners.book(&self.prepared, times);
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
         let made = commit(deliveries, &self.scene, feed, sink, &mut laps);
         let (mut report, batches) = match made {
@@ -334,67 +391,7 @@ pub fn serial(
     let mut laps = Laps::start();
     let deliveries = hands(prepared, 1, edge_lines)
         .into_iter()
-        .map(|hand| Worker::new(0, Arc::clone(prepared), hand, Arc::default()).make_all(0, plan))
+        .map(|hand| Worker::new(0, Arc::clone(prepared), hand, Arc::default()).make_all(0, plan, prepared.parts.len()))
         .collect();
     Ok(commit(deliveries, &prepared.scene, Feed::All, sink, &mut laps)?.0)
-}
-
-/// What each worker owns. Tiles are dealt where their part's first instance stands; edges, far cheaper, in turn.
-fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
-    let mut place = vec![None; prepared.parts.len()];
-    for instance in &prepared.scene.instances {
-        if let Some(place) = place.get_mut(instance.part as usize) {
-            place.get_or_insert(instance.transform);
-        }
-    }
-    let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
-    let loads: Vec<Load> = prepared
-        .tiles()
-        .map(|(part, _, tile)| {
-            let centre = place[part.index()].map_or(tile.centre, |place| place.transform_point3(tile.centre));
-            Load { centre, weight: tile.weight }
-        })
-        .collect();
-    let mut hands: Vec<Hand> = deal(&loads, workers)
-        .into_iter()
-        .map(|hand| Hand { tiles: hand.into_iter().map(|index| tiles[index]).collect(), edges: Vec::new() })
-        .collect();
-    if edge_lines {
-        for (index, edge) in prepared.brep_edges().enumerate() {
-            hands[index % workers.max(1)].edges.push(edge);
-        }
-    }
-    hands
-}
-
-/// Which worker owns each tile.
-struct Owners {
-    parts: Vec<Vec<u32>>,
-    workers: usize,
-}
-
-impl Owners {
-    fn of(prepared: &Prepared, hands: &[Hand]) -> Self {
-        let mut parts: Vec<Vec<u32>> = prepared.parts.iter().map(|part| vec![0; part.tiles.len()]).collect();
-        for (worker, hand) in hands.iter().enumerate() {
-            for (part, tile, _) in &hand.tiles {
-                parts[part.index()][tile.0 as usize] = worker as u32;
-            }
-        }
-        Self { parts, workers: hands.len() }
-    }
-
-    /// What is due, for those who own it; edges, far cheaper, in turn.
-    fn share(&self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
-        let mut hands = vec![Hand::default(); self.workers];
-        for &(part, tile) in &due.tiles {
-            let worker = self.parts[part.index()][tile.0 as usize] as usize;
-            let face = prepared.parts[part.index()].tiles[tile.0 as usize].face;
-            hands[worker].tiles.push((part, tile, face));
-        }
-        for (k, &edge) in due.edges.iter().enumerate() {
-            hands[k % self.workers].edges.push(edge);
-        }
-        hands
-    }
 }

@@ -96,6 +96,7 @@ use limits::Budget;
 use rayon::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 /// Knobs of [`prepare`].
 #[derive(Clone, Debug, PartialEq)]
@@ -159,11 +160,11 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
     let mut parts = Vec::with_capacity(done.len());
     let mut without_area = Vec::with_capacity(done.len());
     for part in done {
-        parts.push(part.part);
+        parts.push(Arc::new(part.part));
         diagnostics.extend(part.diagnostics);
         without_area.push(part.without_area);
     }
-    let clouds: Vec<_> = parts.par_iter().map(extent::cloud).collect();
+    let clouds: Vec<_> = parts.par_iter().map(|part| extent::cloud(part)).collect();
     let scene = scene(&model, &clouds, without_area);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
@@ -313,7 +314,7 @@ fn scene(model: &Model, clouds: &[Vec<DVec3>], without_area: Vec<Vec<FaceId>>) -
         .map(|((p, cloud), without_area)| {
             let (centre, radius) = extent::centre(cloud).unwrap_or_default();
             let face_colours = p.faces.iter().map(|f| f.colour.or(p.colour)).collect();
-            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius }
+            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius, mesh_of: None }
         })
         .collect();
     let mut first_face = 0;

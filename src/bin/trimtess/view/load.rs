@@ -36,8 +36,7 @@ pub(super) struct Loading {
 
 impl Loader {
     pub(super) fn new(common: &Common) -> Self {
-        let threads = usize::from(common.workers.unwrap_or(0));
-        Self { limits: common.limits.clone(), prepare: common.prepare(), threads }
+        Self { limits: common.limits.clone(), prepare: common.prepare(), threads: common.workers() }
     }
 
     /// Reads and prepares, on this thread and the pool that it is in.

@@ -10,8 +10,8 @@ mod viewer;
 mod window;
 
 use crate::input::{self, Input};
-use crate::render::{DEFAULT_DEVIATION_PX, size};
-use crate::tessellate::positive;
+use crate::render::DEFAULT_DEVIATION_PX;
+use crate::tessellate::{positive, size};
 use crate::{Common, Done, Failure};
 use load::Loader;
 use looks::Looks;
@@ -68,8 +68,10 @@ fn point(text: &str) -> Result<(f32, f32), String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &ViewArgs, common: &Common) -> Result<Done, Failure> {
-    let workers =
-        common.workers.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+    let workers = match common.workers() {
+        0 => std::thread::available_parallelism().map_or(1, usize::from),
+        workers => workers,
+    };
     let looks = Looks {
         camera: args.camera.fit([], 1.0),
         colour_by: args.color_by,

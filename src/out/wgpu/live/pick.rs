@@ -14,7 +14,7 @@ use glam::DVec3;
 pub struct Picked {
     /// Number of the instance in the scene.
     pub instance: u32,
-    /// Its part.
+    /// Its part of the model.
     pub part: PartId,
     /// The face within the part.
     pub face: FaceId,
@@ -77,10 +77,11 @@ impl LiveScene {
         let Some(row) = word(0).checked_sub(1) else { return Ok(None) };
         let (place, tile) = self.records.tile_of(row);
         let place = &self.shown.places[place as usize];
-        let Some(of_tile) = self.shown.parts[place.part as usize].tiles[tile as usize] else { return Ok(None) };
+        let part = &self.shown.parts[place.part as usize];
+        let Some(of_tile) = part.tiles[tile as usize] else { return Ok(None) };
         Ok(Some(Picked {
             instance: place.instance,
-            part: PartId(place.part),
+            part: PartId(part.number),
             face: of_tile.face,
             tile: TileId(tile),
             triangles: of_tile.triangles,

@@ -102,7 +102,7 @@ impl Records {
         let part = &shown.parts[at.part as usize];
         let Some(tile) = &part.tiles[number as usize] else { return Record::default() };
         let colour = self.palette.of(&Painted {
-            part: at.part,
+            part: part.number,
             face: at.first_face.wrapping_add(tile.face.0),
             tile: number,
             worker: tile.worker,

@@ -9,6 +9,8 @@ use std::ops::Range;
 /// A part and what of it is on the device.
 #[derive(Default)]
 pub(super) struct Part {
+    /// Its number in the model: several meshes of one part have the same.
+    pub(super) number: u32,
     /// Positions are relative to it.
     pub(super) centre: DVec3,
     radius: f64,
@@ -52,7 +54,8 @@ pub(super) struct Shown {
 impl Shown {
     /// The parts of a scene, without anything in them, and its instances.
     pub(super) fn of(scene: &Scene) -> Self {
-        let parts = scene.parts.iter().map(|part| Part {
+        let parts = scene.parts.iter().enumerate().map(|(row, part)| Part {
+            number: part.mesh_of.map_or(row as u32, |of| of.0),
             centre: part.centre,
             radius: part.radius,
             face_colours: part.face_colours.clone(),
@@ -99,7 +102,7 @@ impl Shown {
     /// The corners of a box around each instance, world: all of it is within them.
     pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.places.iter().flat_map(|place| {
-            let Part { centre, radius, .. } = self.parts[place.part as usize];
+            let (centre, radius) = (self.parts[place.part as usize].centre, self.parts[place.part as usize].radius);
             let corner =
                 move |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { radius } else { -radius }));
             (0..8).map(move |k| place.transform.transform_point3(centre + corner(k)))
