@@ -55,6 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             angle: 0.5,
         };
         let report = session.view(&[view], &mut scene)?;
+        assert!(step == 0 || report.tiles < prepared.tiles().count(), "a small step changes few tiles");
         let options =
             RenderOptions { size: SIZE, camera: Some(camera), colour_by: ColourBy::Rate, ..RenderOptions::DEFAULT };
         let drew = scene.draw(&target.create_view(&wgpu::TextureViewDescriptor::default()), 0, &options)?;

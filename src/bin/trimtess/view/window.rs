@@ -17,7 +17,10 @@ use winit::window::{Window, WindowId};
 /// Shows a window until it is closed.
 pub(super) fn run(input: Option<Input>, size: (u32, u32), loader: Loader, looks: Looks) -> Result<(), Failure> {
     let no_window = |error: &dyn std::fmt::Display| {
-        Failure::Cannot(format!("no window can be opened: {error}; --screenshot OUT.png needs none"))
+        // What comes before is where in winit's sources it was noticed.
+        let error = error.to_string();
+        let cause = error.rsplit(": ").next().unwrap_or(&error).trim_end_matches('.');
+        Failure::Cannot(format!("no window can be opened: {cause}; --screenshot OUT.png needs none"))
     };
     let events = EventLoop::new().map_err(|error| no_window(&error))?;
     events.set_control_flow(ControlFlow::Wait);
