@@ -388,3 +388,183 @@ fn tell(costs: &mut Costs, report: &FrameReport, sent: u64) {
         costs.workers = report.workers.iter().map(WorkerMetrics::busy).collect();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Common;
+    use clap::Parser;
+    use std::path::PathBuf;
+    use trimtess::out::wgpu::{ColourBy, Renderer};
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        common: Common,
+    }
+
+    /// A viewer of 400 by 300 points that nobody sees; `None` where nothing can be drawn.
+    fn viewer() -> Option<(Viewer, Renderer, Texture)> {
+        let renderer = Renderer::new().ok()?;
+        let target = renderer.device().create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 400, height: 300, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: PICTURE_FORMAT,
+            usage: TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let looks = Looks {
+            camera: ViewPoint::ISO.fit([], 1.0),
+            colour_by: ColourBy::Model,
+            wireframe: false,
+            edges: false,
+            backfaces: false,
+            deviation: 0.5,
+            size: None,
+            workers: 1,
+            turning: false,
+            panel: true,
+        };
+        let loader = Loader::new(&Line::parse_from(["trimtess"]).common);
+        let viewer = Viewer::new(renderer.device(), renderer.queue(), PICTURE_FORMAT, loader, looks);
+        Some((viewer.unwrap_or_else(|error| panic!("{error}")), renderer, target))
+    }
+
+    fn step(
+        viewer: &mut Viewer,
+        target: &Texture,
+        time: &mut f64,
+        events: Vec<egui::Event>,
+        dropped: &[&str],
+    ) -> Shown {
+        *time += 0.1;
+        let file = |path: &&str| egui::DroppedFile { path: Some(PathBuf::from(path)), ..egui::DroppedFile::default() };
+        let input = egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(400.0, 300.0))),
+            time: Some(*time),
+            events,
+            dropped_files: dropped.iter().map(file).collect(),
+            ..egui::RawInput::default()
+        };
+        let view = target.create_view(&TextureViewDescriptor::default());
+        let canvas = Canvas { target: &view, size: (400, 300), pixels_per_point: 1.0 };
+        viewer.picture(input, &canvas).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// Steps until nothing is left to do.
+    fn settle(viewer: &mut Viewer, target: &Texture, time: &mut f64) {
+        let start = Instant::now();
+        while step(viewer, target, time, Vec::new(), &[]).again {
+            assert!(start.elapsed() < Duration::from_secs(60), "{:?}", viewer.told);
+        }
+    }
+
+    #[test]
+    fn files_are_dropped_and_troubles_told_while_the_last_model_stays() {
+        let Some((mut viewer, _renderer, target)) = viewer() else { return };
+        let mut time = 0.0;
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!(viewer.told.costs.drew.triangles, 0);
+        viewer.open(Input::Builtin("torus".to_owned()));
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!(viewer.told.name, "builtin:torus");
+        let drawn = viewer.told.costs.drew.triangles;
+        assert!(drawn > 100);
+        step(&mut viewer, &target, &mut time, Vec::new(), &["no such file.step"]);
+        settle(&mut viewer, &target, &mut time);
+        let trouble = viewer.told.trouble.clone().unwrap_or_default();
+        assert!(trouble.contains("no such file"), "{trouble}");
+        assert_eq!((viewer.told.name.as_str(), viewer.told.costs.drew.triangles), ("builtin:torus", drawn));
+        let cube = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/red_cube_blue_cylinder.step");
+        step(&mut viewer, &target, &mut time, Vec::new(), &[cube]);
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!((viewer.told.name.as_str(), &viewer.told.trouble), ("red_cube_blue_cylinder.step", &None));
+    }
+
+    #[test]
+    fn hands_turn_slide_come_closer_and_pick() {
+        let Some((mut viewer, _renderer, target)) = viewer() else { return };
+        let mut time = 0.0;
+        viewer.open(Input::Builtin("box".to_owned()));
+        viewer.looks.panel = false;
+        settle(&mut viewer, &target, &mut time);
+        let start = viewer.looks.camera;
+        let at = egui::pos2(200.0, 150.0);
+        let button = |pos, button, pressed| egui::Event::PointerButton {
+            pos,
+            button,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        };
+        let mut drag = |viewer: &mut Viewer, which| {
+            let to = at + egui::vec2(40.0, 0.0);
+            for events in [
+                vec![egui::Event::PointerMoved(at)],
+                vec![button(at, which, true)],
+                vec![egui::Event::PointerMoved(to)],
+                vec![button(to, which, false)],
+            ] {
+                step(viewer, &target, &mut time, events, &[]);
+            }
+            settle(viewer, &target, &mut time);
+            viewer.looks.camera
+        };
+        let turned = drag(&mut viewer, egui::PointerButton::Primary);
+        assert!((turned.view_point().yaw - start.view_point().yaw + 24.0).abs() < 0.5, "{:?}", turned.view_point());
+        let slid = drag(&mut viewer, egui::PointerButton::Secondary);
+        assert!(slid.view_point().yaw - turned.view_point().yaw < 1e-6 && slid.eye.distance(turned.eye) > 0.1);
+        assert!(viewer.told.picked.is_empty(), "a drag is no click");
+
+        for events in [
+            vec![egui::Event::PointerMoved(at)],
+            vec![button(at, egui::PointerButton::Primary, true)],
+            vec![button(at, egui::PointerButton::Primary, false)],
+        ] {
+            step(&mut viewer, &target, &mut time, events, &[]);
+        }
+        assert!(viewer.told.picked.contains(&("surface", "plane".to_owned())), "{:?}", viewer.told.picked);
+        let wheel = egui::Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Point,
+            delta: egui::vec2(0.0, 100.0),
+            modifiers: egui::Modifiers::NONE,
+        };
+        step(&mut viewer, &target, &mut time, vec![wheel], &[]);
+        (0..10).for_each(|_| drop(step(&mut viewer, &target, &mut time, Vec::new(), &[])));
+        let closer = viewer.looks.camera;
+        assert!(closer.eye.distance(closer.target) < 0.9 * slid.eye.distance(slid.target));
+
+        let key = |key| egui::Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: egui::Modifiers::NONE,
+        };
+        step(
+            &mut viewer,
+            &target,
+            &mut time,
+            vec![key(egui::Key::Num5), key(egui::Key::W), key(egui::Key::Escape)],
+            &[],
+        );
+        settle(&mut viewer, &target, &mut time);
+        assert!(viewer.looks.wireframe && viewer.told.picked.is_empty());
+        assert!((viewer.looks.camera.view_point().pitch - 90.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn other_workers_start_anew() {
+        let Some((mut viewer, _renderer, target)) = viewer() else { return };
+        let mut time = 0.0;
+        viewer.open(Input::Builtin("washer".to_owned()));
+        settle(&mut viewer, &target, &mut time);
+        let triangles = viewer.told.costs.drew.triangles;
+        viewer.looks.workers = 3;
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!(viewer.model.as_ref().map(|model| model.session.workers()), Some(3));
+        assert_eq!(viewer.told.costs.drew.triangles, triangles);
+    }
+}

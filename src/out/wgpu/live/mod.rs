@@ -149,6 +149,7 @@ impl LiveScene {
     /// When the picture is larger than the adapter allows, or the device fails.
     pub fn draw(&mut self, target: &TextureView, view: usize, options: &RenderOptions) -> Result<Drew, RenderError> {
         self.gpu.takes(options.size)?;
+        let view = self.known(view);
         let camera = self.camera(options);
         let gpu = self.gpu.clone();
         gpu.checked(|device| {
@@ -219,6 +220,11 @@ impl LiveScene {
     #[must_use]
     pub fn uploaded(&self) -> u64 {
         self.uploaded
+    }
+
+    /// The view, or the one past all that the frame was made for, which draws everything.
+    fn known(&self, view: usize) -> usize {
+        view.min(self.shown.drawn.views())
     }
 
     /// The camera of a picture.

@@ -42,6 +42,7 @@ impl LiveScene {
         if x >= width || y >= height {
             return Ok(None);
         }
+        let view = self.known(view);
         let camera = self.camera(options);
         let aim = Aim { camera: &camera, pixel: Some((x, y)) };
         let gpu = self.gpu.clone();

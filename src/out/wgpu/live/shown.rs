@@ -49,6 +49,8 @@ pub(super) struct Shown {
     /// Instances of parts that there are, sorted by part.
     pub(super) places: Vec<Place>,
     pub(super) drawn: Drawn,
+    /// Centre and half diagonal of the box of all [`corners`](Self::corners).
+    pub(super) extent: (DVec3, f64),
 }
 
 impl Shown {
@@ -92,6 +94,10 @@ impl Shown {
                 self.places[start as usize..].iter().take_while(|place| place.part as usize == number).count() as u32;
             part.places = start..end;
         }
+        let outside = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = self.corners().fold(outside, |(low, high), point| (low.min(point), high.max(point)));
+        self.extent =
+            if low.x <= high.x { (0.5 * (low + high), 0.5 * (high - low).length()) } else { (DVec3::ZERO, 0.0) };
     }
 
     /// All tiles that have triangles.
@@ -107,12 +113,5 @@ impl Shown {
                 move |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { radius } else { -radius }));
             (0..8).map(move |k| place.transform.transform_point3(centre + corner(k)))
         })
-    }
-
-    /// Centre and half diagonal of the box of all corners.
-    pub(super) fn extent(&self) -> (DVec3, f64) {
-        let outside = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = self.corners().fold(outside, |(low, high), point| (low.min(point), high.max(point)));
-        if low.x <= high.x { (0.5 * (low + high), 0.5 * (high - low).length()) } else { (DVec3::ZERO, 0.0) }
     }
 }

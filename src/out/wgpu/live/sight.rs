@@ -96,7 +96,7 @@ impl Sight {
 fn globals(shown: &Shown, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
     let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
     let camera = aim.camera;
-    let (centre, radius) = shown.extent();
+    let (centre, radius) = shown.extent;
     let near = NEAR * camera.eye.distance(centre).max(radius).clamp(1e-3, f64::MAX);
     // The eye is the origin.
     let view = Camera { eye: DVec3::ZERO, target: camera.target - camera.eye, ..*camera }.view();
