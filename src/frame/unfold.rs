@@ -11,6 +11,7 @@ use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
 use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
+use std::cell::Cell;
 
 /// Changes per folded triangle: one is enough for most, a fan of n points needs about n.
 const CHANGES: usize = 16;
@@ -32,8 +33,8 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
     let stated = mesh.triangles.clone();
     for least in [f64::INFINITY, chord] {
         let mut web = Web::new(mesh);
-        web.unfold(folded.clone(), &Near { surface, chord: least });
-        if web.improves(&stated, &Near { surface, chord }) {
+        web.unfold(folded.clone(), &Near { surface, chord: least, left: Cell::new(MOST_WEIGHED) });
+        if web.improves(&stated, &Near { surface, chord, left: Cell::new(0) }) {
             mesh.triangles.retain(|t| *t != GONE);
             return;
         }
@@ -44,10 +45,25 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
 /// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.
 const MOST_FILLINGS: usize = 128;
 
+/// Triangles of changes that are weighed in one tile, at most: a sixth of a second. The corpus and the poles of the tests need a
+/// tenth; noise would take minutes.
+const MOST_WEIGHED: usize = 1 << 17;
+
 /// What triangles must stay near to.
 struct Near<'a> {
     surface: &'a Surface<'a>,
     chord: f64,
+    /// Triangles that may still be weighed.
+    left: Cell<usize>,
+}
+
+impl Near<'_> {
+    /// Whether there is time to weigh a change.
+    fn weighs(&self, change: &Change) -> bool {
+        let left = self.left.get().checked_sub(change.triangles.len());
+        self.left.set(left.unwrap_or(0));
+        left.is_some()
+    }
 }
 
 /// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
@@ -91,7 +107,7 @@ impl Web<'_> {
             let new = self.wrong(change.triangles.iter().map(|(_, corners)| *corners));
             is_less(new, old).then_some([old[0] - new[0], old[1] - new[1]])
         };
-        let fitting = self.refills(t).filter(|change| self.stays(change, near));
+        let fitting = self.refills(t).filter(|change| near.weighs(change) && self.stays(change, near));
         let gaining = fitting.filter_map(|change| Some((gain(&change)?, change)));
         gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }
@@ -138,7 +154,7 @@ impl Web<'_> {
     /// gain the same, the one that leaves the widest triangles.
     fn best<'a>(&self, changes: impl Iterator<Item = &'a Change>, share: f64, near: &Near<'_>) -> Option<&'a Change> {
         let mut best: Option<((f64, f64), &Change)> = None;
-        for change in changes {
+        for change in changes.filter(|change| near.weighs(change)) {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
