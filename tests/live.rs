@@ -362,6 +362,29 @@ fn a_pixel_tells_what_it_shows() {
     assert!((picked.point.z - 1e6 - 20.0).abs() < 1e-4 && live.uploaded() > 0);
 }
 
+#[test]
+fn a_face_stands_out_and_no_other() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    send(&whole(&scene, 2), &mut live);
+    let view = options(ColourBy::Model);
+    let plain = picture(renderer, &mut live, &view);
+    live.highlight(Some((2, FaceId(3))));
+    let marked = picture(renderer, &mut live, &view);
+    let camera = view.camera.unwrap();
+    for (instance, placed) in scene.instances.iter().enumerate() {
+        for tile in 0..SIDE * SIDE {
+            let local = DVec3::new(f64::from(tile % SIDE) + 0.5, f64::from(tile / SIDE) + 0.5, 0.0);
+            let (x, y) = pixel_of(&camera, placed.transform.transform_point3(local));
+            let expected = instance == 2 && tile / 4 == 3;
+            assert_eq!(plain.pixel(x, y) != marked.pixel(x, y), expected, "instance {instance}, tile {tile}");
+        }
+    }
+    live.highlight(None);
+    assert!(picture(renderer, &mut live, &view) == plain);
+}
+
 /// A device of the test's own, without any feature: draws are calls.
 fn plain_device() -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());

@@ -40,7 +40,7 @@ pub struct SceneInstance {
 pub struct Scene {
     /// Name of the model.
     pub name: String,
-    /// Parts; batches name them by index ([`PartId`](crate::model::PartId)).
+    /// Parts; batches name them by index ([`PartId`]).
     pub parts: Vec<ScenePart>,
     /// Placed parts.
     pub instances: Vec<SceneInstance>,

@@ -8,6 +8,9 @@ use crate::out::colour;
 /// An 8-bit sRGB colour and its opacity.
 pub(super) type Srgb = [u8; 4];
 
+/// What stands out: no hue is as strong.
+pub(super) const MARKED: Srgb = [255, 176, 0, 255];
+
 /// Blue to red by way of green, as heat maps have it.
 const RAMP: [[f32; 3]; 5] =
     [[0.23, 0.37, 0.85], [0.20, 0.70, 0.85], [0.42, 0.80, 0.40], [0.95, 0.80, 0.28], [0.85, 0.26, 0.21]];

@@ -264,7 +264,7 @@ impl Viewer {
         }
     }
 
-    /// Marks the point that was picked.
+    /// Circles the point that was picked.
     fn mark(&self, ui: &egui::Ui, area: egui::Rect, pixels_per_point: f32) {
         let Some(model) = &self.model else { return };
         let (Some(picked), Some(shown)) = (model.picked, model.shown) else { return };
@@ -368,6 +368,8 @@ impl Viewer {
                 picture
             }
         };
+        let picked = self.model.as_ref().and_then(|model| model.picked);
+        self.scene.highlight(picked.map(|picked| (picked.instance, picked.face)));
         let camera = self.model.as_ref().and_then(|model| model.shown).unwrap_or(self.looks.camera);
         let options: RenderOptions = self.looks.options(camera, size);
         let start = Instant::now();

@@ -21,6 +21,7 @@ mod store;
 use super::gpu::Gpu;
 use super::target::Samples;
 use super::{RenderError, RenderOptions};
+use crate::model::FaceId;
 use crate::out::{Camera, ViewPoint};
 use ::wgpu::{BindGroup, BufferUsages, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
 use lists::{Edges, Rows, Tiles};
@@ -199,6 +200,12 @@ impl LiveScene {
             gpu.queue.submit([encoder.finish()]);
             Drew { triangles: self.tiles[view].triangles, tiles: self.tiles[view].count(), bytes }
         })
+    }
+
+    /// Has a face of an instance stand out in a colour of its own from the next picture on, as long as there are both; `None` for no
+    /// face.
+    pub fn highlight(&mut self, face: Option<(u32, FaceId)>) {
+        self.records.mark(face);
     }
 
     /// What the device holds for this scene, beside the textures that pictures are drawn in.

@@ -1,8 +1,9 @@
 //! Tiles of instances to what their draws say: where the triangles are, which placement, which colour.
 
 use super::super::ColourBy;
-use super::super::palette::{Painted, Palette};
+use super::super::palette::{MARKED, Painted, Palette};
 use super::shown::Shown;
+use crate::model::FaceId;
 use bytemuck::{Pod, Zeroable};
 
 /// What a tile of an instance is drawn with: a row of a vertex buffer that the draw's instance number points to.
@@ -26,12 +27,20 @@ pub(super) struct Records {
     /// The first row of each place.
     firsts: Vec<u32>,
     palette: Palette,
+    /// The instance and the face that stand out.
+    marked: Option<(u32, FaceId)>,
     all: bool,
     /// Parts and tiles whose rows are to be made again.
     stale: Vec<(u32, u32)>,
 }
 
 impl Records {
+    /// Has a face of an instance stand out, and no other.
+    pub(super) fn mark(&mut self, face: Option<(u32, FaceId)>) {
+        self.all |= self.marked != face;
+        self.marked = face;
+    }
+
     /// Has every row made again.
     pub(super) fn stale_all(&mut self) {
         self.all = true;
@@ -101,19 +110,20 @@ impl Records {
         let at = &shown.places[place as usize];
         let part = &shown.parts[at.part as usize];
         let Some(tile) = &part.tiles[number as usize] else { return Record::default() };
-        let colour = self.palette.of(&Painted {
+        let marked = self.marked == Some((at.instance, tile.face));
+        let painted = Painted {
             part: part.number,
             face: at.first_face.wrapping_add(tile.face.0),
             tile: number,
             worker: tile.worker,
             rate: tile.rate,
             own: at.colour.or(part.face_colours.get(tile.face.index()).copied().flatten()),
-        });
+        };
         Record {
             first_index: tile.first_index() | if tile.wide { WIDE } else { 0 },
             base_vertex: tile.vertices.start(),
             place,
-            colour,
+            colour: if marked { MARKED } else { self.palette.of(&painted) },
         }
     }
 }
