@@ -11,6 +11,7 @@ use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
 use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// Changes per folded triangle: one is enough for most, a fan of n points needs about n.
 const CHANGES: usize = 16;
@@ -43,6 +44,9 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
 
 /// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.
 const MOST_FILLINGS: usize = 128;
+
+/// Changed triangles that are looked at one by one.
+const FEW: usize = 32;
 
 /// What triangles must stay near to.
 struct Near<'a> {
@@ -119,9 +123,21 @@ impl Web<'_> {
     fn covers<'a>(&self, changed: impl Iterator<Item = (&'a [u32; 3], &'a [u32; 3])> + Clone, within: f64) -> bool {
         let place = |t: &[u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
         let old: Vec<[DVec3; 3]> = changed.clone().map(|(old, _)| place(old)).collect();
-        let near = |p: DVec3| old.iter().any(|triangle| distance_to_triangle(p, triangle) <= within);
-        let new = changed.filter(|(_, new)| **new != GONE).map(|(_, new)| place(new));
-        new.flat_map(|[a, b, c]| [a.midpoint(b), b.midpoint(c), c.midpoint(a)]).all(near)
+        // Nearly all are found among those that had one of their ends; many changes have many others.
+        let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
+        if old.len() > FEW {
+            for (k, (corners, _)) in changed.clone().enumerate() {
+                corners.iter().for_each(|&v| around.entry(v).or_default().push(k));
+            }
+        }
+        let near = |[a, b]: [u32; 2]| {
+            let p = self.mesh.positions[a as usize].midpoint(self.mesh.positions[b as usize]);
+            let is_near = |triangle: &[DVec3; 3]| distance_to_triangle(p, triangle) <= within;
+            let of_ends = [a, b].into_iter().filter_map(|v| around.get(&v)).flatten();
+            of_ends.map(|&k| &old[k]).any(is_near) || old.iter().any(is_near)
+        };
+        let new = changed.map(|(_, new)| *new).filter(|new| *new != GONE);
+        new.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).all(near)
     }
 
     /// Area that looks inwards, twice and negative, and the least height of triangles: the larger the better.
