@@ -140,9 +140,9 @@ fn end_poles(tiles: &[Tile], edges: &mut [PreparedEdge]) {
             let ends = [(before.edge as usize, before.to as usize), (after.edge as usize, after.from as usize)];
             let along_pole = ends.map(|(edge, _)| matches!(edges[edge].shape, EdgeShape::Point(_)));
             let (pole, beside) = match along_pole {
-                [true, false] => (ends[0], ends[1]),
+                [true, _] => (ends[0], ends[1]),
                 [false, true] => (ends[1], ends[0]),
-                _ => continue,
+                [false, false] => continue,
             };
             edges[pole.0].breaks[pole.1].point = edges[beside.0].breaks[beside.1].point;
         }

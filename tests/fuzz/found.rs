@@ -447,3 +447,31 @@ fn the_nearest_of_several_vertices_is_the_pole() {
     let net = Net { degrees: [5, 5], knots, points, weights: list([]) };
     sound(&Sheet { net, loops: list([]), pieces: 0, reversed: false, sound: false, chord_rel: 0.01 });
 }
+
+/// Two sides that are points, nearly the same one, meet at a corner.
+#[test]
+fn two_poles_meet() {
+    let knots = [
+        list([0.0, 0.0, 0.0, 0.0, 0.0, 1e-9, 1e-9, 1.000000001, 1.000000001, 1.000000001, 1.000000001, 1.000000001]),
+        list([
+            0.0,
+            1000000000.0,
+            1000000000.0,
+            1000000000.0,
+            1000000000.0,
+            1000000000.0,
+            2000000000.0,
+            2000000001.0,
+            2000000002.0,
+            2000000003.0,
+            2000000004.0,
+            2000000005.0,
+            2000000006.0,
+            2000000007.0,
+        ]),
+    ];
+    let varied = [[5.294, 0.2164, 0.1176], [2.157, -0.2641, -2.627]];
+    let points = varied.into_iter().chain([[-10.0, -0.3805, -10.0]; 54]).collect();
+    let net = Net { degrees: [4, 5], knots, points, weights: list([]) };
+    sound(&Sheet { net, loops: list([]), pieces: 0, reversed: false, sound: false, chord_rel: 0.01 });
+}
