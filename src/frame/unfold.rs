@@ -11,7 +11,7 @@ use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
 use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet, VecDeque};
 
 /// Changes per folded triangle: one is enough for most, a fan of n points needs about n.
 const CHANGES: usize = 16;
@@ -59,12 +59,13 @@ struct Near<'a> {
 const MOST_LOSS: f64 = 8.0;
 
 impl Web<'_> {
-    /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change elsewhere.
-    fn unfold(&mut self, mut folded: Vec<usize>, near: &Near<'_>) {
+    /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change beside them.
+    fn unfold(&mut self, folded: Vec<usize>, near: &Near<'_>) {
         let mut left = CHANGES * folded.len();
         let mut fillings = MOST_FILLINGS;
-        let mut waiting = Vec::new();
-        while let (Some(t), 1..) = (folded.pop(), left) {
+        let mut folded = VecDeque::from(folded);
+        let mut waiting = Waiting::default();
+        while let (Some(t), 1..) = (folded.pop_back(), left) {
             left -= 1;
             let corners = self.mesh.triangles[t];
             if corners == GONE || !Shape::of(self.mesh, corners).is_wrong(self.mesh) {
@@ -78,11 +79,15 @@ impl Web<'_> {
                 self.anew(t, near)
             };
             let Some(change) = change.or_else(anew) else {
-                waiting.push(t);
+                let beside = self.beside(t).into_iter().map(|t| self.mesh.triangles[t]);
+                waiting.add(t, beside.chain([corners]).flatten().map(|v| self.one(v)));
                 continue;
             };
+            let all = change.triangles.iter().flat_map(|(t, new)| [self.mesh.triangles.get(*t), Some(new)]);
+            for v in all.flatten().filter(|t| **t != GONE).flatten() {
+                waiting.leave(self.one(*v), |t| folded.push_front(t));
+            }
             self.apply(&change);
-            folded.splice(0..0, waiting.drain(..));
             let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_wrong(self.mesh);
             folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
         }
@@ -214,6 +219,27 @@ impl Web<'_> {
             };
             Change { triangles: fan.iter().map(|&(t, _)| (t, moved(t))).collect() }
         })
+    }
+}
+
+/// Triangles that nothing helps, until triangles change at one of the points around them.
+#[derive(Default)]
+struct Waiting {
+    triangles: HashSet<usize>,
+    /// By point; some of them may have left already.
+    at: HashMap<u32, Vec<usize>>,
+}
+
+impl Waiting {
+    fn add(&mut self, t: usize, points: impl Iterator<Item = u32>) {
+        self.triangles.insert(t);
+        points.for_each(|v| self.at.entry(v).or_default().push(t));
+    }
+
+    /// Calls `each` with those at a point, in the order in which they came.
+    fn leave(&mut self, point: u32, mut each: impl FnMut(usize)) {
+        let there = self.at.remove(&point).unwrap_or_default();
+        there.into_iter().filter(|t| self.triangles.remove(t)).for_each(&mut each);
     }
 }
 
