@@ -19,7 +19,7 @@ impl<S: MeshSink> MeshSink for Measure<S> {
         self.next.begin(scene)
     }
 
-    fn batch(&mut self, batch: Batch) -> Result<(), SinkError> {
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         for corners in &batch.mesh.triangles {
             let [a, b, c] = corners.map(|corner| batch.mesh.positions[corner as usize]);
             self.areas[batch.part.index()] += 0.5 * (b - a).cross(c - a).length();
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let instance = SceneInstance { part: 0, transform, colour: None, name: String::new(), first_face: 0 };
     sink.begin(&Scene { name: "example".into(), parts: vec![part], instances: vec![instance] })?;
     for face in 0..8 {
-        if let Err(error) = sink.batch(octant(face)) {
+        if let Err(error) = sink.batch(&mut octant(face)) {
             sink.abort(); // leaves no half-written file
             return Err(error.into());
         }

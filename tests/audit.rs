@@ -129,7 +129,7 @@ fn lattice(prepared: &Prepared, number: u32, surface: &Surface, n: u32, m: u32) 
     }
     let tile = TileId(part.faces[row].tiles.start);
     let batch = Batch { part: PartId(0), face: FaceId(number), tile, worker: 0, mesh };
-    MemorySink { scene: prepared.scene.clone(), batches: vec![batch], edge_lines: Vec::new() }
+    MemorySink::of(prepared.scene.clone(), vec![batch], Vec::new())
 }
 
 fn prepared(model: Model) -> Arc<Prepared> {

@@ -3,6 +3,9 @@
 mod patch_mesh;
 pub use patch_mesh::{Batch, EdgeLine, Origin, PatchMesh, TileId};
 
+mod drawn;
+pub use drawn::Drawn;
+
 mod scene;
 pub use scene::{Scene, SceneInstance, ScenePart};
 

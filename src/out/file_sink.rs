@@ -109,7 +109,7 @@ impl MeshSink for FileSink {
         self.frame.begin(scene)
     }
 
-    fn batch(&mut self, mut batch: Batch) -> Result<(), SinkError> {
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         batch.mesh.uvs = Vec::new(); // no format carries these; a third of the memory
         batch.mesh.origins = Vec::new();
         self.frame.batch(batch)

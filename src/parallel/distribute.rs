@@ -6,6 +6,9 @@
 //! A zoom into one corner is a stretch of the curve and thus loads every worker.
 //! Hilbert index: J. Skilling, *Programming the Hilbert curve*, AIP Conf. Proc. 707 (2004), 381.
 
+use crate::mesh::TileId;
+use crate::model::PartId;
+use crate::prepare::{Prepared, Tile};
 use glam::DVec3;
 
 /// Bits per axis of a Hilbert index: three axes fill 63 of 64 bits.
@@ -18,6 +21,22 @@ pub struct Load {
     pub centre: DVec3,
     /// Expected cost, in any unit common to all tiles; positive and finite.
     pub weight: f64,
+}
+
+/// What the dealer knows of each tile of a model, in the order of [`Prepared::tiles`]: tiles stand where their part's first instance does.
+#[must_use]
+pub fn loads(prepared: &Prepared) -> Vec<Load> {
+    let mut place = vec![None; prepared.parts.len()];
+    for instance in &prepared.scene.instances {
+        if let Some(place) = place.get_mut(instance.part as usize) {
+            place.get_or_insert(instance.transform);
+        }
+    }
+    let load = |(part, _, tile): (PartId, TileId, &Tile)| {
+        let centre = place[part.index()].map_or(tile.centre, |place| place.transform_point3(tile.centre));
+        Load { centre, weight: tile.weight }
+    };
+    prepared.tiles().map(load).collect()
 }
 
 /// The owner of each tile: `hands[w]` holds worker w's indices into `loads`, ascending.
@@ -50,7 +69,8 @@ pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
 }
 
 /// Indices of `loads`, sorted along a Hilbert curve that fills the cube around all centres.
-fn along_curve(loads: &[Load]) -> Vec<usize> {
+#[must_use]
+pub fn along_curve(loads: &[Load]) -> Vec<usize> {
     let mut low = DVec3::INFINITY;
     let mut high = DVec3::NEG_INFINITY;
     for load in loads {

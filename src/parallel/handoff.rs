@@ -1,11 +1,13 @@
 //! What crosses threads, and nothing else does: orders to the workers, deliveries to the render thread.
 
 use super::metrics::WorkerMetrics;
+use super::worker::Hand;
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, TileId};
+use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Orders a worker may have waiting: the frame that it makes next.
 const ORDERS_AHEAD: usize = 1;
@@ -13,12 +15,26 @@ const ORDERS_AHEAD: usize = 1;
 /// Deliveries a worker may have waiting: the frame that the render thread commits next, and a late one.
 const DELIVERIES_AHEAD: usize = 2;
 
+/// What an order asks for.
+pub(super) enum Task {
+    /// All that the worker owns of the first so many parts.
+    All(usize),
+    /// Some of what it owns.
+    Some(Hand),
+}
+
 /// Master to worker: make your tiles by this plan.
 pub(super) struct Order<P> {
     /// Number of the frame, ascending.
     pub(super) frame: u64,
     /// The plan, the same for all workers.
     pub(super) plan: Arc<P>,
+    /// What of the worker's own to make.
+    pub(super) task: Task,
+    /// Whether to take the time of each tile.
+    pub(super) timed: bool,
+    /// Buffers to make it in.
+    pub(super) spare: Vec<PatchMesh>,
 }
 
 /// Worker to render thread: everything that one worker made for one frame.
@@ -26,8 +42,10 @@ pub(super) struct Order<P> {
 pub(super) struct Delivery {
     /// Number of the frame.
     pub(super) frame: u64,
-    /// Batches with triangles, ascending by (part, tile).
+    /// Batches, ascending by (part, tile); when a worker makes all that it owns, only those with triangles.
     pub(super) batches: Vec<Batch>,
+    /// What each tile took, if that was asked.
+    pub(super) times: Vec<(PartId, TileId, Duration)>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,
     /// Tiles that came out less than as stated, ascending by (part, tile).

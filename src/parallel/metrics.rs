@@ -1,5 +1,6 @@
 //! What each worker spent on a frame: counts and nanoseconds, taken without shared state.
 
+use cpu_time::ThreadTime;
 use std::time::{Duration, Instant};
 
 /// One worker's share of one frame.
@@ -15,6 +16,9 @@ pub struct WorkerMetrics {
     pub tiles_time: Duration,
     /// Time spent on edge polylines.
     pub lines_time: Duration,
+    /// Processor time of its thread, from the order to the delivery: what [`busy`](Self::busy) would be on a machine that does
+    /// nothing else. Zero where the system does not tell.
+    pub cpu: Duration,
 }
 
 impl WorkerMetrics {
@@ -25,11 +29,11 @@ impl WorkerMetrics {
     }
 }
 
-/// Mean over largest busy time: 1 when every worker was busy all the time, 1/W when one did everything.
-/// 1 when nobody did anything.
+/// Mean over largest processor time: 1 when every worker had as much to do as any other, 1/W when one did everything.
+/// 1 when nobody did anything. Other processes on the machine do not show in it.
 #[must_use]
 pub fn balance(workers: &[WorkerMetrics]) -> f64 {
-    let busy = workers.iter().map(|w| w.busy().as_secs_f64());
+    let busy = workers.iter().map(|w| w.cpu.as_secs_f64());
     let (sum, largest) = busy.fold((0.0, 0.0_f64), |(sum, largest), t| (sum + t, largest.max(t)));
     #[allow(clippy::cast_precision_loss, reason = "a worker count")]
     let count = workers.len() as f64;
@@ -54,13 +58,29 @@ impl Laps {
     }
 }
 
+/// Processor time of the thread that asks, since it was started.
+pub(super) struct Processor(Option<ThreadTime>);
+
+impl Processor {
+    /// From now on.
+    pub(super) fn start() -> Self {
+        Self(ThreadTime::try_now().ok())
+    }
+
+    /// What this thread has used; zero where the system does not tell.
+    pub(super) fn used(&self) -> Duration {
+        let used = self.0.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
+        used.unwrap_or_default()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn balance_is_mean_over_largest() {
-        let busy = |ms| WorkerMetrics { tiles_time: Duration::from_millis(ms), ..WorkerMetrics::default() };
+        let busy = |ms| WorkerMetrics { cpu: Duration::from_millis(ms), ..WorkerMetrics::default() };
         assert!((balance(&[busy(10), busy(10)]) - 1.0).abs() < 1e-12);
         assert!((balance(&[busy(40), busy(0), busy(0), busy(0)]) - 0.25).abs() < 1e-12);
         assert!((balance(&[busy(0)]) - 1.0).abs() < 1e-12);

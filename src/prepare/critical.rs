@@ -9,7 +9,7 @@
 //! cannot be told apart by them touch. Arcs of free trims are exact and meet at their ends only: they are halved as far as it
 //! takes, by their Bézier points.
 
-use super::face::{DraftAlong, DraftTile, DraftUse};
+use super::draft::{DraftAlong, DraftTile, DraftUse};
 use super::meeting::{Meeting, beside, meet, weld};
 use super::uv_curve::SAME_SHARE;
 use super::{UvCurve, UvSample};

@@ -6,11 +6,12 @@
 //! the surface: cubic pieces with its points and tangents, halved until they are as near to it as points of one curve are
 //! to each other. (The composition itself is of degree p(m + n), 18 for cubics on bicubics: not worth it.)
 
-use super::face::Told;
+use super::draft::Told;
 use super::face_error::FaceError;
-use super::free_region::{Arc, BORDER, FreeRegion, Part as ArcPart, TrimNote};
+use super::free_region::{Arc, BORDER, FreeRegion, TrimNote};
 use super::region::{Region, loops_box};
 use super::spans::{Span, UvDomain};
+use super::stretches::Part as ArcPart;
 use super::uv_loop::{Along, Piece, UvLoop};
 use super::{UvSample, guarded};
 use crate::model::{CurveKind, Edge, EdgeId, Face, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId};

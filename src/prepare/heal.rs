@@ -4,7 +4,7 @@
 //! all faces alike. A wider one gets an edge: the image of the straight line in (u,v) on the surface of the first face that
 //! has the gap, shared by every other that has it. First of all, edges that chain when taken in another order are.
 
-use super::face::Told;
+use super::draft::Told;
 use super::pcurve::Projector;
 use super::wires::in_order;
 use crate::model::{Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId};

@@ -1,6 +1,6 @@
 //! What preparing a model may cost, counted face by face while it is done.
 
-use super::face::FaceDraft;
+use super::draft::FaceDraft;
 use super::{BoundingBox, BoxBounds, prepared::Tile};
 use crate::model::{Model, Surface};
 use glam::DVec4;

@@ -6,7 +6,7 @@
 use super::UvCurve;
 use super::UvSample;
 use super::critical::Span;
-use super::face::{DraftTile, DraftUse};
+use super::draft::{DraftTile, DraftUse};
 use super::uv_curve::SAME_SHARE;
 use super::uv_loop::winding_about;
 use glam::{DMat2, DVec2};

@@ -21,6 +21,8 @@ mod cuts;
 pub mod decompose;
 pub use decompose::{BezierPatches, BezierSpline3};
 
+mod draft;
+
 mod extent;
 
 mod face;
@@ -71,16 +73,21 @@ pub use shells::Shells;
 mod spans;
 pub use spans::UvDomain;
 
+mod stretches;
+
 mod thin;
 
 mod topology;
 
 mod uv_curve;
-mod uv_loop;
-mod windings;
 pub use uv_curve::{UvCurve, UvSample};
 
+mod uv_loop;
+
+mod windings;
+
 mod wires;
+
 mod wraps;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
@@ -90,6 +97,7 @@ use limits::Budget;
 use rayon::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 /// Knobs of [`prepare`].
 #[derive(Clone, Debug, PartialEq)]
@@ -153,11 +161,11 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
     let mut parts = Vec::with_capacity(done.len());
     let mut without_area = Vec::with_capacity(done.len());
     for part in done {
-        parts.push(part.part);
+        parts.push(Arc::new(part.part));
         diagnostics.extend(part.diagnostics);
         without_area.push(part.without_area);
     }
-    let clouds: Vec<_> = parts.par_iter().map(extent::cloud).collect();
+    let clouds: Vec<_> = parts.par_iter().map(|part| extent::cloud(part)).collect();
     let scene = scene(&model, &clouds, without_area);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());

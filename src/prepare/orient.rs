@@ -3,7 +3,7 @@
 //! Neighbours that run along their common edge in opposite directions are turned alike; that fixes connected groups up
 //! to one sign. For groups that bound a solid the volume decides it, for others the file's word.
 
-use super::face::{DraftAlong, DraftTile, DraftUse, FaceDraft};
+use super::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use super::inside::{Inside, points_along};
 use crate::model::{Part, ShellKind};
 use glam::{DVec2, DVec3};

@@ -6,7 +6,7 @@
 //! each face. All their vertices follow.
 
 use super::carry::{between, carry};
-use super::face::Told;
+use super::draft::Told;
 use super::free_edges::FreeFaces;
 use super::heal::Healing;
 use super::overlap::{Course, Stretch};

@@ -1,6 +1,6 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
-use super::face::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
+use super::draft::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
 use super::orient::{Turned, orient};
 use super::uv_curve::SAME_SHARE;
 use super::{

@@ -61,18 +61,15 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
         edge: EdgeId::new(k),
         points: vec![corner(size, k), corner(size, k + 4)],
     };
-    MemorySink {
-        scene: Scene { name: "test".into(), parts: vec![part], instances: instances.collect() },
-        batches: box_batches(size),
-        edge_lines: (0..4).map(line).collect(),
-    }
+    let scene = Scene { name: "test".into(), parts: vec![part], instances: instances.collect() };
+    MemorySink::of(scene, box_batches(size), (0..4).map(line).collect())
 }
 
 /// Sends a frame through a sink, up to but without its end.
 pub(crate) fn play(frame: &MemorySink, sink: &mut dyn MeshSink) -> Result<(), SinkError> {
     sink.begin(&frame.scene)?;
     for batch in &frame.batches {
-        sink.batch(batch.clone())?;
+        sink.batch(&mut batch.clone())?;
     }
     for line in &frame.edge_lines {
         sink.edge_line(line.clone())?;

@@ -6,12 +6,12 @@ use crate::limits::unprepared;
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::name;
-use crate::{Common, Done, Failure};
+use crate::{AsJson, Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::{PreparedPart, Shells, prepare};
+use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]
@@ -25,6 +25,8 @@ pub(crate) struct InfoArgs {
     patches: bool,
     #[command(flatten)]
     diagram: DiagramArgs,
+    #[command(flatten)]
+    told: AsJson,
 }
 
 /// Parts listed before the rest is only counted.
@@ -94,7 +96,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     info.diagonal = prepared.diagonal;
     info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
     info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
-    for open in prepared.parts.iter().map(PreparedPart::open_edges) {
+    for open in prepared.parts.iter().map(|part| part.open_edges()) {
         info.open_edges += open.count;
         info.open_length += open.length;
     }
@@ -110,7 +112,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
         })
         .collect();
     drop(progress);
-    if common.json {
+    if args.told.json {
         let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the answer: {e}")))?;
         crate::tell(&(text + "\n"))?;
     } else {

@@ -1,5 +1,6 @@
 //! Command line -> exit status: 0 all faces meshed, 3 done but with diagnostics, 1 cannot do it, 2 wrong usage.
 
+mod bench;
 mod diagram;
 mod info;
 mod input;
@@ -37,12 +38,9 @@ struct Cli {
 /// What every subcommand takes.
 #[derive(Args)]
 struct Common {
-    /// Threads to use at most (default: one per core).
-    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    workers: Option<u16>,
-    /// Print the result as JSON on standard output.
-    #[arg(long, global = true)]
-    json: bool,
+    /// Threads to use at most (default: one per core). `bench` takes several, with commas, and measures each by itself.
+    #[arg(long, global = true, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..))]
+    workers: Vec<u16>,
     /// Say more on standard error; repeat for more. `RUST_LOG` overrides it.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
@@ -66,7 +64,20 @@ fn share(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("a share is from 0 to 1".to_owned()) }
 }
 
+/// How a result is told.
+#[derive(Args)]
+struct AsJson {
+    /// Print the result as JSON on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
 impl Common {
+    /// Threads to use at most; 0 for one per core.
+    fn workers(&self) -> usize {
+        self.workers.iter().max().map_or(0, |&most| usize::from(most))
+    }
+
     fn prepare(&self) -> PrepareOptions {
         PrepareOptions { border_tolerance: self.border_tolerance, ..self.limits.prepare() }
     }
@@ -81,6 +92,8 @@ enum Command {
     /// A file to a picture: PNG.
     #[cfg(feature = "wgpu")]
     Render(render::RenderArgs),
+    /// A camera's path over a model, timed: frames, stages, workers, bytes.
+    Bench(bench::BenchArgs),
 }
 
 impl Command {
@@ -90,6 +103,7 @@ impl Command {
             Self::Tessellate(args) => &args.input,
             #[cfg(feature = "wgpu")]
             Self::Render(args) => &args.input,
+            Self::Bench(args) => &args.input,
         }
     }
 }
@@ -155,7 +169,10 @@ fn main() {
 fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
     let work = move || {
         let Cli { command, common } = cli;
-        let workers = usize::from(common.workers.unwrap_or(0));
+        let workers = common.workers();
+        if common.workers.len() > 1 && !matches!(command, Command::Bench(_)) {
+            return Err(Failure::Usage("--workers: only `bench` takes several numbers".into()));
+        }
         // Zero is rayon's word, too, for one thread per core. This thread is one of them: it would only wait for the others, and
         // what it reads would be freed and paged in again for them.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
@@ -169,6 +186,7 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
             Command::Tessellate(args) => tessellate::run(&args, &common, laps),
             #[cfg(feature = "wgpu")]
             Command::Render(args) => render::run(&args, &common, laps),
+            Command::Bench(args) => bench::run(&args, &common),
         }
     };
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|_| {

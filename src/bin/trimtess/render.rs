@@ -5,8 +5,8 @@ use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
-use crate::tessellate::{make, positive, require_outputs};
-use crate::{Common, Done, Failure};
+use crate::tessellate::{make, positive, require_outputs, size};
+use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::frame::{self, Projection, Tolerance, View};
@@ -60,13 +60,8 @@ pub(crate) struct RenderArgs {
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
-}
-
-/// Reads WxH.
-fn size(text: &str) -> Result<(u32, u32), String> {
-    let parse = |side: &str| side.parse::<u32>().ok().filter(|&side| side > 0);
-    let sides = text.split_once('x').and_then(|(width, height)| Some((parse(width)?, parse(height)?)));
-    sides.ok_or_else(|| format!("{text} is not WIDTHxHEIGHT, like 1280x960"))
+    #[command(flatten)]
+    told: AsJson,
 }
 
 /// Runs the command.
@@ -131,7 +126,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     report.diagonal_mm = prepared.diagonal;
     report.workers = made.workers.len();
     report.seconds = Seconds { read, prepare, tessellate, check: 0.0, write, total: laps.total() };
-    report.publish(common, args.report.as_deref())
+    report.publish(common, args.told.json, args.report.as_deref())
 }
 
 /// The camera that holds what a coarse frame shows.

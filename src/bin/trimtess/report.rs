@@ -155,7 +155,7 @@ impl Report {
     }
 
     /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
-    pub(crate) fn publish(&mut self, common: &Common, file: Option<&Path>) -> Result<Done, Failure> {
+    pub(crate) fn publish(&mut self, common: &Common, as_json: bool, file: Option<&Path>) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
         // Worst first, otherwise in the order they came.
         self.diagnostics
@@ -170,7 +170,7 @@ impl Report {
             trimtess::out::write_whole(path, |file| file.write_all(text.as_bytes()))
                 .map_err(|e| Failure::Cannot(e.to_string()))?;
         }
-        crate::tell(&if common.json { json()? + "\n" } else { self.summary() })?;
+        crate::tell(&if as_json { json()? + "\n" } else { self.summary() })?;
         Ok(self.done())
     }
 
@@ -381,10 +381,20 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
     entries
 }
 
-/// Largest resident size of this process, from the kernel's account of it.
-fn peak_memory() -> Option<u64> {
+/// Largest resident size of this process so far.
+pub(crate) fn peak_memory() -> Option<u64> {
+    resident("VmHWM:")
+}
+
+/// Resident size of this process now.
+pub(crate) fn resident_memory() -> Option<u64> {
+    resident("VmRSS:")
+}
+
+/// A number of the kernel's account of this process.
+fn resident(what: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix(what))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kibibytes * 1024)
 }
@@ -393,6 +403,7 @@ fn peak_memory() -> Option<u64> {
 mod tests {
     use super::*;
     use glam::DAffine3;
+    use std::sync::Arc;
     use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart, TileId};
     use trimtess::model::EdgeId;
     use trimtess::prepare::PreparedPart;
@@ -418,15 +429,9 @@ mod tests {
                 ..PatchMesh::default()
             },
         };
-        MemorySink {
-            scene: Scene {
-                name: String::new(),
-                parts: vec![part(3), part(1)],
-                instances: vec![instance(0, 0), instance(1, 3), instance(0, 4)],
-            },
-            batches: vec![batch(0), batch(2)],
-            edge_lines: Vec::new(),
-        }
+        let instances = vec![instance(0, 0), instance(1, 3), instance(0, 4)];
+        let scene = Scene { name: String::new(), parts: vec![part(3), part(1)], instances };
+        MemorySink::of(scene, vec![batch(0), batch(2)], Vec::new())
     }
 
     fn diagnostic(severity: Severity, face: Option<u32>) -> Diagnostic {
@@ -446,7 +451,8 @@ mod tests {
             report.diagnostics.iter().filter(|entry| entry.reason.contains("no stage")).count()
         };
         assert_eq!(unexplained(&prepared), 3, "face 1 twice, face 3 once");
-        prepared.parts = vec![PreparedPart { face_rows: vec![Some(0), None, Some(1)], ..PreparedPart::default() }];
+        prepared.parts =
+            vec![Arc::new(PreparedPart { face_rows: vec![Some(0), None, Some(1)], ..PreparedPart::default() })];
         assert_eq!(unexplained(&prepared), 1);
     }
 
@@ -514,8 +520,7 @@ mod tests {
             worker: 0,
             mesh: PatchMesh { triangles: vec![[0, 1, 2]], ..PatchMesh::default() },
         };
-        let sink =
-            MemorySink { scene: prepared.scene.clone(), batches: faces.map(batch).collect(), edge_lines: Vec::new() };
+        let sink = MemorySink::of(prepared.scene.clone(), faces.map(batch).collect(), Vec::new());
         let report = Report::of(&sink, &prepared, &made);
         let told = &report.diagnostics;
         assert_eq!(told.len(), 2, "{told:?}");
@@ -530,7 +535,6 @@ mod tests {
     #[test]
     fn wires_that_cross_are_told_once() {
         use glam::DVec3;
-        use std::sync::Arc;
         use trimtess::frame::{Tolerance, plan};
         use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
         use trimtess::prepare::{PrepareOptions, prepare};

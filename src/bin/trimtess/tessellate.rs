@@ -5,7 +5,7 @@ use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::{Common, Done, Failure};
+use crate::{AsJson, Common, Done, Failure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
@@ -39,6 +39,8 @@ pub(crate) struct TessellateArgs {
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
+    #[command(flatten)]
+    told: AsJson,
 }
 
 /// How fine.
@@ -74,6 +76,13 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         Ok(number) => Err(format!("{number} is not a positive number")),
         Err(e) => Err(e.to_string()),
     }
+}
+
+/// Reads WxH.
+pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
+    let parse = |side: &str| side.parse::<u32>().ok().filter(|&side| side > 0);
+    let sides = text.split_once('x').and_then(|(width, height)| Some((parse(width)?, parse(height)?)));
+    sides.ok_or_else(|| format!("{text} is not WIDTHxHEIGHT, like 1280x960"))
 }
 
 /// Runs the command.
@@ -120,7 +129,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     report.angle_deg = Some(args.tolerance.angle);
     report.workers = made.workers.len();
     report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
-    let done = report.publish(common, args.report.as_deref());
+    let done = report.publish(common, args.told.json, args.report.as_deref());
     // The process is about to end: taking large structures apart would only delay that.
     std::mem::forget((prepared, plan, frame));
     done
@@ -135,11 +144,11 @@ pub(crate) fn make(
     sink: &mut MemorySink,
 ) -> Result<FrameReport, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let made = if common.workers == Some(1) {
+    let made = if common.workers() == 1 {
         // One thread is this one: another would only be waited for.
         serial(prepared, plan, edge_lines, sink)
     } else {
-        let options = SessionOptions { workers: usize::from(common.workers.unwrap_or(0)), edge_lines };
+        let options = SessionOptions::DEFAULT.with_workers(common.workers()).with_edge_lines(edge_lines);
         let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
         session.frame(plan, sink)
     };
@@ -249,7 +258,7 @@ mod tests {
         let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
         let plan = Arc::new(frame::plan(&prepared, &tolerance));
         let mut frame = MemorySink::default();
-        let options = SessionOptions { workers: 1, edge_lines: true };
+        let options = SessionOptions::DEFAULT.with_workers(1);
         let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
         session.frame(&plan, &mut frame).expect("a frame");
         tamper(&mut frame, &mut shells);

@@ -14,6 +14,7 @@ use std::fmt;
 
 use glam::DVec2;
 
+mod bits;
 pub(super) mod cdt;
 mod cleanup;
 mod record;

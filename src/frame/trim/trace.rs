@@ -7,6 +7,7 @@
 use glam::DVec2;
 
 use super::TrimInput;
+use super::bits::Bits;
 use super::reference::CORNER_CLEARANCE;
 use crate::math::predicates::orient2d;
 
@@ -39,57 +40,6 @@ pub(super) struct Crossing {
     pub(super) side: u8,
     /// The chain from here passes the loop's first tessellant.
     pub(super) wraps: bool,
-}
-
-/// Rows of bits, one row per lattice row.
-#[derive(Default)]
-pub(super) struct Bits {
-    words_per_row: usize,
-    words: Vec<u64>,
-}
-
-impl Bits {
-    fn reset(&mut self, columns: usize, rows: usize) {
-        self.words_per_row = columns.div_ceil(64);
-        self.words.clear();
-        self.words.resize(self.words_per_row * rows, 0);
-    }
-
-    #[inline(always)]
-    pub(super) fn get(&self, column: usize, row: usize) -> bool {
-        self.words[row * self.words_per_row + (column >> 6)] >> (column & 63) & 1 != 0
-    }
-
-    /// Sets the bit and returns its old value.
-    #[inline(always)]
-    fn set(&mut self, column: usize, row: usize) -> bool {
-        let word = &mut self.words[row * self.words_per_row + (column >> 6)];
-        let old = *word >> (column & 63) & 1 != 0;
-        *word |= 1 << (column & 63);
-        old
-    }
-
-    #[inline(always)]
-    fn flip(&mut self, column: usize, row: usize) {
-        self.words[row * self.words_per_row + (column >> 6)] ^= 1 << (column & 63);
-    }
-
-    /// Bits `64 * word ..` of the row.
-    #[inline(always)]
-    pub(super) fn word(&self, word: usize, row: usize) -> u64 {
-        self.words[row * self.words_per_row + word]
-    }
-
-    /// Bits `64 * word + 1 ..` of the row.
-    #[inline(always)]
-    pub(super) fn word_after(&self, word: usize, row: usize) -> u64 {
-        let carry = if word + 1 < self.words_per_row { self.word(word + 1, row) << 63 } else { 0 };
-        self.word(word, row) >> 1 | carry
-    }
-
-    pub(super) fn words_per_row(&self) -> usize {
-        self.words_per_row
-    }
 }
 
 /// The segment being traced.
@@ -467,19 +417,8 @@ impl Trace {
 
     /// A corner is kept if an odd number of crossings lies before it on its row; rows on the tile border keep nothing.
     fn keep_corners(&mut self) {
-        let words = self.kept.words_per_row;
         for row in 1..self.nv {
-            let mut carry = 0u64;
-            for word in 0..words {
-                let mut parity = self.odd_h.word(word, row);
-                for shift in [1, 2, 4, 8, 16, 32] {
-                    parity ^= parity << shift;
-                }
-                parity ^= carry;
-                // Bit i is the parity of edges 0..=i, which is that of corner i + 1.
-                self.kept.words[row * words + word] = parity << 1 | carry & 1;
-                carry = if parity >> 63 == 1 { u64::MAX } else { 0 };
-            }
+            self.kept.set_to_parity_before(row, &self.odd_h);
         }
     }
 

@@ -7,6 +7,7 @@
 mod body;
 mod boundary;
 mod conic;
+mod corners;
 mod csg;
 mod curve;
 mod derived;

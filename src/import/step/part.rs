@@ -2,6 +2,7 @@
 
 use super::StepOptions;
 use super::body::append;
+use super::corners::{Corners, head_to_tail};
 use super::curve::{Bounded, Ends, Whole, straight};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
@@ -265,46 +266,6 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<D
     reached
 }
 
-/// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.
-#[derive(Default)]
-struct Corners {
-    index: Map<VertexKey, usize>,
-    parent: Vec<usize>,
-    points: Vec<DVec3>,
-}
-
-impl Corners {
-    fn of(&mut self, key: VertexKey, point: DVec3) -> usize {
-        let fresh = self.parent.len();
-        let at = *self.index.entry(key).or_insert(fresh);
-        if at == fresh {
-            self.parent.push(fresh);
-            self.points.push(point);
-        }
-        self.root(at)
-    }
-
-    fn root(&mut self, mut at: usize) -> usize {
-        while self.parent[at] != at {
-            self.parent[at] = self.parent[self.parent[at]];
-            at = self.parent[at];
-        }
-        at
-    }
-
-    /// Makes two corners one; the one met first in the file stays.
-    fn unite(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b)] = a.min(b);
-    }
-
-    /// The two corners of a coedge, in loop order.
-    fn ends(&mut self, draft: &Draft, reversed: bool) -> (usize, usize) {
-        let [a, b] = [0, 1].map(|i| self.of(draft.ends[i], draft.points[i]));
-        if reversed { (b, a) } else { (a, b) }
-    }
-}
-
 /// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.
 const CORNER: f64 = 10.0;
 
@@ -385,7 +346,7 @@ impl Assembly {
             let mut ends = Vec::with_capacity(uses.len());
             for edge in uses {
                 let Some(Ok(draft)) = self.edges.get(&edge.edge) else { continue };
-                let (tail, head) = self.corners.ends(draft, edge.reversed);
+                let (tail, head) = self.corners.ends(draft.ends, draft.points, edge.reversed);
                 if draft.empty {
                     self.corners.unite(tail, head);
                 }
@@ -417,7 +378,7 @@ impl Assembly {
             for edge in uses {
                 let Some(Ok(draft)) = self.edges.get(&edge.edge) else { continue };
                 if !draft.empty {
-                    ends.push(self.corners.ends(draft, edge.reversed));
+                    ends.push(self.corners.ends(draft.ends, draft.points, edge.reversed));
                     keys.push(edge.edge);
                 }
             }
@@ -443,7 +404,7 @@ impl Assembly {
         for edge in uses {
             match self.edges.get(&edge.edge) {
                 Some(Ok(draft)) if !draft.empty => {
-                    ends.push(self.corners.ends(draft, edge.reversed));
+                    ends.push(self.corners.ends(draft.ends, draft.points, edge.reversed));
                     chain.push(edge);
                 }
                 Some(Ok(_)) => {}
@@ -547,7 +508,7 @@ impl Assembly {
         let (entity, gap, tolerance) = (draft.entity, draft.gap, draft.units.tolerance);
         let near = CORNER * tolerance;
         let draft = self.edges.get(&key)?.as_ref().ok()?;
-        let (start, end) = self.corners.ends(draft, false);
+        let (start, end) = self.corners.ends(draft.ends, draft.points, false);
         let ends = [start, end].map(|corner| self.corners.points[corner]);
         let gap = gap.max(curve.point(range.0).distance(ends[0])).max(curve.point(range.1).distance(ends[1]));
         let off = [range.0, range.1].map(|t| curve.point(t)).into_iter().zip(ends);
@@ -597,23 +558,6 @@ impl Assembly {
         }
         (self.part, self.diagnostics)
     }
-}
-
-/// Which edges of a loop, given by their corners, have to be turned for all to run head to tail, if the first is turned or
-/// not; `None` where the loop is open then.
-fn head_to_tail(ends: &[(usize, usize)], first: bool) -> Option<Vec<bool>> {
-    let Some(&(tail, head)) = ends.first() else { return Some(Vec::new()) };
-    let (start, mut at) = if first { (head, tail) } else { (tail, head) };
-    let mut turned = vec![first];
-    for &(tail, head) in &ends[1..] {
-        turned.push(tail != at);
-        at = match at {
-            _ if at == tail => head,
-            _ if at == head => tail,
-            _ => return None,
-        };
-    }
-    (at == start).then_some(turned)
 }
 
 /// A bound that has passed its checks.

@@ -1,0 +1,134 @@
+//! Views one after another through a session -> what each frame took, stage by stage and worker by worker.
+
+use super::uploads::{Size, Uploads};
+use crate::{Common, Failure};
+use cpu_time::ThreadTime;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trimtess::frame::{View, plan_for_view_within};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::Prepared;
+
+/// What is flown, how, and how often.
+pub(super) struct Order<'a> {
+    pub(super) prepared: &'a Arc<Prepared>,
+    pub(super) views: &'a [View],
+    pub(super) workers: usize,
+    /// Frames of changes, or each frame anew.
+    pub(super) coherent: bool,
+    /// How often the path is flown; each frame's times are the least of all.
+    pub(super) rounds: usize,
+}
+
+/// Milliseconds of one frame, or of one worker in it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Times {
+    /// The master: from the view to the plan.
+    pub(super) plan: f64,
+    /// From the plan to the last delivery.
+    pub(super) make: f64,
+    /// From there until the sink had everything.
+    pub(super) commit: f64,
+    /// All three.
+    pub(super) frame: f64,
+    /// Processor time of the thread that calls: plan, hand-off and commit.
+    pub(super) caller_cpu: f64,
+    /// What each worker was busy.
+    pub(super) busy: Vec<f64>,
+    /// Processor time of each worker.
+    pub(super) cpu: Vec<f64>,
+}
+
+impl Times {
+    fn least(&mut self, other: &Self) {
+        let least = |a: &mut f64, b: &f64| *a = a.min(*b);
+        least(&mut self.plan, &other.plan);
+        least(&mut self.make, &other.make);
+        least(&mut self.commit, &other.commit);
+        least(&mut self.frame, &other.frame);
+        least(&mut self.caller_cpu, &other.caller_cpu);
+        self.busy.iter_mut().zip(&other.busy).for_each(|(a, b)| least(a, b));
+        self.cpu.iter_mut().zip(&other.cpu).for_each(|(a, b)| least(a, b));
+    }
+
+    /// What the frame would take on a machine that does nothing else: the caller's processor time, and the longest of a worker.
+    pub(super) fn undisturbed(&self) -> f64 {
+        self.caller_cpu + self.cpu.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// What one frame made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Made {
+    /// Tiles that were made.
+    pub(super) tiles: u64,
+    /// Bytes of batches.
+    pub(super) uploaded: u64,
+    /// What a renderer holds after it.
+    pub(super) held: Size,
+}
+
+/// A path, flown.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Flight {
+    pub(super) workers: usize,
+    pub(super) coherent: bool,
+    pub(super) times: Vec<Times>,
+    /// Of the last round.
+    pub(super) made: Vec<Made>,
+    /// Resident memory of the process after the first frame and after the last, bytes.
+    pub(super) resident: [Option<u64>; 2],
+    /// How long it took in all.
+    pub(super) seconds: f64,
+}
+
+/// Flies a path.
+pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
+    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
+    let start = Instant::now();
+    let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false);
+    let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
+    let mut flight = Flight { workers: session.workers(), coherent: order.coherent, ..Flight::default() };
+    let mut sink = Uploads::of(order.prepared);
+    for round in 0..order.rounds {
+        for (k, view) in order.views.iter().enumerate() {
+            let (begun, cpu) = (Instant::now(), ThreadTime::try_now().ok());
+            let plan = tracing::debug_span!("plan")
+                .in_scope(|| plan_for_view_within(order.prepared, view, &common.limits.plan()));
+            let plan = Arc::new(common.limits.accept(plan)?);
+            let planned = begun.elapsed();
+            let report = session.frame(&plan, &mut sink).map_err(|e| cannot(&e))?;
+            let frame = begun.elapsed();
+            let cpu = cpu.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
+            let times = Times {
+                plan: ms(planned),
+                make: ms(report.made_in),
+                commit: ms(report.committed_in),
+                frame: ms(frame),
+                caller_cpu: ms(cpu.unwrap_or_default()),
+                busy: report.workers.iter().map(|w| ms(w.busy())).collect(),
+                cpu: report.workers.iter().map(|w| ms(w.cpu)).collect(),
+            };
+            let tiles = report.workers.iter().map(|w| u64::from(w.tiles)).sum();
+            let made = Made { tiles, uploaded: sink.uploaded, held: sink.held() };
+            if round == 0 {
+                flight.times.push(times);
+                flight.made.push(made);
+            } else {
+                flight.times[k].least(&times);
+                flight.made[k] = made;
+            }
+            if round == 0 && k == 0 {
+                flight.resident[0] = crate::report::resident_memory();
+            }
+        }
+    }
+    flight.resident[1] = crate::report::resident_memory();
+    flight.seconds = start.elapsed().as_secs_f64();
+    Ok(flight)
+}
+
+/// Milliseconds.
+pub(super) fn ms(duration: Duration) -> f64 {
+    1e3 * duration.as_secs_f64()
+}

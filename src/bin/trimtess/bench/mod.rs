@@ -1,0 +1,181 @@
+//! `trimtess bench`: a camera's path over a model, timed stage by stage and worker by worker.
+
+mod costs;
+mod flight;
+mod plot;
+mod replay;
+mod route;
+mod summary;
+mod uploads;
+
+use crate::input::{self, Input};
+use crate::limits::unprepared;
+use crate::progress::Progress;
+use crate::tessellate::{positive, require_folder, size};
+use crate::{Common, Done, Failure};
+use flight::{Flight, Order, fly};
+use replay::{EPOCH, Policy, replay};
+use route::{Asked, Route};
+use std::path::PathBuf;
+use std::sync::Arc;
+use summary::{Costly, Losses, Machine, Replay, Report, Row, Run, Spread, TileCosts};
+use trimtess::parallel::distribute::loads;
+use trimtess::prepare::{Prepared, prepare};
+
+/// `trimtess bench`
+#[derive(clap::Args)]
+pub(crate) struct BenchArgs {
+    /// A STEP file, builtin:NAME, or builtin:list.
+    #[arg(value_name = "FILE", value_parser = input::parse)]
+    pub(crate) input: Input,
+    /// Where the camera goes: orbit, zoom, walk, glu (the path of the comparison with libGLU), or a file that --save-path wrote.
+    #[arg(long, value_name = "PATH", value_parser = route::parse, default_value = "orbit")]
+    path: Route,
+    /// Frames of the path [default: 300, or all that were recorded].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Whether each frame makes only what changed since the last one, or everything anew.
+    #[arg(long, value_name = "WHETHER", default_value = "off")]
+    coherence: Coherence,
+    /// How often the path is flown: each frame's times are the least of all.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
+    rounds: u32,
+    /// Width and height in pixels [default: 1920x1080, or as recorded].
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<(u32, u32)>,
+    /// Largest distance between picture and exact surface, pixels [default: 0.5, or as recorded].
+    #[arg(long, value_name = "P", value_parser = positive)]
+    deviation_px: Option<f64>,
+    /// Largest turning of the normal across a triangle, degrees [default: 30, or as recorded].
+    #[arg(long, value_name = "DEG", value_parser = positive)]
+    angle: Option<f64>,
+    /// Time each tile by itself in 30 of the frames, and tell how evenly 4, 8, 16, 32 and 64 workers (or as many as are given) would
+    /// be loaded, dealt in several ways.
+    #[arg(long, value_name = "N,N,…", num_args = 0..=1, require_equals = true, default_missing_value = "4,8,16,32,64",
+          value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..))]
+    replay: Vec<u16>,
+    /// Write the result as JSON.
+    #[arg(long, value_name = "OUT.json")]
+    json: Option<PathBuf>,
+    /// Write charts.
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
+    /// Write the views, for --path.
+    #[arg(long, value_name = "OUT.json")]
+    save_path: Option<PathBuf>,
+}
+
+/// What frames make.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Coherence {
+    /// Everything, each time.
+    Off,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
+    [&args.json, &args.plot, &args.save_path].into_iter().flatten().try_for_each(|path| require_folder(path))?;
+    let progress = Progress::start(common);
+    progress.stage(format!("reading {}", args.input.name()));
+    let model = args.input.read(&common.limits.step())?;
+    progress.stage("preparing");
+    let prepared = Arc::new(prepare(model, &common.prepare()).map_err(unprepared)?);
+    let asked = Asked { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
+    let views = args.path.views(prepared.bounds, args.frames.map(|n| n as usize), asked)?;
+    if let Some(file) = &args.save_path {
+        route::save(&views, file)?;
+    }
+
+    let mut flights = Vec::new();
+    let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
+    for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
+        progress.stage(format!("flying {}, workers {workers}", args.path.name()));
+        let order =
+            Order { prepared: &prepared, views: &views, workers, coherent: false, rounds: args.rounds as usize };
+        flights.push(fly(&order, common)?);
+    }
+    let numbers: Vec<usize> = args.replay.iter().map(|&n| usize::from(n)).collect();
+    let replay = if numbers.is_empty() {
+        None
+    } else {
+        progress.stage("timing tiles");
+        let costs = costs::record(&prepared, &views, common)?;
+        Some(replayed(&prepared, &costs, &numbers, &flights)?)
+    };
+    drop(progress);
+
+    let report = Report {
+        model: args.input.name(),
+        machine: Machine::this(),
+        tiles: prepared.tiles().count(),
+        size: views[0].size,
+        deviation_px: views[0].deviation_px,
+        angle_deg: views[0].angle.to_degrees(),
+        runs: flights.iter().map(|flight| Run::of(flight, args.path.name())).collect(),
+        replay,
+    };
+    if let Some(file) = &args.json {
+        let text = serde_json::to_string(&report).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n";
+        trimtess::out::write_whole(file, |out| out.write_all(text.as_bytes()))
+            .map_err(|e| Failure::Cannot(e.to_string()))?;
+    }
+    if let Some(file) = &args.plot {
+        plot::save(&report, &flights, file)?;
+    }
+    crate::tell(&report.text())?;
+    Ok(Done::Clean)
+}
+
+/// How evenly each number of workers would be loaded, and where a frame's time would go.
+fn replayed(
+    prepared: &Prepared,
+    costs: &costs::Costs,
+    numbers: &[usize],
+    flights: &[Flight],
+) -> Result<Replay, Failure> {
+    let tiles = loads(prepared);
+    let epoch = (EPOCH / costs.stride).max(1);
+    let frames = costs.frames.len().max(1) as f64;
+    let median = |of: fn(&flight::Times) -> f64| Spread::of(flights.iter().flat_map(|f| &f.times).map(of)).p50;
+    let (master, commit) = (median(|t| t.plan), median(|t| t.commit));
+    let row = |&workers: &usize| {
+        let shares = Policy::ALL.map(|policy| (policy, replay(policy, &tiles, &costs.frames, workers, epoch)));
+        let ours = shares[0].1;
+        let (work, most) = (ours.mean / frames, ours.most / frames);
+        let handoff = costs::hand_off(workers)? + commit;
+        Ok(Row {
+            workers,
+            efficiency: shares.iter().map(|(policy, share)| (policy.name(), share.efficiency())).collect(),
+            frame_ms: Losses { work, imbalance: most - work, master, handoff },
+        })
+    };
+    let all = || costs.frames.iter().flatten().map(|ms| 1e3 * ms);
+    let count = (costs.frames.len() * tiles.len()).max(1) as f64;
+    Ok(Replay {
+        frames: costs.frames.len(),
+        tile_us: TileCosts {
+            mean: all().sum::<f64>() / count,
+            spread: Spread::of(all()),
+            most: all().fold(0.0, f64::max),
+        },
+        costly: costly(prepared, costs),
+        rows: numbers.iter().map(row).collect::<Result<_, Failure>>()?,
+    })
+}
+
+/// The tiles that cost most in any frame, the worst first.
+fn costly(prepared: &Prepared, costs: &costs::Costs) -> Vec<Costly> {
+    const TOLD: usize = 5;
+    let work: Vec<f64> = costs.frames.iter().map(|frame| frame.iter().sum()).collect();
+    let worst = |(number, (part, tile, row)): (usize, (_, _, &trimtess::prepare::Tile))| {
+        let (frame, ms) = costs.frames.iter().map(|f| f[number]).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (part, tile): (trimtess::model::PartId, trimtess::mesh::TileId) = (part, tile);
+        let rows = &prepared.parts[part.index()];
+        let entity = rows.faces[rows.face_of(row)].entity;
+        Some(Costly { part: part.0, face: row.face.0, tile: tile.0, entity, us: 1e3 * ms, share: ms / work[frame] })
+    };
+    let mut all: Vec<Costly> = prepared.tiles().enumerate().filter_map(worst).collect();
+    all.sort_by(|a, b| b.us.total_cmp(&a.us));
+    all.truncate(TOLD);
+    all
+}

@@ -1,0 +1,99 @@
+//! `--path` on the command line -> a list of views: a camera path around the model, or one recorded in a JSON file.
+
+use crate::Failure;
+use std::path::{Path, PathBuf};
+use trimtess::frame::{CameraPath, Picture, View};
+use trimtess::glam::DVec3;
+
+/// What `--path` names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Route {
+    /// A path by its name.
+    Named(CameraPath),
+    /// A file of views, as `--save-path` writes.
+    Recorded(PathBuf),
+}
+
+/// Reads the argument: a path's name, or else a file's.
+pub(crate) fn parse(text: &str) -> Result<Route, std::convert::Infallible> {
+    Ok(text.parse().map_or_else(|_| Route::Recorded(PathBuf::from(text)), Route::Named))
+}
+
+/// What the command line says of the picture; what it does not say is the recorded view's, or else [`Picture`]'s default here.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Asked {
+    pub(crate) size: Option<(u32, u32)>,
+    pub(crate) deviation_px: Option<f64>,
+    pub(crate) angle: Option<f64>,
+}
+
+/// What is not asked otherwise: half a pixel is below what 4× multisampling shows; the angle is that of pictures.
+const PICTURE: Picture =
+    Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: std::f64::consts::FRAC_PI_6 };
+
+impl Route {
+    /// A short name, for reports.
+    pub(crate) fn name(&self) -> String {
+        match self {
+            Self::Named(path) => {
+                let named = CameraPath::NAMED.iter().find(|(_, named)| named == path);
+                named.map_or_else(String::new, |(name, _)| (*name).to_owned())
+            }
+            Self::Recorded(file) => file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned(),
+        }
+    }
+
+    /// The views, at least one: `frames` of a named path, all that were recorded unless it says how many.
+    pub(crate) fn views(
+        &self,
+        bounds: Option<[DVec3; 2]>,
+        frames: Option<usize>,
+        asked: Asked,
+    ) -> Result<Vec<View>, Failure> {
+        /// Frames of a named path: those of the comparison with libGLU.
+        const FRAMES: usize = 300;
+        match self {
+            Self::Named(path) => {
+                let bounds =
+                    bounds.ok_or_else(|| Failure::Cannot("nothing is placed: there is no box to fly around".into()))?;
+                let picture = Picture {
+                    size: asked.size.unwrap_or(PICTURE.size),
+                    deviation_px: asked.deviation_px.unwrap_or(PICTURE.deviation_px),
+                    angle: asked.angle.unwrap_or(PICTURE.angle),
+                    ..PICTURE
+                };
+                Ok(path.views(bounds, frames.unwrap_or(FRAMES), &picture))
+            }
+            Self::Recorded(file) => {
+                let recorded = read(file)?;
+                let count = frames.unwrap_or(recorded.len());
+                let again = |view: &View| View {
+                    size: asked.size.unwrap_or(view.size),
+                    deviation_px: asked.deviation_px.unwrap_or(view.deviation_px),
+                    angle: asked.angle.unwrap_or(view.angle),
+                    ..*view
+                };
+                Ok(recorded.iter().cycle().take(count).map(again).collect())
+            }
+        }
+    }
+}
+
+/// The views of a file, at least one.
+fn read(file: &Path) -> Result<Vec<View>, Failure> {
+    let cannot = |why: &dyn std::fmt::Display| {
+        let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
+        Failure::Cannot(format!("{}: {why}; --path takes {known}, or a file that --save-path wrote", file.display()))
+    };
+    let text = std::fs::read_to_string(file).map_err(|e| cannot(&e))?;
+    let views: Vec<View> = serde_json::from_str(&text).map_err(|e| cannot(&e))?;
+    if views.is_empty() { Err(cannot(&"no views in it")) } else { Ok(views) }
+}
+
+/// Writes views to a file, whole or not at all, one a line.
+pub(crate) fn save(views: &[View], file: &Path) -> Result<(), Failure> {
+    let rows: Result<Vec<String>, _> = views.iter().map(serde_json::to_string).collect();
+    let rows = rows.map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
+    let text = format!("[\n{}\n]\n", rows.join(",\n"));
+    trimtess::out::write_whole(file, |out| out.write_all(text.as_bytes())).map_err(|e| Failure::Cannot(e.to_string()))
+}

@@ -1,0 +1,332 @@
+//! Flights and replays -> the report: JSON for programs, tables for people.
+
+use super::flight::{Flight, Made, Times};
+use super::replay::{CAP, EPOCH, Policy};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+/// The median, and what one in a hundred exceeds; milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(super) struct Spread {
+    pub(super) p50: f64,
+    pub(super) p99: f64,
+}
+
+impl Spread {
+    /// Of any numbers; zeros of none.
+    pub(super) fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
+        let mut sorted: Vec<f64> = numbers.into_iter().collect();
+        sorted.sort_by(f64::total_cmp);
+        // The least number that a share of all does not exceed.
+        let rank = |share: f64| ((share * sorted.len() as f64).ceil() as usize).max(1) - 1;
+        let at = |share: f64| sorted.get(rank(share)).copied().unwrap_or(0.0);
+        Self { p50: at(0.5), p99: at(0.99) }
+    }
+}
+
+/// Everything that was measured.
+#[derive(Serialize)]
+pub(super) struct Report {
+    pub(super) model: String,
+    pub(super) machine: Machine,
+    pub(super) tiles: usize,
+    /// Width and height, pixels.
+    pub(super) size: (u32, u32),
+    pub(super) deviation_px: f64,
+    pub(super) angle_deg: f64,
+    pub(super) runs: Vec<Run>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) replay: Option<Replay>,
+}
+
+/// What it ran on.
+#[derive(Serialize)]
+pub(super) struct Machine {
+    pub(super) processor: String,
+    pub(super) cores: usize,
+    pub(super) system: &'static str,
+}
+
+impl Machine {
+    /// This one.
+    pub(super) fn this() -> Self {
+        let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let model = told.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        Self {
+            processor: model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned()),
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+            system: std::env::consts::OS,
+        }
+    }
+}
+
+/// One path, flown one way.
+#[derive(Serialize)]
+pub(super) struct Run {
+    pub(super) path: String,
+    pub(super) workers: usize,
+    /// `on`: only what changed is made; `off`: every frame is made anew.
+    pub(super) coherence: &'static str,
+    pub(super) frames: usize,
+    pub(super) frames_per_s: f64,
+    /// Whole frames, from the view until the sink has everything.
+    pub(super) p50_ms: f64,
+    pub(super) p99_ms: f64,
+    /// The first frame, which is always whole.
+    pub(super) first_ms: f64,
+    /// The same as processor time: the caller's, and the longest of a worker.
+    pub(super) undisturbed_ms: Spread,
+    pub(super) triangles_mean: f64,
+    pub(super) tiles_remade_mean: f64,
+    pub(super) bytes_uploaded_mean: f64,
+    /// What a renderer holds at most.
+    pub(super) bytes_held: u64,
+    pub(super) bytes_held_per_triangle: f64,
+    /// Mean over largest processor time of the workers, both summed over the frames.
+    pub(super) efficiency: f64,
+    pub(super) stages_ms: Stages,
+    /// Resident memory of the process after the first frame and after the last, where the system tells.
+    pub(super) resident_bytes: [Option<u64>; 2],
+    pub(super) seconds: f64,
+}
+
+#[derive(Serialize)]
+pub(super) struct Stages {
+    /// The master: from the view to the plan.
+    pub(super) plan: Spread,
+    /// From the plan to the last delivery.
+    pub(super) make: Spread,
+    /// The sink: from there until it had everything.
+    pub(super) commit: Spread,
+    /// What each worker was busy.
+    pub(super) workers: Vec<Spread>,
+    /// Processor time of each worker.
+    pub(super) workers_cpu: Vec<Spread>,
+}
+
+impl Run {
+    pub(super) fn of(flight: &Flight, path: String) -> Self {
+        let Flight { times, made, .. } = flight;
+        let frames = times.len();
+        let all = |of: fn(&Times) -> f64| Spread::of(times.iter().map(of));
+        let mean = |of: fn(&Made) -> u64| made.iter().map(|m| of(m) as f64).sum::<f64>() / frames.max(1) as f64;
+        let whole = all(|t| t.frame);
+        let each = |of: fn(&Times) -> &[f64]| {
+            let worker = |w: usize| Spread::of(times.iter().map(|t| of(t)[w]));
+            (0..flight.workers).map(worker).collect::<Vec<_>>()
+        };
+        let most = made.iter().map(|m| m.held).max_by_key(|held| held.bytes).unwrap_or_default();
+        let seconds: f64 = 1e-3 * times.iter().map(|t| t.frame).sum::<f64>();
+        Self {
+            path,
+            workers: flight.workers,
+            coherence: if flight.coherent { "on" } else { "off" },
+            frames,
+            frames_per_s: if seconds > 0.0 { frames as f64 / seconds } else { 0.0 },
+            p50_ms: whole.p50,
+            p99_ms: whole.p99,
+            first_ms: times.first().map_or(0.0, |t| t.frame),
+            undisturbed_ms: all(Times::undisturbed),
+            triangles_mean: mean(|m| m.held.triangles),
+            tiles_remade_mean: mean(|m| m.tiles),
+            bytes_uploaded_mean: mean(|m| m.uploaded),
+            bytes_held: most.bytes,
+            bytes_held_per_triangle: most.bytes as f64 / (most.triangles as f64).max(1.0),
+            efficiency: efficiency(times),
+            stages_ms: Stages {
+                plan: all(|t| t.plan),
+                make: all(|t| t.make),
+                commit: all(|t| t.commit),
+                workers: each(|t| &t.busy),
+                workers_cpu: each(|t| &t.cpu),
+            },
+            resident_bytes: flight.resident,
+            seconds: flight.seconds,
+        }
+    }
+}
+
+/// Mean over largest processor time of workers, both summed over frames; 1 when there was nothing to do.
+fn efficiency(times: &[Times]) -> f64 {
+    let mean: f64 = times.iter().map(|t| t.cpu.iter().sum::<f64>() / t.cpu.len() as f64).sum();
+    let most: f64 = times.iter().map(|t| t.cpu.iter().copied().fold(0.0, f64::max)).sum();
+    if most > 0.0 { mean / most } else { 1.0 }
+}
+
+/// What the costs of tiles say of any number of workers. Every frame is made anew in it.
+#[derive(Serialize)]
+pub(super) struct Replay {
+    /// Frames in which tiles were timed.
+    pub(super) frames: usize,
+    /// Microseconds of a tile in a frame.
+    pub(super) tile_us: TileCosts,
+    /// The tiles that cost most, the worst first.
+    pub(super) costly: Vec<Costly>,
+    pub(super) rows: Vec<Row>,
+}
+
+#[derive(Serialize)]
+pub(super) struct TileCosts {
+    pub(super) mean: f64,
+    #[serde(flatten)]
+    pub(super) spread: Spread,
+    pub(super) most: f64,
+}
+
+/// A tile that costs much.
+#[derive(Serialize)]
+pub(super) struct Costly {
+    pub(super) part: u32,
+    pub(super) face: u32,
+    pub(super) tile: u32,
+    /// The face's entity in the file, 0 if none.
+    pub(super) entity: u64,
+    pub(super) us: f64,
+    /// Of all the work of the frame where it cost that.
+    pub(super) share: f64,
+}
+
+/// One number of workers.
+#[derive(Serialize)]
+pub(super) struct Row {
+    pub(super) workers: usize,
+    /// Mean over largest load, by way of dealing.
+    pub(super) efficiency: BTreeMap<&'static str, f64>,
+    /// Where a frame's time goes as sessions deal, milliseconds.
+    pub(super) frame_ms: Losses,
+}
+
+/// A frame's time: its work, evenly shared, and what comes on top.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct Losses {
+    /// All tiles' costs over the number of workers.
+    pub(super) work: f64,
+    /// What the worker with the most has beyond that.
+    pub(super) imbalance: f64,
+    /// The plan: the median of the flights.
+    pub(super) master: f64,
+    /// From the order to the last delivery of a frame without tiles, and the commit: the median of the flights.
+    pub(super) handoff: f64,
+}
+
+impl Losses {
+    fn total(&self) -> f64 {
+        self.work + self.imbalance + self.master + self.handoff
+    }
+}
+
+impl Report {
+    /// Two tables at most.
+    pub(super) fn text(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{}: {} tiles; {} × {} pixels, {} px, {:.0}°; {} cores of {}",
+            self.model,
+            self.tiles,
+            self.size.0,
+            self.size.1,
+            self.deviation_px,
+            self.angle_deg,
+            self.machine.cores,
+            self.machine.processor
+        );
+        let _ = writeln!(
+            text,
+            "path     workers coherence | frames/s  ms: p50    p99  first | plan p50    p99 | slowest worker | sink p50    p99 | \
+             triangles   tiles made   KiB sent | efficiency"
+        );
+        self.runs.iter().for_each(|run| text += &run.line());
+        if let Some(replay) = &self.replay {
+            replay.tell(&mut text);
+        }
+        text
+    }
+}
+
+impl Run {
+    fn line(&self) -> String {
+        let Stages { plan, commit, workers, .. } = &self.stages_ms;
+        let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
+        format!(
+            "{:<10} {:>5} {:>9} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>6.3}\n",
+            self.path,
+            self.workers,
+            self.coherence,
+            self.frames_per_s,
+            self.p50_ms,
+            self.p99_ms,
+            self.first_ms,
+            plan.p50,
+            plan.p99,
+            slowest.p50,
+            slowest.p99,
+            commit.p50,
+            commit.p99,
+            self.triangles_mean,
+            self.tiles_remade_mean,
+            self.bytes_uploaded_mean / 1024.0,
+            self.efficiency
+        )
+    }
+}
+
+impl Replay {
+    fn tell(&self, text: &mut String) {
+        let TileCosts { mean, spread, most } = &self.tile_us;
+        let _ = writeln!(
+            text,
+            "replayed from the costs of tiles in {} frames, each made anew: {mean:.1} µs a tile, median {:.1}, 99 % {:.1}, most {most:.1}",
+            self.frames, spread.p50, spread.p99
+        );
+        let _ = write!(text, "workers |");
+        Policy::ALL.iter().for_each(|policy| {
+            let _ = write!(text, " {:>10}", policy.name());
+        });
+        let _ = writeln!(text, " | ms a frame: work  imbalance  master  hand-off |  all");
+        for row in &self.rows {
+            let _ = write!(text, "{:>7} |", row.workers);
+            Policy::ALL.iter().for_each(|policy| {
+                let _ = write!(text, " {:>10.3}", row.efficiency.get(policy.name()).copied().unwrap_or(0.0));
+            });
+            let Losses { work, imbalance, master, handoff } = row.frame_ms;
+            let total = row.frame_ms.total();
+            let _ = writeln!(text, " | {work:>16.3} {imbalance:>10.3} {master:>7.3} {handoff:>9.3} | {total:>6.3}");
+        }
+        let cap = 1e3 * CAP;
+        let _ = writeln!(
+            text,
+            "capped: windows of tiles cut at {cap:.0} µs; epoch: dealt anew by cost every {EPOCH} frames; dynamic: no dealing is better"
+        );
+        for tile in &self.costly {
+            let Costly { part, face, tile, entity, us, share } = tile;
+            let percent = 100.0 * share;
+            let _ = writeln!(
+                text,
+                "  part {part} face {face} (#{entity}) tile {tile}: {us:.0} µs, {percent:.1} % of its frame"
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_numbers_that_occur() {
+        assert_eq!(Spread::of([]), Spread { p50: 0.0, p99: 0.0 });
+        assert_eq!(Spread::of([3.0]), Spread { p50: 3.0, p99: 3.0 });
+        assert_eq!(Spread::of((1..=100).rev().map(f64::from)), Spread { p50: 50.0, p99: 99.0 });
+        assert_eq!(Spread::of((1..=300).map(f64::from)), Spread { p50: 150.0, p99: 297.0 });
+    }
+
+    #[test]
+    fn efficiency_is_over_all_frames() {
+        let times = |cpu: &[f64]| Times { cpu: cpu.to_vec(), ..Times::default() };
+        assert!((efficiency(&[times(&[2.0, 2.0]), times(&[4.0, 0.0])]) - 4.0 / 6.0).abs() < 1e-12);
+        assert_eq!(efficiency(&[times(&[0.0])]), 1.0);
+    }
+}

@@ -1,0 +1,85 @@
+//! Batches -> how many bytes a renderer would upload and hold. Keeps sizes and no mesh.
+
+use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError, TileId};
+use trimtess::model::PartId;
+use trimtess::prepare::Prepared;
+
+/// A vertex on a GPU: a position relative to the part in three f32, and a packed normal.
+const BYTES_PER_VERTEX: u64 = 16;
+/// A triangle: three u32.
+const BYTES_PER_TRIANGLE: u64 = 12;
+
+/// What a tile's batch is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Size {
+    pub(super) triangles: u64,
+    pub(super) bytes: u64,
+}
+
+/// A sink that counts.
+pub(super) struct Uploads {
+    /// Where each part's tiles start among all.
+    starts: Vec<usize>,
+    held: Vec<Size>,
+    /// Batches of this frame.
+    pub(super) batches: u64,
+    /// Their bytes.
+    pub(super) uploaded: u64,
+}
+
+impl Uploads {
+    /// For frames of a model.
+    pub(super) fn of(prepared: &Prepared) -> Self {
+        let mut starts = vec![0];
+        for part in &prepared.parts {
+            starts.push(starts[starts.len() - 1] + part.tiles.len());
+        }
+        let held = vec![Size::default(); starts[starts.len() - 1]];
+        Self { starts, held, batches: 0, uploaded: 0 }
+    }
+
+    /// A tile's number among those of all parts.
+    pub(super) fn tile(&self, part: PartId, tile: TileId) -> usize {
+        self.starts[part.index()] + tile.0 as usize
+    }
+
+    /// What all tiles together are after the last frame.
+    pub(super) fn held(&self) -> Size {
+        let add = |a: Size, b: &Size| Size { triangles: a.triangles + b.triangles, bytes: a.bytes + b.bytes };
+        self.held.iter().fold(Size::default(), add)
+    }
+}
+
+impl MeshSink for Uploads {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.held.fill(Size::default());
+        self.begin_changes(scene)
+    }
+
+    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+        (self.batches, self.uploaded) = (0, 0);
+        Ok(())
+    }
+
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        let (vertices, triangles) = (batch.mesh.positions.len() as u64, batch.mesh.triangles.len() as u64);
+        let bytes = vertices * BYTES_PER_VERTEX + triangles * BYTES_PER_TRIANGLE;
+        let tile = self.tile(batch.part, batch.tile);
+        self.held[tile] = Size { triangles, bytes };
+        self.batches += 1;
+        self.uploaded += bytes;
+        Ok(())
+    }
+
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        self.held.fill(Size::default());
+    }
+}

@@ -1,0 +1,62 @@
+//! Ends of edges -> which are one vertex, and which way the edges of a loop run from one to the next.
+
+use super::loops::VertexKey;
+use super::table::Map;
+use glam::DVec3;
+
+/// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.
+#[derive(Default)]
+pub(super) struct Corners {
+    index: Map<VertexKey, usize>,
+    parent: Vec<usize>,
+    pub(super) points: Vec<DVec3>,
+}
+
+impl Corners {
+    pub(super) fn of(&mut self, key: VertexKey, point: DVec3) -> usize {
+        let fresh = self.parent.len();
+        let at = *self.index.entry(key).or_insert(fresh);
+        if at == fresh {
+            self.parent.push(fresh);
+            self.points.push(point);
+        }
+        self.root(at)
+    }
+
+    pub(super) fn root(&mut self, mut at: usize) -> usize {
+        while self.parent[at] != at {
+            self.parent[at] = self.parent[self.parent[at]];
+            at = self.parent[at];
+        }
+        at
+    }
+
+    /// Makes two corners one; the one met first in the file stays.
+    pub(super) fn unite(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b)] = a.min(b);
+    }
+
+    /// The two corners of a coedge, in loop order.
+    pub(super) fn ends(&mut self, ends: [VertexKey; 2], points: [DVec3; 2], reversed: bool) -> (usize, usize) {
+        let [a, b] = [0, 1].map(|i| self.of(ends[i], points[i]));
+        if reversed { (b, a) } else { (a, b) }
+    }
+}
+
+/// Which edges of a loop, given by their corners, have to be turned for all to run head to tail, if the first is turned or
+/// not; `None` where the loop is open then.
+pub(super) fn head_to_tail(ends: &[(usize, usize)], first: bool) -> Option<Vec<bool>> {
+    let Some(&(tail, head)) = ends.first() else { return Some(Vec::new()) };
+    let (start, mut at) = if first { (head, tail) } else { (tail, head) };
+    let mut turned = vec![first];
+    for &(tail, head) in &ends[1..] {
+        turned.push(tail != at);
+        at = match at {
+            _ if at == tail => head,
+            _ if at == head => tail,
+            _ => return None,
+        };
+    }
+    (at == start).then_some(turned)
+}

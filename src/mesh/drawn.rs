@@ -1,0 +1,120 @@
+//! Which tiles of which instances are drawn, view by view: a bit each.
+
+use super::TileId;
+
+/// Which tiles each instance shows in each view. Without rows (as made by default): everything is drawn in every view.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Drawn {
+    /// Where the words of each (view, instance) start in `words`, views after one another; and the end.
+    starts: Vec<u32>,
+    instances: u32,
+    words: Vec<u64>,
+}
+
+impl Drawn {
+    /// Nothing drawn yet in `views` views of instances with as many tiles as `tiles` says.
+    #[must_use]
+    pub fn none(views: usize, tiles: &[usize]) -> Self {
+        let mut drawn = Self::default();
+        drawn.reset(views, tiles);
+        drawn
+    }
+
+    /// The same in place of what this held, with its memory.
+    pub fn reset(&mut self, views: usize, tiles: &[usize]) {
+        self.starts.clear();
+        self.words.clear();
+        self.instances = tiles.len() as u32;
+        let mut next = 0;
+        self.starts.push(next);
+        for _ in 0..views {
+            for tiles in tiles {
+                next += tiles.div_ceil(64) as u32;
+                self.starts.push(next);
+            }
+        }
+        self.words.resize(next as usize, 0);
+    }
+
+    /// Whether everything is drawn in every view.
+    #[must_use]
+    pub fn is_everything(&self) -> bool {
+        self.starts.is_empty()
+    }
+
+    /// How many views this is about; 0 for everything.
+    #[must_use]
+    pub fn views(&self) -> usize {
+        self.starts.len().saturating_sub(1) / (self.instances as usize).max(1)
+    }
+
+    fn row(&self, view: usize, instance: usize) -> std::ops::Range<usize> {
+        let row = view * self.instances as usize + instance;
+        self.starts[row] as usize..self.starts[row + 1] as usize
+    }
+
+    /// Whether a tile of an instance is drawn in a view.
+    ///
+    /// # Panics
+    /// For views, instances and tiles that there are not.
+    #[must_use]
+    pub fn contains(&self, view: usize, instance: usize, tile: TileId) -> bool {
+        let tile = tile.0 as usize;
+        self.is_everything() || self.words[self.row(view, instance)][tile >> 6] >> (tile & 63) & 1 == 1
+    }
+
+    /// Tiles `64 k ..` of an instance in a view, a bit each, the first the lowest; all ones for everything.
+    ///
+    /// # Panics
+    /// As [`contains`](Self::contains).
+    #[must_use]
+    pub fn word(&self, view: usize, instance: usize, k: usize) -> u64 {
+        if self.is_everything() { u64::MAX } else { self.words[self.row(view, instance)][k] }
+    }
+
+    /// Has a tile of an instance drawn in a view.
+    ///
+    /// # Panics
+    /// As [`contains`](Self::contains), and for everything, which has no rows.
+    pub fn insert(&mut self, view: usize, instance: usize, tile: TileId) {
+        let (row, tile) = (self.row(view, instance), tile.0 as usize);
+        self.words[row][tile >> 6] |= 1 << (tile & 63);
+    }
+
+    /// The tiles of an instance that are drawn in a view, ascending; none for everything, which has no rows.
+    pub fn tiles(&self, view: usize, instance: usize) -> impl Iterator<Item = TileId> + '_ {
+        let row = if self.is_everything() { 0..0 } else { self.row(view, instance) };
+        self.words[row].iter().enumerate().flat_map(|(k, &word)| {
+            let mut rest = word;
+            std::iter::from_fn(move || {
+                let bit = (rest != 0).then(|| rest.trailing_zeros())?;
+                rest &= rest - 1;
+                Some(TileId(64 * k as u32 + bit))
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bit_for_each_tile_of_each_instance_in_each_view() {
+        let mut drawn = Drawn::none(2, &[70, 0, 3]);
+        assert!(!drawn.is_everything() && drawn.views() == 2);
+        for (view, instance, tile) in [(0, 0, 69), (1, 0, 0), (1, 0, 64), (1, 2, 2)] {
+            drawn.insert(view, instance, TileId(tile));
+            assert!(drawn.contains(view, instance, TileId(tile)));
+        }
+        let tiles = |view, instance| drawn.tiles(view, instance).map(|t| t.0).collect::<Vec<_>>();
+        assert_eq!(
+            [tiles(0, 0), tiles(0, 2), tiles(1, 0), tiles(1, 1), tiles(1, 2)],
+            [vec![69], vec![], vec![0, 64], vec![], vec![2]]
+        );
+        assert_eq!((drawn.word(1, 0, 0), drawn.word(1, 0, 1)), (1, 1));
+        drawn.reset(1, &[2]);
+        assert_eq!(drawn, Drawn::none(1, &[2]));
+        assert!(Drawn::default().contains(3, 7, TileId(9)) && Drawn::default().views() == 0);
+    }
+}

@@ -1,0 +1,139 @@
+//! `trimtess bench` as others rely on it: the fields of its JSON, paths that are written and read again, a timeline that holds every stage.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![cfg(feature = "cli")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own for each test.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bench").join(test);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Runs `trimtess bench` in a folder.
+fn bench(folder: &Path, args: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
+    command.arg("bench").args(args).current_dir(folder).env_remove("RUST_LOG").output().unwrap()
+}
+
+/// The same, with its JSON.
+fn measured(folder: &Path, args: &[&str]) -> Value {
+    let output = bench(folder, &[args, &["--json", "bench.json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(!output.stdout.is_empty());
+    read(&folder.join("bench.json"))
+}
+
+fn read(path: &Path) -> Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn number(value: &Value, field: &str) -> f64 {
+    value.pointer(field).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {field} in {value}"))
+}
+
+#[test]
+fn a_path_is_flown_by_each_number_of_workers() {
+    let folder = folder("teapot");
+    let args = ["builtin:teapot", "--path", "glu", "--frames", "8", "--workers", "1,3", "--coherence", "off"];
+    let report = measured(&folder, &[&args[..], &["--replay=2,32", "--plot", "bench.svg"]].concat());
+    assert_eq!((report["model"].as_str(), report["tiles"].as_u64()), (Some("builtin:teapot"), Some(32)));
+    assert!(number(&report, "/machine/cores") >= 1.0 && report["machine"]["processor"].is_string());
+    let runs = report["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 2);
+    for (run, workers) in runs.iter().zip([1, 3]) {
+        assert_eq!((run["path"].as_str(), run["coherence"].as_str()), (Some("glu"), Some("off")));
+        assert_eq!((run["workers"].as_u64(), run["frames"].as_u64()), (Some(workers), Some(8)));
+        for field in
+            ["/frames_per_s", "/triangles_mean", "/bytes_uploaded_mean", "/bytes_held", "/first_ms", "/seconds"]
+        {
+            assert!(number(run, field) > 0.0, "{field} of {run}");
+        }
+        for stage in ["", "/plan", "/make", "/commit"] {
+            let at = |quantile| {
+                let field =
+                    if stage.is_empty() { format!("/{quantile}_ms") } else { format!("/stages_ms{stage}/{quantile}") };
+                number(run, &field)
+            };
+            assert!(at("p50") > 0.0 && at("p50") <= at("p99"), "{stage} of {run}");
+        }
+        assert_eq!(run["stages_ms"]["workers"].as_array().unwrap().len() as u64, workers);
+        assert_eq!(number(run, "/tiles_remade_mean"), 32.0);
+        let efficiency = number(run, "/efficiency");
+        assert!(efficiency > 0.0 && efficiency <= 1.0 + 1e-12 && (workers > 1 || efficiency == 1.0), "{run}");
+    }
+    // The mesh is the same for any number of workers.
+    for field in ["/triangles_mean", "/bytes_uploaded_mean", "/bytes_held"] {
+        assert_eq!(number(&runs[0], field), number(&runs[1], field));
+    }
+    let rows = report["replay"]["rows"].as_array().unwrap();
+    assert_eq!(rows.iter().map(|row| row["workers"].as_u64().unwrap()).collect::<Vec<_>>(), [2, 32]);
+    for row in rows {
+        for policy in ["windows", "capped", "contiguous", "random", "epoch", "dynamic"] {
+            let efficiency = number(row, &format!("/efficiency/{policy}"));
+            assert!(efficiency > 0.0 && efficiency <= 1.0 + 1e-12, "{row}");
+        }
+        for loss in ["work", "imbalance", "master", "handoff"] {
+            assert!(number(row, &format!("/frame_ms/{loss}")) >= 0.0, "{row}");
+        }
+    }
+    assert!(fs::read_to_string(folder.join("bench.svg")).unwrap().ends_with("</svg>\n"));
+}
+
+#[test]
+fn a_path_that_was_written_is_read_again() {
+    let folder = folder("path");
+    let picture = ["--size", "640x480", "--deviation-px", "1.5", "--angle", "20"];
+    let args = ["builtin:torus", "--path", "walk", "--frames", "5", "--coherence", "off", "--save-path"];
+    let flown = measured(&folder, &[&args[..], &["walk.json"], &picture[..]].concat());
+    let views = read(&folder.join("walk.json"));
+    assert_eq!(views.as_array().unwrap().len(), 5);
+    assert_eq!((&views[0]["size"][0], number(&views[0], "/deviation_px")), (&640.into(), 1.5));
+
+    let recorded = ["builtin:torus", "--path", "walk.json", "--coherence", "off"];
+    let again = measured(&folder, &[&recorded[..], &["--save-path", "again.json"]].concat());
+    assert_eq!(views, read(&folder.join("again.json")));
+    let triangles = |report: &Value| number(report, "/runs/0/triangles_mean");
+    assert_eq!(triangles(&flown), triangles(&again));
+    assert_eq!(again["runs"][0]["path"].as_str(), Some("walk.json"));
+    assert_eq!((&again["size"], &again["deviation_px"]), (&flown["size"], &flown["deviation_px"]));
+
+    let finer = measured(&folder, &[&recorded[..], &["--deviation-px", "0.1", "--frames", "7"]].concat());
+    assert!(triangles(&finer) > triangles(&flown));
+    assert_eq!(finer["runs"][0]["frames"].as_u64(), Some(7));
+}
+
+#[test]
+fn what_is_no_path_is_told() {
+    let folder = folder("no_path");
+    fs::write(folder.join("empty.json"), "[]").unwrap();
+    fs::write(folder.join("other.json"), "[{\"eye\": [0, 0, 0]}]").unwrap();
+    let refused = [("spiral", "orbit, zoom, walk, glu"), ("empty.json", "no views"), ("other.json", "missing field")];
+    for (path, why) in refused {
+        let output = bench(&folder, &["builtin:torus", "--path", path]);
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{told}");
+        assert!(told.contains(path) && told.contains(why), "{path}: {told}");
+    }
+    let output = bench(&folder, &["builtin:torus", "--frames", "0"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn a_timeline_holds_every_stage_of_every_frame() {
+    let folder = folder("trace");
+    let args = ["builtin:washer", "--frames", "3", "--workers", "2", "--coherence", "off", "--trace", "trace.json"];
+    let report = measured(&folder, &args);
+    let events = read(&folder.join("trace.json"));
+    let count = |name: &str| {
+        let is = |event: &&Value| event["name"].as_str() == Some(name) && event["ph"].as_str() == Some("B");
+        events.as_array().unwrap().iter().filter(is).count() as u64
+    };
+    assert_eq!([count("frame"), count("plan"), count("commit"), count("worker")], [3, 3, 3, 6]);
+    assert_eq!(count("tile"), 3 * report["tiles"].as_u64().unwrap());
+}
