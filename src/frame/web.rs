@@ -1,8 +1,9 @@
 //! Triangles that know their neighbours, and the changes that keep their outline.
 
-use crate::mesh::{Origin, PatchMesh};
+use crate::mesh::{BitMix, Origin, PatchMesh};
 use glam::DVec3;
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 /// Heights that are rounding, as a share of the coordinates' size.
 const ROUNDING: f64 = 1e-13;
@@ -64,7 +65,7 @@ pub(super) struct Web<'a> {
     around: Around,
     /// The triangle left of each directed edge of triangles that changed, its ends as [`Web::one`] has them; none where there is
     /// none now.
-    changed: HashMap<(u32, u32), Option<usize>>,
+    changed: HashMap<(u32, u32), Option<usize>, BuildHasherDefault<BitMix>>,
     poles: Poles,
 }
 
@@ -107,7 +108,7 @@ impl<'a> Web<'a> {
     pub(super) fn new(mesh: &'a mut PatchMesh) -> Self {
         let poles = Poles::of(mesh);
         let around = Around::new(mesh, &poles);
-        Self { mesh, around, changed: HashMap::new(), poles }
+        Self { mesh, around, changed: HashMap::default(), poles }
     }
 
     /// A vertex, or the one that stands for it.
