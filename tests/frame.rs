@@ -156,7 +156,7 @@ fn a_tile_that_vanishes_is_empty_and_one_that_is_lost_has_failed() {
     assert!(matches!(tile(&prepared, &plan), Some(Degradation::Failed(_))));
     // At a tolerance as large as the box it is thin.
     let mut coarse = plan.clone();
-    coarse.parts[0].tiles[0].chord = 1e3;
+    Arc::make_mut(&mut coarse.parts[0].tiles[0]).chord = 1e3;
     assert_eq!(tile(&prepared, &coarse), Some(Degradation::Empty));
     // Without loops there is nothing to lose.
     prepared.parts[0].tiles[0].loops.clear();

@@ -31,7 +31,7 @@ fn a_plan_past_its_limits_is_refused_or_coarser_as_the_caller_likes() {
     let prepared = within(PrepareLimits::DEFAULT).unwrap();
     let free = frame::plan(&prepared, &FINE).as_asked().unwrap();
     let cells = |plan: &frame::Plan| -> u64 {
-        let tiles = plan.parts.iter().flat_map(|part| &part.tiles).map(frame::TileLattice::cells);
+        let tiles = plan.parts.iter().flat_map(|part| &part.tiles).map(|lattice| lattice.cells());
         tiles.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).sum()
     };
     // Boundaries make triangles, too.

@@ -4,6 +4,21 @@ use super::tolerance::Tolerance;
 use super::view::Sight;
 use crate::prepare::BoundingBox;
 
+/// What is asked of one tile or edge, box by box.
+pub(super) struct Need {
+    /// The strictest tolerance within any of its boxes.
+    pub(super) tolerance: Tolerance,
+    /// What share that is of each box's own: at most 1, and 0 for a box that is not seen.
+    pub(super) shares: Vec<f64>,
+}
+
+impl Need {
+    /// Whether all boxes have the same tolerance.
+    pub(super) fn is_even(&self) -> bool {
+        self.shares.iter().all(|&share| share == 1.0)
+    }
+}
+
 /// What a part must keep: one tolerance everywhere, or in each box what its instances show of it.
 pub(super) struct Asked {
     /// In the part's own millimetres; for a part that is seen, what it would be where a millimetre is a pixel.
@@ -29,11 +44,10 @@ impl Asked {
         Self { tolerance: *per_pixel, seen, radius, unusable }
     }
 
-    /// The strictest tolerance within any of some boxes, and for each of them what share that is of the box's own: at most 1,
-    /// and 0 for a box that is not seen.
-    pub(super) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>) -> (Tolerance, Vec<f64>) {
+    /// What is asked of a tile or an edge with these boxes.
+    pub(super) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>) -> Need {
         if self.seen.is_empty() {
-            return (self.tolerance, vec![1.0; places.len()]);
+            return Need { tolerance: self.tolerance, shares: vec![1.0; places.len()] };
         }
         let nearest = |place: &BoundingBox| self.seen.iter().map(|s| s.pixels_per_length(place)).fold(0.0, f64::max);
         let mut pixels: Vec<f64> = places.map(nearest).collect();
@@ -41,7 +55,7 @@ impl Asked {
         pixels.iter_mut().for_each(|p| *p = if most > 0.0 { *p / most } else { 1.0 });
         let Tolerance { chord, angle, max_edge } = self.tolerance;
         let tolerance = Tolerance { chord: chord / most, angle, max_edge: max_edge.map(|m| m / most) };
-        (tolerance.usable(self.radius), pixels)
+        Need { tolerance: tolerance.usable(self.radius), shares: pixels }
     }
 }
 

@@ -5,11 +5,11 @@
 //! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), r = h_v/h_u of the cheapest uniform lattice, so that each direction has a density of
 //! lines of its own that follows the bounds along it.
 
-use super::asked::{Asked, dilated, is_steep, most_touched};
+use super::asked::{Need, dilated, is_steep, most_touched};
 use super::density::Density;
 use super::plan::{MAX_LINES, TileLattice};
 use super::tolerance::Tolerance;
-use crate::prepare::{Bend, BoxBounds, PreparedFace, Tile};
+use crate::prepare::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 
@@ -74,8 +74,19 @@ struct Second {
     vv: f64,
 }
 
+/// The boxes of a face's table that lie under a tile, those of one strip in u after the other: places that [`Need`] has shares of.
+pub(super) fn places<'a>(
+    face: &'a PreparedFace,
+    tile: &Tile,
+) -> impl ExactSizeIterator<Item = &'a BoundingBox> + use<'a> {
+    let table = &face.bounds;
+    let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
+    let (columns, first, rows) = (table.breaks_v.len() - 1, su.start, sv.len());
+    (0..su.len() * rows).map(move |k| &table.places[(first + k / rows) * columns + sv.start + k % rows])
+}
+
 /// Strips of the bounds table under `[lo, hi]`.
-fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
+pub(super) fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
     let n = breaks.len() - 1;
     let first = breaks.partition_point(|&x| x <= lo).saturating_sub(1).min(n - 1);
     let last = breaks.partition_point(|&x| x < hi).clamp(first + 1, n);
@@ -96,25 +107,24 @@ pub(super) struct Kept {
 pub(super) fn lattice(
     face: &PreparedFace,
     tile: &Tile,
-    asked: &Asked,
+    need: &Need,
     factor: f64,
     most_cells: u64,
 ) -> (TileLattice, Kept) {
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
     let boxes: Vec<(usize, usize)> = su.clone().flat_map(|i| sv.clone().map(move |j| (i, j))).collect();
-    let places = boxes.iter().map(|(i, j)| &table.places[i * (table.breaks_v.len() - 1) + j]);
-    let (tolerance, shares) = asked.over(places);
+    let Need { tolerance, shares } = need;
     // A cell that lies in several boxes has to keep the tolerances of all. Where these are far apart, as they are close to the
     // eye, no cell does: lines run along the borders.
-    let steep = is_steep(&shares, sv.len());
+    let steep = is_steep(shares, sv.len());
     let mut reach = usize::from(!steep);
     loop {
-        let shares = dilated(&shares, sv.len(), reach);
+        let shares = dilated(shares, sv.len(), reach);
         let needs: Vec<Needs> =
             boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
         let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
-        let (lattice, kept) = spread(&under, steep, &tolerance, factor, most_cells);
+        let (lattice, kept) = spread(&under, steep, tolerance, factor, most_cells);
         let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
         if touched <= reach + 1 || shares.iter().all(|&share| share == 1.0) {
             return (lattice, kept);

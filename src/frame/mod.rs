@@ -23,11 +23,19 @@ mod path;
 pub use path::{CameraPath, Picture, UnknownPath};
 
 mod plan;
-mod refill;
 pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
+
+mod planner;
+pub use planner::{PlanChanges, Planner, PlannerOptions};
+
+mod rate;
 
 mod record;
 pub use record::{TileRecord, record_tile};
+
+mod refill;
+
+mod shown;
 
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};

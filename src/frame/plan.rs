@@ -1,15 +1,16 @@
 //! What the master decides for a frame: lattice lines per tile, tessellants per edge. The only state both sides of an
 //! edge share.
 
-use super::asked::{Asked, dilated, most_touched};
+use super::asked::{Asked, Need, dilated, most_touched};
 use super::density::Density;
-use super::lattice::lattice;
+use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::tolerance::Tolerance;
-use crate::mesh::{ScenePart, TileId};
+use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
 use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, StripBounds, UvCurve};
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
 /// are cut so that real tolerances need tens; this only bounds memory when a tolerance is absurd for the model's size.
@@ -63,9 +64,9 @@ pub struct EdgePolyline {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartPlan {
     /// One per tile.
-    pub tiles: Vec<TileLattice>,
+    pub tiles: Vec<Arc<TileLattice>>,
     /// One per prepared edge (empty for edges that no tile uses).
-    pub edges: Vec<EdgePolyline>,
+    pub edges: Vec<Arc<EdgePolyline>>,
 }
 
 /// The plan of a frame.
@@ -73,6 +74,8 @@ pub struct PartPlan {
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,
+    /// What of it is drawn; everything, unless it is a [`Planner`](super::Planner)'s.
+    pub drawn: Drawn,
     /// What is coarser than the tolerance asks; `None` if nothing is.
     pub shortfall: Option<Shortfall>,
 }
@@ -138,7 +141,7 @@ pub(super) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimi
             .map(|(k, (part, asked))| plan_part(PartId::new(k), part, asked, &mut budget, &mut shortfall))
             .collect();
         if let Some(parts) = parts {
-            return Plan { parts, shortfall: shortfall.if_any() };
+            return Plan { parts, drawn: Drawn::default(), shortfall: shortfall.if_any() };
         }
         if round == 0 {
             shortfall.needed = triangles_asked(prepared, asked, limits);
@@ -168,7 +171,8 @@ fn plan_part(
     let mut tiles = Vec::with_capacity(part.tiles.len());
     for (k, tile) in part.tiles.iter().enumerate() {
         let face = &part.faces[part.face_of(tile)];
-        let (lattice, kept) = lattice(face, tile, asked, shortfall.density, budget.cells_per_tile);
+        let (lattice, kept) =
+            lattice(face, tile, &asked.over(places(face, tile)), shortfall.density, budget.cells_per_tile);
         let (nu, nv) = lattice.cells();
         budget.spend(u64::from(nu) * u64::from(nv))?;
         if !kept.cells {
@@ -177,16 +181,16 @@ fn plan_part(
         if !kept.lines {
             shortfall.lines.push((id, TileId(k as u32)));
         }
-        tiles.push(lattice);
+        tiles.push(Arc::new(lattice));
     }
     let mut edges = Vec::with_capacity(part.edges.len());
     for (k, edge) in part.edges.iter().enumerate() {
-        let (polyline, kept) = polyline(part, edge, &tiles, asked, shortfall.density);
+        let (polyline, kept) = polyline(part, edge, &tiles, &asked.over(edge.bounds.places.iter()), shortfall.density);
         budget.spend(polyline.ts.len() as u64)?;
         if !kept {
             shortfall.edges.push((id, k as u32));
         }
-        edges.push(polyline);
+        edges.push(Arc::new(polyline));
     }
     Some(PartPlan { tiles, edges })
 }
@@ -198,25 +202,25 @@ const LEAST_LIMIT: usize = 64;
 
 /// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
 /// it per segment. And whether they keep that.
-fn polyline(
+pub(super) fn polyline(
     part: &PreparedPart,
     edge: &PreparedEdge,
-    tiles: &[TileLattice],
-    asked: &Asked,
+    tiles: &[Arc<TileLattice>],
+    need: &Need,
     factor: f64,
 ) -> (EdgePolyline, bool) {
     if edge.uses.is_empty() {
         return (EdgePolyline::default(), true);
     }
-    let (tolerance, shares) = asked.over(edge.bounds.places.iter());
-    if shares.iter().all(|&share| share == 1.0) {
-        return tessellants(part, edge, tiles, &tolerance, &shares, factor);
+    let Need { tolerance, shares } = need;
+    if need.is_even() {
+        return tessellants(part, edge, tiles, tolerance, shares, factor);
     }
     let mut reach = 1;
     loop {
         // A segment that lies in several strips has to keep the tolerances of all.
-        let shares = dilated(&shares, 1, reach);
-        let (out, kept) = tessellants(part, edge, tiles, &tolerance, &shares, factor);
+        let shares = dilated(shares, 1, reach);
+        let (out, kept) = tessellants(part, edge, tiles, tolerance, &shares, factor);
         let touched = most_touched(&edge.bounds.breaks, &out.ts);
         if touched <= reach + 1 {
             return (out, kept);
@@ -229,7 +233,7 @@ fn polyline(
 fn tessellants(
     part: &PreparedPart,
     edge: &PreparedEdge,
-    tiles: &[TileLattice],
+    tiles: &[Arc<TileLattice>],
     tolerance: &Tolerance,
     shares: &[f64],
     factor: f64,

@@ -45,7 +45,7 @@ pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId)
     let rows = &prepared.parts[part.index()];
     let row = &rows.tiles[tile.0 as usize];
     let face = &rows.faces[rows.face_of(row)];
-    let lattice = plan.parts[part.index()].tiles[tile.0 as usize].clone();
+    let lattice = TileLattice::clone(&plan.parts[part.index()].tiles[tile.0 as usize]);
     let cells = lattice.cells();
     let Scratch { cells: points, uvs, loop_starts, trim, trimmed, .. } = scratch;
     let input = TrimInput { cells, points: &points, loop_starts: &loop_starts };

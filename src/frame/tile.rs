@@ -39,6 +39,16 @@ pub struct Scratch {
     pub(super) trim: TrimScratch,
     pub(super) trimmed: TrimOutput,
     evaluate: EvaluateScratch,
+    /// Buffers for coming tiles.
+    spare: Vec<PatchMesh>,
+}
+
+impl Scratch {
+    /// Gives the buffers of a mesh that is no longer needed to tiles to come. What it holds is lost.
+    pub fn reuse(&mut self, mut mesh: PatchMesh) {
+        mesh.clear();
+        self.spare.push(mesh);
+    }
 }
 
 /// How a tile fell short of the normal path.
@@ -126,7 +136,7 @@ pub fn tessellate_tile(
     let tile_row = &rows.tiles[tile.0 as usize];
     let lattice = &plan.tiles[tile.0 as usize];
     let face = &rows.faces[rows.face_of(tile_row)];
-    let mut mesh = PatchMesh::default();
+    let mut mesh = scratch.spare.pop().unwrap_or_default();
     trace_loops(rows, plan, tile_row, lattice, face, scratch, &mut mesh);
     let input = TrimInput { cells: lattice.cells(), points: &scratch.cells, loop_starts: &scratch.loop_starts };
     // Loops that meet may pass the faster rungs with two layers where they overlap: these are counted out at once.

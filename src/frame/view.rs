@@ -67,11 +67,14 @@ pub(super) struct Sight {
     /// How much larger the part is in the world.
     scale: f64,
     lens: Lens,
+    /// Where the camera is and looks, in the part's coordinates.
+    eye: DVec3,
+    forward: DVec3,
 }
 
 /// A camera's numbers.
 #[derive(Clone, Copy, Debug)]
-enum Lens {
+pub(super) enum Lens {
     Perspective {
         /// Pixels of a millimetre on the axis, at a depth of one.
         focal: f64,
@@ -81,7 +84,18 @@ enum Lens {
     },
     Orthographic {
         pixels_per_length: f64,
+        /// Half of the picture's width and height, millimetres.
+        sides: [f64; 2],
     },
+}
+
+/// What a camera sees of a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Seen {
+    /// Pixels that a millimetre covers at most where the box is in the picture, as [`Sight::pixels_per_length`].
+    pub(super) most: f64,
+    /// No more than that of any box within the box.
+    pub(super) least: f64,
 }
 
 impl Sight {
@@ -89,12 +103,10 @@ impl Sight {
     /// than the near plane or behind.
     pub(super) fn pixels_per_length(&self, place: &BoundingBox) -> f64 {
         let (focal, slopes, near) = match self.lens {
-            Lens::Orthographic { pixels_per_length } => return self.scale * pixels_per_length,
+            Lens::Orthographic { pixels_per_length, .. } => return self.scale * pixels_per_length,
             Lens::Perspective { focal, slopes, near } => (focal, slopes, near),
         };
-        let (centre, half) = (0.5 * (place.low + place.high), 0.5 * (place.high - place.low));
-        let middle = DVec3::from(self.axes.map(|axis| axis.dot(centre))) + self.origin;
-        let reach = DVec3::from(self.axes.map(|axis| axis.abs().dot(half)));
+        let (middle, reach) = self.placed(place);
         // A table's box without anything in it has no place.
         if middle.z + reach.z < near || middle.z + reach.z <= 0.0 || middle.is_nan() {
             return 0.0;
@@ -107,9 +119,62 @@ impl Sight {
     }
 }
 
+impl Sight {
+    /// Middle and half sides of the box, along the camera's axes, around a box of the part.
+    fn placed(&self, place: &BoundingBox) -> (DVec3, DVec3) {
+        let (centre, half) = (0.5 * (place.low + place.high), 0.5 * (place.high - place.low));
+        let middle = DVec3::from(self.axes.map(|axis| axis.dot(centre))) + self.origin;
+        (middle, DVec3::from(self.axes.map(|axis| axis.abs().dot(half))))
+    }
+
+    /// What is seen of a box; `None` where certainly nothing of it is in the picture.
+    pub(super) fn look(&self, place: &BoundingBox) -> Option<Seen> {
+        let (middle, reach) = self.placed(place);
+        let beside = |axis: usize, side: f64| middle[axis].abs() - reach[axis] > side;
+        let most = self.pixels_per_length(place);
+        match self.lens {
+            Lens::Orthographic { sides, .. } => {
+                let outside = beside(0, sides[0]) || beside(1, sides[1]) || middle.is_nan();
+                (!outside).then_some(Seen { most, least: most })
+            }
+            Lens::Perspective { focal, slopes, near } => {
+                let furthest = middle.z + reach.z;
+                let outside = beside(0, slopes[0] * furthest) || beside(1, slopes[1] * furthest);
+                if most == 0.0 || outside {
+                    return None;
+                }
+                let aside = |axis: usize| (middle[axis].abs() + reach[axis]) / slopes[axis];
+                let depth = furthest.max(aside(0)).max(aside(1)).max(NEAREST * reach.length());
+                let least = if middle.z - reach.z < near { 0.0 } else { self.scale * focal / depth };
+                Some(Seen { most, least })
+            }
+        }
+    }
+
+    /// The same camera for deviations that count `by` times as much.
+    pub(super) fn weighed(self, by: f64) -> Self {
+        Self { scale: self.scale * by, ..self }
+    }
+
+    /// Whether a surface within a box turns its back to the camera everywhere, if its outward normals are within `half_angle` of
+    /// `axis` (part coordinates, of length 1). Which side of a plane the eye is on stays the same under any placing.
+    pub(super) fn sees_back(&self, place: &BoundingBox, axis: DVec3, half_angle: f64) -> bool {
+        let (centre, radius) = (0.5 * (place.low + place.high), 0.5 * place.high.distance(place.low));
+        let (line, spread) = match self.lens {
+            Lens::Orthographic { .. } => (self.forward, 0.0),
+            Lens::Perspective { .. } => {
+                let line = centre - self.eye;
+                (line, (radius / line.length()).min(1.0).asin())
+            }
+        };
+        let allowed = std::f64::consts::FRAC_PI_2 - half_angle - spread;
+        allowed > 0.0 && line.dot(axis) > line.length() * allowed.cos()
+    }
+}
+
 impl View {
     /// The camera's axes and numbers; `None` where they are no camera's.
-    fn lens(&self) -> Option<([DVec3; 3], Lens)> {
+    pub(super) fn lens(&self) -> Option<([DVec3; 3], Lens)> {
         let forward = self.forward.try_normalize()?;
         // Two directions closer than rounding span no plane.
         let right = forward.cross(self.up.try_normalize()?);
@@ -124,20 +189,24 @@ impl View {
                 Lens::Perspective { focal: 0.5 * height / slope, slopes: [slope * aspect, slope], near }
             }
             Projection::Orthographic { height: shown } => {
-                Lens::Orthographic { pixels_per_length: height / known(shown)? }
+                let pixels_per_length = height / known(shown)?;
+                Lens::Orthographic { pixels_per_length, sides: [0.5 * shown * aspect, 0.5 * shown] }
             }
         };
         self.eye.is_finite().then_some(([right, right.cross(forward), forward], lens))
     }
 
     /// What an instance shows.
-    fn sight(&self, (axes, lens): ([DVec3; 3], Lens), instance: &SceneInstance) -> Sight {
+    pub(super) fn sight(&self, (axes, lens): ([DVec3; 3], Lens), instance: &SceneInstance) -> Sight {
+        let back = instance.transform.inverse();
         let (to_part, place) = (instance.transform.matrix3.transpose(), instance.transform.translation - self.eye);
         Sight {
             axes: axes.map(|axis| to_part * axis),
             origin: DVec3::from(axes.map(|axis| axis.dot(place))),
             scale: instance.scale(),
             lens,
+            eye: back.transform_point3(self.eye),
+            forward: back.transform_vector3(axes[2]),
         }
     }
 }

@@ -55,6 +55,18 @@ pub struct PatchMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+impl PatchMesh {
+    /// Empties all lists and keeps their memory.
+    pub fn clear(&mut self) {
+        let Self { positions, normals, uvs, origins, triangles } = self;
+        positions.clear();
+        normals.clear();
+        uvs.clear();
+        origins.clear();
+        triangles.clear();
+    }
+}
+
 /// Identity of a tile: its number in the part, counted over all faces.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct TileId(pub u32);

@@ -1,8 +1,9 @@
 //! What crosses threads, and nothing else does: orders to the workers, deliveries to the render thread.
 
 use super::metrics::WorkerMetrics;
+use super::worker::Hand;
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, TileId};
+use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
@@ -19,6 +20,10 @@ pub(super) struct Order<P> {
     pub(super) frame: u64,
     /// The plan, the same for all workers.
     pub(super) plan: Arc<P>,
+    /// What of the worker's own to make; `None`: all of it.
+    pub(super) hand: Option<Hand>,
+    /// Buffers to make it in.
+    pub(super) spare: Vec<PatchMesh>,
 }
 
 /// Worker to render thread: everything that one worker made for one frame.
@@ -26,7 +31,7 @@ pub(super) struct Order<P> {
 pub(super) struct Delivery {
     /// Number of the frame.
     pub(super) frame: u64,
-    /// Batches with triangles, ascending by (part, tile).
+    /// Batches, ascending by (part, tile); when a worker makes all that it owns, only those with triangles.
     pub(super) batches: Vec<Batch>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,

@@ -1,31 +1,33 @@
 //! Prepared model + worker count -> a session: tiles dealt once, plans broadcast, frames committed on the caller's thread.
 
+use super::crew::{Crew, StartError, Underway, Work};
 use super::distribute::{deal, loads};
-use super::handoff::{Delivery, Order, queues};
 use super::metrics::Laps;
-use super::render_thread::{FrameError, FrameReport, commit, gather};
+use super::render_thread::{Feed, FrameError, FrameReport, commit};
+use super::upkeep::{Due, Upkeep};
 use super::worker::{Hand, Stages, Worker};
-use crate::frame::{Plan, Scratch, TileOutcome, edge_line, tessellate_tile};
-use crate::mesh::{EdgeLine, MeshSink, Scene, TileId};
+use crate::frame::{Plan, Planner, PlannerOptions, Scratch, TileOutcome, View, edge_line, tessellate_tile};
+use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
 use crate::model::{EdgeId, PartId};
 use crate::prepare::Prepared;
-use crossbeam::channel::{Receiver, Sender};
-use std::fmt;
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread;
+use std::time::Duration;
 
 /// Knobs of a [`Session`].
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SessionOptions {
     /// Worker threads; 0 = one per core that the process may use. More than there are tiles is a waste, not an error.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too.
     pub edge_lines: bool,
+    /// How views become plans.
+    pub planner: PlannerOptions,
 }
 
 impl SessionOptions {
     /// One worker per core, with edge lines.
-    pub const DEFAULT: Self = Self { workers: 0, edge_lines: true };
+    pub const DEFAULT: Self = Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT };
 
     /// The same with `workers` threads.
     #[must_use]
@@ -38,6 +40,12 @@ impl SessionOptions {
     pub const fn with_edge_lines(self, edge_lines: bool) -> Self {
         Self { edge_lines, ..self }
     }
+
+    /// The same with other knobs of the planner.
+    #[must_use]
+    pub const fn with_planner(self, planner: PlannerOptions) -> Self {
+        Self { planner, ..self }
+    }
 }
 
 impl Default for SessionOptions {
@@ -46,88 +54,13 @@ impl Default for SessionOptions {
     }
 }
 
-/// Why a session did not start: the operating system refused a thread.
-#[derive(Debug)]
-pub struct StartError {
-    /// The worker whose thread was refused.
-    pub worker: usize,
-    /// What the system said.
-    pub cause: std::io::Error,
-}
-
-impl fmt::Display for StartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot start the thread of worker {}: {}", self.worker, self.cause)
-    }
-}
-
-impl std::error::Error for StartError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.cause)
-    }
-}
-
-/// The workers of a session and the ends of their queues.
-pub(super) struct Crew<S: Stages> {
-    orders: Vec<Sender<Order<S::Plan>>>,
-    deliveries: Vec<Receiver<Delivery>>,
-    threads: Vec<JoinHandle<()>>,
-    next_frame: u64,
-}
-
-impl<S: Stages> Crew<S> {
-    /// One thread per hand. Threads already started end when a later one is refused.
-    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>) -> Result<Self, StartError> {
-        let mut crew = Self { orders: Vec::new(), deliveries: Vec::new(), threads: Vec::new(), next_frame: 0 };
-        for (worker, hand) in hands.into_iter().enumerate() {
-            let (order, end, delivery) = queues();
-            #[allow(clippy::cast_possible_truncation, reason = "threads are fewer than 2^32")]
-            let worker_state = Worker::new(worker as u32, Arc::clone(stages), hand);
-            let thread = thread::Builder::new()
-                .name(format!("trimtess-worker-{worker}"))
-                .spawn(move || worker_state.serve(&end))
-                .map_err(|cause| StartError { worker, cause })?;
-            crew.orders.push(order);
-            crew.deliveries.push(delivery);
-            crew.threads.push(thread);
-        }
-        Ok(crew)
-    }
-
-    /// Broadcasts the plan, waits for all workers, commits.
-    pub(super) fn frame(
-        &mut self,
-        plan: &Arc<S::Plan>,
-        scene: &Scene,
-        sink: &mut dyn MeshSink,
-    ) -> Result<FrameReport, FrameError> {
-        let _span = tracing::debug_span!("frame", number = self.next_frame).entered();
-        let laps = Laps::start();
-        let frame = self.next_frame;
-        self.next_frame += 1;
-        for (worker, orders) in self.orders.iter().enumerate() {
-            let order = Order { frame, plan: Arc::clone(plan) };
-            orders.send(order).map_err(|_| FrameError::WorkerLost { worker })?;
-        }
-        commit(gather(&self.deliveries, frame)?, scene, sink, laps)
-    }
-}
-
-impl<S: Stages> Drop for Crew<S> {
-    fn drop(&mut self) {
-        // Hanging up both queues ends every worker after the tile loop that it is in.
-        self.orders.clear();
-        self.deliveries.clear();
-        for thread in self.threads.drain(..) {
-            // A worker that died was reported by the frame that missed it.
-            let _ = thread.join();
-        }
-    }
-}
-
 impl Stages for Prepared {
     type Plan = Plan;
     type Scratch = Scratch;
+
+    fn reuse(scratch: &mut Scratch, mesh: PatchMesh) {
+        scratch.reuse(mesh);
+    }
 
     fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut Scratch) -> TileOutcome {
         tessellate_tile(self, plan, part, tile, scratch)
@@ -138,14 +71,46 @@ impl Stages for Prepared {
     }
 }
 
-/// A prepared model with its workers. Threads start here and end when the session is dropped.
+/// A prepared model with its workers. Threads start here and end when the session is dropped. Several sessions of one prepared
+/// model, or of several, know nothing of each other.
+///
+/// For a camera, [`view`](Self::view) brings a sink up to date, frame after frame:
 ///
 /// ```no_run
 /// use std::sync::Arc;
-/// use trimtess::{frame, mesh::MemorySink, parallel, prepare};
+/// use trimtess::{frame, glam::DVec3, mesh::MemorySink, parallel, prepare};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let model = trimtess::model::Model::default();
 /// let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
+/// let mut session = parallel::Session::start(prepared, &parallel::SessionOptions::DEFAULT)?;
+/// let mut view = frame::View {
+///     eye: DVec3::new(0.0, -300.0, 0.0),
+///     forward: DVec3::Y,
+///     up: DVec3::Z,
+///     projection: frame::Projection::Perspective { fov_y: 0.8, near: 1.0 },
+///     size: (1920, 1080),
+///     deviation_px: 0.5,
+///     size_px: None,
+///     angle: 0.5,
+/// };
+/// let mut sink = MemorySink::default();
+/// for _ in 0..100 {
+///     let report = session.view(&[view], &mut sink)?;
+///     println!("{} of the tiles were made anew", report.tiles);
+///     view.eye.y += 1.0;
+/// }
+/// # Ok(())
+/// # }
+/// ```
+///
+/// For a mesh that keeps a tolerance everywhere, [`frame`](Self::frame) makes all of it by a plan:
+///
+/// ```no_run
+/// # use std::sync::Arc;
+/// # use trimtess::{frame, mesh::MemorySink, parallel, prepare};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let model = trimtess::model::Model::default();
+/// # let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
 /// let tolerance = frame::Tolerance { chord: 0.1, angle: 0.35, max_edge: None };
 /// let mut session = parallel::Session::start(Arc::clone(&prepared), &parallel::SessionOptions::DEFAULT)?;
 /// let mut sink = MemorySink::default();
@@ -156,7 +121,30 @@ impl Stages for Prepared {
 /// ```
 pub struct Session {
     prepared: Arc<Prepared>,
+    scene: Scene,
     crew: Crew<Prepared>,
+    /// Who makes each tile, by part; and whether edges have lines.
+    owners: Owners,
+    options: SessionOptions,
+    /// Made with the first view.
+    live: Option<Live>,
+}
+
+/// What a session keeps between the frames of views.
+struct Live {
+    planner: Planner,
+    upkeep: Upkeep,
+    begun: Option<Begun>,
+}
+
+/// A frame that was begun.
+struct Begun {
+    plan: Arc<Plan>,
+    due: Due,
+    /// `None` where nothing has to be made.
+    underway: Option<Underway>,
+    planned_in: Duration,
+    deferred: u32,
 }
 
 impl Session {
@@ -169,23 +157,173 @@ impl Session {
             0 => thread::available_parallelism().map_or(1, usize::from),
             workers => workers,
         };
-        let crew = Crew::start(&prepared, hands(&prepared, workers, options.edge_lines))?;
-        Ok(Self { prepared, crew })
+        let hands = hands(&prepared, workers, options.edge_lines);
+        let owners = Owners::of(&prepared, &hands);
+        let crew = Crew::start(&prepared, hands)?;
+        let scene = prepared.scene.clone();
+        Ok(Self { prepared, scene, crew, owners, options: options.clone(), live: None })
     }
 
     /// How many workers there are.
     #[must_use]
     pub fn workers(&self) -> usize {
-        self.crew.threads.len()
+        self.crew.len()
     }
 
-    /// Makes one frame by `plan` and feeds it to `sink`, from this thread. The sink sees the same calls with the same
-    /// bytes for any number of workers ([`Batch::worker`](crate::mesh::Batch::worker) excepted).
+    /// What the next frame of views shows: the model's parts, and its instances as they were added, moved and removed since.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The plan of the last frame of views; `None` before the first.
+    #[must_use]
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.live.as_ref().map(|live| live.planner.last())
+    }
+
+    /// Places a part once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
+    /// no such part.
+    pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
+        self.prepared.parts.get(instance.part as usize)?;
+        self.scene.instances.push(instance);
+        self.number_faces();
+        Some(self.scene.instances.len() - 1)
+    }
+
+    /// Takes an instance away from the next frame of views on; those after it move up a row. `None` if there is no such row.
+    pub fn remove_instance(&mut self, row: usize) -> Option<SceneInstance> {
+        let gone = (row < self.scene.instances.len()).then(|| self.scene.instances.remove(row));
+        self.number_faces();
+        gone
+    }
+
+    /// Places an instance elsewhere from the next frame of views on. `false` if there is no such row.
+    pub fn move_instance(&mut self, row: usize, transform: glam::DAffine3) -> bool {
+        let instance = self.scene.instances.get_mut(row);
+        instance.map(|instance| instance.transform = transform).is_some()
+    }
+
+    fn number_faces(&mut self) {
+        let mut first = 0;
+        for instance in &mut self.scene.instances {
+            instance.first_face = first;
+            first += self.scene.parts[instance.part as usize].face_colours.len() as u32;
+        }
+    }
+
+    /// Makes one whole frame of the prepared model by `plan` and feeds it to `sink`, from this thread. The sink sees the same
+    /// calls with the same bytes for any number of workers ([`Batch::worker`](crate::mesh::Batch::worker) excepted).
+    ///
+    /// A frame of views that was begun is left; the next one is whole.
     ///
     /// # Errors
     /// When the sink refuses (it has been told to abort; the session goes on) or a worker is gone (the session is over).
     pub fn frame(&mut self, plan: &Arc<Plan>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+        self.forget();
         self.crew.frame(plan, &self.prepared.scene, sink)
+    }
+
+    /// Brings `sink`, which must be the one of the last frame of views, up to date for what these views show together: shadow maps,
+    /// both eyes, or one picture. The first frame is whole; then batches of tiles that changed follow, and [`MeshSink::drawn`]. Where
+    /// nothing changed, not even what is drawn, the sink hears nothing.
+    ///
+    /// Everything that is drawn has no cracks, in every frame. The sink sees the same for any number of workers.
+    ///
+    /// # Errors
+    /// As [`frame`](Self::frame).
+    pub fn view(&mut self, views: &[View], sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+        self.begin(views)?;
+        self.finish(sink)
+    }
+
+    /// Begins a frame of views and returns while workers are at it. A frame that was begun before and not finished is left: what it
+    /// would have brought is part of this one.
+    ///
+    /// # Errors
+    /// When a worker is gone: the session is over.
+    pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
+        let _span = tracing::debug_span!("begin").entered();
+        self.cancel();
+        let mut laps = Laps::start();
+        let live = self.live.get_or_insert_with(|| Live {
+            planner: Planner::new(Arc::clone(&self.prepared), &self.options.planner),
+            upkeep: Upkeep::new(&self.prepared),
+            begun: None,
+        });
+        let plan = Arc::clone(live.planner.plan(&self.scene.instances, views));
+        let changes = live.planner.changes();
+        live.upkeep.outdate(&self.prepared, changes);
+        let deferred = changes.deferred;
+        let mut due = live.upkeep.due(&self.prepared, &self.scene.instances, &plan.drawn);
+        if !self.options.edge_lines {
+            due.edges.clear();
+        }
+        let planned_in = laps.lap();
+        let hands = self.owners.share(&self.prepared, &due);
+        let idle = hands.iter().all(Hand::is_empty);
+        let underway = if idle { None } else { Some(self.crew.give(&plan, Work::Some(hands))?) };
+        live.begun = Some(Begun { plan, due, underway, planned_in, deferred });
+        Ok(())
+    }
+
+    /// Whether [`finish`](Self::finish) would not wait: the workers are done, or no frame was begun.
+    #[must_use]
+    pub fn is_made(&self) -> bool {
+        let underway =
+            self.live.as_ref().and_then(|live| live.begun.as_ref()).and_then(|begun| begun.underway.as_ref());
+        underway.is_none_or(|underway| self.crew.is_made(underway))
+    }
+
+    /// Leaves a frame that was begun; workers stop after the tile that they are at. Does nothing if there is none.
+    pub fn cancel(&mut self) {
+        if let Some(live) = &mut self.live
+            && live.begun.take().is_some_and(|begun| begun.underway.is_some())
+        {
+            self.crew.cancel();
+        }
+    }
+
+    /// Has the next frame of views be a whole one, for a sink that has nothing of the last.
+    pub fn forget(&mut self) {
+        self.cancel();
+        if let Some(live) = &mut self.live {
+            live.upkeep.forget();
+        }
+    }
+
+    /// Waits for the frame that was begun and brings `sink` up to date, as [`view`](Self::view). Without a frame begun it does
+    /// nothing.
+    ///
+    /// # Errors
+    /// As [`frame`](Self::frame).
+    pub fn finish(&mut self, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+        let Some(live) = &mut self.live else { return Ok(FrameReport::default()) };
+        let Some(Begun { plan, due, underway, planned_in, deferred }) = live.begun.take() else {
+            return Ok(FrameReport::default());
+        };
+        let (deliveries, mut laps) = match underway {
+            Some(underway) => (self.crew.take(&underway)?, underway.laps),
+            None => (Vec::new(), Laps::start()),
+        };
+        let still = deliveries.is_empty() && !due.whole && due.forgotten.is_empty();
+        if still && live.upkeep.shows(&plan.drawn, &self.scene.instances) {
+            let frame = self.crew.next_frame();
+            return Ok(FrameReport { frame, planned_in, deferred, ..FrameReport::default() });
+        }
+        let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
+        let made = commit(deliveries, &self.scene, feed, sink, &mut laps);
+        let (mut report, batches) = match made {
+            Ok(made) => made,
+            Err(error) => {
+                live.upkeep.forget();
+                return Err(error);
+            }
+        };
+        live.upkeep.committed(&due, &plan.drawn, &self.scene.instances);
+        (report.planned_in, report.deferred) = (planned_in, deferred);
+        self.crew.recycle(batches);
+        Ok(report)
     }
 }
 
@@ -199,12 +337,12 @@ pub fn serial(
     edge_lines: bool,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
-    let laps = Laps::start();
+    let mut laps = Laps::start();
     let deliveries = hands(prepared, 1, edge_lines)
         .into_iter()
-        .map(|hand| Worker::new(0, Arc::clone(prepared), hand).make(0, plan))
+        .map(|hand| Worker::new(0, Arc::clone(prepared), hand, Arc::default()).make_all(0, plan))
         .collect();
-    commit(deliveries, &prepared.scene, sink, laps)
+    Ok(commit(deliveries, &prepared.scene, Feed::All, sink, &mut laps)?.0)
 }
 
 /// What each worker owns: tiles as they are dealt; edges, far cheaper, in turn.
@@ -222,162 +360,34 @@ fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
     hands
 }
 
-#[cfg(test)]
-mod tests {
-    use super::super::handoff::FaceRung;
-    use super::*;
-    use crate::frame::{Degradation, Rung};
-    use crate::mesh::{Batch, MemorySink, PatchMesh, SinkError};
-    use crate::model::FaceId;
-    use glam::DVec3;
-    use std::sync::atomic::{AtomicU32, Ordering};
+/// Which worker owns each tile.
+struct Owners {
+    parts: Vec<Vec<u32>>,
+    workers: usize,
+}
 
-    /// Stands in for a prepared model: one triangle per tile, named by tile, plan and the scratch's history.
-    struct Fake {
-        panics_at: Option<u32>,
-        made: AtomicU32,
-    }
-
-    impl Stages for Fake {
-        type Plan = f64;
-        type Scratch = u32;
-
-        fn tile(&self, plan: &f64, _: PartId, tile: TileId, scratch: &mut u32) -> TileOutcome {
-            *scratch += 1;
-            self.made.fetch_add(1, Ordering::Relaxed);
-            assert!(self.panics_at != Some(tile.0), "tile {} is bad", tile.0);
-            let x = f64::from(tile.0);
-            let positions = vec![DVec3::new(x, *plan, 0.0), DVec3::X, DVec3::Y];
-            let mesh = PatchMesh { positions, triangles: vec![[0, 1, 2]], ..PatchMesh::default() };
-            TileOutcome { face: FaceId(tile.0 / 2), mesh, rung: Rung::Normal, degradation: None }
-        }
-
-        fn edge_line(&self, plan: &f64, part: PartId, edge: EdgeId) -> EdgeLine {
-            assert!(self.panics_at != Some(edge.0), "edge {} is bad", edge.0);
-            EdgeLine { part, edge, points: vec![DVec3::splat(*plan)] }
-        }
-    }
-
-    const TILES: u32 = 37;
-
-    fn start(panics_at: Option<u32>, workers: u32) -> (Arc<Fake>, Crew<Fake>) {
-        let fake = Arc::new(Fake { panics_at, made: AtomicU32::new(0) });
-        let mut hands = vec![Hand::default(); workers as usize];
-        for k in 0..TILES {
-            let hand = &mut hands[(k * 7 % workers) as usize];
-            hand.tiles.push((PartId(k / 20), TileId(k), FaceId(k / 2)));
-            hand.edges.push((PartId(k / 20), EdgeId(k)));
-        }
-        let crew = Crew::start(&fake, hands).unwrap();
-        (fake, crew)
-    }
-
-    fn without_worker(sink: &MemorySink) -> Vec<Batch> {
-        sink.batches.iter().cloned().map(|batch| Batch { worker: 0, ..batch }).collect()
-    }
-
-    #[test]
-    fn order_and_content_do_not_depend_on_workers() {
-        let mut seen = Vec::new();
-        for workers in [1, 2, 3, 8, 64] {
-            let (_, mut crew) = start(None, workers);
-            for plan in [0.5, 0.25] {
-                let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(plan), &Scene::default(), &mut sink).unwrap();
-                assert_eq!((report.batches, report.triangles), (TILES as usize, u64::from(TILES)));
-                assert_eq!(report.workers.len(), workers as usize);
-                assert!(sink.batches.is_sorted_by_key(|b| (b.part, b.tile)));
-                assert!(sink.edge_lines.is_sorted_by_key(|l| (l.part, l.edge)));
-                seen.push((plan.to_bits(), without_worker(&sink), sink.edge_lines));
+impl Owners {
+    fn of(prepared: &Prepared, hands: &[Hand]) -> Self {
+        let mut parts: Vec<Vec<u32>> = prepared.parts.iter().map(|part| vec![0; part.tiles.len()]).collect();
+        for (worker, hand) in hands.iter().enumerate() {
+            for (part, tile, _) in &hand.tiles {
+                parts[part.index()][tile.0 as usize] = worker as u32;
             }
         }
-        for k in 2..seen.len() {
-            assert_eq!(seen[k], seen[k % 2]);
-        }
+        Self { parts, workers: hands.len() }
     }
 
-    #[test]
-    fn a_panic_costs_one_tile_or_line_and_neither_frame_nor_session() {
-        for workers in [1, 3] {
-            let (fake, mut crew) = start(Some(11), workers);
-            for frame in 1..=3 {
-                let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap();
-                assert_eq!(report.batches, TILES as usize - 1);
-                assert_eq!(fake.made.load(Ordering::Relaxed), frame * TILES);
-                let [bad] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
-                assert_eq!((bad.tile, bad.face), (TileId(11), FaceId(5)));
-                assert_eq!(bad.degradation, Degradation::Failed("internal error: tile 11 is bad".into()));
-                let face = FaceRung { part: PartId(0), face: FaceId(5), rung: Rung::Lost };
-                assert_eq!((&report.rungs[..], report.ladder.count(Rung::Lost)), (&[face][..], 1));
-                let [lost] = &report.lost_lines[..] else { panic!("{:?}", report.lost_lines) };
-                assert_eq!((lost.edge, lost.why.as_str()), (EdgeId(11), "internal error: edge 11 is bad"));
-                assert_eq!(sink.edge_lines.len(), TILES as usize - 1);
-            }
+    /// What is due, for those who own it; edges, far cheaper, in turn.
+    fn share(&self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
+        let mut hands = vec![Hand::default(); self.workers];
+        for &(part, tile) in &due.tiles {
+            let worker = self.parts[part.index()][tile.0 as usize] as usize;
+            let face = prepared.parts[part.index()].tiles[tile.0 as usize].face;
+            hands[worker].tiles.push((part, tile, face));
         }
-    }
-
-    /// Refuses call number `at` and counts what comes after.
-    struct Refusing {
-        at: usize,
-        calls: usize,
-        aborts: usize,
-        ends: usize,
-    }
-
-    impl Refusing {
-        fn call(&mut self) -> Result<(), SinkError> {
-            self.calls += 1;
-            if self.calls == self.at {
-                return Err(SinkError { context: "disk".into(), cause: std::io::Error::other("full") });
-            }
-            assert!(self.calls < self.at, "called after it refused");
-            Ok(())
+        for (k, &edge) in due.edges.iter().enumerate() {
+            hands[k % self.workers].edges.push(edge);
         }
-    }
-
-    impl MeshSink for Refusing {
-        fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-            self.call()
-        }
-        fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
-            self.call()
-        }
-        fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-            self.call()
-        }
-        fn end(&mut self) -> Result<(), SinkError> {
-            self.ends += 1;
-            self.call()
-        }
-        fn abort(&mut self) {
-            self.aborts += 1;
-        }
-    }
-
-    #[test]
-    fn a_refusing_sink_is_aborted_once_and_the_session_goes_on() {
-        let (_, mut crew) = start(None, 3);
-        let calls = 2 + 2 * TILES as usize;
-        for at in [1, 2, TILES as usize + 2, calls] {
-            let mut sink = Refusing { at, calls: 0, aborts: 0, ends: 0 };
-            let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap_err();
-            assert_eq!(error.to_string(), "disk: full");
-            assert_eq!((sink.calls, sink.aborts, sink.ends), (at, 1, usize::from(at == calls)));
-        }
-        let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap();
-        assert_eq!((report.frame, report.batches), (4, TILES as usize));
-    }
-
-    #[test]
-    fn a_lost_worker_is_an_error_and_dropping_the_session_ends_all_threads() {
-        let (fake, mut crew) = start(None, 2);
-        // Hanging up one worker's orders ends its thread, as a crash outside a tile would.
-        let (order, _, _) = queues();
-        drop(std::mem::replace(&mut crew.orders[1], order));
-        let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap_err();
-        assert!(matches!(error, FrameError::WorkerLost { worker: 1 }), "{error}");
-        drop(crew);
-        assert_eq!(Arc::strong_count(&fake), 1, "a worker outlived its session");
+        hands
     }
 }

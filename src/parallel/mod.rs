@@ -2,16 +2,21 @@
 
 pub mod distribute;
 
+mod crew;
+pub use crew::StartError;
+
 mod handoff;
 pub use handoff::{DegradedTile, FaceRung, LostLine};
 
 mod master;
-pub use master::{Session, SessionOptions, StartError, serial};
+pub use master::{Session, SessionOptions, serial};
 
 mod metrics;
 pub use metrics::{WorkerMetrics, balance};
 
 mod render_thread;
 pub use render_thread::{FrameError, FrameReport};
+
+mod upkeep;
 
 mod worker;

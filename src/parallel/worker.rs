@@ -1,7 +1,7 @@
 //! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
 //! nothing that changes: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, Order, WorkerEnd};
 use super::metrics::{Laps, Processor};
 use crate::frame::{Degradation, Rung, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
@@ -9,6 +9,7 @@ use crate::model::{EdgeId, FaceId, PartId};
 use crate::prepare::panic_message;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The stages that a worker runs. [`Prepared`](crate::prepare::Prepared) is the real one; tests put others in its place.
 pub(super) trait Stages: Send + Sync + 'static {
@@ -16,6 +17,9 @@ pub(super) trait Stages: Send + Sync + 'static {
     type Plan: Send + Sync + 'static;
     /// What a worker keeps between tiles; its content never shows in a result.
     type Scratch: Default + Send;
+
+    /// Gives a buffer that coming tiles may be made in.
+    fn reuse(scratch: &mut Self::Scratch, mesh: PatchMesh);
 
     /// Makes one tile.
     fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
@@ -33,30 +37,49 @@ pub(super) struct Hand {
     pub(super) edges: Vec<(PartId, EdgeId)>,
 }
 
+impl Hand {
+    pub(super) fn is_empty(&self) -> bool {
+        self.tiles.is_empty() && self.edges.is_empty()
+    }
+}
+
 /// A worker: a hand and the scratch it is worked with.
 pub(super) struct Worker<S: Stages> {
     number: u32,
     stages: Arc<S>,
     hand: Hand,
     scratch: S::Scratch,
+    wanted_from: Arc<AtomicU64>,
 }
 
 impl<S: Stages> Worker<S> {
-    /// The worker `number` with its hand.
-    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand) -> Self {
-        Self { number, stages, hand, scratch: S::Scratch::default() }
+    /// The worker `number` with its hand. Frames before `wanted_from` are left half done.
+    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, wanted_from: Arc<AtomicU64>) -> Self {
+        Self { number, stages, hand, scratch: S::Scratch::default(), wanted_from }
     }
 
     /// Makes every tile and edge of the hand by `plan`, in ascending order.
     ///
     /// A panic in a tile is a defect of this crate; it costs that tile only, which is delivered as
     /// [`Degradation::Failed`] with what the panic said. One in an edge costs its polyline: a [`LostLine`].
-    pub(super) fn make(&mut self, frame: u64, plan: &S::Plan) -> Delivery {
+    pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan) -> Delivery {
+        let hand = std::mem::take(&mut self.hand);
+        let mut delivery = self.make(frame, plan, &hand);
+        delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
+        self.hand = hand;
+        delivery
+    }
+
+    /// The same for some tiles and edges. Tiles without triangles are delivered too.
+    fn make(&mut self, frame: u64, plan: &S::Plan, hand: &Hand) -> Delivery {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
-        for &(part, tile, face) in &self.hand.tiles {
+        for &(part, tile, face) in &hand.tiles {
+            if frame < self.wanted_from.load(Ordering::Relaxed) {
+                return delivery;
+            }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
             let (stages, scratch) = (&*self.stages, &mut self.scratch);
             let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
@@ -69,7 +92,7 @@ impl<S: Stages> Worker<S> {
             take(&mut delivery, part, tile, outcome);
         }
         delivery.metrics.tiles_time = laps.lap();
-        for &(part, edge) in &self.hand.edges {
+        for &(part, edge) in &hand.edges {
             match catch_unwind(AssertUnwindSafe(|| self.stages.edge_line(plan, part, edge))) {
                 Ok(line) => delivery.lines.push(line),
                 Err(payload) => {
@@ -85,8 +108,14 @@ impl<S: Stages> Worker<S> {
 
     /// Serves orders until the master or the render thread hangs up.
     pub(super) fn serve(mut self, end: &WorkerEnd<S::Plan>) {
-        while let Ok(order) = end.orders.recv() {
-            let delivery = self.make(order.frame, &order.plan);
+        while let Ok(Order { frame, plan, hand, spare }) = end.orders.recv() {
+            spare.into_iter().for_each(|mesh| S::reuse(&mut self.scratch, mesh));
+            let delivery = match hand {
+                None => self.make_all(frame, &plan),
+                Some(hand) => self.make(frame, &plan, &hand),
+            };
+            // Whoever gets the delivery may be the last to know the plan, and make the next one in its place.
+            drop(plan);
             if end.deliveries.send(delivery).is_err() {
                 return;
             }
@@ -105,7 +134,5 @@ fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcom
     if let Some(degradation) = degradation {
         delivery.degraded.push(DegradedTile { part, face, tile, degradation });
     }
-    if !mesh.triangles.is_empty() {
-        delivery.batches.push(Batch { part, face, tile, worker: delivery.metrics.worker, mesh });
-    }
+    delivery.batches.push(Batch { part, face, tile, worker: delivery.metrics.worker, mesh });
 }

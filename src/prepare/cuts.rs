@@ -14,6 +14,10 @@ use std::f64::consts::FRAC_PI_2;
 /// decide a frame's time; fewer add borders, and borders are triangles that the surface does not need.
 const SPANS_PER_TILE: usize = 12;
 
+/// Samples of a plane's boundary for which it gets a tile. What is triangulated there is nothing but the boundary: half a
+/// millisecond for as many tessellants, and all of it again when one edge changes.
+const SAMPLES_PER_TILE: usize = 400;
+
 /// Tiles along one side of a face at most. The largest real faces have 400 spans; more are noise, and every cut costs a
 /// search along all loops.
 const TILES_PER_SIDE: usize = 64;
@@ -21,6 +25,7 @@ const TILES_PER_SIDE: usize = 64;
 /// The grid with the tiles wanted.
 pub(super) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     let mut lines = [Vec::new(), Vec::new()];
+    let flat = is_flat(surface).then(|| tiles_of_plane(region));
     for (axis, lines) in lines.iter_mut().enumerate() {
         let (lo, hi) = region.bounds[axis];
         let avoid = Avoid::new(region, axis);
@@ -31,11 +36,8 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> Grid {
             (lo, hi)
         };
         lines.push(lo);
-        let tiles = if is_flat(surface) {
-            1
-        } else {
-            spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE).min(TILES_PER_SIDE)
-        };
+        let tiles = flat.map_or_else(|| spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE), |tiles| tiles[axis]);
+        let tiles = tiles.min(TILES_PER_SIDE);
         let width = (hi - lo) / tiles as f64;
         for k in 1..tiles {
             let x = lo + width * k as f64;
@@ -46,6 +48,15 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> Grid {
         lines.sort_by(f64::total_cmp);
     }
     Grid { lines, wraps: region.wraps }
+}
+
+/// Tiles in u and in v of a region of a plane: as square as may be, so many that each has about [`SAMPLES_PER_TILE`].
+fn tiles_of_plane(region: &Region) -> [usize; 2] {
+    let samples: usize = region.loops.iter().flat_map(|l| &l.pieces).map(|p| p.samples.len()).sum();
+    let tiles = samples.div_ceil(SAMPLES_PER_TILE) as f64;
+    let [width, height] = region.bounds.map(|(lo, hi)| hi - lo);
+    let across = (tiles * width / height).sqrt().round().clamp(1.0, tiles.max(1.0));
+    [across as usize, (tiles / across).round().max(1.0) as usize]
 }
 
 /// Poles inside a region, as of a cone kept on both sides of its apex: points there are one only where a line says so. Not

@@ -189,7 +189,7 @@ fn divided(prepared: &Prepared, n: usize) -> Plan {
     let mut plan = plan(prepared, &Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None });
     for (part, planned) in prepared.parts.iter().zip(&mut plan.parts) {
         for (edge, line) in part.edges.iter().zip(&mut planned.edges).filter(|(edge, _)| !edge.uses.is_empty()) {
-            refine(edge, line, |_, least| n * least);
+            refine(edge, Arc::make_mut(line), |_, least| n * least);
         }
     }
     plan

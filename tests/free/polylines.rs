@@ -5,6 +5,7 @@ use crate::meshes::{judge, prepared, sheet};
 use glam::DVec2;
 use std::f64::consts::TAU;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use trimtess::frame::{EdgePolyline, Plan, Tolerance, edge_line, plan};
 use trimtess::math::predicates::orient2d;
 use trimtess::model::{Diagnostic, EdgeId, FreeTrims, PartId, Severity, Surface, TrimCurve, TrimRule};
@@ -64,7 +65,7 @@ pub(crate) fn evenly(prepared: &Prepared, mut count: impl FnMut() -> f64) -> Pla
         for (edge, line) in part.edges.iter().zip(&mut planned.edges).filter(|(edge, _)| !edge.uses.is_empty()) {
             let whole = edge.breaks[edge.breaks.len() - 1].t - edge.breaks[0].t;
             let rate = count() / whole;
-            refine(edge, line, |length, least| ((length * rate).ceil() as usize).max(least));
+            refine(edge, Arc::make_mut(line), |length, least| ((length * rate).ceil() as usize).max(least));
         }
     }
     plan

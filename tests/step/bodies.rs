@@ -21,7 +21,7 @@ fn facts(model: Model) -> MeshFacts {
     let tolerance = Tolerance { chord: 1e-4, angle: 0.2, max_edge: None };
     let plan = Arc::new(frame::plan(&prepared, &tolerance));
     let mut sink = MemorySink::default();
-    let options = SessionOptions { workers: 1, edge_lines: false };
+    let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false);
     let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
     let report = session.frame(&plan, &mut sink).expect("a frame");
     assert!(report.degraded.is_empty(), "{:?}", report.degraded);

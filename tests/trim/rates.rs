@@ -82,11 +82,11 @@ impl Rates {
         for (k, (tile, lattice)) in part.tiles.iter().zip(&mut plan.tiles).enumerate() {
             let [nu, nv] = self.cells[k % self.cells.len()];
             let creases = &part.faces[part.face_of(tile)].creases;
-            *lattice = TileLattice {
+            *lattice = Arc::new(TileLattice {
                 us: self.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us),
                 vs: self.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs),
                 chord: lattice.chord,
-            };
+            });
         }
         for (k, (edge, line)) in part.edges.iter().zip(&mut plan.edges).enumerate() {
             if edge.uses.is_empty() {
@@ -101,6 +101,7 @@ impl Rates {
                 let ends = [used.from, used.to].map(|k| stops[k as usize]);
                 ts = within_cells(&ts, ends[0].min(ends[1])..=ends[0].max(ends[1]), &used.uv, lattice);
             }
+            let line = Arc::make_mut(line);
             line.ts = ts;
             line.breaks = stops.iter().map(|stop| line.ts.partition_point(|t| t < stop) as u32).collect();
         }

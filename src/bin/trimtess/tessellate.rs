@@ -148,7 +148,7 @@ pub(crate) fn make(
         // One thread is this one: another would only be waited for.
         serial(prepared, plan, edge_lines, sink)
     } else {
-        let options = SessionOptions { workers: common.workers(), edge_lines };
+        let options = SessionOptions::DEFAULT.with_workers(common.workers()).with_edge_lines(edge_lines);
         let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
         session.frame(plan, sink)
     };
@@ -258,7 +258,7 @@ mod tests {
         let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
         let plan = Arc::new(frame::plan(&prepared, &tolerance));
         let mut frame = MemorySink::default();
-        let options = SessionOptions { workers: 1, edge_lines: true };
+        let options = SessionOptions::DEFAULT.with_workers(1);
         let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
         session.frame(&plan, &mut frame).expect("a frame");
         tamper(&mut frame, &mut shells);

@@ -13,7 +13,7 @@ use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::tessellate::{positive, require_folder, size};
 use crate::{Common, Done, Failure};
-use flight::{Flight, Order, fly};
+use flight::{Coherence, Flight, Order, fly};
 use replay::{EPOCH, Policy, replay};
 use route::{Asked, Route};
 use std::path::PathBuf;
@@ -34,9 +34,9 @@ pub(crate) struct BenchArgs {
     /// Frames of the path [default: 300, or all that were recorded].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Whether each frame makes only what changed since the last one, or everything anew.
-    #[arg(long, value_name = "WHETHER", default_value = "off")]
-    coherence: Coherence,
+    /// What frames take over from the last one; several, with commas, are measured one after the other.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', default_values = ["off", "on"])]
+    coherence: Vec<Coherence>,
     /// How often the path is flown: each frame's times are the least of all.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
     rounds: u32,
@@ -65,13 +65,6 @@ pub(crate) struct BenchArgs {
     save_path: Option<PathBuf>,
 }
 
-/// What frames make.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Coherence {
-    /// Everything, each time.
-    Off,
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
     [&args.json, &args.plot, &args.save_path].into_iter().flatten().try_for_each(|path| require_folder(path))?;
@@ -88,11 +81,12 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
 
     let mut flights = Vec::new();
     let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
-    for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
-        progress.stage(format!("flying {}, workers {workers}", args.path.name()));
-        let order =
-            Order { prepared: &prepared, views: &views, workers, coherent: false, rounds: args.rounds as usize };
-        flights.push(fly(&order, common)?);
+    for &coherence in &args.coherence {
+        for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
+            progress.stage(format!("flying {}, coherence {}, workers {workers}", args.path.name(), coherence.name()));
+            let rounds = args.rounds as usize;
+            flights.push(fly(&Order { prepared: &prepared, views: &views, workers, coherence, rounds }, common)?);
+        }
     }
     let numbers: Vec<usize> = args.replay.iter().map(|&n| usize::from(n)).collect();
     let replay = if numbers.is_empty() {

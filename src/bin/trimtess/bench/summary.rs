@@ -66,7 +66,7 @@ impl Machine {
 pub(super) struct Run {
     pub(super) path: String,
     pub(super) workers: usize,
-    /// `on`: only what changed is made; `off`: every frame is made anew.
+    /// What frames take over: `off`, `plan` or `on`.
     pub(super) coherence: &'static str,
     pub(super) frames: usize,
     pub(super) frames_per_s: f64,
@@ -121,7 +121,7 @@ impl Run {
         Self {
             path,
             workers: flight.workers,
-            coherence: if flight.coherent { "on" } else { "off" },
+            coherence: flight.coherence.name(),
             frames,
             frames_per_s: if seconds > 0.0 { frames as f64 / seconds } else { 0.0 },
             p50_ms: whole.p50,

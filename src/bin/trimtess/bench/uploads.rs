@@ -38,6 +38,11 @@ impl Uploads {
         Self { starts, held, batches: 0, uploaded: 0 }
     }
 
+    /// Counts from here on; frames that change nothing are not heard of.
+    pub(super) fn next_frame(&mut self) {
+        (self.batches, self.uploaded) = (0, 0);
+    }
+
     /// A tile's number among those of all parts.
     pub(super) fn tile(&self, part: PartId, tile: TileId) -> usize {
         self.starts[part.index()] + tile.0 as usize
@@ -57,7 +62,6 @@ impl MeshSink for Uploads {
     }
 
     fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
-        (self.batches, self.uploaded) = (0, 0);
         Ok(())
     }
 

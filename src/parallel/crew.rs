@@ -1,0 +1,351 @@
+//! Threads and queues of a session: hands out frames, takes back what the workers made, gives them used buffers again.
+
+use super::handoff::{Delivery, Order, queues};
+use super::metrics::Laps;
+use super::render_thread::{Feed, FrameError, FrameReport, commit, gather};
+use super::worker::{Hand, Stages, Worker};
+use crate::mesh::{Batch, MeshSink, PatchMesh, Scene};
+use crossbeam::channel::{Receiver, Sender};
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
+
+/// Why a session did not start: the operating system refused a thread.
+#[derive(Debug)]
+pub struct StartError {
+    /// The worker whose thread was refused.
+    pub worker: usize,
+    /// What the system said.
+    pub cause: std::io::Error,
+}
+
+impl fmt::Display for StartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot start the thread of worker {}: {}", self.worker, self.cause)
+    }
+}
+
+impl std::error::Error for StartError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.cause)
+    }
+}
+
+/// What a frame asks of the workers.
+pub(super) enum Work {
+    /// All that each owns.
+    All,
+    /// For each worker some of what it owns.
+    Some(Vec<Hand>),
+}
+
+/// A frame that workers are at.
+pub(super) struct Underway {
+    frame: u64,
+    /// Who has to report.
+    asked: Vec<bool>,
+    pub(super) laps: Laps,
+}
+
+/// The workers of a session and the ends of their queues.
+pub(super) struct Crew<S: Stages> {
+    orders: Vec<Sender<Order<S::Plan>>>,
+    deliveries: Vec<Receiver<Delivery>>,
+    threads: Vec<JoinHandle<()>>,
+    /// Buffers that each worker gets with its next order.
+    spare: Vec<Vec<PatchMesh>>,
+    next_frame: u64,
+    /// Frames before this one are not wanted any more. The master writes it, workers look at it between tiles.
+    wanted_from: Arc<AtomicU64>,
+}
+
+impl<S: Stages> Crew<S> {
+    /// One thread per hand. Threads already started end when a later one is refused.
+    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>) -> Result<Self, StartError> {
+        let mut crew = Self {
+            orders: Vec::new(),
+            deliveries: Vec::new(),
+            threads: Vec::new(),
+            spare: vec![Vec::new(); hands.len()],
+            next_frame: 0,
+            wanted_from: Arc::default(),
+        };
+        for (worker, hand) in hands.into_iter().enumerate() {
+            let (order, end, delivery) = queues();
+            #[allow(clippy::cast_possible_truncation, reason = "threads are fewer than 2^32")]
+            let worker_state = Worker::new(worker as u32, Arc::clone(stages), hand, Arc::clone(&crew.wanted_from));
+            let thread = thread::Builder::new()
+                .name(format!("trimtess-worker-{worker}"))
+                .spawn(move || worker_state.serve(&end))
+                .map_err(|cause| StartError { worker, cause })?;
+            crew.orders.push(order);
+            crew.deliveries.push(delivery);
+            crew.threads.push(thread);
+        }
+        Ok(crew)
+    }
+
+    /// How many workers there are.
+    pub(super) fn len(&self) -> usize {
+        self.threads.len()
+    }
+
+    /// Broadcasts the plan to the workers that have something to do.
+    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work) -> Result<Underway, FrameError> {
+        let laps = Laps::start();
+        let frame = self.next_frame;
+        self.next_frame += 1;
+        // What is left of frames that nobody waited for would fill the queues until workers wait, and then the master.
+        for delivery in self.deliveries.iter().flat_map(Receiver::try_iter) {
+            drop(delivery);
+        }
+        let mut hands: Vec<Option<Hand>> = match work {
+            Work::All => vec![None; self.len()],
+            Work::Some(hands) => hands.into_iter().map(Some).collect(),
+        };
+        hands.resize(self.len(), Some(Hand::default()));
+        let mut asked = vec![false; self.len()];
+        for (worker, hand) in hands.into_iter().enumerate() {
+            if hand.as_ref().is_some_and(Hand::is_empty) {
+                continue;
+            }
+            asked[worker] = true;
+            let order = Order { frame, plan: Arc::clone(plan), hand, spare: std::mem::take(&mut self.spare[worker]) };
+            self.orders[worker].send(order).map_err(|_| FrameError::WorkerLost { worker })?;
+        }
+        Ok(Underway { frame, asked, laps })
+    }
+
+    /// Whether all workers have reported: [`take`](Self::take) will not wait.
+    pub(super) fn is_made(&self, underway: &Underway) -> bool {
+        let mut asked = self.deliveries.iter().zip(&underway.asked).filter(|(_, asked)| **asked);
+        asked.all(|(queue, _)| !queue.is_empty())
+    }
+
+    /// Waits for the workers of a frame.
+    pub(super) fn take(&mut self, underway: &Underway) -> Result<Vec<Delivery>, FrameError> {
+        gather(&self.deliveries, &underway.asked, underway.frame)
+    }
+
+    /// Makes workers leave frames that were given so far: they stop after the tile that they are at.
+    pub(super) fn cancel(&self) {
+        self.wanted_from.store(self.next_frame, Ordering::Relaxed);
+    }
+
+    /// Takes back what a sink left of batches, for those who made them.
+    pub(super) fn recycle(&mut self, batches: Vec<Batch>) {
+        for Batch { worker, mut mesh, .. } in batches {
+            if let Some(spare) = self.spare.get_mut(worker as usize)
+                && mesh.positions.capacity() > 0
+                && spare.len() < MOST_SPARE
+            {
+                mesh.clear();
+                spare.push(mesh);
+            }
+        }
+    }
+
+    /// Makes one frame of everything and feeds it to the sink.
+    pub(super) fn frame(
+        &mut self,
+        plan: &Arc<S::Plan>,
+        scene: &Scene,
+        sink: &mut dyn MeshSink,
+    ) -> Result<FrameReport, FrameError> {
+        let _span = tracing::debug_span!("frame", number = self.next_frame).entered();
+        let mut underway = self.give(plan, Work::All)?;
+        let deliveries = self.take(&underway)?;
+        let (report, batches) = commit(deliveries, scene, Feed::All, sink, &mut underway.laps)?;
+        self.recycle(batches);
+        Ok(report)
+    }
+
+    /// Number of the next frame.
+    pub(super) fn next_frame(&self) -> u64 {
+        self.next_frame
+    }
+
+    #[cfg(test)]
+    pub(super) fn hang_up_on(&mut self, worker: usize) {
+        let (order, _, _) = queues();
+        drop(std::mem::replace(&mut self.orders[worker], order));
+    }
+}
+
+/// Buffers that wait for a worker: as many as a frame of a moving camera takes, not as many as the first one took.
+const MOST_SPARE: usize = 256;
+
+impl<S: Stages> Drop for Crew<S> {
+    fn drop(&mut self) {
+        // Hanging up both queues ends every worker after the tile that it is at.
+        self.cancel();
+        self.orders.clear();
+        self.deliveries.clear();
+        for thread in self.threads.drain(..) {
+            // A worker that died was reported by the frame that missed it.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::handoff::FaceRung;
+    use super::*;
+    use crate::frame::{Degradation, Rung, TileOutcome};
+    use crate::mesh::{EdgeLine, MemorySink, SinkError, TileId};
+    use crate::model::{EdgeId, FaceId, PartId};
+    use glam::DVec3;
+    use std::sync::atomic::AtomicU32;
+
+    /// Stands in for a prepared model: one triangle per tile, named by tile, plan and the scratch's history.
+    struct Fake {
+        panics_at: Option<u32>,
+        made: AtomicU32,
+    }
+
+    impl Stages for Fake {
+        type Plan = f64;
+        type Scratch = u32;
+
+        fn reuse(_: &mut u32, _: PatchMesh) {}
+
+        fn tile(&self, plan: &f64, _: PartId, tile: TileId, scratch: &mut u32) -> TileOutcome {
+            *scratch += 1;
+            self.made.fetch_add(1, Ordering::Relaxed);
+            assert!(self.panics_at != Some(tile.0), "tile {} is bad", tile.0);
+            let x = f64::from(tile.0);
+            let positions = vec![DVec3::new(x, *plan, 0.0), DVec3::X, DVec3::Y];
+            let mesh = PatchMesh { positions, triangles: vec![[0, 1, 2]], ..PatchMesh::default() };
+            TileOutcome { face: FaceId(tile.0 / 2), mesh, rung: Rung::Normal, degradation: None }
+        }
+
+        fn edge_line(&self, plan: &f64, part: PartId, edge: EdgeId) -> EdgeLine {
+            assert!(self.panics_at != Some(edge.0), "edge {} is bad", edge.0);
+            EdgeLine { part, edge, points: vec![DVec3::splat(*plan)] }
+        }
+    }
+
+    const TILES: u32 = 37;
+
+    fn start(panics_at: Option<u32>, workers: u32) -> (Arc<Fake>, Crew<Fake>) {
+        let fake = Arc::new(Fake { panics_at, made: AtomicU32::new(0) });
+        let mut hands = vec![Hand::default(); workers as usize];
+        for k in 0..TILES {
+            let hand = &mut hands[(k * 7 % workers) as usize];
+            hand.tiles.push((PartId(k / 20), TileId(k), FaceId(k / 2)));
+            hand.edges.push((PartId(k / 20), EdgeId(k)));
+        }
+        let crew = Crew::start(&fake, hands).unwrap();
+        (fake, crew)
+    }
+
+    fn without_worker(sink: &MemorySink) -> Vec<Batch> {
+        sink.batches.iter().cloned().map(|batch| Batch { worker: 0, ..batch }).collect()
+    }
+
+    #[test]
+    fn order_and_content_do_not_depend_on_workers() {
+        let mut seen = Vec::new();
+        for workers in [1, 2, 3, 8, 64] {
+            let (_, mut crew) = start(None, workers);
+            for plan in [0.5, 0.25] {
+                let mut sink = MemorySink::default();
+                let report = crew.frame(&Arc::new(plan), &Scene::default(), &mut sink).unwrap();
+                assert_eq!((report.batches, report.triangles), (TILES as usize, u64::from(TILES)));
+                assert_eq!(report.workers.len(), workers as usize);
+                assert!(sink.batches.is_sorted_by_key(|b| (b.part, b.tile)));
+                assert!(sink.edge_lines.is_sorted_by_key(|l| (l.part, l.edge)));
+                seen.push((plan.to_bits(), without_worker(&sink), sink.edge_lines));
+            }
+        }
+        for k in 2..seen.len() {
+            assert_eq!(seen[k], seen[k % 2]);
+        }
+    }
+
+    #[test]
+    fn a_panic_costs_one_tile_or_line_and_neither_frame_nor_session() {
+        for workers in [1, 3] {
+            let (fake, mut crew) = start(Some(11), workers);
+            for frame in 1..=3 {
+                let mut sink = MemorySink::default();
+                let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap();
+                assert_eq!(report.batches, TILES as usize - 1);
+                assert_eq!(fake.made.load(Ordering::Relaxed), frame * TILES);
+                let [bad] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
+                assert_eq!((bad.tile, bad.face), (TileId(11), FaceId(5)));
+                assert_eq!(bad.degradation, Degradation::Failed("internal error: tile 11 is bad".into()));
+                let face = FaceRung { part: PartId(0), face: FaceId(5), rung: Rung::Lost };
+                assert_eq!((&report.rungs[..], report.ladder.count(Rung::Lost)), (&[face][..], 1));
+                let [lost] = &report.lost_lines[..] else { panic!("{:?}", report.lost_lines) };
+                assert_eq!((lost.edge, lost.why.as_str()), (EdgeId(11), "internal error: edge 11 is bad"));
+                assert_eq!(sink.edge_lines.len(), TILES as usize - 1);
+            }
+        }
+    }
+
+    /// Refuses call number `at` and counts what comes after.
+    struct Refusing {
+        at: usize,
+        calls: usize,
+        aborts: usize,
+        ends: usize,
+    }
+
+    impl Refusing {
+        fn call(&mut self) -> Result<(), SinkError> {
+            self.calls += 1;
+            if self.calls == self.at {
+                return Err(SinkError { context: "disk".into(), cause: std::io::Error::other("full") });
+            }
+            assert!(self.calls < self.at, "called after it refused");
+            Ok(())
+        }
+    }
+
+    impl MeshSink for Refusing {
+        fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+            self.call()
+        }
+        fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
+            self.call()
+        }
+        fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+            self.call()
+        }
+        fn end(&mut self) -> Result<(), SinkError> {
+            self.ends += 1;
+            self.call()
+        }
+        fn abort(&mut self) {
+            self.aborts += 1;
+        }
+    }
+
+    #[test]
+    fn a_refusing_sink_is_aborted_once_and_the_session_goes_on() {
+        let (_, mut crew) = start(None, 3);
+        let calls = 2 + 2 * TILES as usize;
+        for at in [1, 2, TILES as usize + 2, calls] {
+            let mut sink = Refusing { at, calls: 0, aborts: 0, ends: 0 };
+            let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap_err();
+            assert_eq!(error.to_string(), "disk: full");
+            assert_eq!((sink.calls, sink.aborts, sink.ends), (at, 1, usize::from(at == calls)));
+        }
+        let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap();
+        assert_eq!((report.frame, report.batches), (4, TILES as usize));
+    }
+
+    #[test]
+    fn a_lost_worker_is_an_error_and_dropping_the_session_ends_all_threads() {
+        let (fake, mut crew) = start(None, 2);
+        // Hanging up one worker's orders ends its thread, as a crash outside a tile would.
+        crew.hang_up_on(1);
+        let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap_err();
+        assert!(matches!(error, FrameError::WorkerLost { worker: 1 }), "{error}");
+        drop(crew);
+        assert_eq!(Arc::strong_count(&fake), 1, "a worker outlived its session");
+    }
+}

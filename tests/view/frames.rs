@@ -1,0 +1,396 @@
+//! Frames of a moving camera: what a sink holds after each is what its plan says, without cracks and within the pixels asked for.
+
+use super::pixels::{Draw, measured};
+use super::{prepared, shape, two_sizes};
+use glam::{DAffine3, DVec3};
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Duration;
+use trimtess::frame::{Plan, Planner, PlannerOptions, Projection, View, edge_line};
+use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileId};
+use trimtess::model::{EdgeId, PartId, shapes};
+use trimtess::parallel::{Session, SessionOptions, serial};
+use trimtess::prepare::Prepared;
+
+/// Cameras along a path: round the middle, closer and away, looking aside; with jumps now and then.
+fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    let mut place = [0.0, 0.3, 2.5, 0.0];
+    let mut speed = [0.02, 0.0, 0.0, 0.0];
+    let view = |_| {
+        if draw.unit() < 0.1 {
+            speed = [draw.range(-0.1, 0.1), draw.range(-0.05, 0.05), draw.range(-0.15, 0.15), draw.range(-0.1, 0.1)];
+        }
+        if draw.unit() < 0.03 {
+            place[2] = draw.range(0.3, 6.0);
+        }
+        (0..4).for_each(|k| place[k] += speed[k]);
+        place[2] = place[2].clamp(0.4, 8.0);
+        let [round, up, away, aside] = place;
+        let from = DVec3::new(f64::cos(round) * f64::cos(up), f64::sin(round) * f64::cos(up), f64::sin(up));
+        let eye = middle + from * radius * away;
+        let target = middle + DVec3::Z.cross(from) * radius * f64::sin(aside);
+        let near = 0.02 * radius;
+        View {
+            eye,
+            forward: target - eye,
+            up: DVec3::Z,
+            projection: Projection::Perspective { fov_y: 0.7, near },
+            size: (960, 540),
+            deviation_px: 0.5,
+            size_px: None,
+            angle: 1.5,
+        }
+    };
+    (0..frames).map(view).collect()
+}
+
+/// The plan's triangles of tiles that are drawn, made from nothing.
+fn from_scratch(prepared: &Arc<Prepared>, session: &Session) -> MemorySink {
+    let plan = session.plan().unwrap();
+    let mut sink = MemorySink::default();
+    serial(prepared, plan, false, &mut sink).unwrap();
+    sink.drawn = plan.drawn.clone();
+    sink.scene = session.scene().clone();
+    sink
+}
+
+/// Batches that are drawn in some view, in the order of parts and tiles.
+fn drawn(sink: &MemorySink) -> Vec<Batch> {
+    let shows = |batch: &&Batch| {
+        let instances = sink.scene.instances.iter().enumerate().filter(|(_, i)| i.part == batch.part.0);
+        let mut pairs = instances.flat_map(|(i, _)| (0..sink.drawn.views()).map(move |view| (view, i)));
+        pairs.any(|(view, i)| sink.drawn.contains(view, i, batch.tile))
+    };
+    sink.batches.iter().filter(shows).cloned().map(|batch| Batch { worker: 0, ..batch }).collect()
+}
+
+/// Edges whose tiles are all there, in stretches between tessellants: triangles have each as often in one direction as in the
+/// other. Returns how many stretches there were.
+fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case: &str) -> usize {
+    let mut stretches = 0;
+    for (p, part) in prepared.parts.iter().enumerate() {
+        let mut there = vec![false; part.tiles.len()];
+        let mut uses: HashMap<[[u64; 3]; 2], (i32, u32)> = HashMap::new();
+        for batch in batches.iter().filter(|b| b.part.index() == p) {
+            there[batch.tile.0 as usize] = true;
+            for &[a, b, c] in &batch.mesh.triangles {
+                for (from, to) in [(a, b), (b, c), (c, a)] {
+                    let ends = [from, to].map(|v| bits(batch.mesh.positions[v as usize]));
+                    let row = uses.entry([ends[0].min(ends[1]), ends[0].max(ends[1])]).or_default();
+                    row.0 += if ends[0] < ends[1] { 1 } else { -1 };
+                    row.1 += 1;
+                }
+            }
+        }
+        for (e, edge) in part.edges.iter().enumerate() {
+            if edge.uses.len() < 2 || !edge.uses.iter().all(|(tile, _, _)| there[tile.0 as usize]) {
+                continue;
+            }
+            let line = edge_line(prepared, plan, PartId::new(p), EdgeId::new(e));
+            for ends in line.points.windows(2) {
+                let ends = [bits(ends[0]), bits(ends[1])];
+                let used = uses.get(&[ends[0].min(ends[1]), ends[0].max(ends[1])]);
+                assert!(used.is_none_or(|used| used.0 == 0), "{case}: edge {e} of part {p}: {used:?}");
+                stretches += usize::from(used.is_some());
+            }
+        }
+    }
+    stretches
+}
+
+fn bits(p: DVec3) -> [u64; 3] {
+    p.to_array().map(f64::to_bits)
+}
+
+fn options(workers: usize) -> SessionOptions {
+    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false)
+}
+
+#[test]
+fn after_each_frame_a_sink_has_what_the_plan_says_without_cracks_and_within_the_pixels() {
+    let (mut made, mut all) = (0, 0);
+    for name in ["torus", "washer", "sphere", "brake-hub", "trimmed-teapot"] {
+        let prepared = shape(name);
+        let mut draw = Draw(7);
+        let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+        let mut sink = MemorySink::default();
+        let (mut most, mut stretches) = (0.0_f64, 0);
+        for (f, view) in path(&mut draw, prepared.bounds.unwrap(), 60).into_iter().enumerate() {
+            let report = session.view(&[view], &mut sink).unwrap();
+            assert!(report.whole == (f == 0) && report.degraded.is_empty(), "{name} {f}: {:?}", report.degraded);
+            if f > 0 {
+                (made, all) = (made + report.tiles, all + prepared.tiles().count());
+            }
+            let scratch = from_scratch(&prepared, &session);
+            let batches = drawn(&sink);
+            assert_eq!(batches, drawn(&scratch), "{name} {f}");
+            stretches += balanced(&prepared, session.plan().unwrap(), &batches, &format!("{name} {f}"));
+            if f % 10 == 0 {
+                let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
+                let near = 0.05 * prepared.scene.parts[0].radius;
+                let (share, _) = measured(&prepared, &view, near, &frame);
+                assert!(share <= 1.0, "{name} {f}: {share} times what is asked");
+                most = most.max(share);
+            }
+        }
+        assert!(most > 0.1 && stretches > 1000, "{name}: {most}, {stretches}");
+    }
+    assert!(3 * made < all, "{made} of {all} tiles were made anew");
+}
+
+#[test]
+fn the_number_of_workers_does_not_show() {
+    let prepared = shape("brake-hub");
+    let views = path(&mut Draw(3), prepared.bounds.unwrap(), 25);
+    let frames = |workers: usize| {
+        let mut session =
+            Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(workers)).unwrap();
+        let mut sink = MemorySink::default();
+        let mut frames = Vec::new();
+        for view in &views {
+            session.view(&[*view], &mut sink).unwrap();
+            let batches: Vec<Batch> = sink.batches.iter().cloned().map(|b| Batch { worker: 0, ..b }).collect();
+            frames.push((batches, sink.edge_lines.clone(), sink.drawn.clone()));
+        }
+        frames
+    };
+    let one = frames(1);
+    for workers in [2, 3, 8, 29] {
+        assert!(frames(workers) == one, "{workers} workers");
+    }
+}
+
+#[test]
+fn frames_that_are_left_cost_nothing_but_time() {
+    let prepared = shape("trimmed-teapot");
+    let views = path(&mut Draw(5), prepared.bounds.unwrap(), 40);
+    let mut session = Session::start(Arc::clone(&prepared), &options(3)).unwrap();
+    let mut sink = MemorySink::default();
+    for (f, view) in views.iter().enumerate() {
+        session.begin(&[*view]).unwrap();
+        match f % 4 {
+            0 => continue,
+            1 => session.cancel(),
+            _ => {
+                while f % 4 == 3 && !session.is_made() {
+                    std::thread::yield_now();
+                }
+                session.finish(&mut sink).unwrap();
+                assert_eq!(drawn(&sink), drawn(&from_scratch(&prepared, &session)), "{f}");
+            }
+        }
+        let nothing = session.finish(&mut sink).unwrap();
+        assert_eq!((nothing.tiles, nothing.whole), (0, false));
+    }
+}
+
+/// Counts calls.
+#[derive(Default)]
+struct Calls {
+    begun: usize,
+    drawn: usize,
+    refuse: bool,
+    whole: usize,
+}
+
+impl MeshSink for Calls {
+    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+        self.whole += 1;
+        self.begin_changes(&Scene::default())
+    }
+    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+        self.begun += 1;
+        Ok(())
+    }
+    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
+        match self.refuse {
+            true => Err(SinkError { context: "memory".into(), cause: std::io::Error::other("full") }),
+            false => Ok(()),
+        }
+    }
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        Ok(())
+    }
+    fn drawn(&mut self, _: &Drawn) -> Result<(), SinkError> {
+        self.drawn += 1;
+        Ok(())
+    }
+    fn end(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+    fn abort(&mut self) {}
+}
+
+#[test]
+fn where_nothing_moves_nothing_is_done_and_after_a_refusal_all_comes_again() {
+    let prepared = two_sizes("torus");
+    let view = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
+    let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let mut sink = Calls::default();
+    for _ in 0..3 {
+        session.view(&[view], &mut sink).unwrap();
+    }
+    assert_eq!((sink.begun, sink.drawn, sink.whole), (1, 1, 1));
+    let closer = View { eye: view.eye + 0.6 * view.forward, ..view };
+    sink.refuse = true;
+    assert!(session.view(&[closer], &mut sink).is_err());
+    sink.refuse = false;
+    let report = session.view(&[closer], &mut sink).unwrap();
+    assert_eq!((report.whole, report.tiles, sink.whole), (true, prepared.tiles().count(), 2));
+}
+
+#[test]
+fn instances_come_move_and_go() {
+    let prepared = shape("torus");
+    let view = path(&mut Draw(2), prepared.bounds.unwrap(), 1)[0];
+    let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let mut sink = MemorySink::default();
+    let coarse = session.view(&[view], &mut sink).unwrap().triangles;
+    let mut nearer = session.scene().instances[0].clone();
+    nearer.transform = DAffine3::from_translation(0.5 * (view.eye - nearer.transform.translation));
+    assert_eq!(session.add_instance(nearer.clone()), Some(1));
+    assert_eq!(session.scene().instances[1].first_face, prepared.scene.parts[0].face_colours.len() as u32);
+    let fine = session.view(&[view], &mut sink).unwrap();
+    assert!(!fine.whole && fine.triangles > coarse, "{} {coarse}", fine.triangles);
+    assert_eq!((sink.scene.instances.len(), drawn(&sink) == drawn(&from_scratch(&prepared, &session))), (2, true));
+    assert!(
+        session.move_instance(0, DAffine3::from_translation(DVec3::splat(1e6)))
+            && !session.move_instance(2, nearer.transform)
+    );
+    session.view(&[view], &mut sink).unwrap();
+    assert_eq!((sink.drawn.tiles(0, 0).count(), sink.drawn.tiles(0, 1).count() > 0), (0, true));
+    assert!(session.remove_instance(0).is_some() && session.remove_instance(1).is_none());
+    session.view(&[view], &mut sink).unwrap();
+    assert!(sink.scene.instances.len() == 1 && sink.drawn.tiles(0, 0).count() > 0);
+    assert!(session.add_instance(trimtess::mesh::SceneInstance { part: 9, ..nearer }).is_none());
+}
+
+#[test]
+fn two_views_share_the_strictest_rates_and_draw_their_own() {
+    let prepared = shape("brake-hub");
+    let mut draw = Draw(11);
+    let views = path(&mut draw, prepared.bounds.unwrap(), 12);
+    let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let mut sink = MemorySink::default();
+    for (k, view) in views.iter().enumerate() {
+        let aside = View { forward: view.forward + 0.4 * view.forward.cross(view.up), deviation_px: 1.0, ..*view };
+        session.view(&[*view, aside], &mut sink).unwrap();
+        assert_eq!(drawn(&sink), drawn(&from_scratch(&prepared, &session)), "{k}");
+        for (v, view) in [*view, aside].iter().enumerate() {
+            let shown = |b: &&Batch| sink.drawn.contains(v, 0, b.tile);
+            let batches: Vec<Batch> = sink.batches.iter().filter(shown).cloned().collect();
+            let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
+            let (share, _) = measured(&prepared, view, 0.05 * prepared.scene.parts[0].radius, &frame);
+            assert!(share <= 1.0, "{k} {v}: {share}");
+        }
+    }
+}
+
+#[test]
+fn what_is_culled_is_not_in_the_picture() {
+    let prepared = shape("washer");
+    let mut planner =
+        Planner::new(Arc::clone(&prepared), &PlannerOptions { cull_backs: true, ..PlannerOptions::DEFAULT });
+    let mut draw = Draw(4);
+    let (mut culled, mut behind) = (0, 0);
+    for view in path(&mut draw, prepared.bounds.unwrap(), 200) {
+        let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
+        for (t, tile) in prepared.parts[0].tiles.iter().enumerate() {
+            if plan.drawn.contains(0, 0, TileId(t as u32)) {
+                continue;
+            }
+            culled += 1;
+            let face = &prepared.parts[0].faces[prepared.parts[0].face_of(tile)];
+            for k in 0..25 {
+                let at = tile.min + (tile.max - tile.min) * glam::DVec2::new(f64::from(k % 5), f64::from(k / 5)) / 4.0;
+                let d = face.patches.derivatives(at.x, at.y);
+                let normal = d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 };
+                let away = normal.dot(d.point - view.eye) > 0.0;
+                let shown = super::pixels::project(&view, 0.02 * prepared.scene.parts[0].radius, d.point).is_some();
+                assert!(away || !shown, "tile {t} at {at} by {view:?}");
+                behind += usize::from(away && shown);
+            }
+        }
+    }
+    assert!(culled > 100 && behind > 1000, "{culled} {behind}");
+}
+
+#[test]
+fn a_budget_puts_off_what_is_least_urgent_and_all_is_done_in_the_end() {
+    let prepared = shape("brake-hub");
+    let budget = Some(Duration::from_micros(300));
+    let planner = PlannerOptions { budget, ..PlannerOptions::DEFAULT };
+    let mut session = Session::start(Arc::clone(&prepared), &options(2).with_planner(planner)).unwrap();
+    let mut at_once = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let (mut sink, mut whole) = (MemorySink::default(), MemorySink::default());
+    let views = path(&mut Draw(9), prepared.bounds.unwrap(), 30);
+    let mut deferred = 0;
+    for (k, view) in views.iter().enumerate() {
+        let report = session.view(&[*view], &mut sink).unwrap();
+        deferred += report.deferred;
+        let batches = drawn(&sink);
+        assert_eq!(batches, drawn(&from_scratch(&prepared, &session)), "{k}");
+        balanced(&prepared, session.plan().unwrap(), &batches, &format!("{k}"));
+    }
+    assert!(deferred > 100, "{deferred}");
+    let last = views[views.len() - 1];
+    for _ in 0..1000 {
+        if session.view(&[last], &mut sink).unwrap().deferred == 0 {
+            break;
+        }
+    }
+    // Everything keeps the tolerance then; rates may be a step finer than without the budget, by what was on the way.
+    at_once.view(&[last], &mut whole).unwrap();
+    let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
+    let (share, _) = measured(&prepared, &last, 0.05 * prepared.scene.parts[0].radius, &frame);
+    assert!(share <= 1.0, "{share}");
+    let triangles = |sink: &MemorySink| drawn(sink).iter().map(|b| b.mesh.triangles.len()).sum::<usize>();
+    assert!(triangles(&sink) < 2 * triangles(&whole), "{} {}", triangles(&sink), triangles(&whole));
+}
+
+#[test]
+fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
+    let prepared = shape("teapot");
+    let limits = trimtess::frame::PlanLimits { triangles: 6000, ..trimtess::frame::PlanLimits::DEFAULT };
+    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions { limits, ..PlannerOptions::DEFAULT });
+    let [low, high] = prepared.bounds.unwrap();
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    let mut coarser = 0;
+    for k in 0..120 {
+        let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
+        let eye = middle - DVec3::Y * away * radius;
+        let view = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), [low, high], 1)[0] };
+        let plan = planner.plan(&prepared.scene.instances, &[view]);
+        let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
+        assert!(cells <= 3000, "{k}: {cells}");
+        let by_limits = plan.shortfall.as_ref().is_some_and(|s| s.density < 1.0 && s.by_limits());
+        coarser += usize::from(by_limits);
+        assert!(!by_limits || (10..110).contains(&k), "{k}: {:?}", plan.shortfall);
+    }
+    assert!(coarser > 10, "{coarser}");
+}
+
+#[test]
+fn views_that_are_no_cameras_show_nothing() {
+    let prepared = prepared(shapes::by_name("torus").unwrap());
+    let good = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
+    let mut session = Session::start(Arc::clone(&prepared), &options(1)).unwrap();
+    let mut sink = MemorySink::default();
+    let bad = [
+        View { forward: DVec3::ZERO, ..good },
+        View { eye: DVec3::NAN, ..good },
+        View { deviation_px: 0.0, ..good },
+        View { size_px: Some(-1.0), ..good },
+        View { angle: f64::NAN, ..good },
+    ];
+    for view in bad {
+        session.view(&[view], &mut sink).unwrap();
+        assert_eq!((drawn(&sink).len(), session.plan().unwrap().shortfall.as_ref().unwrap().unusable), (0, true));
+    }
+    session.view(&[], &mut sink).unwrap();
+    assert_eq!(drawn(&sink).len(), 0);
+    session.view(&[good], &mut sink).unwrap();
+    assert_eq!(drawn(&sink), drawn(&from_scratch(&prepared, &session)));
+    assert!(!drawn(&sink).is_empty());
+}

@@ -1,0 +1,131 @@
+//! Cameras by chance, and what their pictures show wrong.
+
+use glam::{DVec2, DVec3};
+use std::sync::Arc;
+use trimtess::frame::{Projection, View};
+use trimtess::mesh::{Batch, MemorySink, SceneInstance};
+use trimtess::prepare::Prepared;
+
+/// SplitMix64.
+pub(crate) struct Draw(pub(crate) u64);
+
+impl Draw {
+    pub(crate) fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub(crate) fn range(&mut self, a: f64, b: f64) -> f64 {
+        a + (b - a) * self.unit()
+    }
+
+    pub(crate) fn direction(&mut self) -> DVec3 {
+        DVec3::from([(); 3].map(|()| self.range(-1.0, 1.0))).normalize_or(DVec3::X)
+    }
+
+    /// A camera at a multiple of the radius from the middle, looking about there.
+    pub(crate) fn view(&mut self, [low, high]: [DVec3; 2], away: (f64, f64)) -> View {
+        let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+        let eye = middle + self.direction() * radius * self.range(away.0, away.1);
+        let target = middle + self.direction() * radius * self.range(0.0, 0.5);
+        let perspective = Projection::Perspective { fov_y: self.range(0.2, 1.8), near: 0.0 };
+        let parallel = Projection::Orthographic { height: radius * self.range(0.2, 3.0) };
+        View {
+            eye,
+            forward: target - eye,
+            up: self.direction(),
+            projection: if self.unit() < 0.7 { perspective } else { parallel },
+            size: (self.range(100.0, 2000.0) as u32, self.range(100.0, 1200.0) as u32),
+            deviation_px: self.range(0.3, 3.0),
+            size_px: (self.unit() < 0.3).then_some(self.range(20.0, 60.0)),
+            angle: 1.5,
+        }
+    }
+}
+
+/// Where a point is in the picture, in pixels from its middle; `None` beside the picture, and nearer than `near`.
+pub(crate) fn project(view: &View, near: f64, p: DVec3) -> Option<DVec2> {
+    let forward = view.forward.normalize();
+    let right = forward.cross(view.up).normalize();
+    let local = p - view.eye;
+    let (x, y, depth) = (right.dot(local), right.cross(forward).dot(local), forward.dot(local));
+    let size = DVec2::new(f64::from(view.size.0), f64::from(view.size.1));
+    let per_length = match view.projection {
+        Projection::Perspective { fov_y, .. } if depth > near => 0.5 * size.y / (0.5 * fov_y).tan() / depth,
+        Projection::Perspective { .. } => return None,
+        Projection::Orthographic { height } => size.y / height,
+    };
+    let p = DVec2::new(x, y) * per_length;
+    p.abs().cmple(0.5 * size).all().then_some(p)
+}
+
+/// The most pixels by which points of a batch's triangles miss the surface, where they are in the picture; and how many are.
+pub(crate) fn worst(
+    prepared: &Prepared,
+    view: &View,
+    near: f64,
+    batch: &Batch,
+    instance: &SceneInstance,
+) -> (f64, usize) {
+    const PLACES: [[f64; 3]; 7] = [
+        [0.5, 0.5, 0.0],
+        [0.0, 0.5, 0.5],
+        [0.5, 0.0, 0.5],
+        [0.34, 0.33, 0.33],
+        [0.6, 0.2, 0.2],
+        [0.2, 0.6, 0.2],
+        [0.2, 0.2, 0.6],
+    ];
+    let part = &prepared.parts[batch.part.index()];
+    let tile = &part.tiles[batch.tile.0 as usize];
+    let face = &part.faces[part.face_of(tile)];
+    let mesh = &batch.mesh;
+    let uv = |v: u32| {
+        let natural = mesh.uvs[v as usize].as_dvec2();
+        DVec2::new(face.maps[0].to_nurbs(natural.x), face.maps[1].to_nurbs(natural.y))
+    };
+    let world = |p: DVec3| instance.transform.transform_point3(p);
+    let (mut worst, mut seen) = (0.0_f64, 0);
+    for corners in &mesh.triangles {
+        let [p, q] = [corners.map(|v| mesh.positions[v as usize]), corners.map(|v| uv(v).extend(0.0))];
+        for w in PLACES {
+            let point = p[0] * w[0] + p[1] * w[1] + p[2] * w[2];
+            let Some(drawn) = project(view, near, world(point)) else { continue };
+            let mut uv = (q[0] * w[0] + q[1] * w[1] + q[2] * w[2]).truncate();
+            let mut next = face.patches.point(uv.x, uv.y);
+            for _ in 0..8 {
+                let d = face.patches.derivatives(uv.x, uv.y);
+                if d.point.distance(point) <= next.distance(point) {
+                    next = d.point;
+                }
+                let off = point - d.point;
+                let [a, b, c] = [d.du.dot(d.du), d.du.dot(d.dv), d.dv.dot(d.dv)];
+                let (x, y, det) = (off.dot(d.du), off.dot(d.dv), a * c - b * b);
+                if det <= 1e-14 * (a + c) * (a + c) {
+                    break;
+                }
+                uv += DVec2::new(c * x - b * y, a * y - b * x) / det;
+                uv = uv.clamp(tile.min, tile.max);
+            }
+            let Some(exact) = project(view, near, world(next)) else { continue };
+            worst = worst.max(drawn.distance(exact));
+            seen += 1;
+        }
+    }
+    (worst, seen)
+}
+
+/// The most deviation of any instance's tile as a share of what is asked, and how many points were measured.
+pub(crate) fn measured(prepared: &Arc<Prepared>, view: &View, near: f64, frame: &MemorySink) -> (f64, usize) {
+    let (mut most, mut seen) = (0.0_f64, 0);
+    for instance in &prepared.scene.instances {
+        for batch in frame.batches.iter().filter(|batch| batch.part.0 == instance.part) {
+            let (pixels, points) = worst(prepared, view, near, batch, instance);
+            most = most.max(pixels / view.deviation_px);
+            seen += points;
+        }
+    }
+    (most, seen)
+}
