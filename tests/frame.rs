@@ -147,7 +147,7 @@ fn a_tile_that_vanishes_is_empty_and_one_that_is_lost_has_failed() {
         outcome.degradation
     };
     // The first face folded to its diagonal: no triangle is left of it, though its parameters enclose an area.
-    let part = &mut prepared.parts[0];
+    let part = Arc::make_mut(&mut prepared.parts[0]);
     let uses: Vec<usize> = part.tiles[0].loops.iter().flatten().map(|u| u.edge as usize).collect();
     for edge in uses {
         let breaks = &mut part.edges[edge].breaks;
@@ -159,8 +159,9 @@ fn a_tile_that_vanishes_is_empty_and_one_that_is_lost_has_failed() {
     Arc::make_mut(&mut coarse.parts[0].tiles[0]).chord = 1e3;
     assert_eq!(tile(&prepared, &coarse), Some(Degradation::Empty));
     // Without loops there is nothing to lose.
-    prepared.parts[0].tiles[0].loops.clear();
-    prepared.parts[0].edges.iter_mut().for_each(|e| e.uses.retain(|u| u.0 != TileId(0)));
+    let part = Arc::make_mut(&mut prepared.parts[0]);
+    part.tiles[0].loops.clear();
+    part.edges.iter_mut().for_each(|e| e.uses.retain(|u| u.0 != TileId(0)));
     assert_eq!(tile(&prepared, &plan), Some(Degradation::Empty));
 }
 

@@ -12,6 +12,9 @@ pub use ladder::{Ladder, Rung};
 
 mod lattice;
 
+mod levels;
+pub use levels::Levels;
+
 mod lift;
 
 mod limits;

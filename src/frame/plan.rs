@@ -124,7 +124,7 @@ pub(super) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimi
     const LOWEST: i32 = 96;
     let mut shortfall = Shortfall::none(limits);
     // A part without tiles is meshed at any tolerance.
-    let unusable = |(part, asked): (&PreparedPart, &Asked)| asked.unusable && !part.tiles.is_empty();
+    let unusable = |(part, asked): (&Arc<PreparedPart>, &Asked)| asked.unusable && !part.tiles.is_empty();
     shortfall.unusable = prepared.parts.iter().zip(asked).any(unusable);
     let mut round = 0;
     loop {

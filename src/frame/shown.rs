@@ -40,11 +40,16 @@ impl PartBoxes {
     /// Cost: a look at the table of bounds of each tile.
     pub(super) fn of(part: &PreparedPart) -> Self {
         let face = |tile: &Tile| &part.faces[part.face_of(tile)];
-        let tiles: Vec<BoundingBox> = part.tiles.iter().map(|tile| tile_box(face(tile), tile)).collect();
+        let tiles: Vec<BoundingBox> = boxes(part).collect();
         let whole = tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
         let closed = part.open_edges().count == 0;
         let cones = part.tiles.iter().filter(|_| closed).map(|tile| normals(face(tile), tile)).collect();
         Self { whole, tiles, cones }
+    }
+
+    /// The box of all of a part's tiles.
+    pub(super) fn whole(part: &PreparedPart) -> BoundingBox {
+        boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
     }
 
     /// Calls `each` with every tile that an instance shows, ascending; those of closed parts that face away are left out if
@@ -61,6 +66,10 @@ impl PartBoxes {
             }
         }
     }
+}
+
+fn boxes(part: &PreparedPart) -> impl Iterator<Item = BoundingBox> + '_ {
+    part.tiles.iter().map(|tile| tile_box(&part.faces[part.face_of(tile)], tile))
 }
 
 /// The box of a tile's surface, and of its edges as far as these are off the surface.

@@ -1,6 +1,6 @@
 //! Threads and queues of a session: hands out frames, takes back what the workers made, gives them used buffers again.
 
-use super::handoff::{Delivery, Order, queues};
+use super::handoff::{Delivery, Order, Task, queues};
 use super::metrics::Laps;
 use super::render_thread::{Feed, FrameError, FrameReport, commit, gather};
 use super::worker::{Hand, Stages, Worker};
@@ -34,8 +34,8 @@ impl std::error::Error for StartError {
 
 /// What a frame asks of the workers.
 pub(super) enum Work {
-    /// All that each owns.
-    All,
+    /// All that each owns of the first so many parts.
+    All(usize),
     /// For each worker some of what it owns.
     Some(Vec<Hand>),
 }
@@ -100,18 +100,17 @@ impl<S: Stages> Crew<S> {
         for delivery in self.deliveries.iter().flat_map(Receiver::try_iter) {
             drop(delivery);
         }
-        let mut hands: Vec<Option<Hand>> = match work {
-            Work::All => vec![None; self.len()],
-            Work::Some(hands) => hands.into_iter().map(Some).collect(),
+        let tasks: Vec<Task> = match work {
+            Work::All(parts) => (0..self.len()).map(|_| Task::All(parts)).collect(),
+            Work::Some(hands) => hands.into_iter().map(Task::Some).collect(),
         };
-        hands.resize(self.len(), Some(Hand::default()));
         let mut asked = vec![false; self.len()];
-        for (worker, hand) in hands.into_iter().enumerate() {
-            if hand.as_ref().is_some_and(Hand::is_empty) {
+        for (worker, task) in tasks.into_iter().enumerate() {
+            if matches!(&task, Task::Some(hand) if hand.is_empty()) {
                 continue;
             }
             asked[worker] = true;
-            let order = Order { frame, plan: Arc::clone(plan), hand, spare: std::mem::take(&mut self.spare[worker]) };
+            let order = Order { frame, plan: Arc::clone(plan), task, spare: std::mem::take(&mut self.spare[worker]) };
             self.orders[worker].send(order).map_err(|_| FrameError::WorkerLost { worker })?;
         }
         Ok(Underway { frame, asked, laps })
@@ -146,15 +145,16 @@ impl<S: Stages> Crew<S> {
         }
     }
 
-    /// Makes one frame of everything and feeds it to the sink.
+    /// Makes one frame of everything in the first `parts` parts and feeds it to the sink.
     pub(super) fn frame(
         &mut self,
         plan: &Arc<S::Plan>,
+        parts: usize,
         scene: &Scene,
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next_frame).entered();
-        let mut underway = self.give(plan, Work::All)?;
+        let mut underway = self.give(plan, Work::All(parts))?;
         let deliveries = self.take(&underway)?;
         let (report, batches) = commit(deliveries, scene, Feed::All, sink, &mut underway.laps)?;
         self.recycle(batches);
@@ -252,7 +252,7 @@ mod tests {
             let (_, mut crew) = start(None, workers);
             for plan in [0.5, 0.25] {
                 let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(plan), &Scene::default(), &mut sink).unwrap();
+                let report = crew.frame(&Arc::new(plan), 9, &Scene::default(), &mut sink).unwrap();
                 assert_eq!((report.batches, report.triangles), (TILES as usize, u64::from(TILES)));
                 assert_eq!(report.workers.len(), workers as usize);
                 assert!(sink.batches.is_sorted_by_key(|b| (b.part, b.tile)));
@@ -271,7 +271,7 @@ mod tests {
             let (fake, mut crew) = start(Some(11), workers);
             for frame in 1..=3 {
                 let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap();
+                let report = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut sink).unwrap();
                 assert_eq!(report.batches, TILES as usize - 1);
                 assert_eq!(fake.made.load(Ordering::Relaxed), frame * TILES);
                 let [bad] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
@@ -330,11 +330,11 @@ mod tests {
         let calls = 2 + 2 * TILES as usize;
         for at in [1, 2, TILES as usize + 2, calls] {
             let mut sink = Refusing { at, calls: 0, aborts: 0, ends: 0 };
-            let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut sink).unwrap_err();
+            let error = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut sink).unwrap_err();
             assert_eq!(error.to_string(), "disk: full");
             assert_eq!((sink.calls, sink.aborts, sink.ends), (at, 1, usize::from(at == calls)));
         }
-        let report = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap();
+        let report = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut MemorySink::default()).unwrap();
         assert_eq!((report.frame, report.batches), (4, TILES as usize));
     }
 
@@ -343,7 +343,7 @@ mod tests {
         let (fake, mut crew) = start(None, 2);
         // Hanging up one worker's orders ends its thread, as a crash outside a tile would.
         crew.hang_up_on(1);
-        let error = crew.frame(&Arc::new(1.0), &Scene::default(), &mut MemorySink::default()).unwrap_err();
+        let error = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut MemorySink::default()).unwrap_err();
         assert!(matches!(error, FrameError::WorkerLost { worker: 1 }), "{error}");
         drop(crew);
         assert_eq!(Arc::strong_count(&fake), 1, "a worker outlived its session");

@@ -14,14 +14,22 @@ const ORDERS_AHEAD: usize = 1;
 /// Deliveries a worker may have waiting: the frame that the render thread commits next, and a late one.
 const DELIVERIES_AHEAD: usize = 2;
 
+/// What an order asks for.
+pub(super) enum Task {
+    /// All that the worker owns of the first so many parts.
+    All(usize),
+    /// Some of what it owns.
+    Some(Hand),
+}
+
 /// Master to worker: make your tiles by this plan.
 pub(super) struct Order<P> {
     /// Number of the frame, ascending.
     pub(super) frame: u64,
     /// The plan, the same for all workers.
     pub(super) plan: Arc<P>,
-    /// What of the worker's own to make; `None`: all of it.
-    pub(super) hand: Option<Hand>,
+    /// What of the worker's own to make.
+    pub(super) task: Task,
     /// Buffers to make it in.
     pub(super) spare: Vec<PatchMesh>,
 }

@@ -6,7 +6,7 @@ use super::metrics::Laps;
 use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Hand, Stages, Worker};
-use crate::frame::{Plan, Planner, PlannerOptions, Scratch, TileOutcome, View, edge_line, tessellate_tile};
+use crate::frame::{Levels, Plan, Planner, PlannerOptions, Scratch, TileOutcome, View, edge_line, tessellate_tile};
 use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
 use crate::model::{EdgeId, PartId};
 use crate::prepare::Prepared;
@@ -23,11 +23,14 @@ pub struct SessionOptions {
     pub edge_lines: bool,
     /// How views become plans.
     pub planner: PlannerOptions,
+    /// Meshes that a part which the model places more than once may have in frames of views, for instances at different
+    /// distances ([`Levels`]); 0 is taken as 1.
+    pub levels: usize,
 }
 
 impl SessionOptions {
     /// One worker per core, with edge lines.
-    pub const DEFAULT: Self = Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT };
+    pub const DEFAULT: Self = Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT, levels: 4 };
 
     /// The same with `workers` threads.
     #[must_use]
@@ -39,6 +42,12 @@ impl SessionOptions {
     #[must_use]
     pub const fn with_edge_lines(self, edge_lines: bool) -> Self {
         Self { edge_lines, ..self }
+    }
+
+    /// The same with up to `levels` meshes of each part.
+    #[must_use]
+    pub const fn with_levels(self, levels: usize) -> Self {
+        Self { levels, ..self }
     }
 
     /// The same with other knobs of the planner.
@@ -120,8 +129,11 @@ impl Stages for Prepared {
 /// # }
 /// ```
 pub struct Session {
+    /// With further rows of parts for their [`Levels`].
     prepared: Arc<Prepared>,
+    model: Scene,
     scene: Scene,
+    levels: Levels,
     crew: Crew<Prepared>,
     /// Who makes each tile, by part; and whether edges have lines.
     owners: Owners,
@@ -157,11 +169,13 @@ impl Session {
             0 => thread::available_parallelism().map_or(1, usize::from),
             workers => workers,
         };
+        let model = prepared.scene.clone();
+        let (prepared, levels) = Levels::of(&prepared, options.levels);
         let hands = hands(&prepared, workers, options.edge_lines);
         let owners = Owners::of(&prepared, &hands);
         let crew = Crew::start(&prepared, hands)?;
         let scene = prepared.scene.clone();
-        Ok(Self { prepared, scene, crew, owners, options: options.clone(), live: None })
+        Ok(Self { prepared, model, scene, levels, crew, owners, options: options.clone(), live: None })
     }
 
     /// How many workers there are.
@@ -170,7 +184,8 @@ impl Session {
         self.crew.len()
     }
 
-    /// What the next frame of views shows: the model's parts, and its instances as they were added, moved and removed since.
+    /// What frames of views show: the model's parts, then further rows of those that have several meshes; and its instances as
+    /// they were added, moved and removed since, each with the row that it had in the last frame.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -182,10 +197,23 @@ impl Session {
         self.live.as_ref().map(|live| live.planner.last())
     }
 
-    /// Places a part once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
+    /// The prepared model as plans of frames of views see it: with further rows for parts that have several meshes.
+    #[must_use]
+    pub fn prepared(&self) -> &Arc<Prepared> {
+        &self.prepared
+    }
+
+    /// The part of the model that an instance is of; `None` if there is no such row.
+    #[must_use]
+    pub fn part_of(&self, row: usize) -> Option<PartId> {
+        self.levels.part_of(row).map(PartId)
+    }
+
+    /// Places a part of the model once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
     /// no such part.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
-        self.prepared.parts.get(instance.part as usize)?;
+        self.model.parts.get(instance.part as usize)?;
+        self.levels.push(instance.part);
         self.scene.instances.push(instance);
         self.number_faces();
         Some(self.scene.instances.len() - 1)
@@ -193,9 +221,11 @@ impl Session {
 
     /// Takes an instance away from the next frame of views on; those after it move up a row. `None` if there is no such row.
     pub fn remove_instance(&mut self, row: usize) -> Option<SceneInstance> {
-        let gone = (row < self.scene.instances.len()).then(|| self.scene.instances.remove(row));
+        let part = self.levels.part_of(row)?;
+        self.levels.remove(row);
+        let gone = self.scene.instances.remove(row);
         self.number_faces();
-        gone
+        Some(SceneInstance { part, ..gone })
     }
 
     /// Places an instance elsewhere from the next frame of views on. `false` if there is no such row.
@@ -221,7 +251,7 @@ impl Session {
     /// When the sink refuses (it has been told to abort; the session goes on) or a worker is gone (the session is over).
     pub fn frame(&mut self, plan: &Arc<Plan>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.forget();
-        self.crew.frame(plan, &self.prepared.scene, sink)
+        self.crew.frame(plan, self.model.parts.len(), &self.model, sink)
     }
 
     /// Brings `sink`, which must be the one of the last frame of views, up to date for what these views show together: shadow maps,
@@ -251,6 +281,7 @@ impl Session {
             upkeep: Upkeep::new(&self.prepared),
             begun: None,
         });
+        self.levels.assign(&mut self.scene.instances, views);
         let plan = Arc::clone(live.planner.plan(&self.scene.instances, views));
         let changes = live.planner.changes();
         live.upkeep.outdate(&self.prepared, changes);
@@ -340,7 +371,7 @@ pub fn serial(
     let mut laps = Laps::start();
     let deliveries = hands(prepared, 1, edge_lines)
         .into_iter()
-        .map(|hand| Worker::new(0, Arc::clone(prepared), hand, Arc::default()).make_all(0, plan))
+        .map(|hand| Worker::new(0, Arc::clone(prepared), hand, Arc::default()).make_all(0, plan, prepared.parts.len()))
         .collect();
     Ok(commit(deliveries, &prepared.scene, Feed::All, sink, &mut laps)?.0)
 }

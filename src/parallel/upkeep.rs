@@ -68,7 +68,7 @@ pub(super) struct Due {
 
 impl Upkeep {
     pub(super) fn new(prepared: &Prepared) -> Self {
-        let parts = prepared.parts.iter().map(PartTiles::new).collect();
+        let parts = prepared.parts.iter().map(|part| PartTiles::new(part)).collect();
         Self { parts, edges: BTreeSet::new(), whole: true, shown: Drawn::default(), placed: Vec::new() }
     }
 

@@ -1,7 +1,7 @@
 //! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
 //! nothing that changes: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, Order, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
 use crate::frame::{Degradation, Rung, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
@@ -58,25 +58,33 @@ impl<S: Stages> Worker<S> {
         Self { number, stages, hand, scratch: S::Scratch::default(), wanted_from }
     }
 
-    /// Makes every tile and edge of the hand by `plan`, in ascending order.
+    /// Makes every tile and edge of the hand that is of the first `parts` parts by `plan`, in ascending order.
     ///
     /// A panic in a tile is a defect of this crate; it costs that tile only, which is delivered as
     /// [`Degradation::Failed`] with what the panic said. One in an edge costs its polyline: a [`LostLine`].
-    pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan) -> Delivery {
+    pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan, parts: usize) -> Delivery {
         let hand = std::mem::take(&mut self.hand);
-        let mut delivery = self.make(frame, plan, &hand);
+        let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
+        let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
+        let mut delivery = self.make(frame, plan, &hand.tiles[..tiles], &hand.edges[..edges]);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
         self.hand = hand;
         delivery
     }
 
     /// The same for some tiles and edges. Tiles without triangles are delivered too.
-    fn make(&mut self, frame: u64, plan: &S::Plan, hand: &Hand) -> Delivery {
+    fn make(
+        &mut self,
+        frame: u64,
+        plan: &S::Plan,
+        tiles: &[(PartId, TileId, FaceId)],
+        edges: &[(PartId, EdgeId)],
+    ) -> Delivery {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
-        for &(part, tile, face) in &hand.tiles {
+        for &(part, tile, face) in tiles {
             if frame < self.wanted_from.load(Ordering::Relaxed) {
                 return delivery;
             }
@@ -92,7 +100,7 @@ impl<S: Stages> Worker<S> {
             take(&mut delivery, part, tile, outcome);
         }
         delivery.metrics.tiles_time = laps.lap();
-        for &(part, edge) in &hand.edges {
+        for &(part, edge) in edges {
             match catch_unwind(AssertUnwindSafe(|| self.stages.edge_line(plan, part, edge))) {
                 Ok(line) => delivery.lines.push(line),
                 Err(payload) => {
@@ -108,11 +116,11 @@ impl<S: Stages> Worker<S> {
 
     /// Serves orders until the master or the render thread hangs up.
     pub(super) fn serve(mut self, end: &WorkerEnd<S::Plan>) {
-        while let Ok(Order { frame, plan, hand, spare }) = end.orders.recv() {
+        while let Ok(Order { frame, plan, task, spare }) = end.orders.recv() {
             spare.into_iter().for_each(|mesh| S::reuse(&mut self.scratch, mesh));
-            let delivery = match hand {
-                None => self.make_all(frame, &plan),
-                Some(hand) => self.make(frame, &plan, &hand),
+            let delivery = match task {
+                Task::All(parts) => self.make_all(frame, &plan, parts),
+                Task::Some(hand) => self.make(frame, &plan, &hand.tiles, &hand.edges),
             };
             // Whoever gets the delivery may be the last to know the plan, and make the next one in its place.
             drop(plan);

@@ -98,6 +98,7 @@ use limits::Budget;
 use rayon::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 /// Knobs of [`prepare`].
 #[derive(Clone, Debug, PartialEq)]
@@ -161,16 +162,19 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
     let mut parts = Vec::with_capacity(done.len());
     let mut without_area = Vec::with_capacity(done.len());
     for part in done {
-        parts.push(part.part);
+        parts.push(Arc::new(part.part));
         diagnostics.extend(part.diagnostics);
         without_area.push(part.without_area);
     }
-    let clouds: Vec<_> = parts.par_iter().map(extent::cloud).collect();
+    let clouds: Vec<_> = parts.par_iter().map(|part| extent::cloud(part)).collect();
     let scene = scene(&model, &clouds, without_area);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
     let scales = scene.largest_scales();
-    parts.par_iter_mut().zip(scales).for_each(|(part, scale)| weight::weigh(part, diagonal / scale));
+    parts.par_iter_mut().zip(scales).for_each(|(part, scale)| {
+        let part = Arc::get_mut(part).expect("a part that was just made has one owner");
+        weight::weigh(part, diagonal / scale);
+    });
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 

@@ -4,6 +4,7 @@ use super::{BezierPatches, BezierSpline3, CurveBounds, SurfaceBounds, UvCurve};
 use crate::mesh::{Scene, TileId};
 use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, SurfaceKind};
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// A face ready for tessellation.
 #[derive(Clone, Debug)]
@@ -123,8 +124,8 @@ pub struct PreparedPart {
 /// A model ready for tessellation.
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
-    /// Parts, as in the model.
-    pub parts: Vec<PreparedPart>,
+    /// Parts, as in the model. A part that stands here twice is one object.
+    pub parts: Vec<Arc<PreparedPart>>,
     /// Names, colours, instances: what sinks are told.
     pub scene: Scene,
     /// The model's diagnostics and prepare's own.

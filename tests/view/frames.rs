@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use trimtess::frame::{Plan, Planner, PlannerOptions, Projection, View, edge_line};
 use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileId};
-use trimtess::model::{EdgeId, PartId, shapes};
+use trimtess::model::{EdgeId, ModelBuilder, PartId, shapes};
 use trimtess::parallel::{Session, SessionOptions, serial};
 use trimtess::prepare::Prepared;
 
@@ -46,10 +46,10 @@ fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
 }
 
 /// The plan's triangles of tiles that are drawn, made from nothing.
-fn from_scratch(prepared: &Arc<Prepared>, session: &Session) -> MemorySink {
+fn from_scratch(session: &Session) -> MemorySink {
     let plan = session.plan().unwrap();
     let mut sink = MemorySink::default();
-    serial(prepared, plan, false, &mut sink).unwrap();
+    serial(session.prepared(), plan, false, &mut sink).unwrap();
     sink.drawn = plan.drawn.clone();
     sink.scene = session.scene().clone();
     sink
@@ -122,7 +122,7 @@ fn after_each_frame_a_sink_has_what_the_plan_says_without_cracks_and_within_the_
             if f > 0 {
                 (made, all) = (made + report.tiles, all + prepared.tiles().count());
             }
-            let scratch = from_scratch(&prepared, &session);
+            let scratch = from_scratch(&session);
             let batches = drawn(&sink);
             assert_eq!(batches, drawn(&scratch), "{name} {f}");
             stretches += balanced(&prepared, session.plan().unwrap(), &batches, &format!("{name} {f}"));
@@ -177,7 +177,7 @@ fn frames_that_are_left_cost_nothing_but_time() {
                     std::thread::yield_now();
                 }
                 session.finish(&mut sink).unwrap();
-                assert_eq!(drawn(&sink), drawn(&from_scratch(&prepared, &session)), "{f}");
+                assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{f}");
             }
         }
         let nothing = session.finish(&mut sink).unwrap();
@@ -237,7 +237,7 @@ fn where_nothing_moves_nothing_is_done_and_after_a_refusal_all_comes_again() {
     assert!(session.view(&[closer], &mut sink).is_err());
     sink.refuse = false;
     let report = session.view(&[closer], &mut sink).unwrap();
-    assert_eq!((report.whole, report.tiles, sink.whole), (true, prepared.tiles().count(), 2));
+    assert_eq!((report.whole, report.tiles, sink.whole), (true, session.prepared().tiles().count(), 2));
 }
 
 #[test]
@@ -253,7 +253,7 @@ fn instances_come_move_and_go() {
     assert_eq!(session.scene().instances[1].first_face, prepared.scene.parts[0].face_colours.len() as u32);
     let fine = session.view(&[view], &mut sink).unwrap();
     assert!(!fine.whole && fine.triangles > coarse, "{} {coarse}", fine.triangles);
-    assert_eq!((sink.scene.instances.len(), drawn(&sink) == drawn(&from_scratch(&prepared, &session))), (2, true));
+    assert_eq!((sink.scene.instances.len(), drawn(&sink) == drawn(&from_scratch(&session))), (2, true));
     assert!(
         session.move_instance(0, DAffine3::from_translation(DVec3::splat(1e6)))
             && !session.move_instance(2, nearer.transform)
@@ -266,6 +266,50 @@ fn instances_come_move_and_go() {
     assert!(session.add_instance(trimtess::mesh::SceneInstance { part: 9, ..nearer }).is_none());
 }
 
+/// Rows of a part, away from the camera.
+fn crowd(name: &str) -> Arc<Prepared> {
+    let mut model = ModelBuilder::new("crowd");
+    let part = model.part(shapes::by_name(name).unwrap().parts.swap_remove(0));
+    for k in 0..60 {
+        let place = DVec3::new(40.0 * f64::from(k % 4), 60.0 * f64::from(k / 4), 0.0);
+        model.place(part, DAffine3::from_translation(place));
+    }
+    prepared(model.finish().unwrap())
+}
+
+#[test]
+fn instances_far_away_have_a_mesh_of_their_own_where_that_is_much_coarser() {
+    let prepared = crowd("torus");
+    let eye = DVec3::new(60.0, -80.0, 30.0);
+    let still = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0] };
+    let mut drawn_at = Vec::new();
+    for levels in [1, 2, 4] {
+        let mut session = Session::start(Arc::clone(&prepared), &options(2).with_levels(levels)).unwrap();
+        let mut sink = MemorySink::default();
+        let mut triangles = 0;
+        for k in 0..12 {
+            let view = View { eye: eye + DVec3::Y * 20.0 * f64::from(k), ..still };
+            session.view(&[view], &mut sink).unwrap();
+            assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{levels} {k}");
+            assert!((0..60).all(|i| session.part_of(i) == Some(PartId(0))));
+            let of_row = |row: u32, instance: usize| -> usize {
+                let rows = sink.batches.iter().filter(|b| b.part.0 == row && sink.drawn.contains(0, instance, b.tile));
+                rows.map(|b| b.mesh.triangles.len()).sum()
+            };
+            let instances = sink.scene.instances.iter().enumerate();
+            triangles += instances.map(|(i, instance)| of_row(instance.part, i)).sum::<usize>();
+            // Every instance keeps its pixels, whatever mesh it has.
+            if k == 5 {
+                let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
+                let (share, _) = measured(session.prepared(), &view, 1.0, &frame);
+                assert!(share <= 1.0, "{levels} {k}: {share}");
+            }
+        }
+        drawn_at.push(triangles);
+    }
+    assert!(2 * drawn_at[2] < drawn_at[0] && drawn_at[2] < drawn_at[1], "{drawn_at:?}");
+}
+
 #[test]
 fn two_views_share_the_strictest_rates_and_draw_their_own() {
     let prepared = shape("brake-hub");
@@ -276,7 +320,7 @@ fn two_views_share_the_strictest_rates_and_draw_their_own() {
     for (k, view) in views.iter().enumerate() {
         let aside = View { forward: view.forward + 0.4 * view.forward.cross(view.up), deviation_px: 1.0, ..*view };
         session.view(&[*view, aside], &mut sink).unwrap();
-        assert_eq!(drawn(&sink), drawn(&from_scratch(&prepared, &session)), "{k}");
+        assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{k}");
         for (v, view) in [*view, aside].iter().enumerate() {
             let shown = |b: &&Batch| sink.drawn.contains(v, 0, b.tile);
             let batches: Vec<Batch> = sink.batches.iter().filter(shown).cloned().collect();
@@ -330,7 +374,7 @@ fn a_budget_puts_off_what_is_least_urgent_and_all_is_done_in_the_end() {
         let report = session.view(&[*view], &mut sink).unwrap();
         deferred += report.deferred;
         let batches = drawn(&sink);
-        assert_eq!(batches, drawn(&from_scratch(&prepared, &session)), "{k}");
+        assert_eq!(batches, drawn(&from_scratch(&session)), "{k}");
         balanced(&prepared, session.plan().unwrap(), &batches, &format!("{k}"));
     }
     assert!(deferred > 100, "{deferred}");
@@ -357,7 +401,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let mut coarser = 0;
-    for k in 0..120 {
+    for k in 0..60 {
         let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
         let eye = middle - DVec3::Y * away * radius;
         let view = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), [low, high], 1)[0] };
@@ -391,6 +435,6 @@ fn views_that_are_no_cameras_show_nothing() {
     session.view(&[], &mut sink).unwrap();
     assert_eq!(drawn(&sink).len(), 0);
     session.view(&[good], &mut sink).unwrap();
-    assert_eq!(drawn(&sink), drawn(&from_scratch(&prepared, &session)));
+    assert_eq!(drawn(&sink), drawn(&from_scratch(&session)));
     assert!(!drawn(&sink).is_empty());
 }

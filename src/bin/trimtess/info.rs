@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
-use trimtess::prepare::{PreparedPart, Shells, prepare};
+use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]
@@ -96,7 +96,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     info.diagonal = prepared.diagonal;
     info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
     info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
-    for open in prepared.parts.iter().map(PreparedPart::open_edges) {
+    for open in prepared.parts.iter().map(|part| part.open_edges()) {
         info.open_edges += open.count;
         info.open_length += open.length;
     }

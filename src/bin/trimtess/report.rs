@@ -403,6 +403,7 @@ fn resident(what: &str) -> Option<u64> {
 mod tests {
     use super::*;
     use glam::DAffine3;
+    use std::sync::Arc;
     use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart, TileId};
     use trimtess::model::EdgeId;
     use trimtess::prepare::PreparedPart;
@@ -450,7 +451,8 @@ mod tests {
             report.diagnostics.iter().filter(|entry| entry.reason.contains("no stage")).count()
         };
         assert_eq!(unexplained(&prepared), 3, "face 1 twice, face 3 once");
-        prepared.parts = vec![PreparedPart { face_rows: vec![Some(0), None, Some(1)], ..PreparedPart::default() }];
+        prepared.parts =
+            vec![Arc::new(PreparedPart { face_rows: vec![Some(0), None, Some(1)], ..PreparedPart::default() })];
         assert_eq!(unexplained(&prepared), 1);
     }
 
@@ -535,7 +537,6 @@ mod tests {
         use glam::DVec3;
         use std::sync::Arc;
         use trimtess::frame::{Tolerance, plan};
-        use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
         use trimtess::prepare::{PrepareOptions, prepare};
         let mut part = PartBuilder::new("bitten");
         let shell = part.plain_shell(ShellKind::Open);

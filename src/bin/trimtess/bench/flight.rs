@@ -129,7 +129,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, ..Flight::default() };
-    let mut sink = Uploads::of(order.prepared);
+    let mut sink = Uploads::of(session.prepared());
     for round in 0..order.rounds {
         session.forget();
         for (k, view) in order.views.iter().enumerate() {
