@@ -20,7 +20,8 @@ const MAY_USE: [(&str, &[&str]); 10] = [
 
 /// Thread libraries, and the only folders that may name them: work stealing would move tiles away from the worker that
 /// caches them, and queues belong to the protocol of `parallel`.
-const CRATE_ONLY_IN: [(&str, &[&str]); 2] = [("rayon", &["import", "prepare"]), ("crossbeam", &["parallel"])];
+const CRATE_ONLY_IN: [(&str, &[&str]); 3] =
+    [("rayon", &["import", "prepare"]), ("crossbeam", &["parallel"]), ("core_affinity", &["parallel"])];
 
 /// All `.rs` files under `dir`, sorted.
 fn sources(dir: &Path) -> Vec<PathBuf> {

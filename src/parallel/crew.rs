@@ -62,7 +62,8 @@ pub(super) struct Crew<S: Stages> {
 
 impl<S: Stages> Crew<S> {
     /// One thread per hand. Threads already started end when a later one is refused.
-    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>) -> Result<Self, StartError> {
+    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, pin: bool) -> Result<Self, StartError> {
+        let cores = if pin { core_affinity::get_core_ids().unwrap_or_default() } else { Vec::new() };
         let mut crew = Self {
             orders: Vec::new(),
             deliveries: Vec::new(),
@@ -75,9 +76,16 @@ impl<S: Stages> Crew<S> {
             let (order, end, delivery) = queues();
             #[allow(clippy::cast_possible_truncation, reason = "threads are fewer than 2^32")]
             let worker_state = Worker::new(worker as u32, Arc::clone(stages), hand, Arc::clone(&crew.wanted_from));
+            let core = (!cores.is_empty()).then(|| cores[worker % cores.len()]);
             let thread = thread::Builder::new()
                 .name(format!("trimtess-worker-{worker}"))
-                .spawn(move || worker_state.serve(&end))
+                .spawn(move || {
+                    if let Some(core) = core {
+                        // Where that is refused, the system goes on choosing.
+                        core_affinity::set_for_current(core);
+                    }
+                    worker_state.serve(&end);
+                })
                 .map_err(|cause| StartError { worker, cause })?;
             crew.orders.push(order);
             crew.deliveries.push(delivery);
@@ -91,8 +99,8 @@ impl<S: Stages> Crew<S> {
         self.threads.len()
     }
 
-    /// Broadcasts the plan to the workers that have something to do.
-    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work) -> Result<Underway, FrameError> {
+    /// Broadcasts the plan to the workers that have something to do, who take the time of each tile if that is wanted.
+    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work, timed: bool) -> Result<Underway, FrameError> {
         let laps = Laps::start();
         let frame = self.next_frame;
         self.next_frame += 1;
@@ -110,7 +118,8 @@ impl<S: Stages> Crew<S> {
                 continue;
             }
             asked[worker] = true;
-            let order = Order { frame, plan: Arc::clone(plan), task, spare: std::mem::take(&mut self.spare[worker]) };
+            let order =
+                Order { frame, plan: Arc::clone(plan), task, timed, spare: std::mem::take(&mut self.spare[worker]) };
             self.orders[worker].send(order).map_err(|_| FrameError::WorkerLost { worker })?;
         }
         Ok(Underway { frame, asked, laps })
@@ -154,7 +163,7 @@ impl<S: Stages> Crew<S> {
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next_frame).entered();
-        let mut underway = self.give(plan, Work::All(parts))?;
+        let mut underway = self.give(plan, Work::All(parts), false)?;
         let deliveries = self.take(&underway)?;
         let (report, batches) = commit(deliveries, scene, Feed::All, sink, &mut underway.laps)?;
         self.recycle(batches);
@@ -237,7 +246,7 @@ mod tests {
             hand.tiles.push((PartId(k / 20), TileId(k), FaceId(k / 2)));
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
-        let crew = Crew::start(&fake, hands).unwrap();
+        let crew = Crew::start(&fake, hands, false).unwrap();
         (fake, crew)
     }
 

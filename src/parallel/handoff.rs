@@ -7,6 +7,7 @@ use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Orders a worker may have waiting: the frame that it makes next.
 const ORDERS_AHEAD: usize = 1;
@@ -30,6 +31,8 @@ pub(super) struct Order<P> {
     pub(super) plan: Arc<P>,
     /// What of the worker's own to make.
     pub(super) task: Task,
+    /// Whether to take the time of each tile.
+    pub(super) timed: bool,
     /// Buffers to make it in.
     pub(super) spare: Vec<PatchMesh>,
 }
@@ -41,6 +44,8 @@ pub(super) struct Delivery {
     pub(super) frame: u64,
     /// Batches, ascending by (part, tile); when a worker makes all that it owns, only those with triangles.
     pub(super) batches: Vec<Batch>,
+    /// What each tile took, if that was asked.
+    pub(super) times: Vec<(PartId, TileId, Duration)>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,
     /// Tiles that came out less than as stated, ascending by (part, tile).

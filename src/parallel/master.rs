@@ -1,8 +1,8 @@
 //! Prepared model + worker count -> a session: tiles dealt once, plans broadcast, frames committed on the caller's thread.
 
 use super::crew::{Crew, StartError, Underway, Work};
-use super::distribute::{deal, loads};
 use super::metrics::Laps;
+use super::owners::{Owners, hands};
 use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Hand, Stages, Worker};
@@ -10,6 +10,7 @@ use crate::frame::{Levels, Plan, Planner, PlannerOptions, Scratch, TileOutcome, 
 use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
 use crate::model::{EdgeId, PartId};
 use crate::prepare::Prepared;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
@@ -26,11 +27,16 @@ pub struct SessionOptions {
     /// Meshes that a part which the model places more than once may have in frames of views, for instances at different
     /// distances ([`Levels`]); 0 is taken as 1.
     pub levels: usize,
+    /// Frames of views after which the master deals the tiles anew, by the time that they took in these; `None`: never.
+    pub redeal: Option<NonZeroU32>,
+    /// Whether each worker stays on one core, where the system allows that: for machines that do nothing else.
+    pub pin: bool,
 }
 
 impl SessionOptions {
     /// One worker per core, with edge lines.
-    pub const DEFAULT: Self = Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT, levels: 4 };
+    pub const DEFAULT: Self =
+        Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT, levels: 4, redeal: None, pin: false };
 
     /// The same with `workers` threads.
     #[must_use]
@@ -48,6 +54,18 @@ impl SessionOptions {
     #[must_use]
     pub const fn with_levels(self, levels: usize) -> Self {
         Self { levels, ..self }
+    }
+
+    /// The same, dealing anew every `frames` frames of views; 0: never.
+    #[must_use]
+    pub const fn with_redeal(self, frames: u32) -> Self {
+        Self { redeal: NonZeroU32::new(frames), ..self }
+    }
+
+    /// The same with workers pinned to cores, or not.
+    #[must_use]
+    pub const fn with_pin(self, pin: bool) -> Self {
+        Self { pin, ..self }
     }
 
     /// The same with other knobs of the planner.
@@ -135,7 +153,6 @@ pub struct Session {
     scene: Scene,
     levels: Levels,
     crew: Crew<Prepared>,
-    /// Who makes each tile, by part; and whether edges have lines.
     owners: Owners,
     options: SessionOptions,
     /// Made with the first view.
@@ -172,8 +189,8 @@ impl Session {
         let model = prepared.scene.clone();
         let (prepared, levels) = Levels::of(&prepared, options.levels);
         let hands = hands(&prepared, workers, options.edge_lines);
-        let owners = Owners::of(&prepared, &hands);
-        let crew = Crew::start(&prepared, hands)?;
+        let owners = Owners::of(&prepared, &hands, options.redeal);
+        let crew = Crew::start(&prepared, hands, options.pin)?;
         let scene = prepared.scene.clone();
         Ok(Self { prepared, model, scene, levels, crew, owners, options: options.clone(), live: None })
     }
@@ -293,7 +310,8 @@ impl Session {
         let planned_in = laps.lap();
         let hands = self.owners.share(&self.prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
-        let underway = if idle { None } else { Some(self.crew.give(&plan, Work::Some(hands))?) };
+        let underway =
+            if idle { None } else { Some(self.crew.give(&plan, Work::Some(hands), self.owners.wants_times())?) };
         live.begun = Some(Begun { plan, due, underway, planned_in, deferred });
         Ok(())
     }
@@ -342,6 +360,8 @@ impl Session {
             let frame = self.crew.next_frame();
             return Ok(FrameReport { frame, planned_in, deferred, ..FrameReport::default() });
         }
+        let times = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied());
+        self.owners.book(&self.prepared, times);
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
         let made = commit(deliveries, &self.scene, feed, sink, &mut laps);
         let (mut report, batches) = match made {
@@ -374,51 +394,4 @@ pub fn serial(
         .map(|hand| Worker::new(0, Arc::clone(prepared), hand, Arc::default()).make_all(0, plan, prepared.parts.len()))
         .collect();
     Ok(commit(deliveries, &prepared.scene, Feed::All, sink, &mut laps)?.0)
-}
-
-/// What each worker owns: tiles as they are dealt; edges, far cheaper, in turn.
-fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
-    let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
-    let mut hands: Vec<Hand> = deal(&loads(prepared), workers)
-        .into_iter()
-        .map(|hand| Hand { tiles: hand.into_iter().map(|index| tiles[index]).collect(), edges: Vec::new() })
-        .collect();
-    if edge_lines {
-        for (index, edge) in prepared.brep_edges().enumerate() {
-            hands[index % workers.max(1)].edges.push(edge);
-        }
-    }
-    hands
-}
-
-/// Which worker owns each tile.
-struct Owners {
-    parts: Vec<Vec<u32>>,
-    workers: usize,
-}
-
-impl Owners {
-    fn of(prepared: &Prepared, hands: &[Hand]) -> Self {
-        let mut parts: Vec<Vec<u32>> = prepared.parts.iter().map(|part| vec![0; part.tiles.len()]).collect();
-        for (worker, hand) in hands.iter().enumerate() {
-            for (part, tile, _) in &hand.tiles {
-                parts[part.index()][tile.0 as usize] = worker as u32;
-            }
-        }
-        Self { parts, workers: hands.len() }
-    }
-
-    /// What is due, for those who own it; edges, far cheaper, in turn.
-    fn share(&self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
-        let mut hands = vec![Hand::default(); self.workers];
-        for &(part, tile) in &due.tiles {
-            let worker = self.parts[part.index()][tile.0 as usize] as usize;
-            let face = prepared.parts[part.index()].tiles[tile.0 as usize].face;
-            hands[worker].tiles.push((part, tile, face));
-        }
-        for (k, &edge) in due.edges.iter().enumerate() {
-            hands[k % self.workers].edges.push(edge);
-        }
-        hands
-    }
 }

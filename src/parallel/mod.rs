@@ -14,6 +14,8 @@ pub use master::{Session, SessionOptions, serial};
 mod metrics;
 pub use metrics::{WorkerMetrics, balance};
 
+mod owners;
+
 mod render_thread;
 pub use render_thread::{FrameError, FrameReport};
 

@@ -66,19 +66,20 @@ impl<S: Stages> Worker<S> {
         let hand = std::mem::take(&mut self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
-        let mut delivery = self.make(frame, plan, &hand.tiles[..tiles], &hand.edges[..edges]);
+        let mut delivery = self.make(frame, plan, &hand.tiles[..tiles], &hand.edges[..edges], false);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
         self.hand = hand;
         delivery
     }
 
-    /// The same for some tiles and edges. Tiles without triangles are delivered too.
+    /// The same for some tiles and edges; `timed`: with what each tile takes. Tiles without triangles are delivered too.
     fn make(
         &mut self,
         frame: u64,
         plan: &S::Plan,
         tiles: &[(PartId, TileId, FaceId)],
         edges: &[(PartId, EdgeId)],
+        timed: bool,
     ) -> Delivery {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
@@ -89,6 +90,7 @@ impl<S: Stages> Worker<S> {
                 return delivery;
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
+            let clock = timed.then(Laps::start);
             let (stages, scratch) = (&*self.stages, &mut self.scratch);
             let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
             let outcome = outcome.unwrap_or_else(|payload| {
@@ -98,6 +100,9 @@ impl<S: Stages> Worker<S> {
                 TileOutcome { face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation: Some(degradation) }
             });
             take(&mut delivery, part, tile, outcome);
+            if let Some(mut clock) = clock {
+                delivery.times.push((part, tile, clock.lap()));
+            }
         }
         delivery.metrics.tiles_time = laps.lap();
         for &(part, edge) in edges {
@@ -116,11 +121,11 @@ impl<S: Stages> Worker<S> {
 
     /// Serves orders until the master or the render thread hangs up.
     pub(super) fn serve(mut self, end: &WorkerEnd<S::Plan>) {
-        while let Ok(Order { frame, plan, task, spare }) = end.orders.recv() {
+        while let Ok(Order { frame, plan, task, timed, spare }) = end.orders.recv() {
             spare.into_iter().for_each(|mesh| S::reuse(&mut self.scratch, mesh));
             let delivery = match task {
                 Task::All(parts) => self.make_all(frame, &plan, parts),
-                Task::Some(hand) => self.make(frame, &plan, &hand.tiles, &hand.edges),
+                Task::Some(hand) => self.make(frame, &plan, &hand.tiles, &hand.edges, timed),
             };
             // Whoever gets the delivery may be the last to know the plan, and make the next one in its place.
             drop(plan);

@@ -535,8 +535,8 @@ mod tests {
     #[test]
     fn wires_that_cross_are_told_once() {
         use glam::DVec3;
-        use std::sync::Arc;
         use trimtess::frame::{Tolerance, plan};
+        use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
         use trimtess::prepare::{PrepareOptions, prepare};
         let mut part = PartBuilder::new("bitten");
         let shell = part.plain_shell(ShellKind::Open);

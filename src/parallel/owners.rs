@@ -1,0 +1,143 @@
+//! Who makes which tile: dealt when the session starts, and again by what tiles took, if that is wanted.
+
+use super::distribute::{deal, loads};
+use super::upkeep::Due;
+use super::worker::Hand;
+use crate::mesh::TileId;
+use crate::model::PartId;
+use crate::prepare::Prepared;
+use std::num::NonZeroU32;
+use std::time::Duration;
+
+/// What each worker owns: tiles as they are dealt; edges, far cheaper, in turn.
+pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
+    let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
+    let mut hands: Vec<Hand> = deal(&loads(prepared), workers)
+        .into_iter()
+        .map(|hand| Hand { tiles: hand.into_iter().map(|index| tiles[index]).collect(), edges: Vec::new() })
+        .collect();
+    if edge_lines {
+        for (index, edge) in prepared.brep_edges().enumerate() {
+            hands[index % workers.max(1)].edges.push(edge);
+        }
+    }
+    hands
+}
+
+/// Which worker owns each tile.
+pub(super) struct Owners {
+    parts: Vec<Vec<u32>>,
+    workers: usize,
+    epoch: Option<Epoch>,
+}
+
+/// What tiles took since they were dealt.
+struct Epoch {
+    /// Frames after which they are dealt again.
+    length: u32,
+    frames: u32,
+    /// Microseconds of each tile, by part.
+    spent: Vec<Vec<f64>>,
+}
+
+impl Owners {
+    /// As dealt; to be dealt again after as many frames as `redeal` says.
+    pub(super) fn of(prepared: &Prepared, hands: &[Hand], redeal: Option<NonZeroU32>) -> Self {
+        let mut parts: Vec<Vec<u32>> = prepared.parts.iter().map(|part| vec![0; part.tiles.len()]).collect();
+        for (worker, hand) in hands.iter().enumerate() {
+            for (part, tile, _) in &hand.tiles {
+                parts[part.index()][tile.0 as usize] = worker as u32;
+            }
+        }
+        let nothing = || prepared.parts.iter().map(|part| vec![0.0; part.tiles.len()]).collect();
+        let epoch = redeal.map(|length| Epoch { length: length.get(), frames: 0, spent: nothing() });
+        Self { parts, workers: hands.len(), epoch }
+    }
+
+    /// Whether workers shall take the time of each tile.
+    pub(super) fn wants_times(&self) -> bool {
+        self.epoch.is_some()
+    }
+
+    /// Books what tiles took in a frame, and deals them anew when that is due: by what they took since they were dealt last, and a
+    /// little by what is expected of them, so that those at rest are spread too.
+    pub(super) fn book(&mut self, prepared: &Prepared, times: impl Iterator<Item = (PartId, TileId, Duration)>) {
+        /// Microseconds for an expected weight of one, as if that had been measured.
+        const EXPECTED: f64 = 0.1;
+        let Some(epoch) = &mut self.epoch else { return };
+        for (part, tile, time) in times {
+            epoch.spent[part.index()][tile.0 as usize] += 1e6 * time.as_secs_f64();
+        }
+        epoch.frames += 1;
+        if epoch.frames < epoch.length {
+            return;
+        }
+        epoch.frames = 0;
+        let mut loads = loads(prepared);
+        for (load, spent) in loads.iter_mut().zip(epoch.spent.iter_mut().flatten()) {
+            load.weight = EXPECTED * load.weight + std::mem::take(spent);
+        }
+        let mut tiles = self.parts.iter_mut().flatten();
+        let mut owners = vec![0; loads.len()];
+        for (worker, hand) in deal(&loads, self.workers).into_iter().enumerate() {
+            hand.into_iter().for_each(|tile| owners[tile] = worker as u32);
+        }
+        owners.into_iter().for_each(|worker| {
+            if let Some(owner) = tiles.next() {
+                *owner = worker;
+            }
+        });
+    }
+
+    /// What is due, for those who own it; edges, far cheaper, in turn.
+    pub(super) fn share(&self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
+        let mut hands = vec![Hand::default(); self.workers];
+        for &(part, tile) in &due.tiles {
+            let worker = self.parts[part.index()][tile.0 as usize] as usize;
+            let face = prepared.parts[part.index()].tiles[tile.0 as usize].face;
+            hands[worker].tiles.push((part, tile, face));
+        }
+        for (k, &edge) in due.edges.iter().enumerate() {
+            hands[k % self.workers].edges.push(edge);
+        }
+        hands
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn tiles_are_dealt_again_by_what_they_took() {
+        let model = shapes::by_name("brake-hub").unwrap();
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).unwrap();
+        let hands = hands(&prepared, 2, false);
+        let mut owners = Owners::of(&prepared, &hands, NonZeroU32::new(3));
+        let before = owners.parts.clone();
+        // One worker's tiles take a hundred times as long.
+        let owner = before.clone();
+        let time = |part: PartId, tile: TileId| {
+            let slow = owner[part.index()][tile.0 as usize] == 0;
+            Duration::from_micros(if slow { 1000 } else { 10 })
+        };
+        let load = |owners: &Owners, worker: u32| -> Duration {
+            let own = prepared.tiles().filter(|(p, t, _)| owners.parts[p.index()][t.0 as usize] == worker);
+            own.map(|(part, tile, _)| time(part, tile)).sum()
+        };
+        for frame in 1..=3 {
+            owners.book(&prepared, prepared.tiles().map(|(part, tile, _)| (part, tile, time(part, tile))));
+            assert_eq!(owners.parts == before, frame < 3);
+        }
+        let [a, b] = [0, 1].map(|worker| load(&owners, worker).as_secs_f64());
+        assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
+        let all: usize = owners.share(&prepared, &all_due(&prepared)).iter().map(|hand| hand.tiles.len()).sum();
+        assert_eq!(all, prepared.tiles().count());
+    }
+
+    fn all_due(prepared: &Prepared) -> Due {
+        Due { tiles: prepared.tiles().map(|(part, tile, _)| (part, tile)).collect(), ..Due::default() }
+    }
+}
