@@ -7,7 +7,7 @@ use trimtess::audit::{DeviationReport, deviation};
 use trimtess::frame::evaluate::{EvaluateScratch, evaluate_points};
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Scratch, Tolerance, tessellate_tile};
 use trimtess::mesh::{MemorySink, Origin, TileId, check_scene};
-use trimtess::model::{Model, ModelBuilder, Part, PartId, shapes};
+use trimtess::model::{Model, ModelBuilder, PartId, shapes};
 use trimtess::parallel::distribute::{Load, deal, loads};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};

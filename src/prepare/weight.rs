@@ -1,5 +1,5 @@
 //! Prepared tiles -> what each is expected to cost: cells and tessellants of a mesh that is as fine as pictures are, counted without
-//! making a plan, times what they were measured to cost (`examples/tile_costs.rs`, docs/benchmarks.md).
+//! making a plan, times what they were measured to cost (`examples/tile_costs.rs` and docs/benchmarks.md).
 
 use super::{CurveBounds, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile, UvCurve};
 use glam::DVec2;
@@ -15,13 +15,13 @@ const ANGLE: f64 = FRAC_PI_6;
 const MOST_LINES: f64 = 4096.0;
 
 /// Nanoseconds of a tile.
-const TILE: f64 = 180.0;
+const TILE: f64 = 170.0;
 /// Of a cell of its lattice.
-const CELL: f64 = 60.0;
+const CELL: f64 = 55.0;
 /// Of a tessellant on its boundary.
-const TESSELLANT: f64 = 210.0;
+const TESSELLANT: f64 = 225.0;
 /// Of a tessellant more where there are more than [`CROWD`] for each cell: such polygons are left to a triangulation that takes longer.
-const CROWDED: f64 = 640.0;
+const CROWDED: f64 = 635.0;
 const CROWD: f64 = 32.0;
 
 /// Weighs all tiles of a part, given the diagonal of the model in the part's own millimetres.
@@ -100,10 +100,8 @@ fn tessellants(u: &EdgeUse, edge: &PreparedEdge, segments: &[f64], tile: &Tile, 
     let own: f64 = segments[stretch.clone()].iter().sum();
     let ends = [edge.breaks[stretch.start].t, edge.breaks[stretch.end].t];
     let way = match &u.uv {
-        UvCurve::Iso { axis, .. } => {
-            (1.0 - f64::from(*axis)) * DVec2::Y * (ends[1] - ends[0])
-                + f64::from(*axis) * DVec2::X * (ends[1] - ends[0])
-        }
+        UvCurve::Iso { axis: 0, .. } => DVec2::Y * (ends[1] - ends[0]),
+        UvCurve::Iso { .. } => DVec2::X * (ends[1] - ends[0]),
         UvCurve::Hermite(samples) => {
             // The samples may be those of the whole edge.
             let first = samples.partition_point(|s| s.t <= ends[0]).saturating_sub(1);
@@ -113,4 +111,41 @@ fn tessellants(u: &EdgeUse, edge: &PreparedEdge, segments: &[f64], tile: &Tile, 
     };
     let crossed = way / (tile.max - tile.min) * lines;
     own.max(crossed.max_element().min(MOST_LINES))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+    use glam::{DAffine3, DVec3};
+
+    fn weights(name: &str, scale: f64) -> Vec<f64> {
+        let mut model = shapes::by_name(name).unwrap();
+        for instance in &mut model.instances {
+            instance.transform = DAffine3::from_scale(DVec3::splat(scale)) * instance.transform;
+        }
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).unwrap();
+        prepared.tiles().map(|(_, _, tile)| tile.weight).collect()
+    }
+
+    #[test]
+    fn weights_are_costs_whatever_the_size() {
+        for name in shapes::NAMES {
+            let (plain, large) = (weights(name, 1.0), weights(name, 1000.0));
+            assert!(plain.iter().all(|weight| *weight > TILE && weight.is_finite()), "{name}: {plain:?}");
+            for (a, b) in plain.iter().zip(&large) {
+                assert!((a / b - 1.0).abs() < 1e-6, "{name}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_square_is_four_tessellants_and_what_bends_is_more() {
+        let square = weights("box", 1.0);
+        assert_eq!(square, [TILE + CELL + 4.0 * TESSELLANT; 6]);
+        assert!(weights("wave", 1.0)[0] > 3.0 * square[0]);
+        // A round hole in it is more, too.
+        assert!(weights("square", 1.0)[0] > 5.0 * square[0]);
+    }
 }

@@ -36,8 +36,8 @@ pub(super) struct Report {
     pub(super) deviation_px: f64,
     pub(super) angle_deg: f64,
     pub(super) runs: Vec<Run>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) replay: Option<Replay>,
+    #[serde(rename = "replay", skip_serializing_if = "Vec::is_empty")]
+    pub(super) replays: Vec<Replay>,
 }
 
 /// What it ran on.
@@ -154,9 +154,11 @@ fn efficiency(times: &[Times]) -> f64 {
     if most > 0.0 { mean / most } else { 1.0 }
 }
 
-/// What the costs of tiles say of any number of workers. Every frame is made anew in it.
+/// What the costs of tiles say of any number of workers.
 #[derive(Serialize)]
 pub(super) struct Replay {
+    /// What frames take over: `off` or `on`.
+    pub(super) coherence: &'static str,
     /// Frames in which tiles were timed.
     pub(super) frames: usize,
     /// Microseconds of a tile in a frame.
@@ -217,7 +219,7 @@ impl Losses {
 }
 
 impl Report {
-    /// Two tables at most.
+    /// Tables.
     pub(super) fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -239,9 +241,7 @@ impl Report {
              triangles   tiles made   KiB sent | efficiency"
         );
         self.runs.iter().for_each(|run| text += &run.line());
-        if let Some(replay) = &self.replay {
-            replay.tell(&mut text);
-        }
+        self.replays.iter().for_each(|replay| replay.tell(&mut text));
         text
     }
 }
@@ -278,8 +278,8 @@ impl Replay {
         let TileCosts { mean, spread, most } = &self.tile_us;
         let _ = writeln!(
             text,
-            "replayed from the costs of tiles in {} frames, each made anew: {mean:.1} µs a tile, median {:.1}, 99 % {:.1}, most {most:.1}",
-            self.frames, spread.p50, spread.p99
+            "replayed from the costs of tiles in {} frames, coherence {}: {mean:.1} µs a tile, median {:.1}, 99 % {:.1}, most {most:.1}",
+            self.frames, self.coherence, spread.p50, spread.p99
         );
         let _ = write!(text, "workers |");
         Policy::ALL.iter().for_each(|policy| {
