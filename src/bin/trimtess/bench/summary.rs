@@ -103,6 +103,8 @@ pub(super) struct Stages {
     pub(super) workers: Vec<Spread>,
     /// Processor time of each worker.
     pub(super) workers_cpu: Vec<Spread>,
+    /// Processor time of the thread that calls: plan, hand-off and commit.
+    pub(super) caller_cpu: Spread,
 }
 
 impl Run {
@@ -140,6 +142,7 @@ impl Run {
                 commit: all(|t| t.commit),
                 workers: each(|t| &t.busy),
                 workers_cpu: each(|t| &t.cpu),
+                caller_cpu: all(|t| t.caller_cpu),
             },
             resident_bytes: flight.resident,
             seconds: flight.seconds,
@@ -237,7 +240,11 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "path     workers coherence | frames/s  ms: p50    p99  first | plan p50    p99 | slowest worker | sink p50    p99 | \
+            "cpu: the caller's processor time and the longest of a worker, as on a machine that does nothing else"
+        );
+        let _ = writeln!(
+            text,
+            "path     workers coherence | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
              triangles   tiles made   KiB sent | efficiency"
         );
         self.runs.iter().for_each(|run| text += &run.line());
@@ -251,7 +258,7 @@ impl Run {
         let Stages { plan, commit, workers, .. } = &self.stages_ms;
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
-            "{:<10} {:>5} {:>9} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>6.3}\n",
+            "{:<10} {:>5} {:>9} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>6.3}\n",
             self.path,
             self.workers,
             self.coherence,
@@ -259,6 +266,8 @@ impl Run {
             self.p50_ms,
             self.p99_ms,
             self.first_ms,
+            self.undisturbed_ms.p50,
+            self.undisturbed_ms.p99,
             plan.p50,
             plan.p99,
             slowest.p50,
