@@ -1,7 +1,8 @@
 //! The Utah teapot with three holes in each of its 32 patches, seen from four sides: triangles, error in pixels, cracks and time of
 //! one thread, for several tolerances.
 //!
-//! `cargo run --release --example teapot_view` prints the table, `teapot_view PIXELS...` the lines for other tolerances. Another program's triangles for the same scene are measured by
+//! `cargo run --release --example teapot_view` prints the table, `teapot_view PIXELS...` the lines for other tolerances;
+//! `teapot_view path PIXELS...` what frames along 300 views of that path take, each made anew or after the one before. Another program's triangles for the same scene are measured by
 //! `teapot_view triangles FILE...`, one file a view, 16 little-endian f32 a triangle: its patch, then x y z u v of each corner;
 //! `teapot_view points` prints the scene's control points, in millimetres: their number and that of the patches, the points, then
 //! 16 numbers of points a patch, u-major.
@@ -9,13 +10,15 @@
 use std::collections::HashMap;
 use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 use trimtess::frame::{Plan, Projection, Scratch, View, plan_for_view, tessellate_tile};
 use trimtess::glam::{DAffine3, DVec2, DVec3};
+use trimtess::mesh::MemorySink;
 use trimtess::model::{
     FreeTrims, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule,
 };
+use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 const SIZE: (u32, u32) = (1920, 1080);
@@ -30,6 +33,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     match args[..] {
         [] => print_table(model, &patches, &[4.0, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.1])?,
         ["points"] => print_points(&patches),
+        ["path", ref px @ ..] => {
+            let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
+            px.iter().try_for_each(|px| print_path(&prepared, px.parse()?))?;
+        }
         ["triangles", ref files @ ..] => {
             let mut judged = Judged::default();
             for (k, file) in files.iter().enumerate() {
@@ -112,6 +119,44 @@ fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
     (plan, least)
 }
 
+/// Flies the path with one worker, and prints processor time a frame: the caller's and the worker's.
+fn print_path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Box<dyn Error>> {
+    const FRAMES: usize = 300;
+    const ROUNDS: usize = 5;
+    let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false);
+    for coherent in [false, true] {
+        let mut least = Duration::MAX;
+        let (mut triangles, mut tiles) = (0, 0);
+        for _ in 0..ROUNDS {
+            let mut session = Session::start(Arc::clone(prepared), &options)?;
+            let mut sink = MemorySink::default();
+            let mut took = Duration::ZERO;
+            (triangles, tiles) = (0, 0);
+            for k in 0..FRAMES {
+                let view = Camera::on_path(k, FRAMES).view(px);
+                let begun = time();
+                let report = if coherent {
+                    session.view(&[view], &mut sink)?
+                } else {
+                    session.frame(&Arc::new(plan_for_view(prepared, &view)), &mut sink)?
+                };
+                took += time() - begun + report.workers.iter().map(|w| w.cpu).sum::<Duration>();
+                tiles += report.tiles;
+                triangles += sink.batches.iter().map(|batch| batch.mesh.triangles.len()).sum::<usize>();
+            }
+            least = least.min(took);
+        }
+        let ms = 1e3 * least.as_secs_f64() / FRAMES as f64;
+        let [triangles, tiles] = [triangles, tiles].map(|n| n as f64 / FRAMES as f64);
+        let how = if coherent { "coherent" } else { "anew    " };
+        println!(
+            "{px:6.2} px, {how} | {ms:7.3} ms a frame, {:8.1} frames/s | {triangles:7.0} triangles, {tiles:5.1} tiles made",
+            1e3 / ms
+        );
+    }
+    Ok(())
+}
+
 /// Time that this thread has used, where the system tells (Linux); the time of day elsewhere.
 fn time() -> Duration {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
@@ -179,7 +224,11 @@ impl Camera {
     const NEAR: f64 = 0.5 * UNIT;
 
     fn of_view(k: usize) -> Self {
-        let a = TAU * k as f64 / VIEWS as f64;
+        Self::on_path(k, VIEWS)
+    }
+
+    fn on_path(k: usize, frames: usize) -> Self {
+        let a = TAU * k as f64 / frames as f64;
         let (height, distance) = (0.35 + 0.15 * (2.0 * a).sin(), 8.0 + 3.0 * a.cos());
         let back = DVec3::new(a.cos() * height.cos(), a.sin() * height.cos(), height.sin());
         let eye = (DVec3::Z * 1.2 + back * distance) * UNIT;

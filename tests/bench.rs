@@ -71,7 +71,8 @@ fn a_path_is_flown_by_each_number_of_workers() {
     for field in ["/triangles_mean", "/bytes_uploaded_mean", "/bytes_held"] {
         assert_eq!(number(&runs[0], field), number(&runs[1], field));
     }
-    let rows = report["replay"]["rows"].as_array().unwrap();
+    assert_eq!(report["replay"].as_array().unwrap().len(), 1);
+    let rows = report["replay"][0]["rows"].as_array().unwrap();
     assert_eq!(rows.iter().map(|row| row["workers"].as_u64().unwrap()).collect::<Vec<_>>(), [2, 32]);
     for row in rows {
         for policy in ["windows", "capped", "contiguous", "random", "epoch", "dynamic"] {
@@ -83,6 +84,22 @@ fn a_path_is_flown_by_each_number_of_workers() {
         }
     }
     assert!(fs::read_to_string(folder.join("bench.svg")).unwrap().ends_with("</svg>\n"));
+}
+
+#[test]
+fn coherence_saves_tiles_and_bytes_and_is_replayed() {
+    let args = ["builtin:brake-hub", "--frames", "40", "--workers", "2", "--coherence", "off,plan,on", "--replay=8"];
+    let report = measured(&folder("coherence"), &args);
+    let [off, plan, on] = &report["runs"].as_array().unwrap()[..] else { panic!("{report}") };
+    let of = |run: &Value| ["/tiles_remade_mean", "/bytes_uploaded_mean"].map(|field| number(run, field));
+    let ([tiles, _], [drawn, bytes], [changed, sent]) = (of(off), of(plan), of(on));
+    assert_eq!(tiles, number(&report, "/tiles"));
+    assert!(drawn <= tiles && changed < 0.5 * drawn && sent < 0.5 * bytes, "{report}");
+    // What is held is the same, however it came there.
+    assert_eq!(number(plan, "/triangles_mean"), number(on, "/triangles_mean"));
+    let replays = report["replay"].as_array().unwrap();
+    let told = |k: usize| (replays[k]["coherence"].as_str().unwrap(), replays[k]["frames"].as_u64().unwrap());
+    assert_eq!((replays.len(), told(0), told(1)), (2, ("off", 20), ("on", 39)));
 }
 
 #[test]

@@ -7,8 +7,8 @@ use trimtess::audit::{DeviationReport, deviation};
 use trimtess::frame::evaluate::{EvaluateScratch, evaluate_points};
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Scratch, Tolerance, tessellate_tile};
 use trimtess::mesh::{MemorySink, Origin, TileId, check_scene};
-use trimtess::model::{Model, ModelBuilder, Part, PartId, shapes};
-use trimtess::parallel::distribute::{Load, deal};
+use trimtess::model::{Model, ModelBuilder, PartId, shapes};
+use trimtess::parallel::distribute::{Load, deal, loads};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -166,36 +166,28 @@ fn a_tile_that_vanishes_is_empty_and_one_that_is_lost_has_failed() {
 }
 
 #[test]
-fn two_heavy_tiles_go_to_two_workers() {
-    // Two waves among boxes, all along x.
-    for boxes in [[1, 1, 1], [0, 2, 1], [2, 0, 0], [0, 3, 2]] {
-        let mut model = ModelBuilder::new("row");
-        let mut x = 0.0;
-        let mut put = |part: Part| {
-            x += 100.0;
-            let part = model.part(part);
-            model.place(part, DAffine3::from_translation(DVec3::X * x));
-        };
-        for (gap, count) in boxes.into_iter().enumerate() {
-            (0..count).for_each(|_| put(shapes::cuboid()));
-            if gap < 2 {
-                put(shapes::wave());
-            }
-        }
-        let prepared = prepared(model.finish().unwrap());
-        let loads: Vec<Load> = prepared
-            .tiles()
-            .map(|(part, _, tile)| {
-                let placed = prepared.scene.instances[part.index()].transform;
-                Load { centre: placed.transform_point3(tile.centre), weight: tile.weight }
-            })
-            .collect();
-        let most = loads.iter().map(|l| l.weight).fold(0.0, f64::max);
-        let heavy: Vec<usize> = (0..loads.len()).filter(|&k| loads[k].weight > 0.9 * most).collect();
-        assert_eq!(heavy.len(), 2);
-        let hands = deal(&loads, 2);
-        assert!(hands.iter().all(|hand| heavy.iter().filter(|k| hand.contains(k)).count() == 1), "{hands:?}");
+fn tiles_are_weighed_and_dealt_where_they_are_placed() {
+    // A wave among boxes, all along x.
+    let mut model = ModelBuilder::new("row");
+    let mut x = 0.0;
+    for part in [shapes::cuboid(), shapes::wave(), shapes::cuboid(), shapes::cuboid()] {
+        x += 100.0;
+        let part = model.part(part);
+        model.place(part, DAffine3::from_translation(DVec3::X * x));
     }
+    let prepared = prepared(model.finish().unwrap());
+    let loads = loads(&prepared);
+    let places = prepared.tiles().map(|(part, _, tile)| tile.centre + DVec3::X * 100.0 * f64::from(part.0 + 1));
+    assert!(loads.iter().map(|load| load.centre).eq(places));
+    // Squares weigh the same; a bicubic patch much more.
+    let flat = loads[0].weight;
+    let (waves, boxes): (Vec<&Load>, Vec<&Load>) = loads.iter().partition(|load| load.weight > 3.0 * flat);
+    assert!(flat > 0.0 && waves.len() == 1 && boxes.iter().all(|load| load.weight == flat), "{loads:?}");
+    // The worker who has it gets no box before the other has as much.
+    let hands = deal(&loads, 2);
+    let sums = hands.iter().map(|hand| hand.iter().map(|&k| loads[k].weight).sum::<f64>());
+    let (least, most) = sums.fold((f64::INFINITY, 0.0_f64), |(least, most), sum| (least.min(sum), most.max(sum)));
+    assert!(most - least <= flat, "{hands:?}");
 }
 
 #[test]

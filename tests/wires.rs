@@ -10,7 +10,7 @@ use trimtess::model::{
     Coedge, CurveKind, EdgeId, Frame3, Instance, Loop, Model, NurbsCurve3, Part, PartBuilder, PartId, Severity,
     ShellKind, Surface, VertexId, shapes,
 };
-use trimtess::parallel::{DegradedTile, FrameReport, serial};
+use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// A ladder of chords: base, /4, /16, /32.
@@ -605,8 +605,8 @@ fn a_scribble_says_that_it_was_given_up() {
     let scribble: Vec<(f64, f64)> = (0..1500).map(|_| (random(), random())).collect();
     let (_, report) = mesh(&prepared(sheet(&[&scribble])), 0.1);
     let told: Vec<String> = report.degraded.iter().map(|d| d.degradation.to_string()).collect();
-    let given_up = |d: &DegradedTile| matches!(d.degradation, Degradation::GivenUp { place: Some(_), .. });
-    assert!(report.degraded.iter().any(given_up), "{told:?}");
+    let given_up = |d: &Degradation| matches!(d, Degradation::GivenUp { place: Some(_), .. });
+    assert!(report.degraded.iter().any(|d| given_up(&d.degradation)), "{told:?}");
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
 }
 

@@ -62,8 +62,8 @@ impl Owners {
     /// Books what tiles took in a frame, and deals them anew when that is due: by what they took since they were dealt last, and a
     /// little by what is expected of them, so that those at rest are spread too.
     pub(super) fn book(&mut self, prepared: &Prepared, times: impl Iterator<Item = (PartId, TileId, Duration)>) {
-        /// Microseconds for an expected weight of one, as if that had been measured.
-        const EXPECTED: f64 = 0.1;
+        /// Microseconds for each expected nanosecond: as if a tenth of a frame had been measured.
+        const EXPECTED: f64 = 1e-4;
         let Some(epoch) = &mut self.epoch else { return };
         for (part, tile, time) in times {
             epoch.spent[part.index()][tile.0 as usize] += 1e6 * time.as_secs_f64();

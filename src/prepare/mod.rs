@@ -58,6 +58,7 @@ mod overlap;
 mod pairs;
 
 mod pcurve;
+mod polygon;
 
 mod prepared;
 pub use prepared::{Break, EdgeShape, EdgeUse, OpenEdges, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
@@ -82,6 +83,8 @@ mod uv_curve;
 pub use uv_curve::{UvCurve, UvSample};
 
 mod uv_loop;
+
+mod weight;
 
 mod windings;
 
@@ -168,6 +171,11 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
     let scene = scene(&model, &clouds, without_area);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
+    let scales = scene.largest_scales();
+    parts.par_iter_mut().zip(scales).for_each(|(part, scale)| {
+        let part = Arc::get_mut(part).expect("a part that was just made has one owner");
+        weight::weigh(part, diagonal / scale);
+    });
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 

@@ -97,7 +97,8 @@ pub struct Tile {
     /// Whether the loops meet themselves or each other, or wind around a part of the border more than once or backwards:
     /// their region is what they wind around a positive number of times, and is found by counting.
     pub entangled: bool,
-    /// Expected cost: Bézier pieces under the tile, plus breaks and marched samples along its boundary. At least 1.
+    /// Expected cost where the model fills a screen, nanoseconds on the machine of docs/benchmarks.md; above 0, finite. What it is made
+    /// of: cells, boundary, and how crowded that is.
     pub weight: f64,
     /// A point near the middle, part coordinates.
     pub centre: DVec3,

@@ -3,10 +3,7 @@
 use super::draft::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
 use super::orient::{Turned, orient};
 use super::uv_curve::SAME_SHARE;
-use super::{
-    BezierPatches, BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart,
-    Tile, UvCurve,
-};
+use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::TileId;
 use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part};
 use glam::DVec3;
@@ -91,17 +88,16 @@ pub(super) fn assemble(
                 .filter(|l| !l.is_empty())
                 .collect();
             let middle = draft.patches.point(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y));
-            let mut tile = Tile {
+            out.tiles.push(Tile {
                 face: FaceId::new(k),
                 min: t.min,
                 max: t.max,
                 loops,
                 entangled: t.entangled,
+                // Weighed when the model's size is known.
                 weight: 0.0,
                 centre: middle,
-            };
-            tile.weight = weight(&tile, &draft.patches, &edges);
-            out.tiles.push(tile);
+            });
         }
         out.face_rows.push(Some(id(out.faces.len())));
         out.faces.push(PreparedFace {
@@ -120,6 +116,7 @@ pub(super) fn assemble(
             tiles: first_tile..id(out.tiles.len()),
         });
     }
+    end_poles(&out.tiles, &mut edges);
     for (k, tile) in out.tiles.iter().enumerate() {
         for (l, uses) in tile.loops.iter().enumerate() {
             for (u, edge_use) in uses.iter().enumerate() {
@@ -131,26 +128,21 @@ pub(super) fn assemble(
     out
 }
 
-/// Expected cost of a tile: the Bézier pieces under it, each of about the same number of cells at any tolerance, and its
-/// boundary, of which breaks and marched samples (denser where the pcurve turns) tell how many tessellants it may get.
-fn weight(tile: &Tile, patches: &BezierPatches, edges: &[PreparedEdge]) -> f64 {
-    let pieces =
-        |breaks: &[f64], lo: f64, hi: f64| breaks.windows(2).filter(|w| w[0] < hi && w[1] > lo).count().max(1) as f64;
-    let inside = pieces(&patches.breaks_u, tile.min.x, tile.max.x) * pieces(&patches.breaks_v, tile.min.y, tile.max.y);
-    let along = |u: &EdgeUse| {
-        let samples = match &u.uv {
-            UvCurve::Iso { .. } => 1,
-            UvCurve::Hermite(samples) => {
-                // The samples may be those of the whole edge.
-                let ts = [u.from, u.to].map(|k| edges[u.edge as usize].breaks[k as usize].t);
-                let (lo, hi) = (ts[0].min(ts[1]), ts[0].max(ts[1]));
-                let before = samples[1..].partition_point(|s| s.t <= lo);
-                samples[..samples.len() - 1].partition_point(|s| s.t < hi).saturating_sub(before)
-            }
-        };
-        samples as f64 + f64::from(u.from.abs_diff(u.to))
-    };
-    inside + tile.loops.iter().flatten().map(along).sum::<f64>()
+/// Lets borders along poles start and end where the edges beside them do: a file may have several vertices nearly at a pole, and
+/// the faces beyond those edges know theirs.
+fn end_poles(tiles: &[Tile], edges: &mut [PreparedEdge]) {
+    for uses in tiles.iter().flat_map(|tile| &tile.loops) {
+        for (before, after) in uses.iter().zip(uses.iter().cycle().skip(1)) {
+            let ends = [(before.edge as usize, before.to as usize), (after.edge as usize, after.from as usize)];
+            let along_pole = ends.map(|(edge, _)| matches!(edges[edge].shape, EdgeShape::Point(_)));
+            let (pole, beside) = match along_pole {
+                [true, _] => (ends[0], ends[1]),
+                [false, true] => (ends[1], ends[0]),
+                [false, false] => continue,
+            };
+            edges[pole.0].breaks[pole.1].point = edges[beside.0].breaks[beside.1].point;
+        }
+    }
 }
 
 fn id(index: usize) -> u32 {

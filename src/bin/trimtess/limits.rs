@@ -64,13 +64,16 @@ impl LimitArgs {
 
     /// The plan, unless it is coarser than asked and nobody asked for that.
     pub(crate) fn accept(&self, plan: Plan) -> Result<Plan, Failure> {
-        if self.coarsen {
-            return Ok(plan);
-        }
-        plan.as_asked().map_err(|shortfall| {
+        self.check(&plan).map(|()| plan)
+    }
+
+    /// Whether the plan can be accepted.
+    pub(crate) fn check(&self, plan: &Plan) -> Result<(), Failure> {
+        let short = plan.shortfall.as_ref().filter(|shortfall| shortfall.by_limits() && !self.coarsen);
+        short.map_or(Ok(()), |shortfall| {
             let raise = "use a larger tolerance, raise --max-triangles, --max-tile-triangles or --max-memory, or accept a \
                          coarser mesh with --coarsen";
-            Failure::Cannot(format!("{shortfall}; {raise}"))
+            Err(Failure::Cannot(format!("{shortfall}; {raise}")))
         })
     }
 }

@@ -1,11 +1,14 @@
-//! A path's views -> what each tile costs in some of its frames, one thread, tile by tile; and what handing frames over costs.
+//! A path's views -> what each tile costs in its frames, one thread, tile by tile; and what handing frames over costs.
 
 use super::flight::ms;
+use super::uploads::Uploads;
 use crate::{Common, Failure};
 use std::sync::Arc;
 use std::time::Instant;
-use trimtess::frame::{Plan, Scratch, View, plan_for_view_within, tessellate_tile};
-use trimtess::mesh::MemorySink;
+use trimtess::frame::{Plan, PlannerOptions, Scratch, View, plan_for_view_within, tessellate_tile};
+use trimtess::mesh::{MemorySink, TileId};
+use trimtess::model::PartId;
+use trimtess::parallel::distribute::{Load, loads};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
@@ -16,29 +19,57 @@ const TIMES: usize = 3;
 
 /// What tiles cost.
 pub(super) struct Costs {
+    /// Expected costs and places of the tiles.
+    pub(super) tiles: Vec<Load>,
     /// How many frames of the path are from one row to the next.
     pub(super) stride: usize,
-    /// Milliseconds: a row for each frame that was timed, and in it each tile, in the order of [`Prepared::tiles`].
+    /// Milliseconds: a row for each frame that was timed, and in it each tile; 0 for those that were not made.
     pub(super) frames: Vec<Vec<f64>>,
 }
 
-/// Times tiles along a path. The frame path of sessions is not touched by this.
+/// Times all tiles in some frames of a path, of which each is made anew. The frame path of sessions is not touched by this.
 pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Result<Costs, Failure> {
     let stride = views.len().div_ceil(SAMPLED).max(1);
     let mut scratch = Scratch::default();
     let mut frames = Vec::with_capacity(SAMPLED);
+    let all: Vec<(PartId, TileId)> = prepared.tiles().map(|(part, tile, _)| (part, tile)).collect();
     for view in views.iter().step_by(stride) {
         let plan = common.limits.accept(plan_for_view_within(prepared, view, &common.limits.plan()))?;
-        frames.push(tiles(prepared, &plan, &mut scratch));
+        frames.push(tiles(prepared, &plan, &all, &mut scratch));
     }
-    Ok(Costs { stride, frames })
+    Ok(Costs { tiles: loads(prepared), stride, frames })
 }
 
-/// Milliseconds of each tile.
-fn tiles(prepared: &Prepared, plan: &Plan, scratch: &mut Scratch) -> Vec<f64> {
-    let mut costs = vec![f64::INFINITY; prepared.tiles().count()];
+/// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can.
+pub(super) fn record_changes(prepared: &Arc<Prepared>, views: &[View], common: &Common) -> Result<Costs, Failure> {
+    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
+    let planner = PlannerOptions { limits: common.limits.plan(), ..PlannerOptions::DEFAULT };
+    let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false).with_planner(planner);
+    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+    let rows = Arc::clone(session.prepared());
+    let mut sink = Uploads::of(&rows);
+    let mut scratch = Scratch::default();
+    let mut frames = Vec::with_capacity(views.len());
+    for view in views {
+        sink.next_frame();
+        session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?;
+        let mut costs = vec![0.0; sink.tiles()];
+        if let Some(plan) = session.plan() {
+            for (&(part, tile), cost) in sink.sent.iter().zip(tiles(&rows, plan, &sink.sent, &mut scratch)) {
+                costs[sink.tile(part, tile)] = cost;
+            }
+        }
+        frames.push(costs);
+    }
+    frames.remove(0);
+    Ok(Costs { tiles: loads(&rows), stride: 1, frames })
+}
+
+/// Milliseconds of each of some tiles.
+fn tiles(prepared: &Prepared, plan: &Plan, which: &[(PartId, TileId)], scratch: &mut Scratch) -> Vec<f64> {
+    let mut costs = vec![f64::INFINITY; which.len()];
     for _ in 0..TIMES {
-        for ((part, tile, _), cost) in prepared.tiles().zip(&mut costs) {
+        for (&(part, tile), cost) in which.iter().zip(&mut costs) {
             let begun = Instant::now();
             let outcome = tessellate_tile(prepared, plan, part, tile, scratch);
             *cost = cost.min(ms(begun.elapsed()));

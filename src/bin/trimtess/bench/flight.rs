@@ -5,17 +5,38 @@ use crate::{Common, Failure};
 use cpu_time::ThreadTime;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{View, plan_for_view_within};
-use trimtess::parallel::{Session, SessionOptions};
+use trimtess::frame::{PlannerOptions, View, plan_for_view_within};
+use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
+
+/// What a frame takes over from the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Coherence {
+    /// Nothing: a plan from nothing, all tiles.
+    #[default]
+    Off,
+    /// The plan, of which only what the view asks for changes; all tiles in the picture are made anew.
+    Plan,
+    /// The plan, and all tiles that it leaves as they are.
+    On,
+}
+
+impl Coherence {
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Plan => "plan",
+            Self::On => "on",
+        }
+    }
+}
 
 /// What is flown, how, and how often.
 pub(super) struct Order<'a> {
     pub(super) prepared: &'a Arc<Prepared>,
     pub(super) views: &'a [View],
     pub(super) workers: usize,
-    /// Frames of changes, or each frame anew.
-    pub(super) coherent: bool,
+    pub(super) coherence: Coherence,
     /// How often the path is flown; each frame's times are the least of all.
     pub(super) rounds: usize,
 }
@@ -40,6 +61,23 @@ pub(super) struct Times {
 }
 
 impl Times {
+    fn of(report: &FrameReport, frame: Duration, caller_cpu: Duration, workers: usize) -> Self {
+        let (mut busy, mut cpu) = (vec![0.0; workers], vec![0.0; workers]);
+        for worker in &report.workers {
+            busy[worker.worker as usize] = ms(worker.busy());
+            cpu[worker.worker as usize] = ms(worker.cpu);
+        }
+        Self {
+            plan: ms(report.planned_in),
+            make: ms(report.made_in),
+            commit: ms(report.committed_in),
+            frame: ms(frame),
+            caller_cpu: ms(caller_cpu),
+            busy,
+            cpu,
+        }
+    }
+
     fn least(&mut self, other: &Self) {
         let least = |a: &mut f64, b: &f64| *a = a.min(*b);
         least(&mut self.plan, &other.plan);
@@ -72,7 +110,7 @@ pub(super) struct Made {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Flight {
     pub(super) workers: usize,
-    pub(super) coherent: bool,
+    pub(super) coherence: Coherence,
     pub(super) times: Vec<Times>,
     /// Of the last round.
     pub(super) made: Vec<Made>,
@@ -86,31 +124,30 @@ pub(super) struct Flight {
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let start = Instant::now();
-    let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false);
+    let planner = PlannerOptions { limits: common.limits.plan(), ..PlannerOptions::DEFAULT };
+    let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false).with_planner(planner);
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
-    let mut flight = Flight { workers: session.workers(), coherent: order.coherent, ..Flight::default() };
-    let mut sink = Uploads::of(order.prepared);
+    let workers = session.workers();
+    let mut flight = Flight { workers, coherence: order.coherence, ..Flight::default() };
+    let mut sink = Uploads::of(session.prepared());
     for round in 0..order.rounds {
+        session.forget();
         for (k, view) in order.views.iter().enumerate() {
+            sink.next_frame();
             let (begun, cpu) = (Instant::now(), ThreadTime::try_now().ok());
-            let plan = tracing::debug_span!("plan")
-                .in_scope(|| plan_for_view_within(order.prepared, view, &common.limits.plan()));
-            let plan = Arc::new(common.limits.accept(plan)?);
-            let planned = begun.elapsed();
-            let report = session.frame(&plan, &mut sink).map_err(|e| cannot(&e))?;
+            let report = if order.coherence == Coherence::Off {
+                anew(&mut session, order.prepared, view, &mut sink, common)?
+            } else {
+                if order.coherence == Coherence::Plan {
+                    session.forget();
+                }
+                session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?
+            };
             let frame = begun.elapsed();
             let cpu = cpu.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
-            let times = Times {
-                plan: ms(planned),
-                make: ms(report.made_in),
-                commit: ms(report.committed_in),
-                frame: ms(frame),
-                caller_cpu: ms(cpu.unwrap_or_default()),
-                busy: report.workers.iter().map(|w| ms(w.busy())).collect(),
-                cpu: report.workers.iter().map(|w| ms(w.cpu)).collect(),
-            };
-            let tiles = report.workers.iter().map(|w| u64::from(w.tiles)).sum();
-            let made = Made { tiles, uploaded: sink.uploaded, held: sink.held() };
+            session.plan().map_or(Ok(()), |plan| common.limits.check(plan))?;
+            let times = Times::of(&report, frame, cpu.unwrap_or_default(), workers);
+            let made = Made { tiles: report.tiles as u64, uploaded: sink.uploaded, held: sink.held() };
             if round == 0 {
                 flight.times.push(times);
                 flight.made.push(made);
@@ -126,6 +163,22 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     flight.resident[1] = crate::report::resident_memory();
     flight.seconds = start.elapsed().as_secs_f64();
     Ok(flight)
+}
+
+/// A frame that takes nothing over.
+fn anew(
+    session: &mut Session,
+    prepared: &Prepared,
+    view: &View,
+    sink: &mut Uploads,
+    common: &Common,
+) -> Result<FrameReport, Failure> {
+    let begun = Instant::now();
+    let plan = tracing::debug_span!("plan").in_scope(|| plan_for_view_within(prepared, view, &common.limits.plan()));
+    let planned_in = begun.elapsed();
+    common.limits.check(&plan)?;
+    let report = session.frame(&Arc::new(plan), sink).map_err(|e| Failure::Cannot(e.to_string()))?;
+    Ok(FrameReport { planned_in, ..report })
 }
 
 /// Milliseconds.

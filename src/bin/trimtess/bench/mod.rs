@@ -13,13 +13,13 @@ use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::tessellate::{positive, require_folder, size};
 use crate::{Common, Done, Failure};
-use flight::{Flight, Order, fly};
+use costs::Costs;
+use flight::{Coherence, Flight, Order, fly};
 use replay::{EPOCH, Policy, replay};
 use route::{Asked, Route};
 use std::path::PathBuf;
 use std::sync::Arc;
 use summary::{Costly, Losses, Machine, Replay, Report, Row, Run, Spread, TileCosts};
-use trimtess::parallel::distribute::loads;
 use trimtess::prepare::{Prepared, prepare};
 
 /// `trimtess bench`
@@ -34,9 +34,9 @@ pub(crate) struct BenchArgs {
     /// Frames of the path [default: 300, or all that were recorded].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Whether each frame makes only what changed since the last one, or everything anew.
-    #[arg(long, value_name = "WHETHER", default_value = "off")]
-    coherence: Coherence,
+    /// What frames take over from the last one; several, with commas, are measured one after the other.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', default_values = ["off", "on"])]
+    coherence: Vec<Coherence>,
     /// How often the path is flown: each frame's times are the least of all.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
     rounds: u32,
@@ -49,7 +49,7 @@ pub(crate) struct BenchArgs {
     /// Largest turning of the normal across a triangle, degrees [default: 30, or as recorded].
     #[arg(long, value_name = "DEG", value_parser = positive)]
     angle: Option<f64>,
-    /// Time each tile by itself in 30 of the frames, and tell how evenly 4, 8, 16, 32 and 64 workers (or as many as are given) would
+    /// Time each tile by itself, all of them in 30 of the frames and those that changed in each, and tell how evenly 4, 8, 16, 32 and 64 workers (or as many as are given) would
     /// be loaded, dealt in several ways.
     #[arg(long, value_name = "N,N,…", num_args = 0..=1, require_equals = true, default_missing_value = "4,8,16,32,64",
           value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..))]
@@ -63,13 +63,6 @@ pub(crate) struct BenchArgs {
     /// Write the views, for --path.
     #[arg(long, value_name = "OUT.json")]
     save_path: Option<PathBuf>,
-}
-
-/// What frames make.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Coherence {
-    /// Everything, each time.
-    Off,
 }
 
 /// Runs the command.
@@ -88,20 +81,25 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
 
     let mut flights = Vec::new();
     let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
-    for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
-        progress.stage(format!("flying {}, workers {workers}", args.path.name()));
-        let order =
-            Order { prepared: &prepared, views: &views, workers, coherent: false, rounds: args.rounds as usize };
-        flights.push(fly(&order, common)?);
+    for &coherence in &args.coherence {
+        for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
+            progress.stage(format!("flying {}, coherence {}, workers {workers}", args.path.name(), coherence.name()));
+            let rounds = args.rounds as usize;
+            flights.push(fly(&Order { prepared: &prepared, views: &views, workers, coherence, rounds }, common)?);
+        }
     }
     let numbers: Vec<usize> = args.replay.iter().map(|&n| usize::from(n)).collect();
-    let replay = if numbers.is_empty() {
-        None
-    } else {
+    let mut replays = Vec::new();
+    if !numbers.is_empty() {
         progress.stage("timing tiles");
         let costs = costs::record(&prepared, &views, common)?;
-        Some(replayed(&prepared, &costs, &numbers, &flights)?)
-    };
+        let costly = costly(&prepared, &costs);
+        replays.push(replayed(&costs, &numbers, &flights, Coherence::Off, costly)?);
+        if views.len() > 1 && args.coherence.contains(&Coherence::On) {
+            let costs = costs::record_changes(&prepared, &views, common)?;
+            replays.push(replayed(&costs, &numbers, &flights, Coherence::On, Vec::new())?);
+        }
+    }
     drop(progress);
 
     let report = Report {
@@ -112,7 +110,7 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
         deviation_px: views[0].deviation_px,
         angle_deg: views[0].angle.to_degrees(),
         runs: flights.iter().map(|flight| Run::of(flight, args.path.name())).collect(),
-        replay,
+        replays,
     };
     if let Some(file) = &args.json {
         let text = serde_json::to_string(&report).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n";
@@ -126,22 +124,27 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
     Ok(Done::Clean)
 }
 
-/// How evenly each number of workers would be loaded, and where a frame's time would go.
+/// How evenly each number of workers would be loaded, and where a frame's time would go, where frames take over as much as those
+/// flights do.
 fn replayed(
-    prepared: &Prepared,
-    costs: &costs::Costs,
+    costs: &Costs,
     numbers: &[usize],
     flights: &[Flight],
+    coherence: Coherence,
+    costly: Vec<Costly>,
 ) -> Result<Replay, Failure> {
-    let tiles = loads(prepared);
-    let epoch = (EPOCH / costs.stride).max(1);
-    let frames = costs.frames.len().max(1) as f64;
-    let median = |of: fn(&flight::Times) -> f64| Spread::of(flights.iter().flat_map(|f| &f.times).map(of)).p50;
+    let Costs { tiles, stride, frames } = costs;
+    let epoch = (EPOCH / stride).max(1);
+    let count = frames.len().max(1) as f64;
+    let median = |of: fn(&flight::Times) -> f64| {
+        let flown = flights.iter().filter(|flight| flight.coherence == coherence);
+        Spread::of(flown.flat_map(|flight| &flight.times).map(of)).p50
+    };
     let (master, commit) = (median(|t| t.plan), median(|t| t.commit));
     let row = |&workers: &usize| {
-        let shares = Policy::ALL.map(|policy| (policy, replay(policy, &tiles, &costs.frames, workers, epoch)));
+        let shares = Policy::ALL.map(|policy| (policy, replay(policy, tiles, frames, workers, epoch)));
         let ours = shares[0].1;
-        let (work, most) = (ours.mean / frames, ours.most / frames);
+        let (work, most) = (ours.mean / count, ours.most / count);
         let handoff = costs::hand_off(workers)? + commit;
         Ok(Row {
             workers,
@@ -149,22 +152,21 @@ fn replayed(
             frame_ms: Losses { work, imbalance: most - work, master, handoff },
         })
     };
-    let all = || costs.frames.iter().flatten().map(|ms| 1e3 * ms);
-    let count = (costs.frames.len() * tiles.len()).max(1) as f64;
+    // Tiles that were not made have no costs.
+    let all: Vec<f64> = frames.iter().flatten().filter(|&&ms| ms > 0.0).map(|ms| 1e3 * ms).collect();
+    let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+    let most = all.iter().copied().fold(0.0, f64::max);
     Ok(Replay {
-        frames: costs.frames.len(),
-        tile_us: TileCosts {
-            mean: all().sum::<f64>() / count,
-            spread: Spread::of(all()),
-            most: all().fold(0.0, f64::max),
-        },
-        costly: costly(prepared, costs),
+        coherence: coherence.name(),
+        frames: frames.len(),
+        tile_us: TileCosts { mean, spread: Spread::of(all), most },
+        costly,
         rows: numbers.iter().map(row).collect::<Result<_, Failure>>()?,
     })
 }
 
 /// The tiles that cost most in any frame, the worst first.
-fn costly(prepared: &Prepared, costs: &costs::Costs) -> Vec<Costly> {
+fn costly(prepared: &Prepared, costs: &Costs) -> Vec<Costly> {
     const TOLD: usize = 5;
     let work: Vec<f64> = costs.frames.iter().map(|frame| frame.iter().sum()).collect();
     let worst = |(number, (part, tile, row)): (usize, (_, _, &trimtess::prepare::Tile))| {

@@ -2,7 +2,7 @@
 
 use super::flight::Flight;
 use super::replay::Policy;
-use super::summary::Report;
+use super::summary::{Replay, Report};
 use crate::Failure;
 use plotters::prelude::*;
 use std::path::Path;
@@ -14,14 +14,16 @@ const FONT: (&str, u32) = ("sans-serif", 15);
 /// Writes the charts, whole or not at all.
 pub(super) fn save(report: &Report, flights: &[Flight], file: &Path) -> Result<(), Failure> {
     let cannot = |why: &dyn std::fmt::Display| Failure::Cannot(format!("{}: {why}", file.display()));
-    let charts = if report.replay.is_some() { 2 } else { 1 };
+    let charts = 1 + report.replays.len() as u32;
     let mut text = String::new();
     {
         let page = SVGBackend::with_string(&mut text, (SIZE.0, charts * SIZE.1)).into_drawing_area();
         let drawn = page.fill(&WHITE).map_err(|e| e.to_string()).and_then(|()| {
             let rows = page.split_evenly((charts as usize, 1));
             frames(report, flights, &rows[0]).map_err(|e| e.to_string())?;
-            rows.get(1).map_or(Ok(()), |row| balance(report, row).map_err(|e| e.to_string()))?;
+            for (replay, row) in report.replays.iter().zip(&rows[1..]) {
+                balance(report, replay, row).map_err(|e| e.to_string())?;
+            }
             page.present().map_err(|e| e.to_string())
         });
         drawn.map_err(|e| cannot(&e))?;
@@ -57,11 +59,11 @@ fn frames<'a>(report: &Report, flights: &[Flight], area: &Area<'a>) -> Drawn<'a>
 }
 
 /// Efficiency by the number of workers: replayed for each way to deal tiles, measured as dots.
-fn balance<'a>(report: &Report, area: &Area<'a>) -> Drawn<'a> {
-    let rows = report.replay.as_ref().map_or(&[][..], |replay| &replay.rows);
+fn balance<'a>(report: &Report, replay: &Replay, area: &Area<'a>) -> Drawn<'a> {
+    let rows = &replay.rows;
     let most = rows.iter().map(|row| row.workers).max().unwrap_or(2) as f64;
     let mut chart = ChartBuilder::on(area)
-        .caption(format!("{}: mean over largest load of workers, every frame anew", report.model), FONT)
+        .caption(format!("{}: mean over largest load of workers, coherence {}", report.model, replay.coherence), FONT)
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(56)
@@ -82,7 +84,7 @@ fn balance<'a>(report: &Report, area: &Area<'a>) -> Drawn<'a> {
             .label(policy.name())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
-    let measured = report.runs.iter().filter(|run| run.coherence == "off");
+    let measured = report.runs.iter().filter(|run| run.coherence == replay.coherence);
     let dots = measured.map(|run| Circle::new((run.workers as f64, run.efficiency), 4, BLACK.filled()));
     chart.draw_series(dots)?.label("measured").legend(|(x, y)| Circle::new((x + 9, y), 4, BLACK.filled()));
     legend(&mut chart, SeriesLabelPosition::LowerLeft)

@@ -209,7 +209,9 @@ mod tests {
     fn one_costly_tile_bounds_everything_but_what_cuts_it() {
         let mut costs = vec![0.01; 16];
         costs[7] = 0.32;
-        let (tiles, frames) = (line(16), [costs]);
+        let mut tiles = line(16);
+        tiles.iter_mut().zip(&costs).for_each(|(tile, cost)| tile.weight = *cost);
+        let frames = [costs];
         let bound = (0.15 + 0.32) / 4.0 / 0.32;
         for policy in [Policy::Windows, Policy::Random, Policy::Epoch, Policy::Dynamic] {
             assert!(efficiency(policy, &tiles, &frames, 4) <= bound + 1e-12, "{policy:?}");
@@ -222,8 +224,8 @@ mod tests {
     fn an_epoch_is_dealt_by_what_the_one_before_cost() {
         let tiles = line(8);
         let costs: Vec<f64> = [8.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.0].to_vec();
-        let first = replay(Policy::Epoch, &tiles, &[costs.clone()], 2, 1);
-        assert_eq!(first, replay(Policy::Windows, &tiles, &[costs.clone()], 2, 1));
+        let first = replay(Policy::Epoch, &tiles, std::slice::from_ref(&costs), 2, 1);
+        assert_eq!(first, replay(Policy::Windows, &tiles, std::slice::from_ref(&costs), 2, 1));
         let both = replay(Policy::Epoch, &tiles, &[costs.clone(), costs], 2, 1);
         assert_eq!(both.most - first.most, 8.0);
     }

@@ -36,8 +36,8 @@ pub(super) struct Report {
     pub(super) deviation_px: f64,
     pub(super) angle_deg: f64,
     pub(super) runs: Vec<Run>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) replay: Option<Replay>,
+    #[serde(rename = "replay", skip_serializing_if = "Vec::is_empty")]
+    pub(super) replays: Vec<Replay>,
 }
 
 /// What it ran on.
@@ -66,7 +66,7 @@ impl Machine {
 pub(super) struct Run {
     pub(super) path: String,
     pub(super) workers: usize,
-    /// `on`: only what changed is made; `off`: every frame is made anew.
+    /// What frames take over: `off`, `plan` or `on`.
     pub(super) coherence: &'static str,
     pub(super) frames: usize,
     pub(super) frames_per_s: f64,
@@ -103,6 +103,8 @@ pub(super) struct Stages {
     pub(super) workers: Vec<Spread>,
     /// Processor time of each worker.
     pub(super) workers_cpu: Vec<Spread>,
+    /// Processor time of the thread that calls: plan, hand-off and commit.
+    pub(super) caller_cpu: Spread,
 }
 
 impl Run {
@@ -121,7 +123,7 @@ impl Run {
         Self {
             path,
             workers: flight.workers,
-            coherence: if flight.coherent { "on" } else { "off" },
+            coherence: flight.coherence.name(),
             frames,
             frames_per_s: if seconds > 0.0 { frames as f64 / seconds } else { 0.0 },
             p50_ms: whole.p50,
@@ -140,6 +142,7 @@ impl Run {
                 commit: all(|t| t.commit),
                 workers: each(|t| &t.busy),
                 workers_cpu: each(|t| &t.cpu),
+                caller_cpu: all(|t| t.caller_cpu),
             },
             resident_bytes: flight.resident,
             seconds: flight.seconds,
@@ -154,9 +157,11 @@ fn efficiency(times: &[Times]) -> f64 {
     if most > 0.0 { mean / most } else { 1.0 }
 }
 
-/// What the costs of tiles say of any number of workers. Every frame is made anew in it.
+/// What the costs of tiles say of any number of workers.
 #[derive(Serialize)]
 pub(super) struct Replay {
+    /// What frames take over: `off` or `on`.
+    pub(super) coherence: &'static str,
     /// Frames in which tiles were timed.
     pub(super) frames: usize,
     /// Microseconds of a tile in a frame.
@@ -217,7 +222,7 @@ impl Losses {
 }
 
 impl Report {
-    /// Two tables at most.
+    /// Tables.
     pub(super) fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -235,13 +240,15 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "path     workers coherence | frames/s  ms: p50    p99  first | plan p50    p99 | slowest worker | sink p50    p99 | \
+            "cpu: the caller's processor time and the longest of a worker, as on a machine that does nothing else"
+        );
+        let _ = writeln!(
+            text,
+            "path     workers coherence | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
              triangles   tiles made   KiB sent | efficiency"
         );
         self.runs.iter().for_each(|run| text += &run.line());
-        if let Some(replay) = &self.replay {
-            replay.tell(&mut text);
-        }
+        self.replays.iter().for_each(|replay| replay.tell(&mut text));
         text
     }
 }
@@ -251,7 +258,7 @@ impl Run {
         let Stages { plan, commit, workers, .. } = &self.stages_ms;
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
-            "{:<10} {:>5} {:>9} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>6.3}\n",
+            "{:<10} {:>5} {:>9} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>6.3}\n",
             self.path,
             self.workers,
             self.coherence,
@@ -259,6 +266,8 @@ impl Run {
             self.p50_ms,
             self.p99_ms,
             self.first_ms,
+            self.undisturbed_ms.p50,
+            self.undisturbed_ms.p99,
             plan.p50,
             plan.p99,
             slowest.p50,
@@ -278,8 +287,8 @@ impl Replay {
         let TileCosts { mean, spread, most } = &self.tile_us;
         let _ = writeln!(
             text,
-            "replayed from the costs of tiles in {} frames, each made anew: {mean:.1} µs a tile, median {:.1}, 99 % {:.1}, most {most:.1}",
-            self.frames, spread.p50, spread.p99
+            "replayed from the costs of tiles in {} frames, coherence {}: {mean:.1} µs a tile, median {:.1}, 99 % {:.1}, most {most:.1}",
+            self.frames, self.coherence, spread.p50, spread.p99
         );
         let _ = write!(text, "workers |");
         Policy::ALL.iter().for_each(|policy| {

@@ -21,8 +21,8 @@ pub(super) struct Uploads {
     /// Where each part's tiles start among all.
     starts: Vec<usize>,
     held: Vec<Size>,
-    /// Batches of this frame.
-    pub(super) batches: u64,
+    /// Tiles of this frame's batches.
+    pub(super) sent: Vec<(PartId, TileId)>,
     /// Their bytes.
     pub(super) uploaded: u64,
 }
@@ -35,7 +35,18 @@ impl Uploads {
             starts.push(starts[starts.len() - 1] + part.tiles.len());
         }
         let held = vec![Size::default(); starts[starts.len() - 1]];
-        Self { starts, held, batches: 0, uploaded: 0 }
+        Self { starts, held, sent: Vec::new(), uploaded: 0 }
+    }
+
+    /// Counts from here on; frames that change nothing are not heard of.
+    pub(super) fn next_frame(&mut self) {
+        self.sent.clear();
+        self.uploaded = 0;
+    }
+
+    /// How many tiles there are.
+    pub(super) fn tiles(&self) -> usize {
+        self.held.len()
     }
 
     /// A tile's number among those of all parts.
@@ -57,7 +68,6 @@ impl MeshSink for Uploads {
     }
 
     fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
-        (self.batches, self.uploaded) = (0, 0);
         Ok(())
     }
 
@@ -66,7 +76,7 @@ impl MeshSink for Uploads {
         let bytes = vertices * BYTES_PER_VERTEX + triangles * BYTES_PER_TRIANGLE;
         let tile = self.tile(batch.part, batch.tile);
         self.held[tile] = Size { triangles, bytes };
-        self.batches += 1;
+        self.sent.push((batch.part, batch.tile));
         self.uploaded += bytes;
         Ok(())
     }

@@ -1,0 +1,111 @@
+//! What a moving camera costs beside its tiles and with them: plans from nothing and plans that follow the view, and whole frames of
+//! a session, by how far the camera turns from one to the next (views of a whole turn, or at rest).
+#![allow(missing_docs, reason = "criterion's macro makes a public function")]
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use std::f64::consts::FRAC_PI_6;
+use std::hint::black_box;
+use std::sync::Arc;
+use trimtess::frame::{CameraPath, Picture, Planner, PlannerOptions, View, plan_for_view};
+use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
+use trimtess::model::shapes;
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
+/// Views of a whole turn; none is a camera at rest.
+const STEPS: [Option<usize>; 4] = [None, Some(3600), Some(360), Some(36)];
+
+fn models() -> impl Iterator<Item = (&'static str, Arc<Prepared>)> {
+    ["trimmed-teapot", "brake-assembly"].into_iter().map(|name| {
+        let model = shapes::by_name(name).expect("a named shape");
+        (name, Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits")))
+    })
+}
+
+/// Views around a model, again and again.
+struct Turn {
+    views: Vec<View>,
+    next: usize,
+}
+
+impl Turn {
+    fn of(prepared: &Prepared, steps: Option<usize>) -> Self {
+        let bounds = prepared.bounds.expect("a placed model");
+        Self { views: CameraPath::Orbit.views(bounds, steps.unwrap_or(1), &PICTURE), next: 0 }
+    }
+
+    fn view(&mut self) -> View {
+        self.next = (self.next + 1) % self.views.len();
+        self.views[self.next]
+    }
+}
+
+fn pace(steps: Option<usize>) -> String {
+    steps.map_or_else(|| "at rest".to_owned(), |steps| format!("{steps} a turn"))
+}
+
+fn plans(c: &mut Criterion) {
+    for (name, prepared) in models() {
+        let mut group = c.benchmark_group(format!("plan/{name}"));
+        group.throughput(Throughput::Elements(prepared.tiles().count() as u64));
+        let mut turn = Turn::of(&prepared, Some(36));
+        group.bench_function("from nothing", |b| b.iter(|| plan_for_view(&prepared, black_box(&turn.view()))));
+        for steps in STEPS {
+            let mut turn = Turn::of(&prepared, steps);
+            let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+            group.bench_function(BenchmarkId::from_parameter(pace(steps)), |b| {
+                b.iter(|| {
+                    planner.plan(&prepared.scene.instances, &[turn.view()]);
+                    planner.changes().tiles.len()
+                });
+            });
+        }
+        group.finish();
+    }
+}
+
+/// Takes everything and keeps nothing.
+struct Nowhere;
+
+impl MeshSink for Nowhere {
+    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+        Ok(())
+    }
+    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+        Ok(())
+    }
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        black_box(&batch.mesh);
+        Ok(())
+    }
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        Ok(())
+    }
+    fn end(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+    fn abort(&mut self) {}
+}
+
+fn frames(c: &mut Criterion) {
+    for (name, prepared) in models() {
+        let mut group = c.benchmark_group(format!("session/{name}"));
+        group.sample_size(20);
+        for workers in [1, 2] {
+            let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false);
+            for steps in STEPS {
+                let mut turn = Turn::of(&prepared, steps);
+                let mut session = Session::start(Arc::clone(&prepared), &options).expect("threads");
+                let id = BenchmarkId::new(format!("{workers} workers"), pace(steps));
+                group.bench_function(id, |b| {
+                    b.iter(|| session.view(&[turn.view()], &mut Nowhere).expect("a frame").tiles)
+                });
+            }
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, plans, frames);
+criterion_main!(benches);
