@@ -46,9 +46,12 @@ impl Records {
         self.all = true;
     }
 
-    /// Has the rows of a tile made again.
+    /// Has the rows of a tile made again. Frames that nobody draws do not pile up.
     pub(super) fn stale(&mut self, part: u32, tile: u32) {
-        if !self.all {
+        self.all |= self.stale.len() > self.rows.len();
+        if self.all {
+            self.stale.clear();
+        } else {
             self.stale.push((part, tile));
         }
     }
