@@ -51,7 +51,7 @@ pub(in crate::frame) struct Refused;
 const MAX_ROUNDS: usize = 12;
 
 /// Crossings that are split. Loops of real files have a handful, and n segments of noise have n² of them.
-const MAX_CROSSINGS: usize = 1 << 16;
+const MAX_CROSSINGS: usize = 1 << 14;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
