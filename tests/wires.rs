@@ -605,7 +605,8 @@ fn a_scribble_says_that_it_was_given_up() {
     let scribble: Vec<(f64, f64)> = (0..1500).map(|_| (random(), random())).collect();
     let (_, report) = mesh(&prepared(sheet(&[&scribble])), 0.1);
     let told: Vec<String> = report.degraded.iter().map(|d| d.degradation.to_string()).collect();
-    assert!(matches!(report.degraded[0].degradation, Degradation::GivenUp { place: Some(_), .. }), "{told:?}");
+    let given_up = |d: &Degradation| matches!(d, Degradation::GivenUp { place: Some(_), .. });
+    assert!(report.degraded.iter().any(|d| given_up(&d.degradation)), "{told:?}");
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
 }
 

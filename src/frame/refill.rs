@@ -35,7 +35,7 @@ impl Web<'_> {
     }
 
     /// The triangles beside `t`.
-    fn beside(&self, t: usize) -> Vec<usize> {
+    pub(super) fn beside(&self, t: usize) -> Vec<usize> {
         let [a, b, c] = self.mesh.triangles[t];
         [(b, a), (c, b), (a, c)].into_iter().filter_map(|(a, b)| self.left_of(a, b)).collect()
     }

@@ -11,6 +11,8 @@ use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
 use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
+use std::cell::Cell;
+use std::collections::{HashMap, HashSet, VecDeque};
 
 /// Changes per folded triangle: one is enough for most, a fan of n points needs about n.
 const CHANGES: usize = 16;
@@ -32,8 +34,8 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
     let stated = mesh.triangles.clone();
     for least in [f64::INFINITY, chord] {
         let mut web = Web::new(mesh);
-        web.unfold(folded.clone(), &Near { surface, chord: least });
-        if web.improves(&stated, &Near { surface, chord }) {
+        web.unfold(folded.clone(), &Near { surface, chord: least, left: Cell::new(MOST_WEIGHED) });
+        if web.improves(&stated, &Near { surface, chord, left: Cell::new(0) }) {
             mesh.triangles.retain(|t| *t != GONE);
             return;
         }
@@ -44,10 +46,28 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
 /// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.
 const MOST_FILLINGS: usize = 128;
 
+/// Triangles of changes that are weighed in one tile, at most: a sixth of a second. The corpus and the poles of the tests need a
+/// tenth; noise would take minutes.
+const MOST_WEIGHED: usize = 1 << 17;
+
+/// Changed triangles that are looked at one by one.
+const FEW: usize = 32;
+
 /// What triangles must stay near to.
 struct Near<'a> {
     surface: &'a Surface<'a>,
     chord: f64,
+    /// Triangles that may still be weighed.
+    left: Cell<usize>,
+}
+
+impl Near<'_> {
+    /// Whether there is time to weigh a change.
+    fn weighs(&self, change: &Change) -> bool {
+        let left = self.left.get().checked_sub(change.triangles.len());
+        self.left.set(left.unwrap_or(0));
+        left.is_some()
+    }
 }
 
 /// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
@@ -55,12 +75,13 @@ struct Near<'a> {
 const MOST_LOSS: f64 = 8.0;
 
 impl Web<'_> {
-    /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change elsewhere.
-    fn unfold(&mut self, mut folded: Vec<usize>, near: &Near<'_>) {
+    /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change beside them.
+    fn unfold(&mut self, folded: Vec<usize>, near: &Near<'_>) {
         let mut left = CHANGES * folded.len();
         let mut fillings = MOST_FILLINGS;
-        let mut waiting = Vec::new();
-        while let (Some(t), 1..) = (folded.pop(), left) {
+        let mut folded = VecDeque::from(folded);
+        let mut waiting = Waiting::default();
+        while let (Some(t), 1..) = (folded.pop_back(), left) {
             left -= 1;
             let corners = self.mesh.triangles[t];
             if corners == GONE || !Shape::of(self.mesh, corners).is_wrong(self.mesh) {
@@ -74,11 +95,15 @@ impl Web<'_> {
                 self.anew(t, near)
             };
             let Some(change) = change.or_else(anew) else {
-                waiting.push(t);
+                let beside = self.beside(t).into_iter().map(|t| self.mesh.triangles[t]);
+                waiting.add(t, beside.chain([corners]).flatten().map(|v| self.one(v)));
                 continue;
             };
+            let all = change.triangles.iter().flat_map(|(t, new)| [self.mesh.triangles.get(*t), Some(new)]);
+            for v in all.flatten().filter(|t| **t != GONE).flatten() {
+                waiting.leave(self.one(*v), |t| folded.push_front(t));
+            }
             self.apply(&change);
-            folded.splice(0..0, waiting.drain(..));
             let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_wrong(self.mesh);
             folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
         }
@@ -91,7 +116,7 @@ impl Web<'_> {
             let new = self.wrong(change.triangles.iter().map(|(_, corners)| *corners));
             is_less(new, old).then_some([old[0] - new[0], old[1] - new[1]])
         };
-        let fitting = self.refills(t).filter(|change| self.stays(change, near));
+        let fitting = self.refills(t).filter(|change| near.weighs(change) && self.stays(change, near));
         let gaining = fitting.filter_map(|change| Some((gain(&change)?, change)));
         gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }
@@ -119,9 +144,21 @@ impl Web<'_> {
     fn covers<'a>(&self, changed: impl Iterator<Item = (&'a [u32; 3], &'a [u32; 3])> + Clone, within: f64) -> bool {
         let place = |t: &[u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
         let old: Vec<[DVec3; 3]> = changed.clone().map(|(old, _)| place(old)).collect();
-        let near = |p: DVec3| old.iter().any(|triangle| distance_to_triangle(p, triangle) <= within);
-        let new = changed.filter(|(_, new)| **new != GONE).map(|(_, new)| place(new));
-        new.flat_map(|[a, b, c]| [a.midpoint(b), b.midpoint(c), c.midpoint(a)]).all(near)
+        // Nearly all are found among those that had one of their ends; many changes have many others.
+        let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
+        if old.len() > FEW {
+            for (k, (corners, _)) in changed.clone().enumerate() {
+                corners.iter().for_each(|&v| around.entry(v).or_default().push(k));
+            }
+        }
+        let near = |[a, b]: [u32; 2]| {
+            let p = self.mesh.positions[a as usize].midpoint(self.mesh.positions[b as usize]);
+            let is_near = |triangle: &[DVec3; 3]| distance_to_triangle(p, triangle) <= within;
+            let of_ends = [a, b].into_iter().filter_map(|v| around.get(&v)).flatten();
+            of_ends.map(|&k| &old[k]).any(is_near) || old.iter().any(is_near)
+        };
+        let new = changed.map(|(_, new)| *new).filter(|new| *new != GONE);
+        new.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).all(near)
     }
 
     /// Area that looks inwards, twice and negative, and the least height of triangles: the larger the better.
@@ -138,7 +175,7 @@ impl Web<'_> {
     /// gain the same, the one that leaves the widest triangles.
     fn best<'a>(&self, changes: impl Iterator<Item = &'a Change>, share: f64, near: &Near<'_>) -> Option<&'a Change> {
         let mut best: Option<((f64, f64), &Change)> = None;
-        for change in changes {
+        for change in changes.filter(|change| near.weighs(change)) {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
@@ -198,6 +235,27 @@ impl Web<'_> {
             };
             Change { triangles: fan.iter().map(|&(t, _)| (t, moved(t))).collect() }
         })
+    }
+}
+
+/// Triangles that nothing helps, until triangles change at one of the points around them.
+#[derive(Default)]
+struct Waiting {
+    triangles: HashSet<usize>,
+    /// By point; some of them may have left already.
+    at: HashMap<u32, Vec<usize>>,
+}
+
+impl Waiting {
+    fn add(&mut self, t: usize, points: impl Iterator<Item = u32>) {
+        self.triangles.insert(t);
+        points.for_each(|v| self.at.entry(v).or_default().push(t));
+    }
+
+    /// Calls `each` with those at a point, in the order in which they came.
+    fn leave(&mut self, point: u32, mut each: impl FnMut(usize)) {
+        let there = self.at.remove(&point).unwrap_or_default();
+        there.into_iter().filter(|t| self.triangles.remove(t)).for_each(&mut each);
     }
 }
 

@@ -1,8 +1,9 @@
 //! Triangles that know their neighbours, and the changes that keep their outline.
 
-use crate::mesh::{Origin, PatchMesh};
+use crate::mesh::{BitMix, Origin, PatchMesh};
 use glam::DVec3;
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 
 /// Heights that are rounding, as a share of the coordinates' size.
 const ROUNDING: f64 = 1e-13;
@@ -64,9 +65,8 @@ pub(super) struct Web<'a> {
     around: Around,
     /// The triangle left of each directed edge of triangles that changed, its ends as [`Web::one`] has them; none where there is
     /// none now.
-    changed: HashMap<(u32, u32), Option<usize>>,
-    /// For vertices on a pole: the first of them. A pole is a row of tessellants, one for each parameter, in one place.
-    poles: HashMap<u32, u32>,
+    changed: HashMap<(u32, u32), Option<usize>, BuildHasherDefault<BitMix>>,
+    poles: Poles,
 }
 
 /// Triangles by corner ([`Web::one`] of it), as they were before any changed: a few changes in a large tile must not cost a hash
@@ -79,8 +79,8 @@ struct Around {
 }
 
 impl Around {
-    fn new(mesh: &PatchMesh, poles: &HashMap<u32, u32>) -> Self {
-        let one = |v: u32| if poles.is_empty() { v } else { poles.get(&v).copied().unwrap_or(v) };
+    fn new(mesh: &PatchMesh, poles: &Poles) -> Self {
+        let one = |v: u32| poles.one(v);
         let mut starts = vec![0; mesh.positions.len() + 2];
         // Counted one too far, so that filling moves each start to its place.
         mesh.triangles.iter().flatten().for_each(|&v| starts[one(v) as usize + 2] += 1);
@@ -106,21 +106,21 @@ impl Around {
 impl<'a> Web<'a> {
     /// Two passes over the triangles.
     pub(super) fn new(mesh: &'a mut PatchMesh) -> Self {
-        let poles = poles(mesh);
+        let poles = Poles::of(mesh);
         let around = Around::new(mesh, &poles);
-        Self { mesh, around, changed: HashMap::new(), poles }
+        Self { mesh, around, changed: HashMap::default(), poles }
     }
 
     /// A vertex, or the one that stands for it.
     pub(super) fn one(&self, v: u32) -> u32 {
-        if self.poles.is_empty() { v } else { self.poles.get(&v).copied().unwrap_or(v) }
+        self.poles.one(v)
     }
 
     /// All vertices in the place of `v`.
     pub(super) fn same(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
         let one = self.one(v);
-        let others = self.poles.iter().filter(move |(other, first)| **first == one && **other != v);
-        std::iter::once(v).chain(others.map(|(other, _)| *other))
+        let others = self.poles.rows.get(&one).into_iter().flatten().copied().filter(move |&other| other != v);
+        std::iter::once(v).chain(others)
     }
 
     /// The triangle left of a directed edge, if there is one.
@@ -134,7 +134,10 @@ impl<'a> Web<'a> {
             let [p, q, r] = self.mesh.triangles[t as usize].map(|v| self.one(v));
             [(p, q), (q, r), (r, p)].contains(&edge)
         };
-        self.around.of(edge.0).iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
+        // The ends know the same triangles of it; a pole may know thousands of others.
+        let [here, there] = [edge.0, edge.1].map(|v| self.around.of(v));
+        let fewer = if there.len() < here.len() { there } else { here };
+        fewer.iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
     }
 
     /// The corner of triangle `t` that is neither `a` nor `b`.
@@ -210,21 +213,42 @@ impl<'a> Web<'a> {
     }
 }
 
-/// The vertices on poles, each with the first of them.
-fn poles(mesh: &PatchMesh) -> HashMap<u32, u32> {
-    let on_boundary = |o: &Origin| matches!(o, Origin::Edge { .. } | Origin::Border { .. });
-    let count = mesh.origins.iter().position(|o| !on_boundary(o)).unwrap_or(mesh.origins.len());
-    let place = |v: usize| mesh.positions[v].to_array().map(f64::to_bits);
-    let mut rows: HashMap<[u64; 3], u32> = HashMap::new();
-    for v in 1..count {
-        if mesh.positions[v] == mesh.positions[v - 1] {
-            rows.entry(place(v)).or_insert(v as u32 - 1);
+/// Vertices in one place: a pole is a row of tessellants, one for each parameter.
+#[derive(Default)]
+struct Poles {
+    /// The first of each row, for the vertices up to the last on a pole; the others stand for themselves.
+    first: Vec<u32>,
+    /// By the first of a row: all of it, in order.
+    rows: HashMap<u32, Vec<u32>>,
+}
+
+impl Poles {
+    fn of(mesh: &PatchMesh) -> Self {
+        let on_boundary = |o: &Origin| matches!(o, Origin::Edge { .. } | Origin::Border { .. });
+        let count = mesh.origins.iter().position(|o| !on_boundary(o)).unwrap_or(mesh.origins.len());
+        let place = |v: usize| mesh.positions[v].to_array().map(f64::to_bits);
+        let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+        for v in 1..count {
+            if mesh.positions[v] == mesh.positions[v - 1] {
+                places.entry(place(v)).or_insert(v as u32 - 1);
+            }
         }
+        if places.is_empty() {
+            return Self::default();
+        }
+        let mut poles = Self { first: (0..count as u32).collect(), rows: HashMap::new() };
+        for v in 0..count {
+            if let Some(&first) = places.get(&place(v)) {
+                poles.first[v] = first;
+                poles.rows.entry(first).or_default().push(v as u32);
+            }
+        }
+        poles
     }
-    if rows.is_empty() {
-        return HashMap::new();
+
+    fn one(&self, v: u32) -> u32 {
+        self.first.get(v as usize).copied().unwrap_or(v)
     }
-    (0..count).filter_map(|v| Some((v as u32, *rows.get(&place(v))?))).collect()
 }
 
 #[cfg(test)]

@@ -362,9 +362,10 @@ impl Pieces {
     }
 }
 
-/// A multiplicative hash for coordinate bits: their low bits are often zero, so the high half is folded down at the end.
+/// A multiplicative hash for coordinate bits and numbers of vertices: the low bits of coordinates are often zero, so the high half
+/// is folded down at the end.
 #[derive(Default)]
-struct BitMix(u64);
+pub(crate) struct BitMix(u64);
 
 impl Hasher for BitMix {
     fn finish(&self) -> u64 {
@@ -377,6 +378,10 @@ impl Hasher for BitMix {
             word[..chunk.len()].copy_from_slice(chunk);
             self.write_u64(u64::from_le_bytes(word));
         }
+    }
+
+    fn write_u32(&mut self, word: u32) {
+        self.write_u64(word.into());
     }
 
     fn write_u64(&mut self, word: u64) {

@@ -13,6 +13,7 @@ mod sink;
 pub use sink::{MemorySink, MeshSink, SinkError};
 
 mod check;
+pub(crate) use check::BitMix;
 pub use check::{BadEdge, MeshFacts, SceneFacts, check_part, check_scene};
 
 mod stats;

@@ -4,7 +4,7 @@
 //! Book*, ch. 2). Extraction: Bézier points are blossom values (Ramshaw), written as one small matrix per span.
 
 use crate::math::bernstein::with_rows;
-use glam::DVec4;
+use glam::{DVec3, DVec4};
 
 /// How often a periodic spline is repeated at most in one direction. A face goes round once or twice; helices are not
 /// periodic surfaces, so more turns are an error of the file, which must not cost memory.
@@ -152,8 +152,12 @@ pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f
 /// good to 1e-10, knots from files with as few as ten digits.
 const SLIVER: f64 = 1e-9;
 
-/// Control rows over knots -> Bézier rows over `range` (cut to the domain). Knots that lie together within [`SLIVER`] count
-/// once.
+/// Share of the net's extent below which so short a segment is rounding in space, too. At an even speed it has about
+/// [`SLIVER`] of it; knots a billion times further apart elsewhere make any segment that short.
+const SLIVER_IN_SPACE: f64 = 1e-7;
+
+/// Control rows over knots -> Bézier rows over `range` (cut to the domain). Knots that lie together within [`SLIVER`] and
+/// [`SLIVER_IN_SPACE`] count once.
 ///
 /// `rows` holds `width` homogeneous points per control row. Returns the segment borders and, segment by segment,
 /// `degree + 1` rows of `width` points. Neighbouring segments share their border row bit for bit.
@@ -166,20 +170,10 @@ pub(crate) fn to_bezier(
 ) -> (Vec<f64>, Vec<DVec4>) {
     let (k0, k1) = domain(degree, knots);
     let (a, b) = (range.0.clamp(k0, k1), range.1.clamp(k0, k1));
-    let sliver = SLIVER * (b - a);
-    let mut borders = vec![a];
-    for (k, _) in breaks(degree, knots) {
-        let last = borders[borders.len() - 1];
-        if k > last + sliver && k < b - sliver {
-            borders.push(k);
-        }
-    }
-    borders.push(b);
     let n = degree + 1;
-    let mut net: Vec<DVec4> = Vec::with_capacity((borders.len() - 1) * n * width);
-    for ends in borders.windows(2) {
-        let span = span(degree, knots, 0.5 * (ends[0] + ends[1]));
-        let matrix = extraction(degree, knots, span, ends[0], ends[1]);
+    let piece = |from: f64, to: f64, net: &mut Vec<DVec4>| {
+        let span = span(degree, knots, 0.5 * (from + to));
+        let matrix = extraction(degree, knots, span, from, to);
         let source = &rows[(span - degree) * width..(span + 1) * width];
         for j in 0..n {
             if j == 0 && !net.is_empty() {
@@ -192,8 +186,35 @@ pub(crate) fn to_bezier(
                 terms.fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
             }));
         }
+    };
+    let is_long = |from: f64, to: f64| {
+        to - from > SLIVER * (b - a)
+            || to > from && {
+                let mut net = Vec::with_capacity(n * width);
+                piece(from, to, &mut net);
+                let least = SLIVER_IN_SPACE * extent(rows.iter());
+                (0..width).any(|line| extent(net[line..].iter().step_by(width)) > least)
+            }
+    };
+    let mut borders = vec![a];
+    for (k, _) in breaks(degree, knots) {
+        if k < b && is_long(borders[borders.len() - 1], k) && is_long(k, b) {
+            borders.push(k);
+        }
+    }
+    borders.push(b);
+    let mut net: Vec<DVec4> = Vec::with_capacity((borders.len() - 1) * n * width);
+    for ends in borders.windows(2) {
+        piece(ends[0], ends[1], &mut net);
     }
     (borders, net)
+}
+
+/// Longest side of the box around homogeneous points.
+fn extent<'a>(points: impl Iterator<Item = &'a DVec4>) -> f64 {
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = points.map(|p| p.truncate() / p.w).fold(none, |(l, h), p| (l.min(p), h.max(p)));
+    (high - low).max_element()
 }
 
 /// A periodic spline repeated until it covers `range`; unchanged where the domain covers it already.

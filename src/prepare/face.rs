@@ -12,7 +12,7 @@ use super::meeting::{Meeting, fold, touching};
 use super::pcurve::Projector;
 use super::region::{Passages, Region, region, trace_loop};
 use super::uv_loop::Along;
-use super::wires::without_seams;
+use super::wires::{Given, without_seams};
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use glam::{DVec2, DVec3};
@@ -110,19 +110,16 @@ fn draft_with(
     let mut named_pole = None;
     let mut notes = Vec::new();
     let mut repairs = Vec::new();
-    let mut wires: Vec<Vec<u32>> = Vec::new();
+    let mut given = Given::default();
     for l in &face.loops {
         match l {
             Loop::Edges(coedges) => {
-                let mut wire: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
-                wire.sort_unstable();
-                if !wire.is_empty() && wires.contains(&wire) {
+                if !given.is_first(coedges) {
                     let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
                     let what = "a loop is given twice; it was taken once".to_owned();
                     repairs.push(Told { place, what });
                     continue;
                 }
-                wires.push(wire);
                 let (traced, miss) = trace_loop(part, coedges, &projector, &mut gap, &passages)?;
                 loops.push(traced);
                 notes.extend(miss.map(|m| format!("the image of a loop misses its start by {m:.3e} mm")));

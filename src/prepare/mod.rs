@@ -58,6 +58,7 @@ mod overlap;
 mod pairs;
 
 mod pcurve;
+mod polygon;
 
 mod prepared;
 pub use prepared::{Break, EdgeShape, EdgeUse, OpenEdges, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};

@@ -60,13 +60,19 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Lets a B-rep vertex at a pole stand for the pole's point, so that all faces there have the same one.
+    /// Lets the nearest of the B-rep vertices at a pole stand for the pole's point, so that all faces there have the same one.
     pub(super) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>) {
+        let mut nearest = vec![(10.0 * self.tolerance, None); self.poles.len()];
         for v in vertices {
-            let near = 10.0 * self.tolerance;
-            for pole in self.poles.iter_mut().filter(|p| p.point.distance(v) <= near) {
-                pole.point = v;
+            for (pole, (least, found)) in self.poles.iter().zip(&mut nearest) {
+                let off = pole.point.distance(v);
+                if off <= *least {
+                    (*least, *found) = (off, Some(v));
+                }
             }
+        }
+        for (pole, (_, found)) in self.poles.iter_mut().zip(nearest) {
+            pole.point = found.unwrap_or(pole.point);
         }
     }
 

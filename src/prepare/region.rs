@@ -5,8 +5,10 @@
 //! only on closed surfaces, where both sides of a loop are bounded.
 
 use super::UvSample;
+use super::box_tree::BoxTree;
 use super::pcurve::Projector;
-use super::uv_loop::{Along, Piece, UvLoop, area2, winding_about};
+use super::polygon::Polygon;
+use super::uv_loop::{Along, Piece, UvLoop, area2};
 use crate::model::{Coedge, Edge, Part};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
@@ -361,8 +363,8 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
         return;
     }
     let Some(outer) = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs())) else { return };
-    let polygon = loops[outer].polyline();
-    let (low, high) = polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |b, p| (b.0.min(*p), b.1.max(*p)));
+    let polygon = Polygon::new(loops[outer].polyline());
+    let [low, high] = polygon.bounds;
     for (k, l) in loops.iter_mut().enumerate() {
         if k == outer {
             continue;
@@ -376,7 +378,7 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
         let found = steps(0).flat_map(|i| steps(1).map(move |j| (i, j))).find_map(|(i, j)| {
             let turns = DVec2::new(i as f64, j as f64);
             let by = turns * DVec2::from_array(projector.period.map(|p| p.unwrap_or(0.0)));
-            (winding_about(&polygon, probe + by) != 0).then_some(by)
+            polygon.holds(probe + by).then_some(by)
         });
         if let Some(by) = found {
             l.shift(by);
@@ -391,27 +393,25 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
 fn nest(loops: &mut [UvLoop], areas: &[f64]) {
     /// Points of a loop that are looked at: it may touch another at a vertex, so one of them does not count.
     const PROBES: usize = 5;
-    let polygons: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
-    let boxes: Vec<[DVec2; 2]> = polygons
-        .iter()
-        .map(|p| p.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |b, q| [b[0].min(*q), b[1].max(*q)]))
-        .collect();
+    let polygons: Vec<Polygon> = loops.iter().map(|l| Polygon::new(l.polyline())).collect();
+    let boxes: Vec<[DVec2; 2]> = polygons.iter().map(|p| p.bounds).collect();
+    let tree = BoxTree::new(&boxes);
     let largest = (0..areas.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
     for (k, l) in loops.iter_mut().enumerate() {
-        let n = polygons[k].len();
-        let probes: [DVec2; PROBES] = std::array::from_fn(|i| polygons[k][(i * n / PROBES + i) % n]);
+        let points = &polygons[k].points;
+        let n = points.len();
+        let probes: [DVec2; PROBES] = std::array::from_fn(|i| points[(i * n / PROBES + i) % n]);
         let holds = |o: usize| {
-            let inside = |q: &&DVec2| {
-                q.cmpge(boxes[o][0]).all() && q.cmple(boxes[o][1]).all() && winding_about(&polygons[o], **q) != 0
-            };
-            match probes.iter().filter(inside).count() {
-                0 | 1 => false,
-                _ if o == k || coincide(boxes[o], areas[o], boxes[k], areas[k]) => false,
-                count if count + 1 >= PROBES => true,
-                _ => largest == Some(o) && (areas[k] > 0.0) != (areas[o] > 0.0),
-            }
+            o != k
+                && match probes.iter().filter(|q| polygons[o].holds(**q)).count() {
+                    0 | 1 => false,
+                    _ if coincide(boxes[o], areas[o], boxes[k], areas[k]) => false,
+                    count if count + 1 >= PROBES => true,
+                    _ => largest == Some(o) && (areas[k] > 0.0) != (areas[o] > 0.0),
+                }
         };
-        let depth = (0..polygons.len()).filter(|&o| holds(o)).count();
+        let mut depth = 0;
+        tree.meeting(boxes[k], |o| depth += usize::from(holds(o)));
         if (areas[k] > 0.0) != (depth % 2 == 0) {
             l.reverse();
         }
@@ -537,4 +537,48 @@ pub(super) fn pole_sides(region: &Region, projector: &Projector<'_>) -> [[Option
         projector.poles.iter().position(|p| p.axis == axis && (p.at - x).abs() <= scale)
     };
     [0, 1].map(|axis| [at(axis, region.bounds[axis].0), at(axis, region.bounds[axis].1)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::uv_loop::winding_about;
+    use super::*;
+
+    /// The polygon as a loop of one piece, forwards or backwards.
+    fn ring(points: &[DVec2], reversed: bool) -> UvLoop {
+        let n = points.len();
+        let sample = |k: usize| UvSample { t: k as f64, uv: points[k % n], d: DVec2::ZERO };
+        let piece = Piece { along: Along::Edge(0), reversed, samples: (0..=n).map(sample).collect() };
+        UvLoop { pieces: vec![piece], winding: [0, 0] }
+    }
+
+    #[test]
+    fn holes_and_islands_are_those_that_a_look_at_all_loops_finds() {
+        let mut state = 7_u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        // Stars in the quarters of stars, some of them with more corners than are looked at one by one.
+        let mut open = vec![(DVec2::ZERO, 1.0, 0)];
+        let mut stars: Vec<Vec<DVec2>> = Vec::new();
+        while let Some((centre, radius, depth)) = open.pop() {
+            let corners = if unit() < 0.2 { 200 } else { 5 + (8.0 * unit()) as u32 };
+            let corner = |k: u32| DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / f64::from(corners));
+            stars.push((0..corners).map(|k| centre + radius * (0.8 + 0.2 * unit()) * corner(k)).collect());
+            for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                if depth < 5 && unit() < 0.8 {
+                    open.push((centre + 0.25 * radius * DVec2::new(x, y), 0.2 * radius, depth + 1));
+                }
+            }
+        }
+        assert!(stars.len() > 100);
+        let mut loops: Vec<UvLoop> = stars.iter().map(|star| ring(star, unit() < 0.5)).collect();
+        let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
+        nest(&mut loops, &areas);
+        for (k, l) in loops.iter().enumerate() {
+            let depth = (0..stars.len()).filter(|&o| o != k && winding_about(&stars[o], stars[k][0]) != 0).count();
+            assert_eq!(area2(&l.polyline()) > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");
+        }
+    }
 }

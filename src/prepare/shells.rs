@@ -2,6 +2,7 @@
 
 use super::free_edges::FreeFaces;
 use super::uv_loop::{Along, Piece};
+use super::wires::Given;
 use crate::model::{Face, Loop, Part, ShellKind};
 use std::collections::{BTreeSet, HashSet};
 
@@ -100,15 +101,11 @@ pub(super) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
         uses.push(Use { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
-        let mut wires: HashSet<Vec<u32>> = HashSet::new();
+        let mut given = Given::default();
         for l in &f.loops {
             let Loop::Edges(coedges) = l else { continue };
-            let mut wire: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
-            wire.sort_unstable();
-            // A loop given twice is taken once.
-            if !wires.contains(&wire) {
-                wire.iter().for_each(|&edge| add(face, edge, false, false));
-                wires.insert(wire);
+            if given.is_first(coedges) {
+                coedges.iter().for_each(|c| add(face, c.edge.0, false, false));
             }
         }
     }

@@ -116,6 +116,7 @@ pub(super) fn assemble(
             tiles: first_tile..id(out.tiles.len()),
         });
     }
+    end_poles(&out.tiles, &mut edges);
     for (k, tile) in out.tiles.iter().enumerate() {
         for (l, uses) in tile.loops.iter().enumerate() {
             for (u, edge_use) in uses.iter().enumerate() {
@@ -125,6 +126,23 @@ pub(super) fn assemble(
     }
     out.edges = edges;
     out
+}
+
+/// Lets borders along poles start and end where the edges beside them do: a file may have several vertices nearly at a pole, and
+/// the faces beyond those edges know theirs.
+fn end_poles(tiles: &[Tile], edges: &mut [PreparedEdge]) {
+    for uses in tiles.iter().flat_map(|tile| &tile.loops) {
+        for (before, after) in uses.iter().zip(uses.iter().cycle().skip(1)) {
+            let ends = [(before.edge as usize, before.to as usize), (after.edge as usize, after.from as usize)];
+            let along_pole = ends.map(|(edge, _)| matches!(edges[edge].shape, EdgeShape::Point(_)));
+            let (pole, beside) = match along_pole {
+                [true, _] => (ends[0], ends[1]),
+                [false, true] => (ends[1], ends[0]),
+                [false, false] => continue,
+            };
+            edges[pole.0].breaks[pole.1].point = edges[beside.0].breaks[beside.1].point;
+        }
+    }
 }
 
 fn id(index: usize) -> u32 {

@@ -91,17 +91,14 @@ pub(super) fn area2(p: &[DVec2]) -> f64 {
 
 /// Winding number of a closed polygon about `q`.
 pub(super) fn winding_about(p: &[DVec2], q: DVec2) -> i32 {
-    let mut w = 0;
-    for i in 0..p.len() {
-        let (a, b) = (p[i], p[(i + 1) % p.len()]);
-        if (a.y <= q.y) != (b.y <= q.y) {
-            let left = (b - a).perp_dot(q - a);
-            if a.y <= q.y && left > 0.0 {
-                w += 1;
-            } else if a.y > q.y && left < 0.0 {
-                w -= 1;
-            }
-        }
+    (0..p.len()).map(|i| crossed([p[i], p[(i + 1) % p.len()]], q)).sum()
+}
+
+/// What a side adds to the winding number about `q`: 1 where it runs upwards to the right of it, -1 where downwards.
+pub(super) fn crossed([a, b]: [DVec2; 2], q: DVec2) -> i32 {
+    if (a.y <= q.y) == (b.y <= q.y) {
+        return 0;
     }
-    w
+    let left = (b - a).perp_dot(q - a);
+    if a.y <= q.y { i32::from(left > 0.0) } else { -i32::from(left < 0.0) }
 }

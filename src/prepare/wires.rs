@@ -2,8 +2,21 @@
 
 use super::heal::ends;
 use crate::model::{Coedge, Face, Loop, Part, VertexId};
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, HashSet};
+
+/// The wires of a face so far, each as the edges that it uses.
+#[derive(Default)]
+pub(super) struct Given(HashSet<Vec<u32>>);
+
+impl Given {
+    /// Whether a wire is the first of its edges: one given again is taken once. One without edges is no wire given before.
+    pub(super) fn is_first(&mut self, coedges: &[Coedge]) -> bool {
+        let mut edges: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
+        edges.sort_unstable();
+        edges.is_empty() || self.0.insert(edges)
+    }
+}
 
 /// Index of an edge of a wire, and whether it has to be turned.
 pub(super) type Taken = (usize, bool);

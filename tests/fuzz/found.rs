@@ -298,6 +298,30 @@ fn images_of_noise_are_quick() {
     sound(&Sheet { net, loops, pieces: 4, reversed: true, sound: false, chord_rel: 0.0003 });
 }
 
+/// Of pieces a billion times longer than others, the short ones are as large in space: they are meshed, and the oracle looks into
+/// them, which single precision does not tell apart.
+#[test]
+fn pieces_of_very_different_lengths_are_measured() {
+    let knots = [
+        list([0.0, 0.0, 0.0, 1000000000.0, 1000000001.0, 1000000002.0, 1000000002.0, 1000000002.0]),
+        list([0.0, 1.0, 2.0, 3.0]),
+    ];
+    let points = list([
+        [-9.294, -5.137, -8.745],
+        [2.627, -9.137, -3.725],
+        [9.451, -3.098, 3.333],
+        [-9.294, -5.137, -8.745],
+        [-9.373, 8.745, 5.451],
+        [-6.863, -7.647, 4.275],
+        [-8.039, 3.098, -3.961],
+        [10.0, 5.686, 7.176],
+        [-7.804, -2.157, -4.824],
+        [1.451, -3.569, -8.118],
+    ]);
+    let net = Net { degrees: [2, 1], knots, points, weights: list([]) };
+    sound(&Sheet { net, loops: list([]), pieces: 4, reversed: true, sound: true, chord_rel: 0.01 });
+}
+
 /// Long, sheared, with creases: the oracle's way to a sample's foot runs along a crease.
 #[test]
 fn a_sheared_flat_sheet_is_flat() {
@@ -352,4 +376,102 @@ fn a_sheared_flat_sheet_is_flat() {
         [0.8527, 0.2041],
     ])]);
     sound(&Sheet { net, loops, pieces: 7, reversed: true, sound: true, chord_rel: 0.0003 });
+}
+
+/// A side that runs into a pole: of the vertices nearly there, the nearest is the pole.
+#[test]
+fn the_nearest_of_several_vertices_is_the_pole() {
+    let knots = [
+        list([
+            0.0,
+            1.0,
+            2.0,
+            2.3,
+            3.3,
+            4.3,
+            1000000004.3,
+            1000000004.5999999,
+            1000000005.5999999,
+            1000000006.5999999,
+            1000000007.5999999,
+            1000000008.5999999,
+            1000000009.5999999,
+            1000000010.5999999,
+        ]),
+        list([
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1000000000.0,
+            1000000000.0,
+            1000000000.0,
+            1000000001.0,
+            1000000001.0,
+            1000000001.0,
+            1000000001.0,
+            1000000001.0,
+            1000000001.0,
+        ]),
+    ];
+    let varied = [
+        [8.745, 171.6, 8.431],
+        [-0.902, 48.1, -3.725],
+        [-8.824, 50.98, -7.098],
+        [-2.627, -118.5, -6.235],
+        [4.667, -105.6, -1.137],
+        [-3.098, -137.1, -7.647],
+        [7.804, -131.4, 2.784],
+        [4.431, -132.8, 6.078],
+        [3.647, 91.18, -8.196],
+        [3.882, -96.93, 4.902],
+        [5.922, -105.6, -1.843],
+        [1.843, -5.026, -6.706],
+        [-9.843, 45.24, -5.608],
+        [5.765, 107.0, 8.118],
+        [-7.255, 39.49, 7.02],
+        [-4.667, -40.92, -2.706],
+        [1.294, 42.37, 2.0],
+        [0.7451, -33.75, 5.373],
+        [3.333, 130.0, -8.353],
+        [5.686, 92.63, -3.333],
+        [-0.902, -81.13, 0.9804],
+        [4.039, -177.4, -7.333],
+        [1.373, 138.6, -3.412],
+        [2.941, 119.9, 9.843],
+        [0.03922, 6.462, 0.5098],
+    ];
+    let points = varied.into_iter().chain([[-10.0, -183.1, -10.0]; 47]).collect();
+    let net = Net { degrees: [5, 5], knots, points, weights: list([]) };
+    sound(&Sheet { net, loops: list([]), pieces: 0, reversed: false, sound: false, chord_rel: 0.01 });
+}
+
+/// Two sides that are points, nearly the same one, meet at a corner.
+#[test]
+fn two_poles_meet() {
+    let knots = [
+        list([0.0, 0.0, 0.0, 0.0, 0.0, 1e-9, 1e-9, 1.000000001, 1.000000001, 1.000000001, 1.000000001, 1.000000001]),
+        list([
+            0.0,
+            1000000000.0,
+            1000000000.0,
+            1000000000.0,
+            1000000000.0,
+            1000000000.0,
+            2000000000.0,
+            2000000001.0,
+            2000000002.0,
+            2000000003.0,
+            2000000004.0,
+            2000000005.0,
+            2000000006.0,
+            2000000007.0,
+        ]),
+    ];
+    let varied = [[5.294, 0.2164, 0.1176], [2.157, -0.2641, -2.627]];
+    let points = varied.into_iter().chain([[-10.0, -0.3805, -10.0]; 54]).collect();
+    let net = Net { degrees: [4, 5], knots, points, weights: list([]) };
+    sound(&Sheet { net, loops: list([]), pieces: 0, reversed: false, sound: false, chord_rel: 0.01 });
 }

@@ -36,8 +36,13 @@ impl Meshed {
         let report = serial(&prepared, &plan, true, &mut mesh).map_err(|error| error.to_string())?;
         let facts = check_scene(&mesh);
         let lines = prepared.parts.iter().zip(&plan.parts).flat_map(|(part, plan)| part.edges.iter().zip(&plan.edges));
-        let once = lines.filter(|(edge, _)| edge.uses.len() == 1 && matches!(edge.shape, EdgeShape::Curve(_)));
-        let boundary = once.map(|(_, line)| line.ts.len().saturating_sub(1) as u64).sum();
+        let once = lines.filter(|(edge, _)| edge.uses.len() == 1);
+        let segments = once.map(|(edge, line)| match edge.shape {
+            EdgeShape::Curve(_) => line.ts.len().saturating_sub(1),
+            // A pole has a length where the edges beside it end near it only.
+            EdgeShape::Point(pole) => edge.breaks.iter().filter(|end| end.point != pole).count(),
+        });
+        let boundary = segments.sum::<usize>() as u64;
         Ok(Self { prepared, chord, short: plan.shortfall.is_some(), report, mesh, facts, boundary })
     }
 

@@ -43,5 +43,5 @@ fn model_solids() {
 
 #[test]
 fn model_sheets() {
-    judge!(6, 1024, |bytes: &[u8]| watch::drawn::<Sheet>(bytes));
+    judge!(24, 1024, |bytes: &[u8]| watch::drawn::<Sheet>(bytes));
 }

@@ -8,7 +8,7 @@ use glam::DVec2;
 use trimtess::frame::trim::{TrimOutput, TrimScratch, trim_tile};
 use trimtess::frame::{self, PartPlan, Plan, TileLattice, Tolerance, cell_coordinate};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::shapes;
+use trimtess::model::{SurfaceKind, shapes};
 use trimtess::parallel::serial;
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, UvCurve, prepare};
 
@@ -81,10 +81,14 @@ impl Rates {
     fn replan(&self, part: &PreparedPart, plan: &mut PartPlan) {
         for (k, (tile, lattice)) in part.tiles.iter().zip(&mut plan.tiles).enumerate() {
             let [nu, nv] = self.cells[k % self.cells.len()];
-            let creases = &part.faces[part.face_of(tile)].creases;
+            let face = &part.faces[part.face_of(tile)];
+            let creases = &face.creases;
+            // Nothing bends on a plane, so that its lines are even.
+            let lines =
+                Rates { growth: if face.kind == SurfaceKind::Plane { 1.0 } else { self.growth }, ..self.clone() };
             *lattice = Arc::new(TileLattice {
-                us: self.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us),
-                vs: self.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs),
+                us: lines.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us),
+                vs: lines.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs),
                 chord: lattice.chord,
             });
         }

@@ -4,10 +4,8 @@
 use std::collections::HashMap;
 
 use glam::DVec2;
-use spade::handles::{FixedDirectedEdgeHandle, FixedVertexHandle};
-use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
-
-type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>>;
+use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle, VertexHandle};
+use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
 
 /// A constraint: crossing it from right to left raises the winding number by `weight`.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +76,7 @@ pub(in crate::frame) fn triangulate(
     let mut rounds = 1;
     let mut crossings = 0;
     let cdt = loop {
-        let mut cdt = Cdt::bulk_load_cdt(positions.clone(), Vec::new()).map_err(|_| Refused)?;
+        let mut cdt = Cdt::of(&positions)?;
         let give_up = rounds == MAX_ROUNDS || crossings > MAX_CROSSINGS;
         let conflicts = add_constraints(&mut cdt, &mut parts, give_up, &mut crossings);
         if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
@@ -113,8 +111,67 @@ fn snapped(p: DVec2) -> Point2<f64> {
     Point2::new(f(p.x), f(p.y))
 }
 
-fn vertex(index: u32) -> FixedVertexHandle {
-    FixedVertexHandle::from_index(index as usize)
+/// A position and its index.
+struct Vertex {
+    at: Point2<f64>,
+    index: u32,
+}
+
+impl HasPosition for Vertex {
+    type Scalar = f64;
+
+    fn position(&self) -> Point2<f64> {
+        self.at
+    }
+}
+
+type Spade = ConstrainedDelaunayTriangulation<Vertex, (), (), (), HierarchyHintGenerator<f64>>;
+type EdgeHandle<'a> = DirectedEdgeHandle<'a, Vertex, (), CdtEdge<()>, ()>;
+
+/// The triangulation of positions, which knows vertices by their index there.
+struct Cdt {
+    spade: Spade,
+    handle: Vec<FixedVertexHandle>,
+}
+
+impl Cdt {
+    /// Vertices are inserted one by one, in an order that has nothing to do with where they lie. Loading all of them along a
+    /// sweep (`bulk_load`) is no faster at the sizes that occur, takes minutes where 30 000 lie along one curve, since each
+    /// then flips most of the edges so far, and `bulk_load_cdt` ties cocircular ones by the order of a hash set.
+    fn of(positions: &[Point2<f64>]) -> Result<Self, Refused> {
+        let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+        order.sort_unstable_by_key(|&index| shuffled(index));
+        let mut spade = Spade::new();
+        let mut handle = vec![FixedVertexHandle::from_index(0); positions.len()];
+        for index in order {
+            let at = positions[index as usize];
+            handle[index as usize] = spade.insert(Vertex { at, index }).map_err(|_| Refused)?;
+        }
+        Ok(Self { spade, handle })
+    }
+
+    fn vertex(&self, index: u32) -> FixedVertexHandle {
+        self.handle[index as usize]
+    }
+
+    fn edge(&self, ends: [u32; 2]) -> Option<EdgeHandle<'_>> {
+        self.spade.get_edge_from_neighbors(self.vertex(ends[0]), self.vertex(ends[1]))
+    }
+}
+
+/// A permutation of the 32-bit numbers whose order looks random: the last steps of MurmurHash3.
+fn shuffled(x: u32) -> u32 {
+    let x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
+    let x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
+    x ^ (x >> 16)
+}
+
+fn index(vertex: VertexHandle<'_, Vertex, (), CdtEdge<()>, ()>) -> u32 {
+    vertex.data().index
+}
+
+fn ends(edge: EdgeHandle<'_>) -> [u32; 2] {
+    [index(edge.from()), index(edge.to())]
 }
 
 /// Makes every part an edge, splits parts that pass through vertices, and returns the crossings as (part, the constraint
@@ -129,21 +186,19 @@ fn add_constraints(
     let mut conflicts = Vec::new();
     let mut done = Vec::with_capacity(parts.len());
     for &part in parts.iter() {
-        let [a, b] = part.ends.map(vertex);
-        let chain = cdt.try_add_constraint(a, b);
+        let [a, b] = part.ends.map(|v| cdt.vertex(v));
+        let chain = cdt.spade.try_add_constraint(a, b);
         if chain.is_empty() {
             done.push(part);
             if !give_up && *crossings <= MAX_CROSSINGS {
-                let crossed = cdt.get_conflicting_edges_between_vertices(a, b);
-                let ends: Vec<_> = crossed.map(|e| [e.from().index() as u32, e.to().index() as u32]).collect();
-                *crossings += ends.len();
-                conflicts.push((part, ends));
+                let crossed: Vec<_> = cdt.spade.get_conflicting_edges_between_vertices(a, b).map(ends).collect();
+                *crossings += crossed.len();
+                conflicts.push((part, crossed));
             }
             continue;
         }
         for edge in chain {
-            let edge = cdt.directed_edge(edge);
-            done.push(Part { ends: [edge.from().index() as u32, edge.to().index() as u32], ..part });
+            done.push(Part { ends: ends(cdt.spade.directed_edge(edge)), ..part });
         }
     }
     *parts = done;
@@ -211,12 +266,11 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(
 /// The triangles of positive winding number, and how the segments fared.
 fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
     let mut region = Region::default();
-    let mut edges = vec![Edge::default(); cdt.num_undirected_edges()];
+    let mut edges = vec![Edge::default(); cdt.spade.num_undirected_edges()];
     let (mut pieces, mut unused) = (vec![0u32; segments], vec![false; segments]);
-    let edge_of = |part: &Part| cdt.get_edge_from_neighbors(vertex(part.ends[0]), vertex(part.ends[1]));
     for part in parts {
         // A part without an edge crosses another one even after all rounds: its segment counts as split.
-        let Some(edge) = edge_of(part) else {
+        let Some(edge) = cdt.edge(part.ends) else {
             pieces[part.owner as usize] += 2;
             continue;
         };
@@ -230,23 +284,23 @@ fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
         unused[part.owner as usize] |= *seen;
         *seen = true;
     }
-    region.given_up = parts.iter().any(|part| edge_of(part).is_none());
+    region.given_up = parts.iter().any(|part| cdt.edge(part.ends).is_none());
     region.split = pieces.iter().filter(|&&n| n > 1).count() as u32;
-    let winding = winding_numbers(cdt, &edges);
-    for face in cdt.inner_faces() {
+    let winding = winding_numbers(&cdt.spade, &edges);
+    for face in cdt.spade.inner_faces() {
         let number = winding[face.index()];
         region.overlapping |= !(0..=1).contains(&number);
         if number > 0 {
-            let mut triangle = face.vertices().map(|v| v.index() as u32);
+            let mut triangle = face.vertices().map(index);
             let first = (0..3).min_by_key(|&corner| triangle[corner]).unwrap_or(0);
             triangle.rotate_left(first);
             region.triangles.push(triangle);
         }
     }
-    // `spade` numbers faces by the order of a hash set, which differs from run to run.
+    // In the order of the sites, not of their insertion.
     region.triangles.sort_unstable();
     for part in parts {
-        let Some(edge) = edge_of(part) else { continue };
+        let Some(edge) = cdt.edge(part.ends) else { continue };
         let kept = |index: usize| winding[index] > 0;
         let (left, right) = (kept(edge.face().index()), kept(edge.rev().face().index()));
         let Edge { forward, backward, .. } = edges[edge.as_undirected().index()];
@@ -267,7 +321,7 @@ struct Edge {
 }
 
 /// By face, spreading from the outer face, where the number is 0.
-fn winding_numbers(cdt: &Cdt, edges: &[Edge]) -> Vec<i32> {
+fn winding_numbers(cdt: &Spade, edges: &[Edge]) -> Vec<i32> {
     const UNSEEN: i32 = i32::MIN;
     let mut winding = vec![UNSEEN; cdt.num_all_faces()];
     winding[cdt.outer_face().index()] = 0;
@@ -372,10 +426,10 @@ impl Classes {
 
 /// Turns clockwise about `class` from the edge to `next` until an outgoing segment starts the sector.
 fn sector_start(cdt: &Cdt, class: u32, next: u32, tails: &HashMap<[u32; 2], u32>) -> Option<u32> {
-    let first = cdt.get_edge_from_neighbors(vertex(class), vertex(next))?;
+    let first = cdt.edge([class, next])?;
     let mut edge = first;
     loop {
-        if let Some(&site) = tails.get(&[class, edge.to().index() as u32]) {
+        if let Some(&site) = tails.get(&ends(edge)) {
             return Some(site);
         }
         edge = edge.cw();
