@@ -75,7 +75,7 @@ pub mod draw;
 /// The same stages on all cores: tiles dealt once, workers that never talk to each other, one committing thread.
 pub mod parallel;
 
-/// The door out: PLY, OBJ, STL, GLB, pictures.
+/// The door out: PLY, OBJ, STL, GLB, pictures, scenes on the graphics device.
 pub mod out;
 
 /// The examples of the README, kept compiling.

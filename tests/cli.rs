@@ -441,6 +441,49 @@ fn render_draws_or_says_what_is_missing() {
     }
 }
 
+/// The window's content without a window.
+#[cfg(feature = "view")]
+#[test]
+fn a_window_can_be_had_as_a_picture() {
+    let folder = folder("view");
+    let picture = folder.join("window.png");
+    let out = picture.to_str().unwrap();
+    refuses(&["view", CUBE, "--screenshot", "window.jpg"], 2, ".png");
+    refuses(&["view", CUBE, "--frames", "3"], 2, "--screenshot");
+    refuses(&["view", "--screenshot", out], 2, "FILE");
+    refuses(&["view", CUBE, "--screenshot", out, "--click", "5"], 2, "X,Y");
+    let window = ["--size", "480x320", "--screenshot", out];
+    let drawn = trimtess(&[&["view", CUBE], &window[..]].concat());
+    if drawn.status.code() == Some(1) {
+        assert!(text(&drawn.stderr).contains("mesa-vulkan-drivers"), "{}", text(&drawn.stderr));
+        return;
+    }
+    let mut pictures = Vec::new();
+    for extra in
+        [&[][..], &["--frames", "9"], &["--click", "110,160"], &["--color-by", "face", "--edges", "--wireframe"]]
+    {
+        let args = [&["view", CUBE], &window[..], extra].concat();
+        let output = trimtess(&args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {}", text(&output.stderr));
+        let bytes = fs::read(&picture).unwrap();
+        assert_eq!(&bytes[16..24], &[0, 0, 1, 224, 0, 0, 1, 64], "width and height");
+        pictures.push(bytes);
+    }
+    pictures.dedup();
+    assert_eq!(pictures.len(), 4);
+    refuses(&[&["view", "no.step"], &window[..]].concat(), 1, "no.step");
+}
+
+#[cfg(all(feature = "view", target_os = "linux"))]
+#[test]
+fn without_a_display_there_is_no_window() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    let output = command.args(["view", CUBE]).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("--screenshot"), "{}", text(&output.stderr));
+}
+
 /// A finer picture needs more triangles; a camera further away fewer.
 #[cfg(feature = "wgpu")]
 #[test]

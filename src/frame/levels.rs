@@ -7,7 +7,8 @@
 
 use super::shown::PartBoxes;
 use super::view::View;
-use crate::mesh::SceneInstance;
+use crate::mesh::{SceneInstance, ScenePart};
+use crate::model::PartId;
 use crate::prepare::{BoundingBox, Prepared};
 use std::sync::Arc;
 
@@ -55,7 +56,7 @@ impl Levels {
             for _ in 1..placed.min(most) {
                 rows.push(out.parts.len() as u32);
                 out.parts.push(Arc::clone(&prepared.parts[p]));
-                out.scene.parts.push(prepared.scene.parts[p].clone());
+                out.scene.parts.push(ScenePart { mesh_of: Some(PartId::new(p)), ..prepared.scene.parts[p].clone() });
             }
             parts.push(PartLevels { bands: vec![None; rows.len()], rows, place: PartBoxes::whole(&prepared.parts[p]) });
         }

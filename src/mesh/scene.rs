@@ -1,6 +1,6 @@
 //! What a sink needs to know beside triangles: parts, instances, names, colours.
 
-use crate::model::{Colour, FaceId};
+use crate::model::{Colour, FaceId, PartId};
 use glam::{DAffine3, DVec3};
 
 /// A part as output sees it.
@@ -16,6 +16,8 @@ pub struct ScenePart {
     pub centre: DVec3,
     /// Half the diagonal of that box.
     pub radius: f64,
+    /// The part that this is a further mesh of, finer or coarser, for some of its instances; `None` for a part of the model.
+    pub mesh_of: Option<PartId>,
 }
 
 /// A placed part as output sees it.
@@ -38,7 +40,7 @@ pub struct SceneInstance {
 pub struct Scene {
     /// Name of the model.
     pub name: String,
-    /// Parts; batches name them by index ([`PartId`](crate::model::PartId)).
+    /// Parts; batches name them by index ([`PartId`]).
     pub parts: Vec<ScenePart>,
     /// Placed parts.
     pub instances: Vec<SceneInstance>,

@@ -131,4 +131,19 @@ impl Camera {
     pub fn projection(&self, aspect: f64, near: f64) -> DMat4 {
         dcamera::rh::proj::directx::perspective_infinite_reverse(self.fov_y, aspect, near)
     }
+
+    /// The direction, of length 1, from the eye to the centre of a pixel, `x` from the left and `y` from the top, of a picture
+    /// of so many pixels.
+    #[must_use]
+    pub fn ray(&self, (x, y): (u32, u32), (width, height): (u32, u32)) -> DVec3 {
+        self.direction([f64::from(x) + 0.5, f64::from(y) + 0.5], [f64::from(width), f64::from(height)])
+    }
+
+    /// The same for any place of the picture, in pixels from its upper left corner.
+    #[must_use]
+    pub fn direction(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> DVec3 {
+        let slope = 2.0 * (0.5 * self.fov_y).tan() / height;
+        let local = DVec3::new((x - 0.5 * width) * slope, (0.5 * height - y) * slope, -1.0);
+        self.view().inverse().transform_vector3(local).normalize()
+    }
 }

@@ -30,6 +30,8 @@ pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
 mod camera;
 pub use camera::{BadViewPoint, Camera, ViewPoint};
 
+mod orbit;
+
 /// Pictures.
 #[cfg(feature = "wgpu")]
 pub mod wgpu;

@@ -322,7 +322,7 @@ fn scene(model: &Model, clouds: &[Vec<DVec3>], without_area: Vec<Vec<FaceId>>) -
         .map(|((p, cloud), without_area)| {
             let (centre, radius) = extent::centre(cloud).unwrap_or_default();
             let face_colours = p.faces.iter().map(|f| f.colour.or(p.colour)).collect();
-            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius }
+            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius, mesh_of: None }
         })
         .collect();
     let mut first_face = 0;

@@ -6,7 +6,7 @@ use trimtess::import::step::StepOptions;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
 
 /// How much a command may cost.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Limits (exceeding one is an error, and nothing is written)")]
 pub(crate) struct LimitArgs {
     /// Longest file, bytes.

@@ -13,6 +13,8 @@ mod progress;
 mod render;
 mod report;
 mod tessellate;
+#[cfg(feature = "view")]
+mod view;
 
 use clap::{Args, Parser, Subcommand};
 use std::fmt;
@@ -92,18 +94,24 @@ enum Command {
     /// A file to a picture: PNG.
     #[cfg(feature = "wgpu")]
     Render(render::RenderArgs),
+    /// A file in a window: turn it, look close, ask what a face is; files dropped onto it are shown.
+    #[cfg(feature = "view")]
+    View(view::ViewArgs),
     /// A camera's path over a model, timed: frames, stages, workers, bytes.
     Bench(bench::BenchArgs),
 }
 
 impl Command {
-    fn input(&self) -> &input::Input {
+    /// The file, if there is one.
+    fn input(&self) -> Option<&input::Input> {
         match self {
-            Self::Info(args) => &args.input,
-            Self::Tessellate(args) => &args.input,
+            Self::Info(args) => Some(&args.input),
+            Self::Tessellate(args) => Some(&args.input),
             #[cfg(feature = "wgpu")]
-            Self::Render(args) => &args.input,
-            Self::Bench(args) => &args.input,
+            Self::Render(args) => Some(&args.input),
+            #[cfg(feature = "view")]
+            Self::View(args) => args.input.as_ref(),
+            Self::Bench(args) => Some(&args.input),
         }
     }
 }
@@ -177,7 +185,7 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
         // what it reads would be freed and paged in again for them.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
-        if command.input().is_list() {
+        if command.input().is_some_and(input::Input::is_list) {
             tell(&input::builtin_list())?;
             return Ok(Done::Clean);
         }
@@ -186,6 +194,8 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
             Command::Tessellate(args) => tessellate::run(&args, &common, laps),
             #[cfg(feature = "wgpu")]
             Command::Render(args) => render::run(&args, &common, laps),
+            #[cfg(feature = "view")]
+            Command::View(args) => view::run(&args, &common),
             Command::Bench(args) => bench::run(&args, &common),
         }
     };

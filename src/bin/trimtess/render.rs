@@ -16,7 +16,7 @@ use trimtess::out::{Camera, ViewPoint};
 use trimtess::prepare::{Prepared, prepare};
 
 /// Largest deviation in pixels when none is asked for: half a pixel is below what 4× multisampling shows.
-const DEFAULT_DEVIATION_PX: f64 = 0.5;
+pub(crate) const DEFAULT_DEVIATION_PX: f64 = 0.5;
 
 /// Angle tolerance in pictures, degrees. Normals are exact at vertices; this keeps what is interpolated between them close.
 const ANGLE: f64 = 30.0;
@@ -88,16 +88,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
 
     progress.stage("tessellating");
     let camera = aim(args, common, &prepared)?;
-    let view = View {
-        eye: camera.eye,
-        forward: camera.target - camera.eye,
-        up: camera.up,
-        projection: Projection::Perspective { fov_y: camera.fov_y, near: 0.0 },
-        size: args.size,
-        deviation_px: args.deviation_px,
-        size_px: args.size_px,
-        angle: ANGLE.to_radians(),
-    };
+    let view = view_of(&camera, args.size, args.deviation_px, args.size_px);
     let plan = Arc::new(common.limits.accept(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()))?);
     let mut frame = MemorySink::default();
     let made = make(&prepared, &plan, common, args.edges, &mut frame)?;
@@ -127,6 +118,20 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     report.workers = made.workers.len();
     report.seconds = Seconds { read, prepare, tessellate, check: 0.0, write, total: laps.total() };
     report.publish(common, args.told.json, args.report.as_deref())
+}
+
+/// What a camera's picture asks for, with deviation and size in pixels.
+pub(crate) fn view_of(camera: &Camera, size: (u32, u32), deviation_px: f64, size_px: Option<f64>) -> View {
+    View {
+        eye: camera.eye,
+        forward: camera.target - camera.eye,
+        up: camera.up,
+        projection: Projection::Perspective { fov_y: camera.fov_y, near: 0.0 },
+        size,
+        deviation_px,
+        size_px,
+        angle: ANGLE.to_radians(),
+    }
 }
 
 /// The camera that holds what a coarse frame shows.

@@ -1,6 +1,7 @@
-//! The graphics adapters of this machine to a device, with its pipelines, on the best of them.
+//! The graphics adapters of this machine to a device on the best of them that draws.
 
-use super::pipelines::Pipelines;
+use super::gpu::{Gpu, WELCOME};
+use super::target::COLOUR_FORMAT;
 use std::fmt;
 
 /// No adapter that can draw.
@@ -25,16 +26,8 @@ impl fmt::Display for NoAdapter {
 
 impl std::error::Error for NoAdapter {}
 
-/// A device that can draw.
-pub(super) struct Opened {
-    pub(super) device: ::wgpu::Device,
-    pub(super) queue: ::wgpu::Queue,
-    pub(super) info: ::wgpu::AdapterInfo,
-    pub(super) pipelines: Pipelines,
-}
-
 /// A device on the first adapter that grants one and takes the pipelines, from the fastest kind to software. `WGPU_BACKEND` narrows the choice.
-pub(super) fn open() -> Result<Opened, NoAdapter> {
+pub(super) fn open() -> Result<(Gpu, ::wgpu::AdapterInfo), NoAdapter> {
     let wanted = ::wgpu::Backends::all().with_env();
     let mut found = Vec::new();
     // OpenGL is asked only when nothing else answers: it takes a display, or a driver that does without.
@@ -59,6 +52,7 @@ pub(super) fn open() -> Result<Opened, NoAdapter> {
             let info = adapter.get_info();
             let descriptor = ::wgpu::DeviceDescriptor {
                 label: Some("trimtess"),
+                required_features: adapter.features() & WELCOME,
                 required_limits: ::wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits()),
                 ..::wgpu::DeviceDescriptor::default()
             };
@@ -69,13 +63,9 @@ pub(super) fn open() -> Result<Opened, NoAdapter> {
                     continue;
                 }
             };
-            let validation = device.push_error_scope(::wgpu::ErrorFilter::Validation);
-            let internal = device.push_error_scope(::wgpu::ErrorFilter::Internal);
-            let pipelines = Pipelines::new(&device);
-            let (internal, validation) = (internal.pop(), validation.pop());
-            match pollster::block_on(internal).or(pollster::block_on(validation)) {
-                Some(error) => found.push(format!("{}: {error}", info.name)),
-                None => return Ok(Opened { device, queue, info, pipelines }),
+            match Gpu::new(device, queue, COLOUR_FORMAT) {
+                Ok(gpu) => return Ok((gpu, info)),
+                Err(error) => found.push(format!("{}: {error}", info.name)),
             }
         }
     }

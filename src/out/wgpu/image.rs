@@ -1,5 +1,7 @@
 //! Pixels to a PNG file.
 
+use super::RenderError;
+use super::target::read_back;
 use crate::mesh::SinkError;
 use crate::out::pending::PendingFile;
 use std::io::{self, Write};
@@ -17,6 +19,19 @@ pub struct Image {
 }
 
 impl Image {
+    /// Waits for everything submitted and copies a texture of four bytes a pixel, which must be a copy's source.
+    ///
+    /// # Errors
+    /// When the device fails, or does not copy such textures.
+    pub fn read(
+        device: &::wgpu::Device,
+        queue: &::wgpu::Queue,
+        texture: &::wgpu::Texture,
+    ) -> Result<Self, RenderError> {
+        let ::wgpu::Extent3d { width, height, .. } = texture.size();
+        Ok(Self { width, height, pixels: read_back(device, queue, texture, 4)? })
+    }
+
     /// The pixel `x` from the left, `y` from the top; `None` outside.
     #[must_use]
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {

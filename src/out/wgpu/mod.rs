@@ -1,18 +1,21 @@
-//! A frame to a picture, off screen, on whatever graphics adapter there is; software will do.
+//! Frames to pictures on whatever graphics adapter there is (software will do): scenes that stay on the device, images in memory.
 
 mod options;
 pub use options::{BadColourBy, ColourBy, RenderOptions};
 
 mod palette;
 
-mod chunk;
-
 mod adapter;
 pub use adapter::NoAdapter;
+
+mod gpu;
 
 mod pipelines;
 
 mod target;
+
+mod live;
+pub use live::{BytesHeld, Drew, LiveScene, Picked};
 
 mod renderer;
 pub use renderer::{RenderError, Renderer};

@@ -1,59 +1,72 @@
 //! Numbers to colours that are easily told apart: hues a golden section apart at even lightness (Ottosson's OKLab).
 
 use super::ColourBy;
-use crate::mesh::{Batch, MemorySink, Origin, SceneInstance};
+use crate::mesh::{Batch, Origin};
+use crate::model::Colour;
 use crate::out::colour;
 
 /// An 8-bit sRGB colour and its opacity.
 pub(super) type Srgb = [u8; 4];
 
+/// What stands out: no hue is as strong.
+pub(super) const MARKED: Srgb = [255, 176, 0, 255];
+
 /// Blue to red by way of green, as heat maps have it.
 const RAMP: [[f32; 3]; 5] =
     [[0.23, 0.37, 0.85], [0.20, 0.70, 0.85], [0.42, 0.80, 0.40], [0.95, 0.80, 0.28], [0.85, 0.26, 0.21]];
 
-/// Chooses the colour of each placed batch.
-pub(super) struct Palette<'a> {
+/// What the colour of a tile of an instance may tell.
+pub(super) struct Painted {
+    pub(super) part: u32,
+    /// The face, counted over all instances.
+    pub(super) face: u32,
+    /// The tile within the part.
+    pub(super) tile: u32,
+    pub(super) worker: u32,
+    /// As [`rate`] has it.
+    pub(super) rate: f32,
+    /// The colour that the model gives it.
+    pub(super) own: Option<Colour>,
+}
+
+/// Chooses the colour of each tile of each instance.
+#[derive(Clone, Copy, PartialEq, Default)]
+pub(super) struct Palette {
     by: ColourBy,
-    frame: &'a MemorySink,
-    /// Logarithms of the fewest and the most lattice cells of a tile.
+    /// The lowest and the highest rate.
     rates: (f32, f32),
 }
 
-impl<'a> Palette<'a> {
-    pub(super) fn new(by: ColourBy, frame: &'a MemorySink) -> Self {
+impl Palette {
+    /// For tiles of these rates. Looks at them only where colours tell rates.
+    pub(super) fn new(by: ColourBy, rates: impl Iterator<Item = f32>) -> Self {
         let rates = match by {
-            ColourBy::Rate => frame
-                .batches
-                .iter()
-                .map(rate)
-                .fold((f32::INFINITY, 0.0), |(low, high), rate| (f32::min(low, rate), f32::max(high, rate))),
+            ColourBy::Rate => {
+                rates.fold((f32::INFINITY, 0.0), |(low, high), rate| (f32::min(low, rate), f32::max(high, rate)))
+            }
             _ => (0.0, 0.0),
         };
-        Self { by, frame, rates }
+        Self { by, rates }
     }
 
-    pub(super) fn of(&self, instance: &SceneInstance, batch: &Batch) -> Srgb {
+    pub(super) fn of(&self, painted: &Painted) -> Srgb {
         match self.by {
-            ColourBy::Model => {
-                let part = self.frame.scene.parts.get(batch.part.index());
-                let face = part.and_then(|part| part.face_colours.get(batch.face.index()).copied().flatten());
-                bytes(instance.colour.or(face).unwrap_or(colour::DEFAULT))
-            }
-            ColourBy::Part => hue(batch.part.0),
-            ColourBy::Face => hue(instance.first_face.wrapping_add(batch.face.0)),
+            ColourBy::Model => bytes(painted.own.unwrap_or(colour::DEFAULT)),
+            ColourBy::Part => hue(painted.part),
+            ColourBy::Face => hue(painted.face),
             // Neighbouring parts start at different hues.
-            ColourBy::Tile => hue(batch.tile.0.wrapping_add(batch.part.0.wrapping_mul(7))),
-            ColourBy::Worker => hue(batch.worker),
+            ColourBy::Tile => hue(painted.tile.wrapping_add(painted.part.wrapping_mul(7))),
+            ColourBy::Worker => hue(painted.worker),
             ColourBy::Rate => {
                 let (low, high) = self.rates;
-                ramp(if high > low { (rate(batch) - low) / (high - low) } else { 0.0 })
+                ramp(if high > low { (painted.rate - low) / (high - low) } else { 0.0 })
             }
         }
     }
 }
 
 /// Logarithm of the tile's lattice cells, as far as its vertices tell: lines beyond the trimmed part leave no vertex.
-fn rate(batch: &Batch) -> f32 {
+pub(super) fn rate(batch: &Batch) -> f32 {
     let lines = batch.mesh.origins.iter().filter_map(|origin| match origin {
         Origin::Lattice { i, j } => Some((*i, *j)),
         _ => None,

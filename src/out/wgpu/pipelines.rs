@@ -1,91 +1,147 @@
-//! The shader to pipelines: backdrop, surfaces, wide lines.
+//! The shader to pipelines: backdrop, tiles, their triangles' sides, edges, and what is under a pixel.
 
-use super::chunk::{Segment, Vertex};
-use super::target::{COLOUR_FORMAT, DEPTH_FORMAT, SAMPLES};
-use ::wgpu::{CompareFunction, VertexBufferLayout, VertexStepMode};
+use super::live::{Record, Vertex};
+use super::target::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
+use ::wgpu::{
+    BindGroupLayout, BufferBindingType, ColorTargetState, CompareFunction, ShaderStages, TextureFormat,
+    VertexBufferLayout, VertexStepMode,
+};
 
-/// One layout serves all: the globals are the only binding.
-#[derive(Debug)]
+/// Group 0 is the view's for all of them; lines find their points in another one.
+#[derive(Clone, Debug)]
 pub(super) struct Pipelines {
-    pub(super) bindings: ::wgpu::BindGroupLayout,
+    /// Globals and places.
+    pub(super) view: BindGroupLayout,
+    /// A page of points.
+    pub(super) points: BindGroupLayout,
+    /// A page of vertices and one of indices.
+    pub(super) triangles: BindGroupLayout,
     pub(super) backdrop: ::wgpu::RenderPipeline,
     pub(super) surface: ::wgpu::RenderPipeline,
-    pub(super) line: ::wgpu::RenderPipeline,
+    pub(super) wire: ::wgpu::RenderPipeline,
+    pub(super) edge: ::wgpu::RenderPipeline,
+    pub(super) pick: ::wgpu::RenderPipeline,
+}
+
+/// What distinguishes a pipeline from the others.
+struct Kind<'a> {
+    vertex: &'a str,
+    fragment: &'a str,
+    groups: &'a [Option<&'a BindGroupLayout>],
+    buffers: &'a [Option<VertexBufferLayout<'a>>],
+    depth: CompareFunction,
+    target: ColorTargetState,
+    samples: u32,
 }
 
 impl Pipelines {
-    pub(super) fn new(device: &::wgpu::Device) -> Self {
-        let bindings = device.create_bind_group_layout(&::wgpu::BindGroupLayoutDescriptor {
-            label: Some("globals"),
-            entries: &[::wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: ::wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: ::wgpu::BindingType::Buffer {
-                    ty: ::wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let layout = device.create_pipeline_layout(&::wgpu::PipelineLayoutDescriptor {
-            label: Some("trimtess"),
-            bind_group_layouts: &[Some(&bindings)],
-            immediate_size: 0,
-        });
+    pub(super) fn new(device: &::wgpu::Device, format: TextureFormat) -> Self {
         let shader = device.create_shader_module(::wgpu::ShaderModuleDescriptor {
             label: Some("trimtess"),
             source: ::wgpu::ShaderSource::Wgsl(include_str!("shader.wgsl").into()),
         });
-        let vertex = ::wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Unorm8x4];
+        let read = BufferBindingType::Storage { read_only: true };
+        let view = layout(device, &[BufferBindingType::Uniform, read]);
+        let points = layout(device, &[read]);
+        let triangles = layout(device, &[read, read]);
+        let vertex = ::wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x2];
         let vertex = VertexBufferLayout {
             array_stride: size_of::<Vertex>() as u64,
             step_mode: VertexStepMode::Vertex,
             attributes: &vertex,
         };
-        let segment = ::wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Unorm8x4, 3 => Float32];
-        let segment = VertexBufferLayout {
-            array_stride: size_of::<Segment>() as u64,
+        let record = ::wgpu::vertex_attr_array![2 => Uint32, 3 => Uint32, 4 => Uint32, 5 => Unorm8x4];
+        let record = VertexBufferLayout {
+            array_stride: size_of::<Record>() as u64,
             step_mode: VertexStepMode::Instance,
-            attributes: &segment,
+            attributes: &record,
         };
-        let pipeline = |name: &str, buffers: &[Option<VertexBufferLayout<'_>>], depth: CompareFunction| {
+        let lit = ColorTargetState { blend: Some(::wgpu::BlendState::ALPHA_BLENDING), ..format.into() }; // only lines have alpha
+        let pipeline = |kind: &Kind<'_>| {
+            let layout = device.create_pipeline_layout(&::wgpu::PipelineLayoutDescriptor {
+                label: Some("trimtess"),
+                bind_group_layouts: kind.groups,
+                immediate_size: 0,
+            });
             device.create_render_pipeline(&::wgpu::RenderPipelineDescriptor {
-                label: Some(name),
+                label: Some(kind.vertex),
                 layout: Some(&layout),
                 vertex: ::wgpu::VertexState {
                     module: &shader,
-                    entry_point: Some(&format!("{name}_vertex")),
+                    entry_point: Some(kind.vertex),
                     compilation_options: ::wgpu::PipelineCompilationOptions::default(),
-                    buffers,
+                    buffers: kind.buffers,
                 },
                 primitive: ::wgpu::PrimitiveState::default(), // triangle list, counter-clockwise in front, nothing culled
                 depth_stencil: Some(::wgpu::DepthStencilState {
                     format: DEPTH_FORMAT,
-                    depth_write_enabled: Some(depth == CompareFunction::Greater),
-                    depth_compare: Some(depth),
+                    depth_write_enabled: Some(kind.depth == CompareFunction::Greater),
+                    depth_compare: Some(kind.depth),
                     stencil: ::wgpu::StencilState::default(),
                     bias: ::wgpu::DepthBiasState::default(),
                 }),
-                multisample: ::wgpu::MultisampleState { count: SAMPLES, ..::wgpu::MultisampleState::default() },
+                multisample: ::wgpu::MultisampleState { count: kind.samples, ..::wgpu::MultisampleState::default() },
                 fragment: Some(::wgpu::FragmentState {
                     module: &shader,
-                    entry_point: Some(&format!("{name}_fragment")),
+                    entry_point: Some(kind.fragment),
                     compilation_options: ::wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(::wgpu::ColorTargetState {
-                        blend: Some(::wgpu::BlendState::ALPHA_BLENDING), // only lines have alpha
-                        ..COLOUR_FORMAT.into()
-                    })],
+                    targets: &[Some(kind.target.clone())],
                 }),
                 multiview_mask: None,
                 cache: None,
             })
         };
+        let tiles = [Some(vertex), Some(record.clone())];
+        let surface = Kind {
+            vertex: "surface_vertex",
+            fragment: "surface_fragment",
+            groups: &[Some(&view)],
+            buffers: &tiles,
+            depth: CompareFunction::Greater,
+            target: lit.clone(),
+            samples: SAMPLES,
+        };
+        let line =
+            Kind { fragment: "line_fragment", depth: CompareFunction::GreaterEqual, target: lit.clone(), ..surface };
         Self {
-            backdrop: pipeline("backdrop", &[], CompareFunction::Always),
-            surface: pipeline("surface", &[Some(vertex)], CompareFunction::Greater),
-            line: pipeline("line", &[Some(segment)], CompareFunction::GreaterEqual),
-            bindings,
+            backdrop: pipeline(&Kind {
+                vertex: "backdrop_vertex",
+                fragment: "backdrop_fragment",
+                buffers: &[],
+                depth: CompareFunction::Always,
+                target: lit.clone(),
+                ..surface
+            }),
+            pick: pipeline(&Kind { fragment: "pick_fragment", target: PICK_FORMAT.into(), samples: 1, ..surface }),
+            wire: pipeline(&Kind {
+                vertex: "wire_vertex",
+                groups: &[Some(&view), None, Some(&triangles)],
+                buffers: &[Some(record)],
+                target: lit.clone(),
+                ..line
+            }),
+            edge: pipeline(&Kind {
+                vertex: "edge_vertex",
+                groups: &[Some(&view), Some(&points)],
+                buffers: &[],
+                ..line
+            }),
+            surface: pipeline(&surface),
+            view,
+            points,
+            triangles,
         }
     }
+}
+
+fn layout(device: &::wgpu::Device, types: &[BufferBindingType]) -> BindGroupLayout {
+    let entry = |(binding, &ty): (usize, &BufferBindingType)| ::wgpu::BindGroupLayoutEntry {
+        binding: binding as u32,
+        visibility: ShaderStages::VERTEX
+            | if ty == BufferBindingType::Uniform { ShaderStages::FRAGMENT } else { ShaderStages::NONE },
+        ty: ::wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let entries: Vec<_> = types.iter().enumerate().map(entry).collect();
+    device.create_bind_group_layout(&::wgpu::BindGroupLayoutDescriptor { label: Some("trimtess"), entries: &entries })
 }

@@ -1,48 +1,88 @@
-// Placed, coloured triangles and wide lines to light: a head light, a key light over the left shoulder and a sky.
-// Depth is reversed: 1 at the near plane, 0 at infinity.
+// Tiles and lines, placed, to light: a head light, a key light over the left shoulder and a sky.
+// The world is seen from the eye: places are relative to it. Depth is reversed: 1 at the near plane, 0 at infinity.
 
 struct Globals {
-    clip: mat4x4<f32>,           // scene-centred world to clip
-    eye: vec4<f32>,              // scene-centred
+    clip: mat4x4<f32>,           // world about the eye to clip
     key: vec4<f32>,              // unit, towards the key light
     top: vec4<f32>,              // background, linear
     bottom: vec4<f32>,
+    edge: vec4<f32>,             // pens: red, green, blue (sRGB), alpha
+    wire: vec4<f32>,
     size: vec2<f32>,             // pixels
+    edge_width: f32,             // pixels
+    wire_width: f32,
     near: f32,
     backfaces: f32,              // 1: paint them
 };
 
+// A placed part: about the part's centre to the world about the eye, row by row.
+struct Place {
+    x: vec4<f32>,
+    y: vec4<f32>,
+    z: vec4<f32>,
+};
+
 @group(0) @binding(0) var<uniform> globals: Globals;
+@group(0) @binding(1) var<storage, read> places: array<Place>;
+
+fn placed(place: Place, position: vec3<f32>) -> vec3<f32> {
+    let point = vec4(position, 1.0);
+    return vec3(dot(place.x, point), dot(place.y, point), dot(place.z, point));
+}
+
+// What a tile of an instance is drawn with.
+struct Drawn {
+    @location(2) first_index: u32,    // its top bit: indices have four bytes
+    @location(3) base_vertex: u32,
+    @location(4) place: u32,
+    @location(5) colour: vec4<f32>,
+};
 
 struct Surface {
     @builtin(position) clip: vec4<f32>,
     @location(0) place: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) colour: vec3<f32>,
+    @location(3) @interpolate(flat) mirrored: u32,
+    @location(4) @interpolate(flat) number: u32,
 };
 
 fn linear(srgb: vec3<f32>) -> vec3<f32> {
     return select(pow((srgb + 0.055) / 1.055, vec3(2.4)), srgb / 12.92, srgb <= vec3(0.04045));
 }
 
+// The direction of a point of the octahedron unfolded to a square.
+fn unfolded(square: vec2<f32>) -> vec3<f32> {
+    let z = 1.0 - abs(square.x) - abs(square.y);
+    let below = max(-z, 0.0);
+    return vec3(square - select(vec2(below), vec2(-below), square < vec2(0.0)), z);
+}
+
 @vertex
 fn surface_vertex(
-    @location(0) place: vec3<f32>,
-    @location(1) normal: vec3<f32>,
-    @location(2) colour: vec4<f32>,
+    @location(0) position: vec3<f32>,
+    @location(1) square: vec2<f32>,
+    drawn: Drawn,
+    @builtin(instance_index) number: u32,
 ) -> Surface {
-    return Surface(globals.clip * vec4(place, 1.0), place, normal, linear(colour.rgb));
+    let place = places[drawn.place];
+    let world = placed(place, position);
+    // The cofactors of the placement keep normals normal, and turn them over where it mirrors.
+    let cofactors = mat3x3(cross(place.y.xyz, place.z.xyz), cross(place.z.xyz, place.x.xyz), cross(place.x.xyz, place.y.xyz));
+    let mirrored = dot(place.x.xyz, cofactors[0]) < 0.0;
+    let normal = unfolded(square) * cofactors * select(1.0, -1.0, mirrored);
+    return Surface(globals.clip * vec4(world, 1.0), world, normal, linear(drawn.colour.rgb), u32(mirrored), number);
 }
 
 @fragment
-fn surface_fragment(in: Surface, @builtin(front_facing) front: bool) -> @location(0) vec4<f32> {
-    let to_eye = normalize(globals.eye.xyz - in.place);
+fn surface_fragment(in: Surface, @builtin(front_facing) counter_clockwise: bool) -> @location(0) vec4<f32> {
+    let to_eye = normalize(-in.place);
     var normal = normalize(in.normal);
     if dot(normal, to_eye) < 0.0 {
         normal = -normal;
     }
     var colour = in.colour;
-    if !front && globals.backfaces > 0.5 {
+    if counter_clockwise == (in.mirrored == 1u) && globals.backfaces > 0.5 {
         colour = vec3(0.9, 0.0, 0.6);
     }
     let facing = max(dot(normal, to_eye), 0.0);
@@ -55,6 +95,12 @@ fn surface_fragment(in: Surface, @builtin(front_facing) front: bool) -> @locatio
     return vec4(colour * diffuse + gloss + rim, 1.0);
 }
 
+// What is under a pixel: one more than the number of the draw, and the distance to the eye.
+@fragment
+fn pick_fragment(in: Surface) -> @location(0) vec2<u32> {
+    return vec2(in.number + 1u, bitcast<u32>(length(in.place)));
+}
+
 struct Line {
     @builtin(position) clip: vec4<f32>,
     @location(0) colour: vec4<f32>,
@@ -63,15 +109,8 @@ struct Line {
 // Lines lie on the surface they belong to: they are drawn as if this much nearer to the eye.
 const NEARER: f32 = 1.0008;
 
-// Six vertices per segment: two triangles of a strip of constant width on the screen, with square caps.
-@vertex
-fn line_vertex(
-    @builtin(vertex_index) corner: u32,
-    @location(0) first: vec3<f32>,
-    @location(1) last: vec3<f32>,
-    @location(2) colour: vec4<f32>,
-    @location(3) width: f32,
-) -> Line {
+// One of the six vertices of a segment: two triangles of a strip of constant width on the screen, with square caps.
+fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, width: f32) -> Line {
     var a = globals.clip * vec4(first, 1.0);
     var b = globals.clip * vec4(last, 1.0);
     if max(a.w, b.w) < globals.near {
@@ -98,6 +137,44 @@ fn line_vertex(
     var clip = select(a, b, at_end);
     clip = vec4(clip.xy + offset / half_size * clip.w, clip.z * NEARER, clip.w);
     return Line(clip, vec4(linear(colour.rgb), opacity));
+}
+
+@group(1) @binding(0) var<storage, read> points: array<f32>;
+
+fn point(index: u32) -> vec3<f32> {
+    return vec3(points[3u * index], points[3u * index + 1u], points[3u * index + 2u]);
+}
+
+// Six vertices for each point of a polyline but the last; the instance is the place.
+@vertex
+fn edge_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Line {
+    let place = places[instance];
+    let index = vertex / 6u;
+    return strip(placed(place, point(index)), placed(place, point(index + 1u)), vertex % 6u, globals.edge, globals.edge_width);
+}
+
+@group(2) @binding(0) var<storage, read> vertices: array<vec4<f32>>;
+@group(2) @binding(1) var<storage, read> indices: array<u32>;
+
+fn corner_of(drawn: Drawn, corner: u32) -> vec3<f32> {
+    let at = (drawn.first_index & 0x7fffffffu) + corner;
+    var index = 0u;
+    if drawn.first_index >= 0x80000000u {
+        index = indices[at];
+    } else {
+        index = (indices[at / 2u] >> (16u * (at % 2u))) & 0xffffu;
+    }
+    return placed(places[drawn.place], vertices[drawn.base_vertex + index].xyz);
+}
+
+// Six vertices for each side of each triangle. Triangles side by side both draw the side between them, with half a pen.
+@vertex
+fn wire_vertex(@builtin(vertex_index) vertex: u32, drawn: Drawn) -> Line {
+    let triangle = 3u * (vertex / 18u);
+    let side = (vertex / 6u) % 3u;
+    let first = corner_of(drawn, triangle + side);
+    let last = corner_of(drawn, triangle + (side + 1u) % 3u);
+    return strip(first, last, vertex % 6u, globals.wire, globals.wire_width);
 }
 
 @fragment

@@ -1,82 +1,96 @@
 //! Textures that are drawn to, and their pixels back in memory.
 
-use super::{Image, RenderError};
+use super::RenderError;
+use super::gpu::{Gpu, checked};
+use ::wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
-/// Shaders write linear light; the target encodes and resolves it.
-pub(super) const COLOUR_FORMAT: ::wgpu::TextureFormat = ::wgpu::TextureFormat::Rgba8UnormSrgb;
+/// What pictures are read back from: shaders write linear light; the target encodes and resolves it.
+pub(super) const COLOUR_FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 /// Floating point: with reversed depth its precision lies where perspective needs it.
-pub(super) const DEPTH_FORMAT: ::wgpu::TextureFormat = ::wgpu::TextureFormat::Depth32Float;
+pub(super) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+/// What is under a pixel: a number and a distance.
+pub(super) const PICK_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
 /// What every adapter offers, and enough for smooth edges.
 pub(super) const SAMPLES: u32 = 4;
 
-pub(super) struct Target {
-    size: ::wgpu::Extent3d,
-    resolved: ::wgpu::Texture,
-    pub(super) samples: ::wgpu::TextureView,
-    pub(super) depth: ::wgpu::TextureView,
-    pub(super) image: ::wgpu::TextureView,
+/// A texture of one level.
+pub(super) fn texture(
+    gpu: &Gpu,
+    (width, height): (u32, u32),
+    format: TextureFormat,
+    samples: u32,
+    usage: TextureUsages,
+) -> Texture {
+    gpu.device.create_texture(&::wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: samples,
+        dimension: ::wgpu::TextureDimension::D2,
+        format,
+        usage: TextureUsages::RENDER_ATTACHMENT | usage,
+        view_formats: &[],
+    })
 }
 
-impl Target {
-    pub(super) fn new(device: &::wgpu::Device, width: u32, height: u32) -> Self {
-        let size = ::wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let texture = |format, sample_count, usage| {
-            device.create_texture(&::wgpu::TextureDescriptor {
-                label: Some("picture"),
-                size,
-                mip_level_count: 1,
-                sample_count,
-                dimension: ::wgpu::TextureDimension::D2,
-                format,
-                usage: ::wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
-            })
-        };
-        let view = |texture: &::wgpu::Texture| texture.create_view(&::wgpu::TextureViewDescriptor::default());
-        let resolved = texture(COLOUR_FORMAT, 1, ::wgpu::TextureUsages::COPY_SRC);
-        Self {
-            size,
-            samples: view(&texture(COLOUR_FORMAT, SAMPLES, ::wgpu::TextureUsages::empty())),
-            depth: view(&texture(DEPTH_FORMAT, SAMPLES, ::wgpu::TextureUsages::empty())),
-            image: view(&resolved),
-            resolved,
-        }
-    }
+/// All of a texture.
+pub(super) fn whole(texture: &Texture) -> TextureView {
+    texture.create_view(&::wgpu::TextureViewDescriptor::default())
+}
 
-    /// Waits for everything submitted, then copies the resolved picture.
-    pub(super) fn read_back(&self, device: &::wgpu::Device, queue: &::wgpu::Queue) -> Result<Image, RenderError> {
-        let ::wgpu::Extent3d { width, height, .. } = self.size;
-        let row = 4 * width;
-        let padded = row.next_multiple_of(::wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+/// What a frame is drawn to before its samples are averaged.
+pub(super) struct Samples {
+    pub(super) size: (u32, u32),
+    pub(super) colour: TextureView,
+    pub(super) depth: TextureView,
+}
+
+impl Samples {
+    pub(super) fn new(gpu: &Gpu, size: (u32, u32)) -> Self {
+        let of = |format| whole(&texture(gpu, size, format, SAMPLES, TextureUsages::empty()));
+        Self { size, colour: of(gpu.format), depth: of(DEPTH_FORMAT) }
+    }
+}
+
+/// Waits for everything submitted, then copies a texture's pixels, `bytes` each, row by row from the top.
+pub(super) fn read_back(
+    device: &::wgpu::Device,
+    queue: &::wgpu::Queue,
+    texture: &Texture,
+    bytes: u32,
+) -> Result<Vec<u8>, RenderError> {
+    let Extent3d { width, height, .. } = texture.size();
+    let row = bytes * width;
+    let padded = row.next_multiple_of(::wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = checked(device, |device| {
         let buffer = device.create_buffer(&::wgpu::BufferDescriptor {
             label: Some("pixels"),
             size: u64::from(padded) * u64::from(height),
             usage: ::wgpu::BufferUsages::COPY_DST | ::wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
+        let layout = ::wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
         let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
         encoder.copy_texture_to_buffer(
-            self.resolved.as_image_copy(),
-            ::wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: ::wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None },
-            },
-            self.size,
+            texture.as_image_copy(),
+            ::wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+            texture.size(),
         );
         queue.submit([encoder.finish()]);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        buffer.map_async(::wgpu::MapMode::Read, .., move |result| {
-            // The receiver outlives the wait below.
-            let _ = sender.send(result);
-        });
-        let failed = |cause: &dyn std::fmt::Display| RenderError::Device(cause.to_string());
-        device.poll(::wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
-        receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
-        let rows = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
-        let mut pixels = Vec::with_capacity(row as usize * height as usize);
-        for line in rows.chunks(padded as usize) {
-            pixels.extend_from_slice(&line[..row as usize]);
-        }
-        Ok(Image { width, height, pixels })
+        buffer
+    })?;
+    let (sender, receiver) = std::sync::mpsc::channel();
+    buffer.map_async(::wgpu::MapMode::Read, .., move |result| {
+        // The receiver outlives the wait below.
+        let _ = sender.send(result);
+    });
+    let failed = |cause: &dyn std::fmt::Display| RenderError::Device(cause.to_string());
+    device.poll(::wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
+    receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+    let rows = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
+    let mut pixels = Vec::with_capacity(row as usize * height as usize);
+    for line in rows.chunks(padded as usize) {
+        pixels.extend_from_slice(&line[..row as usize]);
     }
+    Ok(pixels)
 }

@@ -1,0 +1,41 @@
+//! What was picked to lines of text.
+
+use trimtess::mesh::Scene;
+use trimtess::out::wgpu::Picked;
+use trimtess::prepare::Prepared;
+
+/// Names and values of a face, for the panel.
+pub(super) fn facts(picked: &Picked, scene: &Scene, prepared: &Prepared) -> Vec<(&'static str, String)> {
+    let mut rows = Vec::new();
+    let named = |name: Option<&str>, number: usize| match name {
+        Some(name) if !name.is_empty() => format!("{number} {name:?}"),
+        _ => number.to_string(),
+    };
+    let part = picked.part.index();
+    let instance = picked.instance as usize;
+    rows.push(("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)));
+    rows.push(("instance", named(scene.instances.get(instance).map(|placed| placed.name.as_str()), instance)));
+    rows.push(("face", picked.face.index().to_string()));
+    let row = prepared.parts.get(part).and_then(|part| {
+        let row = part.face_rows.get(picked.face.index()).copied().flatten()?;
+        part.faces.get(row as usize)
+    });
+    if let Some(face) = row {
+        rows.push(("surface", face.kind.name().to_owned()));
+        if face.entity != 0 {
+            rows.push(("entity", format!("#{}", face.entity)));
+        }
+        rows.push(("tiles", face.tiles.len().to_string()));
+        let (across, along) = face.patches.counts();
+        rows.push(("Bézier pieces", format!("{across} × {along}")));
+        rows.push(("edge gap", format!("{:.2e} mm", face.gap)));
+        if face.repaired {
+            rows.push(("boundary", "repaired".to_owned()));
+        }
+    }
+    rows.push(("tile", picked.tile.0.to_string()));
+    rows.push(("triangles", format!("{} in the tile", picked.triangles)));
+    let [x, y, z] = picked.point.to_array();
+    rows.push(("point", format!("{x:.3}, {y:.3}, {z:.3}")));
+    rows
+}

@@ -1,0 +1,109 @@
+//! Keys, buttons and sliders to how the model is looked at.
+
+use trimtess::glam::DVec3;
+use trimtess::out::wgpu::{ColourBy, RenderOptions};
+use trimtess::out::{Camera, ViewPoint};
+
+/// What the user has chosen.
+#[derive(Clone, Debug)]
+pub(super) struct Looks {
+    pub(super) camera: Camera,
+    pub(super) colour_by: ColourBy,
+    pub(super) wireframe: bool,
+    pub(super) edges: bool,
+    pub(super) backfaces: bool,
+    /// Pixels.
+    pub(super) deviation: f64,
+    /// Pixels; `None` = no limit.
+    pub(super) size: Option<f64>,
+    pub(super) workers: usize,
+    /// Whether the model turns by itself.
+    pub(super) turning: bool,
+    pub(super) panel: bool,
+}
+
+/// Degrees that a model that turns by itself turns in a frame.
+const TURN: f64 = 0.5;
+
+/// What is done once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Action {
+    /// Sees all of the model from this side.
+    Fit(ViewPoint),
+    /// Sees all of it from the present side.
+    FitHere,
+    /// Forgets what was picked.
+    Unpick,
+}
+
+/// Keys 1 to 7.
+const SIDES: [&str; 7] = ["front", "back", "left", "right", "top", "bottom", "iso"];
+
+/// The view point that a name of [`ViewPoint::NAMED`] means.
+fn side(name: &str) -> Option<ViewPoint> {
+    ViewPoint::NAMED.iter().find(|(known, _)| *known == name).map(|(_, point)| *point)
+}
+
+impl Looks {
+    /// The standard views with their names and keys.
+    pub(super) fn sides() -> impl Iterator<Item = (&'static str, usize, ViewPoint)> {
+        SIDES.iter().enumerate().filter_map(|(index, name)| Some((*name, index + 1, side(name)?)))
+    }
+
+    /// What a picture of so many pixels looks like, seen by `camera`.
+    pub(super) fn options(&self, camera: Camera, size: (u32, u32)) -> RenderOptions {
+        RenderOptions {
+            size,
+            camera: Some(camera),
+            colour_by: self.colour_by,
+            wireframe: self.wireframe,
+            edges: self.edges,
+            backfaces: self.backfaces,
+            ..RenderOptions::DEFAULT
+        }
+    }
+
+    /// Has all of a box in the picture.
+    pub(super) fn fit(&mut self, from: &ViewPoint, bounds: Option<[DVec3; 2]>, aspect: f64) {
+        if let Some(bounds) = bounds {
+            let corner = |k: usize| DVec3::new(bounds[k & 1].x, bounds[k >> 1 & 1].y, bounds[k >> 2].z);
+            self.camera = from.fit((0..8).map(corner), aspect);
+        }
+    }
+
+    /// Turns the model by one frame's angle, if it turns.
+    pub(super) fn turn(&mut self, bounds: Option<[DVec3; 2]>) {
+        if let Some([low, high]) = bounds.filter(|_| self.turning) {
+            self.camera = self.camera.orbited(0.5 * (low + high), TURN.to_radians(), 0.0);
+        }
+    }
+
+    /// What the keys pressed ask for.
+    pub(super) fn keys(&mut self, input: &egui::InputState) -> Vec<Action> {
+        use egui::Key;
+        let mut actions = Vec::new();
+        let toggle = |key, what: &mut bool| *what ^= input.key_pressed(key);
+        toggle(Key::W, &mut self.wireframe);
+        toggle(Key::E, &mut self.edges);
+        toggle(Key::B, &mut self.backfaces);
+        toggle(Key::T, &mut self.turning);
+        toggle(Key::P, &mut self.panel);
+        if input.key_pressed(Key::C) {
+            let now = ColourBy::ALL.iter().position(|(_, by)| *by == self.colour_by).unwrap_or(0);
+            self.colour_by = ColourBy::ALL[(now + 1) % ColourBy::ALL.len()].1;
+        }
+        if input.key_pressed(Key::F) {
+            actions.push(Action::FitHere);
+        }
+        if input.key_pressed(Key::Escape) {
+            actions.push(Action::Unpick);
+        }
+        let digits = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7];
+        for (_, number, from) in Self::sides() {
+            if input.key_pressed(digits[number - 1]) {
+                actions.push(Action::Fit(from));
+            }
+        }
+        actions
+    }
+}

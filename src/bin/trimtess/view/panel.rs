@@ -1,0 +1,157 @@
+//! The panel: choices, what a frame cost, what was picked.
+
+use super::looks::{Action, Looks};
+use egui::{Grid, RichText, Slider, Ui};
+use std::time::Duration;
+use trimtess::out::wgpu::{BytesHeld, ColourBy, Drew};
+
+/// Points.
+pub(super) const WIDTH: f32 = 260.0;
+
+/// What the last frame that changed something cost, by stage.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Costs {
+    pub(super) planned: Duration,
+    pub(super) made: Duration,
+    pub(super) committed: Duration,
+    pub(super) drawn: Duration,
+    /// From one picture of the window to the next.
+    pub(super) between: Duration,
+    pub(super) tiles: usize,
+    pub(super) sent: u64,
+    /// Thread time of the busiest worker, and of all of them.
+    pub(super) workers: Vec<Duration>,
+    pub(super) drew: Drew,
+    pub(super) held: BytesHeld,
+}
+
+/// What is shown, in words.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Told {
+    pub(super) name: String,
+    pub(super) counts: Vec<(&'static str, String)>,
+    pub(super) picked: Vec<(&'static str, String)>,
+    /// What is waited for.
+    pub(super) underway: Option<String>,
+    /// What went wrong.
+    pub(super) trouble: Option<String>,
+    pub(super) costs: Costs,
+}
+
+/// Shows it; returns what is asked for.
+pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &Told) -> Vec<Action> {
+    let mut actions = Vec::new();
+    ui.add_space(4.0);
+    ui.label(RichText::new(&told.name).strong().size(15.0));
+    rows(ui, "counts", &told.counts);
+    if let Some(underway) = &told.underway {
+        ui.label(RichText::new(underway).italics());
+    }
+    if let Some(trouble) = &told.trouble {
+        ui.label(RichText::new(trouble).color(egui::Color32::from_rgb(240, 130, 90)));
+    }
+    ui.separator();
+    ui.horizontal_wrapped(|ui| {
+        for (name, key, from) in Looks::sides() {
+            if ui.button(name).on_hover_text(format!("key {key}")).clicked() {
+                actions.push(Action::Fit(from));
+            }
+        }
+        if ui.button("fit").on_hover_text("key F").clicked() {
+            actions.push(Action::FitHere);
+        }
+    });
+    ui.separator();
+    ui.spacing_mut().item_spacing = egui::vec2(6.0, 3.0);
+    ui.horizontal_wrapped(|ui| {
+        for (name, by) in ColourBy::ALL {
+            ui.selectable_value(&mut looks.colour_by, by, name);
+        }
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.checkbox(&mut looks.wireframe, "wireframe");
+        ui.checkbox(&mut looks.edges, "edges");
+        ui.checkbox(&mut looks.backfaces, "backfaces");
+        ui.checkbox(&mut looks.turning, "turn");
+    });
+    ui.separator();
+    ui.add(Slider::new(&mut looks.deviation, 0.1..=20.0).logarithmic(true).suffix(" px").text("deviation"));
+    let mut limited = looks.size.is_some();
+    ui.checkbox(&mut limited, "limit the size of triangles");
+    if limited {
+        let mut size = looks.size.unwrap_or(24.0);
+        ui.add(Slider::new(&mut size, 2.0..=200.0).logarithmic(true).suffix(" px").text("size"));
+        looks.size = Some(size);
+    } else {
+        looks.size = None;
+    }
+    let most = looks.workers.max(2 * std::thread::available_parallelism().map_or(1, usize::from));
+    ui.add(Slider::new(&mut looks.workers, 1..=most).text("workers"));
+    ui.separator();
+    rows(ui, "costs", &costs(&told.costs));
+    if !told.picked.is_empty() {
+        ui.separator();
+        rows(ui, "picked", &told.picked);
+    }
+    ui.separator();
+    let hint = "drag: turn · right drag: slide · wheel: closer\nclick: what is there · drop a file: show it\nW E B T C P F 1–7 Esc: as the buttons";
+    ui.label(RichText::new(hint).weak().small());
+    actions
+}
+
+/// The table of a frame's costs.
+fn costs(costs: &Costs) -> Vec<(&'static str, String)> {
+    let ms = |time: Duration| format!("{:.2} ms", 1e3 * time.as_secs_f64());
+    let busiest = costs.workers.iter().max().copied().unwrap_or_default();
+    let all: Duration = costs.workers.iter().sum();
+    let mean = all.checked_div(costs.workers.len() as u32).unwrap_or_default();
+    let between = costs.between.as_secs_f64();
+    vec![
+        ("plan", ms(costs.planned)),
+        ("tiles made", format!("{} in {}", costs.tiles, ms(costs.made))),
+        ("busiest worker", ms(busiest)),
+        ("mean worker", ms(mean)),
+        ("commit", ms(costs.committed)),
+        ("draw calls", format!("{} in {}", costs.drew.tiles, ms(costs.drawn))),
+        ("pictures", if between > 0.0 { format!("{:.0} / s", 1.0 / between) } else { "–".to_owned() }),
+        ("triangles", thousands(costs.drew.triangles)),
+        ("sent", bytes(costs.sent + costs.drew.bytes)),
+        ("held", bytes(costs.held.total())),
+    ]
+}
+
+fn rows(ui: &mut Ui, id: &str, rows: &[(&'static str, String)]) {
+    Grid::new(id).num_columns(2).spacing([10.0, 1.0]).min_row_height(0.0).show(ui, |ui| {
+        for (name, value) in rows {
+            ui.label(RichText::new(*name).weak());
+            ui.add(egui::Label::new(value).wrap());
+            ui.end_row();
+        }
+    });
+}
+
+fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&str> =
+        digits.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
+    groups.join(" ")
+}
+
+fn bytes(count: u64) -> String {
+    match count {
+        0..10_000 => format!("{count} B"),
+        10_000..10_000_000 => format!("{:.1} kB", count as f64 / 1e3),
+        _ => format!("{:.1} MB", count as f64 / 1e6),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_and_bytes_have_units() {
+        assert_eq!([0, 999, 1_000, 1_234_567].map(thousands), ["0", "999", "1 000", "1 234 567"]);
+        assert_eq!([17, 12_345, 12_345_678].map(bytes), ["17 B", "12.3 kB", "12.3 MB"]);
+    }
+}

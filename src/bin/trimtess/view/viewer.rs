@@ -1,0 +1,572 @@
+//! Input to the window's next picture: the session is asked for a frame, the scene is drawn, the panel is painted.
+
+use super::facts::facts;
+use super::load::{Loaded, Loader, Loading};
+use super::looks::{Action, Looks};
+use super::paint::{Canvas, PICTURE, Painter};
+use super::panel::{self, Costs, Told};
+use crate::input::Input;
+use crate::render;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trimtess::glam::DVec3;
+use trimtess::out::wgpu::{LiveScene, Picked, RenderOptions};
+use trimtess::out::{Camera, ViewPoint};
+use trimtess::parallel::{FrameError, FrameReport, Session, SessionOptions, WorkerMetrics};
+use trimtess::prepare::Prepared;
+use wgpu::{Texture, TextureFormat, TextureUsages, TextureViewDescriptor};
+
+/// What scenes are drawn into.
+const PICTURE_FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
+
+/// How long a picture waits for workers before it shows the last frame once more.
+const AWAITED: Duration = Duration::from_millis(8);
+
+/// A window's content, with or without a window.
+pub(super) struct Viewer {
+    device: wgpu::Device,
+    egui: egui::Context,
+    painter: Painter,
+    scene: LiveScene,
+    picture: Option<Texture>,
+    loader: Loader,
+    loading: Option<Loading>,
+    model: Option<Model>,
+    pub(super) looks: Looks,
+    told: Told,
+    last: Instant,
+    /// Where the pointer was last while it dragged.
+    hand: Option<egui::Pos2>,
+    /// Whether frames are waited for: pictures of scripts show what was asked for.
+    patient: bool,
+}
+
+/// A model that is shown.
+struct Model {
+    prepared: Arc<Prepared>,
+    session: Session,
+    workers: usize,
+    /// The camera of the frame that the workers are at.
+    underway: Option<Camera>,
+    /// The camera of the last frame.
+    shown: Option<Camera>,
+    /// Whether the last frame has put something off.
+    deferred: bool,
+    picked: Option<Picked>,
+    /// What a drag turns about, or slides along with.
+    pivot: DVec3,
+}
+
+/// What becomes of a picture.
+pub(super) struct Shown {
+    pub(super) platform: egui::PlatformOutput,
+    /// Whether another one is to follow at once.
+    pub(super) again: bool,
+}
+
+impl Viewer {
+    pub(super) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        format: TextureFormat,
+        loader: Loader,
+        looks: Looks,
+    ) -> Result<Self, String> {
+        let scene = LiveScene::new(device, queue, PICTURE_FORMAT).map_err(|error| error.to_string())?;
+        let egui = egui::Context::default();
+        egui.set_visuals(egui::Visuals {
+            weak_text_color: Some(egui::Color32::from_gray(150)),
+            ..egui::Visuals::dark()
+        });
+        Ok(Self {
+            device: device.clone(),
+            egui,
+            painter: Painter::new(device, queue, format),
+            scene,
+            picture: None,
+            loader,
+            loading: None,
+            model: None,
+            looks,
+            told: Told { name: "drop a STEP file here".to_owned(), ..Told::default() },
+            last: Instant::now(),
+            hand: None,
+            patient: false,
+        })
+    }
+
+    pub(super) fn egui(&self) -> &egui::Context {
+        &self.egui
+    }
+
+    /// Starts to read a file; what is shown stays until it has been read.
+    pub(super) fn open(&mut self, input: Input) {
+        self.told.trouble = None;
+        self.loading = Some(self.loader.start(input, &self.session_options()));
+    }
+
+    /// Reads a file now, and waits for frames from now on.
+    pub(super) fn open_now(&mut self, input: &Input, aspect: f64) -> Result<(), String> {
+        self.patient = true;
+        let loaded = self.loader.load(input, &self.session_options())?;
+        self.show(loaded, aspect);
+        Ok(())
+    }
+
+    /// Has all of the model in the scene's picture, from a side.
+    pub(super) fn fit(&mut self, from: &ViewPoint) {
+        let size = self.picture.as_ref().map_or((1, 1), |picture| (picture.width(), picture.height()));
+        if let Some(model) = &self.model {
+            self.looks.fit(from, model.prepared.bounds, f64::from(size.0) / f64::from(size.1));
+        }
+    }
+
+    fn session_options(&self) -> SessionOptions {
+        SessionOptions::DEFAULT.with_workers(self.looks.workers)
+    }
+
+    fn show(&mut self, loaded: Loaded, aspect: f64) {
+        let Loaded { name, prepared, session, seconds } = loaded;
+        let faces: usize = prepared.parts.iter().map(|part| part.faces.len()).sum();
+        self.told = Told {
+            name,
+            counts: vec![
+                ("parts", prepared.parts.len().to_string()),
+                ("instances", prepared.scene.instances.len().to_string()),
+                ("faces", faces.to_string()),
+                ("tiles", prepared.tiles().count().to_string()),
+                ("notes", prepared.diagnostics.len().to_string()),
+                ("read in", format!("{seconds:.2} s")),
+            ],
+            ..Told::default()
+        };
+        let from = self.looks.camera.view_point();
+        self.looks.fit(&from, prepared.bounds, aspect);
+        self.model = Some(Model {
+            workers: session.workers(),
+            pivot: self.looks.camera.target,
+            prepared,
+            session,
+            underway: None,
+            shown: None,
+            deferred: false,
+            picked: None,
+        });
+    }
+
+    /// Makes the window's next picture.
+    pub(super) fn picture(&mut self, input: egui::RawInput, canvas: &Canvas<'_>) -> Result<Shown, String> {
+        self.told.costs.between = self.last.elapsed();
+        self.last = Instant::now();
+        let mut actions = Vec::new();
+        let mut area = egui::Rect::ZERO;
+        let context = self.egui.clone();
+        let output = context.run(input, |context| {
+            if !context.wants_keyboard_input() {
+                actions.extend(context.input(|input| self.looks.keys(input)));
+            }
+            if self.looks.panel {
+                let side = egui::SidePanel::right("panel").resizable(false).exact_width(panel::WIDTH);
+                side.show(context, |ui| {
+                    egui::ScrollArea::vertical().show(ui, |ui| {
+                        actions.extend(panel::panel(ui, &mut self.looks, &self.told));
+                    });
+                });
+            }
+            let frame = egui::CentralPanel::default().frame(egui::Frame::NONE);
+            frame.show(context, |ui| {
+                area = ui.max_rect();
+                let response = ui.allocate_rect(area, egui::Sense::click_and_drag());
+                let whole = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0));
+                ui.painter().image(PICTURE, area, whole, egui::Color32::WHITE);
+                self.hand(ui, &response, canvas.pixels_per_point);
+                self.mark(ui, area, canvas.pixels_per_point);
+            });
+        });
+        let pixels = |points: f32| ((points * canvas.pixels_per_point).round() as u32).max(1);
+        let size = (pixels(area.width()), pixels(area.height()));
+        let aspect = f64::from(size.0) / f64::from(size.1);
+        if let Some(path) = context.input(|input| input.raw.dropped_files.iter().find_map(|file| file.path.clone())) {
+            self.open(Input::File(path));
+        }
+        self.told.underway = None;
+        self.load(aspect);
+        self.act(&actions, aspect);
+        let done = self.advance(size).and_then(|again| self.draw(size).map(|()| again));
+        let again = match done {
+            Ok(again) => again,
+            Err(error) if self.patient => return Err(error),
+            Err(error) => {
+                self.told.trouble = Some(error);
+                false
+            }
+        };
+        let primitives = context.tessellate(output.shapes, output.pixels_per_point);
+        self.painter.paint(canvas, &primitives, &output.textures_delta);
+        let soon = output.viewport_output.values().any(|viewport| viewport.repaint_delay.is_zero());
+        Ok(Shown { platform: output.platform_output, again: again || soon })
+    }
+
+    /// Turns, slides, comes closer, picks.
+    fn hand(&mut self, ui: &egui::Ui, response: &egui::Response, pixels_per_point: f32) {
+        let Some(model) = &mut self.model else { return };
+        let Some(shown) = model.shown else { return };
+        let scale = f64::from(pixels_per_point);
+        let place = |at: egui::Pos2| {
+            let at = (at - response.rect.min) * pixels_per_point;
+            [f64::from(at.x), f64::from(at.y)]
+        };
+        let size = [f64::from(response.rect.width()) * scale, f64::from(response.rect.height()) * scale];
+        let pixels = (size[0].round() as u32, size[1].round() as u32);
+        let options = self.looks.options(shown, pixels);
+        let mut under = |at: egui::Pos2| {
+            let [x, y] = place(at);
+            self.scene.pick((x.max(0.0) as u32, y.max(0.0) as u32), 0, &options).ok().flatten()
+        };
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+            // A slow picture may see the button go down and the hand move at once.
+            let held = response.drag_started() || self.hand.is_none();
+            let start = ui.input(|input| input.pointer.press_origin()).unwrap_or(at);
+            if held {
+                model.pivot = under(start).map_or(self.looks.camera.target, |picked| picked.point);
+            }
+            let moved = at - self.hand.filter(|_| !held).unwrap_or(start);
+            self.hand = Some(at);
+            let sliding = response.dragged_by(egui::PointerButton::Secondary)
+                || response.dragged_by(egui::PointerButton::Middle)
+                || ui.input(|input| input.modifiers.shift);
+            if moved != egui::Vec2::ZERO {
+                let camera = self.looks.camera;
+                self.looks.camera = if sliding {
+                    camera.slid(model.pivot, place(at - moved), place(at), size)
+                } else {
+                    // The picture's height is half a turn.
+                    let angle = |points: f32| std::f64::consts::PI * f64::from(points) * scale / size[1];
+                    camera.orbited(model.pivot, angle(moved.x), -angle(moved.y))
+                };
+            }
+        } else {
+            self.hand = None;
+        }
+        if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
+            model.picked = under(at);
+            self.told.picked =
+                model.picked.map_or(Vec::new(), |picked| facts(&picked, model.session.scene(), &model.prepared));
+        }
+        let turned = ui.input(|input| input.smooth_scroll_delta.y + 200.0 * (input.zoom_delta() - 1.0));
+        if let Some(at) = response.hover_pos().filter(|_| turned != 0.0) {
+            let camera = self.looks.camera;
+            let point = match under(at) {
+                Some(picked) => picked.point,
+                None => camera.at_depth_of(camera.target, place(at), size),
+            };
+            self.looks.camera = camera.approached(point, (-f64::from(turned) / 300.0).exp());
+        }
+    }
+
+    /// Circles the point that was picked.
+    fn mark(&self, ui: &egui::Ui, area: egui::Rect, pixels_per_point: f32) {
+        let Some(model) = &self.model else { return };
+        let (Some(picked), Some(shown)) = (model.picked, model.shown) else { return };
+        let size = [area.width(), area.height()].map(|side| f64::from(side * pixels_per_point));
+        if let Some([x, y]) = shown.pixel_of(picked.point, size) {
+            let at = area.min + egui::vec2(x as f32, y as f32) / pixels_per_point;
+            let pen = |width, colour| egui::Stroke::new(width, colour);
+            ui.painter().circle_stroke(at, 6.0, pen(3.0, egui::Color32::BLACK));
+            ui.painter().circle_stroke(at, 6.0, pen(1.5, egui::Color32::from_rgb(255, 210, 60)));
+        }
+    }
+
+    /// Takes what has been read.
+    fn load(&mut self, aspect: f64) {
+        let Some(loading) = &self.loading else { return };
+        match loading.poll() {
+            None => {
+                let seconds = loading.since.elapsed().as_secs();
+                self.told.underway = Some(format!("reading {} … {seconds} s", loading.name));
+            }
+            Some(Ok(loaded)) => {
+                self.loading = None;
+                self.show(loaded, aspect);
+            }
+            Some(Err(error)) => {
+                self.loading = None;
+                self.told.trouble = Some(error);
+            }
+        }
+    }
+
+    fn act(&mut self, actions: &[Action], aspect: f64) {
+        let Some(model) = &mut self.model else { return };
+        for action in actions {
+            match action {
+                Action::Fit(from) => self.looks.fit(from, model.prepared.bounds, aspect),
+                Action::FitHere => {
+                    let from = self.looks.camera.view_point();
+                    self.looks.fit(&from, model.prepared.bounds, aspect);
+                }
+                Action::Unpick => {
+                    model.picked = None;
+                    self.told.picked.clear();
+                }
+            }
+        }
+        self.looks.turn(model.prepared.bounds);
+    }
+
+    /// Has the session make what the camera asks for; whether another picture is to follow at once.
+    fn advance(&mut self, size: (u32, u32)) -> Result<bool, String> {
+        let waiting = self.loading.is_some();
+        let options = self.session_options();
+        let Some(model) = &mut self.model else { return Ok(waiting) };
+        if model.workers != self.looks.workers {
+            model.session = Session::start(Arc::clone(&model.prepared), &options).map_err(|error| error.to_string())?;
+            (model.workers, model.underway) = (self.looks.workers, None);
+        }
+        let failed = |error: FrameError| error.to_string();
+        let camera = match model.underway {
+            Some(camera) => camera,
+            None => {
+                let view = render::view_of(&self.looks.camera, size, self.looks.deviation, self.looks.size);
+                model.session.begin(&[view]).map_err(failed)?;
+                *model.underway.insert(self.looks.camera)
+            }
+        };
+        // Most frames of a moving camera are made before the next picture would be.
+        let start = Instant::now();
+        while !self.patient && !model.session.is_made() && start.elapsed() < AWAITED {
+            std::thread::sleep(AWAITED / 32);
+        }
+        if self.patient || model.session.is_made() {
+            let report = model.session.finish(&mut self.scene).map_err(failed)?;
+            (model.underway, model.shown, model.deferred) = (None, Some(camera), report.deferred > 0);
+            tell(&mut self.told.costs, &report, self.scene.uploaded());
+        } else if model.shown.is_none() {
+            self.told.underway = Some("tessellating …".to_owned());
+        }
+        let moved = model.shown != Some(self.looks.camera);
+        Ok(waiting || model.underway.is_some() || model.deferred || moved || self.looks.turning)
+    }
+
+    /// Draws the last frame into the window's picture.
+    fn draw(&mut self, size: (u32, u32)) -> Result<(), String> {
+        let extent = wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 };
+        let picture = match self.picture.take().filter(|picture| picture.size() == extent) {
+            Some(picture) => picture,
+            None => {
+                let picture = self.device.create_texture(&wgpu::TextureDescriptor {
+                    label: Some("scene"),
+                    size: extent,
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format: PICTURE_FORMAT,
+                    usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
+                    view_formats: &[],
+                });
+                self.painter.show(&picture);
+                picture
+            }
+        };
+        let picked = self.model.as_ref().and_then(|model| model.picked);
+        self.scene.highlight(picked.map(|picked| (picked.instance, picked.face)));
+        let camera = self.model.as_ref().and_then(|model| model.shown).unwrap_or(self.looks.camera);
+        let options: RenderOptions = self.looks.options(camera, size);
+        let start = Instant::now();
+        let drew = self.scene.draw(&picture.create_view(&TextureViewDescriptor::default()), 0, &options);
+        self.told.costs.drawn = start.elapsed();
+        self.told.costs.drew = drew.map_err(|error| error.to_string())?;
+        self.told.costs.held = self.scene.held();
+        self.picture = Some(picture);
+        Ok(())
+    }
+}
+
+/// Notes what a frame cost. Where nothing changed, the last one that did stays.
+fn tell(costs: &mut Costs, report: &FrameReport, sent: u64) {
+    if report.batches > 0 {
+        (costs.planned, costs.made, costs.committed) = (report.planned_in, report.made_in, report.committed_in);
+        (costs.tiles, costs.sent) = (report.tiles, sent);
+        costs.workers = report.workers.iter().map(WorkerMetrics::busy).collect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Common;
+    use clap::Parser;
+    use std::path::PathBuf;
+    use trimtess::out::wgpu::{ColourBy, Renderer};
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        common: Common,
+    }
+
+    /// A viewer of 400 by 300 points that nobody sees; `None` where nothing can be drawn.
+    fn viewer() -> Option<(Viewer, Renderer, Texture)> {
+        let renderer = Renderer::new().ok()?;
+        let target = renderer.device().create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width: 400, height: 300, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: PICTURE_FORMAT,
+            usage: TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let looks = Looks {
+            camera: ViewPoint::ISO.fit([], 1.0),
+            colour_by: ColourBy::Model,
+            wireframe: false,
+            edges: false,
+            backfaces: false,
+            deviation: 0.5,
+            size: None,
+            workers: 1,
+            turning: false,
+            panel: true,
+        };
+        let loader = Loader::new(&Line::parse_from(["trimtess"]).common);
+        let viewer = Viewer::new(renderer.device(), renderer.queue(), PICTURE_FORMAT, loader, looks);
+        Some((viewer.unwrap_or_else(|error| panic!("{error}")), renderer, target))
+    }
+
+    fn step(
+        viewer: &mut Viewer,
+        target: &Texture,
+        time: &mut f64,
+        events: Vec<egui::Event>,
+        dropped: &[&str],
+    ) -> Shown {
+        *time += 0.1;
+        let file = |path: &&str| egui::DroppedFile { path: Some(PathBuf::from(path)), ..egui::DroppedFile::default() };
+        let input = egui::RawInput {
+            screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(400.0, 300.0))),
+            time: Some(*time),
+            events,
+            dropped_files: dropped.iter().map(file).collect(),
+            ..egui::RawInput::default()
+        };
+        let view = target.create_view(&TextureViewDescriptor::default());
+        let canvas = Canvas { target: &view, size: (400, 300), pixels_per_point: 1.0 };
+        viewer.picture(input, &canvas).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// Steps until nothing is left to do.
+    fn settle(viewer: &mut Viewer, target: &Texture, time: &mut f64) {
+        let start = Instant::now();
+        while step(viewer, target, time, Vec::new(), &[]).again {
+            assert!(start.elapsed() < Duration::from_secs(60), "{:?}", viewer.told);
+        }
+    }
+
+    #[test]
+    fn files_are_dropped_and_troubles_told_while_the_last_model_stays() {
+        let Some((mut viewer, _renderer, target)) = viewer() else { return };
+        let mut time = 0.0;
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!(viewer.told.costs.drew.triangles, 0);
+        viewer.open(Input::Builtin("torus".to_owned()));
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!(viewer.told.name, "builtin:torus");
+        let drawn = viewer.told.costs.drew.triangles;
+        assert!(drawn > 100);
+        step(&mut viewer, &target, &mut time, Vec::new(), &["no such file.step"]);
+        settle(&mut viewer, &target, &mut time);
+        let trouble = viewer.told.trouble.clone().unwrap_or_default();
+        assert!(trouble.contains("no such file"), "{trouble}");
+        assert_eq!((viewer.told.name.as_str(), viewer.told.costs.drew.triangles), ("builtin:torus", drawn));
+        let cube = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/red_cube_blue_cylinder.step");
+        step(&mut viewer, &target, &mut time, Vec::new(), &[cube]);
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!((viewer.told.name.as_str(), &viewer.told.trouble), ("red_cube_blue_cylinder.step", &None));
+    }
+
+    #[test]
+    fn hands_turn_slide_come_closer_and_pick() {
+        let Some((mut viewer, _renderer, target)) = viewer() else { return };
+        let mut time = 0.0;
+        viewer.open(Input::Builtin("box".to_owned()));
+        viewer.looks.panel = false;
+        settle(&mut viewer, &target, &mut time);
+        let start = viewer.looks.camera;
+        let at = egui::pos2(200.0, 150.0);
+        let button = |pos, button, pressed| egui::Event::PointerButton {
+            pos,
+            button,
+            pressed,
+            modifiers: egui::Modifiers::NONE,
+        };
+        let mut drag = |viewer: &mut Viewer, which| {
+            let to = at + egui::vec2(40.0, 0.0);
+            for events in [
+                vec![egui::Event::PointerMoved(at)],
+                vec![button(at, which, true)],
+                vec![egui::Event::PointerMoved(to)],
+                vec![button(to, which, false)],
+            ] {
+                step(viewer, &target, &mut time, events, &[]);
+            }
+            settle(viewer, &target, &mut time);
+            viewer.looks.camera
+        };
+        let turned = drag(&mut viewer, egui::PointerButton::Primary);
+        assert!((turned.view_point().yaw - start.view_point().yaw + 24.0).abs() < 0.5, "{:?}", turned.view_point());
+        let slid = drag(&mut viewer, egui::PointerButton::Secondary);
+        assert!(slid.view_point().yaw - turned.view_point().yaw < 1e-6 && slid.eye.distance(turned.eye) > 0.1);
+        assert!(viewer.told.picked.is_empty(), "a drag is no click");
+
+        for events in [
+            vec![egui::Event::PointerMoved(at)],
+            vec![button(at, egui::PointerButton::Primary, true)],
+            vec![button(at, egui::PointerButton::Primary, false)],
+        ] {
+            step(&mut viewer, &target, &mut time, events, &[]);
+        }
+        assert!(viewer.told.picked.contains(&("surface", "plane".to_owned())), "{:?}", viewer.told.picked);
+        let wheel = egui::Event::MouseWheel {
+            unit: egui::MouseWheelUnit::Point,
+            delta: egui::vec2(0.0, 100.0),
+            modifiers: egui::Modifiers::NONE,
+        };
+        step(&mut viewer, &target, &mut time, vec![wheel], &[]);
+        (0..10).for_each(|_| drop(step(&mut viewer, &target, &mut time, Vec::new(), &[])));
+        let closer = viewer.looks.camera;
+        assert!(closer.eye.distance(closer.target) < 0.9 * slid.eye.distance(slid.target));
+
+        let key = |key| egui::Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: egui::Modifiers::NONE,
+        };
+        step(
+            &mut viewer,
+            &target,
+            &mut time,
+            vec![key(egui::Key::Num5), key(egui::Key::W), key(egui::Key::Escape)],
+            &[],
+        );
+        settle(&mut viewer, &target, &mut time);
+        assert!(viewer.looks.wireframe && viewer.told.picked.is_empty());
+        assert!((viewer.looks.camera.view_point().pitch - 90.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn other_workers_start_anew() {
+        let Some((mut viewer, _renderer, target)) = viewer() else { return };
+        let mut time = 0.0;
+        viewer.open(Input::Builtin("washer".to_owned()));
+        settle(&mut viewer, &target, &mut time);
+        let triangles = viewer.told.costs.drew.triangles;
+        viewer.looks.workers = 3;
+        settle(&mut viewer, &target, &mut time);
+        assert_eq!(viewer.model.as_ref().map(|model| model.session.workers()), Some(3));
+        assert_eq!(viewer.told.costs.drew.triangles, triangles);
+    }
+}

@@ -1,0 +1,162 @@
+//! A camera and a movement of the hand to the camera after it: turning, sliding and coming closer, about points that stay where they are
+//! in the picture.
+
+use super::{Camera, ViewPoint};
+use glam::{DQuat, DVec3};
+use std::f64::consts::FRAC_PI_2;
+
+impl Camera {
+    /// What is right, what is up and what is towards the eye in the picture, of length 1 each.
+    #[must_use]
+    pub fn axes(&self) -> [DVec3; 3] {
+        let back = (self.eye - self.target).normalize_or(DVec3::NEG_Y);
+        let right = self.up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
+        [right, back.cross(right), back]
+    }
+
+    /// From which side it looks, with the distance 1: what [`ViewPoint::fit`] takes.
+    #[must_use]
+    pub fn view_point(&self) -> ViewPoint {
+        let [right, _, back] = self.axes();
+        ViewPoint {
+            yaw: right.y.atan2(right.x).to_degrees(),
+            pitch: back.z.clamp(-1.0, 1.0).asin().to_degrees(),
+            distance: 1.0,
+        }
+    }
+
+    /// Turned by radians about the vertical through `pivot`, as if the scene went round counter-clockwise seen from above, and then about
+    /// the picture's horizontal through it: upwards shows more of what is below. It stops where it looks straight up or down,
+    /// and the horizon stays level if it was.
+    #[must_use]
+    pub fn orbited(&self, pivot: DVec3, round: f64, upwards: f64) -> Self {
+        let [right, up, back] = self.axes();
+        // With the head down, "up to the pole" is the other way round; a level camera's head is never down.
+        let pitch = back.z.clamp(-1.0, 1.0).asin();
+        let tilt = if up.z < 0.0 { upwards } else { (pitch - upwards).clamp(-FRAC_PI_2, FRAC_PI_2) - pitch };
+        let turn = DQuat::from_rotation_z(-round) * DQuat::from_axis_angle(right, -tilt);
+        let about = |point: DVec3| pivot + turn * (point - pivot);
+        Self { eye: about(self.eye), target: about(self.target), up: turn * up, ..*self }
+    }
+
+    /// Slid sideways, so that the point at the depth of `pivot` that was seen at `from` is seen at `to`: pixels from the upper left corner of
+    /// a picture of `size` pixels.
+    #[must_use]
+    pub fn slid(&self, pivot: DVec3, from: [f64; 2], to: [f64; 2], size: [f64; 2]) -> Self {
+        let shift = self.at_depth_of(pivot, from, size) - self.at_depth_of(pivot, to, size);
+        Self { eye: self.eye + shift, target: self.target + shift, ..*self }
+    }
+
+    /// With the distances to `point` multiplied by `factor`, above 0: the point stays where it is in the picture.
+    #[must_use]
+    pub fn approached(&self, point: DVec3, factor: f64) -> Self {
+        let nearer = |place: DVec3| point + factor * (place - point);
+        Self { eye: nearer(self.eye), target: nearer(self.target), ..*self }
+    }
+
+    /// The point seen at a place of the picture, in pixels from the upper left corner, that is as deep as `pivot`; as deep as the target
+    /// where the pivot is beside the eye or behind it.
+    #[must_use]
+    pub fn at_depth_of(&self, pivot: DVec3, at: [f64; 2], size: [f64; 2]) -> DVec3 {
+        let [.., back] = self.axes();
+        let depth = |point: DVec3| (self.eye - point).dot(back);
+        let wanted = if depth(pivot) > 0.0 { depth(pivot) } else { depth(self.target) };
+        let direction = self.direction(at, size);
+        self.eye + direction * (wanted / -direction.dot(back))
+    }
+
+    /// Where a point is seen, in pixels from the upper left corner of a picture of `size` pixels; `None` from behind.
+    #[must_use]
+    pub fn pixel_of(&self, point: DVec3, [width, height]: [f64; 2]) -> Option<[f64; 2]> {
+        let [right, up, back] = self.axes();
+        let depth = (self.eye - point).dot(back);
+        let focal = 0.5 * height / (0.5 * self.fov_y).tan() / depth;
+        let beside = |axis: DVec3| focal * (point - self.eye).dot(axis);
+        (depth > 0.0).then(|| [0.5 * width + beside(right), 0.5 * height - beside(up)])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [f64; 2] = [800.0, 600.0];
+
+    fn camera(yaw: f64, pitch: f64) -> Camera {
+        let corners = (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)) * 100.0);
+        ViewPoint { yaw, pitch, distance: 1.0 }.fit(corners, SIZE[0] / SIZE[1])
+    }
+
+    fn pixel(camera: &Camera, point: DVec3) -> [f64; 2] {
+        camera.pixel_of(point, SIZE).unwrap_or_else(|| panic!("{point} is behind {camera:?}"))
+    }
+
+    fn near(a: [f64; 2], b: [f64; 2]) -> bool {
+        (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-6
+    }
+
+    #[test]
+    fn pixels_and_directions_are_each_others_inverse() {
+        let camera = camera(30.0, 20.0);
+        for at in [[0.0, 0.0], [400.0, 300.0], [799.0, 13.0]] {
+            let point = camera.eye + 77.0 * camera.direction(at, SIZE);
+            assert!(near(pixel(&camera, point), at), "{at:?}");
+            assert!(near(pixel(&camera, camera.at_depth_of(DVec3::splat(50.0), at, SIZE)), at));
+        }
+        assert_eq!(camera.pixel_of(camera.eye + camera.axes()[2], SIZE), None);
+        let centre = camera.ray((399, 299), (800, 600)) + camera.ray((400, 300), (800, 600));
+        assert!((centre.normalize() + camera.axes()[2]).length() < 1e-12);
+    }
+
+    #[test]
+    fn a_camera_knows_where_it_looks_from() {
+        for (yaw, pitch) in [(0.0, 0.0), (45.0, 35.0), (-90.0, 0.0), (170.0, -60.0), (30.0, 90.0), (-20.0, -90.0)] {
+            let back = camera(yaw, pitch).view_point();
+            assert!((back.yaw - yaw).abs() < 1e-9 && (back.pitch - pitch).abs() < 1e-5, "{back:?}");
+        }
+    }
+
+    #[test]
+    fn orbiting_keeps_the_pivot_and_the_horizon() {
+        let start = camera(30.0, 20.0);
+        let pivot = DVec3::new(90.0, 10.0, 70.0);
+        let mut camera = start;
+        for k in 0..200 {
+            camera = camera.orbited(pivot, 0.1, if k < 60 { 0.07 } else { -0.05 });
+            assert!((camera.eye.distance(pivot) - start.eye.distance(pivot)).abs() < 1e-6);
+            assert!(camera.axes()[0].z.abs() < 1e-9, "the horizon is level");
+            assert!(camera.axes()[1].z > -1e-9, "the head is up");
+        }
+        let around = start.orbited(pivot, std::f64::consts::TAU, 0.0);
+        assert!(around.eye.distance(start.eye) < 1e-9);
+        assert!((start.orbited(pivot, 0.0, -9.0).view_point().pitch - 90.0).abs() < 1e-5, "it stops above");
+        // The scene follows the hand: to the right and down.
+        let seen = pixel(&start, DVec3::new(50.0, 0.0, 50.0));
+        let centre = DVec3::splat(50.0);
+        assert!(pixel(&start.orbited(centre, 0.1, 0.0), DVec3::new(50.0, 0.0, 50.0))[0] > seen[0]);
+        assert!(pixel(&start.orbited(centre, 0.0, -0.1), DVec3::new(50.0, 0.0, 50.0))[1] > seen[1]);
+    }
+
+    #[test]
+    fn sliding_takes_the_point_along() {
+        let camera = camera(-20.0, 40.0);
+        let point = DVec3::new(100.0, 0.0, 100.0);
+        let from = pixel(&camera, point);
+        let to = [from[0] + 123.0, from[1] - 45.0];
+        let slid = camera.slid(point, from, to, SIZE);
+        assert!(near(pixel(&slid, point), to));
+        assert!((slid.axes()[2] - camera.axes()[2]).length() < 1e-12);
+        let behind = camera.slid(camera.eye + camera.axes()[2], from, to, SIZE);
+        assert!(near(pixel(&behind, camera.target), [400.0 + 123.0, 300.0 - 45.0]));
+    }
+
+    #[test]
+    fn approaching_keeps_the_point_in_its_place() {
+        let camera = camera(60.0, -10.0);
+        let point = DVec3::new(100.0, 100.0, 0.0);
+        let closer = camera.approached(point, 0.25);
+        assert!(near(pixel(&closer, point), pixel(&camera, point)));
+        assert!((closer.eye.distance(point) - 0.25 * camera.eye.distance(point)).abs() < 1e-9);
+        assert!((closer.axes()[2] - camera.axes()[2]).length() < 1e-12);
+    }
+}

@@ -1,0 +1,109 @@
+//! Tiles to bytes: 16 a vertex (octahedral normals, Meyer et al.), 2 an index where a tile has no more than 65536 vertices.
+
+use crate::mesh::PatchMesh;
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec2, Vec3};
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(in super::super) struct Vertex {
+    /// Relative to the part's centre, millimetres.
+    pub(in super::super) position: [f32; 3],
+    /// On the octahedron unfolded to a square, -32767 to 32767.
+    pub(in super::super) normal: [i16; 2],
+}
+
+/// Bytes of a tile, in memory that is used again.
+#[derive(Default)]
+pub(super) struct Encoded {
+    pub(super) vertices: Vec<Vertex>,
+    /// Two indices of two bytes in each, the first in the lower half, the last one's upper half possibly unused; or one of four bytes.
+    pub(super) indices: Vec<u32>,
+    pub(super) triangles: u32,
+    /// Whether indices have four bytes.
+    pub(super) wide: bool,
+}
+
+impl Encoded {
+    /// Replaces what was there. Triangles that name a missing vertex are passed over.
+    pub(super) fn tile(&mut self, mesh: &PatchMesh, centre: DVec3) {
+        let count = mesh.positions.len();
+        self.vertices.clear();
+        self.vertices.extend(mesh.positions.iter().enumerate().map(|(index, &position)| Vertex {
+            position: (position - centre).as_vec3().to_array(),
+            normal: octahedral(mesh.normals.get(index).copied().unwrap_or_default()),
+        }));
+        self.indices.clear();
+        self.wide = count > 1 << 16;
+        let sound = mesh.triangles.iter().filter(|corners| corners.iter().all(|&corner| (corner as usize) < count));
+        let mut corners = sound.flatten().copied();
+        if self.wide {
+            self.indices.extend(corners);
+            self.triangles = (self.indices.len() / 3) as u32;
+            return;
+        }
+        let mut written = 0;
+        while let Some(low) = corners.next() {
+            let high = corners.next();
+            written += 1 + u32::from(high.is_some());
+            self.indices.push(low | high.unwrap_or(0) << 16);
+        }
+        self.triangles = written / 3;
+    }
+}
+
+/// A direction in four bytes, off by less than 0.01 degrees; +z for no direction.
+fn octahedral(normal: Vec3) -> [i16; 2] {
+    let sum = normal.abs().element_sum();
+    let unfolded = match sum > 0.0 && sum.is_finite() {
+        false => Vec2::ZERO,
+        true if normal.z >= 0.0 => normal.truncate() / sum,
+        true => (Vec2::ONE - Vec2::new(normal.y, normal.x).abs() / sum) * normal.truncate().map(|x| 1_f32.copysign(x)),
+    };
+    unfolded.to_array().map(|x| (x * 32_767.0).round() as i16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As the shader does it.
+    fn unfold([x, y]: [i16; 2]) -> Vec3 {
+        let (x, y) = (f32::from(x) / 32_767.0, f32::from(y) / 32_767.0);
+        let z = 1.0 - x.abs() - y.abs();
+        let below = (-z).max(0.0);
+        Vec3::new(x - below.copysign(x), y - below.copysign(y), z).normalize()
+    }
+
+    #[test]
+    fn normals_survive_four_bytes() {
+        for k in 0..10_000_u32 {
+            let turn = k as f32 * 2.399_963;
+            let z = 1.0 - 2.0 * (k as f32 + 0.5) / 10_000.0;
+            let normal = Vec3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z);
+            assert!(unfold(octahedral(normal)).angle_between(normal).to_degrees() < 0.05, "{normal}");
+            assert!(unfold(octahedral(normal)).distance(normal) < 1.6e-4, "{normal}");
+        }
+        for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
+            assert_eq!(unfold(octahedral(axis)), axis);
+        }
+        assert_eq!(octahedral(Vec3::ZERO), octahedral(Vec3::Z));
+        assert_eq!(octahedral(Vec3::NAN), octahedral(Vec3::Z));
+    }
+
+    #[test]
+    fn indices_come_in_pairs_and_bad_ones_are_passed_over() {
+        let mut encoded = Encoded::default();
+        let mut mesh = PatchMesh { positions: vec![DVec3::ONE; 4], ..PatchMesh::default() };
+        mesh.triangles = vec![[0, 1, 2], [1, 2, 4], [3, 2, 1], [0, 2, 3]];
+        encoded.tile(&mesh, DVec3::ONE);
+        assert_eq!((encoded.triangles, encoded.wide, encoded.vertices.len()), (3, false, 4));
+        assert_eq!(encoded.indices, [0x1_0000, 0x3_0002, 0x1_0002, 0x2_0000, 3]);
+        assert_eq!(encoded.vertices[0].position, [0.0; 3]);
+        mesh.positions = vec![DVec3::ONE; (1 << 16) + 1];
+        mesh.triangles = vec![[0, 1, 1 << 16]];
+        encoded.tile(&mesh, DVec3::ZERO);
+        assert_eq!((&encoded.indices[..], encoded.triangles, encoded.wide), (&[0, 1, 1 << 16][..], 1, true));
+        assert_eq!(size_of::<Vertex>(), 16);
+    }
+}

@@ -1,0 +1,145 @@
+//! Units asked for to ranges of buffers: pages that are never moved, sub-allocated by Aaltonen's two-level bins.
+
+use super::super::RenderError;
+use super::super::gpu::Gpu;
+use ::wgpu::{Buffer, BufferDescriptor, BufferUsages};
+use offset_allocator::{Allocation, Allocator};
+
+/// A range of a page, in units.
+#[derive(Clone, Copy)]
+pub(super) struct Range {
+    pub(super) page: u32,
+    allocation: Allocation,
+}
+
+impl Range {
+    /// Its first unit within the page.
+    pub(super) fn start(&self) -> u32 {
+        self.allocation.offset
+    }
+}
+
+struct Page {
+    buffer: Buffer,
+    bytes: u64,
+    allocator: Allocator,
+    /// Ranges given out.
+    ranges: usize,
+}
+
+/// Buffers for one kind of content. Growing adds a page and touches no other; each new page is half as large as all before
+/// it together, within bounds, so that there are few and little of them is spare.
+pub(super) struct Pages {
+    label: &'static str,
+    usage: BufferUsages,
+    unit: u64,
+    /// Units of the first page.
+    first: u32,
+    /// Units for which there is one range at most: what the allocator keeps for each would weigh more than what is lost.
+    per_range: u32,
+    pages: Vec<Option<Page>>,
+}
+
+/// No page is larger, unless for a single range: as far as a shader may look into a buffer on every adapter.
+const MOST_BYTES: u64 = 64 << 20;
+
+impl Pages {
+    /// Nothing yet. `unit` in bytes, a multiple of 4.
+    pub(super) fn new(label: &'static str, usage: BufferUsages, unit: u64, first: u32, per_range: u32) -> Self {
+        Self { label, usage: usage | BufferUsages::COPY_DST, unit, first, per_range, pages: Vec::new() }
+    }
+
+    /// A range of `units`, above 0, that no one else has. Contents are whatever was there.
+    pub(super) fn allocate(&mut self, gpu: &Gpu, units: u32) -> Result<Range, RenderError> {
+        for (number, page) in self.pages.iter_mut().enumerate() {
+            let Some(page) = page else { continue };
+            if let Some(allocation) = page.allocator.allocate(units) {
+                page.ranges += 1;
+                return Ok(Range { page: number as u32, allocation });
+            }
+        }
+        let most = (MOST_BYTES / self.unit) as u32;
+        let half = (self.bytes() / self.unit / 2).min(u64::from(most)) as u32;
+        let size = findable(half.clamp(self.first, most).max(units));
+        let bytes = u64::from(size) * self.unit;
+        let limits = gpu.device.limits();
+        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        let too_large = || RenderError::Device(format!("{} of {bytes} bytes; the device takes {limit}", self.label));
+        if bytes > limit {
+            return Err(too_large());
+        }
+        let buffer = gpu.checked(|device| {
+            device.create_buffer(&BufferDescriptor {
+                label: Some(self.label),
+                size: bytes,
+                usage: self.usage,
+                mapped_at_creation: false,
+            })
+        })?;
+        let mut allocator = Allocator::with_max_allocs(size, (size / self.per_range).max(64));
+        let allocation = allocator.allocate(units).ok_or_else(too_large)?;
+        let page = Some(Page { buffer, bytes, allocator, ranges: 1 });
+        let number = self.pages.iter().position(Option::is_none).unwrap_or_else(|| {
+            self.pages.push(None);
+            self.pages.len() - 1
+        });
+        self.pages[number] = page;
+        Ok(Range { page: number as u32, allocation })
+    }
+
+    /// Takes a range back. The device executes in order: what was submitted still finds what it drew from. Of the pages that
+    /// are empty one stays, so that a scene that grows and shrinks by a little does not make and drop pages.
+    pub(super) fn free(&mut self, range: Range) {
+        if let Some(page) = &mut self.pages[range.page as usize] {
+            page.allocator.free(range.allocation);
+            page.ranges -= 1;
+            if page.ranges > 0 {
+                return;
+            }
+        }
+        let is_empty = |page: &Option<Page>| page.as_ref().is_some_and(|page| page.ranges == 0);
+        if self.pages.iter().filter(|page| is_empty(page)).count() > 1 {
+            self.pages[range.page as usize] = None;
+        }
+    }
+
+    /// The buffer that a range is in.
+    pub(super) fn buffer(&self, page: u32) -> &Buffer {
+        &self.pages[page as usize].as_ref().expect("a page with ranges is there").buffer
+    }
+
+    /// Where a range starts in its buffer.
+    pub(super) fn offset(&self, range: &Range) -> u64 {
+        u64::from(range.start()) * self.unit
+    }
+
+    /// Bytes of all pages.
+    pub(super) fn bytes(&self) -> u64 {
+        self.pages.iter().flatten().map(|page| page.bytes).sum()
+    }
+
+    /// How many pages there are.
+    pub(super) fn count(&self) -> usize {
+        self.pages.iter().flatten().count()
+    }
+}
+
+/// The next number of four leading bits, as the allocator's bins are: of such a size a page can be given out whole.
+fn findable(units: u32) -> u32 {
+    let shift = units.checked_ilog2().unwrap_or(0).saturating_sub(3);
+    (units.div_ceil(1 << shift)) << shift
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_of_any_size_can_be_given_out_whole() {
+        for units in (1..5_000).chain([65_537, 1_000_003, 4_194_304, 16_000_001]) {
+            let size = findable(units);
+            assert!(size >= units && size <= units + units / 8 + 1, "{units} {size}");
+            assert!(Allocator::<u32>::with_max_allocs(size, 64).allocate(size).is_some(), "{units} {size}");
+        }
+    }
+}

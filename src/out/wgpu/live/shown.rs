@@ -1,0 +1,117 @@
+//! A scene's description to what drawing needs of it: parts with their tiles, instances sorted by part.
+
+use super::store::{Line, Tile};
+use crate::mesh::{Drawn, Scene};
+use crate::model::Colour;
+use glam::{DAffine3, DVec3};
+use std::ops::Range;
+
+/// A part and what of it is on the device.
+#[derive(Default)]
+pub(super) struct Part {
+    /// Its number in the model: several meshes of one part have the same.
+    pub(super) number: u32,
+    /// Positions are relative to it.
+    pub(super) centre: DVec3,
+    radius: f64,
+    pub(super) face_colours: Vec<Option<Colour>>,
+    /// By number; those without triangles are `None`.
+    pub(super) tiles: Vec<Option<Tile>>,
+    /// By number of the edge.
+    pub(super) lines: Vec<Option<Line>>,
+    /// Its instances within [`Shown::places`].
+    pub(super) places: Range<u32>,
+}
+
+/// An instance.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    /// Its number in the scene.
+    pub(super) instance: u32,
+    pub(super) part: u32,
+    pub(super) transform: DAffine3,
+    pub(super) colour: Option<Colour>,
+    pub(super) first_face: u32,
+}
+
+impl Place {
+    /// Whether this one's tiles are coloured, and counted, as the other's.
+    pub(super) fn looks_like(&self, other: &Self) -> bool {
+        (self.instance, self.part, self.colour, self.first_face)
+            == (other.instance, other.part, other.colour, other.first_face)
+    }
+}
+
+/// The frame that is drawn.
+#[derive(Default)]
+pub(super) struct Shown {
+    pub(super) parts: Vec<Part>,
+    /// Instances of parts that there are, sorted by part.
+    pub(super) places: Vec<Place>,
+    pub(super) drawn: Drawn,
+    /// Centre and half diagonal of the box of all [`corners`](Self::corners).
+    pub(super) extent: (DVec3, f64),
+}
+
+impl Shown {
+    /// The parts of a scene, without anything in them, and its instances.
+    pub(super) fn of(scene: &Scene) -> Self {
+        let parts = scene.parts.iter().enumerate().map(|(row, part)| Part {
+            number: part.mesh_of.map_or(row as u32, |of| of.0),
+            centre: part.centre,
+            radius: part.radius,
+            face_colours: part.face_colours.clone(),
+            ..Part::default()
+        });
+        let mut shown = Self { parts: parts.collect(), ..Self::default() };
+        let places = shown.places_of(scene);
+        shown.place(places);
+        shown
+    }
+
+    /// The instances of a scene that has the same parts.
+    pub(super) fn places_of(&self, scene: &Scene) -> Vec<Place> {
+        let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| Place {
+            instance: number as u32,
+            part: instance.part,
+            transform: instance.transform,
+            colour: instance.colour,
+            first_face: instance.first_face,
+        };
+        let mut places: Vec<Place> = scene.instances.iter().enumerate().map(place).collect();
+        places.retain(|place| (place.part as usize) < self.parts.len());
+        places.sort_by_key(|place| place.part);
+        places
+    }
+
+    /// Puts instances in place of those that there were.
+    pub(super) fn place(&mut self, places: Vec<Place>) {
+        self.places = places;
+        let mut end = 0;
+        for (number, part) in self.parts.iter_mut().enumerate() {
+            let start = end;
+            end +=
+                self.places[start as usize..].iter().take_while(|place| place.part as usize == number).count() as u32;
+            part.places = start..end;
+        }
+        let outside = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = self.corners().fold(outside, |(low, high), point| (low.min(point), high.max(point)));
+        self.extent =
+            if low.x <= high.x { (0.5 * (low + high), 0.5 * (high - low).length()) } else { (DVec3::ZERO, 0.0) };
+    }
+
+    /// All tiles that have triangles.
+    pub(super) fn tiles(&self) -> impl Iterator<Item = &Tile> {
+        self.parts.iter().flat_map(|part| part.tiles.iter().flatten())
+    }
+
+    /// The corners of a box around each instance, world: all of it is within them.
+    pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.places.iter().flat_map(|place| {
+            let (centre, radius) = (self.parts[place.part as usize].centre, self.parts[place.part as usize].radius);
+            let corner =
+                move |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { radius } else { -radius }));
+            (0..8).map(move |k| place.transform.transform_point3(centre + corner(k)))
+        })
+    }
+}

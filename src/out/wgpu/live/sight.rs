@@ -1,0 +1,127 @@
+//! A camera to what shaders know of it: everything relative to the eye, subtracted in f64, so that large worlds do not tremble.
+
+use super::super::RenderOptions;
+use super::super::gpu::Gpu;
+use super::lists::{Rows, bind};
+use super::shown::Shown;
+use crate::out::{Camera, colour};
+use ::wgpu::{BindGroup, BufferUsages};
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat4, DVec3, Vec3};
+
+/// The near plane, as a fraction of the eye's distance to the scene's centre or of the scene's radius, whichever is larger.
+/// Reversed floating depth loses nothing to a near plane this close.
+const NEAR: f64 = 1e-4;
+
+/// How lines look: sRGB, opacity, width in pixels.
+struct Pen {
+    colour: [f32; 4],
+    width: f32,
+}
+
+/// Triangle edges: thin and translucent, so that dense meshes keep their shading. Each is drawn twice, for the triangles on its sides.
+const WIRE: Pen = Pen { colour: [0.094, 0.118, 0.173, 0.358], width: 1.0 };
+/// B-rep edges stand out from the wireframe.
+const EDGE: Pen = Pen { colour: [0.063, 0.071, 0.086, 1.0], width: 1.7 };
+
+/// As `Globals` in the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Globals {
+    clip: [f32; 16],
+    key: [f32; 4],
+    top: [f32; 4],
+    bottom: [f32; 4],
+    edge: [f32; 4],
+    wire: [f32; 4],
+    size: [f32; 2],
+    edge_width: f32,
+    wire_width: f32,
+    near: f32,
+    backfaces: f32,
+    rest: [f32; 2],
+}
+
+/// As `Place` in the shader: rows of part to world, about the eye.
+type PlaceRow = [[f32; 4]; 3];
+
+/// A picture's camera, with the pixel that alone is drawn, if any.
+pub(super) struct Aim<'a> {
+    pub(super) camera: &'a Camera,
+    pub(super) pixel: Option<(u32, u32)>,
+}
+
+/// Globals and placements on the device.
+pub(super) struct Sight {
+    globals: Rows,
+    places: Rows,
+    rows: Vec<PlaceRow>,
+}
+
+impl Sight {
+    pub(super) fn new() -> Self {
+        Self { globals: Rows::new(BufferUsages::UNIFORM), places: Rows::new(BufferUsages::STORAGE), rows: Vec::new() }
+    }
+
+    /// Has what is drawn next seen so; and how many bytes that took.
+    pub(super) fn refresh(
+        &mut self,
+        gpu: &Gpu,
+        shown: &Shown,
+        aim: &Aim<'_>,
+        options: &RenderOptions,
+    ) -> (BindGroup, u64) {
+        let eye = aim.camera.eye;
+        self.rows.clear();
+        self.rows.extend(shown.places.iter().map(|place| {
+            let centre = shown.parts[place.part as usize].centre;
+            let (m, at) = (place.transform.matrix3, place.transform.transform_point3(centre) - eye);
+            [0, 1, 2].map(|row| m.row(row).as_vec3().extend(at[row] as f32).to_array())
+        }));
+        if self.rows.is_empty() {
+            self.rows.push(PlaceRow::default()); // no adapter binds nothing
+        }
+        let globals = globals(shown, aim, options);
+        let mut bytes = self.globals.write(gpu, &[globals], 0..1);
+        bytes += self.places.write(gpu, &self.rows, 0..self.rows.len());
+        let buffers: Vec<_> = [&self.globals, &self.places].into_iter().filter_map(Rows::buffer).collect();
+        (bind(gpu, &gpu.pipelines.view, &buffers), bytes)
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        self.globals.bytes() + self.places.bytes()
+    }
+}
+
+fn globals(shown: &Shown, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
+    let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
+    let camera = aim.camera;
+    let (centre, radius) = shown.extent;
+    let near = NEAR * camera.eye.distance(centre).max(radius).clamp(1e-3, f64::MAX);
+    // The eye is the origin.
+    let view = Camera { eye: DVec3::ZERO, target: camera.target - camera.eye, ..*camera }.view();
+    let mut clip = camera.projection(width / height, near) * view;
+    if let Some((x, y)) = aim.pixel {
+        // The pixel becomes the whole picture.
+        let (x, y) = (2.0 * f64::from(x) + 1.0 - width, height - 2.0 * f64::from(y) - 1.0);
+        let wide = DMat4::from_scale(DVec3::new(width, height, 1.0));
+        clip = wide * DMat4::from_translation(DVec3::new(-x / width, -y / height, 0.0)) * clip;
+    }
+    let [right, up, back] = [view.row(0), view.row(1), view.row(2)].map(|row| row.truncate().as_vec3());
+    let key: Vec3 = (0.75 * up + 0.65 * back - 0.55 * right).normalize_or_zero();
+    let [top, bottom] = options.background.map(colour::linear);
+    Globals {
+        clip: clip.as_mat4().to_cols_array(),
+        key: key.extend(0.0).to_array(),
+        top,
+        bottom,
+        edge: EDGE.colour,
+        wire: WIRE.colour,
+        size: [width as f32, height as f32],
+        edge_width: EDGE.width,
+        wire_width: WIRE.width,
+        near: near as f32,
+        backfaces: if options.backfaces { 1.0 } else { 0.0 },
+        rest: [0.0; 2],
+    }
+}

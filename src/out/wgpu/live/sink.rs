@@ -1,0 +1,168 @@
+//! Frames of triangles to the device: each is put beside the one that is drawn, and takes its place when it ends.
+
+use super::LiveScene;
+use super::shown::{Place, Shown};
+use super::store::{Line, Tile};
+use crate::mesh::{Batch, Drawn, EdgeLine, MeshSink, Scene, SinkError, TileId};
+use crate::model::EdgeId;
+use crate::out::wgpu::RenderError;
+use std::io;
+
+/// A frame that has begun.
+pub(super) struct Pending {
+    base: Base,
+    /// With the numbers of their parts.
+    tiles: Vec<(u32, TileId, Option<Tile>)>,
+    lines: Vec<(u32, EdgeId, Option<Line>)>,
+    drawn: Drawn,
+}
+
+/// What a frame's tiles are put into.
+enum Base {
+    /// Nothing.
+    Whole(Shown),
+    /// The frame that is drawn, with these instances.
+    Changes(Vec<Place>),
+}
+
+fn refusal(context: &str, kind: io::ErrorKind) -> SinkError {
+    SinkError { context: context.to_owned(), cause: kind.into() }
+}
+
+fn failed(error: RenderError) -> SinkError {
+    SinkError { context: "the graphics device".to_owned(), cause: io::Error::other(error) }
+}
+
+impl LiveScene {
+    fn start(&mut self, base: Base) {
+        self.forget();
+        self.pending = Some(Pending { base, tiles: Vec::new(), lines: Vec::new(), drawn: Drawn::default() });
+    }
+
+    /// Gives back what a frame that does not end has put on the device.
+    fn forget(&mut self) {
+        self.store.staging.discard();
+        if let Some(pending) = self.pending.take() {
+            pending.tiles.into_iter().filter_map(|row| row.2).for_each(|tile| self.store.drop_tile(tile));
+            pending.lines.into_iter().filter_map(|row| row.2).for_each(|line| self.store.drop_line(line));
+        }
+    }
+
+    /// As [`MeshSink::batch`], but reads only.
+    pub(in crate::out::wgpu) fn add(&mut self, batch: &Batch) -> Result<(), SinkError> {
+        let Some(pending) = &mut self.pending else { return Err(not_begun()) };
+        let parts = if let Base::Whole(shown) = &pending.base { &shown.parts } else { &self.shown.parts };
+        // Triangles of parts that there are not are no one's.
+        if let Some(part) = parts.get(batch.part.index()) {
+            let tile = self.store.tile(&self.gpu, batch, part.centre).map_err(failed)?;
+            pending.tiles.push((batch.part.0, batch.tile, tile));
+        }
+        Ok(())
+    }
+
+    /// As [`MeshSink::edge_line`], but reads only.
+    pub(in crate::out::wgpu) fn add_line(&mut self, line: &EdgeLine) -> Result<(), SinkError> {
+        let Some(pending) = &mut self.pending else { return Err(not_begun()) };
+        let parts = if let Base::Whole(shown) = &pending.base { &shown.parts } else { &self.shown.parts };
+        if let Some(part) = parts.get(line.part.index()) {
+            let sent = self.store.line(&self.gpu, &line.points, part.centre).map_err(failed)?;
+            pending.lines.push((line.part.0, line.edge, sent));
+        }
+        Ok(())
+    }
+
+    /// Has the pending frame drawn from now on.
+    fn commit(&mut self, Pending { base, tiles, lines, drawn }: Pending) {
+        let mut edges_changed = !lines.is_empty();
+        let mut old_tiles = Vec::new();
+        let mut old_lines = Vec::new();
+        match base {
+            Base::Whole(shown) => {
+                let old = std::mem::replace(&mut self.shown, shown);
+                for part in old.parts {
+                    old_tiles.extend(part.tiles.into_iter().flatten());
+                    old_lines.extend(part.lines.into_iter().flatten());
+                }
+                self.records.stale_all();
+                edges_changed = true;
+            }
+            Base::Changes(places) => {
+                let same = places.len() == self.shown.places.len()
+                    && places.iter().zip(&self.shown.places).all(|(new, old)| new.looks_like(old));
+                if !same {
+                    self.records.stale_all();
+                    edges_changed = true;
+                }
+                self.shown.place(places);
+            }
+        }
+        for (part, tile, new) in tiles {
+            old_tiles.extend(put(&mut self.shown.parts[part as usize].tiles, tile.0, new));
+            self.records.stale(part, tile.0);
+        }
+        for (part, edge, new) in lines {
+            old_lines.extend(put(&mut self.shown.parts[part as usize].lines, edge.0, new));
+        }
+        old_tiles.into_iter().for_each(|tile| self.store.drop_tile(tile));
+        old_lines.into_iter().for_each(|line| self.store.drop_line(line));
+        self.shown.drawn = drawn;
+        self.version += 1;
+        self.edges_version += u64::from(edges_changed);
+    }
+}
+
+fn not_begun() -> SinkError {
+    refusal("triangles before a frame began", io::ErrorKind::InvalidInput)
+}
+
+/// Puts a row in its place, and hands out what was there.
+fn put<T>(rows: &mut Vec<Option<T>>, number: u32, new: Option<T>) -> Option<T> {
+    let number = number as usize;
+    if number >= rows.len() {
+        rows.resize_with(number + 1, || None);
+    }
+    std::mem::replace(&mut rows[number], new)
+}
+
+impl MeshSink for LiveScene {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.start(Base::Whole(Shown::of(scene)));
+        Ok(())
+    }
+
+    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        if !self.whole {
+            return Err(refusal("changes of a frame that never ended", io::ErrorKind::InvalidInput));
+        }
+        let places = self.shown.places_of(scene);
+        self.start(Base::Changes(places));
+        Ok(())
+    }
+
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        self.add(batch)
+    }
+
+    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
+        self.add_line(&line)
+    }
+
+    fn drawn(&mut self, drawn: &Drawn) -> Result<(), SinkError> {
+        self.pending.as_mut().ok_or_else(not_begun)?.drawn = drawn.clone();
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        self.store.staging.flush(&self.gpu).map_err(failed)?;
+        self.uploaded = self.store.staging.take_count();
+        let pending = self.pending.take().ok_or_else(not_begun)?;
+        self.commit(pending);
+        self.whole = true;
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        self.forget();
+        self.whole = false;
+    }
+}

@@ -1,0 +1,133 @@
+//! Tiles and edges to ranges of pages, and which range is whose: what is on the device.
+
+use super::super::RenderError;
+use super::super::gpu::Gpu;
+use super::super::palette::rate;
+use super::encode::{Encoded, Vertex};
+use super::pages::{Pages, Range};
+use super::staging::Staging;
+use crate::mesh::Batch;
+use crate::model::FaceId;
+use ::wgpu::BufferUsages;
+use glam::DVec3;
+
+/// Where a tile is, and what it is coloured by.
+#[derive(Clone, Copy)]
+pub(super) struct Tile {
+    pub(super) vertices: Range,
+    pub(super) indices: Range,
+    pub(super) triangles: u32,
+    /// Whether indices have four bytes.
+    pub(super) wide: bool,
+    pub(super) face: FaceId,
+    pub(super) worker: u32,
+    pub(super) rate: f32,
+}
+
+impl Tile {
+    /// Its first index, counted in its own width.
+    pub(super) fn first_index(&self) -> u32 {
+        self.indices.start() << u32::from(!self.wide)
+    }
+}
+
+/// Where the polyline of an edge is.
+#[derive(Clone, Copy)]
+pub(super) struct Line {
+    pub(super) points: Range,
+    pub(super) segments: u32,
+}
+
+/// Bytes of a pair of indices.
+const INDEX_UNIT: u64 = 4;
+/// Bytes of a point of an edge.
+const POINT_UNIT: u64 = 12;
+
+/// The pages, and the way there.
+pub(super) struct Store {
+    pub(super) vertices: Pages,
+    pub(super) indices: Pages,
+    pub(super) points: Pages,
+    pub(super) staging: Staging,
+    encoded: Encoded,
+    line: Vec<[f32; 3]>,
+}
+
+impl Store {
+    pub(super) fn new() -> Self {
+        let readable = BufferUsages::STORAGE;
+        Self {
+            vertices: Pages::new("vertices", BufferUsages::VERTEX | readable, size_of::<Vertex>() as u64, 1 << 15, 24),
+            indices: Pages::new("indices", BufferUsages::INDEX | readable, INDEX_UNIT, 1 << 16, 48),
+            points: Pages::new("edge points", readable, POINT_UNIT, 1 << 13, 8),
+            staging: Staging::new(),
+            encoded: Encoded::default(),
+            line: Vec::new(),
+        }
+    }
+
+    /// Sends a tile; `None` if it has no triangles. What it takes is the caller's to give back.
+    pub(super) fn tile(&mut self, gpu: &Gpu, batch: &Batch, centre: DVec3) -> Result<Option<Tile>, RenderError> {
+        self.encoded.tile(&batch.mesh, centre);
+        let Encoded { vertices, indices, triangles, wide } = &self.encoded;
+        if *triangles == 0 {
+            return Ok(None);
+        }
+        let count = |n: usize| u32::try_from(n).map_err(|_| RenderError::Device(format!("a tile of {n} vertices")));
+        let at = self.vertices.allocate(gpu, count(vertices.len())?)?;
+        let indices_at = match count(indices.len()).and_then(|n| self.indices.allocate(gpu, n)) {
+            Ok(range) => range,
+            Err(error) => {
+                self.vertices.free(at);
+                return Err(error);
+            }
+        };
+        let tile = Tile {
+            vertices: at,
+            indices: indices_at,
+            triangles: *triangles,
+            wide: *wide,
+            face: batch.face,
+            worker: batch.worker,
+            rate: rate(batch),
+        };
+        let bytes = bytemuck::cast_slice(vertices);
+        let written =
+            self.staging.write(gpu, self.vertices.buffer(at.page), self.vertices.offset(&at), bytes).and_then(|()| {
+                let bytes = bytemuck::cast_slice(indices);
+                self.staging.write(gpu, self.indices.buffer(indices_at.page), self.indices.offset(&indices_at), bytes)
+            });
+        if let Err(error) = written {
+            self.drop_tile(tile);
+            return Err(error);
+        }
+        Ok(Some(tile))
+    }
+
+    /// Sends an edge; `None` if it has no segments.
+    pub(super) fn line(&mut self, gpu: &Gpu, points: &[DVec3], centre: DVec3) -> Result<Option<Line>, RenderError> {
+        if points.len() < 2 {
+            return Ok(None);
+        }
+        self.line.clear();
+        self.line.extend(points.iter().map(|&point| (point - centre).as_vec3().to_array()));
+        let units = u32::try_from(points.len());
+        let units = units.map_err(|_| RenderError::Device(format!("an edge of {} points", points.len())))?;
+        let at = self.points.allocate(gpu, units)?;
+        let bytes = bytemuck::cast_slice(&self.line);
+        if let Err(error) = self.staging.write(gpu, self.points.buffer(at.page), self.points.offset(&at), bytes) {
+            self.points.free(at);
+            return Err(error);
+        }
+        Ok(Some(Line { points: at, segments: units - 1 }))
+    }
+
+    pub(super) fn drop_tile(&mut self, tile: Tile) {
+        self.vertices.free(tile.vertices);
+        self.indices.free(tile.indices);
+    }
+
+    pub(super) fn drop_line(&mut self, line: Line) {
+        self.points.free(line.points);
+    }
+}

@@ -1,0 +1,420 @@
+//! Scenes that stay on the graphics device: frames of changes, pages, picking. Skipped where there is no adapter.
+#![cfg(feature = "wgpu")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod out_fixture;
+
+use glam::{DAffine3, DVec3, Vec2, Vec3};
+use out_fixture::{box_frame, play};
+use std::sync::OnceLock;
+use trimtess::mesh::{
+    Batch, Drawn, EdgeLine, MemorySink, MeshSink, Origin, PatchMesh, Scene, SceneInstance, ScenePart, SinkError, TileId,
+};
+use trimtess::model::{EdgeId, FaceId, PartId};
+use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions, Renderer};
+use trimtess::out::{Camera, ViewPoint};
+
+const SIZE: (u32, u32) = (240, 180);
+const SIDE: u32 = 8;
+
+fn renderer() -> Option<&'static Renderer> {
+    static RENDERER: OnceLock<Option<Renderer>> = OnceLock::new();
+    let made = RENDERER.get_or_init(|| match Renderer::new() {
+        Ok(renderer) => Some(renderer),
+        Err(error) => {
+            assert!(!error.to_string().contains("Validation"), "an adapter, but the shaders are wrong: {error}");
+            println!("skipped: {error}");
+            None
+        }
+    });
+    made.as_ref()
+}
+
+/// A generator of numbers (SplitMix64).
+struct Draw(u64);
+
+impl Draw {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) % n
+    }
+}
+
+/// Tile of a level sheet of `SIDE` by `SIDE` squares, with `cells` by `cells` cells; none with none.
+fn square(part: u32, tile: u32, cells: u32) -> Batch {
+    let (x, y) = (f64::from(tile % SIDE), f64::from(tile / SIDE));
+    let lines = || 0..if cells == 0 { 0 } else { cells + 1 };
+    let at = |k: u32| f64::from(k) / f64::from(cells);
+    let corners = (0..cells).flat_map(|j| (0..cells).map(move |i| j * (cells + 1) + i));
+    let positions: Vec<DVec3> = lines()
+        .flat_map(|j| lines().map(move |i| (i, j)))
+        .map(|(i, j)| DVec3::new(x + at(i), y + at(j), 0.0))
+        .collect();
+    Batch {
+        part: PartId(part),
+        face: FaceId(tile / 4),
+        tile: TileId(tile),
+        worker: tile % 3,
+        mesh: PatchMesh {
+            normals: vec![Vec3::Z; positions.len()],
+            uvs: vec![Vec2::ZERO; positions.len()],
+            origins: lines().flat_map(|j| lines().map(move |i| Origin::Lattice { i, j })).collect(),
+            triangles: corners.flat_map(|a| [[a, a + 1, a + cells + 2], [a, a + cells + 2, a + cells + 1]]).collect(),
+            positions,
+        },
+    }
+}
+
+/// The outline's edge number `edge` as a polyline of so many segments.
+fn outline(part: u32, edge: u32, segments: u32) -> EdgeLine {
+    let side = f64::from(SIDE);
+    let corner = |k: u32| [DVec3::ZERO, DVec3::X * side, DVec3::new(side, side, 0.0), DVec3::Y * side][k as usize % 4];
+    let point = |k: u32| corner(edge).lerp(corner(edge + 1), f64::from(k) / f64::from(segments));
+    EdgeLine { part: PartId(part), edge: EdgeId(edge), points: (0..=segments).map(point).collect() }
+}
+
+/// Two sheets, the second one placed twice, one of them mirrored.
+fn scene() -> Scene {
+    let side = f64::from(SIDE);
+    let part = ScenePart {
+        face_colours: vec![Some([0.8, 0.3, 0.2, 1.0]); 16],
+        centre: DVec3::new(0.5, 0.5, 0.0) * side,
+        radius: side,
+        ..ScenePart::default()
+    };
+    let instance = |part, offset: DVec3, scale: DVec3| SceneInstance {
+        part,
+        transform: DAffine3::from_translation(offset) * DAffine3::from_scale(scale),
+        colour: (part == 0).then_some([0.3, 0.5, 0.8, 1.0]),
+        name: String::new(),
+        first_face: 16 * part,
+    };
+    let instances = vec![
+        instance(1, DVec3::new(9.0, 0.0, 0.0), DVec3::ONE),
+        instance(0, DVec3::ZERO, DVec3::ONE),
+        instance(1, DVec3::new(8.0, 9.0, 0.0), DVec3::new(-1.0, 1.0, 1.0)),
+    ];
+    Scene { name: "sheets".into(), parts: vec![part.clone(), part], instances }
+}
+
+fn whole(scene: &Scene, cells: u32) -> MemorySink {
+    let batches = (0..2).flat_map(|part| (0..SIDE * SIDE).map(move |tile| square(part, tile, cells))).collect();
+    let lines = (0..2).flat_map(|part| (0..4).map(move |edge| outline(part, edge, 3))).collect();
+    MemorySink::of(scene.clone(), batches, lines)
+}
+
+/// What a frame of changes says.
+#[derive(Default)]
+struct Changes {
+    batches: Vec<Batch>,
+    lines: Vec<EdgeLine>,
+}
+
+impl Changes {
+    fn random(draw: &mut Draw, tiles: u64) -> Self {
+        let mut changes = Self::default();
+        for part in 0..2 {
+            for tile in 0..SIDE * SIDE {
+                if draw.below(u64::from(SIDE * SIDE)) < tiles {
+                    changes.batches.push(square(part, tile, draw.below(7) as u32));
+                }
+            }
+            changes.lines.push(outline(part, draw.below(4) as u32, 1 + draw.below(9) as u32));
+        }
+        changes
+    }
+
+    fn play(&self, scene: &Scene, sink: &mut dyn MeshSink) -> Result<(), SinkError> {
+        sink.begin_changes(scene)?;
+        for batch in &self.batches {
+            sink.batch(&mut batch.clone())?;
+        }
+        for line in &self.lines {
+            sink.edge_line(line.clone())?;
+        }
+        Ok(())
+    }
+}
+
+fn options(colour_by: ColourBy) -> RenderOptions {
+    let camera = "10,60".parse::<ViewPoint>().unwrap();
+    let points = [DVec3::ZERO, DVec3::new(17.0, 0.0, 0.0), DVec3::new(0.0, 17.0, 0.0), DVec3::new(17.0, 17.0, 0.0)];
+    let camera = Some(camera.fit(points, f64::from(SIZE.0) / f64::from(SIZE.1)));
+    RenderOptions { size: SIZE, camera, colour_by, ..RenderOptions::DEFAULT }
+}
+
+fn picture(renderer: &Renderer, live: &mut LiveScene, options: &RenderOptions) -> Image {
+    renderer.picture(live, 0, options).unwrap().0
+}
+
+fn send(frame: &MemorySink, scene: &mut LiveScene) {
+    play(frame, scene).unwrap();
+    scene.end().unwrap();
+}
+
+#[test]
+fn changes_show_what_a_whole_frame_shows() {
+    let Some(renderer) = renderer() else { return };
+    let mut scene = scene();
+    let mut live = renderer.live();
+    let mut memory = whole(&scene, 2);
+    send(&memory, &mut live);
+    let mut draw = Draw(7);
+    let mut pictures = Vec::new();
+    for frame in 0..24 {
+        let (_, by) = ColourBy::ALL[frame % ColourBy::ALL.len()];
+        let options =
+            RenderOptions { wireframe: frame % 3 == 0, edges: frame % 2 == 0, backfaces: true, ..options(by) };
+        let incremental = picture(renderer, &mut live, &options);
+        let from_scratch = renderer.render(&memory, &options).unwrap();
+        assert!(incremental == from_scratch, "frame {frame} by {by:?}");
+        pictures.push(incremental);
+        let changes = Changes::random(&mut draw, 12);
+        if frame % 5 == 4 {
+            scene.instances[0].transform.translation.z += 0.5;
+            scene.instances[2].colour = Some([0.2, 0.9, 0.4, 1.0]);
+        }
+        changes.play(&scene, &mut live).unwrap();
+        live.end().unwrap();
+        changes.play(&scene, &mut memory).unwrap();
+        memory.end().unwrap();
+    }
+    pictures.dedup();
+    assert_eq!(pictures.len(), 24, "something changes in each of them");
+}
+
+#[test]
+fn only_what_changed_is_sent() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    send(&whole(&scene, 2), &mut live);
+    // 16 bytes for each of 9 vertices and 2 for each of 24 corners; 12 for each of 4 points.
+    assert_eq!(live.uploaded(), 2 * (64 * (9 * 16 + 8 * 6) + 4 * 4 * 12));
+    let view = options(ColourBy::Part);
+    let first = live_bytes(renderer, &mut live, &view);
+    assert_eq!(
+        live_bytes(renderer, &mut live, &view),
+        first - records_and_draws(3 * 64),
+        "the same again: where things are"
+    );
+    let changes = Changes { batches: vec![square(0, 3, 4), square(1, 5, 0)], lines: Vec::new() };
+    changes.play(&scene, &mut live).unwrap();
+    live.end().unwrap();
+    assert_eq!(live.uploaded(), 25 * 16 + 32 * 6);
+    assert_eq!(picture(renderer, &mut live, &view).width, SIZE.0);
+}
+
+fn live_bytes(renderer: &Renderer, live: &mut LiveScene, view: &RenderOptions) -> u64 {
+    renderer.picture(live, 0, view).unwrap().1.bytes
+}
+
+/// Bytes of so many tiles' records and draws.
+fn records_and_draws(tiles: u64) -> u64 {
+    tiles * (16 + 20)
+}
+
+#[test]
+fn a_frame_that_does_not_end_changes_nothing() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    let view = options(ColourBy::Tile);
+    assert!(live.begin_changes(&scene).is_err(), "of nothing");
+    assert!(live.batch(&mut square(0, 0, 1)).is_err() && live.end().is_err());
+    send(&whole(&scene, 2), &mut live);
+    let shown = picture(renderer, &mut live, &view);
+    let held = live.held();
+    Changes::random(&mut Draw(3), 30).play(&scene, &mut live).unwrap();
+    assert!(picture(renderer, &mut live, &view) == shown, "until it ends");
+    live.abort();
+    assert!(picture(renderer, &mut live, &view) == shown);
+    assert!(live.begin_changes(&scene).is_err(), "the sender does not know what is shown");
+    play(&whole(&scene, 5), &mut live).unwrap();
+    live.abort();
+    assert!(picture(renderer, &mut live, &view) == shown);
+    send(&MemorySink::of(scene, vec![square(0, 9, 1)], Vec::new()), &mut live);
+    assert!(picture(renderer, &mut live, &view) != shown);
+    assert!(live.held().total() <= 2 * held.total());
+}
+
+#[test]
+fn memory_stays_flat() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    send(&whole(&scene, 6), &mut live);
+    let view = RenderOptions { edges: true, ..options(ColourBy::Rate) };
+    let mut draw = Draw(11);
+    let mut held = Vec::new();
+    for frame in 0..200 {
+        if frame % 50 == 49 {
+            send(&whole(&scene, 6), &mut live);
+        } else {
+            Changes::random(&mut draw, 16).play(&scene, &mut live).unwrap();
+            live.end().unwrap();
+        }
+        if frame % 20 == 0 {
+            picture(renderer, &mut live, &view);
+            held.push(live.held().total());
+        }
+    }
+    assert!(held.iter().all(|&bytes| bytes == held[0]), "{held:?}");
+}
+
+#[test]
+fn pages_are_added_and_taken_back() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    let view = options(ColourBy::Part);
+    send(&whole(&scene, 1), &mut live);
+    let coarse = picture(renderer, &mut live, &view);
+    let held = live.held();
+    send(&whole(&scene, 70), &mut live);
+    let full = live.held();
+    assert!(full.pages > held.pages + 2 && full.vertices >= 2 * 64 * 71 * 71 * 16, "{full:?}");
+    let fine = picture(renderer, &mut live, &view);
+    let off = coarse.pixels.iter().zip(&fine.pixels).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+    assert!(off < 20, "the sheet is level, whatever its triangles: {off} bytes differ");
+    // One tile of more than 65 536 vertices: indices of four bytes.
+    let changes = Changes { batches: vec![square(0, 0, 300)], lines: Vec::new() };
+    changes.play(&scene, &mut live).unwrap();
+    live.end().unwrap();
+    let wide = picture(renderer, &mut live, &view);
+    let off = coarse.pixels.iter().zip(&wide.pixels).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+    assert!(off < 20, "{off} bytes differ");
+    send(&whole(&scene, 1), &mut live);
+    assert!(live.held().total() < full.total() / 2, "{:?} after {full:?}", live.held());
+}
+
+#[test]
+fn what_is_not_drawn_is_not_drawn() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    let frame = whole(&scene, 2);
+    let by = options(ColourBy::Tile);
+    let tiles = [64; 3];
+    let mut drawn = Drawn::none(2, &tiles);
+    for tile in 0..64 {
+        drawn.insert(0, 1, TileId(tile)); // part 0 is the second instance
+        drawn.insert(1, 0, TileId(tile));
+        drawn.insert(1, 2, TileId(tile));
+    }
+    play(&frame, &mut live).unwrap();
+    live.drawn(&drawn).unwrap();
+    live.end().unwrap();
+    let pictures = [0, 1].map(|view| renderer.picture(&mut live, view, &by).unwrap().0);
+    let all = renderer.picture(&mut live, usize::MAX, &by).unwrap().0;
+    let only = |part: u32| {
+        let batches = frame.batches.iter().filter(|batch| batch.part.0 == part).cloned().collect();
+        renderer.render(&MemorySink::of(scene.clone(), batches, Vec::new()), &by).unwrap()
+    };
+    assert!(pictures[0] == only(0) && pictures[1] == only(1) && all == renderer.render(&frame, &by).unwrap());
+    let mut kept = frame;
+    kept.drawn = drawn;
+    assert!(renderer.render(&kept, &by).unwrap() == pictures[0], "as a sink in memory has it");
+}
+
+fn pixel_of(camera: &Camera, point: DVec3) -> (u32, u32) {
+    let [x, y] = camera.pixel_of(point, [f64::from(SIZE.0), f64::from(SIZE.1)]).unwrap();
+    (x as u32, y as u32)
+}
+
+#[test]
+fn a_pixel_tells_what_it_shows() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    let view = options(ColourBy::Model);
+    assert_eq!(live.pick((120, 90), 0, &view).unwrap(), None, "nothing there");
+    send(&whole(&scene, 3), &mut live);
+    let camera = view.camera.unwrap();
+    for (instance, placed) in scene.instances.iter().enumerate() {
+        for tile in [0, 5, 27, 63] {
+            let local = DVec3::new(f64::from(tile % SIDE) + 0.4, f64::from(tile / SIDE) + 0.6, 0.0);
+            let point = placed.transform.transform_point3(local);
+            let picked = live.pick(pixel_of(&camera, point), 0, &view).unwrap().unwrap();
+            assert_eq!((picked.instance, picked.part), (instance as u32, PartId(placed.part)));
+            assert_eq!((picked.tile, picked.face, picked.triangles), (TileId(tile), FaceId(tile / 4), 18));
+            assert!(picked.point.distance(point) < 0.3, "{} is not {point}", picked.point);
+            assert!(picked.point.z.abs() < 1e-4, "{} is off the sheet", picked.point);
+        }
+    }
+    for outside in [(0, 0), (SIZE.0, 0), (0, SIZE.1), (u32::MAX, u32::MAX)] {
+        assert_eq!(live.pick(outside, 0, &view).unwrap(), None);
+    }
+    // Of a box, the nearest side.
+    let boxed = box_frame(DVec3::splat(20.0), &[DAffine3::from_translation(DVec3::splat(1e6))]);
+    send(&boxed, &mut live);
+    let above = Camera {
+        eye: DVec3::new(1e6 + 10.0, 1e6 + 10.0, 1e6 + 90.0),
+        target: DVec3::splat(1e6 + 10.0),
+        up: DVec3::Y,
+        fov_y: 0.5,
+    };
+    let view = RenderOptions { camera: Some(above), ..view };
+    let picked = live.pick((120, 90), 0, &view).unwrap().unwrap();
+    assert_eq!(picked.face, FaceId(1));
+    assert!((picked.point.z - 1e6 - 20.0).abs() < 1e-4 && live.uploaded() > 0);
+}
+
+#[test]
+fn a_face_stands_out_and_no_other() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    send(&whole(&scene, 2), &mut live);
+    let view = options(ColourBy::Model);
+    let plain = picture(renderer, &mut live, &view);
+    live.highlight(Some((2, FaceId(3))));
+    let marked = picture(renderer, &mut live, &view);
+    let camera = view.camera.unwrap();
+    for (instance, placed) in scene.instances.iter().enumerate() {
+        for tile in 0..SIDE * SIDE {
+            let local = DVec3::new(f64::from(tile % SIDE) + 0.5, f64::from(tile / SIDE) + 0.5, 0.0);
+            let (x, y) = pixel_of(&camera, placed.transform.transform_point3(local));
+            let expected = instance == 2 && tile / 4 == 3;
+            assert_eq!(plain.pixel(x, y) != marked.pixel(x, y), expected, "instance {instance}, tile {tile}");
+        }
+    }
+    live.highlight(None);
+    assert!(picture(renderer, &mut live, &view) == plain);
+}
+
+/// A device of the test's own, without any feature: draws are calls.
+fn plain_device() -> Option<(wgpu::Device, wgpu::Queue)> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let wanted = wgpu::RequestAdapterOptions::default();
+    let adapter = pollster::block_on(instance.request_adapter(&wanted)).ok()?;
+    pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default())).ok()
+}
+
+#[test]
+fn a_device_without_features_draws_the_same() {
+    let (Some(renderer), Some((device, queue))) = (renderer(), plain_device()) else { return };
+    let mut live = LiveScene::new(&device, &queue, wgpu::TextureFormat::Rgba8UnormSrgb).unwrap();
+    let frame = whole(&scene(), 3);
+    send(&frame, &mut live);
+    let view = RenderOptions { wireframe: true, edges: true, ..options(ColourBy::Face) };
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let drew = live.draw(&texture.create_view(&wgpu::TextureViewDescriptor::default()), 0, &view).unwrap();
+    assert_eq!((drew.triangles, drew.tiles), (3 * 64 * 18, 3 * 64));
+    let image = Image::read(&device, &queue, &texture).unwrap();
+    let same = renderer.render(&frame, &view).unwrap();
+    let off = image.pixels.iter().zip(&same.pixels).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+    assert_eq!(off, 0);
+    assert!(live.pick((120, 100), 0, &view).unwrap().is_some());
+}
