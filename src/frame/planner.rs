@@ -324,12 +324,16 @@ impl Planner {
                 let step = step(most, before.step(0));
                 (Rate::Even(step), band(step))
             } else {
-                let face = &part.faces[part.face_of(&part.tiles[t])];
-                (Rate::Each(each(places(face, &part.tiles[t]), before, &draft.sights[p])), (0.0, 0.0))
-            };
-            if matches!(rate, Rate::Each(_)) {
                 draft.near.push((p, t));
-            }
+                let face = &part.faces[part.face_of(&part.tiles[t])];
+                // A plane has one cell however it is seen; what bends there are its edges, which have boxes of their own.
+                let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
+                let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
+                if planned && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
+                    continue;
+                }
+                (Rate::Each(each(boxes(), before, &draft.sights[p])), (0.0, 0.0))
+            };
             if !planned || rate != *before {
                 let finer = |to: &Rate, from: &Rate| match (to.finest(), from.finest()) {
                     (Some(to), Some(from)) => f64::from(to) - f64::from(from),
@@ -411,16 +415,25 @@ impl Planner {
         let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
         let (edge, k) = (&part.edges[e as usize], e as usize);
         let beside = || edge.uses.iter().map(|(tile, _, _)| &rates.tiles[tile.0 as usize]);
-        let rate = if beside().any(|rate| matches!(rate, Rate::Each(_))) {
-            Rate::Each(each(edge.bounds.places.iter(), &rates.edges[k], &draft.sights[p]))
+        let planned = !beside_new && rates.edge_terms[k] == self.term;
+        let page = &mut draft.page.parts[p];
+        let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
+        if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|(tile, _, _)| single(*tile)) {
+            return;
+        }
+        let rate = if beside().any(Rate::is_each) {
+            let (places, before) = (edge.bounds.places.iter(), &rates.edges[k]);
+            if planned && before.is_each() && holds(places.clone(), before, &draft.sights[p]) {
+                return;
+            }
+            Rate::Each(each(places, before, &draft.sights[p]))
         } else {
             Rate::Even(beside().map(Rate::finest).max().flatten())
         };
-        if !beside_new && rates.edge_terms[k] == self.term && rates.edges[k] == rate {
+        if planned && rates.edges[k] == rate {
             return;
         }
         let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
-        let page = &mut draft.page.parts[p];
         let (line, kept) = polyline(part, edge, &page.tiles, &need, 1.0);
         mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
         (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
@@ -486,8 +499,16 @@ fn cells(lattice: &TileLattice) -> u64 {
 
 /// Steps of boxes by what they show to whom.
 fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[Shown]) -> Box<[Step]> {
-    let most = |place: &BoundingBox| sights.iter().map(|s| s.sight.pixels_per_length(place)).fold(0.0, f64::max);
-    places.enumerate().map(|(k, place)| step(most(place), before.step(k))).collect()
+    places.enumerate().map(|(k, place)| step(densest(place, sights), before.step(k))).collect()
+}
+
+/// Whether boxes keep their steps.
+fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[Shown]) -> bool {
+    places.enumerate().all(|(k, place)| step(densest(place, sights), before.step(k)) == before.step(k))
+}
+
+fn densest(place: &BoundingBox, sights: &[Shown]) -> f64 {
+    sights.iter().map(|s| s.sight.pixels_per_length(place)).fold(0.0, f64::max)
 }
 
 /// Nanoseconds that a tile takes, roughly: of each tessellant, and of each cell `growth` times as many as there are.

@@ -34,6 +34,11 @@ impl Rate {
         }
     }
 
+    /// Whether each box has a step of its own.
+    pub(super) fn is_each(&self) -> bool {
+        matches!(self, Self::Each(_))
+    }
+
     /// The step of box `k`.
     pub(super) fn step(&self, k: usize) -> Step {
         match self {

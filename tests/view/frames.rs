@@ -396,7 +396,7 @@ fn a_budget_puts_off_what_is_least_urgent_and_all_is_done_in_the_end() {
 #[test]
 fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     let prepared = shape("teapot");
-    let limits = trimtess::frame::PlanLimits { triangles: 6000, ..trimtess::frame::PlanLimits::DEFAULT };
+    let limits = trimtess::frame::PlanLimits { triangles: 4000, ..trimtess::frame::PlanLimits::DEFAULT };
     let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions { limits, ..PlannerOptions::DEFAULT });
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
@@ -407,12 +407,12 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
         let view = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), [low, high], 1)[0] };
         let plan = planner.plan(&prepared.scene.instances, &[view]);
         let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
-        assert!(cells <= 3000, "{k}: {cells}");
+        assert!(cells <= 2000, "{k}: {cells}");
         let by_limits = plan.shortfall.as_ref().is_some_and(|s| s.density < 1.0 && s.by_limits());
         coarser += usize::from(by_limits);
         assert!(!by_limits || (10..110).contains(&k), "{k}: {:?}", plan.shortfall);
     }
-    assert!(coarser > 10, "{coarser}");
+    assert!(coarser > 5, "{coarser}");
 }
 
 #[test]
