@@ -275,6 +275,9 @@ impl Session {
     /// both eyes, or one picture. The first frame is whole; then batches of tiles that changed follow, and [`MeshSink::drawn`]. Where
     /// nothing changed, not even what is drawn, the sink hears nothing.
     ///
+    /// What is not drawn stays in the sink for when it is again, as long as that is not outdated; where it is more than half of what the
+    /// sink has, what was not drawn for 64 frames or more is forgotten.
+    ///
     /// Everything that is drawn has no cracks, in every frame. The sink sees the same for any number of workers.
     ///
     /// # Errors
@@ -362,6 +365,8 @@ impl Session {
         }
         let times = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied());
         self.owners.book(&self.prepared, times);
+        let batches = deliveries.iter().flat_map(|delivery| &delivery.batches);
+        let triangles: Vec<_> = batches.map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32)).collect();
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
         let made = commit(deliveries, &self.scene, feed, sink, &mut laps);
         let (mut report, batches) = match made {
@@ -371,7 +376,7 @@ impl Session {
                 return Err(error);
             }
         };
-        live.upkeep.committed(&due, &plan.drawn, &self.scene.instances);
+        live.upkeep.committed(&due, &triangles, &plan.drawn, &self.scene.instances);
         (report.planned_in, report.deferred) = (planned_in, deferred);
         self.crew.recycle(batches);
         Ok(report)

@@ -16,13 +16,29 @@ struct PartTiles {
     present: Vec<u64>,
     /// Drawn in some view, for some instance; while a frame is made.
     drawn: Vec<u64>,
+    /// Drawn in this epoch, and in the one before.
+    recent: [Vec<u64>; 2],
+    /// What the sink has of each tile that is present.
+    triangles: Vec<u32>,
     tiles: usize,
 }
+
+/// Frames of an epoch: what was not drawn for one or two of them may be forgotten.
+const EPOCH: u32 = 64;
+/// Triangles that a sink may have, as a multiple of those of the tiles that are drawn, before it is told to forget others.
+const KEPT: u64 = 2;
 
 impl PartTiles {
     fn new(part: &PreparedPart) -> Self {
         let words = vec![0; part.tiles.len().div_ceil(64)];
-        let mut new = Self { stale: words.clone(), present: words.clone(), drawn: words, tiles: part.tiles.len() };
+        let mut new = Self {
+            stale: words.clone(),
+            present: words.clone(),
+            recent: [words.clone(), words.clone()],
+            drawn: words,
+            triangles: vec![0; part.tiles.len()],
+            tiles: part.tiles.len(),
+        };
         new.forget();
         new
     }
@@ -47,6 +63,8 @@ pub(super) struct Upkeep {
     /// What the sink was told to draw, and where.
     shown: Drawn,
     placed: Vec<(u32, DAffine3)>,
+    /// Frames of this epoch.
+    frames: u32,
 }
 
 fn placed(instances: &[SceneInstance]) -> impl Iterator<Item = (u32, DAffine3)> + '_ {
@@ -69,7 +87,7 @@ pub(super) struct Due {
 impl Upkeep {
     pub(super) fn new(prepared: &Prepared) -> Self {
         let parts = prepared.parts.iter().map(|part| PartTiles::new(part)).collect();
-        Self { parts, edges: BTreeSet::new(), whole: true, shown: Drawn::default(), placed: Vec::new() }
+        Self { parts, edges: BTreeSet::new(), whole: true, shown: Drawn::default(), placed: Vec::new(), frames: 0 }
     }
 
     /// The sink has nothing any more.
@@ -101,6 +119,7 @@ impl Upkeep {
                 }
             }
         }
+        self.age();
         let mut due = Due { whole: self.whole, ..Due::default() };
         for (p, part) in self.parts.iter().enumerate() {
             for (k, (&stale, &drawn)) in part.stale.iter().zip(&part.drawn).enumerate() {
@@ -114,14 +133,53 @@ impl Upkeep {
         due
     }
 
+    /// Marks tiles stale that were not drawn for long, where the sink has much more than is drawn: they are forgotten then.
+    fn age(&mut self) {
+        for part in &mut self.parts {
+            part.recent[0].iter_mut().zip(&part.drawn).for_each(|(recent, drawn)| *recent |= drawn);
+        }
+        self.frames += 1;
+        if self.frames < EPOCH {
+            return;
+        }
+        self.frames = 0;
+        let sum = |part: &PartTiles, words: &[u64]| -> u64 {
+            let tiles = words.iter().enumerate().flat_map(|(k, &word)| bits(word & part.present[k], k));
+            tiles.map(|TileId(tile)| u64::from(part.triangles[tile as usize])).sum()
+        };
+        let drawn: u64 = self.parts.iter().map(|part| sum(part, &part.drawn)).sum();
+        let held: u64 = self.parts.iter().map(|part| sum(part, &part.present)).sum();
+        for part in &mut self.parts {
+            if held > KEPT * drawn {
+                let recent = part.recent[0].iter().zip(&part.recent[1]).map(|(now, before)| now | before);
+                part.stale
+                    .iter_mut()
+                    .zip(&part.present)
+                    .zip(recent)
+                    .for_each(|((stale, present), r)| *stale |= present & !r);
+            }
+            part.recent.swap(0, 1);
+            part.recent[0].fill(0);
+        }
+    }
+
     /// Whether the sink was last told to draw just that of instances that stood there.
     pub(super) fn shows(&self, drawn: &Drawn, instances: &[SceneInstance]) -> bool {
         self.shown == *drawn && self.placed.iter().copied().eq(placed(instances))
     }
 
-    /// The sink has what was due.
-    pub(super) fn committed(&mut self, due: &Due, drawn: &Drawn, instances: &[SceneInstance]) {
+    /// The sink has what was due; `made` is how many triangles each of the tiles has.
+    pub(super) fn committed(
+        &mut self,
+        due: &Due,
+        made: &[(PartId, TileId, u32)],
+        drawn: &Drawn,
+        instances: &[SceneInstance],
+    ) {
         self.whole = false;
+        for &(part, TileId(tile), triangles) in made {
+            self.parts[part.index()].triangles[tile as usize] = triangles;
+        }
         self.edges.clear();
         self.shown.clone_from(drawn);
         self.placed.clear();

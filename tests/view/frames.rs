@@ -241,6 +241,34 @@ fn where_nothing_moves_nothing_is_done_and_after_a_refusal_all_comes_again() {
 }
 
 #[test]
+fn what_is_out_of_sight_for_long_is_forgotten_where_it_is_much() {
+    let prepared = shape("brake-hub");
+    let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let mut sink = MemorySink::default();
+    let whole = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
+    session.view(&[whole], &mut sink).unwrap();
+    let triangles = |batches: &[Batch]| batches.iter().map(|b| b.mesh.triangles.len()).sum::<usize>();
+    let all = triangles(&sink.batches);
+    // Past the model, a little nearer each time; and back.
+    let aside = |k: u32| View {
+        forward: whole.forward + 1.3 * whole.forward.cross(whole.up) * (1.0 + 1e-4 * f64::from(k)),
+        ..whole
+    };
+    let (mut forgotten, mut most) = (0, 0.0_f64);
+    for k in 0..220 {
+        forgotten += session.view(&[aside(k)], &mut sink).unwrap().forgotten;
+        assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{k}");
+        if k > 200 {
+            most = most.max(triangles(&sink.batches) as f64 / triangles(&drawn(&sink)) as f64);
+        }
+    }
+    assert!(forgotten > 50 && most <= 2.0, "{forgotten} {most}");
+    let again = session.view(&[whole], &mut sink).unwrap();
+    assert!(again.tiles >= forgotten && triangles(&drawn(&sink)) >= all, "{}", again.tiles);
+    assert_eq!(drawn(&sink), drawn(&from_scratch(&session)));
+}
+
+#[test]
 fn instances_come_move_and_go() {
     let prepared = shape("torus");
     let view = path(&mut Draw(2), prepared.bounds.unwrap(), 1)[0];
