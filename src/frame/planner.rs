@@ -14,7 +14,7 @@ use super::tolerance::Tolerance;
 use super::view::{Seen, View};
 use crate::mesh::{SceneInstance, ScenePart, TileId};
 use crate::model::{PartId, SurfaceKind};
-use crate::prepare::{BoundingBox, EdgeUse, Prepared, Tile};
+use crate::prepare::{BoundingBox, EdgeUse, Prepared, Tile, nanoseconds};
 use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -156,6 +156,8 @@ struct Wanted {
     tile: usize,
     rate: Rate,
     band: (f64, f64),
+    /// The chord tolerance that it is seen at, in the part's own millimetres.
+    chord: f64,
 }
 
 /// A frame's plan in the making.
@@ -341,7 +343,7 @@ impl Planner {
                     _ => f64::INFINITY,
                 };
                 let urgency = if planned { finer(&rate, before) } else { f64::INFINITY };
-                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band });
+                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band, chord: 1.0 / most });
             }
         }
     }
@@ -379,19 +381,21 @@ impl Planner {
         let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
         // Edges with whether a lattice beside them changed.
         let mut touched: Vec<(usize, u32, bool)> = Vec::new();
-        for Wanted { part: p, tile: t, rate, band, .. } in draft.wanted.drain(..) {
+        for Wanted { part: p, tile: t, rate, band, chord, .. } in draft.wanted.drain(..) {
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
             let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
             let face = &part.faces[part.face_of(tile)];
             let need = self.terms.need(&rate, places(face, tile).len(), self.prepared.scene.parts[p].radius);
             let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile);
-            made.chord = Terms::settled(made.chord);
+            let is_plane = face.kind == SurfaceKind::Plane;
+            // The lattice of a plane asks nothing, but what is thin is told from what is lost by its chord.
+            made.chord = Terms::settled(if is_plane { chord } else { made.chord });
             mark(&mut self.limited.tiles, id, !kept.cells);
             mark(&mut self.limited.lines, id, !kept.lines);
             let old = &mut draft.page.parts[p].tiles[t];
-            // What a stricter chord was measured against holds; on a plane nothing is measured.
-            let as_before =
-                old.us == made.us && old.vs == made.vs && (old.chord <= made.chord || face.kind == SurfaceKind::Plane);
+            // What a stricter chord was measured against holds; on a plane nothing is measured, so that any will do.
+            let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
+            let as_before = old.us == made.us && old.vs == made.vs && holds;
             if !as_before {
                 rates.cells[t] = cells(&made);
                 *old = Arc::new(made);
@@ -512,16 +516,13 @@ fn densest(place: &BoundingBox, sights: &[Shown]) -> f64 {
     sights.iter().map(|s| s.sight.pixels_per_length(place)).fold(0.0, f64::max)
 }
 
-/// Nanoseconds that a tile takes, roughly: of each tessellant, and of each cell `growth` times as many as there are.
+/// Nanoseconds that a tile takes, with `growth` times as many cells as it has, and as many tessellants as go with these.
 fn predicted(plan: &PartPlan, tile: &Tile, t: usize, growth: f64) -> f64 {
-    const OF_TILE: f64 = 1500.0;
-    const OF_TESSELLANT: f64 = 120.0;
-    const OF_CELL: f64 = 25.0;
     let tessellants = |u: &EdgeUse| {
         let breaks = &plan.edges[u.edge as usize].breaks;
         let at = |k: u32| breaks.get(k as usize).copied().unwrap_or(0);
         f64::from(at(u.from).abs_diff(at(u.to)))
     };
     let boundary: f64 = tile.loops.iter().flatten().map(tessellants).sum();
-    OF_TILE + OF_TESSELLANT * boundary * growth.sqrt() + OF_CELL * cells(&plan.tiles[t]) as f64 * growth
+    nanoseconds(growth * cells(&plan.tiles[t]) as f64, growth.sqrt() * boundary)
 }

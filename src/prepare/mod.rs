@@ -85,6 +85,7 @@ pub use uv_curve::{UvCurve, UvSample};
 mod uv_loop;
 
 mod weight;
+pub(crate) use weight::nanoseconds;
 
 mod windings;
 

@@ -33,10 +33,15 @@ pub(super) fn weigh(part: &mut PreparedPart, diagonal: f64) {
         let along = |u: &EdgeUse| tessellants(u, &part.edges[u.edge as usize], &of_edge[u.edge as usize], tile, lines);
         let tessellants: f64 = tile.loops.iter().flatten().map(along).sum();
         let cells = lines.x * lines.y;
-        TILE + CELL * cells + TESSELLANT * tessellants + CROWDED * (tessellants - CROWD * cells).max(0.0)
+        nanoseconds(cells, tessellants)
     };
     let weights: Vec<f64> = part.tiles.par_iter().map(of_tile).collect();
     part.tiles.iter_mut().zip(weights).for_each(|(tile, weight)| tile.weight = weight);
+}
+
+/// What a tile of so many cells with so many tessellants on its boundary takes.
+pub(crate) fn nanoseconds(cells: f64, tessellants: f64) -> f64 {
+    TILE + CELL * cells + TESSELLANT * tessellants + CROWDED * (tessellants - CROWD * cells).max(0.0)
 }
 
 /// How many of `n` equal steps a bend by `second` of its parameter's square over a step of `width` takes to keep the chord.

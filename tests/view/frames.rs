@@ -124,6 +124,8 @@ fn after_each_frame_a_sink_has_what_the_plan_says_without_cracks_and_within_the_
             }
             let scratch = from_scratch(&session);
             let batches = drawn(&sink);
+            let of_tile = |b: &Batch| session.plan().unwrap().parts[b.part.index()].tiles[b.tile.0 as usize].chord;
+            assert!(batches.iter().all(|b| of_tile(b).is_finite()), "{name} {f}");
             assert_eq!(batches, drawn(&scratch), "{name} {f}");
             stretches += balanced(&prepared, session.plan().unwrap(), &batches, &format!("{name} {f}"));
             if f % 10 == 0 {
