@@ -32,6 +32,17 @@ impl Density {
         self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
     }
 
+    /// The largest density between `a` and `b`.
+    fn most(&self, a: f64, b: f64) -> f64 {
+        self.strips(a, b).fold(0.0, |most, (rate, _)| f64::max(most, rate))
+    }
+
+    /// How many lines of the density the gap from `a` to `b` holds where it is densest: at most 1 if it keeps the density.
+    pub(super) fn fullness(&self, a: f64, b: f64) -> f64 {
+        let touched = self.strips(a, b).filter(|(rate, width)| rate * width > HAIR);
+        touched.fold(0.0, |most, (rate, _)| f64::max(most, rate)) * (b - a)
+    }
+
     /// The furthest `x ≤ end` with `(x − a)·ρ ≤ 1` for the largest ρ on the way; more than `a` in any case.
     ///
     /// `at` is a strip at or before `a`, and becomes that of `a`.
@@ -69,15 +80,25 @@ impl Density {
         n
     }
 
+    /// The fewest gaps from `a` to `b` that keep the density, counted up to `limit`: as many as [`spread`](Self::spread) makes.
+    pub(super) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
+        self.evenly(a, b).map_or_else(|| self.count(a, b, 1.0, limit), |even| even.min(limit as f64) as usize)
+    }
+
+    /// The gaps that keep the density if all are equal, where no others are fewer.
+    fn evenly(&self, a: f64, b: f64) -> Option<f64> {
+        let most = self.most(a, b);
+        let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0);
+        (even <= 1.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most)).then_some(even)
+    }
+
     /// Parameters from `a` to `b > a`, strictly increasing, so dense that no gap is longer than 1/ρ anywhere in it; as
     /// few as that allows, and as even. Appends all but `a`.
     ///
     /// Where that takes more than `limit` gaps, the density is scaled down as a whole until it does not. Returns whether
     /// it was kept. Cost: about ten times the number of gaps.
     pub(super) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
-        let most = self.strips(a, b).fold(0.0, |m, (rate, _)| f64::max(m, rate));
-        let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0);
-        if even <= 1.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most) {
+        if let Some(even) = self.evenly(a, b) {
             evenly(a, b, even.min(limit as f64) as usize, out);
             return even <= limit as f64;
         }
@@ -92,7 +113,7 @@ impl Density {
         // line of the density, and at most one gap per strip is not full: that bounds the factor from both sides.
         let full = n as f64;
         let kept = asked <= limit;
-        let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
+        let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (self.most(a, b) * (b - a))) };
         let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
         for _ in 0..8 {
             let mid = 0.5 * (low + high);
@@ -147,11 +168,7 @@ mod tests {
     /// Most lines of the density in a gap.
     fn fullest(breaks: &[f64], rates: &[f64], lines: &[f64]) -> f64 {
         let density = Density { breaks: breaks.to_vec(), rates: rates.to_vec() };
-        let full = |w: &[f64]| {
-            let strips = density.strips(w[0], w[1]).filter(|(rate, width)| rate * width > HAIR);
-            strips.fold(0.0, |m, (rate, _)| f64::max(m, rate)) * (w[1] - w[0])
-        };
-        lines.windows(2).map(full).fold(0.0, f64::max)
+        lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
     }
 
     #[test]

@@ -40,6 +40,9 @@ mod refill;
 
 mod shown;
 
+mod split;
+pub use split::{Intensive, Lines};
+
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
 
