@@ -49,6 +49,9 @@ pub struct PatchMesh {
     pub normals: Vec<Vec3>,
     /// Surface parameters of each vertex, in the surface's natural parameters.
     pub uvs: Vec<Vec2>,
+    /// The lattice's u-lines and v-lines in the same parameters, from one border of the tile to the other; empty where there is
+    /// no lattice.
+    pub lines: [Vec<f32>; 2],
     /// Where each vertex came from.
     pub origins: Vec<Origin>,
     /// Vertex indices, counter-clockwise seen from the outside. No triangle repeats a position.
@@ -58,10 +61,11 @@ pub struct PatchMesh {
 impl PatchMesh {
     /// Empties all lists and keeps their memory.
     pub fn clear(&mut self) {
-        let Self { positions, normals, uvs, origins, triangles } = self;
+        let Self { positions, normals, uvs, lines, origins, triangles } = self;
         positions.clear();
         normals.clear();
         uvs.clear();
+        lines.iter_mut().for_each(Vec::clear);
         origins.clear();
         triangles.clear();
     }
