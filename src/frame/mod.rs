@@ -38,6 +38,8 @@ pub use record::{TileRecord, record_tile};
 
 mod refill;
 
+mod resync;
+
 mod shown;
 
 mod split;

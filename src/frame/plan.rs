@@ -5,6 +5,7 @@ use super::asked::{Asked, Need, dilated, most_touched};
 use super::density::Density;
 use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
+use super::split::{Before, Criteria};
 use super::tolerance::Tolerance;
 use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
@@ -176,7 +177,7 @@ fn plan_part(
     for (k, tile) in part.tiles.iter().enumerate() {
         let face = &part.faces[part.face_of(tile)];
         let (lattice, kept) =
-            lattice(face, tile, &asked.over(places(face, tile)), shortfall.density, budget.cells_per_tile);
+            lattice(face, tile, &asked.over(places(face, tile)), shortfall.density, budget.cells_per_tile, None);
         let (nu, nv) = lattice.cells();
         budget.spend(u64::from(nu) * u64::from(nv))?;
         if !kept.cells {
@@ -189,7 +190,8 @@ fn plan_part(
     }
     let mut edges = Vec::with_capacity(part.edges.len());
     for (k, edge) in part.edges.iter().enumerate() {
-        let (polyline, kept) = polyline(part, edge, &tiles, &asked.over(edge.bounds.places.iter()), shortfall.density);
+        let need = asked.over(edge.bounds.places.iter());
+        let (polyline, kept) = polyline(part, edge, &tiles, &need, shortfall.density, None);
         budget.spend(polyline.ts.len() as u64)?;
         if !kept {
             shortfall.edges.push((id, k as u32));
@@ -205,26 +207,27 @@ const SEGMENTS_OF_EDGE: usize = 16_384;
 const LEAST_LIMIT: usize = 64;
 
 /// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
-/// it per segment. And whether they keep that.
+/// it per segment. And whether they keep that. Tessellants `before` stay as far as they serve.
 pub(super) fn polyline(
     part: &PreparedPart,
     edge: &PreparedEdge,
     tiles: &[Arc<TileLattice>],
     need: &Need,
     factor: f64,
+    before: Option<Before<'_, EdgePolyline>>,
 ) -> (EdgePolyline, bool) {
     if edge.uses.is_empty() {
         return (EdgePolyline::default(), true);
     }
     let Need { tolerance, shares } = need;
     if need.is_even() {
-        return tessellants(part, edge, tiles, tolerance, shares, factor);
+        return tessellants(part, edge, tiles, tolerance, shares, factor, before);
     }
     let mut reach = 1;
     loop {
         // A segment that lies in several strips has to keep the tolerances of all.
         let shares = dilated(shares, 1, reach);
-        let (out, kept) = tessellants(part, edge, tiles, tolerance, &shares, factor);
+        let (out, kept) = tessellants(part, edge, tiles, tolerance, &shares, factor, before);
         let touched = most_touched(&edge.bounds.breaks, &out.ts);
         if touched <= reach + 1 {
             return (out, kept);
@@ -241,20 +244,22 @@ fn tessellants(
     tolerance: &Tolerance,
     shares: &[f64],
     factor: f64,
+    before: Option<Before<'_, EdgePolyline>>,
 ) -> (EdgePolyline, bool) {
     let angle = tolerance.angle.min(FRAC_PI_2);
+    let width = |k: usize| edge.bounds.breaks[k + 1] - edge.bounds.breaks[k];
+    // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
+    let least = |k: usize, b: &StripBounds| if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width(k) };
     let own = |k: usize, b: &StripBounds| {
-        let width = edge.bounds.breaks[k + 1] - edge.bounds.breaks[k];
         let bend = b.second * shares[k];
         let rate =
-            if edge.straight { 0.0 } else { (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width) };
-        // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
-        let least = if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width };
-        (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(least)
+            if edge.straight { 0.0 } else { (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width(k)) };
+        (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(least(k, b))
     };
     let of_strips: Vec<f64> = edge.bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)).collect();
     let Density { breaks, mut rates } = with_dense_images(part, edge, of_strips);
     let breaks = &breaks;
+    let mut shape = vec![0.0; rates.len()];
     for &(tile, l, u) in &edge.uses {
         let lattice = &tiles[tile.0 as usize];
         if lattice.us.len() == 2 && lattice.vs.len() == 2 {
@@ -262,7 +267,7 @@ fn tessellants(
         }
         let edge_use = &part.tiles[tile.0 as usize].loops[l as usize][u as usize];
         let (a, b) = (edge.breaks[edge_use.from as usize].t, edge.breaks[edge_use.to as usize].t);
-        limit_to_cells(&edge_use.uv, (a.min(b), a.max(b)), lattice, breaks, &mut rates);
+        limit_to_cells(&edge_use.uv, (a.min(b), a.max(b)), lattice, breaks, &mut shape);
     }
     if let [start, end] = edge.breaks[..]
         && start.point == end.point
@@ -270,14 +275,27 @@ fn tessellants(
     {
         // A closed edge is a triangle at least.
         let least = 3.0 / (end.t - start.t);
-        rates.iter_mut().for_each(|rate| *rate = rate.max(least));
+        shape.iter_mut().for_each(|rate| *rate = rate.max(least));
     }
+    rates.iter_mut().zip(&shape).for_each(|(rate, shape)| *rate = rate.max(*shape));
     let density = Density { breaks: breaks.clone(), rates };
+    let follow = before.map(|before| {
+        let strips: Vec<f64> = edge.bounds.strips.iter().enumerate().map(|(k, b)| least(k, b)).collect();
+        let mut least = with_dense_images(part, edge, strips);
+        least.rates.iter_mut().zip(&shape).for_each(|(rate, shape)| *rate = rate.max(*shape));
+        (before, least)
+    });
     let mut out = EdgePolyline { ts: vec![edge.breaks[0].t], breaks: vec![0] };
     let mut kept = true;
     let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
     for w in edge.breaks.windows(2) {
-        kept &= density.spread(w[0].t, w[1].t, limit, &mut out.ts);
+        kept &= match &follow {
+            Some((before, least)) => {
+                let before = before.part(|last| &last.ts[..]);
+                Criteria { density: &density, least }.follow(before, (w[0].t, w[1].t), limit, &mut out.ts)
+            }
+            None => density.spread(w[0].t, w[1].t, limit, &mut out.ts),
+        };
         out.breaks.push(u32::try_from(out.ts.len() - 1).unwrap_or(u32::MAX));
     }
     (out, kept)

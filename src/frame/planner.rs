@@ -9,7 +9,9 @@ use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::plan::{PartPlan, Plan, TileLattice, plan_parts, polyline};
 use super::rate::{Rate, Step, Terms, band, step};
+use super::resync::{Kept, Turns, owner};
 use super::shown::{PartBoxes, Shown};
+use super::split::Lines;
 use super::tolerance::Tolerance;
 use super::view::{Seen, View};
 use crate::mesh::{SceneInstance, ScenePart, TileId};
@@ -37,11 +39,14 @@ pub struct PlannerOptions {
     /// Whether tiles of closed parts are left out where all of them turns its back to the camera. Right as long as the
     /// near plane cuts nothing open and no camera is inside a part.
     pub cull_backs: bool,
+    /// How lines follow rates that change.
+    pub lines: Lines,
 }
 
 impl PlannerOptions {
-    /// Default limits, no budget, no culling of backs.
-    pub const DEFAULT: Self = Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false };
+    /// Default limits, no budget, no culling of backs, lines as even as they may be.
+    pub const DEFAULT: Self =
+        Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false, lines: Lines::Spread };
 }
 
 impl Default for PlannerOptions {
@@ -73,6 +78,8 @@ struct PartRates {
     /// The terms by which each tile's and edge's row of the plan was made, by number; 0: none yet.
     tile_terms: Vec<u32>,
     edge_terms: Vec<u32>,
+    /// Whose lines are not those of its rate alone.
+    kept: Kept,
     /// Cells of each tile.
     cells: Vec<u64>,
     /// What each tile shows in the frame that is planned.
@@ -91,6 +98,7 @@ pub struct Planner {
     terms: Terms,
     /// Counts the terms there were.
     term: u32,
+    turns: Turns,
     pages: Pages,
     changes: PlanChanges,
     limited: Limited,
@@ -158,6 +166,8 @@ struct Wanted {
     band: (f64, f64),
     /// The chord tolerance that it is seen at, in the part's own millimetres.
     chord: f64,
+    /// Whether all its lines are placed anew, and those of its edges.
+    anew: bool,
 }
 
 /// A frame's plan in the making.
@@ -185,6 +195,7 @@ impl Planner {
             edges: vec![Rate::Even(None); part.edges.len()],
             tile_terms: vec![0; part.tiles.len()],
             edge_terms: vec![0; part.edges.len()],
+            kept: Kept::none(part),
             cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
             seen: vec![UNSEEN; part.tiles.len()],
         });
@@ -192,6 +203,7 @@ impl Planner {
             parts: parts.collect(),
             terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
             term: 0,
+            turns: Turns::of(options.lines),
             pages: Pages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
             changes: PlanChanges::default(),
             limited: Limited::default(),
@@ -226,7 +238,9 @@ impl Planner {
     /// changes, and a comparison if nothing moved.
     pub fn plan(&mut self, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
         let placed = instances.iter().map(|i| (i.part, i.transform));
-        if !self.unfinished && self.seen == views && self.placed.iter().copied().eq(placed.clone()) {
+        let is_still = self.seen == views && self.placed.iter().copied().eq(placed.clone());
+        self.turns.pass(is_still);
+        if is_still && !self.unfinished && !self.turns.are_left() {
             self.changes = PlanChanges::default();
             return &self.pages.last;
         }
@@ -303,7 +317,7 @@ impl Planner {
 
     /// Which tiles of a part are drawn, and which of these should have other rates.
     fn look(&mut self, p: usize, draft: &mut Draft<'_>) {
-        let PartRates { boxes, tiles, bands, tile_terms, seen, .. } = &mut self.parts[p];
+        let PartRates { boxes, tiles, bands, tile_terms, kept, seen, .. } = &mut self.parts[p];
         seen.fill(UNSEEN);
         for Shown { view, instance, sight } in &draft.sights[p] {
             boxes.seen_by(sight, self.options.cull_backs, |t, now| {
@@ -316,9 +330,10 @@ impl Planner {
             if most < 0.0 {
                 continue;
             }
+            let due = kept.is_due(&self.turns, part, (p, t), |tile| seen[tile].most >= 0.0);
             let planned = tile_terms[t] == self.term;
             let (low, high) = bands[t];
-            if planned && most >= low && most <= high && most <= APART * least {
+            if planned && !due && most >= low && most <= high && most <= APART * least {
                 continue;
             }
             let before = &tiles[t];
@@ -332,18 +347,22 @@ impl Planner {
                 // A plane has one cell however it is seen; what bends there are its edges, which have boxes of their own.
                 let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
                 let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
-                if planned && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
+                if planned && !due && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
                     continue;
                 }
                 (Rate::Each(each(boxes(), before, &draft.sights[p])), (0.0, 0.0))
             };
-            if !planned || rate != *before {
+            if !planned || due || rate != *before {
                 let finer = |to: &Rate, from: &Rate| match (to.finest(), from.finest()) {
                     (Some(to), Some(from)) => f64::from(to) - f64::from(from),
                     _ => f64::INFINITY,
                 };
-                let urgency = if planned { finer(&rate, before) } else { f64::INFINITY };
-                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band, chord: 1.0 / most });
+                let urgency = match planned {
+                    true if rate == *before => 0.0,
+                    true => finer(&rate, before),
+                    false => f64::INFINITY,
+                };
+                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band, chord: 1.0 / most, anew: due });
             }
         }
     }
@@ -379,20 +398,22 @@ impl Planner {
     /// Lattices of the tiles that change, then tessellants of the edges along them.
     fn apply(&mut self, draft: &mut Draft<'_>) {
         let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
-        // Edges with whether a lattice beside them changed.
-        let mut touched: Vec<(usize, u32, bool)> = Vec::new();
-        for Wanted { part: p, tile: t, rate, band, chord, .. } in draft.wanted.drain(..) {
+        // Edges with whether a lattice beside them changed, and whether they are placed anew.
+        let mut touched: Vec<(usize, u32, bool, bool)> = Vec::new();
+        for Wanted { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
             let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
             let face = &part.faces[part.face_of(tile)];
             let need = self.terms.need(&rate, places(face, tile).len(), self.prepared.scene.parts[p].radius);
-            let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile);
+            let old = &mut draft.page.parts[p].tiles[t];
+            let before = self.turns.follow(&**old, anew || rates.tile_terms[t] != self.term);
+            (rates.kept.tiles[t], rates.kept.due[t]) = (before.is_some(), false);
+            let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile, before);
             let is_plane = face.kind == SurfaceKind::Plane;
             // The lattice of a plane asks nothing, but what is thin is told from what is lost by its chord.
             made.chord = Terms::settled(if is_plane { chord } else { made.chord });
             mark(&mut self.limited.tiles, id, !kept.cells);
             mark(&mut self.limited.lines, id, !kept.lines);
-            let old = &mut draft.page.parts[p].tiles[t];
             // What a stricter chord was measured against holds; on a plane nothing is measured, so that any will do.
             let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
             let as_before = old.us == made.us && old.vs == made.vs && holds;
@@ -403,24 +424,32 @@ impl Planner {
                 draft.changes.tiles.push(id);
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
-            touched.extend(tile.loops.iter().flatten().map(|u| (p, u.edge, !as_before)));
+            let seen = &rates.seen;
+            let with_it = |e: u32| anew && owner(&part.edges[e as usize], |t| seen[t].most >= 0.0) == Some(t);
+            touched.extend(tile.loops.iter().flatten().map(|u| (p, u.edge, !as_before, with_it(u.edge))));
         }
         for (p, t) in draft.near.drain(..) {
-            touched.extend(self.prepared.parts[p].tiles[t].loops.iter().flatten().map(|u| (p, u.edge, false)));
+            touched.extend(self.prepared.parts[p].tiles[t].loops.iter().flatten().map(|u| (p, u.edge, false, false)));
         }
-        // An edge comes once, with `true` if it came with that.
-        touched.sort_unstable_by_key(|&(part, edge, lattice)| (part, edge, !lattice));
-        touched.dedup_by_key(|(part, edge, _)| (*part, *edge));
-        for (p, e, lattice) in touched {
-            self.tessellate_edge(p, e, lattice, draft);
+        // An edge comes once, with all that it came with.
+        touched.sort_unstable();
+        touched.dedup_by(|next, first| {
+            let is_same = (next.0, next.1) == (first.0, first.1);
+            if is_same {
+                (first.2, first.3) = (first.2 | next.2, first.3 | next.3);
+            }
+            is_same
+        });
+        for (p, e, lattice, anew) in touched {
+            self.tessellate_edge((p, e), lattice, anew, draft);
         }
     }
 
-    fn tessellate_edge(&mut self, p: usize, e: u32, beside_new: bool, draft: &mut Draft<'_>) {
+    fn tessellate_edge(&mut self, (p, e): (usize, u32), beside_new: bool, anew: bool, draft: &mut Draft<'_>) {
         let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
         let (edge, k) = (&part.edges[e as usize], e as usize);
         let beside = || edge.uses.iter().map(|(tile, _, _)| &rates.tiles[tile.0 as usize]);
-        let planned = !beside_new && rates.edge_terms[k] == self.term;
+        let planned = !beside_new && !anew && rates.edge_terms[k] == self.term;
         let page = &mut draft.page.parts[p];
         let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
         if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|(tile, _, _)| single(*tile)) {
@@ -439,7 +468,9 @@ impl Planner {
             return;
         }
         let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
-        let (line, kept) = polyline(part, edge, &page.tiles, &need, 1.0);
+        let before = self.turns.follow(&*page.edges[k], anew || rates.edge_terms[k] != self.term);
+        rates.kept.edges[k] = before.is_some();
+        let (line, kept) = polyline(part, edge, &page.tiles, &need, 1.0, before);
         mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
         (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
         if *page.edges[k] != line {

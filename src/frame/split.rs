@@ -38,11 +38,18 @@ pub enum Intensive {
 }
 
 /// Lines that a tile or an edge has, and which intervals between them are split.
-#[derive(Clone, Copy)]
 pub(super) struct Before<'a, T: ?Sized> {
     pub(super) last: &'a T,
     pub(super) intensive: Intensive,
 }
+
+impl<T: ?Sized> Clone for Before<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: ?Sized> Copy for Before<'_, T> {}
 
 impl<'a, T: ?Sized> Before<'a, T> {
     /// Those of a part of it.
@@ -75,7 +82,13 @@ impl Criteria<'_> {
     /// Criterion-intensive, they keep the density; rendering-intensive, half of it, and `least`. Where they would be more than twice
     /// as many as [`Density::spread`] places, or more than `limit`, it places them. Returns whether `limit` allows what is asked.
     /// Cost: about three times the number of gaps.
-    pub(super) fn follow(&self, before: Before<'_, [f64]>, (a, b): (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
+    pub(super) fn follow(
+        &self,
+        before: Before<'_, [f64]>,
+        (a, b): (f64, f64),
+        limit: usize,
+        out: &mut Vec<f64>,
+    ) -> bool {
         let needed = self.density.fewest(a, b, limit + 1);
         if needed <= limit {
             let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
@@ -325,7 +338,10 @@ mod tests {
                     // Who goes leaves an interval that passes, or only waited before; and no interval is cut that passes.
                     let around = |x: f64| (new.partition_point(|y| *y < x), new.partition_point(|y| *y <= x));
                     let gone = old.iter().map(|&x| around(x)).filter(|(k, next)| k == next);
-                    assert!(gone.into_iter().all(|(k, _)| density.fullness(new[k - 1], new[k]) <= most * FULL), "{case}");
+                    assert!(
+                        gone.into_iter().all(|(k, _)| density.fullness(new[k - 1], new[k]) <= most * FULL),
+                        "{case}"
+                    );
                     let cut = |w: &[f64]| new.iter().any(|&x| x > w[0] && x < w[1]);
                     let passes = |w: &&[f64]| density.fullness(w[0], w[1]) <= FULL && has_all(&new, w);
                     let needless = old.windows(2).filter(passes).find(|w| cut(w));
