@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 
 /// How lines follow, and which frame it is.
 pub(super) struct Turns {
-    intensive: Option<Intensive>,
+    split: Option<(Intensive, f64)>,
     every: Option<NonZeroU32>,
     frame: u64,
     /// Frames since something moved.
@@ -15,11 +15,11 @@ pub(super) struct Turns {
 
 impl Turns {
     pub(super) fn of(lines: Lines) -> Self {
-        let (intensive, every) = match lines {
+        let (split, every) = match lines {
             Lines::Spread => (None, None),
-            Lines::Split { intensive, resync } => (Some(intensive), resync),
+            Lines::Split { intensive, most, resync } => (Some((intensive, most)), resync),
         };
-        Self { intensive, every, frame: 0, still: 0 }
+        Self { split, every, frame: 0, still: 0 }
     }
 
     /// The next frame.
@@ -42,7 +42,7 @@ impl Turns {
 
     /// What new lines follow, unless they are placed anew.
     pub(super) fn follow<'a, T: ?Sized>(&self, last: &'a T, anew: bool) -> Option<Before<'a, T>> {
-        self.intensive.filter(|_| !anew).map(|intensive| Before { last, intensive })
+        self.split.filter(|_| !anew).map(|(intensive, most)| Before { last, intensive, most })
     }
 }
 
@@ -88,7 +88,8 @@ mod tests {
 
     #[test]
     fn everyone_has_one_turn_in_so_many_frames_and_few_at_once() {
-        let mut turns = Turns::of(Lines::Split { intensive: Intensive::Rendering, resync: NonZeroU32::new(10) });
+        let mut turns =
+            Turns::of(Lines::Split { intensive: Intensive::Rendering, most: 2.0, resync: NonZeroU32::new(10) });
         let mut count = vec![0; 1000];
         for _ in 0..10 {
             turns.pass(false);
@@ -102,7 +103,7 @@ mod tests {
             turns.are_left()
         });
         assert_eq!(left.count(), 19);
-        let mut never = Turns::of(Lines::Split { intensive: Intensive::Criterion, resync: None });
+        let mut never = Turns::of(Lines::Split { intensive: Intensive::Criterion, most: 2.0, resync: None });
         never.pass(true);
         assert!(!never.are_left() && !never.has(0, 0) && !Turns::of(Lines::Spread).are_left());
     }

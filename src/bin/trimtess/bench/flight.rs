@@ -54,11 +54,11 @@ impl Follow {
         }
     }
 
-    fn lines(self, resync: Option<NonZeroU32>) -> Lines {
+    pub(super) fn lines(self, most: f64, resync: Option<NonZeroU32>) -> Lines {
         match self {
             Self::Spread => Lines::Spread,
-            Self::Split => Lines::Split { intensive: Intensive::Criterion, resync },
-            Self::SplitRendering => Lines::Split { intensive: Intensive::Rendering, resync },
+            Self::Split => Lines::Split { intensive: Intensive::Criterion, most, resync },
+            Self::SplitRendering => Lines::Split { intensive: Intensive::Rendering, most, resync },
         }
     }
 }
@@ -70,8 +70,7 @@ pub(super) struct Order<'a> {
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
-    /// Frames from one time that a tile's lines are placed anew to the next.
-    pub(super) resync: Option<NonZeroU32>,
+    pub(super) lines: Lines,
     /// How often the path is flown; each frame's times are the least of all.
     pub(super) rounds: usize,
 }
@@ -162,8 +161,7 @@ pub(super) struct Flight {
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let start = Instant::now();
-    let lines = order.follow.lines(order.resync);
-    let planner = PlannerOptions { limits: common.limits.plan(), lines, ..PlannerOptions::DEFAULT };
+    let planner = PlannerOptions { limits: common.limits.plan(), lines: order.lines, ..PlannerOptions::DEFAULT };
     let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false).with_planner(planner);
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();

@@ -43,6 +43,9 @@ pub(crate) struct BenchArgs {
     /// plans are kept.
     #[arg(long, value_name = "HOW", value_delimiter = ',', default_values = ["spread"])]
     lines: Vec<Follow>,
+    /// As many times the lines that are needed there may be, from 1 to 2, where they are split: else they are placed anew.
+    #[arg(long, value_name = "X", value_parser = positive, default_value_t = 2.0)]
+    most_lines: f64,
     /// Frames after which the lines of each tile are placed anew, if they were split; tiles take turns [default: never].
     #[arg(long, value_name = "N")]
     resync: Option<NonZeroU32>,
@@ -95,10 +98,11 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
         let ways = if coherence == Coherence::Off { &[Follow::Spread][..] } else { &args.lines };
         for &follow in ways {
             for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
-                let (path, coherent, lines) = (args.path.name(), coherence.name(), follow.name());
-                progress.stage(format!("flying {path}, coherence {coherent}, lines {lines}, workers {workers}"));
-                let (rounds, resync) = (args.rounds as usize, args.resync);
-                let order = Order { prepared: &prepared, views: &views, workers, coherence, follow, resync, rounds };
+                let (path, coherent, how) = (args.path.name(), coherence.name(), follow.name());
+                progress.stage(format!("flying {path}, coherence {coherent}, lines {how}, workers {workers}"));
+                let rounds = args.rounds as usize;
+                let lines = follow.lines(args.most_lines, args.resync);
+                let order = Order { prepared: &prepared, views: &views, workers, coherence, follow, lines, rounds };
                 flights.push(fly(&order, common)?);
             }
         }
