@@ -3,9 +3,10 @@
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::pixels::{Draw, measured};
 use super::shape;
+use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
-use trimtess::frame::{Intensive, Lines, Plan, Planner, PlannerOptions, View};
+use trimtess::frame::{Intensive, Lines, Plan, PlanLimits, Planner, PlannerOptions, View};
 use trimtess::mesh::{MemorySink, TileId};
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
@@ -168,5 +169,34 @@ fn tiles_take_turns_until_lines_are_as_even_as_they_may_be() {
             assert_eq!(session.view(&[last], &mut sink).unwrap().tiles, 0);
             assert!(Arc::ptr_eq(&plan, session.plan().unwrap()), "{name} {intensive:?}");
         }
+    }
+}
+
+#[test]
+fn limits_hold_where_lines_stay_and_a_still_picture_settles() {
+    let prepared = shape("teapot");
+    let limits = PlanLimits { triangles: 4000, ..PlanLimits::DEFAULT };
+    let [low, high] = prepared.bounds.unwrap();
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    for lines in [CRITERION, RENDERING] {
+        let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions { limits, ..planner(lines) });
+        let mut coarser = 0;
+        for k in 0..60 {
+            let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
+            let eye = middle - DVec3::Y * away * radius;
+            let view = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), [low, high], 1)[0] };
+            let plan = planner.plan(&prepared.scene.instances, &[view]);
+            let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
+            assert!(cells <= 2000, "{lines:?} {k}: {cells}");
+            coarser += usize::from(plan.shortfall.as_ref().is_some_and(|s| s.density < 1.0 && s.by_limits()));
+            if k % 10 == 9 {
+                let settles = (0..200).any(|_| {
+                    let plan = Arc::clone(planner.last());
+                    Arc::ptr_eq(&plan, planner.plan(&prepared.scene.instances, &[view]))
+                });
+                assert!(settles, "{lines:?} {k}");
+            }
+        }
+        assert!(coarser > 5, "{lines:?}: {coarser}");
     }
 }
