@@ -7,9 +7,10 @@
 use super::asked::Asked;
 use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
-use super::plan::{PartPlan, Plan, TileLattice, plan_parts, polyline};
+use super::plan::{PartPlan, Plan, TileLattice, plan_parts};
 use super::rate::{Rate, Step, Terms, band, step};
 use super::shown::{PartBoxes, Shown};
+use super::tessellants::Tessellants;
 use super::tolerance::Tolerance;
 use super::view::{Seen, View};
 use crate::mesh::{SceneInstance, ScenePart, TileId};
@@ -94,6 +95,7 @@ pub struct Planner {
     pages: Pages,
     changes: PlanChanges,
     limited: Limited,
+    tessellants: Tessellants,
     /// What the last plan was made for.
     seen: Vec<View>,
     placed: Vec<(u32, DAffine3)>,
@@ -195,6 +197,7 @@ impl Planner {
             pages: Pages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
             changes: PlanChanges::default(),
             limited: Limited::default(),
+            tessellants: Tessellants::default(),
             seen: Vec::new(),
             placed: Vec::new(),
             unfinished: true,
@@ -439,7 +442,7 @@ impl Planner {
             return;
         }
         let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
-        let (line, kept) = polyline(part, edge, &page.tiles, &need, 1.0);
+        let (line, kept) = self.tessellants.polyline(edge, &page.tiles, &need, 1.0);
         mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
         (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
         if *page.edges[k] != line {
