@@ -4,6 +4,9 @@ use super::tolerance::Tolerance;
 use super::view::Sight;
 use crate::prepare::BoundingBox;
 
+/// Boxes whose tolerances are at least this share of each other count as even: lines differ by a twentieth at most.
+const ALIKE: f64 = 0.9;
+
 /// What is asked of one tile or edge, box by box.
 #[derive(Clone, Debug)]
 pub(super) struct Need {
@@ -53,6 +56,11 @@ impl Asked {
         Self { tolerance: *per_pixel, seen, radius, unusable }
     }
 
+    /// Whether edges may only be so long.
+    pub(super) fn limits_length(&self) -> bool {
+        self.tolerance.max_edge.is_some()
+    }
+
     /// What is asked of a tile or an edge with these boxes, into `need`.
     pub(super) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>, need: &mut Need) {
         let Need { tolerance, shares } = need;
@@ -65,7 +73,12 @@ impl Asked {
         let nearest = |place: &BoundingBox| self.seen.iter().map(|s| s.pixels_per_length(place)).fold(0.0, f64::max);
         shares.extend(places.map(nearest));
         let most = shares.iter().copied().fold(0.0, f64::max);
-        shares.iter_mut().for_each(|p| *p = if most > 0.0 { *p / most } else { 1.0 });
+        let least = shares.iter().copied().fold(most, f64::min);
+        if least >= ALIKE * most {
+            shares.fill(1.0);
+        } else {
+            shares.iter_mut().for_each(|p| *p /= most);
+        }
         let Tolerance { chord, angle, max_edge } = self.tolerance;
         let seen = Tolerance { chord: chord / most, angle, max_edge: max_edge.map(|m| m / most) };
         *tolerance = seen.usable(self.radius);
@@ -84,6 +97,11 @@ pub(super) fn dilate(of: &[f64], columns: usize, reach: usize, out: &mut Vec<f64
     out.clear();
     if reach == 0 {
         out.extend_from_slice(of);
+        return;
+    }
+    let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+    if columns == 1 {
+        out.extend((0..of.len()).map(|k| largest(&of[k.saturating_sub(reach)..(k + reach + 1).min(of.len())])));
         return;
     }
     let rows = of.len() / columns;

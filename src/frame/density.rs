@@ -37,39 +37,14 @@ impl Density<'_> {
         self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
     }
 
-    /// The furthest `x ≤ end` with `(x − a)·ρ ≤ 1` for the largest ρ on the way; more than `a` in any case.
-    ///
-    /// `at` is a strip at or before `a`, and becomes that of `a`.
-    fn stride(&self, a: f64, end: f64, scale: f64, at: &mut usize) -> f64 {
-        let border = |k: usize| if k + 1 == self.rates.len() { f64::INFINITY } else { self.breaks[k + 1] };
-        // A step below the spacing of numbers is the next number: every stride gets on.
-        let reach = |rate: f64| if rate > 0.0 { (a + 1.0 / rate).max(a.next_up()) } else { f64::INFINITY };
-        while border(*at) <= a {
-            *at += 1;
-        }
-        let mut k = *at;
-        let mut most = self.rates[k] * scale;
-        loop {
-            if reach(most) <= border(k) || border(k) >= end {
-                return reach(most).min(end);
-            }
-            most = most.max(self.rates[k + 1] * scale);
-            // Too dense to be entered from here at all: the gap ends at the border.
-            if reach(most) <= border(k) {
-                return border(k);
-            }
-            k += 1;
-        }
-    }
-
     /// Strides from `a` to `b` at `scale` times the density, up to `limit`: the fewest gaps that keep it, and how full they are
     /// together: as many, but that the last one counts by the share of a line in it. Beyond `limit`, what is left counts.
     fn filled(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
+        let mut strides = Strides::new(self, a, scale);
         let mut x = a;
-        let mut at = self.strip(a);
         for n in 0..limit {
             let from = x;
-            x = self.stride(x, b, scale, &mut at);
+            x = strides.next(b);
             if x >= b {
                 let most = self.strips(from, b).fold(0.0, |m, (rate, _)| f64::max(m, rate));
                 return (n + 1, n as f64 + (scale * most * (b - from)).min(1.0));
@@ -115,10 +90,11 @@ impl Density<'_> {
             filled = tried.1;
             if tried.0 <= n { low = scale } else { high = scale }
         }
-        let (mut x, mut at) = (a, self.strip(a));
+        let mut strides = Strides::new(self, a, low);
+        let mut x = a;
         for _ in 1..n {
             let before = x;
-            x = self.stride(x, b, low, &mut at);
+            x = strides.next(b);
             // A line a hair before the end would only be rounding: what is left holds a millionth of a line.
             let hair = b - x <= 1e-6 * (x - before) && self.mass(x, b) <= HAIR;
             if x >= b || hair {
@@ -128,6 +104,69 @@ impl Density<'_> {
         }
         out.push(b);
         kept
+    }
+}
+
+/// Steps along a density, each as long as `scale` times its largest rate on the way allows.
+struct Strides<'a> {
+    density: &'a Density<'a>,
+    scale: f64,
+    x: f64,
+    /// The strip of `x`, or one before it.
+    at: usize,
+    /// Where that strip ends, and the longest step that it allows.
+    border: f64,
+    step: f64,
+}
+
+impl<'a> Strides<'a> {
+    fn new(density: &'a Density<'a>, from: f64, scale: f64) -> Self {
+        let mut new = Self { density, scale, x: from, at: 0, border: 0.0, step: 0.0 };
+        new.enter(density.strip(from));
+        new
+    }
+
+    fn rate(&self, k: usize) -> f64 {
+        self.density.rates[k] * self.scale
+    }
+
+    fn border(&self, k: usize) -> f64 {
+        if k + 1 == self.density.rates.len() { f64::INFINITY } else { self.density.breaks[k + 1] }
+    }
+
+    fn enter(&mut self, k: usize) {
+        (self.at, self.border, self.step) = (k, self.border(k), self.rate(k).recip());
+    }
+
+    /// The furthest `x ≤ end` with `(x − before)·ρ ≤ 1` for the largest ρ on the way; more than before in any case.
+    #[inline]
+    fn next(&mut self, end: f64) -> f64 {
+        let to = self.x + self.step;
+        self.x = if to <= self.border && to > self.x { to.min(end) } else { self.over_borders(end) };
+        self.x
+    }
+
+    fn over_borders(&mut self, end: f64) -> f64 {
+        let x = self.x;
+        // A step below the spacing of numbers is the next number: every stride gets on.
+        let reach = |rate: f64| if rate > 0.0 { (x + 1.0 / rate).max(x.next_up()) } else { f64::INFINITY };
+        while self.border <= x {
+            self.enter(self.at + 1);
+        }
+        let mut k = self.at;
+        let mut most = self.rate(k);
+        loop {
+            let (to, border) = (reach(most), self.border(k));
+            if to <= border || border >= end {
+                return to.min(end);
+            }
+            most = most.max(self.rate(k + 1));
+            // Too dense to be entered from here at all: the gap ends at the border.
+            if reach(most) <= border {
+                return border;
+            }
+            k += 1;
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 use super::asked::{Asked, Need};
 use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
-use super::tessellants::Tessellants;
+use super::tessellants::{Tessellants, bare};
 use super::tolerance::Tolerance;
 use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
@@ -60,6 +60,11 @@ pub(super) struct CellWalk<'a> {
 impl<'a> CellWalk<'a> {
     pub(super) fn new(lines: &'a [f64]) -> Self {
         Self { lines, at: 0 }
+    }
+
+    /// From a share of the way from the first to the last line on.
+    pub(super) fn from_share(lines: &'a [f64], share: f32) -> Self {
+        Self { lines, at: ((f64::from(share) * (lines.len() - 1) as f64) as usize).min(lines.len() - 2) }
     }
 
     /// The same number as [`cell_coordinate`].
@@ -227,8 +232,11 @@ fn plan_part(
     let mut tessellants = Tessellants::default();
     let mut edges = Vec::with_capacity(part.edges.len());
     for (k, edge) in part.edges.iter().enumerate() {
-        asked.over(edge.bounds.places.iter(), &mut need);
-        let (polyline, kept) = tessellants.polyline(edge, &tiles, &need, shortfall.density);
+        let bare = if asked.limits_length() { None } else { bare(edge, &tiles) };
+        let (polyline, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
+            asked.over(edge.bounds.places.iter(), &mut need);
+            tessellants.polyline(edge, &tiles, &need, shortfall.density)
+        });
         budget.spend(polyline.ts.len() as u64)?;
         if !kept {
             shortfall.edges.push((id, k as u32));

@@ -4,6 +4,7 @@ use super::asked::{Need, dilate, most_touched};
 use super::density::Density;
 use super::plan::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
 use super::tolerance::Tolerance;
+use crate::mesh::TileId;
 use crate::prepare::{EdgeShape, Image, PreparedEdge, StripBounds};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -22,6 +23,22 @@ pub(super) struct Tessellants {
     rates: Vec<f64>,
     wanted: Vec<f64>,
     ts: Vec<f64>,
+}
+
+/// The breaks of a straight edge between single cells, whatever its tolerance; `None` for others, and where they are not enough.
+pub(super) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<EdgePolyline> {
+    let single = |tile: TileId| tiles[tile.0 as usize].cells() == (1, 1);
+    if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|(tile, ..)| single(*tile)) {
+        return None;
+    }
+    let ts: Vec<f64> = if edge.uses.is_empty() { Vec::new() } else { edge.breaks.iter().map(|b| b.t).collect() };
+    Some(EdgePolyline { breaks: (0..ts.len() as u32).collect(), ts })
+}
+
+/// Whether it is a curve that ends where it begins, with nothing fixed between.
+fn is_closed(edge: &PreparedEdge) -> bool {
+    let ends = if let [start, end] = &edge.breaks[..] { start.point == end.point } else { false };
+    ends && matches!(edge.shape, EdgeShape::Curve(_))
 }
 
 impl Tessellants {
@@ -84,12 +101,9 @@ impl Tessellants {
                 limit_to_cells(&edge.images.image(k), lattice, breaks, rates, wanted);
             }
         }
-        if let [start, end] = edge.breaks[..]
-            && start.point == end.point
-            && matches!(edge.shape, EdgeShape::Curve(_))
-        {
-            // A closed edge is a triangle at least.
-            let least = 3.0 / (end.t - start.t);
+        if is_closed(edge) {
+            // A triangle at least.
+            let least = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
             rates.iter_mut().for_each(|rate| *rate = rate.max(least));
         }
         let density = Density { breaks, rates };
@@ -131,7 +145,8 @@ fn limit_to_cells(image: &Image<'_>, lattice: &TileLattice, breaks: &[f64], rate
     /// Traversals of the lattice by one edge: an outline of a gear or a word as one spline makes a few dozen.
     const TRAVERSALS: f64 = 64.0;
     let Some((start, strips)) = image.steps() else { return };
-    let (mut along_u, mut along_v) = (CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs));
+    let (mut along_u, mut along_v) =
+        (CellWalk::from_share(&lattice.us, start[0]), CellWalk::from_share(&lattice.vs, start[1]));
     let mut at = |[u, v]: [f32; 2]| (along_u.at_share(f64::from(u)), along_v.at_share(f64::from(v)));
     let mut from = at(start);
     wanted.clear();

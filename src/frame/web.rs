@@ -46,6 +46,26 @@ impl Shape {
         self.outwards < 0.0 || self.is_flat(mesh)
     }
 
+    /// Whether a triangle certainly is not [wrong](Self::is_wrong): the same comparisons of squares, which take no root, with room for
+    /// rounding.
+    pub(super) fn is_clearly_right(mesh: &PatchMesh, corners: [u32; 3]) -> bool {
+        const ROOM: f64 = 2.0;
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        let [ab, ac, bc] = [b - a, c - a, c - b];
+        let cross = ab.cross(ac);
+        let [n, o, p] = corners.map(|v| mesh.normals[v as usize].as_dvec3());
+        let normal = n + o + p;
+        let (facing, area) = (cross.dot(normal), cross.length_squared());
+        let longest = ab.length_squared().max(ac.length_squared()).max(bc.length_squared());
+        let size = ROOM * ROUNDING * a.abs().max(b.abs()).max(c.abs()).max_element();
+        let steep = ROOM * STEEP;
+        // Squares that underflow prove nothing.
+        facing > 0.0
+            && area > f64::MIN_POSITIVE
+            && facing * facing > steep * steep * area * normal.length_squared()
+            && area > size * size * longest
+    }
+
     /// Whether its corners are in line but for rounding.
     pub(super) fn is_flat(&self, mesh: &PatchMesh) -> bool {
         let size = self.corners.iter().map(|&v| mesh.positions[v as usize].abs().max_element()).fold(0.0, f64::max);
