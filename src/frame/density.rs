@@ -149,7 +149,16 @@ impl<'a> Strides<'a> {
     fn over_borders(&mut self, end: f64) -> f64 {
         let x = self.x;
         // A step below the spacing of numbers is the next number: every stride gets on.
-        let reach = |rate: f64| if rate > 0.0 { (x + 1.0 / rate).max(x.next_up()) } else { f64::INFINITY };
+        let reach = |rate: f64| {
+            let to = x + 1.0 / rate;
+            if to > x {
+                to
+            } else if rate > 0.0 {
+                x.next_up()
+            } else {
+                f64::INFINITY
+            }
+        };
         while self.border <= x {
             self.enter(self.at + 1);
         }

@@ -9,6 +9,7 @@ use super::asked::{Need, dilate, is_steep, most_touched};
 use super::density::Density;
 use super::plan::{MAX_LINES, TileLattice};
 use super::tolerance::Tolerance;
+use crate::model::SurfaceKind;
 use crate::prepare::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
@@ -102,6 +103,11 @@ pub(super) struct Kept {
     pub(super) cells: bool,
 }
 
+/// Whether tiles have one cell whatever the tolerance: on planes, as long as edges may be of any length.
+pub(super) fn is_single(face: &PreparedFace, max_edge: Option<f64>) -> bool {
+    face.kind == SurfaceKind::Plane && max_edge.is_none()
+}
+
 /// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense: they are
 /// not where [`MAX_LINES`] or `most_cells` forbid it. A pure function of its arguments.
 pub(super) fn lattice(
@@ -111,6 +117,14 @@ pub(super) fn lattice(
     factor: f64,
     most_cells: u64,
 ) -> (TileLattice, Kept) {
+    if is_single(face, need.tolerance.max_edge) {
+        let single = TileLattice {
+            us: vec![tile.min.x, tile.max.x],
+            vs: vec![tile.min.y, tile.max.y],
+            chord: need.tolerance.chord,
+        };
+        return (single, Kept { lines: true, cells: true });
+    }
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
     let boxes: Vec<(usize, usize)> = su.clone().flat_map(|i| sv.clone().map(move |j| (i, j))).collect();

@@ -35,6 +35,15 @@ pub(super) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<Ed
     Some(EdgePolyline { breaks: (0..ts.len() as u32).collect(), ts })
 }
 
+/// Whether a chord tolerance asks for nothing that the angle does not ask for: then finer or coarser chords change nothing.
+pub(super) fn turns_more_than_bends(edge: &PreparedEdge, tolerance: &Tolerance) -> bool {
+    let angle = tolerance.angle.min(FRAC_PI_2);
+    let mut strips = edge.bounds.strips.iter().zip(edge.bounds.breaks.windows(2));
+    edge.straight
+        || strips
+            .all(|(b, ends)| b.second * (angle * (ends[1] - ends[0])).powi(2) <= 8.0 * tolerance.chord * b.turn.powi(2))
+}
+
 /// Whether it is a curve that ends where it begins, with nothing fixed between.
 fn is_closed(edge: &PreparedEdge) -> bool {
     let ends = if let [start, end] = &edge.breaks[..] { start.point == end.point } else { false };
@@ -151,7 +160,7 @@ fn limit_to_cells(image: &Image<'_>, lattice: &TileLattice, breaks: &[f64], rate
     let mut from = at(start);
     wanted.clear();
     let mut total = 0.0;
-    for (steps, ends) in strips.iter().zip(breaks[image.strip..].windows(2)) {
+    for (steps, ends) in strips.zip(breaks[image.strip..].windows(2)) {
         let mut most = 0.0_f64;
         for &place in steps {
             let to = at(place);

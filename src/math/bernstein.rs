@@ -66,6 +66,17 @@ pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64
 /// `rows` holds two rows of `degree + 1` numbers.
 #[inline]
 pub fn basis_and_slopes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
+    // Loops of known length for the usual degrees.
+    match degree {
+        1 => fill_lanes(1, x, &mut rows[..4]),
+        2 => fill_lanes(2, x, &mut rows[..6]),
+        3 => fill_lanes(3, x, &mut rows[..8]),
+        _ => fill_lanes(degree, x, rows),
+    }
+}
+
+#[inline(always)]
+fn fill_lanes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
     let (n, slopes) = rows.split_at_mut(degree + 1);
     n[0] = [1.0; L];
     slopes[0] = [0.0; L];

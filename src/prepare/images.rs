@@ -4,8 +4,10 @@
 use super::{CurveBounds, PreparedEdge, Tile, UvCurve};
 use rayon::prelude::*;
 
-/// Steps per strip: enough that a lattice denser at one end of the strip is seen.
+/// Steps per strip, at most: enough that a lattice denser at one end of the strip is seen.
 const STEPS: usize = 4;
+/// Share of the tile that a strip may cross for each of its steps; less is one step.
+const REACH: f64 = 1.0 / 32.0;
 
 /// Where an edge's images run in the tiles that use it.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +26,8 @@ struct Span {
     /// Its first strip, and its first place.
     strip: u32,
     place: u32,
+    /// Steps per strip.
+    steps: u32,
 }
 
 /// An image of an edge.
@@ -36,13 +40,14 @@ pub(crate) struct Image<'a> {
     /// Places as shares of the tile in u and in v, strip by strip at even steps between its borders or `ends`; both are among
     /// them, borders once.
     places: &'a [[f32; 2]],
+    steps: usize,
 }
 
 impl<'a> Image<'a> {
     /// Where it begins, and the steps of each strip; `None` where it is no longer than a point.
-    pub(crate) fn steps(&self) -> Option<([f32; 2], &'a [[[f32; 2]; STEPS]])> {
+    pub(crate) fn steps(&self) -> Option<([f32; 2], std::slice::ChunksExact<'a, [f32; 2]>)> {
         let (first, rest) = self.places.split_first()?;
-        Some((*first, rest.as_chunks().0)).filter(|(_, strips)| !strips.is_empty())
+        Some((*first, rest.chunks_exact(self.steps))).filter(|(_, strips)| strips.len() > 0)
     }
 }
 
@@ -61,20 +66,17 @@ impl EdgeImages {
                 share.as_vec2().to_array()
             };
             let breaks = if out.cuts.is_empty() { &edge.bounds.breaks } else { &out.cuts };
-            let mut span = Span { ends, strip: 0, place: out.places.len() as u32 };
-            for (k, strip) in breaks.windows(2).enumerate() {
-                let (a, b) = (strip[0].max(ends[0]), strip[1].min(ends[1]));
-                if a >= b {
-                    continue;
-                }
-                if out.places.len() == span.place as usize {
-                    span.strip = k as u32;
-                    out.places.push(place(a));
-                }
+            let range = |strip: &[f64]| (strip[0].max(ends[0]), strip[1].min(ends[1]));
+            let first = breaks.windows(2).position(|strip| range(strip).0 < range(strip).1).unwrap_or(0);
+            let strips: Vec<(f64, f64)> = breaks[first..].windows(2).map(range).take_while(|(a, b)| a < b).collect();
+            let (strip, at) = (first as u32, out.places.len());
+            out.places.extend(strips.first().map(|strip| place(strip.0)));
+            for &(a, b) in &strips {
                 let step = (b - a) / STEPS as f64;
                 out.places.extend((1..=STEPS).map(|i| place(a + step * i as f64)));
             }
-            out.spans.push(span);
+            let steps = thin(&mut out.places, at);
+            out.spans.push(Span { ends, strip, place: at as u32, steps: steps as u32 });
         }
         out.places.shrink_to_fit();
         out
@@ -87,10 +89,25 @@ impl EdgeImages {
 
     /// The image in the edge's use number `k`.
     pub(crate) fn image(&self, k: usize) -> Image<'_> {
-        let Span { ends, strip, place } = self.spans[k];
+        let Span { ends, strip, place, steps } = self.spans[k];
         let end = self.spans.get(k + 1).map_or(self.places.len(), |next| next.place as usize);
-        Image { ends, strip: strip as usize, places: &self.places[place as usize..end] }
+        Image { ends, strip: strip as usize, places: &self.places[place as usize..end], steps: steps as usize }
     }
+}
+
+/// Leaves as many of the places from `at` on as strips need that are so short; returns how many steps these are.
+fn thin(places: &mut Vec<[f32; 2]>, at: usize) -> usize {
+    let way = |strip: &[[f32; 2]]| {
+        let steps = strip.windows(2).map(|w| (w[1][0] - w[0][0]).abs().max((w[1][1] - w[0][1]).abs()));
+        f64::from(steps.sum::<f32>())
+    };
+    let starts = (at..places.len().saturating_sub(STEPS)).step_by(STEPS);
+    let longest = starts.map(|k| way(&places[k..=k + STEPS])).fold(0.0, f64::max);
+    let steps = [1, 2].into_iter().find(|&steps| longest <= steps as f64 * REACH).unwrap_or(STEPS);
+    let kept = (places.len() - at).div_ceil(STEPS / steps);
+    (0..kept).for_each(|k| places[at + k] = places[at + k * (STEPS / steps)]);
+    places.truncate(at + kept);
+    steps
 }
 
 /// Samples the images of all edges.
