@@ -9,6 +9,7 @@ use super::tolerance::Tolerance;
 use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
 use crate::prepare::{Prepared, PreparedPart};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
@@ -16,7 +17,7 @@ use std::sync::Arc;
 pub(super) const MAX_LINES: usize = 4096;
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TileLattice {
     /// u-lines, strictly increasing.
     pub us: Vec<f64>,
@@ -97,7 +98,7 @@ impl<'a> CellWalk<'a> {
 }
 
 /// Tessellants of one edge.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EdgePolyline {
     /// Parameters, strictly increasing; contains all breaks.
     pub ts: Vec<f64>,
@@ -106,7 +107,7 @@ pub struct EdgePolyline {
 }
 
 /// The plan of one part.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PartPlan {
     /// One per tile.
     pub tiles: Vec<Arc<TileLattice>>,
@@ -114,8 +115,11 @@ pub struct PartPlan {
     pub edges: Vec<Arc<EdgePolyline>>,
 }
 
-/// The plan of a frame.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The plan of a frame: all that workers are told.
+///
+/// With `serde` it can be kept and made again elsewhere, bit for bit ([`Session::frame`](crate::parallel::Session::frame)), in formats
+/// that keep numbers whole and know infinity: CBOR and the like, not JSON.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,
