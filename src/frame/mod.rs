@@ -40,6 +40,8 @@ mod refill;
 
 mod shown;
 
+mod tessellants;
+
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
 
