@@ -45,6 +45,8 @@ mod shown;
 mod split;
 pub use split::{Intensive, Lines};
 
+mod tessellants;
+
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
 

@@ -7,11 +7,12 @@
 use super::asked::Asked;
 use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
-use super::plan::{PartPlan, Plan, TileLattice, plan_parts, polyline};
+use super::plan::{PartPlan, Plan, TileLattice, plan_parts};
 use super::rate::{Rate, Step, Terms, band, step};
 use super::resync::{Kept, Turns, owner};
 use super::shown::{PartBoxes, Shown};
 use super::split::Lines;
+use super::tessellants::{Tessellants, turns_more_than_bends};
 use super::tolerance::Tolerance;
 use super::view::{Seen, View};
 use crate::mesh::{SceneInstance, ScenePart, TileId};
@@ -102,6 +103,8 @@ pub struct Planner {
     pages: Pages,
     changes: PlanChanges,
     limited: Limited,
+    tessellants: Tessellants,
+    touched: Touched,
     /// What the last plan was made for.
     seen: Vec<View>,
     placed: Vec<(u32, DAffine3)>,
@@ -156,6 +159,33 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
     }
 }
 
+/// Edges to look at, each once however many tiles ask for it.
+#[derive(Default)]
+struct Touched {
+    /// By part and edge: 0 where it is not among `rows`; else 1, and 2 where a lattice beside it changed, and 4 where all of it is
+    /// placed anew.
+    stamps: Vec<Vec<u8>>,
+    rows: Vec<(usize, u32)>,
+}
+
+impl Touched {
+    fn add(&mut self, part: usize, edge: u32, beside_new: bool, anew: bool) {
+        let stamp = &mut self.stamps[part][edge as usize];
+        if *stamp == 0 {
+            self.rows.push((part, edge));
+        }
+        *stamp |= 1 | u8::from(beside_new) << 1 | u8::from(anew) << 2;
+    }
+
+    /// Calls `each` with every edge, whether a lattice beside it changed and whether it is placed anew, and forgets them.
+    fn drain(&mut self, mut each: impl FnMut(usize, u32, bool, bool)) {
+        for (part, edge) in self.rows.drain(..) {
+            let stamp = std::mem::take(&mut self.stamps[part][edge as usize]);
+            each(part, edge, stamp & 2 != 0, stamp & 4 != 0);
+        }
+    }
+}
+
 /// A tile that should have another rate.
 struct Wanted {
     /// How many times finer it should be; infinite for a tile that was never planned by the present terms.
@@ -207,6 +237,11 @@ impl Planner {
             pages: Pages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
             changes: PlanChanges::default(),
             limited: Limited::default(),
+            tessellants: Tessellants::default(),
+            touched: Touched {
+                stamps: prepared.parts.iter().map(|part| vec![0; part.edges.len()]).collect(),
+                rows: Vec::new(),
+            },
             seen: Vec::new(),
             placed: Vec::new(),
             unfinished: true,
@@ -398,8 +433,7 @@ impl Planner {
     /// Lattices of the tiles that change, then tessellants of the edges along them.
     fn apply(&mut self, draft: &mut Draft<'_>) {
         let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
-        // Edges with whether a lattice beside them changed, and whether they are placed anew.
-        let mut touched: Vec<(usize, u32, bool, bool)> = Vec::new();
+        let mut touched = std::mem::take(&mut self.touched);
         for Wanted { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
             let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
@@ -426,23 +460,14 @@ impl Planner {
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
             let seen = &rates.seen;
             let with_it = |e: u32| anew && owner(&part.edges[e as usize], |t| seen[t].most >= 0.0) == Some(t);
-            touched.extend(tile.loops.iter().flatten().map(|u| (p, u.edge, !as_before, with_it(u.edge))));
+            tile.loops.iter().flatten().for_each(|u| touched.add(p, u.edge, !as_before, with_it(u.edge)));
         }
         for (p, t) in draft.near.drain(..) {
-            touched.extend(self.prepared.parts[p].tiles[t].loops.iter().flatten().map(|u| (p, u.edge, false, false)));
+            let uses = self.prepared.parts[p].tiles[t].loops.iter().flatten();
+            uses.for_each(|u| touched.add(p, u.edge, false, false));
         }
-        // An edge comes once, with all that it came with.
-        touched.sort_unstable();
-        touched.dedup_by(|next, first| {
-            let is_same = (next.0, next.1) == (first.0, first.1);
-            if is_same {
-                (first.2, first.3) = (first.2 | next.2, first.3 | next.3);
-            }
-            is_same
-        });
-        for (p, e, lattice, anew) in touched {
-            self.tessellate_edge((p, e), lattice, anew, draft);
-        }
+        touched.drain(|p, e, beside_new, anew| self.tessellate_edge((p, e), beside_new, anew, draft));
+        self.touched = touched;
     }
 
     fn tessellate_edge(&mut self, (p, e): (usize, u32), beside_new: bool, anew: bool, draft: &mut Draft<'_>) {
@@ -468,9 +493,20 @@ impl Planner {
             return;
         }
         let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
+        // Nothing changed beside it, and nothing along it: lines of pins and holes are made by angles, at any distance.
+        if let (true, Rate::Even(now), Rate::Even(before)) =
+            (planned && need.tolerance.max_edge.is_none(), &rate, &rates.edges[k])
+        {
+            let finer = Rate::Even(*now.max(before));
+            let finer = self.terms.need(&finer, 0, self.prepared.scene.parts[p].radius);
+            if turns_more_than_bends(edge, &finer.tolerance) {
+                rates.edges[k] = rate;
+                return;
+            }
+        }
         let before = self.turns.follow(&*page.edges[k], anew || rates.edge_terms[k] != self.term);
         rates.kept.edges[k] = before.is_some();
-        let (line, kept) = polyline(part, edge, &page.tiles, &need, 1.0, before);
+        let (line, kept) = self.tessellants.polyline(edge, &page.tiles, &need, 1.0, before);
         mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
         (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
         if *page.edges[k] != line {

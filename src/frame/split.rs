@@ -66,9 +66,9 @@ impl<'a, T: ?Sized> Before<'a, T> {
 /// What lines must keep.
 #[derive(Clone, Copy)]
 pub(super) struct Criteria<'a> {
-    pub(super) density: &'a Density,
+    pub(super) density: Density<'a>,
     /// Nowhere denser: what is kept even where the number of lines decides.
-    pub(super) least: &'a Density,
+    pub(super) least: Density<'a>,
 }
 
 /// An interval that is no fuller passes: what is spread is rounded.
@@ -79,19 +79,27 @@ const WAITS: f64 = 2.0 * FULL;
 const CLOSE: f64 = 1.0 / 16.0;
 
 impl Criteria<'_> {
+    /// Lines that [`follow`](Self::follow) those before, or as [`Density::spread`] places them.
+    pub(super) fn place(
+        &self,
+        before: Option<Before<'_, [f64]>>,
+        (a, b): (f64, f64),
+        limit: usize,
+        out: &mut Vec<f64>,
+    ) -> bool {
+        match before {
+            Some(before) => self.follow(before, (a, b), limit, out),
+            None => self.density.spread(a, b, limit, out),
+        }
+    }
+
     /// Parameters from `a` to `b > a`, strictly increasing: the last lines that are between them and needed, and new ones.
     /// Appends all but `a`.
     ///
     /// Criterion-intensive, they keep the density; rendering-intensive, half of it, and `least`. Where they would be more than
     /// [`Before::most`] times what [`Density::spread`] places, or more than `limit`, it places them. Returns whether `limit` allows what is asked.
     /// Cost: about three times the number of gaps.
-    pub(super) fn follow(
-        &self,
-        before: Before<'_, [f64]>,
-        (a, b): (f64, f64),
-        limit: usize,
-        out: &mut Vec<f64>,
-    ) -> bool {
+    fn follow(&self, before: Before<'_, [f64]>, (a, b): (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
         let needed = self.density.fewest(a, b, limit + 1);
         if needed <= limit {
             let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
@@ -202,26 +210,43 @@ mod tests {
     const LIMIT: usize = 4096;
     const BOTH: [Intensive; 2] = [Intensive::Criterion, Intensive::Rendering];
 
-    fn even(rate: f64) -> Density {
-        Density { breaks: vec![0.0, 1.0], rates: vec![rate] }
+    /// A density and what it consists of.
+    struct Owned {
+        breaks: Vec<f64>,
+        rates: Vec<f64>,
     }
 
-    fn follow(last: &[f64], density: &Density, least: &Density, intensive: Intensive) -> Vec<f64> {
+    impl Owned {
+        fn view(&self) -> Density<'_> {
+            Density { breaks: &self.breaks, rates: &self.rates }
+        }
+    }
+
+    fn even(rate: f64) -> Owned {
+        Owned { breaks: vec![0.0, 1.0], rates: vec![rate] }
+    }
+
+    fn follow(last: &[f64], density: &Owned, least: &Owned, intensive: Intensive) -> Vec<f64> {
         let (a, b) = (last[0], last[last.len() - 1]);
         let mut lines = vec![a];
-        let kept = Criteria { density, least }.follow(Before { last, intensive, most: 2.0 }, (a, b), LIMIT, &mut lines);
+        let kept = Criteria { density: density.view(), least: least.view() }.follow(
+            Before { last, intensive, most: 2.0 },
+            (a, b),
+            LIMIT,
+            &mut lines,
+        );
         assert!(kept && lines.is_sorted_by(|x, y| x < y) && lines[lines.len() - 1] == b, "{lines:?}");
         lines
     }
 
-    fn spread(density: &Density, a: f64, b: f64) -> Vec<f64> {
+    fn spread(density: &Owned, a: f64, b: f64) -> Vec<f64> {
         let mut lines = vec![a];
-        density.spread(a, b, LIMIT, &mut lines);
+        density.view().spread(a, b, LIMIT, &mut lines);
         lines
     }
 
-    fn fullest(density: &Density, lines: &[f64]) -> f64 {
-        lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
+    fn fullest(density: &Owned, lines: &[f64]) -> f64 {
+        lines.windows(2).map(|w| density.view().fullness(w[0], w[1])).fold(0.0, f64::max)
     }
 
     fn has_all(lines: &[f64], old: &[f64]) -> bool {
@@ -272,17 +297,22 @@ mod tests {
     fn what_is_piled_up_or_close_to_an_end_goes() {
         // Two thirds of a gap are too many to be joined and three times as many as are needed: never by splitting.
         let thirds: Vec<f64> = (0..=30).map(|k| f64::from(k) / 30.0).collect();
-        let density = Density { breaks: vec![0.0, 1.0, 1.0 + 1e-3], rates: vec![14.9, 1.0] };
+        let density = Owned { breaks: vec![0.0, 1.0, 1.0 + 1e-3], rates: vec![14.9, 1.0] };
         assert_eq!(follow(&thirds, &density, &even(0.0), Intensive::Criterion).len() - 1, 15);
         let close = [-0.1, 1e-9, 0.5, 1.0 - 1e-9, 1.5];
         let before = Before { last: &close[..], intensive: Intensive::Criterion, most: 2.0 };
         let mut lines = vec![0.0];
-        assert!(Criteria { density: &even(2.0), least: &even(0.0) }.follow(before, (0.0, 1.0), LIMIT, &mut lines));
+        assert!(Criteria { density: even(2.0).view(), least: even(0.0).view() }.follow(
+            before,
+            (0.0, 1.0),
+            LIMIT,
+            &mut lines
+        ));
         assert_eq!(lines, [0.0, 0.5, 1.0]);
         // A border of a dense strip is not close.
-        let border = Density { breaks: vec![0.0, 0.1, 1.0], rates: vec![0.1, 10.0] };
+        let border = Owned { breaks: vec![0.0, 0.35, 1.0], rates: vec![0.1, 10.0] };
         let lines = spread(&border, 0.0, 1.0);
-        assert!(lines.contains(&0.1));
+        assert!(lines.contains(&0.35));
         assert_eq!(follow(&lines, &border, &even(0.0), Intensive::Criterion), lines);
     }
 
@@ -292,7 +322,7 @@ mod tests {
         let follow = |rate: f64, most: f64| {
             let (density, mut lines) = (even(rate), vec![0.0]);
             let before = Before { last: &thirteen[..], intensive: Intensive::Criterion, most };
-            Criteria { density: &density, least: &density }.follow(before, (0.0, 1.0), LIMIT, &mut lines);
+            Criteria { density: density.view(), least: density.view() }.follow(before, (0.0, 1.0), LIMIT, &mut lines);
             lines
         };
         for (rate, most, count) in
@@ -310,8 +340,13 @@ mod tests {
             for intensive in BOTH {
                 let (mut lines, mut anew) = (vec![0.0], vec![0.0]);
                 let before = Before { last: &ten[..], intensive, most: 2.0 };
-                let kept = Criteria { density: &density, least: &least }.follow(before, (0.0, 1.0), limit, &mut lines);
-                assert_eq!(kept, density.spread(0.0, 1.0, limit, &mut anew));
+                let kept = Criteria { density: density.view(), least: least.view() }.follow(
+                    before,
+                    (0.0, 1.0),
+                    limit,
+                    &mut lines,
+                );
+                assert_eq!(kept, density.view().spread(0.0, 1.0, limit, &mut anew));
                 assert!(kept == allowed && lines.len() - 1 <= limit, "{limit}: {lines:?}");
                 assert!(allowed || lines == anew);
             }
@@ -340,9 +375,9 @@ mod tests {
                     rates.iter_mut().for_each(|rate| *rate = (*rate * by).min(300.0 / (b - a)));
                 }
                 let share = f64::from(u.int_in_range(0..=8_u8)?) / 8.0;
-                let density = Density { breaks: breaks.clone(), rates: rates.clone() };
-                let least = Density { breaks: breaks.clone(), rates: rates.iter().map(|r| share * r).collect() };
-                let needed = density.fewest(a, b, LIMIT);
+                let density = Owned { breaks: breaks.clone(), rates: rates.clone() };
+                let least = Owned { breaks: breaks.clone(), rates: rates.iter().map(|r| share * r).collect() };
+                let needed = density.view().fewest(a, b, LIMIT);
                 let Some(old) = lines else {
                     lines = Some(spread(&density, a, b));
                     continue;
@@ -358,11 +393,11 @@ mod tests {
                     let around = |x: f64| (new.partition_point(|y| *y < x), new.partition_point(|y| *y <= x));
                     let gone = old.iter().map(|&x| around(x)).filter(|(k, next)| k == next);
                     assert!(
-                        gone.into_iter().all(|(k, _)| density.fullness(new[k - 1], new[k]) <= most * FULL),
+                        gone.into_iter().all(|(k, _)| density.view().fullness(new[k - 1], new[k]) <= most * FULL),
                         "{case}"
                     );
                     let cut = |w: &[f64]| new.iter().any(|&x| x > w[0] && x < w[1]);
-                    let passes = |w: &&[f64]| density.fullness(w[0], w[1]) <= FULL && has_all(&new, w);
+                    let passes = |w: &&[f64]| density.view().fullness(w[0], w[1]) <= FULL && has_all(&new, w);
                     let needless = old.windows(2).filter(passes).find(|w| cut(w));
                     assert!(needless.is_none(), "{needless:?} {case}");
                 }
