@@ -110,7 +110,12 @@ impl Tessellants {
         };
         let breaks = edge.images.strips(bounds);
         of_bounds.clear();
-        of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| shape(k, b)));
+        if before.is_some() {
+            of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| shape(k, b)));
+        } else {
+            // The rates have it, and nobody asks for less.
+            of_bounds.resize(bounds.strips.len(), 0.0);
+        }
         refine(&bounds.breaks, of_bounds, breaks, least);
         of_bounds.clear();
         of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)));
