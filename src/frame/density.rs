@@ -95,7 +95,8 @@ impl Density<'_> {
         let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
         // Even gaps are as few, or nothing else can be reckoned with.
         if kept && n as f64 >= even || !mass.is_finite() {
-            evenly(a, b, n, out);
+            // Strides that add up rounding may be one more.
+            evenly(a, b, n.min(even as usize), out);
             return kept && n as f64 >= even;
         }
         // The largest factor that takes no more gaps makes the last gap as full as the others. A gap holds at most one
@@ -274,6 +275,12 @@ mod tests {
         // From 0 the sparse strip allows 2, but the dense one, which begins at 1, allows 0.1 from there.
         let (lines, _) = spread(&[0.0, 1.0, 2.0], &[0.5, 10.0], 0.0, 2.0, LIMIT);
         assert!(lines[1] <= 1.0 && lines.len() == 12, "{lines:?}");
+    }
+
+    #[test]
+    fn even_gaps_are_not_one_more_for_rounding() {
+        // Ten tenths add up to less than 1.
+        assert_eq!(spread(&[0.0, 0.1, 1.0], &[0.1, 10.0], 0.0, 1.0, LIMIT).0.len(), 11);
     }
 
     #[test]
