@@ -66,11 +66,8 @@ impl Density<'_> {
     /// The fewest gaps from `a` to `b` that keep the density, counted up to `limit`: as many as [`spread`](Self::spread) makes.
     pub(super) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
         let most = self.most(a, b);
-        if self.is_even(most, a, b) {
-            even_gaps(most, a, b).min(limit as f64) as usize
-        } else {
-            self.filled(a, b, 1.0, limit).0.min(limit)
-        }
+        let even = even_gaps(most, a, b).min(limit as f64) as usize;
+        if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit).0.min(even) }
     }
 
     /// Whether no gaps are fewer than even ones, given the largest density.
