@@ -38,7 +38,12 @@ pub use record::{TileRecord, record_tile};
 
 mod refill;
 
+mod resync;
+
 mod shown;
+
+mod split;
+pub use split::{Intensive, Lines};
 
 mod tessellants;
 
