@@ -55,7 +55,7 @@ fn frames_are_closed_and_keep_what_is_asked_or_four_times_that() {
     let mut most = [0.0_f64; 6];
     for name in ["torus", "washer", "sphere", "brake-hub", "trimmed-teapot"] {
         let prepared = shape(name);
-        let views = path(&mut Draw(7), prepared.bounds.unwrap(), 60);
+        let views = path(&mut Draw(7), prepared.bounds.unwrap(), 40);
         let ways = [
             Lines::Spread,
             CRITERION,

@@ -6,7 +6,7 @@ use crate::{Common, Failure};
 use cpu_time::ThreadTime;
 use std::sync::Arc;
 use std::time::Instant;
-use trimtess::frame::{Plan, PlannerOptions, Scratch, View, plan_for_view_within, tessellate_tile};
+use trimtess::frame::{Lines, Plan, PlannerOptions, Scratch, View, plan_for_view_within, tessellate_tile};
 use trimtess::mesh::{MemorySink, TileId};
 use trimtess::model::PartId;
 use trimtess::parallel::distribute::{Load, loads};
@@ -42,9 +42,14 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
 }
 
 /// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can.
-pub(super) fn record_changes(prepared: &Arc<Prepared>, views: &[View], common: &Common) -> Result<Costs, Failure> {
+pub(super) fn record_changes(
+    prepared: &Arc<Prepared>,
+    views: &[View],
+    lines: Lines,
+    common: &Common,
+) -> Result<Costs, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let planner = PlannerOptions { limits: common.limits.plan(), ..PlannerOptions::DEFAULT };
+    let planner = PlannerOptions { limits: common.limits.plan(), lines, ..PlannerOptions::DEFAULT };
     let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false).with_planner(planner);
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let rows = Arc::clone(session.prepared());

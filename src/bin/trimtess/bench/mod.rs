@@ -113,10 +113,17 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
         progress.stage("timing tiles");
         let costs = costs::record(&prepared, &views, common)?;
         let costly = costly(&prepared, &costs);
-        replays.push(replayed(&costs, &numbers, &flights, Coherence::Off, costly)?);
-        if views.len() > 1 && args.coherence.contains(&Coherence::On) {
-            let costs = costs::record_changes(&prepared, &views, common)?;
-            replays.push(replayed(&costs, &numbers, &flights, Coherence::On, Vec::new())?);
+        let flown = |coherence, follow| {
+            let is_so = move |flight: &&Flight| flight.coherence == coherence && flight.follow == follow;
+            flights.iter().filter(is_so).collect::<Vec<_>>()
+        };
+        replays.push(replayed(&costs, &numbers, &flown(Coherence::Off, Follow::Spread), Coherence::Off, costly)?);
+        let follow = args.lines.first().copied().unwrap_or_default();
+        let on = flown(Coherence::On, follow);
+        if views.len() > 1 && !on.is_empty() {
+            let lines = follow.lines(args.most_lines, args.resync);
+            let costs = costs::record_changes(&prepared, &views, lines, common)?;
+            replays.push(replayed(&costs, &numbers, &on, Coherence::On, Vec::new())?);
         }
     }
     drop(progress);
@@ -148,17 +155,15 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
 fn replayed(
     costs: &Costs,
     numbers: &[usize],
-    flights: &[Flight],
+    flights: &[&Flight],
     coherence: Coherence,
     costly: Vec<Costly>,
 ) -> Result<Replay, Failure> {
     let Costs { tiles, stride, frames } = costs;
     let epoch = (EPOCH / stride).max(1);
     let count = frames.len().max(1) as f64;
-    let median = |of: fn(&flight::Times) -> f64| {
-        let flown = flights.iter().filter(|flight| flight.coherence == coherence);
-        Spread::of(flown.flat_map(|flight| &flight.times).map(of)).p50
-    };
+    let median =
+        |of: fn(&flight::Times) -> f64| Spread::of(flights.iter().flat_map(|flight| &flight.times).map(of)).p50;
     let (master, commit) = (median(|t| t.plan), median(|t| t.commit));
     let row = |&workers: &usize| {
         let shares = Policy::ALL.map(|policy| (policy, replay(policy, tiles, frames, workers, epoch)));
