@@ -65,14 +65,14 @@ impl Density<'_> {
 
     /// The fewest gaps from `a` to `b` that keep the density, counted up to `limit`: as many as [`spread`](Self::spread) makes.
     pub(super) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
-        let (even, is_least) = self.even(a, b, self.most(a, b));
-        if is_least { even.min(limit as f64) as usize } else { self.filled(a, b, 1.0, limit).0.min(limit) }
+        let most = self.most(a, b);
+        let even = even_gaps(most, a, b).min(limit as f64) as usize;
+        if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit).0.min(even) }
     }
 
-    /// The gaps that keep the density if all are equal, and whether it is plain that others are not fewer.
-    fn even(&self, a: f64, b: f64, most: f64) -> (f64, bool) {
-        let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0);
-        (even, even <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most))
+    /// Whether no gaps are fewer than even ones, given the largest density.
+    fn is_even(&self, most: f64, a: f64, b: f64) -> bool {
+        even_gaps(most, a, b) <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most)
     }
 
     /// Parameters from `a` to `b > a`, strictly increasing, so dense that no gap is longer than 1/ρ anywhere in it; as
@@ -82,8 +82,8 @@ impl Density<'_> {
     /// it was kept. Cost: that of a handful of counts of the gaps; of even ones, one at most.
     pub(super) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
         let most = self.most(a, b);
-        let (even, is_least) = self.even(a, b, most);
-        if is_least {
+        let even = even_gaps(most, a, b);
+        if self.is_even(most, a, b) {
             evenly(a, b, even.min(limit as f64) as usize, out);
             return even <= limit as f64;
         }
@@ -92,7 +92,8 @@ impl Density<'_> {
         let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
         // Even gaps are as few, or nothing else can be reckoned with.
         if kept && n as f64 >= even || !mass.is_finite() {
-            evenly(a, b, n, out);
+            // Strides that add up rounding may be one more.
+            evenly(a, b, n.min(even as usize), out);
             return kept && n as f64 >= even;
         }
         // The largest factor that takes no more gaps makes the last gap as full as the others. A gap holds at most one
@@ -127,6 +128,11 @@ impl Density<'_> {
         out.push(b);
         kept
     }
+}
+
+/// The even gaps that keep a density.
+fn even_gaps(most: f64, a: f64, b: f64) -> f64 {
+    (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0)
 }
 
 /// Steps along a density, each as long as `scale` times its largest rate on the way allows.
@@ -266,6 +272,12 @@ mod tests {
         // From 0 the sparse strip allows 2, but the dense one, which begins at 1, allows 0.1 from there.
         let (lines, _) = spread(&[0.0, 1.0, 2.0], &[0.5, 10.0], 0.0, 2.0, LIMIT);
         assert!(lines[1] <= 1.0 && lines.len() == 12, "{lines:?}");
+    }
+
+    #[test]
+    fn even_gaps_are_not_one_more_for_rounding() {
+        // Ten tenths add up to less than 1.
+        assert_eq!(spread(&[0.0, 0.1, 1.0], &[0.1, 10.0], 0.0, 1.0, LIMIT).0.len(), 11);
     }
 
     #[test]

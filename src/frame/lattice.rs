@@ -228,20 +228,24 @@ fn spread(
         }
     }
     // What triangles need in order not to turn over, however far they may deviate.
-    let least = |axis: usize| {
+    let least = |axis: usize| -> Vec<f64> {
         let rates = sides[axis].2.iter().zip(&turning[axis]).map(|(n, turn)| (turn / FRAC_PI_2).max(n.even[axis]));
-        rates.map(|rate| rate * factor).collect::<Vec<f64>>()
+        rates.map(|rate| rate * factor).collect()
     };
-    let least = before.map_or_else(Default::default, |_| [least(0), least(1)]);
-    let least = [(breaks_u, &least[0]), (breaks_v, &least[1])].map(|(breaks, rates)| Density { breaks, rates });
+    let least = before.map(|_| [least(0), least(1)]);
     let mut kept = Kept { lines: true, cells: true };
     let mut round = 0;
     loop {
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
-        let (in_u, in_v) = (before.map(|b| b.part(|last| &last.us[..])), before.map(|b| b.part(|last| &last.vs[..])));
-        let criteria = [(u, least[0]), (v, least[1])].map(|(density, least)| Criteria { density, least });
-        let (us, kept_u) = lines(&criteria[0], tile.min.x, tile.max.x, &creases[0], in_u);
-        let (vs, kept_v) = lines(&criteria[1], tile.min.y, tile.max.y, &creases[1], in_v);
+        let least = least
+            .as_ref()
+            .map(|[u, v]| [Density { breaks: breaks_u, rates: u }, Density { breaks: breaks_v, rates: v }]);
+        let follow = |axis: usize| {
+            let (before, least) = (before?, least?[axis]);
+            Some((before.part(|last| if axis == 0 { &last.us[..] } else { &last.vs }), least))
+        };
+        let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
+        let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));
         let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
         // How much too dense in u and in v. A direction of one cell cannot give.
         let over = nu * nv / most_cells as f64;
@@ -275,17 +279,22 @@ fn coarser(density: &Density<'_>, (lo, hi): (f64, f64), n: f64, too_many: f64) -
 }
 
 fn lines(
-    criteria: &Criteria<'_>,
+    density: &Density<'_>,
     lo: f64,
     hi: f64,
     creases: &[f64],
-    before: Option<Before<'_, [f64]>>,
+    follow: Option<(Before<'_, [f64]>, Density<'_>)>,
 ) -> (Vec<f64>, bool) {
     let mut out = vec![lo];
     let mut from = lo;
     let mut kept = true;
     for &x in creases.iter().filter(|&&x| x > lo && x < hi).chain([&hi]) {
-        kept &= criteria.place(before, (from, x), MAX_LINES, &mut out);
+        kept &= match follow {
+            Some((before, least)) => {
+                Criteria { density: *density, least }.follow(before, (from, x), MAX_LINES, &mut out)
+            }
+            None => density.spread(from, x, MAX_LINES, &mut out),
+        };
         from = x;
     }
     (out, kept)

@@ -159,29 +159,35 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
     }
 }
 
+/// A stamp of an edge that is looked at.
+const TOUCHED: u8 = 1;
+/// A lattice beside it changed.
+const BESIDE_NEW: u8 = 2;
+/// It is placed anew.
+const ANEW: u8 = 4;
+
 /// Edges to look at, each once however many tiles ask for it.
 #[derive(Default)]
 struct Touched {
-    /// By part and edge: 0 where it is not among `rows`; else 1, and 2 where a lattice beside it changed, and 4 where all of it is
-    /// placed anew.
+    /// By part and edge: 0 where it is not among `rows`, else [`TOUCHED`] and why.
     stamps: Vec<Vec<u8>>,
     rows: Vec<(usize, u32)>,
 }
 
 impl Touched {
-    fn add(&mut self, part: usize, edge: u32, beside_new: bool, anew: bool) {
+    fn add(&mut self, part: usize, edge: u32, why: u8) {
         let stamp = &mut self.stamps[part][edge as usize];
         if *stamp == 0 {
             self.rows.push((part, edge));
         }
-        *stamp |= 1 | u8::from(beside_new) << 1 | u8::from(anew) << 2;
+        *stamp |= TOUCHED | why;
     }
 
-    /// Calls `each` with every edge, whether a lattice beside it changed and whether it is placed anew, and forgets them.
-    fn drain(&mut self, mut each: impl FnMut(usize, u32, bool, bool)) {
+    /// Calls `each` with every edge and its stamp, and forgets them.
+    fn drain(&mut self, mut each: impl FnMut(usize, u32, u8)) {
         for (part, edge) in self.rows.drain(..) {
             let stamp = std::mem::take(&mut self.stamps[part][edge as usize]);
-            each(part, edge, stamp & 2 != 0, stamp & 4 != 0);
+            each(part, edge, stamp);
         }
     }
 }
@@ -460,13 +466,15 @@ impl Planner {
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
             let seen = &rates.seen;
             let with_it = |e: u32| anew && owner(&part.edges[e as usize], |t| seen[t].most >= 0.0) == Some(t);
-            tile.loops.iter().flatten().for_each(|u| touched.add(p, u.edge, !as_before, with_it(u.edge)));
+            for u in tile.loops.iter().flatten() {
+                touched.add(p, u.edge, if as_before { 0 } else { BESIDE_NEW } | if with_it(u.edge) { ANEW } else { 0 });
+            }
         }
         for (p, t) in draft.near.drain(..) {
             let uses = self.prepared.parts[p].tiles[t].loops.iter().flatten();
-            uses.for_each(|u| touched.add(p, u.edge, false, false));
+            uses.for_each(|u| touched.add(p, u.edge, 0));
         }
-        touched.drain(|p, e, beside_new, anew| self.tessellate_edge((p, e), beside_new, anew, draft));
+        touched.drain(|p, e, why| self.tessellate_edge((p, e), why & BESIDE_NEW > 0, why & ANEW > 0, draft));
         self.touched = touched;
     }
 

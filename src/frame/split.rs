@@ -79,27 +79,19 @@ const WAITS: f64 = 2.0 * FULL;
 const CLOSE: f64 = 1.0 / 16.0;
 
 impl Criteria<'_> {
-    /// Lines that [`follow`](Self::follow) those before, or as [`Density::spread`] places them.
-    pub(super) fn place(
-        &self,
-        before: Option<Before<'_, [f64]>>,
-        (a, b): (f64, f64),
-        limit: usize,
-        out: &mut Vec<f64>,
-    ) -> bool {
-        match before {
-            Some(before) => self.follow(before, (a, b), limit, out),
-            None => self.density.spread(a, b, limit, out),
-        }
-    }
-
     /// Parameters from `a` to `b > a`, strictly increasing: the last lines that are between them and needed, and new ones.
     /// Appends all but `a`.
     ///
     /// Criterion-intensive, they keep the density; rendering-intensive, half of it, and `least`. Where they would be more than
     /// [`Before::most`] times what [`Density::spread`] places, or more than `limit`, it places them. Returns whether `limit` allows what is asked.
     /// Cost: about three times the number of gaps.
-    fn follow(&self, before: Before<'_, [f64]>, (a, b): (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
+    pub(super) fn follow(
+        &self,
+        before: Before<'_, [f64]>,
+        (a, b): (f64, f64),
+        limit: usize,
+        out: &mut Vec<f64>,
+    ) -> bool {
         let needed = self.density.fewest(a, b, limit + 1);
         if needed <= limit {
             let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
@@ -210,43 +202,31 @@ mod tests {
     const LIMIT: usize = 4096;
     const BOTH: [Intensive; 2] = [Intensive::Criterion, Intensive::Rendering];
 
-    /// A density and what it consists of.
-    struct Owned {
-        breaks: Vec<f64>,
-        rates: Vec<f64>,
+    /// One that lasts as long as the test runs.
+    fn dense(breaks: &[f64], rates: &[f64]) -> Density<'static> {
+        Density { breaks: breaks.to_vec().leak(), rates: rates.to_vec().leak() }
     }
 
-    impl Owned {
-        fn view(&self) -> Density<'_> {
-            Density { breaks: &self.breaks, rates: &self.rates }
-        }
+    fn even(rate: f64) -> Density<'static> {
+        dense(&[0.0, 1.0], &[rate])
     }
 
-    fn even(rate: f64) -> Owned {
-        Owned { breaks: vec![0.0, 1.0], rates: vec![rate] }
-    }
-
-    fn follow(last: &[f64], density: &Owned, least: &Owned, intensive: Intensive) -> Vec<f64> {
+    fn follow(last: &[f64], density: Density<'_>, least: Density<'_>, intensive: Intensive) -> Vec<f64> {
         let (a, b) = (last[0], last[last.len() - 1]);
         let mut lines = vec![a];
-        let kept = Criteria { density: density.view(), least: least.view() }.follow(
-            Before { last, intensive, most: 2.0 },
-            (a, b),
-            LIMIT,
-            &mut lines,
-        );
+        let kept = Criteria { density, least }.follow(Before { last, intensive, most: 2.0 }, (a, b), LIMIT, &mut lines);
         assert!(kept && lines.is_sorted_by(|x, y| x < y) && lines[lines.len() - 1] == b, "{lines:?}");
         lines
     }
 
-    fn spread(density: &Owned, a: f64, b: f64) -> Vec<f64> {
+    fn spread(density: Density<'_>, a: f64, b: f64) -> Vec<f64> {
         let mut lines = vec![a];
-        density.view().spread(a, b, LIMIT, &mut lines);
+        density.spread(a, b, LIMIT, &mut lines);
         lines
     }
 
-    fn fullest(density: &Owned, lines: &[f64]) -> f64 {
-        lines.windows(2).map(|w| density.view().fullness(w[0], w[1])).fold(0.0, f64::max)
+    fn fullest(density: Density<'_>, lines: &[f64]) -> f64 {
+        lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
     }
 
     fn has_all(lines: &[f64], old: &[f64]) -> bool {
@@ -255,41 +235,41 @@ mod tests {
 
     #[test]
     fn ten_intervals_become_fourteen_as_in_the_paper() {
-        let ten = spread(&even(10.0), 0.0, 1.0);
-        let lines = follow(&ten, &even(14.0), &even(0.0), Intensive::Rendering);
+        let ten = spread(even(10.0), 0.0, 1.0);
+        let lines = follow(&ten, even(14.0), even(0.0), Intensive::Rendering);
         // K = 2: no line into every interval, and four of the ten are split.
         assert!(lines.len() == 15 && has_all(&lines, &ten), "{lines:?}");
         let whole = lines.windows(2).filter(|w| (w[1] - w[0] - 0.1).abs() < 1e-12).count();
         assert_eq!(whole, 6);
-        assert!((fullest(&even(14.0), &lines).powi(2) - 1.96).abs() < 1e-9);
+        assert!((fullest(even(14.0), &lines).powi(2) - 1.96).abs() < 1e-9);
         // The others come before any is split again.
-        let lines = follow(&lines, &even(20.0), &even(0.0), Intensive::Rendering);
-        assert!(lines.len() == 21 && has_all(&lines, &ten) && fullest(&even(20.0), &lines) < 1.000_001, "{lines:?}");
+        let lines = follow(&lines, even(20.0), even(0.0), Intensive::Rendering);
+        assert!(lines.len() == 21 && has_all(&lines, &ten) && fullest(even(20.0), &lines) < 1.000_001, "{lines:?}");
         // K = 4: two lines into each, and three more.
-        let lines = follow(&ten, &even(33.0), &even(0.0), Intensive::Rendering);
+        let lines = follow(&ten, even(33.0), even(0.0), Intensive::Rendering);
         assert!(lines.len() == 34 && has_all(&lines, &ten), "{lines:?}");
-        assert!((fullest(&even(33.0), &lines) - 1.1).abs() < 1e-9, "{lines:?}");
+        assert!((fullest(even(33.0), &lines) - 1.1).abs() < 1e-9, "{lines:?}");
         // All that fail are all there are.
-        assert_eq!(follow(&ten, &even(14.0), &even(0.0), Intensive::Criterion).len(), 21);
+        assert_eq!(follow(&ten, even(14.0), even(0.0), Intensive::Criterion).len(), 21);
     }
 
     #[test]
     fn what_must_be_kept_does_not_wait() {
-        let ten = spread(&even(10.0), 0.0, 1.0);
+        let ten = spread(even(10.0), 0.0, 1.0);
         for (least, count) in [(10.0, 14), (10.1, 20)] {
-            let lines = follow(&ten, &even(14.0), &even(least), Intensive::Rendering);
+            let lines = follow(&ten, even(14.0), even(least), Intensive::Rendering);
             assert_eq!((lines.len() - 1, has_all(&lines, &ten)), (count, true), "{least}: {lines:?}");
         }
     }
 
     #[test]
     fn lines_go_when_the_interval_without_them_passes() {
-        let twenty = spread(&even(20.0), 0.0, 1.0);
+        let twenty = spread(even(20.0), 0.0, 1.0);
         for intensive in BOTH {
-            assert_eq!(follow(&twenty, &even(10.1), &even(0.0), intensive), twenty);
-            let ten = follow(&twenty, &even(10.0), &even(0.0), intensive);
+            assert_eq!(follow(&twenty, even(10.1), even(0.0), intensive), twenty);
+            let ten = follow(&twenty, even(10.0), even(0.0), intensive);
             assert_eq!(ten, twenty.iter().copied().step_by(2).collect::<Vec<_>>());
-            assert_eq!(follow(&twenty, &even(0.0), &even(0.0), intensive), [0.0, 1.0]);
+            assert_eq!(follow(&twenty, even(0.0), even(0.0), intensive), [0.0, 1.0]);
         }
     }
 
@@ -297,32 +277,27 @@ mod tests {
     fn what_is_piled_up_or_close_to_an_end_goes() {
         // Two thirds of a gap are too many to be joined and three times as many as are needed: never by splitting.
         let thirds: Vec<f64> = (0..=30).map(|k| f64::from(k) / 30.0).collect();
-        let density = Owned { breaks: vec![0.0, 1.0, 1.0 + 1e-3], rates: vec![14.9, 1.0] };
-        assert_eq!(follow(&thirds, &density, &even(0.0), Intensive::Criterion).len() - 1, 15);
+        let density = dense(&[0.0, 1.0, 1.0 + 1e-3], &[14.9, 1.0]);
+        assert_eq!(follow(&thirds, density, even(0.0), Intensive::Criterion).len() - 1, 15);
         let close = [-0.1, 1e-9, 0.5, 1.0 - 1e-9, 1.5];
         let before = Before { last: &close[..], intensive: Intensive::Criterion, most: 2.0 };
         let mut lines = vec![0.0];
-        assert!(Criteria { density: even(2.0).view(), least: even(0.0).view() }.follow(
-            before,
-            (0.0, 1.0),
-            LIMIT,
-            &mut lines
-        ));
+        assert!(Criteria { density: even(2.0), least: even(0.0) }.follow(before, (0.0, 1.0), LIMIT, &mut lines));
         assert_eq!(lines, [0.0, 0.5, 1.0]);
         // A border of a dense strip is not close.
-        let border = Owned { breaks: vec![0.0, 0.35, 1.0], rates: vec![0.1, 10.0] };
-        let lines = spread(&border, 0.0, 1.0);
-        assert!(lines.contains(&0.35));
-        assert_eq!(follow(&lines, &border, &even(0.0), Intensive::Criterion), lines);
+        let border = dense(&[0.0, 0.1, 1.0], &[0.1, 10.0]);
+        let lines = spread(border, 0.0, 1.0);
+        assert!(lines.contains(&0.1));
+        assert_eq!(follow(&lines, border, even(0.0), Intensive::Criterion), lines);
     }
 
     #[test]
     fn lines_that_are_too_many_are_placed_anew() {
-        let thirteen = spread(&even(13.0), 0.0, 1.0);
+        let thirteen = spread(even(13.0), 0.0, 1.0);
         let follow = |rate: f64, most: f64| {
             let (density, mut lines) = (even(rate), vec![0.0]);
             let before = Before { last: &thirteen[..], intensive: Intensive::Criterion, most };
-            Criteria { density: density.view(), least: density.view() }.follow(before, (0.0, 1.0), LIMIT, &mut lines);
+            Criteria { density, least: density }.follow(before, (0.0, 1.0), LIMIT, &mut lines);
             lines
         };
         for (rate, most, count) in
@@ -334,19 +309,14 @@ mod tests {
 
     #[test]
     fn over_the_limit_lines_are_spread() {
-        let ten = spread(&even(10.0), 0.0, 1.0);
+        let ten = spread(even(10.0), 0.0, 1.0);
         let (density, least) = (even(33.0), even(0.0));
         for (limit, allowed) in [(20, false), (33, true), (40, true)] {
             for intensive in BOTH {
                 let (mut lines, mut anew) = (vec![0.0], vec![0.0]);
                 let before = Before { last: &ten[..], intensive, most: 2.0 };
-                let kept = Criteria { density: density.view(), least: least.view() }.follow(
-                    before,
-                    (0.0, 1.0),
-                    limit,
-                    &mut lines,
-                );
-                assert_eq!(kept, density.view().spread(0.0, 1.0, limit, &mut anew));
+                let kept = Criteria { density, least }.follow(before, (0.0, 1.0), limit, &mut lines);
+                assert_eq!(kept, density.spread(0.0, 1.0, limit, &mut anew));
                 assert!(kept == allowed && lines.len() - 1 <= limit, "{limit}: {lines:?}");
                 assert!(allowed || lines == anew);
             }
@@ -375,34 +345,34 @@ mod tests {
                     rates.iter_mut().for_each(|rate| *rate = (*rate * by).min(300.0 / (b - a)));
                 }
                 let share = f64::from(u.int_in_range(0..=8_u8)?) / 8.0;
-                let density = Owned { breaks: breaks.clone(), rates: rates.clone() };
-                let least = Owned { breaks: breaks.clone(), rates: rates.iter().map(|r| share * r).collect() };
-                let needed = density.view().fewest(a, b, LIMIT);
+                let density = dense(&breaks, &rates);
+                let least = dense(&breaks, &rates.iter().map(|r| share * r).collect::<Vec<_>>());
+                let needed = density.fewest(a, b, LIMIT);
                 let Some(old) = lines else {
-                    lines = Some(spread(&density, a, b));
+                    lines = Some(spread(density, a, b));
                     continue;
                 };
-                let new = follow(&old, &density, &least, intensive);
+                let new = follow(&old, density, least, intensive);
                 let case = format!("{intensive:?} {breaks:?} {rates:?} {share}: {} {}", old.len(), new.len());
                 assert!(new.len() - 1 < 2 * needed, "{needed} {case}");
-                let (full, strict) = (fullest(&density, &new), fullest(&least, &new));
+                let (full, strict) = (fullest(density, &new), fullest(least, &new));
                 let most = if intensive == Intensive::Rendering { WAITS } else { FULL };
                 assert!(full <= most * FULL && strict <= FULL * FULL, "{full} {strict} {case}");
-                if new != spread(&density, a, b) {
+                if new != spread(density, a, b) {
                     // Who goes leaves an interval that passes, or only waited before; and no interval is cut that passes.
                     let around = |x: f64| (new.partition_point(|y| *y < x), new.partition_point(|y| *y <= x));
                     let gone = old.iter().map(|&x| around(x)).filter(|(k, next)| k == next);
                     assert!(
-                        gone.into_iter().all(|(k, _)| density.view().fullness(new[k - 1], new[k]) <= most * FULL),
+                        gone.into_iter().all(|(k, _)| density.fullness(new[k - 1], new[k]) <= most * FULL),
                         "{case}"
                     );
                     let cut = |w: &[f64]| new.iter().any(|&x| x > w[0] && x < w[1]);
-                    let passes = |w: &&[f64]| density.view().fullness(w[0], w[1]) <= FULL && has_all(&new, w);
+                    let passes = |w: &&[f64]| density.fullness(w[0], w[1]) <= FULL && has_all(&new, w);
                     let needless = old.windows(2).filter(passes).find(|w| cut(w));
                     assert!(needless.is_none(), "{needless:?} {case}");
                 }
                 if full <= FULL {
-                    assert_eq!(follow(&new, &density, &least, intensive), new, "{case}");
+                    assert_eq!(follow(&new, density, least, intensive), new, "{case}");
                 }
                 lines = Some(new);
             }

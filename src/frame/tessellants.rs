@@ -22,7 +22,7 @@ pub(super) struct Tessellants {
     /// Densities, of the strips of the bounds and of those that are cut further.
     of_bounds: Vec<f64>,
     rates: Vec<f64>,
-    /// And those that no tolerance lowers.
+    /// What is kept even where the number of lines decides.
     least: Vec<f64>,
     wanted: Vec<f64>,
     ts: Vec<f64>,
@@ -108,32 +108,29 @@ impl Tessellants {
             };
             (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(shape(k, b))
         };
-        let breaks = edge.images.strips(bounds);
-        of_bounds.clear();
-        if before.is_some() {
-            of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| shape(k, b)));
-        } else {
-            // The rates have it, and nobody asks for less.
-            of_bounds.resize(bounds.strips.len(), 0.0);
-        }
-        refine(&bounds.breaks, of_bounds, breaks, least);
         of_bounds.clear();
         of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)));
+        let breaks = edge.images.strips(bounds);
         refine(&bounds.breaks, of_bounds, breaks, rates);
+        // Of what follows what was before, the least holds too: by its shape, and by the cells beside it.
+        of_bounds.clear();
+        of_bounds.extend(bounds.strips.iter().enumerate().filter(|_| before.is_some()).map(|(k, b)| shape(k, b)));
+        least.clear();
+        if before.is_some() {
+            refine(&bounds.breaks, of_bounds, breaks, least);
+        }
         for (k, (tile, ..)) in edge.uses.iter().enumerate() {
             let lattice = &tiles[tile.0 as usize];
             if lattice.us.len() > 2 || lattice.vs.len() > 2 {
-                limit_to_cells(&edge.images.image(k), lattice, breaks, least, wanted);
+                limit_to_cells(&edge.images.image(k), lattice, breaks, [&mut rates[..], &mut least[..]], wanted);
             }
         }
         if is_closed(edge) {
             // A triangle at least.
-            let triangle = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
-            least.iter_mut().for_each(|rate| *rate = rate.max(triangle));
+            let closed = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
+            rates.iter_mut().chain(&mut *least).for_each(|rate| *rate = rate.max(closed));
         }
-        rates.iter_mut().zip(&*least).for_each(|(rate, least)| *rate = rate.max(*least));
-        let criteria = Criteria { density: Density { breaks, rates }, least: Density { breaks, rates: least } };
-        let before = before.map(|before| before.part(|last| &last.ts[..]));
+        let (density, least) = (Density { breaks, rates }, Density { breaks, rates: least });
         ts.clear();
         ts.push(edge.breaks[0].t);
         let mut at = Vec::with_capacity(edge.breaks.len());
@@ -141,7 +138,13 @@ impl Tessellants {
         let mut kept = true;
         let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
         for w in edge.breaks.windows(2) {
-            kept &= criteria.place(before, (w[0].t, w[1].t), limit, ts);
+            kept &= match before {
+                Some(before) => {
+                    let before = before.part(|last| &last.ts[..]);
+                    Criteria { density, least }.follow(before, (w[0].t, w[1].t), limit, ts)
+                }
+                None => density.spread(w[0].t, w[1].t, limit, ts),
+            };
             at.push(u32::try_from(ts.len() - 1).unwrap_or(u32::MAX));
         }
         (EdgePolyline { ts: ts.clone(), breaks: at }, kept)
@@ -168,7 +171,13 @@ fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
 ///
 /// An image that runs to and fro over the lattice far more often than any real edge is noise; it gets as many segments
 /// as a busy one.
-fn limit_to_cells(image: &Image<'_>, lattice: &TileLattice, breaks: &[f64], rates: &mut [f64], wanted: &mut Vec<f64>) {
+fn limit_to_cells(
+    image: &Image<'_>,
+    lattice: &TileLattice,
+    breaks: &[f64],
+    rates: [&mut [f64]; 2],
+    wanted: &mut Vec<f64>,
+) {
     /// Traversals of the lattice by one edge: an outline of a gear or a word as one spline makes a few dozen.
     const TRAVERSALS: f64 = 64.0;
     let Some((start, strips)) = image.steps() else { return };
@@ -191,7 +200,9 @@ fn limit_to_cells(image: &Image<'_>, lattice: &TileLattice, breaks: &[f64], rate
     }
     let (nu, nv) = lattice.cells();
     let share = (TRAVERSALS * f64::from(nu + nv) / total).min(1.0);
-    for (rate, wanted) in rates[image.strip..].iter_mut().zip(wanted) {
-        *rate = rate.max(*wanted * share);
+    for rates in rates {
+        for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
+            *rate = rate.max(*wanted * share);
+        }
     }
 }
