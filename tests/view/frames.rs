@@ -6,14 +6,14 @@ use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
-use trimtess::frame::{Plan, Planner, PlannerOptions, Projection, View, edge_line};
+use trimtess::frame::{Patch, Plan, Planner, PlannerOptions, Projection, View, edge_line};
 use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileId};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, shapes};
 use trimtess::parallel::{Session, SessionOptions, serial};
 use trimtess::prepare::Prepared;
 
 /// Cameras along a path: round the middle, closer and away, looking aside; with jumps now and then.
-fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
+pub(super) fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let mut place = [0.0, 0.3, 2.5, 0.0];
     let mut speed = [0.02, 0.0, 0.0, 0.0];
@@ -46,7 +46,7 @@ fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
 }
 
 /// The plan's triangles of tiles that are drawn, made from nothing.
-fn from_scratch(session: &Session) -> MemorySink {
+pub(super) fn from_scratch(session: &Session) -> MemorySink {
     let plan = session.plan().unwrap();
     let mut sink = MemorySink::default();
     serial(session.prepared(), plan, false, &mut sink).unwrap();
@@ -56,7 +56,7 @@ fn from_scratch(session: &Session) -> MemorySink {
 }
 
 /// Batches that are drawn in some view, in the order of parts and tiles.
-fn drawn(sink: &MemorySink) -> Vec<Batch> {
+pub(super) fn drawn(sink: &MemorySink) -> Vec<Batch> {
     let shows = |batch: &&Batch| {
         let instances = sink.scene.instances.iter().enumerate().filter(|(_, i)| i.part == batch.part.0);
         let mut pairs = instances.flat_map(|(i, _)| (0..sink.drawn.views()).map(move |view| (view, i)));
@@ -67,7 +67,7 @@ fn drawn(sink: &MemorySink) -> Vec<Batch> {
 
 /// Edges whose tiles are all there, in stretches between tessellants: triangles have each as often in one direction as in the
 /// other. Returns how many stretches there were.
-fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case: &str) -> usize {
+pub(super) fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case: &str) -> usize {
     let mut stretches = 0;
     for (p, part) in prepared.parts.iter().enumerate() {
         let mut there = vec![false; part.tiles.len()];
@@ -103,8 +103,9 @@ fn bits(p: DVec3) -> [u64; 3] {
     p.to_array().map(f64::to_bits)
 }
 
+/// Tiles are made from nothing, so that they are bit by bit what their plan says.
 fn options(workers: usize) -> SessionOptions {
-    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false)
+    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false).with_patch(Patch::NONE)
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod frames;
+mod patched;
 mod pixels;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};

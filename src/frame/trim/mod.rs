@@ -25,6 +25,7 @@ mod rings;
 mod slits;
 mod trace;
 mod triangulate;
+pub(super) mod weave;
 
 /// A tile's trim input in cell units: lattice lines are the integers `0..=cells.0` and `0..=cells.1`.
 ///
@@ -316,6 +317,12 @@ impl TrimOutput {
         self.full_cells.clear();
         self.extra_points.clear();
         self.stats = TrimStats::default();
+    }
+
+    /// Empty, with the counts of a tile that was triangulated before.
+    pub(super) fn reset(&mut self, stats: TrimStats) {
+        self.clear();
+        self.stats = stats;
     }
 
     /// Twice the area of triangles and full cells. There are no extra points yet.

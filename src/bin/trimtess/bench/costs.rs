@@ -3,9 +3,12 @@
 use super::flight::ms;
 use super::uploads::Uploads;
 use crate::{Common, Failure};
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
-use trimtess::frame::{Plan, PlannerOptions, Scratch, View, plan_for_view_within, tessellate_tile};
+use trimtess::frame::{
+    Patch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within, tessellate_tile,
+};
 use trimtess::mesh::{MemorySink, TileId};
 use trimtess::model::PartId;
 use trimtess::parallel::distribute::{Load, loads};
@@ -40,7 +43,8 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
     Ok(Costs { tiles: loads(prepared), stride, frames })
 }
 
-/// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can.
+/// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can: once, since a tile that is
+/// patched is another one then.
 pub(super) fn record_changes(prepared: &Arc<Prepared>, views: &[View], common: &Common) -> Result<Costs, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let planner = PlannerOptions { limits: common.limits.plan(), ..PlannerOptions::DEFAULT };
@@ -49,14 +53,19 @@ pub(super) fn record_changes(prepared: &Arc<Prepared>, views: &[View], common: &
     let rows = Arc::clone(session.prepared());
     let mut sink = Uploads::of(&rows);
     let mut scratch = Scratch::default();
+    let mut memories: HashMap<(PartId, TileId), TileMemory> = HashMap::new();
     let mut frames = Vec::with_capacity(views.len());
     for view in views {
         sink.next_frame();
         session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?;
         let mut costs = vec![0.0; sink.tiles()];
         if let Some(plan) = session.plan() {
-            for (&(part, tile), cost) in sink.sent.iter().zip(tiles(&rows, plan, &sink.sent, &mut scratch)) {
-                costs[sink.tile(part, tile)] = cost;
+            for &(part, tile) in &sink.sent {
+                let memory = memories.entry((part, tile)).or_default();
+                let begun = Instant::now();
+                let made = patch_tile((&rows, plan), (part, tile), Patch::DEFAULT, memory, &mut scratch);
+                costs[sink.tile(part, tile)] = ms(begun.elapsed());
+                scratch.reuse(made.mesh);
             }
         }
         frames.push(costs);

@@ -66,7 +66,7 @@ impl Machine {
 pub(super) struct Run {
     pub(super) path: String,
     pub(super) workers: usize,
-    /// What frames take over: `off`, `plan` or `on`.
+    /// What frames take over: `off`, `plan`, `on`, or what of `on` is left out.
     pub(super) coherence: &'static str,
     pub(super) frames: usize,
     pub(super) frames_per_s: f64,
@@ -83,6 +83,8 @@ pub(super) struct Run {
     /// What a renderer holds at most.
     pub(super) bytes_held: u64,
     pub(super) bytes_held_per_triangle: f64,
+    /// What workers keep at most to patch tiles up with.
+    pub(super) bytes_kept: u64,
     /// Mean over largest processor time of the workers, both summed over the frames.
     pub(super) efficiency: f64,
     pub(super) stages_ms: Stages,
@@ -135,6 +137,7 @@ impl Run {
             bytes_uploaded_mean: mean(|m| m.uploaded),
             bytes_held: most.bytes,
             bytes_held_per_triangle: most.bytes as f64 / (most.triangles as f64).max(1.0),
+            bytes_kept: made.iter().map(|m| m.kept).max().unwrap_or(0),
             efficiency: efficiency(times),
             stages_ms: Stages {
                 plan: all(|t| t.plan),
@@ -244,8 +247,8 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "path     workers coherence | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
-             triangles   tiles made   KiB sent | efficiency"
+            "path     workers    coherence | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
+             triangles   tiles made   KiB sent   KiB kept | efficiency"
         );
         self.runs.iter().for_each(|run| text += &run.line());
         self.replays.iter().for_each(|replay| replay.tell(&mut text));
@@ -258,7 +261,7 @@ impl Run {
         let Stages { plan, commit, workers, .. } = &self.stages_ms;
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
-            "{:<10} {:>5} {:>9} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>6.3}\n",
+            "{:<10} {:>5} {:>12} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} {:>10.0} | {:>6.3}\n",
             self.path,
             self.workers,
             self.coherence,
@@ -277,6 +280,7 @@ impl Run {
             self.triangles_mean,
             self.tiles_remade_mean,
             self.bytes_uploaded_mean / 1024.0,
+            self.bytes_kept as f64 / 1024.0,
             self.efficiency
         )
     }
