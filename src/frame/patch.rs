@@ -7,9 +7,10 @@
 use super::plan::Plan;
 use super::samples::Samples;
 use super::tile::{Job, Kept, Scratch, TileOutcome, tessellate_tile, trace_loops};
+use super::trim::again::{Cells, Moved, strips};
 use super::trim::weave::{Changed, Weave, WeaveScratch};
 use super::trim::{TrimInput, TrimOutcome, TrimStats};
-use crate::mesh::{PatchMesh, TileId};
+use crate::mesh::TileId;
 use crate::model::{PartId, SurfaceKind};
 use crate::prepare::Prepared;
 
@@ -59,6 +60,8 @@ enum Triangles {
     OneCell(Vec<[u32; 3]>),
     /// Of one cell, with neighbours: it has been patched before.
     Weave(Weave),
+    /// Of a lattice, cell by cell.
+    Cells(Cells),
 }
 
 impl TileMemory {
@@ -69,31 +72,80 @@ impl TileMemory {
             Triangles::None => 0,
             Triangles::OneCell(triangles) => size_of::<[u32; 3]>() * triangles.capacity(),
             Triangles::Weave(weave) => weave.bytes(),
+            Triangles::Cells(cells) => cells.bytes(),
         };
         size_of::<Self>() + self.samples.bytes() + triangles
     }
 
-    /// Patches up the triangles of one cell, into the scratch.
-    fn patch_one_cell(&mut self, job: &Job<'_>, from: &[u32], changed: usize, s: &mut Scratch) -> bool {
-        if job.lattice.cells() != (1, 1) || changed > from.len() / LEAST_KEPT {
-            return false;
+    /// Triangulates the loops in the scratch, as far as it can be from what is kept. Returns how that went and how many triangles are
+    /// new; `None` where all have to be made.
+    fn trim(
+        &mut self,
+        job: &Job<'_>,
+        patch: Patch,
+        from: &[u32],
+        changed: usize,
+        s: &mut Scratch,
+    ) -> Option<(TrimOutcome, usize)> {
+        if changed > from.len() / LEAST_KEPT {
+            return None;
         }
+        let cells = job.lattice.cells();
+        let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
+        let old_starts = &self.samples.loop_starts[..];
         let weave = match std::mem::take(&mut self.triangles) {
-            Triangles::OneCell(triangles) => Weave::of(&triangles, &self.samples.loop_starts),
-            Triangles::Weave(weave) => Some(weave),
             Triangles::None => None,
+            Triangles::OneCell(triangles) => Weave::of(&triangles, old_starts),
+            Triangles::Weave(weave) => Some(weave),
+            Triangles::Cells(cells) => {
+                let PatchScratch { columns, rows, .. } = &mut s.patch;
+                strips(&self.samples.lattice.us, &job.lattice.us, columns);
+                strips(&self.samples.lattice.vs, &job.lattice.vs, rows);
+                let moved = Moved { tile, old_starts, from, columns, rows };
+                let again = s.trim.again(&cells, &moved, (patch.trace, patch.triangles), &mut s.trimmed);
+                // Its memory is used again.
+                self.triangles = Triangles::Cells(cells);
+                let (outcome, fresh) = again?;
+                s.trimmed.stats.outcome = outcome;
+                // What is kept was held against another chord.
+                return Some((
+                    outcome,
+                    if job.lattice.chord < self.samples.lattice.chord { usize::MAX } else { fresh },
+                ));
+            }
         };
-        let Some(mut weave) = weave else { return false };
-        let tile = TrimInput { cells: (1, 1), points: &s.cells, loop_starts: &s.loop_starts };
-        let changed = Changed { tile, old_starts: &self.samples.loop_starts, from };
+        let mut weave = weave.filter(|_| cells == (1, 1))?;
+        let changed = Changed { tile, old_starts, from };
         let most = weave.triangles.len() / LEAST_KEPT;
-        if weave.patch(&changed, most, &mut s.trim, &mut s.patch.weave).is_none() {
-            return false;
-        }
+        weave.patch(&changed, most, &mut s.trim, &mut s.patch.weave)?;
         s.trimmed.reset(self.stats);
         s.trimmed.triangles.extend_from_slice(&weave.triangles);
         self.triangles = Triangles::Weave(weave);
-        true
+        Some((self.outcome, usize::MAX))
+    }
+
+    /// Keeps triangles as the trim stage made them, if that is sound.
+    fn keep_triangles(&mut self, job: &Job<'_>, patch: Patch, outcome: TrimOutcome, patched: bool, s: &mut Scratch) {
+        let cells = job.lattice.cells();
+        let one_cell = cells == (1, 1);
+        if job.tile.entangled || matches!(outcome, TrimOutcome::Repaired { .. }) {
+            self.triangles = Triangles::None;
+        } else if one_cell && job.face.kind == SurfaceKind::Plane && patch.triangles {
+            if !patched {
+                self.triangles = Triangles::OneCell(s.trimmed.triangles.clone());
+            }
+        } else if !one_cell && (patch.triangles || patch.trace) {
+            let mut kept = match std::mem::take(&mut self.triangles) {
+                Triangles::Cells(kept) => kept,
+                _ => Cells::default(),
+            };
+            let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
+            if s.trim.keep(&tile, &s.trimmed, &mut kept) {
+                self.triangles = Triangles::Cells(kept);
+            }
+        } else {
+            self.triangles = Triangles::None;
+        }
     }
 }
 
@@ -104,6 +156,8 @@ const LEAST_KEPT: usize = 1;
 #[derive(Default)]
 pub(super) struct PatchScratch {
     from: Vec<u32>,
+    columns: Vec<u32>,
+    rows: Vec<u32>,
     weave: WeaveScratch,
 }
 
@@ -128,54 +182,34 @@ pub fn patch_tile(
     let mut mesh = scratch.spare();
     let mut from = std::mem::take(&mut scratch.patch.from);
     let is_known = std::mem::take(&mut memory.holds);
-    let mut patched = false;
+    let mut trimmed = None;
     if is_known {
         let row = (job.part, job.plan, job.tile, &**job.lattice, job.face);
         let (new, gone) = memory.samples.trace_loops(row, patch.samples, &mut from, scratch, &mut mesh);
-        patched = patch.triangles && memory.patch_one_cell(&job, &from, new.max(gone), scratch);
+        trimmed = memory.trim(&job, patch, &from, new.max(gone), scratch);
     } else {
         trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
     }
-    let trimmed = if patched { Ok(memory.outcome) } else { job.trim(scratch) };
-    let outcome = match trimmed {
-        Ok(outcome) => outcome,
+    let patched = trimmed.is_some();
+    let (outcome, fresh) = match trimmed.map_or_else(|| job.trim(scratch).map(|outcome| (outcome, usize::MAX)), Ok) {
+        Ok(trimmed) => trimmed,
         Err(lost) => return lost,
     };
-    let mut kept = Kept { samples: &memory.samples, from: &mut from, fresh: usize::MAX };
+    memory.keep_triangles(&job, patch, outcome, patched, scratch);
+    let mut kept = Kept { samples: &memory.samples, from: &mut from, fresh };
     let kept = (is_known && patch.samples).then_some(&mut kept);
     let (made, as_trimmed) = job.finish(outcome, kept, scratch, mesh);
     scratch.patch.from = from;
-    memory.remember(&job, patch, outcome, (patched, as_trimmed), scratch, &made.mesh);
+    if !as_trimmed {
+        memory.triangles = Triangles::None;
+    }
+    (memory.outcome, memory.stats) = (outcome, scratch.trimmed.stats);
+    memory.samples.keep((job.plan, job.tile, job.lattice), scratch, &made.mesh);
+    memory.holds = true;
     made
 }
 
 /// Whether a tile is worth keeping.
 fn is_kept(_job: &Job<'_>) -> bool {
     true
-}
-
-impl TileMemory {
-    fn remember(
-        &mut self,
-        job: &Job<'_>,
-        patch: Patch,
-        outcome: TrimOutcome,
-        (patched, as_trimmed): (bool, bool),
-        s: &mut Scratch,
-        mesh: &PatchMesh,
-    ) {
-        self.samples.keep((job.plan, job.tile, job.lattice), s, mesh);
-        self.holds = true;
-        (self.outcome, self.stats) = (outcome, s.trimmed.stats);
-        if patched {
-            return;
-        }
-        let sound = as_trimmed && !job.tile.entangled && !matches!(outcome, TrimOutcome::Repaired { .. });
-        let one_cell = job.lattice.cells() == (1, 1) && job.face.kind == SurfaceKind::Plane;
-        self.triangles = if patch.triangles && sound && one_cell {
-            Triangles::OneCell(s.trimmed.triangles.clone())
-        } else {
-            Triangles::None
-        };
-    }
 }
