@@ -12,7 +12,7 @@ use super::trim::weave::{Changed, Weave, WeaveScratch};
 use super::trim::{TrimInput, TrimOutcome, TrimStats};
 use crate::mesh::TileId;
 use crate::model::{PartId, SurfaceKind};
-use crate::prepare::Prepared;
+use crate::prepare::{EdgeUse, Prepared};
 
 /// What of tiles that change is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,15 +23,17 @@ pub struct Patch {
     pub trace: bool,
     /// Triangles beside which nothing changed (§5.2.2).
     pub triangles: bool,
+    /// Also of tiles where keeping is not faster (docs/decisions/027), or has not been measured to be.
+    pub everywhere: bool,
 }
 
 impl Patch {
     /// Nothing: every tile is a function of model and plan alone.
-    pub const NONE: Self = Self { samples: false, trace: false, triangles: false };
-    /// All of it.
-    pub const ALL: Self = Self { samples: true, trace: true, triangles: true };
+    pub const NONE: Self = Self { samples: false, trace: false, triangles: false, everywhere: false };
+    /// All of it, for tests and to measure.
+    pub const ALL: Self = Self { samples: true, trace: true, triangles: true, everywhere: true };
     /// What is faster (docs/decisions/027).
-    pub const DEFAULT: Self = Self { samples: true, trace: false, triangles: true };
+    pub const DEFAULT: Self = Self { samples: true, trace: true, triangles: true, everywhere: false };
 }
 
 impl Default for Patch {
@@ -79,17 +81,7 @@ impl TileMemory {
 
     /// Triangulates the loops in the scratch, as far as it can be from what is kept. Returns how that went and how many triangles are
     /// new; `None` where all have to be made.
-    fn trim(
-        &mut self,
-        job: &Job<'_>,
-        patch: Patch,
-        from: &[u32],
-        changed: usize,
-        s: &mut Scratch,
-    ) -> Option<(TrimOutcome, usize)> {
-        if changed > from.len() / LEAST_KEPT {
-            return None;
-        }
+    fn trim(&mut self, job: &Job<'_>, patch: Patch, from: &[u32], s: &mut Scratch) -> Option<(TrimOutcome, usize)> {
         let cells = job.lattice.cells();
         let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
         let old_starts = &self.samples.loop_starts[..];
@@ -116,7 +108,7 @@ impl TileMemory {
         };
         let mut weave = weave.filter(|_| cells == (1, 1))?;
         let changed = Changed { tile, old_starts, from };
-        let most = weave.triangles.len() / LEAST_KEPT;
+        let most = if patch.everywhere { usize::MAX } else { weave.triangles.len() * MOST_TAKEN / 100 };
         weave.patch(&changed, most, &mut s.trim, &mut s.patch.weave)?;
         s.trimmed.reset(self.stats);
         s.trimmed.triangles.extend_from_slice(&weave.triangles);
@@ -134,7 +126,7 @@ impl TileMemory {
             if !patched {
                 self.triangles = Triangles::OneCell(s.trimmed.triangles.clone());
             }
-        } else if !one_cell && (patch.triangles || patch.trace) {
+        } else if !one_cell && patch.everywhere && (patch.triangles || patch.trace) {
             let mut kept = match std::mem::take(&mut self.triangles) {
                 Triangles::Cells(kept) => kept,
                 _ => Cells::default(),
@@ -149,8 +141,12 @@ impl TileMemory {
     }
 }
 
-/// Of tessellants and triangles of a tile, one over this must stay at least.
-const LEAST_KEPT: usize = 1;
+/// Percent of the triangles of a plane that may be taken out: with more, what takes their place costs what all do.
+const MOST_TAKEN: usize = 80;
+/// Tessellants from which on a plane's triangles are kept: below, ears are cut faster than triangles are kept.
+const LEAST_TESSELLANTS: usize = 48;
+/// Vertices that a lattice has at least whose samples are kept.
+const LEAST_LATTICE: usize = 256;
 
 /// Work space of [`patch_tile`].
 #[derive(Default)]
@@ -175,7 +171,7 @@ pub fn patch_tile(
     scratch: &mut Scratch,
 ) -> TileOutcome {
     let job = Job::of(prepared, plan, part, tile);
-    if patch == Patch::NONE || !is_kept(&job) {
+    if patch == Patch::NONE || !is_kept(&job, patch) {
         *memory = TileMemory::default();
         return tessellate_tile(prepared, plan, part, tile, scratch);
     }
@@ -185,8 +181,8 @@ pub fn patch_tile(
     let mut trimmed = None;
     if is_known {
         let row = (job.part, job.plan, job.tile, &**job.lattice, job.face);
-        let (new, gone) = memory.samples.trace_loops(row, patch.samples, &mut from, scratch, &mut mesh);
-        trimmed = memory.trim(&job, patch, &from, new.max(gone), scratch);
+        memory.samples.trace_loops(row, patch.samples, &mut from, scratch, &mut mesh);
+        trimmed = memory.trim(&job, patch, &from, scratch);
     } else {
         trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
     }
@@ -210,6 +206,16 @@ pub fn patch_tile(
 }
 
 /// Whether a tile is worth keeping.
-fn is_kept(_job: &Job<'_>) -> bool {
-    true
+fn is_kept(job: &Job<'_>, patch: Patch) -> bool {
+    let cells = job.lattice.cells();
+    if patch.everywhere {
+        true
+    } else if cells != (1, 1) {
+        patch.samples && job.lattice.us.len() * job.lattice.vs.len() >= LEAST_LATTICE
+    } else {
+        let line = |u: &EdgeUse| &job.plan.edges[u.edge as usize].breaks;
+        let count = |u: &EdgeUse| line(u)[u.from as usize].abs_diff(line(u)[u.to as usize]) as usize;
+        let uses = job.tile.loops.iter().flatten();
+        job.face.kind == SurfaceKind::Plane && uses.map(count).sum::<usize>() >= LEAST_TESSELLANTS
+    }
 }

@@ -64,9 +64,8 @@ impl Samples {
             + 4 * (self.corners.capacity() + self.loop_starts.capacity())
     }
 
-    /// Tessellants of the tile's loops by another plan, as the scratch has them for a tile made from nothing, and in
-    /// `from` which each one was. Places are kept where `keeps`; else all are evaluated. Returns how many there are that were not
-    /// before, and how many are no more.
+    /// Tessellants of the tile's loops by another plan, as the scratch has them for a tile made from nothing; and in `from` which one
+    /// each was. Places are kept if `keeps`; else all are evaluated.
     pub(super) fn trace_loops(
         &self,
         (part, plan, tile, lattice, face): (&PreparedPart, &PartPlan, &Tile, &TileLattice, &PreparedFace),
@@ -74,7 +73,7 @@ impl Samples {
         from: &mut Vec<u32>,
         s: &mut Scratch,
         mesh: &mut PatchMesh,
-    ) -> (usize, usize) {
+    ) {
         s.cells.clear();
         s.uvs.clear();
         s.loop_starts.clear();
@@ -83,7 +82,6 @@ impl Samples {
         let spot = Spot::of(face, tile, lattice);
         let same_lines = self.lattice.us == lattice.us && self.lattice.vs == lattice.vs;
         let (mut old, mut line) = (0_usize, 0);
-        let (mut new, mut gone) = (0, 0);
         for l in &tile.loops {
             for u in l {
                 let edge = &part.edges[u.edge as usize];
@@ -106,14 +104,12 @@ impl Samples {
                 }
                 let forward = u.from < u.to;
                 let mut before = steps(u, &was.breaks).map(|k| was.ts[k]).zip(old..).peekable();
-                let (mut hint, mut stay) = (0, 0);
+                let mut hint = 0;
                 for k in steps(u, &is.breaks) {
                     let t = is.ts[k];
                     while before.next_if(|&(old, _)| if forward { old < t } else { old > t }).is_some() {}
                     let known = before.next_if(|&(old, _)| old == t).map(|(_, v)| v);
                     from.push(known.map_or(NONE, |v| v as u32));
-                    stay += usize::from(known.is_some());
-                    new += usize::from(known.is_none());
                     let known = known.filter(|_| keeps);
                     let uv = known.map_or_else(|| u.uv.point(t, &mut hint), |v| self.uvs[v]);
                     s.uvs.push(uv);
@@ -122,12 +118,10 @@ impl Samples {
                         .push(known.map_or_else(|| edge_point(edge, &is.ts, &is.breaks, k), |v| self.positions[v]));
                     mesh.origins.push(origin(part, u.edge, k as u32));
                 }
-                gone += all - stay;
                 old += all;
             }
             s.loop_starts.push(s.cells.len() as u32);
         }
-        (new, gone)
     }
 
     /// Appends which vertex each lattice point was that is used now, in the order of the vertices.

@@ -15,9 +15,9 @@ use trimtess::prepare::Prepared;
 const SOME: [Patch; 5] = [
     Patch::DEFAULT,
     Patch::ALL,
-    Patch { samples: true, trace: false, triangles: false },
-    Patch { samples: false, trace: true, triangles: false },
-    Patch { samples: false, trace: false, triangles: true },
+    Patch { trace: false, triangles: false, ..Patch::ALL },
+    Patch { samples: false, triangles: false, ..Patch::ALL },
+    Patch { samples: false, trace: false, ..Patch::ALL },
 ];
 
 /// Sides of triangles that no other triangle runs along backwards, ascending.

@@ -313,3 +313,185 @@ pub(in crate::frame) fn strips(old: &[f64], new: &[f64], out: &mut Vec<u32>) {
         out.push(if stays { k as u32 } else { NONE });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    /// A tile with loops through it, in parameters; lines and tessellants come and go.
+    struct Tile {
+        lines: [Vec<f64>; 2],
+        /// Loop by loop: parameter along it and place.
+        loops: Vec<Vec<(f64, DVec2)>>,
+    }
+
+    impl Tile {
+        fn cells(&self) -> (u32, u32) {
+            (self.lines[0].len() as u32 - 1, self.lines[1].len() as u32 - 1)
+        }
+
+        fn points(&self) -> Vec<DVec2> {
+            let at = |p: DVec2| {
+                let [x, y] = [0, 1].map(|axis| crate::frame::cell_coordinate(&self.lines[axis], p[axis]));
+                DVec2::new(x, y)
+            };
+            self.loops.iter().flatten().map(|&(_, p)| at(p)).collect()
+        }
+
+        fn starts(&self) -> Vec<u32> {
+            let ends = self.loops.iter().scan(0, |sum, l| {
+                *sum += l.len() as u32;
+                Some(*sum)
+            });
+            std::iter::once(0).chain(ends).collect()
+        }
+
+        fn from(&self, old: &Self) -> Vec<u32> {
+            let starts = old.starts();
+            let find =
+                |l: usize, t: f64| old.loops[l].iter().position(|k| k.0 == t).map_or(NONE, |k| starts[l] + k as u32);
+            self.loops.iter().enumerate().flat_map(|(l, ts)| ts.iter().map(move |k| find(l, k.0))).collect()
+        }
+    }
+
+    /// The border of the unit square and holes in it, as finely as stated.
+    fn tile(lines: [usize; 2], border: usize, holes: &[(DVec2, f64, usize)]) -> Tile {
+        let even = |n: usize| (0..=n).map(|k| k as f64 / n as f64).collect::<Vec<f64>>();
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+        let side = |s: usize| {
+            (0..border).map(move |k| {
+                let t = k as f64 / border as f64;
+                (s as f64 + t, corners[s].lerp(corners[(s + 1) % 4], t))
+            })
+        };
+        let hole = |&(centre, radius, n): &(DVec2, f64, usize)| {
+            let at = move |k: usize| {
+                let t = k as f64 / n as f64;
+                (t, centre + radius * DVec2::from_angle(-std::f64::consts::TAU * t))
+            };
+            (0..n).map(at).collect()
+        };
+        let mut loops: Vec<Vec<(f64, DVec2)>> = vec![(0..4).flat_map(side).collect()];
+        loops.extend(holes.iter().map(hole));
+        Tile { lines: lines.map(even), loops }
+    }
+
+    fn sorted(mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+        triangles.iter_mut().for_each(|t| {
+            let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+            t.rotate_left(least);
+        });
+        triangles.sort_unstable();
+        triangles
+    }
+
+    /// Goes from tile to tile, compares with each made from nothing, and returns how many triangles were kept and made in all.
+    fn walk(tiles: &[Tile]) -> [usize; 2] {
+        let mut counts = [0; 2];
+        for ways in [(true, true), (true, false), (false, true)] {
+            let (mut scratch, mut out) = (TrimScratch::default(), TrimOutput::default());
+            let mut cells = Cells::default();
+            let mut old: Option<&Tile> = None;
+            for tile in tiles {
+                let (points, starts) = (tile.points(), tile.starts());
+                let input = TrimInput { cells: tile.cells(), points: &points, loop_starts: &starts };
+                let mut made = TrimOutput::default();
+                let outcome = super::super::trim_tile(&input, &mut TrimScratch::default(), &mut made).unwrap();
+                let again = old.and_then(|old| {
+                    let (mut columns, mut rows) = (Vec::new(), Vec::new());
+                    strips(&old.lines[0], &tile.lines[0], &mut columns);
+                    strips(&old.lines[1], &tile.lines[1], &mut rows);
+                    let (old_starts, from) = (old.starts(), tile.from(old));
+                    let moved =
+                        Moved { tile: input, old_starts: &old_starts, from: &from, columns: &columns, rows: &rows };
+                    scratch.again(&cells, &moved, ways, &mut out)
+                });
+                match again {
+                    Some((how, fresh)) => {
+                        assert_eq!((how, &out.full_cells), (outcome, &made.full_cells));
+                        assert_eq!(sorted(out.triangles.clone()), sorted(made.triangles.clone()));
+                        counts[0] += out.triangles.len() - fresh;
+                    }
+                    None => _ = super::super::trim_tile(&input, &mut scratch, &mut out).unwrap(),
+                }
+                counts[1] += out.triangles.len();
+                old = scratch.keep(&input, &out, &mut cells).then_some(tile);
+            }
+        }
+        counts
+    }
+
+    const A: (DVec2, f64) = (DVec2::new(0.31, 0.33), 0.17);
+    const B: (DVec2, f64) = (DVec2::new(0.71, 0.62), 0.23);
+
+    #[test]
+    fn what_is_kept_is_what_would_be_made() {
+        let with = |lines, border, a, b| tile(lines, border, &[(A.0, A.1, a), (B.0, B.1, b)]);
+        // Tessellants come and go along one hole, then along the border, then lines in one direction and in the other.
+        let [kept, all] = walk(&[
+            with([12, 12], 12, 30, 40),
+            with([12, 12], 12, 30, 80),
+            with([12, 12], 12, 37, 80),
+            with([12, 12], 24, 37, 80),
+            with([12, 12], 12, 37, 80),
+            with([12, 12], 12, 37, 40),
+            with([12, 12], 12, 37, 40),
+        ]);
+        assert!(2 * kept > all, "{kept} of {all}");
+        let mut tiles = vec![with([9, 7], 9, 31, 43)];
+        for (axis, cut) in [(0, 2), (1, 4), (0, 7), (1, 0)] {
+            let mut next = with([9, 7], 9, 31, 43);
+            next.lines = tiles[tiles.len() - 1].lines.clone();
+            let middle = 0.5 * (next.lines[axis][cut] + next.lines[axis][cut + 1]);
+            next.lines[axis].insert(cut + 1, middle);
+            tiles.push(next);
+        }
+        tiles.push(with([9, 7], 9, 31, 43));
+        let [kept, _] = walk(&tiles);
+        assert!(kept > 100, "{kept}");
+    }
+
+    /// Tessellants on lines and corners, segments along lines, loops within a cell, corners that give way, slivers.
+    #[test]
+    fn degenerate_places_change_nothing() {
+        let on_lines = |n: usize| tile([4, 4], n, &[(DVec2::new(0.5, 0.5), 0.25, 8), (DVec2::new(0.2, 0.2), 0.02, n)]);
+        walk(&[on_lines(4), on_lines(8), on_lines(4), on_lines(5)]);
+        let square = |n: usize, low: f64, high: f64| {
+            let mut t = tile([8, 8], n, &[]);
+            let corners = [(low, low), (low, high), (high, high), (high, low)];
+            t.loops.push(corners.iter().enumerate().map(|(k, &(x, y))| (k as f64, DVec2::new(x, y))).collect());
+            t
+        };
+        // Along lattice lines, off them by less than the clearance, and by a little more.
+        for off in [0.0, 1e-12, 1e-5, 1e-3, 2e-3] {
+            walk(&[
+                square(8, 0.25 + off, 0.75 - off),
+                square(16, 0.25 + off, 0.75 - off),
+                square(4, 0.25 + off, 0.75 - off),
+            ]);
+        }
+        // One and two rows of cells; a hole finer and coarser than a cell.
+        for lines in [[1, 6], [6, 1], [2, 2]] {
+            let with = |n: usize| tile(lines, 6, &[(DVec2::new(0.45, 0.55), 0.3, n)]);
+            walk(&[with(6), with(12), with(48), with(3), with(6)]);
+        }
+        // Two loops through the same cells, side by side.
+        let beside = |n: usize| {
+            let hole = |x: f64| (DVec2::new(x, 0.5), 0.1, n);
+            tile([5, 5], 5, &[hole(0.39), hole(0.6)])
+        };
+        walk(&[beside(12), beside(24), beside(12), beside(7)]);
+    }
+
+    #[test]
+    fn strips_stay_between_the_same_lines() {
+        let mut out = Vec::new();
+        strips(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 1.5, 2.0, 3.0], &mut out);
+        assert_eq!(out, [0, NONE, 3]);
+        strips(&[0.0, 1.0, 1.5, 2.0, 3.0], &[0.0, 1.0, 2.0, 3.0], &mut out);
+        assert_eq!(out, [0, NONE, NONE, 2]);
+        strips(&[0.0, 2.0], &[0.0, 1.0, 2.0], &mut out);
+        assert_eq!(out, [NONE]);
+    }
+}

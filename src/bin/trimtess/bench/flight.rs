@@ -21,7 +21,7 @@ pub(crate) enum Coherence {
     On,
     /// The plan, and all tiles that it leaves as they are; the others are made from nothing.
     Anew,
-    /// As `on`, patching up everything that can be.
+    /// As `on`, patching up everything that can be, also where that is slower.
     All,
     /// As `all`, but places and normals of vertices are evaluated.
     NoSamples,
