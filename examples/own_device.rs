@@ -6,8 +6,8 @@
 use std::error::Error;
 use std::sync::Arc;
 use trimtess::frame::{Projection, View};
-use trimtess::out::ViewPoint;
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions};
+use trimtess::out::{Camera, ViewPoint};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::{model::shapes, prepare};
 
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             eye: camera.eye,
             forward: camera.target - camera.eye,
             up: camera.up,
-            projection: Projection::Perspective { fov_y: camera.fov_y, near: 0.0 },
+            projection: Projection::Perspective { fov_y: Camera::FOV_Y, near: 0.0 },
             size: SIZE,
             deviation_px: 0.5,
             size_px: None,

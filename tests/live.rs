@@ -12,7 +12,7 @@ use trimtess::mesh::{
 };
 use trimtess::model::{EdgeId, FaceId, PartId};
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions, Renderer};
-use trimtess::out::{Camera, ViewPoint};
+use trimtess::out::{Camera, Lens, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
 const SIDE: u32 = 8;
@@ -59,7 +59,8 @@ fn square(part: u32, tile: u32, cells: u32) -> Batch {
         worker: tile % 3,
         mesh: PatchMesh {
             normals: vec![Vec3::Z; positions.len()],
-            uvs: vec![Vec2::ZERO; positions.len()],
+            uvs: positions.iter().map(|p| Vec2::new((p.x - x) as f32, (p.y - y) as f32)).collect(),
+            lines: [0, 1].map(|_| lines().map(|k| at(k) as f32).collect()),
             origins: lines().flat_map(|j| lines().map(move |i| Origin::Lattice { i, j })).collect(),
             triangles: corners.flat_map(|a| [[a, a + 1, a + cells + 2], [a, a + cells + 2, a + cells + 1]]).collect(),
             positions,
@@ -332,16 +333,19 @@ fn a_pixel_tells_what_it_shows() {
     let view = options(ColourBy::Model);
     assert_eq!(live.pick((120, 90), 0, &view).unwrap(), None, "nothing there");
     send(&whole(&scene, 3), &mut live);
-    let camera = view.camera.unwrap();
-    for (instance, placed) in scene.instances.iter().enumerate() {
-        for tile in [0, 5, 27, 63] {
-            let local = DVec3::new(f64::from(tile % SIDE) + 0.4, f64::from(tile / SIDE) + 0.6, 0.0);
-            let point = placed.transform.transform_point3(local);
-            let picked = live.pick(pixel_of(&camera, point), 0, &view).unwrap().unwrap();
-            assert_eq!((picked.instance, picked.part), (instance as u32, PartId(placed.part)));
-            assert_eq!((picked.tile, picked.face, picked.triangles), (TileId(tile), FaceId(tile / 4), 18));
-            assert!(picked.point.distance(point) < 0.3, "{} is not {point}", picked.point);
-            assert!(picked.point.z.abs() < 1e-4, "{} is off the sheet", picked.point);
+    let perspective = view.camera.unwrap();
+    for camera in [perspective, perspective.orthographic()] {
+        let view = RenderOptions { camera: Some(camera), ..view };
+        for (instance, placed) in scene.instances.iter().enumerate() {
+            for tile in [0, 5, 27, 63] {
+                let local = DVec3::new(f64::from(tile % SIDE) + 0.4, f64::from(tile / SIDE) + 0.6, 0.0);
+                let point = placed.transform.transform_point3(local);
+                let picked = live.pick(pixel_of(&camera, point), 0, &view).unwrap().unwrap();
+                assert_eq!((picked.instance, picked.part), (instance as u32, PartId(placed.part)));
+                assert_eq!((picked.tile, picked.face, picked.triangles), (TileId(tile), FaceId(tile / 4), 18));
+                assert!(picked.point.distance(point) < 0.5, "{} is not {point}", picked.point);
+                assert!(picked.point.z.abs() < 1e-4, "{} is off the sheet", picked.point);
+            }
         }
     }
     for outside in [(0, 0), (SIZE.0, 0), (0, SIZE.1), (u32::MAX, u32::MAX)] {
@@ -354,7 +358,7 @@ fn a_pixel_tells_what_it_shows() {
         eye: DVec3::new(1e6 + 10.0, 1e6 + 10.0, 1e6 + 90.0),
         target: DVec3::splat(1e6 + 10.0),
         up: DVec3::Y,
-        fov_y: 0.5,
+        lens: Lens::Perspective { fov_y: 0.5 },
     };
     let view = RenderOptions { camera: Some(above), ..view };
     let picked = live.pick((120, 90), 0, &view).unwrap().unwrap();
@@ -417,4 +421,42 @@ fn a_device_without_features_draws_the_same() {
     let off = image.pixels.iter().zip(&same.pixels).filter(|(a, b)| a.abs_diff(**b) > 2).count();
     assert_eq!(off, 0);
     assert!(live.pick((120, 100), 0, &view).unwrap().is_some());
+}
+
+#[test]
+fn lattice_lines_are_drawn_where_they_are() {
+    let Some(renderer) = renderer() else { return };
+    let scene = scene();
+    let mut live = renderer.live();
+    let plain = options(ColourBy::Model);
+    let ruled = RenderOptions { lattice: true, ..plain };
+    send(&whole(&scene, 3), &mut live);
+    let without = picture(renderer, &mut live, &plain);
+    assert_eq!(picture(renderer, &mut live, &ruled), without, "nothing is kept");
+    let held = live.held().vertices;
+    live.keep_lattice(true).unwrap();
+    assert_eq!(live.held().vertices, held / 2 * 3);
+    assert_eq!(picture(renderer, &mut live, &ruled), without, "no tile has come again");
+    send(&whole(&scene, 3), &mut live);
+    assert_eq!(picture(renderer, &mut live, &plain), without);
+    let with = picture(renderer, &mut live, &ruled);
+    let placed = &scene.instances[0].transform;
+    let close = plain.camera.unwrap().approached(placed.transform_point3(DVec3::new(2.0, 1.0, 0.0)), 0.25);
+    for camera in [close, close.orthographic()] {
+        let view = RenderOptions { camera: Some(camera), ..plain };
+        let without = picture(renderer, &mut live, &view);
+        let with_lines = picture(renderer, &mut live, &RenderOptions { lattice: true, ..view });
+        let changed = |x: f64, y: f64| {
+            let (x, y) = pixel_of(&camera, placed.transform_point3(DVec3::new(x, y, 0.0)));
+            with_lines.pixel(x, y) != without.pixel(x, y)
+        };
+        // Tiles are squares of three by three cells.
+        for k in 4..8 {
+            let line = f64::from(k) / 3.0;
+            assert!(changed(line, 0.5) && !changed(line + 1.0 / 6.0, 0.5), "{camera:?}: {line}");
+        }
+        assert!(changed(1.5, 1.0 / 3.0) && changed(1.5, 2.0 / 3.0) && !changed(1.5, 0.5));
+    }
+    live.keep_lattice(false).unwrap();
+    assert_eq!((live.held().vertices, with != without), (held, true));
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DVec3, DVec4};
-use trimtess::out::ViewPoint;
+use trimtess::out::{Camera, Lens, ViewPoint};
 
 fn corners(low: DVec3, high: DVec3) -> Vec<DVec3> {
     (0..8).map(|k| DVec3::select(glam::BVec3::new(k & 1 > 0, k & 2 > 0, k & 4 > 0), high, low)).collect()
@@ -14,7 +14,7 @@ fn fitted_cameras_touch_the_margin_and_nothing_more() {
     for (aspect, view) in [(1.5, "iso"), (0.5, "front"), (1.0, "top"), (2.0, "bottom"), (1.2, "-30,20"), (1.0, "left")]
     {
         let camera = view.parse::<ViewPoint>().unwrap().fit(points.clone(), aspect);
-        let clip = camera.projection(aspect, 1e-3) * camera.view();
+        let clip = camera.projection(aspect, 1e-3, f64::INFINITY) * camera.view();
         let seen: Vec<DVec4> = points.iter().map(|p| clip * p.extend(1.0)).map(|c| c / c.w).collect();
         let reach = |axis: fn(&DVec4) -> f64| {
             let values = || seen.iter().map(axis);
@@ -26,6 +26,29 @@ fn fitted_cameras_touch_the_margin_and_nothing_more() {
         assert!(left >= -widest - 1e-9 && below >= -widest - 1e-9);
         assert!(seen.iter().all(|p| p.z > 0.0 && p.z < 1.0));
     }
+}
+
+#[test]
+fn fitted_parallel_cameras_touch_the_margin_and_nothing_more() {
+    let points = corners(DVec3::new(-3.0, 100.0, 5.0), DVec3::new(40.0, 130.0, 6.0));
+    for (aspect, view) in [(1.5, "iso"), (0.5, "front"), (1.0, "top"), (2.0, "bottom"), (1.2, "-30,20"), (1.0, "left")]
+    {
+        let camera = view.parse::<ViewPoint>().unwrap().fit_orthographic(points.clone(), aspect);
+        let depths = points.iter().map(|p| -camera.view().transform_point3(*p).z);
+        let (near, far) = depths.fold((f64::MAX, f64::MIN), |(near, far), z| (near.min(z), far.max(z)));
+        let clip = camera.projection(aspect, near - 1.0, far + 1.0) * camera.view();
+        let seen: Vec<DVec4> = points.iter().map(|p| clip * p.extend(1.0)).collect();
+        let widest = seen.iter().map(|p| p.x.abs().max(p.y.abs())).fold(0.0, f64::max);
+        assert!((widest - 1.0 / 1.06).abs() < 1e-9 && near > 0.0, "{view}: {widest} {near}");
+        assert!(seen.iter().all(|p| p.z > 0.0 && p.z < 1.0 && p.w == 1.0));
+    }
+    let [one, three] =
+        ["10,20,1", "10,20,3"].map(|view| view.parse::<ViewPoint>().unwrap().fit_orthographic(points.clone(), 1.0));
+    let height = |camera: &Camera| match camera.lens {
+        Lens::Orthographic { height } => height,
+        Lens::Perspective { .. } => f64::NAN,
+    };
+    assert!((height(&three) / height(&one) - 3.0).abs() < 1e-12 && one.target == three.target);
 }
 
 #[test]

@@ -9,6 +9,7 @@ use super::tolerance::Tolerance;
 use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
 use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, StripBounds, UvCurve};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -17,7 +18,7 @@ use std::sync::Arc;
 pub(super) const MAX_LINES: usize = 4096;
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TileLattice {
     /// u-lines, strictly increasing.
     pub us: Vec<f64>,
@@ -52,7 +53,7 @@ pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
 }
 
 /// Tessellants of one edge.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EdgePolyline {
     /// Parameters, strictly increasing; contains all breaks.
     pub ts: Vec<f64>,
@@ -61,7 +62,7 @@ pub struct EdgePolyline {
 }
 
 /// The plan of one part.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PartPlan {
     /// One per tile.
     pub tiles: Vec<Arc<TileLattice>>,
@@ -69,8 +70,11 @@ pub struct PartPlan {
     pub edges: Vec<Arc<EdgePolyline>>,
 }
 
-/// The plan of a frame.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The plan of a frame: all that workers are told.
+///
+/// With `serde` it can be kept and made again elsewhere, bit for bit ([`Session::frame`](crate::parallel::Session::frame)), in formats
+/// that keep numbers whole and know infinity: CBOR and the like, not JSON.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,

@@ -407,6 +407,9 @@ fn finish(
     mesh.uvs.extend(
         s.uvs.iter().map(|p| Vec2::new(face.maps[0].to_natural(p.x) as f32, face.maps[1].to_natural(p.y) as f32)),
     );
+    for ((to, from), map) in mesh.lines.iter_mut().zip([&lattice.us, &lattice.vs]).zip(&face.maps) {
+        to.extend(from.iter().map(|&x| map.to_natural(x) as f32));
+    }
     mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * quads.len());
     let mut trimmed = 0;
     for (k, t) in s.trimmed.triangles.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use crate::model::{EdgeId, FaceId, PartId};
 use glam::{DVec3, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Where a vertex came from. Vertices of one part with equal `edge` origins have bit-identical positions.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -49,6 +50,9 @@ pub struct PatchMesh {
     pub normals: Vec<Vec3>,
     /// Surface parameters of each vertex, in the surface's natural parameters.
     pub uvs: Vec<Vec2>,
+    /// The lattice's u-lines and v-lines in the same parameters, from one border of the tile to the other; empty where there is
+    /// no lattice.
+    pub lines: [Vec<f32>; 2],
     /// Where each vertex came from.
     pub origins: Vec<Origin>,
     /// Vertex indices, counter-clockwise seen from the outside. No triangle repeats a position.
@@ -58,17 +62,18 @@ pub struct PatchMesh {
 impl PatchMesh {
     /// Empties all lists and keeps their memory.
     pub fn clear(&mut self) {
-        let Self { positions, normals, uvs, origins, triangles } = self;
+        let Self { positions, normals, uvs, lines, origins, triangles } = self;
         positions.clear();
         normals.clear();
         uvs.clear();
+        lines.iter_mut().for_each(Vec::clear);
         origins.clear();
         triangles.clear();
     }
 }
 
 /// Identity of a tile: its number in the part, counted over all faces.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
 pub struct TileId(pub u32);
 
 /// One tile's triangles on their way out.

@@ -1,4 +1,4 @@
-//! A view point's name to a perspective camera that just holds a set of points.
+//! A view point's name to a camera that just holds a set of points.
 
 use glam::{DMat4, DVec3, dcamera};
 use std::fmt;
@@ -30,15 +30,20 @@ impl ViewPoint {
         ("bottom", Self { yaw: 0.0, pitch: -90.0, distance: 1.0 }),
     ];
 
-    /// The camera that sees all `points` in a picture `aspect` times as wide as high, with a small margin, when
-    /// `distance` is 1. Exact for the points given (a box's corners suffice, vertices make the tightest picture). O(points).
-    #[must_use]
-    pub fn fit(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
+    /// What is right, up and towards the eye in its pictures.
+    fn axes(&self) -> [DVec3; 3] {
         let (yaw_sin, yaw_cos) = self.yaw.to_radians().sin_cos();
         let (pitch_sin, pitch_cos) = self.pitch.to_radians().sin_cos();
         let back = DVec3::new(yaw_sin * pitch_cos, -yaw_cos * pitch_cos, pitch_sin);
         let up = DVec3::new(-yaw_sin * pitch_sin, yaw_cos * pitch_sin, pitch_cos);
-        let right = DVec3::new(yaw_cos, yaw_sin, 0.0);
+        [DVec3::new(yaw_cos, yaw_sin, 0.0), up, back]
+    }
+
+    /// The perspective camera that sees all `points` in a picture `aspect` times as wide as high, with a small margin, when
+    /// `distance` is 1. Exact for the points given (a box's corners suffice, vertices make the tightest picture). O(points).
+    #[must_use]
+    pub fn fit(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
+        let [right, up, back] = self.axes();
         let slope_y = (0.5 * Camera::FOV_Y).tan() / (1.0 + MARGIN);
         let slope_x = slope_y * aspect;
         // In (right, up, back) a point is inside the right plane when eye.x + slope·eye.z ≥ x + slope·z, and so on.
@@ -58,7 +63,29 @@ impl ViewPoint {
         let middle = 0.5 * (near + far);
         let distance = if fitting > near { fitting - middle } else { near - middle + 1.0 };
         let target = 0.5 * (right_of - left_of) * right + 0.5 * (above - below) * up + middle * back;
-        Camera { eye: target + self.distance * distance * back, target, up, fov_y: Camera::FOV_Y }
+        let lens = Lens::Perspective { fov_y: Camera::FOV_Y };
+        Camera { eye: target + self.distance * distance * back, target, up, lens }
+    }
+
+    /// The same for lines of sight that are parallel. `distance` widens what is seen.
+    #[must_use]
+    pub fn fit_orthographic(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
+        let axes = self.axes();
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in points {
+            let at = DVec3::from(axes.map(|axis| axis.dot(point)));
+            (low, high) = (low.min(at), high.max(at));
+        }
+        if low.x > high.x {
+            (low, high) = (DVec3::ZERO, DVec3::ZERO); // no points
+        }
+        let (middle, size) = (0.5 * (low + high), high - low);
+        let tight = (1.0 + MARGIN) * size.y.max(size.x / aspect);
+        let height = self.distance * if tight > 0.0 { tight } else { 1.0 };
+        let [right, up, back] = axes;
+        let target = middle.x * right + middle.y * up + middle.z * back;
+        let lens = Lens::Orthographic { height };
+        Camera { eye: target + (size.z + height) * back, target, up, lens }
     }
 }
 
@@ -103,7 +130,22 @@ impl FromStr for ViewPoint {
     }
 }
 
-/// A perspective camera in world coordinates, millimetres.
+/// How a camera makes its picture.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Lens {
+    /// Lines of sight meet in the eye.
+    Perspective {
+        /// The full angle between the picture's top and bottom, radians, above 0 and below π.
+        fov_y: f64,
+    },
+    /// Lines of sight are parallel: how far things are from the eye does not matter, nor on which side of it they are.
+    Orthographic {
+        /// How much of the world is between the picture's top and bottom, millimetres, above 0.
+        height: f64,
+    },
+}
+
+/// A camera in world coordinates, millimetres.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Camera {
     /// Where it is.
@@ -112,13 +154,29 @@ pub struct Camera {
     pub target: DVec3,
     /// What points up in the picture; not along the line of sight.
     pub up: DVec3,
-    /// The full angle between the picture's top and bottom, radians.
-    pub fov_y: f64,
+    /// How it makes its picture.
+    pub lens: Lens,
 }
 
 impl Camera {
     /// The angle that fitted cameras have: 30°, a long lens, as CAD drawings like it.
     pub const FOV_Y: f64 = std::f64::consts::FRAC_PI_6;
+
+    /// The same camera with parallel lines of sight: what is as deep as the target keeps its size.
+    #[must_use]
+    pub fn orthographic(&self) -> Self {
+        let height = self.height_at((self.eye - self.target).length());
+        Self { lens: Lens::Orthographic { height }, ..*self }
+    }
+
+    /// The other way round, with the angle [`FOV_Y`](Self::FOV_Y) and the eye where that shows the target in the same size.
+    #[must_use]
+    pub fn perspective(&self) -> Self {
+        let Lens::Orthographic { height } = self.lens else { return *self };
+        let [.., back] = self.axes();
+        let distance = 0.5 * height / (0.5 * Self::FOV_Y).tan();
+        Self { eye: self.target + distance * back, lens: Lens::Perspective { fov_y: Self::FOV_Y }, ..*self }
+    }
 
     /// World to camera: x right, y up, z towards the eye.
     #[must_use]
@@ -126,24 +184,47 @@ impl Camera {
         dcamera::rh::view::look_at_mat4(self.eye, self.target, self.up)
     }
 
-    /// Camera to clip space with y up and depth 1 at `near`, 0 at infinity.
+    /// Camera to clip space with y up and depth 1 at `near`; depth 0 is at infinity, and with parallel lines of sight, which may
+    /// have a `near` below 0, at `far`.
     #[must_use]
-    pub fn projection(&self, aspect: f64, near: f64) -> DMat4 {
-        dcamera::rh::proj::directx::perspective_infinite_reverse(self.fov_y, aspect, near)
+    pub fn projection(&self, aspect: f64, near: f64, far: f64) -> DMat4 {
+        match self.lens {
+            Lens::Perspective { fov_y } => {
+                dcamera::rh::proj::directx::perspective_infinite_reverse(fov_y, aspect, near)
+            }
+            Lens::Orthographic { height } => {
+                let (x, y) = (0.5 * aspect * height, 0.5 * height);
+                dcamera::rh::proj::directx::orthographic(-x, x, -y, y, far, near)
+            }
+        }
     }
 
-    /// The direction, of length 1, from the eye to the centre of a pixel, `x` from the left and `y` from the top, of a picture
-    /// of so many pixels.
-    #[must_use]
-    pub fn ray(&self, (x, y): (u32, u32), (width, height): (u32, u32)) -> DVec3 {
-        self.direction([f64::from(x) + 0.5, f64::from(y) + 0.5], [f64::from(width), f64::from(height)])
+    /// How much of the world is between the picture's top and bottom at this distance before the eye, above 0.
+    pub(super) fn height_at(&self, depth: f64) -> f64 {
+        match self.lens {
+            Lens::Perspective { fov_y } => 2.0 * (0.5 * fov_y).tan() * depth,
+            Lens::Orthographic { height } => height,
+        }
     }
 
-    /// The same for any place of the picture, in pixels from its upper left corner.
+    /// The line of sight through the centre of a pixel, `x` from the left and `y` from the top, of a picture of so many pixels: a
+    /// point of it, and its direction of length 1.
     #[must_use]
-    pub fn direction(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> DVec3 {
-        let slope = 2.0 * (0.5 * self.fov_y).tan() / height;
-        let local = DVec3::new((x - 0.5 * width) * slope, (0.5 * height - y) * slope, -1.0);
-        self.view().inverse().transform_vector3(local).normalize()
+    pub fn ray(&self, (x, y): (u32, u32), (width, height): (u32, u32)) -> (DVec3, DVec3) {
+        self.line_of_sight([f64::from(x) + 0.5, f64::from(y) + 0.5], [f64::from(width), f64::from(height)])
+    }
+
+    /// The same for any place of the picture, in pixels from its upper left corner. The point is the eye, and with parallel
+    /// lines of sight as deep as the eye.
+    #[must_use]
+    pub fn line_of_sight(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> (DVec3, DVec3) {
+        let place = DVec3::new(x - 0.5 * width, 0.5 * height - y, 0.0) * (self.height_at(1.0) / height);
+        let world = self.view().inverse();
+        match self.lens {
+            Lens::Perspective { .. } => (self.eye, world.transform_vector3(place - DVec3::Z).normalize()),
+            Lens::Orthographic { .. } => {
+                (self.eye + world.transform_vector3(place), world.transform_vector3(DVec3::NEG_Z))
+            }
+        }
     }
 }

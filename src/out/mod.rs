@@ -28,7 +28,7 @@ mod file_sink;
 pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
 
 mod camera;
-pub use camera::{BadViewPoint, Camera, ViewPoint};
+pub use camera::{BadViewPoint, Camera, Lens, ViewPoint};
 
 mod orbit;
 

@@ -1,7 +1,7 @@
 //! A camera and a movement of the hand to the camera after it: turning, sliding and coming closer, about points that stay where they are
 //! in the picture.
 
-use super::{Camera, ViewPoint};
+use super::{Camera, Lens, ViewPoint};
 use glam::{DQuat, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -47,32 +47,39 @@ impl Camera {
         Self { eye: self.eye + shift, target: self.target + shift, ..*self }
     }
 
-    /// With the distances to `point` multiplied by `factor`, above 0: the point stays where it is in the picture.
+    /// With the distances to `point` multiplied by `factor`, above 0, and what parallel lines of sight show: the point stays where it
+    /// is in the picture.
     #[must_use]
     pub fn approached(&self, point: DVec3, factor: f64) -> Self {
         let nearer = |place: DVec3| point + factor * (place - point);
-        Self { eye: nearer(self.eye), target: nearer(self.target), ..*self }
+        let lens = match self.lens {
+            Lens::Orthographic { height } => Lens::Orthographic { height: factor * height },
+            perspective @ Lens::Perspective { .. } => perspective,
+        };
+        Self { eye: nearer(self.eye), target: nearer(self.target), lens, ..*self }
     }
 
     /// The point seen at a place of the picture, in pixels from the upper left corner, that is as deep as `pivot`; as deep as the target
-    /// where the pivot is beside the eye or behind it.
+    /// where a pivot beside the eye or behind it cannot be seen.
     #[must_use]
     pub fn at_depth_of(&self, pivot: DVec3, at: [f64; 2], size: [f64; 2]) -> DVec3 {
         let [.., back] = self.axes();
         let depth = |point: DVec3| (self.eye - point).dot(back);
-        let wanted = if depth(pivot) > 0.0 { depth(pivot) } else { depth(self.target) };
-        let direction = self.direction(at, size);
-        self.eye + direction * (wanted / -direction.dot(back))
+        let is_seen = depth(pivot) > 0.0 || matches!(self.lens, Lens::Orthographic { .. });
+        let wanted = if is_seen { depth(pivot) } else { depth(self.target) };
+        let (start, direction) = self.line_of_sight(at, size);
+        start + direction * (wanted / -direction.dot(back))
     }
 
-    /// Where a point is seen, in pixels from the upper left corner of a picture of `size` pixels; `None` from behind.
+    /// Where a point is seen, in pixels from the upper left corner of a picture of `size` pixels; `None` from behind, unless lines of sight
+    /// are parallel.
     #[must_use]
     pub fn pixel_of(&self, point: DVec3, [width, height]: [f64; 2]) -> Option<[f64; 2]> {
         let [right, up, back] = self.axes();
         let depth = (self.eye - point).dot(back);
-        let focal = 0.5 * height / (0.5 * self.fov_y).tan() / depth;
-        let beside = |axis: DVec3| focal * (point - self.eye).dot(axis);
-        (depth > 0.0).then(|| [0.5 * width + beside(right), 0.5 * height - beside(up)])
+        let scale = height / self.height_at(depth);
+        let beside = |axis: DVec3| scale * (point - self.eye).dot(axis);
+        (scale > 0.0).then(|| [0.5 * width + beside(right), 0.5 * height - beside(up)])
     }
 }
 
@@ -96,16 +103,32 @@ mod tests {
     }
 
     #[test]
-    fn pixels_and_directions_are_each_others_inverse() {
-        let camera = camera(30.0, 20.0);
-        for at in [[0.0, 0.0], [400.0, 300.0], [799.0, 13.0]] {
-            let point = camera.eye + 77.0 * camera.direction(at, SIZE);
-            assert!(near(pixel(&camera, point), at), "{at:?}");
-            assert!(near(pixel(&camera, camera.at_depth_of(DVec3::splat(50.0), at, SIZE)), at));
+    fn pixels_and_lines_of_sight_are_each_others_inverse() {
+        let perspective = camera(30.0, 20.0);
+        for camera in [perspective, perspective.orthographic()] {
+            for at in [[0.0, 0.0], [400.0, 300.0], [799.0, 13.0]] {
+                let (start, direction) = camera.line_of_sight(at, SIZE);
+                assert!(near(pixel(&camera, start + 77.0 * direction), at), "{at:?}");
+                assert!(near(pixel(&camera, camera.at_depth_of(DVec3::splat(50.0), at, SIZE)), at));
+            }
+            let centre = camera.ray((399, 299), (800, 600)).1 + camera.ray((400, 300), (800, 600)).1;
+            assert!((centre.normalize() + camera.axes()[2]).length() < 1e-12);
         }
-        assert_eq!(camera.pixel_of(camera.eye + camera.axes()[2], SIZE), None);
-        let centre = camera.ray((399, 299), (800, 600)) + camera.ray((400, 300), (800, 600));
-        assert!((centre.normalize() + camera.axes()[2]).length() < 1e-12);
+        let behind = perspective.eye + perspective.axes()[2];
+        assert_eq!(perspective.pixel_of(behind, SIZE), None);
+        assert!(near(pixel(&perspective.orthographic(), behind), [400.0, 300.0]));
+    }
+
+    #[test]
+    fn what_is_as_deep_as_the_target_keeps_its_size_with_parallel_lines_of_sight() {
+        let perspective = camera(30.0, 20.0);
+        let parallel = perspective.orthographic();
+        let [right, up, _] = perspective.axes();
+        let point = perspective.target + 17.0 * right - 4.0 * up;
+        assert!(near(pixel(&parallel, point), pixel(&perspective, point)));
+        let back = parallel.perspective();
+        assert!(back.eye.distance(perspective.eye) < 1e-9 && back.lens == perspective.lens);
+        assert_eq!((back.perspective(), parallel.orthographic()), (back, parallel));
     }
 
     #[test]
@@ -148,6 +171,10 @@ mod tests {
         assert!((slid.axes()[2] - camera.axes()[2]).length() < 1e-12);
         let behind = camera.slid(camera.eye + camera.axes()[2], from, to, SIZE);
         assert!(near(pixel(&behind, camera.target), [400.0 + 123.0, 300.0 - 45.0]));
+        let parallel = camera.orthographic();
+        let slid = parallel.slid(DVec3::ZERO, from, to, SIZE);
+        let moved = pixel(&parallel, point);
+        assert!(near(pixel(&slid, point), [moved[0] + 123.0, moved[1] - 45.0]));
     }
 
     #[test]
@@ -158,5 +185,10 @@ mod tests {
         assert!(near(pixel(&closer, point), pixel(&camera, point)));
         assert!((closer.eye.distance(point) - 0.25 * camera.eye.distance(point)).abs() < 1e-9);
         assert!((closer.axes()[2] - camera.axes()[2]).length() < 1e-12);
+        let parallel = camera.orthographic();
+        let closer = parallel.approached(point, 0.25);
+        assert!(near(pixel(&closer, point), pixel(&parallel, point)));
+        let across = |camera: &Camera| pixel(camera, point + camera.axes()[0])[0] - pixel(camera, point)[0];
+        assert!((across(&closer) - 4.0 * across(&parallel)).abs() < 1e-6);
     }
 }

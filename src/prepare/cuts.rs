@@ -14,9 +14,9 @@ use std::f64::consts::FRAC_PI_2;
 /// decide a frame's time; fewer add borders, and borders are triangles that the surface does not need.
 const SPANS_PER_TILE: usize = 12;
 
-/// Samples of a plane's boundary for which it gets a tile. What is triangulated there is nothing but the boundary: half a
-/// millisecond for as many tessellants, and all of it again when one edge changes.
-const SAMPLES_PER_TILE: usize = 400;
+/// Samples of a plane's boundary for which it gets a tile. What is triangulated there is nothing but the boundary, all of it again
+/// when one edge changes; and polygons of so many vertices are cut ear by ear, which larger ones are not.
+const SAMPLES_PER_TILE: usize = 50;
 
 /// Tiles along one side of a face at most. The largest real faces have 400 spans; more are noise, and every cut costs a
 /// search along all loops.

@@ -3,6 +3,7 @@
 
 #[path = "../flipped/mod.rs"]
 mod flipped;
+mod folder;
 mod mesh;
 mod orientation;
 mod read;

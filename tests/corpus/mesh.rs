@@ -1,7 +1,8 @@
 //! Meshes of all files: nothing lost, no crack, areas right, the tolerance kept.
 
+use crate::folder::corpus;
 use crate::read::read;
-use crate::reference::{corpus, files, value};
+use crate::reference::{files, value};
 use std::path::Path;
 use std::sync::Arc;
 use trimtess::audit;

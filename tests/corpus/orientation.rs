@@ -1,9 +1,10 @@
 //! Orientation of all files' meshes: solids have a positive volume, neighbours agree, no triangle looks inwards.
 
 use crate::flipped::{disagreeing, flipped};
+use crate::folder::corpus;
 use crate::mesh::mesh;
 use crate::read::read;
-use crate::reference::{corpus, files, value};
+use crate::reference::{files, value};
 use trimtess::mesh::check_scene;
 
 /// Files whose surfaces fold over themselves, so that their normals look both ways.

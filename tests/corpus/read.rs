@@ -1,6 +1,7 @@
 //! Models as read: face counts and units against what OpenCASCADE found, and the geometry against itself.
 
-use crate::reference::{corpus, files, value};
+use crate::folder::corpus;
+use crate::reference::{files, value};
 use glam::DVec3;
 use std::path::Path;
 use trimtess::import::step::{StepOptions, read_file};

@@ -33,6 +33,7 @@ pub(crate) fn box_batches(size: DVec3) -> Vec<Batch> {
             positions: corners.map(|bits| corner(size, bits)).to_vec(),
             normals: vec![*normal; 4],
             uvs: vec![Vec2::ZERO; 4],
+            lines: Default::default(),
             origins: (0..4).map(|k| Origin::Border { border: 0, k }).collect(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
         },

@@ -1,9 +1,15 @@
 //! Plans for cameras: what is asked in pixels is kept in the picture, wherever the camera stands, at no more than it needs.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[cfg(feature = "step")]
+mod corpus;
+#[cfg(feature = "step")]
+#[path = "../corpus/folder.rs"]
+mod folder;
 mod frames;
 mod patched;
 mod pixels;
+mod recorded;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use pixels::{Draw, measured};

@@ -63,6 +63,7 @@ fn in_order(mesh: &PatchMesh) -> PatchMesh {
         uvs: order.iter().map(|&v| mesh.uvs[v]).collect(),
         origins: order.iter().map(|&v| mesh.origins[v]).collect(),
         triangles: mesh.triangles.iter().map(|t| t.map(|v| now[v as usize])).collect(),
+        lines: mesh.lines.clone(),
     }
 }
 
@@ -73,6 +74,7 @@ fn same_but_inside(kind: SurfaceKind, patched: &PatchMesh, made: &PatchMesh, cas
         patched.positions == made.positions
             && patched.normals == made.normals
             && patched.uvs == made.uvs
+            && patched.lines == made.lines
             && patched.origins == made.origins,
         "{case}: other vertices"
     );

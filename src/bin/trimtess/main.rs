@@ -8,6 +8,8 @@ mod laps;
 mod limits;
 mod logging;
 mod patches;
+#[cfg(feature = "wgpu")]
+mod picture;
 mod progress;
 #[cfg(feature = "wgpu")]
 mod render;

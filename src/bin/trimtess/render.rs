@@ -3,23 +3,18 @@
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
+use crate::picture::{ANGLE, PictureArgs};
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
-use crate::tessellate::{make, positive, require_outputs, size};
+use crate::tessellate::{make, require_outputs, size};
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::frame::{self, Projection, Tolerance, View};
+use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::MemorySink;
-use trimtess::out::wgpu::{ColourBy, RenderOptions, Renderer};
-use trimtess::out::{Camera, ViewPoint};
+use trimtess::out::Camera;
+use trimtess::out::wgpu::Renderer;
 use trimtess::prepare::{Prepared, prepare};
-
-/// Largest deviation in pixels when none is asked for: half a pixel is below what 4× multisampling shows.
-pub(crate) const DEFAULT_DEVIATION_PX: f64 = 0.5;
-
-/// Angle tolerance in pictures, degrees. Normals are exact at vertices; this keeps what is interpolated between them close.
-const ANGLE: f64 = 30.0;
 
 /// Chord of the frame that only tells the camera what to hold, as a fraction of the diagonal.
 const SCOUT_CHORD_REL: f64 = 1e-2;
@@ -36,27 +31,8 @@ pub(crate) struct RenderArgs {
     /// Width and height in pixels.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x960")]
     size: (u32, u32),
-    /// Largest distance between picture and exact surface, pixels.
-    #[arg(long, value_name = "P", value_parser = positive, default_value_t = DEFAULT_DEVIATION_PX)]
-    deviation_px: f64,
-    /// Largest length of a triangle's edge, pixels.
-    #[arg(long, value_name = "S", value_parser = positive)]
-    size_px: Option<f64>,
-    /// From where: iso, front, back, left, right, top, bottom, or yaw,pitch,distance (degrees; 1 = all fits).
-    #[arg(long, value_name = "FROM", default_value = "iso", allow_hyphen_values = true)]
-    camera: ViewPoint,
-    /// What colours tell: model, part, face, tile, worker, rate.
-    #[arg(long, value_name = "WHAT", default_value = "model")]
-    color_by: ColourBy,
-    /// Draw the edges of triangles.
-    #[arg(long)]
-    wireframe: bool,
-    /// Draw the edges of the model.
-    #[arg(long)]
-    edges: bool,
-    /// Draw surfaces seen from behind in magenta.
-    #[arg(long)]
-    backfaces: bool,
+    #[command(flatten)]
+    picture: PictureArgs,
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
@@ -88,24 +64,16 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
 
     progress.stage("tessellating");
     let camera = aim(args, common, &prepared)?;
-    let view = view_of(&camera, args.size, args.deviation_px, args.size_px);
+    let view = args.picture.view(&camera, args.size);
     let plan = Arc::new(common.limits.accept(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()))?);
     let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, common, args.edges, &mut frame)?;
+    let made = make(&prepared, &plan, common, args.picture.edges, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made);
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
     let tessellate = laps.lap();
 
     progress.stage("drawing");
-    let options = RenderOptions {
-        size: args.size,
-        camera: Some(camera),
-        colour_by: args.color_by,
-        wireframe: args.wireframe,
-        edges: args.edges,
-        backfaces: args.backfaces,
-        ..RenderOptions::DEFAULT
-    };
+    let options = args.picture.options(camera, args.size);
     let image = renderer.render(&frame, &options).map_err(|e| cannot(&e))?;
     image.write_png(&args.output).map_err(|e| cannot(&e))?;
     let write = opened + laps.lap();
@@ -120,20 +88,6 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     report.publish(common, args.told.json, args.report.as_deref())
 }
 
-/// What a camera's picture asks for, with deviation and size in pixels.
-pub(crate) fn view_of(camera: &Camera, size: (u32, u32), deviation_px: f64, size_px: Option<f64>) -> View {
-    View {
-        eye: camera.eye,
-        forward: camera.target - camera.eye,
-        up: camera.up,
-        projection: Projection::Perspective { fov_y: camera.fov_y, near: 0.0 },
-        size,
-        deviation_px,
-        size_px,
-        angle: ANGLE.to_radians(),
-    }
-}
-
 /// The camera that holds what a coarse frame shows.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
     let tolerance = Tolerance { chord: SCOUT_CHORD_REL * prepared.diagonal, angle: ANGLE.to_radians(), max_edge: None };
@@ -146,5 +100,5 @@ fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<C
         let of_part = scout.batches[from..].iter().take_while(|batch| batch.part.0 == instance.part);
         of_part.flat_map(|batch| &batch.mesh.positions).map(|&point| instance.transform.transform_point3(point))
     });
-    Ok(args.camera.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))
+    Ok(args.picture.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))
 }

@@ -430,24 +430,24 @@ mod tests {
         let with = |lines, border, a, b| tile(lines, border, &[(A.0, A.1, a), (B.0, B.1, b)]);
         // Tessellants come and go along one hole, then along the border, then lines in one direction and in the other.
         let [kept, all] = walk(&[
-            with([12, 12], 12, 30, 40),
-            with([12, 12], 12, 30, 80),
-            with([12, 12], 12, 37, 80),
-            with([12, 12], 24, 37, 80),
-            with([12, 12], 12, 37, 80),
-            with([12, 12], 12, 37, 40),
-            with([12, 12], 12, 37, 40),
+            with([12, 12], 13, 30, 40),
+            with([12, 12], 13, 30, 80),
+            with([12, 12], 13, 37, 80),
+            with([12, 12], 26, 37, 80),
+            with([12, 12], 13, 37, 80),
+            with([12, 12], 13, 37, 40),
+            with([12, 12], 13, 37, 40),
         ]);
-        assert!(2 * kept > all, "{kept} of {all}");
-        let mut tiles = vec![with([9, 7], 9, 31, 43)];
+        assert!(4 * kept > all, "{kept} of {all}");
+        let mut tiles = vec![with([9, 7], 10, 31, 43)];
         for (axis, cut) in [(0, 2), (1, 4), (0, 7), (1, 0)] {
-            let mut next = with([9, 7], 9, 31, 43);
+            let mut next = with([9, 7], 10, 31, 43);
             next.lines = tiles[tiles.len() - 1].lines.clone();
             let middle = 0.5 * (next.lines[axis][cut] + next.lines[axis][cut + 1]);
             next.lines[axis].insert(cut + 1, middle);
             tiles.push(next);
         }
-        tiles.push(with([9, 7], 9, 31, 43));
+        tiles.push(with([9, 7], 10, 31, 43));
         let [kept, _] = walk(&tiles);
         assert!(kept > 100, "{kept}");
     }

@@ -74,6 +74,9 @@ pub struct RenderOptions {
     pub colour_by: ColourBy,
     /// Whether triangle edges are drawn over the surface, off. They fade where they are only a few pixels long.
     pub wireframe: bool,
+    /// Whether the lattice lines of tiles are drawn over the surface, off. They fade where they are only a few pixels apart. In a
+    /// [`LiveScene`](super::LiveScene) that keeps them.
+    pub lattice: bool,
     /// Whether B-rep edges are drawn over the surface, off. Draws the edge lines that the frame has.
     pub edges: bool,
     /// Whether surfaces seen from behind are magenta, off: turned faces and holes in solids show.
@@ -89,6 +92,7 @@ impl RenderOptions {
         camera: None,
         colour_by: ColourBy::Model,
         wireframe: false,
+        lattice: false,
         edges: false,
         backfaces: false,
         background: [[0.97, 0.98, 0.99, 1.0], [0.83, 0.86, 0.9, 1.0]],

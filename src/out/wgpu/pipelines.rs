@@ -1,6 +1,6 @@
 //! The shader to pipelines: backdrop, tiles, their triangles' sides, edges, and what is under a pixel.
 
-use super::live::{Record, Vertex};
+use super::live::{CellPlace, Record, Vertex};
 use super::target::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
 use ::wgpu::{
     BindGroupLayout, BufferBindingType, ColorTargetState, CompareFunction, ShaderStages, TextureFormat,
@@ -18,6 +18,7 @@ pub(super) struct Pipelines {
     pub(super) triangles: BindGroupLayout,
     pub(super) backdrop: ::wgpu::RenderPipeline,
     pub(super) surface: ::wgpu::RenderPipeline,
+    pub(super) lattice: ::wgpu::RenderPipeline,
     pub(super) wire: ::wgpu::RenderPipeline,
     pub(super) edge: ::wgpu::RenderPipeline,
     pub(super) pick: ::wgpu::RenderPipeline,
@@ -91,7 +92,13 @@ impl Pipelines {
                 cache: None,
             })
         };
-        let tiles = [Some(vertex), Some(record.clone())];
+        let cells = ::wgpu::vertex_attr_array![6 => Float32x2];
+        let cells = VertexBufferLayout {
+            array_stride: size_of::<CellPlace>() as u64,
+            step_mode: VertexStepMode::Vertex,
+            attributes: &cells,
+        };
+        let tiles = [Some(vertex.clone()), Some(record.clone())];
         let surface = Kind {
             vertex: "surface_vertex",
             fragment: "surface_fragment",
@@ -113,6 +120,13 @@ impl Pipelines {
                 ..surface
             }),
             pick: pipeline(&Kind { fragment: "pick_fragment", target: PICK_FORMAT.into(), samples: 1, ..surface }),
+            lattice: pipeline(&Kind {
+                vertex: "lattice_vertex",
+                fragment: "lattice_fragment",
+                buffers: &[Some(vertex), Some(record.clone()), Some(cells)],
+                target: lit.clone(),
+                ..line
+            }),
             wire: pipeline(&Kind {
                 vertex: "wire_vertex",
                 groups: &[Some(&view), None, Some(&triangles)],

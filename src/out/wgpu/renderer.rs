@@ -103,6 +103,7 @@ impl Renderer {
     /// When the picture is larger than the adapter allows, or the device fails.
     pub fn render(&self, frame: &MemorySink, options: &RenderOptions) -> Result<Image, RenderError> {
         let mut scene = self.live();
+        scene.keep_lattice(options.lattice)?;
         let sent = send(frame, &mut scene);
         sent.map_err(|error| RenderError::Device(error.cause.to_string()))?;
         let aspect = f64::from(options.size.0) / f64::from(options.size.1.max(1));

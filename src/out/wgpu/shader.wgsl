@@ -8,11 +8,15 @@ struct Globals {
     bottom: vec4<f32>,
     edge: vec4<f32>,             // pens: red, green, blue (sRGB), alpha
     wire: vec4<f32>,
+    lattice: vec4<f32>,
+    eye: vec4<f32>,              // towards the eye, unit; its w is 1 where lines of sight are parallel
+    nearer: vec2<f32>,           // a lines' depth, times and plus these: they lie on the surface they belong to
     size: vec2<f32>,             // pixels
     edge_width: f32,             // pixels
     wire_width: f32,
     near: f32,
     backfaces: f32,              // 1: paint them
+    lattice_width: f32,
 };
 
 // A placed part: about the part's centre to the world about the eye, row by row.
@@ -76,7 +80,7 @@ fn surface_vertex(
 
 @fragment
 fn surface_fragment(in: Surface, @builtin(front_facing) counter_clockwise: bool) -> @location(0) vec4<f32> {
-    let to_eye = normalize(-in.place);
+    let to_eye = select(normalize(-in.place), globals.eye.xyz, globals.eye.w > 0.5);
     var normal = normalize(in.normal);
     if dot(normal, to_eye) < 0.0 {
         normal = -normal;
@@ -95,19 +99,46 @@ fn surface_fragment(in: Surface, @builtin(front_facing) counter_clockwise: bool)
     return vec4(colour * diffuse + gloss + rim, 1.0);
 }
 
-// What is under a pixel: one more than the number of the draw, and the distance to the eye.
+struct Ruled {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) cell: vec2<f32>,
+};
+
+@vertex
+fn lattice_vertex(
+    @location(0) position: vec3<f32>,
+    drawn: Drawn,
+    @location(6) cell: vec2<f32>,
+) -> Ruled {
+    var clip = globals.clip * vec4(placed(places[drawn.place], position), 1.0);
+    clip.z = clip.z * globals.nearer.x + globals.nearer.y;
+    return Ruled(clip, cell);
+}
+
+// Where a whole number of cells is less than half a pen away.
+@fragment
+fn lattice_fragment(in: Ruled) -> @location(0) vec4<f32> {
+    let per_pixel = fwidth(in.cell);
+    let off = abs(in.cell - round(in.cell)) / max(per_pixel, vec2(1e-6));
+    let lines = 1.0 - smoothstep(vec2(0.0), vec2(1.0), off - 0.5 * vec2(globals.lattice_width - 1.0));
+    // Lines less than a few pixels apart would cover the surface; one that has no width is no line.
+    let seen = (1.0 - smoothstep(vec2(0.15), vec2(0.5), per_pixel)) * step(vec2(1e-6), per_pixel);
+    let opacity = max(lines.x * seen.x, lines.y * seen.y) * globals.lattice.a;
+    return vec4(linear(globals.lattice.rgb), opacity);
+}
+
+// What is under a pixel: one more than the number of the draw, and how far it is from the eye, or from the plane through it
+// where lines of sight are parallel.
 @fragment
 fn pick_fragment(in: Surface) -> @location(0) vec2<u32> {
-    return vec2(in.number + 1u, bitcast<u32>(length(in.place)));
+    let far = select(length(in.place), -dot(in.place, globals.eye.xyz), globals.eye.w > 0.5);
+    return vec2(in.number + 1u, bitcast<u32>(far));
 }
 
 struct Line {
     @builtin(position) clip: vec4<f32>,
     @location(0) colour: vec4<f32>,
 };
-
-// Lines lie on the surface they belong to: they are drawn as if this much nearer to the eye.
-const NEARER: f32 = 1.0008;
 
 // One of the six vertices of a segment: two triangles of a strip of constant width on the screen, with square caps.
 fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, width: f32) -> Line {
@@ -135,7 +166,7 @@ fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, widt
     let at_left = corner == 2u || corner == 4u || corner == 5u;
     let offset = 0.5 * width * (select(-along, along, at_end) + select(-across, across, at_left));
     var clip = select(a, b, at_end);
-    clip = vec4(clip.xy + offset / half_size * clip.w, clip.z * NEARER, clip.w);
+    clip = vec4(clip.xy + offset / half_size * clip.w, clip.z * globals.nearer.x + globals.nearer.y, clip.w);
     return Line(clip, vec4(linear(colour.rgb), opacity));
 }
 

@@ -1,21 +1,16 @@
 //! Keys, buttons and sliders to how the model is looked at.
 
+use crate::picture::{self, PictureArgs};
 use trimtess::glam::DVec3;
-use trimtess::out::wgpu::{ColourBy, RenderOptions};
-use trimtess::out::{Camera, ViewPoint};
+use trimtess::out::wgpu::ColourBy;
+use trimtess::out::{Camera, Lens, ViewPoint};
 
 /// What the user has chosen.
 #[derive(Clone, Debug)]
 pub(super) struct Looks {
     pub(super) camera: Camera,
-    pub(super) colour_by: ColourBy,
-    pub(super) wireframe: bool,
-    pub(super) edges: bool,
-    pub(super) backfaces: bool,
-    /// Pixels.
-    pub(super) deviation: f64,
-    /// Pixels; `None` = no limit.
-    pub(super) size: Option<f64>,
+    /// What was asked for; whether it is orthographic is the camera's to say.
+    pub(super) picture: PictureArgs,
     pub(super) workers: usize,
     /// Whether the model turns by itself.
     pub(super) turning: bool,
@@ -50,25 +45,21 @@ impl Looks {
         SIDES.iter().enumerate().filter_map(|(index, name)| Some((*name, index + 1, side(name)?)))
     }
 
-    /// What a picture of so many pixels looks like, seen by `camera`.
-    pub(super) fn options(&self, camera: Camera, size: (u32, u32)) -> RenderOptions {
-        RenderOptions {
-            size,
-            camera: Some(camera),
-            colour_by: self.colour_by,
-            wireframe: self.wireframe,
-            edges: self.edges,
-            backfaces: self.backfaces,
-            ..RenderOptions::DEFAULT
-        }
-    }
-
     /// Has all of a box in the picture.
     pub(super) fn fit(&mut self, from: &ViewPoint, bounds: Option<[DVec3; 2]>, aspect: f64) {
         if let Some(bounds) = bounds {
             let corner = |k: usize| DVec3::new(bounds[k & 1].x, bounds[k >> 1 & 1].y, bounds[k >> 2].z);
-            self.camera = from.fit((0..8).map(corner), aspect);
+            self.camera = picture::fit(from, self.is_orthographic(), (0..8).map(corner), aspect);
         }
+    }
+
+    pub(super) fn is_orthographic(&self) -> bool {
+        matches!(self.camera.lens, Lens::Orthographic { .. })
+    }
+
+    /// Has lines of sight parallel, or meet in the eye; what is as deep as the target keeps its size.
+    pub(super) fn set_orthographic(&mut self, orthographic: bool) {
+        self.camera = if orthographic { self.camera.orthographic() } else { self.camera.perspective() };
     }
 
     /// Turns the model by one frame's angle, if it turns.
@@ -83,14 +74,18 @@ impl Looks {
         use egui::Key;
         let mut actions = Vec::new();
         let toggle = |key, what: &mut bool| *what ^= input.key_pressed(key);
-        toggle(Key::W, &mut self.wireframe);
-        toggle(Key::E, &mut self.edges);
-        toggle(Key::B, &mut self.backfaces);
+        toggle(Key::W, &mut self.picture.wireframe);
+        toggle(Key::L, &mut self.picture.lattice);
+        toggle(Key::E, &mut self.picture.edges);
+        toggle(Key::B, &mut self.picture.backfaces);
         toggle(Key::T, &mut self.turning);
         toggle(Key::P, &mut self.panel);
+        if input.key_pressed(Key::O) {
+            self.set_orthographic(!self.is_orthographic());
+        }
         if input.key_pressed(Key::C) {
-            let now = ColourBy::ALL.iter().position(|(_, by)| *by == self.colour_by).unwrap_or(0);
-            self.colour_by = ColourBy::ALL[(now + 1) % ColourBy::ALL.len()].1;
+            let now = ColourBy::ALL.iter().position(|(_, by)| *by == self.picture.color_by).unwrap_or(0);
+            self.picture.color_by = ColourBy::ALL[(now + 1) % ColourBy::ALL.len()].1;
         }
         if input.key_pressed(Key::F) {
             actions.push(Action::FitHere);

@@ -61,29 +61,34 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &Told) -> Vec<Action> 
             actions.push(Action::FitHere);
         }
     });
+    let mut orthographic = looks.is_orthographic();
+    if ui.checkbox(&mut orthographic, "orthographic").on_hover_text("key O").changed() {
+        looks.set_orthographic(orthographic);
+    }
     ui.separator();
     ui.spacing_mut().item_spacing = egui::vec2(6.0, 3.0);
     ui.horizontal_wrapped(|ui| {
         for (name, by) in ColourBy::ALL {
-            ui.selectable_value(&mut looks.colour_by, by, name);
+            ui.selectable_value(&mut looks.picture.color_by, by, name);
         }
     });
     ui.horizontal_wrapped(|ui| {
-        ui.checkbox(&mut looks.wireframe, "wireframe");
-        ui.checkbox(&mut looks.edges, "edges");
-        ui.checkbox(&mut looks.backfaces, "backfaces");
+        ui.checkbox(&mut looks.picture.wireframe, "wireframe");
+        ui.checkbox(&mut looks.picture.lattice, "lattice");
+        ui.checkbox(&mut looks.picture.edges, "edges");
+        ui.checkbox(&mut looks.picture.backfaces, "backfaces");
         ui.checkbox(&mut looks.turning, "turn");
     });
     ui.separator();
-    ui.add(Slider::new(&mut looks.deviation, 0.1..=20.0).logarithmic(true).suffix(" px").text("deviation"));
-    let mut limited = looks.size.is_some();
+    ui.add(Slider::new(&mut looks.picture.deviation_px, 0.1..=20.0).logarithmic(true).suffix(" px").text("deviation"));
+    let mut limited = looks.picture.size_px.is_some();
     ui.checkbox(&mut limited, "limit the size of triangles");
     if limited {
-        let mut size = looks.size.unwrap_or(24.0);
+        let mut size = looks.picture.size_px.unwrap_or(24.0);
         ui.add(Slider::new(&mut size, 2.0..=200.0).logarithmic(true).suffix(" px").text("size"));
-        looks.size = Some(size);
+        looks.picture.size_px = Some(size);
     } else {
-        looks.size = None;
+        looks.picture.size_px = None;
     }
     let most = looks.workers.max(2 * std::thread::available_parallelism().map_or(1, usize::from));
     ui.add(Slider::new(&mut looks.workers, 1..=most).text("workers"));
@@ -94,7 +99,7 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &Told) -> Vec<Action> 
         rows(ui, "picked", &told.picked);
     }
     ui.separator();
-    let hint = "drag: turn · right drag: slide · wheel: closer\nclick: what is there · drop a file: show it\nW E B T C P F 1–7 Esc: as the buttons";
+    let hint = "drag: turn · right drag: slide · wheel: closer\nclick: what is there · drop a file: show it\nW L E B T C P F O 1–7 Esc: as the buttons";
     ui.label(RichText::new(hint).weak().small());
     actions
 }

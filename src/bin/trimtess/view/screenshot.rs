@@ -60,7 +60,7 @@ pub(super) fn write(
     };
     // The first lays the panel out; then the camera holds the model beside it.
     step(&mut viewer, Vec::new())?;
-    viewer.fit(&args.camera);
+    viewer.fit(&args.picture.camera);
     step(&mut viewer, Vec::new())?;
     viewer.looks.turning = args.frames > 1;
     for _ in 1..args.frames {

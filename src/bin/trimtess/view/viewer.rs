@@ -6,7 +6,6 @@ use super::looks::{Action, Looks};
 use super::paint::{Canvas, PICTURE, Painter};
 use super::panel::{self, Costs, Told};
 use crate::input::Input;
-use crate::render;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::glam::DVec3;
@@ -28,6 +27,8 @@ pub(super) struct Viewer {
     egui: egui::Context,
     painter: Painter,
     scene: LiveScene,
+    /// Whether the scene keeps lattices.
+    lattice: bool,
     picture: Option<Texture>,
     loader: Loader,
     loading: Option<Loading>,
@@ -83,6 +84,7 @@ impl Viewer {
             egui,
             painter: Painter::new(device, queue, format),
             scene,
+            lattice: false,
             picture: None,
             loader,
             loading: None,
@@ -218,7 +220,7 @@ impl Viewer {
         };
         let size = [f64::from(response.rect.width()) * scale, f64::from(response.rect.height()) * scale];
         let pixels = (size[0].round() as u32, size[1].round() as u32);
-        let options = self.looks.options(shown, pixels);
+        let options = self.looks.picture.options(shown, pixels);
         let mut under = |at: egui::Pos2| {
             let [x, y] = place(at);
             self.scene.pick((x.max(0.0) as u32, y.max(0.0) as u32), 0, &options).ok().flatten()
@@ -323,11 +325,18 @@ impl Viewer {
             model.session = Session::start(Arc::clone(&model.prepared), &options).map_err(|error| error.to_string())?;
             (model.workers, model.underway) = (self.looks.workers, None);
         }
+        if self.lattice != self.looks.picture.lattice {
+            self.lattice = self.looks.picture.lattice;
+            self.scene.keep_lattice(self.lattice).map_err(|error| error.to_string())?;
+            // What is on the device has no places in lattices, or need not have them.
+            model.session.forget();
+            (model.underway, model.shown) = (None, None);
+        }
         let failed = |error: FrameError| error.to_string();
         let camera = match model.underway {
             Some(camera) => camera,
             None => {
-                let view = render::view_of(&self.looks.camera, size, self.looks.deviation, self.looks.size);
+                let view = self.looks.picture.view(&self.looks.camera, size);
                 model.session.begin(&[view]).map_err(failed)?;
                 *model.underway.insert(self.looks.camera)
             }
@@ -371,7 +380,7 @@ impl Viewer {
         let picked = self.model.as_ref().and_then(|model| model.picked);
         self.scene.highlight(picked.map(|picked| (picked.instance, picked.face)));
         let camera = self.model.as_ref().and_then(|model| model.shown).unwrap_or(self.looks.camera);
-        let options: RenderOptions = self.looks.options(camera, size);
+        let options: RenderOptions = self.looks.picture.options(camera, size);
         let start = Instant::now();
         let drew = self.scene.draw(&picture.create_view(&TextureViewDescriptor::default()), 0, &options);
         self.told.costs.drawn = start.elapsed();
@@ -395,14 +404,17 @@ fn tell(costs: &mut Costs, report: &FrameReport, sent: u64) {
 mod tests {
     use super::*;
     use crate::Common;
+    use crate::picture::PictureArgs;
     use clap::Parser;
     use std::path::PathBuf;
-    use trimtess::out::wgpu::{ColourBy, Renderer};
+    use trimtess::out::wgpu::Renderer;
 
     #[derive(Parser)]
     struct Line {
         #[command(flatten)]
         common: Common,
+        #[command(flatten)]
+        picture: PictureArgs,
     }
 
     /// A viewer of 400 by 300 points that nobody sees; `None` where nothing can be drawn.
@@ -418,19 +430,15 @@ mod tests {
             usage: TextureUsages::RENDER_ATTACHMENT,
             view_formats: &[],
         });
+        let line = Line::parse_from(["trimtess"]);
         let looks = Looks {
             camera: ViewPoint::ISO.fit([], 1.0),
-            colour_by: ColourBy::Model,
-            wireframe: false,
-            edges: false,
-            backfaces: false,
-            deviation: 0.5,
-            size: None,
+            picture: line.picture,
             workers: 1,
             turning: false,
             panel: true,
         };
-        let loader = Loader::new(&Line::parse_from(["trimtess"]).common);
+        let loader = Loader::new(&line.common);
         let viewer = Viewer::new(renderer.device(), renderer.queue(), PICTURE_FORMAT, loader, looks);
         Some((viewer.unwrap_or_else(|error| panic!("{error}")), renderer, target))
     }
@@ -553,8 +561,33 @@ mod tests {
             &[],
         );
         settle(&mut viewer, &target, &mut time);
-        assert!(viewer.looks.wireframe && viewer.told.picked.is_empty());
+        assert!(viewer.looks.picture.wireframe && viewer.told.picked.is_empty());
         assert!((viewer.looks.camera.view_point().pitch - 90.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn lattices_are_kept_while_they_are_shown_and_lines_of_sight_become_parallel() {
+        let Some((mut viewer, _renderer, target)) = viewer() else { return };
+        let mut time = 0.0;
+        viewer.open(Input::Builtin("torus".to_owned()));
+        settle(&mut viewer, &target, &mut time);
+        let (held, triangles) = (viewer.told.costs.held.vertices, viewer.told.costs.drew.triangles);
+        let mut press = |viewer: &mut Viewer, key| {
+            let modifiers = egui::Modifiers::NONE;
+            let event = egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+            step(viewer, &target, &mut time, vec![event], &[]);
+            settle(viewer, &target, &mut time);
+            (viewer.told.costs.held.vertices, viewer.told.costs.drew.triangles)
+        };
+        assert_eq!(press(&mut viewer, egui::Key::L), (held / 2 * 3, triangles));
+        assert_eq!(press(&mut viewer, egui::Key::L), (held, triangles));
+        let seen_from = viewer.looks.camera;
+        press(&mut viewer, egui::Key::O);
+        assert!(viewer.looks.is_orthographic() && viewer.model.as_ref().is_some_and(|model| model.shown.is_some()));
+        press(&mut viewer, egui::Key::Num1);
+        assert!(viewer.looks.is_orthographic());
+        press(&mut viewer, egui::Key::O);
+        assert_eq!(viewer.looks.camera.lens, seen_from.lens);
     }
 
     #[test]

@@ -4,6 +4,9 @@ use crate::mesh::PatchMesh;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec2, Vec3};
 
+/// Where a vertex is in its tile's lattice: cells and parts of cells from the first u-line and the first v-line.
+pub(in super::super) type CellPlace = [f32; 2];
+
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(in super::super) struct Vertex {
@@ -52,6 +55,21 @@ impl Encoded {
     }
 }
 
+/// Where the vertices of a tile are in its lattice; all at its corner where it has none.
+pub(super) fn cells(mesh: &PatchMesh) -> impl Iterator<Item = CellPlace> {
+    let at = |lines: &[f32], x: f32| {
+        let upwards = lines.first() <= lines.last();
+        let below = lines.partition_point(|&line| if upwards { line <= x } else { line >= x });
+        let Some(cell) = below.clamp(1, lines.len().max(2) - 1).checked_sub(1) else { return 0.0 };
+        let (Some(low), Some(high)) = (lines.get(cell), lines.get(cell + 1)) else { return 0.0 };
+        cell as f32 + ((x - low) / (high - low)).clamp(0.0, 1.0)
+    };
+    (0..mesh.positions.len()).map(move |k| {
+        let uv = mesh.uvs.get(k).copied().unwrap_or_default();
+        [at(&mesh.lines[0], uv.x), at(&mesh.lines[1], uv.y)]
+    })
+}
+
 /// A direction in four bytes, off by less than 0.01 degrees; +z for no direction.
 fn octahedral(normal: Vec3) -> [i16; 2] {
     let sum = normal.abs().element_sum();
@@ -89,6 +107,17 @@ mod tests {
         }
         assert_eq!(octahedral(Vec3::ZERO), octahedral(Vec3::Z));
         assert_eq!(octahedral(Vec3::NAN), octahedral(Vec3::Z));
+    }
+
+    #[test]
+    fn places_in_the_lattice_are_counted_in_cells() {
+        let uvs = [[0.0, 5.0], [1.0, 4.0], [2.0, 2.0], [10.0, 1.0], [11.0, 0.0]].map(Vec2::from).to_vec();
+        let lines = [vec![0.0, 2.0, 10.0], vec![5.0, 3.0, 1.0]];
+        let mesh = PatchMesh { positions: vec![DVec3::ZERO; 5], uvs, lines, ..PatchMesh::default() };
+        let places: Vec<CellPlace> = cells(&mesh).collect();
+        assert_eq!(places, [[0.0, 0.0], [0.5, 0.5], [1.0, 1.5], [2.0, 2.0], [2.0, 2.0]]);
+        let without = PatchMesh { lines: [vec![1.0], Vec::new()], ..mesh };
+        assert_eq!(cells(&without).collect::<Vec<_>>(), [[0.0; 2]; 5]);
     }
 
     #[test]

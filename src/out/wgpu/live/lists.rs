@@ -147,19 +147,36 @@ impl Tiles {
 
     /// Draws the surfaces. The records are the pass's second vertex buffer.
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>, store: &Store) {
-        for ((vertices, indices, wide), range) in &self.groups {
-            let format = if *wide { IndexFormat::Uint32 } else { IndexFormat::Uint16 };
-            pass.set_vertex_buffer(0, store.vertices.buffer(*vertices).slice(..));
-            pass.set_index_buffer(store.indices.buffer(*indices).slice(..), format);
-            if let Some(rows) = self.rows.buffer() {
-                let offset = u64::from(range.start) * size_of::<DrawIndexedIndirectArgs>() as u64;
-                pass.multi_draw_indexed_indirect(rows, offset, range.end - range.start);
-                continue;
+        self.groups.iter().for_each(|group| self.draw_group(pass, store, group));
+    }
+
+    /// Draws the surfaces whose vertices know their places in the lattice: the pass's third vertex buffer.
+    pub(super) fn draw_lattice(&self, pass: &mut RenderPass<'_>, store: &Store) {
+        for group in &self.groups {
+            if let Some(places) = store.vertices.beside_page(group.0.0) {
+                pass.set_vertex_buffer(2, places.slice(..));
+                self.draw_group(pass, store, group);
             }
-            for draw in &self.draws[range.start as usize..range.end as usize] {
-                let indices = draw.first_index..draw.first_index + draw.index_count;
-                pass.draw_indexed(indices, draw.base_vertex, draw.first_instance..draw.first_instance + 1);
-            }
+        }
+    }
+
+    fn draw_group(
+        &self,
+        pass: &mut RenderPass<'_>,
+        store: &Store,
+        ((vertices, indices, wide), range): &(Pages, Range<u32>),
+    ) {
+        let format = if *wide { IndexFormat::Uint32 } else { IndexFormat::Uint16 };
+        pass.set_vertex_buffer(0, store.vertices.buffer(*vertices).slice(..));
+        pass.set_index_buffer(store.indices.buffer(*indices).slice(..), format);
+        if let Some(rows) = self.rows.buffer() {
+            let offset = u64::from(range.start) * size_of::<DrawIndexedIndirectArgs>() as u64;
+            pass.multi_draw_indexed_indirect(rows, offset, range.end - range.start);
+            return;
+        }
+        for draw in &self.draws[range.start as usize..range.end as usize] {
+            let indices = draw.first_index..draw.first_index + draw.index_count;
+            pass.draw_indexed(indices, draw.base_vertex, draw.first_instance..draw.first_instance + 1);
         }
     }
 

@@ -1,7 +1,7 @@
 //! A scene that stays on the graphics device from frame to frame, and its pictures.
 
 mod encode;
-pub(super) use encode::Vertex;
+pub(super) use encode::{CellPlace, Vertex};
 
 mod lists;
 mod pages;
@@ -186,6 +186,10 @@ impl LiveScene {
             pass.draw(0..3, 0..1);
             pass.set_pipeline(&gpu.pipelines.surface);
             self.draw_tiles(&mut pass, view);
+            if options.lattice {
+                pass.set_pipeline(&gpu.pipelines.lattice);
+                self.draw_lattice(&mut pass, view);
+            }
             // Lines come after all surfaces: each is drawn over the surface it lies on.
             if let Some(records) = self.record_rows.buffer().filter(|_| options.wireframe) {
                 pass.set_pipeline(&gpu.pipelines.wire);
@@ -200,6 +204,16 @@ impl LiveScene {
             gpu.queue.submit([encoder.finish()]);
             Drew { triangles: self.tiles[view].triangles, tiles: self.tiles[view].count(), bytes }
         })
+    }
+
+    /// Whether vertices know their places in their tile's lattice, 8 bytes each: what pictures with [`RenderOptions::lattice`] need.
+    /// They do not, unless it is asked for. Tiles that are there already get theirs when they come again, with the next whole frame
+    /// at the latest (`Session::forget` makes the next one whole).
+    ///
+    /// # Errors
+    /// When the device has no room.
+    pub fn keep_lattice(&mut self, keep: bool) -> Result<(), RenderError> {
+        self.store.keep_cells(&self.gpu, keep)
     }
 
     /// Has a face of an instance stand out in a colour of its own from the next picture on, as long as there are both; `None` for no
@@ -256,6 +270,13 @@ impl LiveScene {
         if let Some(records) = self.record_rows.buffer() {
             pass.set_vertex_buffer(1, records.slice(..));
             self.tiles[view].draw(pass, &self.store);
+        }
+    }
+
+    fn draw_lattice(&self, pass: &mut RenderPass<'_>, view: usize) {
+        if let Some(records) = self.record_rows.buffer() {
+            pass.set_vertex_buffer(1, records.slice(..));
+            self.tiles[view].draw_lattice(pass, &self.store);
         }
     }
 }

@@ -21,6 +21,8 @@ impl Range {
 
 struct Page {
     buffer: Buffer,
+    /// As many units of another size.
+    beside: Option<Buffer>,
     bytes: u64,
     allocator: Allocator,
     /// Ranges given out.
@@ -37,6 +39,8 @@ pub(super) struct Pages {
     first: u32,
     /// Units for which there is one range at most: what the allocator keeps for each would weigh more than what is lost.
     per_range: u32,
+    /// Bytes of a unit of the buffer beside each page's; `None`: there are none.
+    beside: Option<u64>,
     pages: Vec<Option<Page>>,
 }
 
@@ -46,7 +50,36 @@ const MOST_BYTES: u64 = 64 << 20;
 impl Pages {
     /// Nothing yet. `unit` in bytes, a multiple of 4.
     pub(super) fn new(label: &'static str, usage: BufferUsages, unit: u64, first: u32, per_range: u32) -> Self {
-        Self { label, usage: usage | BufferUsages::COPY_DST, unit, first, per_range, pages: Vec::new() }
+        Self { label, usage: usage | BufferUsages::COPY_DST, unit, first, per_range, beside: None, pages: Vec::new() }
+    }
+
+    /// Has a second buffer beside each page's, for as many units of so many bytes, a multiple of 4; or none. It is full of zeros.
+    pub(super) fn keep_beside(&mut self, gpu: &Gpu, unit: Option<u64>) -> Result<(), RenderError> {
+        if self.beside == unit {
+            return Ok(());
+        }
+        self.beside = unit;
+        for number in 0..self.pages.len() {
+            let Some(bytes) = self.pages[number].as_ref().map(|page| page.bytes) else { continue };
+            let beside = self.beside_of(gpu, bytes)?;
+            self.pages[number].as_mut().into_iter().for_each(|page| page.beside.clone_from(&beside));
+        }
+        Ok(())
+    }
+
+    /// A buffer beside one of `bytes` bytes.
+    fn beside_of(&self, gpu: &Gpu, bytes: u64) -> Result<Option<Buffer>, RenderError> {
+        let make = |unit| gpu.checked(|_| self.buffer_of(gpu, bytes / self.unit * unit));
+        self.beside.map(make).transpose()
+    }
+
+    fn buffer_of(&self, gpu: &Gpu, size: u64) -> Buffer {
+        gpu.device.create_buffer(&BufferDescriptor {
+            label: Some(self.label),
+            size,
+            usage: self.usage,
+            mapped_at_creation: false,
+        })
     }
 
     /// A range of `units`, above 0, that no one else has. Contents are whatever was there.
@@ -59,7 +92,8 @@ impl Pages {
             }
         }
         let most = (MOST_BYTES / self.unit) as u32;
-        let half = (self.bytes() / self.unit / 2).min(u64::from(most)) as u32;
+        let bytes: u64 = self.pages.iter().flatten().map(|page| page.bytes).sum();
+        let half = (bytes / self.unit / 2).min(u64::from(most)) as u32;
         let size = findable(half.clamp(self.first, most).max(units));
         let bytes = u64::from(size) * self.unit;
         let limits = gpu.device.limits();
@@ -68,17 +102,11 @@ impl Pages {
         if bytes > limit {
             return Err(too_large());
         }
-        let buffer = gpu.checked(|device| {
-            device.create_buffer(&BufferDescriptor {
-                label: Some(self.label),
-                size: bytes,
-                usage: self.usage,
-                mapped_at_creation: false,
-            })
-        })?;
+        let buffer = gpu.checked(|_| self.buffer_of(gpu, bytes))?;
+        let beside = self.beside_of(gpu, bytes)?;
         let mut allocator = Allocator::with_max_allocs(size, (size / self.per_range).max(64));
         let allocation = allocator.allocate(units).ok_or_else(too_large)?;
-        let page = Some(Page { buffer, bytes, allocator, ranges: 1 });
+        let page = Some(Page { buffer, beside, bytes, allocator, ranges: 1 });
         let number = self.pages.iter().position(Option::is_none).unwrap_or_else(|| {
             self.pages.push(None);
             self.pages.len() - 1
@@ -108,14 +136,26 @@ impl Pages {
         &self.pages[page as usize].as_ref().expect("a page with ranges is there").buffer
     }
 
+    /// The buffer beside it, and where the range starts in there.
+    pub(super) fn beside(&self, range: &Range) -> Option<(&Buffer, u64)> {
+        let buffer = self.beside_page(range.page)?;
+        Some((buffer, u64::from(range.start()) * self.beside?))
+    }
+
+    /// The buffer beside a page's.
+    pub(super) fn beside_page(&self, page: u32) -> Option<&Buffer> {
+        self.pages[page as usize].as_ref()?.beside.as_ref()
+    }
+
     /// Where a range starts in its buffer.
     pub(super) fn offset(&self, range: &Range) -> u64 {
         u64::from(range.start()) * self.unit
     }
 
-    /// Bytes of all pages.
+    /// Bytes of all pages, with what is beside them.
     pub(super) fn bytes(&self) -> u64 {
-        self.pages.iter().flatten().map(|page| page.bytes).sum()
+        let of = |page: &Page| page.bytes + page.beside.as_ref().map_or(0, Buffer::size);
+        self.pages.iter().flatten().map(of).sum()
     }
 
     /// How many pages there are.

@@ -80,13 +80,14 @@ impl LiveScene {
         let place = &self.shown.places[place as usize];
         let part = &self.shown.parts[place.part as usize];
         let Some(of_tile) = part.tiles[tile as usize] else { return Ok(None) };
+        let (start, direction) = camera.ray((x, y), options.size);
         Ok(Some(Picked {
             instance: place.instance,
             part: PartId(part.number),
             face: of_tile.face,
             tile: TileId(tile),
             triangles: of_tile.triangles,
-            point: camera.eye + f64::from(f32::from_bits(word(1))) * camera.ray((x, y), options.size),
+            point: start + f64::from(f32::from_bits(word(1))) * direction,
         }))
     }
 }

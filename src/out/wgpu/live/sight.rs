@@ -4,7 +4,7 @@ use super::super::RenderOptions;
 use super::super::gpu::Gpu;
 use super::lists::{Rows, bind};
 use super::shown::Shown;
-use crate::out::{Camera, colour};
+use crate::out::{Camera, Lens, colour};
 use ::wgpu::{BindGroup, BufferUsages};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
@@ -12,6 +12,9 @@ use glam::{DMat4, DVec3, Vec3};
 /// The near plane, as a fraction of the eye's distance to the scene's centre or of the scene's radius, whichever is larger.
 /// Reversed floating depth loses nothing to a near plane this close.
 const NEAR: f64 = 1e-4;
+
+/// Lines lie on the surface they belong to: they are drawn as if this much nearer to the eye.
+const NEARER: f64 = 1.0008;
 
 /// How lines look: sRGB, opacity, width in pixels.
 struct Pen {
@@ -21,6 +24,8 @@ struct Pen {
 
 /// Triangle edges: thin and translucent, so that dense meshes keep their shading. Each is drawn twice, for the triangles on its sides.
 const WIRE: Pen = Pen { colour: [0.094, 0.118, 0.173, 0.358], width: 1.0 };
+/// Lattice lines stand out from triangle edges and shading alike.
+const LATTICE: Pen = Pen { colour: [0.02, 0.16, 0.42, 0.9], width: 1.3 };
 /// B-rep edges stand out from the wireframe.
 const EDGE: Pen = Pen { colour: [0.063, 0.071, 0.086, 1.0], width: 1.7 };
 
@@ -34,12 +39,16 @@ struct Globals {
     bottom: [f32; 4],
     edge: [f32; 4],
     wire: [f32; 4],
+    lattice: [f32; 4],
+    eye: [f32; 4],
+    nearer: [f32; 2],
     size: [f32; 2],
     edge_width: f32,
     wire_width: f32,
     near: f32,
     backfaces: f32,
-    rest: [f32; 2],
+    lattice_width: f32,
+    rest: [f32; 3],
 }
 
 /// As `Place` in the shader: rows of part to world, about the eye.
@@ -97,10 +106,18 @@ fn globals(shown: &Shown, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
     let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
     let camera = aim.camera;
     let (centre, radius) = shown.extent;
-    let near = NEAR * camera.eye.distance(centre).max(radius).clamp(1e-3, f64::MAX);
+    let radius = radius.clamp(1e-3, f64::MAX);
+    let depth = (camera.eye - centre).dot(camera.axes()[2]);
+    let (near, far, nearer, parallel) = match camera.lens {
+        Lens::Perspective { .. } => (NEAR * camera.eye.distance(centre).max(radius), f64::INFINITY, [NEARER, 0.0], 0.0),
+        Lens::Orthographic { height } => {
+            let reach = 1.01 * radius;
+            (depth - reach, depth + reach, [1.0, (NEARER - 1.0) * height / reach], 1.0)
+        }
+    };
     // The eye is the origin.
     let view = Camera { eye: DVec3::ZERO, target: camera.target - camera.eye, ..*camera }.view();
-    let mut clip = camera.projection(width / height, near) * view;
+    let mut clip = camera.projection(width / height, near, far) * view;
     if let Some((x, y)) = aim.pixel {
         // The pixel becomes the whole picture.
         let (x, y) = (2.0 * f64::from(x) + 1.0 - width, height - 2.0 * f64::from(y) - 1.0);
@@ -117,11 +134,16 @@ fn globals(shown: &Shown, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
         bottom,
         edge: EDGE.colour,
         wire: WIRE.colour,
+        lattice: LATTICE.colour,
+        eye: back.extend(parallel).to_array(),
+        nearer: nearer.map(|x| x as f32),
         size: [width as f32, height as f32],
         edge_width: EDGE.width,
         wire_width: WIRE.width,
-        near: near as f32,
+        // No line has to be cut where there is no eye that it could pass.
+        near: if parallel > 0.0 { 0.0 } else { near as f32 },
         backfaces: if options.backfaces { 1.0 } else { 0.0 },
-        rest: [0.0; 2],
+        lattice_width: LATTICE.width,
+        rest: [0.0; 3],
     }
 }

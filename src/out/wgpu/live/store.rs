@@ -3,7 +3,7 @@
 use super::super::RenderError;
 use super::super::gpu::Gpu;
 use super::super::palette::rate;
-use super::encode::{Encoded, Vertex};
+use super::encode::{CellPlace, Encoded, Vertex, cells};
 use super::pages::{Pages, Range};
 use super::staging::Staging;
 use crate::mesh::Batch;
@@ -51,6 +51,7 @@ pub(super) struct Store {
     pub(super) staging: Staging,
     encoded: Encoded,
     line: Vec<[f32; 3]>,
+    cells: Vec<CellPlace>,
 }
 
 impl Store {
@@ -63,7 +64,13 @@ impl Store {
             staging: Staging::new(),
             encoded: Encoded::default(),
             line: Vec::new(),
+            cells: Vec::new(),
         }
+    }
+
+    /// Has places in the lattice beside vertices from now on, or no longer. Those of vertices that are there are missing.
+    pub(super) fn keep_cells(&mut self, gpu: &Gpu, keep: bool) -> Result<(), RenderError> {
+        self.vertices.keep_beside(gpu, keep.then_some(size_of::<CellPlace>() as u64))
     }
 
     /// Sends a tile; `None` if it has no triangles. What it takes is the caller's to give back.
@@ -97,6 +104,12 @@ impl Store {
                 let bytes = bytemuck::cast_slice(indices);
                 self.staging.write(gpu, self.indices.buffer(indices_at.page), self.indices.offset(&indices_at), bytes)
             });
+        let written = written.and_then(|()| {
+            let Some((buffer, offset)) = self.vertices.beside(&at) else { return Ok(()) };
+            self.cells.clear();
+            self.cells.extend(cells(&batch.mesh));
+            self.staging.write(gpu, buffer, offset, bytemuck::cast_slice(&self.cells))
+        });
         if let Err(error) = written {
             self.drop_tile(tile);
             return Err(error);

@@ -1,0 +1,47 @@
+//! Cameras that move round files of the corpus: no cracks, and in the pixels asked for on every tile.
+
+use super::frames::{balanced, drawn, from_scratch, options, path};
+use super::pixels::{Draw, measured};
+use super::{folder, prepared};
+use std::sync::Arc;
+use trimtess::import::step;
+use trimtess::mesh::MemorySink;
+use trimtess::parallel::Session;
+
+/// Whole solids of all kinds of surfaces; few enough triangles that each is measured.
+const FILES: [&str; 7] = [
+    "screw.step",
+    "io1_cm_214.stp",
+    "dm1_id_214.stp",
+    "mini_heatsink.stp",
+    "tank_torus_sphere.stp",
+    "periodic_pole_solid.stp",
+    "as1_oc_214.stp",
+];
+
+#[test]
+fn files_keep_the_pixels_asked_for_in_every_frame() {
+    let Some(folder) = folder::corpus() else { return };
+    for (k, name) in FILES.iter().enumerate() {
+        let model = step::read_file(&folder.join(name), &step::StepOptions::DEFAULT).unwrap();
+        let prepared = prepared(model);
+        let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+        let mut sink = MemorySink::default();
+        let (mut most, mut stretches) = (0.0_f64, 0);
+        let views = path(&mut Draw(40 + k as u64), prepared.bounds.unwrap(), 24);
+        for (f, view) in views.into_iter().enumerate() {
+            let report = session.view(&[view], &mut sink).unwrap();
+            assert!(report.degraded.is_empty(), "{name} {f}: {:?}", report.degraded);
+            let batches = drawn(&sink);
+            assert_eq!(batches, drawn(&from_scratch(&session)), "{name} {f}");
+            stretches += balanced(session.prepared(), session.plan().unwrap(), &batches, &format!("{name} {f}"));
+            let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
+            let near = 0.05 * prepared.scene.parts.iter().map(|part| part.radius).fold(0.0, f64::max);
+            let (share, _) = measured(session.prepared(), &view, near, &frame);
+            assert!(share <= 1.0, "{name} {f}: {share} times what is asked");
+            most = most.max(share);
+        }
+        println!("{name}: {most} of what is asked, {stretches} stretches of edges");
+        assert!(most > 0.1 && stretches > 1000, "{name}: {most}, {stretches}");
+    }
+}
