@@ -6,13 +6,13 @@
 
 use super::plan::Plan;
 use super::samples::Samples;
-use super::tile::{Job, Kept, Scratch, TileOutcome, tessellate_tile, trace_loops};
+use super::tile::{Job, Kept, NONE, Scratch, TileOutcome, tessellate_tile, trace_loops};
 use super::trim::again::{Cells, Moved, strips};
 use super::trim::weave::{Changed, Weave, WeaveScratch};
 use super::trim::{TrimInput, TrimOutcome, TrimStats};
 use crate::mesh::TileId;
 use crate::model::{PartId, SurfaceKind};
-use crate::prepare::{EdgeUse, Prepared};
+use crate::prepare::Prepared;
 
 /// What of tiles that change is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,9 +67,12 @@ enum Triangles {
 }
 
 impl TileMemory {
-    /// Bytes that it holds.
+    /// Bytes that it holds; 0 where nothing is kept, as of tiles that are made from nothing faster.
     #[must_use]
     pub fn bytes(&self) -> usize {
+        if !self.holds {
+            return 0;
+        }
         let triangles = match &self.triangles {
             Triangles::None => 0,
             Triangles::OneCell(triangles) => size_of::<[u32; 3]>() * triangles.capacity(),
@@ -85,31 +88,30 @@ impl TileMemory {
         let cells = job.lattice.cells();
         let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
         let old_starts = &self.samples.loop_starts[..];
-        let weave = match std::mem::take(&mut self.triangles) {
-            Triangles::None => None,
-            Triangles::OneCell(triangles) => Weave::of(&triangles, old_starts),
-            Triangles::Weave(weave) => Some(weave),
-            Triangles::Cells(cells) => {
+        let (old, new) = (*old_starts.last()? as usize, from.iter().filter(|&&v| v == NONE).count());
+        let changed = new.max(old + new - from.len());
+        let is_little = patch.everywhere || 100 * changed <= MOST_CHANGED * old.max(from.len());
+        let mut weave = match std::mem::take(&mut self.triangles) {
+            Triangles::Cells(kept) => {
                 let PatchScratch { columns, rows, .. } = &mut s.patch;
                 strips(&self.samples.lattice.us, &job.lattice.us, columns);
                 strips(&self.samples.lattice.vs, &job.lattice.vs, rows);
                 let moved = Moved { tile, old_starts, from, columns, rows };
-                let again = s.trim.again(&cells, &moved, (patch.trace, patch.triangles), &mut s.trimmed);
+                let again = s.trim.again(&kept, &moved, (patch.trace, patch.triangles), &mut s.trimmed);
                 // Its memory is used again.
-                self.triangles = Triangles::Cells(cells);
+                self.triangles = Triangles::Cells(kept);
                 let (outcome, fresh) = again?;
                 s.trimmed.stats.outcome = outcome;
-                // What is kept was held against another chord.
-                return Some((
-                    outcome,
-                    if job.lattice.chord < self.samples.lattice.chord { usize::MAX } else { fresh },
-                ));
+                // Where the chord is stricter now, those that are kept were held against another one.
+                let holds = job.lattice.chord >= self.samples.lattice.chord;
+                return Some((outcome, if holds { fresh } else { usize::MAX }));
             }
+            Triangles::OneCell(triangles) if is_little => Weave::of(&triangles, old_starts)?,
+            Triangles::Weave(weave) if is_little => weave,
+            _ => return None,
         };
-        let mut weave = weave.filter(|_| cells == (1, 1))?;
         let changed = Changed { tile, old_starts, from };
-        let most = if patch.everywhere { usize::MAX } else { weave.triangles.len() * MOST_TAKEN / 100 };
-        weave.patch(&changed, most, &mut s.trim, &mut s.patch.weave)?;
+        weave.patch(&changed, &mut s.trim, &mut s.patch.weave)?;
         s.trimmed.reset(self.stats);
         s.trimmed.triangles.extend_from_slice(&weave.triangles);
         self.triangles = Triangles::Weave(weave);
@@ -141,10 +143,8 @@ impl TileMemory {
     }
 }
 
-/// Percent of the triangles of a plane that may be taken out: with more, what takes their place costs what all do.
-const MOST_TAKEN: usize = 80;
-/// Tessellants from which on a plane's triangles are kept: below, ears are cut faster than triangles are kept.
-const LEAST_TESSELLANTS: usize = 48;
+/// Percent of a plane's tessellants that may change: with more, what takes the place of its triangles costs what all do.
+const MOST_CHANGED: usize = 50;
 /// Vertices that a lattice has at least whose samples are kept.
 const LEAST_LATTICE: usize = 256;
 
@@ -160,8 +160,9 @@ pub(super) struct PatchScratch {
 /// Tessellates one tile under a plan as [`tessellate_tile`] does, but starts from what `memory` has of it (made by
 /// another plan of the same model, from the same call), and leaves there what the next call starts from.
 ///
-/// The vertices, which sides of triangles are the tile's boundary, and the area are the same as from nothing; so are order and bits
-/// of the vertices. The triangles between them depend on the calls before.
+/// The vertices bit by bit, the order of the tessellants, the sides of triangles that are the tile's boundary and the area in (u,v)
+/// are the same as from nothing. The order of the lattice points, and in planes which vertices the triangles inside join, depend on the
+/// calls before.
 #[must_use]
 pub fn patch_tile(
     (prepared, plan): (&Prepared, &Plan),
@@ -171,7 +172,7 @@ pub fn patch_tile(
     scratch: &mut Scratch,
 ) -> TileOutcome {
     let job = Job::of(prepared, plan, part, tile);
-    if patch == Patch::NONE || !is_kept(&job, patch) {
+    if patch == Patch::NONE {
         *memory = TileMemory::default();
         return tessellate_tile(prepared, plan, part, tile, scratch);
     }
@@ -191,11 +192,18 @@ pub fn patch_tile(
         Ok(trimmed) => trimmed,
         Err(lost) => return lost,
     };
-    memory.keep_triangles(&job, patch, outcome, patched, scratch);
+    let keeps = is_kept(&job, patch, &scratch.trimmed.stats);
+    if keeps {
+        memory.keep_triangles(&job, patch, outcome, patched, scratch);
+    }
     let mut kept = Kept { samples: &memory.samples, from: &mut from, fresh };
     let kept = (is_known && patch.samples).then_some(&mut kept);
     let (made, as_trimmed) = job.finish(outcome, kept, scratch, mesh);
     scratch.patch.from = from;
+    if !keeps {
+        *memory = TileMemory::default();
+        return made;
+    }
     if !as_trimmed {
         memory.triangles = Triangles::None;
     }
@@ -205,17 +213,14 @@ pub fn patch_tile(
     made
 }
 
-/// Whether a tile is worth keeping.
-fn is_kept(job: &Job<'_>, patch: Patch) -> bool {
-    let cells = job.lattice.cells();
+/// Whether it is faster to keep something of a tile that was just made: of a plane from which ears cannot be cut, and of the
+/// vertices of a large lattice.
+fn is_kept(job: &Job<'_>, patch: Patch, stats: &TrimStats) -> bool {
     if patch.everywhere {
         true
-    } else if cells != (1, 1) {
-        patch.samples && job.lattice.us.len() * job.lattice.vs.len() >= LEAST_LATTICE
+    } else if job.lattice.cells() == (1, 1) {
+        job.face.kind == SurfaceKind::Plane && (stats.clusters > 0 || stats.whole_tile)
     } else {
-        let line = |u: &EdgeUse| &job.plan.edges[u.edge as usize].breaks;
-        let count = |u: &EdgeUse| line(u)[u.from as usize].abs_diff(line(u)[u.to as usize]) as usize;
-        let uses = job.tile.loops.iter().flatten();
-        job.face.kind == SurfaceKind::Plane && uses.map(count).sum::<usize>() >= LEAST_TESSELLANTS
+        patch.samples && job.lattice.us.len() * job.lattice.vs.len() >= LEAST_LATTICE
     }
 }

@@ -141,6 +141,9 @@ impl<S: Stages> Worker<S> {
                 let degradation = Degradation::Failed(format!("internal error: {}", panic_message(&*payload)));
                 TileOutcome { face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation: Some(degradation) }
             });
+            if self.memories.get(&(part, tile)).is_some_and(|(_, bytes)| *bytes == 0) {
+                self.forget((part, tile));
+            }
             take(&mut delivery, part, tile, outcome);
             if let Some(mut clock) = clock {
                 delivery.times.push((part, tile, clock.lap()));
