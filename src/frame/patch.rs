@@ -33,7 +33,7 @@ impl Patch {
     /// All of it, for tests and to measure.
     pub const ALL: Self = Self { samples: true, trace: true, triangles: true, everywhere: true };
     /// What is faster (docs/decisions/027).
-    pub const DEFAULT: Self = Self { samples: true, trace: true, triangles: true, everywhere: false };
+    pub const DEFAULT: Self = Self { samples: true, trace: false, triangles: true, everywhere: false };
 }
 
 impl Default for Patch {
@@ -128,7 +128,7 @@ impl TileMemory {
             if !patched {
                 self.triangles = Triangles::OneCell(s.trimmed.triangles.clone());
             }
-        } else if !one_cell && patch.everywhere && (patch.triangles || patch.trace) {
+        } else if !one_cell && (patch.triangles || patch.trace) {
             let mut kept = match std::mem::take(&mut self.triangles) {
                 Triangles::Cells(kept) => kept,
                 _ => Cells::default(),
@@ -145,7 +145,7 @@ impl TileMemory {
 
 /// Percent of a plane's tessellants that may change: with more, what takes the place of its triangles costs what all do.
 const MOST_CHANGED: usize = 50;
-/// Vertices that a lattice has at least whose samples are kept.
+/// Vertices that a lattice has at least of which anything is kept: samples and triangles of smaller ones are made as fast as kept.
 const LEAST_LATTICE: usize = 256;
 
 /// Work space of [`patch_tile`].
@@ -190,7 +190,7 @@ pub fn patch_tile(
     let patched = trimmed.is_some();
     let (outcome, fresh) = match trimmed.map_or_else(|| job.trim(scratch).map(|outcome| (outcome, usize::MAX)), Ok) {
         Ok(trimmed) => trimmed,
-        Err(lost) => return lost,
+        Err(lost) => return *lost,
     };
     let keeps = is_kept(&job, patch, &scratch.trimmed.stats);
     if keeps {
@@ -213,14 +213,14 @@ pub fn patch_tile(
     made
 }
 
-/// Whether it is faster to keep something of a tile that was just made: of a plane from which ears cannot be cut, and of the
-/// vertices of a large lattice.
+/// Whether it is faster to keep something of a tile that was just made: of a plane from which ears cannot be cut, and of
+/// a large lattice.
 fn is_kept(job: &Job<'_>, patch: Patch, stats: &TrimStats) -> bool {
     if patch.everywhere {
         true
     } else if job.lattice.cells() == (1, 1) {
         job.face.kind == SurfaceKind::Plane && (stats.clusters > 0 || stats.whole_tile)
     } else {
-        patch.samples && job.lattice.us.len() * job.lattice.vs.len() >= LEAST_LATTICE
+        job.lattice.us.len() * job.lattice.vs.len() >= LEAST_LATTICE
     }
 }

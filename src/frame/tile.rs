@@ -146,7 +146,7 @@ pub fn tessellate_tile(
     trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
     match job.trim(scratch) {
         Ok(outcome) => job.finish(outcome, None, scratch, mesh).0,
-        Err(lost) => lost,
+        Err(lost) => *lost,
     }
 }
 
@@ -170,7 +170,7 @@ impl<'a> Job<'a> {
     }
 
     /// Triangles of the loops that the scratch has.
-    pub(super) fn trim(&self, scratch: &mut Scratch) -> Result<TrimOutcome, TileOutcome> {
+    pub(super) fn trim(&self, scratch: &mut Scratch) -> Result<TrimOutcome, Box<TileOutcome>> {
         let cells = self.lattice.cells();
         let input = TrimInput { cells, points: &scratch.cells, loop_starts: &scratch.loop_starts };
         // Loops that meet may pass the faster rungs with two layers where they overlap: these are counted out at once.
@@ -181,7 +181,8 @@ impl<'a> Job<'a> {
         };
         outcome.map_err(|e| {
             let degradation = Some(Degradation::Failed(e.to_string()));
-            TileOutcome { face: self.tile.face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation }
+            let mesh = PatchMesh::default();
+            Box::new(TileOutcome { face: self.tile.face, mesh, rung: Rung::Lost, degradation })
         })
     }
 

@@ -212,15 +212,18 @@ impl Weave {
         s.stack.clear();
         let mut v = old;
         loop {
-            let mut t = self.first[v as usize];
-            s.see(run, t);
-            while v != old {
-                let Some(k) = self.corner(t, v) else { break };
-                t = self.beside[t as usize][(k + 2) % 3];
-                if t == NONE {
-                    break;
+            let first = self.first[v as usize];
+            s.see(run, first);
+            if v != old {
+                // All around one that goes.
+                let mut t = first;
+                while let Some(k) = self.corner(t, v) {
+                    t = self.beside[t as usize][(k + 2) % 3];
+                    if t == NONE {
+                        break;
+                    }
+                    s.see(run, t);
                 }
-                s.see(run, t);
             }
             v = next_in(changed.old_starts, l, v);
             if s.to[v as usize] != NONE {
