@@ -6,7 +6,7 @@
 
 use super::bits::Bits;
 use super::rings::Origin;
-use super::trace::{Crossing, Known, NONE, Trace};
+use super::trace::{Crossing, NONE, Trace};
 use super::{Ladder, TrimInput, TrimOutcome, TrimOutput, TrimScratch, TrimStats, reference};
 
 /// What is kept of a tile that was triangulated cell by cell.
@@ -41,6 +41,43 @@ pub(in crate::frame) struct Moved<'a> {
     /// Which column and row of cells each old one is, or [`NONE`].
     pub(in crate::frame) columns: &'a [u32],
     pub(in crate::frame) rows: &'a [u32],
+}
+
+/// Crossings of segments with the lattice as it was.
+pub(super) struct Known<'a> {
+    /// All of them, in curve order.
+    crossings: &'a [Crossing],
+    /// The first one of each segment as it was, and how many there were.
+    first: &'a [u32],
+    /// By tessellant that a segment starts at: which segment it was, or [`NONE`].
+    segments: &'a [u32],
+    /// Which column and row each one is now.
+    columns: &'a [u32],
+    rows: &'a [u32],
+}
+
+/// What a segment crosses.
+pub(super) struct Crossed<'a> {
+    pub(super) crossings: &'a [Crossing],
+    /// Columns and rows by which their cells moved.
+    pub(super) move_by: [i32; 2],
+}
+
+impl<'a> Known<'a> {
+    /// What is known of the segment that starts at `v`, in cell `from`.
+    #[inline(always)]
+    pub(super) fn of(&self, v: usize, from: (i32, i32)) -> Option<Crossed<'a>> {
+        let segment = self.segments[v];
+        if segment == NONE {
+            return None;
+        }
+        let [start, end] = [segment, segment + 1].map(|s| self.first[s as usize] as usize);
+        let crossings = &self.crossings[start..end];
+        let Some(first) = crossings.first() else { return Some(Crossed { crossings, move_by: [0; 2] }) };
+        let [i, j] = first.cell.map(i32::from);
+        let now = (self.columns[i as usize] as i32, self.rows[j as usize] as i32);
+        (now == from).then(|| Crossed { crossings, move_by: [now.0 - i, now.1 - j] })
+    }
 }
 
 /// Work space; leaves no trace in results.

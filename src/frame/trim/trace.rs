@@ -7,6 +7,7 @@
 use glam::DVec2;
 
 use super::TrimInput;
+use super::again::{Crossed, Known};
 use super::bits::Bits;
 use super::reference::CORNER_CLEARANCE;
 use crate::math::predicates::orient2d;
@@ -25,7 +26,7 @@ const DOUBTFUL: f64 = 1e-9;
 #[derive(Clone, Copy)]
 pub(super) struct Crossing {
     /// Coordinate along the lattice line.
-    position: f64,
+    pub(super) position: f64,
     /// First tessellant of the segment.
     pub(super) segment: u32,
     /// The end of the segment that stands for the crossing: `segment` or `segment + 1`, which may be the loop's end index.
@@ -66,43 +67,6 @@ struct EdgeList {
     first: u32,
     last: u32,
     recent: u32,
-}
-
-/// Crossings of segments with the lattice as it was.
-pub(super) struct Known<'a> {
-    /// All of them, in curve order.
-    pub(super) crossings: &'a [Crossing],
-    /// The first one of each segment as it was, and how many there were.
-    pub(super) first: &'a [u32],
-    /// By tessellant that a segment starts at: which segment it was, or [`NONE`].
-    pub(super) segments: &'a [u32],
-    /// Which column and row each one is now.
-    pub(super) columns: &'a [u32],
-    pub(super) rows: &'a [u32],
-}
-
-/// What a segment crosses.
-struct Crossed<'a> {
-    crossings: &'a [Crossing],
-    /// Columns and rows by which their cells moved.
-    move_by: [i32; 2],
-}
-
-impl<'a> Known<'a> {
-    /// What is known of the segment that starts at `v`, in cell `from`.
-    #[inline(always)]
-    fn of(&self, v: usize, from: (i32, i32)) -> Option<Crossed<'a>> {
-        let segment = self.segments[v];
-        if segment == NONE {
-            return None;
-        }
-        let [start, end] = [segment, segment + 1].map(|s| self.first[s as usize] as usize);
-        let crossings = &self.crossings[start..end];
-        let Some(first) = crossings.first() else { return Some(Crossed { crossings, move_by: [0; 2] }) };
-        let [i, j] = first.cell.map(i32::from);
-        let now = (self.columns[i as usize] as i32, self.rows[j as usize] as i32);
-        (now == from).then(|| Crossed { crossings, move_by: [now.0 - i, now.1 - j] })
-    }
 }
 
 /// A tile's loops seen from its lattice.
