@@ -144,8 +144,7 @@ fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
 }
 
 /// Files of the corpus with planes of many holes, folds, poles and loops within a cell.
-const FILES: [&str; 4] =
-    ["mini_heatsink.stp", "odrive_pcb_v35.step", "periodic_pole_solid.stp", "tank_torus_sphere.stp"];
+const FILES: [&str; 4] = ["mini_heatsink.stp", "as1_oc_214.stp", "periodic_pole_solid.stp", "tank_torus_sphere.stp"];
 
 #[test]
 fn sessions_that_patch_have_no_cracks() {
