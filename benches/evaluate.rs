@@ -43,11 +43,11 @@ fn lattice(c: &mut Criterion) {
 fn points(c: &mut Criterion) {
     let patches = patch(3, 3, true);
     let at: Vec<_> = (0..256).map(|i| DVec2::new(f64::from(i) / 255.0, (f64::from(i) * 0.37).fract())).collect();
-    let (mut scratch, mut p, mut q) = (EvaluateScratch::default(), Vec::new(), Vec::new());
+    let (mut p, mut q) = (Vec::new(), Vec::new());
     let mut group = c.benchmark_group("evaluate/points");
     group.throughput(Throughput::Elements(256));
     group.bench_function("rational 3x3", |b| {
-        b.iter(|| evaluate_points(&patches, black_box(&at), &mut scratch, &mut p, &mut q));
+        b.iter(|| evaluate_points(&patches, black_box(&at), &mut p, &mut q));
     });
     group.finish();
 }

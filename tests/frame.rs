@@ -4,7 +4,7 @@
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
-use trimtess::frame::evaluate::{EvaluateScratch, evaluate_points};
+use trimtess::frame::evaluate::evaluate_points;
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Scratch, Tolerance, tessellate_tile};
 use trimtess::mesh::{MemorySink, Origin, TileId, check_scene};
 use trimtess::model::{Model, ModelBuilder, PartId, shapes};
@@ -196,7 +196,6 @@ fn lattice_vertices_have_the_bits_of_single_points() {
         let prepared = shape(name);
         let plan = frame::plan(&prepared, &Tolerance { chord: 1e-3, ..CHORD });
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        let mut scratch = EvaluateScratch::default();
         let mut seen = 0;
         for batch in &mesh(&prepared, &plan).batches {
             let part = &prepared.parts[batch.part.index()];
@@ -205,7 +204,7 @@ fn lattice_vertices_have_the_bits_of_single_points() {
             for (k, origin) in batch.mesh.origins.iter().enumerate() {
                 let Origin::Lattice { i, j } = *origin else { continue };
                 let at = [DVec2::new(lattice.us[i as usize], lattice.vs[j as usize])];
-                evaluate_points(&face.patches, &at, &mut scratch, &mut positions, &mut normals);
+                evaluate_points(&face.patches, &at, &mut positions, &mut normals);
                 let side = if face.reversed { -1.0 } else { 1.0 };
                 assert_eq!(batch.mesh.positions[k], positions[0], "{name}");
                 assert_eq!(batch.mesh.normals[k], (normals[0] * side).as_vec3(), "{name}");

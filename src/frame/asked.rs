@@ -4,12 +4,24 @@ use super::tolerance::Tolerance;
 use super::view::Sight;
 use crate::prepare::BoundingBox;
 
+/// Boxes whose tolerances are at least this share of each other count as even: lines differ by a twentieth at most.
+const ALIKE: f64 = 0.9;
+
 /// What is asked of one tile or edge, box by box.
+#[derive(Clone, Debug)]
 pub(super) struct Need {
     /// The strictest tolerance within any of its boxes.
     pub(super) tolerance: Tolerance,
     /// What share that is of each box's own: at most 1, and 0 for a box that is not seen.
     pub(super) shares: Vec<f64>,
+}
+
+impl Default for Need {
+    /// Of nothing.
+    fn default() -> Self {
+        let tolerance = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
+        Self { tolerance, shares: Vec::new() }
+    }
 }
 
 impl Need {
@@ -44,18 +56,32 @@ impl Asked {
         Self { tolerance: *per_pixel, seen, radius, unusable }
     }
 
-    /// What is asked of a tile or an edge with these boxes.
-    pub(super) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>) -> Need {
+    /// Whether edges may only be so long.
+    pub(super) fn limits_length(&self) -> bool {
+        self.tolerance.max_edge.is_some()
+    }
+
+    /// What is asked of a tile or an edge with these boxes, into `need`.
+    pub(super) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>, need: &mut Need) {
+        let Need { tolerance, shares } = need;
+        shares.clear();
         if self.seen.is_empty() {
-            return Need { tolerance: self.tolerance, shares: vec![1.0; places.len()] };
+            *tolerance = self.tolerance;
+            shares.resize(places.len(), 1.0);
+            return;
         }
         let nearest = |place: &BoundingBox| self.seen.iter().map(|s| s.pixels_per_length(place)).fold(0.0, f64::max);
-        let mut pixels: Vec<f64> = places.map(nearest).collect();
-        let most = pixels.iter().copied().fold(0.0, f64::max);
-        pixels.iter_mut().for_each(|p| *p = if most > 0.0 { *p / most } else { 1.0 });
+        shares.extend(places.map(nearest));
+        let most = shares.iter().copied().fold(0.0, f64::max);
+        let least = shares.iter().copied().fold(most, f64::min);
+        if least >= ALIKE * most {
+            shares.fill(1.0);
+        } else {
+            shares.iter_mut().for_each(|p| *p /= most);
+        }
         let Tolerance { chord, angle, max_edge } = self.tolerance;
-        let tolerance = Tolerance { chord: chord / most, angle, max_edge: max_edge.map(|m| m / most) };
-        Need { tolerance: tolerance.usable(self.radius), shares: pixels }
+        let seen = Tolerance { chord: chord / most, angle, max_edge: max_edge.map(|m| m / most) };
+        *tolerance = seen.usable(self.radius);
     }
 }
 
@@ -66,15 +92,25 @@ pub(super) fn is_steep(of: &[f64], columns: usize) -> bool {
     beside || of.iter().zip(&of[columns.min(of.len())..]).any(|(&a, &b)| apart(a, b))
 }
 
-/// Numbers in rows of `columns`, each replaced by the largest that is at most `reach` rows and columns away.
-pub(super) fn dilated(of: &[f64], columns: usize, reach: usize) -> Vec<f64> {
+/// Numbers in rows of `columns`, each replaced by the largest that is at most `reach` rows and columns away, into `out`.
+pub(super) fn dilate(of: &[f64], columns: usize, reach: usize, out: &mut Vec<f64>) {
+    out.clear();
+    if reach == 0 {
+        out.extend_from_slice(of);
+        return;
+    }
+    let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+    if columns == 1 {
+        out.extend((0..of.len()).map(|k| largest(&of[k.saturating_sub(reach)..(k + reach + 1).min(of.len())])));
+        return;
+    }
     let rows = of.len() / columns;
     let window = |k: usize, n: usize| k.saturating_sub(reach)..(k + reach + 1).min(n);
     let most = |i: usize, j: usize| {
         let near = window(i, rows).flat_map(|i| &of[i * columns..][window(j, columns)]);
         near.copied().fold(0.0, f64::max)
     };
-    (0..of.len()).map(|k| most(k / columns, k % columns)).collect()
+    out.extend((0..of.len()).map(|k| most(k / columns, k % columns)));
 }
 
 /// The most strips that lie under a gap between two of `lines`.
@@ -99,6 +135,11 @@ mod tests {
     #[test]
     fn the_largest_number_nearby_wins() {
         let of = [0.1, 0.2, 0.3, 0.9, 0.1, 0.1];
+        let dilated = |of: &[f64], columns, reach| {
+            let mut out = vec![7.0];
+            dilate(of, columns, reach, &mut out);
+            out
+        };
         assert_eq!(dilated(&of, 3, 0), of);
         assert_eq!(dilated(&of, 3, 1), [0.9, 0.9, 0.3, 0.9, 0.9, 0.3]);
         assert_eq!(dilated(&of, 1, 1), [0.2, 0.3, 0.9, 0.9, 0.9, 0.1]);

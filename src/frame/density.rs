@@ -1,17 +1,22 @@
 //! A density of lines along a parameter -> the fewest lines that keep it, as even as it allows.
 
 /// A piecewise constant density of lines along one parameter.
-pub(super) struct Density {
+#[derive(Clone, Copy)]
+pub(super) struct Density<'a> {
     /// Strip borders, increasing; one more than there are strips. The outer strips go on beyond the first and the last.
-    pub(super) breaks: Vec<f64>,
+    pub(super) breaks: &'a [f64],
     /// Lines per unit of parameter in each strip, not negative.
-    pub(super) rates: Vec<f64>,
+    pub(super) rates: &'a [f64],
 }
 
 /// Share of a line that a gap may hold beyond its own: strips and breaks meet at the same knots, but for rounding.
 const HAIR: f64 = 1e-6;
+/// Share of a gap by which the last one may be less full than the others.
+const SHORT: f64 = 1.0 / 32.0;
+/// Scales of a density that are tried until the last gap is as full as that.
+const TRIALS: usize = 6;
 
-impl Density {
+impl Density<'_> {
     /// The strip in which `a` lies; at a border the one that begins there.
     fn strip(&self, a: f64) -> usize {
         self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1)
@@ -32,76 +37,64 @@ impl Density {
         self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
     }
 
-    /// The furthest `x ≤ end` with `(x − a)·ρ ≤ 1` for the largest ρ on the way; more than `a` in any case.
-    ///
-    /// `at` is a strip at or before `a`, and becomes that of `a`.
-    fn stride(&self, a: f64, end: f64, scale: f64, at: &mut usize) -> f64 {
-        let border = |k: usize| if k + 1 == self.rates.len() { f64::INFINITY } else { self.breaks[k + 1] };
-        // A step below the spacing of numbers is the next number: every stride gets on.
-        let reach = |rate: f64| if rate > 0.0 { (a + 1.0 / rate).max(a.next_up()) } else { f64::INFINITY };
-        while border(*at) <= a {
-            *at += 1;
-        }
-        let mut k = *at;
-        let mut most = self.rates[k] * scale;
-        loop {
-            if reach(most) <= border(k) || border(k) >= end {
-                return reach(most).min(end);
-            }
-            most = most.max(self.rates[k + 1] * scale);
-            // Too dense to be entered from here at all: the gap ends at the border.
-            if reach(most) <= border(k) {
-                return border(k);
-            }
-            k += 1;
-        }
-    }
-
-    /// Strides from `a` to `b` at `scale` times the density, counted up to `limit`: the fewest gaps that keep it.
-    fn count(&self, a: f64, b: f64, scale: f64, limit: usize) -> usize {
+    /// Strides from `a` to `b` at `scale` times the density, up to `limit`: the fewest gaps that keep it, and how full they are
+    /// together: as many, but that the last one counts by the share of a line in it. Beyond `limit`, what is left counts.
+    fn filled(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
+        let mut strides = Strides::new(self, a, scale);
         let mut x = a;
-        let mut at = self.strip(a);
-        let mut n = 0;
-        while x < b && n < limit {
-            x = self.stride(x, b, scale, &mut at);
-            n += 1;
+        for n in 0..limit {
+            let from = x;
+            x = strides.next(b);
+            if x >= b {
+                let most = self.strips(from, b).fold(0.0, |m, (rate, _)| f64::max(m, rate));
+                return (n + 1, n as f64 + (scale * most * (b - from)).min(1.0));
+            }
         }
-        n
+        (limit + 1, limit as f64 + scale * self.mass(x, b))
     }
 
     /// Parameters from `a` to `b > a`, strictly increasing, so dense that no gap is longer than 1/ρ anywhere in it; as
     /// few as that allows, and as even. Appends all but `a`.
     ///
     /// Where that takes more than `limit` gaps, the density is scaled down as a whole until it does not. Returns whether
-    /// it was kept. Cost: about ten times the number of gaps.
+    /// it was kept. Cost: that of a handful of counts of the gaps; of even ones, one at most.
     pub(super) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
         let most = self.strips(a, b).fold(0.0, |m, (rate, _)| f64::max(m, rate));
         let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0);
-        if even <= 1.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most) {
+        if even <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most) {
             evenly(a, b, even.min(limit as f64) as usize, out);
             return even <= limit as f64;
         }
-        let asked = self.count(a, b, 1.0, limit + 1);
-        let n = asked.min(limit);
+        let (asked, filled) = self.filled(a, b, 1.0, limit);
+        let (n, kept) = (asked.min(limit), asked <= limit);
         let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
-        if !mass.is_finite() {
+        // Even gaps are as few, or nothing else can be reckoned with.
+        if kept && n as f64 >= even || !mass.is_finite() {
             evenly(a, b, n, out);
-            return false;
+            return kept && n as f64 >= even;
         }
         // The largest factor that takes no more gaps makes the last gap as full as the others. A gap holds at most one
         // line of the density, and at most one gap per strip is not full: that bounds the factor from both sides.
         let full = n as f64;
-        let kept = asked <= limit;
         let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
         let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
-        for _ in 0..8 {
-            let mid = 0.5 * (low + high);
-            if self.count(a, b, mid, n + 1) <= n { low = mid } else { high = mid }
+        let (mut scale, mut filled) = (1.0, filled);
+        for _ in 0..TRIALS {
+            if scale == low && filled >= full - SHORT {
+                break;
+            }
+            // What is missing, over all gaps; exact where no border comes between.
+            let next = scale + (full - 0.5 * SHORT - filled) / mass;
+            scale = if low < next && next < high { next } else { 0.5 * (low + high) };
+            let tried = self.filled(a, b, scale, n);
+            filled = tried.1;
+            if tried.0 <= n { low = scale } else { high = scale }
         }
-        let (mut x, mut at) = (a, self.strip(a));
+        let mut strides = Strides::new(self, a, low);
+        let mut x = a;
         for _ in 1..n {
             let before = x;
-            x = self.stride(x, b, low, &mut at);
+            x = strides.next(b);
             // A line a hair before the end would only be rounding: what is left holds a millionth of a line.
             let hair = b - x <= 1e-6 * (x - before) && self.mass(x, b) <= HAIR;
             if x >= b || hair {
@@ -111,6 +104,78 @@ impl Density {
         }
         out.push(b);
         kept
+    }
+}
+
+/// Steps along a density, each as long as `scale` times its largest rate on the way allows.
+struct Strides<'a> {
+    density: &'a Density<'a>,
+    scale: f64,
+    x: f64,
+    /// The strip of `x`, or one before it.
+    at: usize,
+    /// Where that strip ends, and the longest step that it allows.
+    border: f64,
+    step: f64,
+}
+
+impl<'a> Strides<'a> {
+    fn new(density: &'a Density<'a>, from: f64, scale: f64) -> Self {
+        let mut new = Self { density, scale, x: from, at: 0, border: 0.0, step: 0.0 };
+        new.enter(density.strip(from));
+        new
+    }
+
+    fn rate(&self, k: usize) -> f64 {
+        self.density.rates[k] * self.scale
+    }
+
+    fn border(&self, k: usize) -> f64 {
+        if k + 1 == self.density.rates.len() { f64::INFINITY } else { self.density.breaks[k + 1] }
+    }
+
+    fn enter(&mut self, k: usize) {
+        (self.at, self.border, self.step) = (k, self.border(k), self.rate(k).recip());
+    }
+
+    /// The furthest `x ≤ end` with `(x − before)·ρ ≤ 1` for the largest ρ on the way; more than before in any case.
+    #[inline]
+    fn next(&mut self, end: f64) -> f64 {
+        let to = self.x + self.step;
+        self.x = if to <= self.border && to > self.x { to.min(end) } else { self.over_borders(end) };
+        self.x
+    }
+
+    fn over_borders(&mut self, end: f64) -> f64 {
+        let x = self.x;
+        // A step below the spacing of numbers is the next number: every stride gets on.
+        let reach = |rate: f64| {
+            let to = x + 1.0 / rate;
+            if to > x {
+                to
+            } else if rate > 0.0 {
+                x.next_up()
+            } else {
+                f64::INFINITY
+            }
+        };
+        while self.border <= x {
+            self.enter(self.at + 1);
+        }
+        let mut k = self.at;
+        let mut most = self.rate(k);
+        loop {
+            let (to, border) = (reach(most), self.border(k));
+            if to <= border || border >= end {
+                return to.min(end);
+            }
+            most = most.max(self.rate(k + 1));
+            // Too dense to be entered from here at all: the gap ends at the border.
+            if reach(most) <= border {
+                return border;
+            }
+            k += 1;
+        }
     }
 }
 
@@ -137,7 +202,7 @@ mod tests {
 
     fn spread(breaks: &[f64], rates: &[f64], a: f64, b: f64, limit: usize) -> (Vec<f64>, bool) {
         let mut lines = vec![a];
-        let density = Density { breaks: breaks.to_vec(), rates: rates.to_vec() };
+        let density = Density { breaks, rates };
         let kept = density.spread(a, b, limit, &mut lines);
         assert!(lines.is_sorted_by(|x, y| x < y), "{breaks:?} {rates:?} {a} {b}: {lines:?}");
         assert!(lines[lines.len() - 1] == b && lines.len() - 1 <= limit, "{breaks:?} {rates:?}: {}", lines.len());
@@ -146,7 +211,7 @@ mod tests {
 
     /// Most lines of the density in a gap.
     fn fullest(breaks: &[f64], rates: &[f64], lines: &[f64]) -> f64 {
-        let density = Density { breaks: breaks.to_vec(), rates: rates.to_vec() };
+        let density = Density { breaks, rates };
         let full = |w: &[f64]| {
             let strips = density.strips(w[0], w[1]).filter(|(rate, width)| rate * width > HAIR);
             strips.fold(0.0, |m, (rate, _)| f64::max(m, rate)) * (w[1] - w[0])
@@ -214,7 +279,7 @@ mod tests {
             let limit = u.int_in_range(8..=200_usize)?;
             let (lines, kept) = spread(&breaks, &rates, a, b, limit);
             let full = fullest(&breaks, &rates, &lines);
-            let mass = Density { breaks: breaks.clone(), rates: rates.clone() }.mass(a, b);
+            let mass = Density { breaks: &breaks, rates: &rates }.mass(a, b);
             // A gap is not shorter than numbers are apart, and its ends are rounded: that many lines at most.
             let ulp = f64::EPSILON * f64::max(first.abs(), last.abs());
             let rounding = 2.0 * HAIR + 4.0 * ulp * rates.iter().copied().fold(0.0, f64::max);

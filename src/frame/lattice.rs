@@ -5,10 +5,11 @@
 //! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), r = h_v/h_u of the cheapest uniform lattice, so that each direction has a density of
 //! lines of its own that follows the bounds along it.
 
-use super::asked::{Need, dilated, is_steep, most_touched};
+use super::asked::{Need, dilate, is_steep, most_touched};
 use super::density::Density;
 use super::plan::{MAX_LINES, TileLattice};
 use super::tolerance::Tolerance;
+use crate::model::SurfaceKind;
 use crate::prepare::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
@@ -102,6 +103,11 @@ pub(super) struct Kept {
     pub(super) cells: bool,
 }
 
+/// Whether tiles have one cell whatever the tolerance: on planes, as long as edges may be of any length.
+pub(super) fn is_single(face: &PreparedFace, max_edge: Option<f64>) -> bool {
+    face.kind == SurfaceKind::Plane && max_edge.is_none()
+}
+
 /// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense: they are
 /// not where [`MAX_LINES`] or `most_cells` forbid it. A pure function of its arguments.
 pub(super) fn lattice(
@@ -111,20 +117,28 @@ pub(super) fn lattice(
     factor: f64,
     most_cells: u64,
 ) -> (TileLattice, Kept) {
+    if is_single(face, need.tolerance.max_edge) {
+        let single = TileLattice {
+            us: vec![tile.min.x, tile.max.x],
+            vs: vec![tile.min.y, tile.max.y],
+            chord: need.tolerance.chord,
+        };
+        return (single, Kept { lines: true, cells: true });
+    }
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
     let boxes: Vec<(usize, usize)> = su.clone().flat_map(|i| sv.clone().map(move |j| (i, j))).collect();
-    let Need { tolerance, shares } = need;
+    let mut shares = Vec::new();
     // A cell that lies in several boxes has to keep the tolerances of all. Where these are far apart, as they are close to the
     // eye, no cell does: lines run along the borders.
-    let steep = is_steep(shares, sv.len());
+    let steep = is_steep(&need.shares, sv.len());
     let mut reach = usize::from(!steep);
     loop {
-        let shares = dilated(shares, sv.len(), reach);
+        dilate(&need.shares, sv.len(), reach, &mut shares);
         let needs: Vec<Needs> =
             boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
         let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
-        let (lattice, kept) = spread(&under, steep, tolerance, factor, most_cells);
+        let (lattice, kept) = spread(&under, steep, &need.tolerance, factor, most_cells);
         let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
         if touched <= reach + 1 || shares.iter().all(|&share| share == 1.0) {
             return (lattice, kept);
@@ -194,13 +208,12 @@ fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, mo
     let share = (0.5 * turn(0).hypot(turn(1))).min(1.0);
     let [mut ru, mut rv] = if share > 0.0 { rates(share) } else { largest };
     ru.iter_mut().chain(&mut rv).for_each(|rate| *rate *= factor);
-    let mut u = Density { breaks: table.breaks_u[su.start..=su.end].to_vec(), rates: ru };
-    let mut v = Density { breaks: table.breaks_v[sv.start..=sv.end].to_vec(), rates: rv };
+    let (breaks_u, breaks_v) = (&table.breaks_u[su.start..=su.end], &table.breaks_v[sv.start..=sv.end]);
     let mut creases = [Cow::Borrowed(&face.creases[0]), Cow::Borrowed(&face.creases[1])];
     if split {
-        for (creases, density) in creases.iter_mut().zip([&u, &v]) {
+        for (creases, breaks) in creases.iter_mut().zip([breaks_u, breaks_v]) {
             let creases = creases.to_mut();
-            creases.extend(&density.breaks);
+            creases.extend(breaks);
             creases.sort_by(f64::total_cmp);
             creases.dedup();
         }
@@ -208,6 +221,7 @@ fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, mo
     let mut kept = Kept { lines: true, cells: true };
     let mut round = 0;
     loop {
+        let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
         let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0]);
         let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1]);
         kept.lines &= kept_u && kept_v;
@@ -222,20 +236,22 @@ fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, mo
         kept.cells &= over <= 1.0;
         kept.lines &= nu.max(nv) <= LINES_OF_TILE;
         round += 1;
-        coarsen(&mut u, (tile.min.x, tile.max.x), nu, too_u);
-        coarsen(&mut v, (tile.min.y, tile.max.y), nv, too_v);
+        let (by_u, by_v) =
+            (coarser(&u, (tile.min.x, tile.max.x), nu, too_u), coarser(&v, (tile.min.y, tile.max.y), nv, too_v));
+        ru.iter_mut().for_each(|rate| *rate *= by_u);
+        rv.iter_mut().for_each(|rate| *rate *= by_v);
     }
 }
 
-/// Makes a density that gave `n` gaps as much coarser as they are `too_many` times too many: a little more, so that
+/// What makes a density that gave `n` gaps as much coarser as they are `too_many` times too many: a little more, so that
 /// rounding up does not undo it, and from what the gaps are, since more may have been asked than lines are limited to.
-fn coarsen(density: &mut Density, (lo, hi): (f64, f64), n: f64, too_many: f64) {
+fn coarser(density: &Density<'_>, (lo, hi): (f64, f64), n: f64, too_many: f64) -> f64 {
     let mass = density.mass(lo, hi);
-    let by = if mass > n { n / mass } else { 1.0 } / (1.01 * too_many);
-    density.rates.iter_mut().for_each(|rate| *rate *= by);
+    let by = if mass > n { n / mass } else { 1.0 };
+    by / (1.01 * too_many)
 }
 
-fn lines(density: &Density, lo: f64, hi: f64, creases: &[f64]) -> (Vec<f64>, bool) {
+fn lines(density: &Density<'_>, lo: f64, hi: f64, creases: &[f64]) -> (Vec<f64>, bool) {
     let mut out = vec![lo];
     let mut from = lo;
     let mut kept = true;

@@ -2,6 +2,7 @@
 //!
 //! Measured in the middles of the triangle's sides, which is exact for surfaces of second degree.
 
+use super::evaluate::evaluate_three;
 use crate::mesh::PatchMesh;
 use crate::model::SurfaceDerivatives;
 use crate::prepare::PreparedFace;
@@ -21,16 +22,20 @@ impl Surface<'_> {
         (uv, self.face.patches.derivatives(uv.x, uv.y))
     }
 
-    /// How far the surface is above the middle of an edge, along its normal.
-    pub(super) fn lift(&self, mesh: &PatchMesh, a: u32, b: u32) -> f64 {
-        let (_, d) = self.middle(a, b);
-        let chord = mesh.positions[a as usize].midpoint(mesh.positions[b as usize]);
-        (d.point - chord).dot(d.du.cross(d.dv).normalize_or_zero())
+    /// How far the surface is above the middle of each of a triangle's sides, along its normals.
+    pub(super) fn lifts(&self, mesh: &PatchMesh, [a, b, c]: [u32; 3]) -> [f64; 3] {
+        let sides = [(a, b), (b, c), (c, a)];
+        let middles = sides.map(|(a, b)| self.uvs[a as usize].midpoint(self.uvs[b as usize]));
+        let on = evaluate_three(&self.face.patches, middles);
+        [0, 1, 2].map(|k| {
+            let ((a, b), (point, normal)) = (sides[k], on[k]);
+            (point - mesh.positions[a as usize].midpoint(mesh.positions[b as usize])).dot(normal)
+        })
     }
 
     /// How far the triangle is from the surface, along its normals.
-    pub(super) fn deviation(&self, mesh: &PatchMesh, [a, b, c]: [u32; 3]) -> f64 {
-        let [x, y, z] = [(a, b), (b, c), (c, a)].map(|(a, b)| self.lift(mesh, a, b));
+    pub(super) fn deviation(&self, mesh: &PatchMesh, corners: [u32; 3]) -> f64 {
+        let [x, y, z] = self.lifts(mesh, corners);
         // A parabola that vanishes at the corners is four ninths of the three together in the centroid.
         [x, y, z, (x + y + z) * 4.0 / 9.0].into_iter().fold(0.0, |most, lift| most.max(lift.abs()))
     }

@@ -45,6 +45,8 @@ mod samples;
 
 mod shown;
 
+mod tessellants;
+
 mod tile;
 pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
 

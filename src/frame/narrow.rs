@@ -64,8 +64,8 @@ impl Surface<'_> {
     fn split(&mut self, web: &mut Web<'_>, t: usize) -> Option<Change> {
         let corners = web.mesh.triangles[t];
         let edge = |k: usize| (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
-        let lift = |k: usize| self.lift(web.mesh, edge(k).0, edge(k).1).abs();
-        let (a, b, c) = edge((0..3).max_by(|&i, &j| lift(i).total_cmp(&lift(j)))?);
+        let lifts = self.lifts(web.mesh, corners).map(f64::abs);
+        let (a, b, c) = edge((0..3).max_by(|&i, &j| lifts[i].total_cmp(&lifts[j]))?);
         let other = web.left_of(b, a)?;
         let d = web.third(other, a, b)?;
         let (uv, at) = self.middle(a, b);

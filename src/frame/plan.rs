@@ -1,16 +1,15 @@
 //! What the master decides for a frame: lattice lines per tile, tessellants per edge. The only state both sides of an
 //! edge share.
 
-use super::asked::{Asked, Need, dilated, most_touched};
-use super::density::Density;
+use super::asked::{Asked, Need};
 use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
+use super::tessellants::{Tessellants, bare};
 use super::tolerance::Tolerance;
 use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
-use crate::prepare::{EdgeShape, Prepared, PreparedEdge, PreparedPart, StripBounds, UvCurve};
+use crate::prepare::{Prepared, PreparedPart};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
@@ -50,6 +49,52 @@ pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
     }
     let k = lines.partition_point(|&l| l <= x) - 1;
     k as f64 + (x - lines[k]) / (lines[k + 1] - lines[k])
+}
+
+/// Positions among lines, as [`cell_coordinate`], of parameters that are near the ones before: without a search.
+pub(super) struct CellWalk<'a> {
+    lines: &'a [f64],
+    /// The line below the last parameter.
+    at: usize,
+}
+
+impl<'a> CellWalk<'a> {
+    pub(super) fn new(lines: &'a [f64]) -> Self {
+        Self { lines, at: 0 }
+    }
+
+    /// From a share of the way from the first to the last line on.
+    pub(super) fn from_share(lines: &'a [f64], share: f32) -> Self {
+        Self { lines, at: ((f64::from(share) * (lines.len() - 1) as f64) as usize).min(lines.len() - 2) }
+    }
+
+    /// The same number as [`cell_coordinate`].
+    #[inline]
+    pub(super) fn cell(&mut self, x: f64) -> f64 {
+        let Self { lines, at } = self;
+        let last = lines.len() - 1;
+        if x <= lines[0] {
+            return 0.0;
+        }
+        if x >= lines[last] {
+            return last as f64;
+        }
+        // One of the two loops does nothing. What is no number stays where it is.
+        while x >= lines[*at + 1] {
+            *at += 1;
+        }
+        while x < lines[*at] {
+            *at -= 1;
+        }
+        *at as f64 + (x - lines[*at]) / (lines[*at + 1] - lines[*at])
+    }
+
+    /// Of a share of the way from the first to the last line.
+    #[inline]
+    pub(super) fn at_share(&mut self, share: f64) -> f64 {
+        let (first, last) = (self.lines[0], self.lines[self.lines.len() - 1]);
+        self.cell(first + share * (last - first))
+    }
 }
 
 /// Tessellants of one edge.
@@ -172,11 +217,12 @@ fn plan_part(
     budget: &mut Budget,
     shortfall: &mut Shortfall,
 ) -> Option<PartPlan> {
+    let mut need = Need::default();
     let mut tiles = Vec::with_capacity(part.tiles.len());
     for (k, tile) in part.tiles.iter().enumerate() {
         let face = &part.faces[part.face_of(tile)];
-        let (lattice, kept) =
-            lattice(face, tile, &asked.over(places(face, tile)), shortfall.density, budget.cells_per_tile);
+        asked.over(places(face, tile), &mut need);
+        let (lattice, kept) = lattice(face, tile, &need, shortfall.density, budget.cells_per_tile);
         let (nu, nv) = lattice.cells();
         budget.spend(u64::from(nu) * u64::from(nv))?;
         if !kept.cells {
@@ -187,9 +233,14 @@ fn plan_part(
         }
         tiles.push(Arc::new(lattice));
     }
+    let mut tessellants = Tessellants::default();
     let mut edges = Vec::with_capacity(part.edges.len());
     for (k, edge) in part.edges.iter().enumerate() {
-        let (polyline, kept) = polyline(part, edge, &tiles, &asked.over(edge.bounds.places.iter()), shortfall.density);
+        let bare = if asked.limits_length() { None } else { bare(edge, &tiles) };
+        let (polyline, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
+            asked.over(edge.bounds.places.iter(), &mut need);
+            tessellants.polyline(edge, &tiles, &need, shortfall.density)
+        });
         budget.spend(polyline.ts.len() as u64)?;
         if !kept {
             shortfall.edges.push((id, k as u32));
@@ -197,162 +248,4 @@ fn plan_part(
         edges.push(Arc::new(polyline));
     }
     Some(PartPlan { tiles, edges })
-}
-
-/// Segments of one edge, over all its breaks: what a curve whose speed varies by many decades would ask for is noise.
-const SEGMENTS_OF_EDGE: usize = 16_384;
-/// Segments between two breaks that an edge always may have.
-const LEAST_LIMIT: usize = 64;
-
-/// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
-/// it per segment. And whether they keep that.
-pub(super) fn polyline(
-    part: &PreparedPart,
-    edge: &PreparedEdge,
-    tiles: &[Arc<TileLattice>],
-    need: &Need,
-    factor: f64,
-) -> (EdgePolyline, bool) {
-    if edge.uses.is_empty() {
-        return (EdgePolyline::default(), true);
-    }
-    let Need { tolerance, shares } = need;
-    if need.is_even() {
-        return tessellants(part, edge, tiles, tolerance, shares, factor);
-    }
-    let mut reach = 1;
-    loop {
-        // A segment that lies in several strips has to keep the tolerances of all.
-        let shares = dilated(shares, 1, reach);
-        let (out, kept) = tessellants(part, edge, tiles, tolerance, &shares, factor);
-        let touched = most_touched(&edge.bounds.breaks, &out.ts);
-        if touched <= reach + 1 {
-            return (out, kept);
-        }
-        reach = touched - 1;
-    }
-}
-
-/// Tessellants that keep a tolerance; of each strip it is given as a share of the strip's own.
-fn tessellants(
-    part: &PreparedPart,
-    edge: &PreparedEdge,
-    tiles: &[Arc<TileLattice>],
-    tolerance: &Tolerance,
-    shares: &[f64],
-    factor: f64,
-) -> (EdgePolyline, bool) {
-    let angle = tolerance.angle.min(FRAC_PI_2);
-    let own = |k: usize, b: &StripBounds| {
-        let width = edge.bounds.breaks[k + 1] - edge.bounds.breaks[k];
-        let bend = b.second * shares[k];
-        let rate =
-            if edge.straight { 0.0 } else { (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width) };
-        // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
-        let least = if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width };
-        (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(least)
-    };
-    let of_strips: Vec<f64> = edge.bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)).collect();
-    let Density { breaks, mut rates } = with_dense_images(part, edge, of_strips);
-    let breaks = &breaks;
-    for &(tile, l, u) in &edge.uses {
-        let lattice = &tiles[tile.0 as usize];
-        if lattice.us.len() == 2 && lattice.vs.len() == 2 {
-            continue;
-        }
-        let edge_use = &part.tiles[tile.0 as usize].loops[l as usize][u as usize];
-        let (a, b) = (edge.breaks[edge_use.from as usize].t, edge.breaks[edge_use.to as usize].t);
-        limit_to_cells(&edge_use.uv, (a.min(b), a.max(b)), lattice, breaks, &mut rates);
-    }
-    if let [start, end] = edge.breaks[..]
-        && start.point == end.point
-        && matches!(edge.shape, EdgeShape::Curve(_))
-    {
-        // A closed edge is a triangle at least.
-        let least = 3.0 / (end.t - start.t);
-        rates.iter_mut().for_each(|rate| *rate = rate.max(least));
-    }
-    let density = Density { breaks: breaks.clone(), rates };
-    let mut out = EdgePolyline { ts: vec![edge.breaks[0].t], breaks: vec![0] };
-    let mut kept = true;
-    let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
-    for w in edge.breaks.windows(2) {
-        kept &= density.spread(w[0].t, w[1].t, limit, &mut out.ts);
-        out.breaks.push(u32::try_from(out.ts.len() - 1).unwrap_or(u32::MAX));
-    }
-    (out, kept)
-}
-
-/// The strips of an edge's bounds with their rates, cut further where one of its images turns within a strip: beside a pole
-/// it runs over half a lattice in a thousandth of the edge, and only there segments have to be short.
-fn with_dense_images(part: &PreparedPart, edge: &PreparedEdge, rates: Vec<f64>) -> Density {
-    /// Samples of an image within a strip from which on it is cut at each of them. Ordinary edges have two to eight.
-    const MANY: usize = 16;
-    let breaks = &edge.bounds.breaks;
-    let mut cuts: Vec<f64> = Vec::new();
-    for &(tile, l, u) in &edge.uses {
-        let UvCurve::Hermite(samples) = &part.tiles[tile.0 as usize].loops[l as usize][u as usize].uv else { continue };
-        if samples.len() < MANY {
-            continue;
-        }
-        for w in breaks.windows(2) {
-            let first = samples.partition_point(|s| s.t <= w[0]);
-            let last = samples.partition_point(|s| s.t < w[1]);
-            if last >= first + MANY {
-                cuts.extend(samples[first..last].iter().map(|s| s.t));
-            }
-        }
-    }
-    if cuts.is_empty() {
-        return Density { breaks: breaks.clone(), rates };
-    }
-    cuts.extend_from_slice(breaks);
-    // A stretch of the edge ends at a break, and is sampled up to there.
-    cuts.extend(edge.breaks.iter().map(|b| b.t).filter(|&t| t > breaks[0] && t < breaks[breaks.len() - 1]));
-    cuts.sort_by(f64::total_cmp);
-    cuts.dedup();
-    let rate = |w: &[f64]| rates[(breaks.partition_point(|&b| b <= w[0]).max(1) - 1).min(rates.len() - 1)];
-    let rates = cuts.windows(2).map(rate).collect();
-    Density { breaks: cuts, rates }
-}
-
-/// Raises rates so that a segment crosses at most one cell of `lattice` in each direction.
-///
-/// An image that runs to and fro over the lattice far more often than any real edge is noise; it gets as many segments
-/// as a busy one.
-fn limit_to_cells(uv: &UvCurve, range: (f64, f64), lattice: &TileLattice, breaks: &[f64], rates: &mut [f64]) {
-    /// Samples per strip: enough that a lattice denser at one end of the strip is seen.
-    const SAMPLES: usize = 4;
-    /// Traversals of the lattice by one edge: an outline of a gear or a word as one spline makes a few dozen.
-    const TRAVERSALS: f64 = 64.0;
-    let mut hint = 0;
-    let mut wanted = Vec::with_capacity(rates.len());
-    let mut total = 0.0;
-    for ends in breaks.windows(2) {
-        let (a, b) = (ends[0].max(range.0), ends[1].min(range.1));
-        if a >= b {
-            wanted.push(0.0);
-            continue;
-        }
-        let mut at = |t: f64| {
-            let p = uv.point(t, &mut hint);
-            (cell_coordinate(&lattice.us, p.x), cell_coordinate(&lattice.vs, p.y))
-        };
-        let step = (b - a) / SAMPLES as f64;
-        let mut from = at(a);
-        let mut rate = 0.0_f64;
-        for i in 1..=SAMPLES {
-            let to = at(a + step * i as f64);
-            let cells = (to.0 - from.0).abs().max((to.1 - from.1).abs());
-            rate = rate.max(cells / step);
-            from = to;
-        }
-        wanted.push(rate);
-        total += rate * (b - a);
-    }
-    let (nu, nv) = lattice.cells();
-    let share = (TRAVERSALS * f64::from(nu + nv) / total).min(1.0);
-    for (rate, wanted) in rates.iter_mut().zip(wanted) {
-        *rate = rate.max(wanted * share);
-    }
 }

@@ -7,9 +7,10 @@
 use super::asked::Asked;
 use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
-use super::plan::{PartPlan, Plan, TileLattice, plan_parts, polyline};
+use super::plan::{PartPlan, Plan, TileLattice, plan_parts};
 use super::rate::{Rate, Step, Terms, band, step};
 use super::shown::{PartBoxes, Shown};
+use super::tessellants::{Tessellants, turns_more_than_bends};
 use super::tolerance::Tolerance;
 use super::view::{Seen, View};
 use crate::mesh::{SceneInstance, ScenePart, TileId};
@@ -94,6 +95,8 @@ pub struct Planner {
     pages: Pages,
     changes: PlanChanges,
     limited: Limited,
+    tessellants: Tessellants,
+    touched: Touched,
     /// What the last plan was made for.
     seen: Vec<View>,
     placed: Vec<(u32, DAffine3)>,
@@ -148,6 +151,32 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
     }
 }
 
+/// Edges to look at, each once however many tiles ask for it.
+#[derive(Default)]
+struct Touched {
+    /// By part and edge: 0 where it is not among `rows`, 2 and more where a lattice beside it changed.
+    stamps: Vec<Vec<u8>>,
+    rows: Vec<(usize, u32)>,
+}
+
+impl Touched {
+    fn add(&mut self, part: usize, edge: u32, beside_new: bool) {
+        let stamp = &mut self.stamps[part][edge as usize];
+        if *stamp == 0 {
+            self.rows.push((part, edge));
+        }
+        *stamp |= if beside_new { 2 } else { 1 };
+    }
+
+    /// Calls `each` with every edge and whether a lattice beside it changed, and forgets them.
+    fn drain(&mut self, mut each: impl FnMut(usize, u32, bool)) {
+        for (part, edge) in self.rows.drain(..) {
+            let stamp = std::mem::take(&mut self.stamps[part][edge as usize]);
+            each(part, edge, stamp >= 2);
+        }
+    }
+}
+
 /// A tile that should have another rate.
 struct Wanted {
     /// How many times finer it should be; infinite for a tile that was never planned by the present terms.
@@ -195,6 +224,11 @@ impl Planner {
             pages: Pages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
             changes: PlanChanges::default(),
             limited: Limited::default(),
+            tessellants: Tessellants::default(),
+            touched: Touched {
+                stamps: prepared.parts.iter().map(|part| vec![0; part.edges.len()]).collect(),
+                rows: Vec::new(),
+            },
             seen: Vec::new(),
             placed: Vec::new(),
             unfinished: true,
@@ -379,8 +413,7 @@ impl Planner {
     /// Lattices of the tiles that change, then tessellants of the edges along them.
     fn apply(&mut self, draft: &mut Draft<'_>) {
         let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
-        // Edges with whether a lattice beside them changed.
-        let mut touched: Vec<(usize, u32, bool)> = Vec::new();
+        let mut touched = std::mem::take(&mut self.touched);
         for Wanted { part: p, tile: t, rate, band, chord, .. } in draft.wanted.drain(..) {
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
             let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
@@ -403,17 +436,14 @@ impl Planner {
                 draft.changes.tiles.push(id);
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
-            touched.extend(tile.loops.iter().flatten().map(|u| (p, u.edge, !as_before)));
+            tile.loops.iter().flatten().for_each(|u| touched.add(p, u.edge, !as_before));
         }
         for (p, t) in draft.near.drain(..) {
-            touched.extend(self.prepared.parts[p].tiles[t].loops.iter().flatten().map(|u| (p, u.edge, false)));
+            let uses = self.prepared.parts[p].tiles[t].loops.iter().flatten();
+            uses.for_each(|u| touched.add(p, u.edge, false));
         }
-        // An edge comes once, with `true` if it came with that.
-        touched.sort_unstable_by_key(|&(part, edge, lattice)| (part, edge, !lattice));
-        touched.dedup_by_key(|(part, edge, _)| (*part, *edge));
-        for (p, e, lattice) in touched {
-            self.tessellate_edge(p, e, lattice, draft);
-        }
+        touched.drain(|p, e, beside_new| self.tessellate_edge(p, e, beside_new, draft));
+        self.touched = touched;
     }
 
     fn tessellate_edge(&mut self, p: usize, e: u32, beside_new: bool, draft: &mut Draft<'_>) {
@@ -439,7 +469,18 @@ impl Planner {
             return;
         }
         let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
-        let (line, kept) = polyline(part, edge, &page.tiles, &need, 1.0);
+        // Nothing changed beside it, and nothing along it: lines of pins and holes are made by angles, at any distance.
+        if let (true, Rate::Even(now), Rate::Even(before)) =
+            (planned && need.tolerance.max_edge.is_none(), &rate, &rates.edges[k])
+        {
+            let finer = Rate::Even(*now.max(before));
+            let finer = self.terms.need(&finer, 0, self.prepared.scene.parts[p].radius);
+            if turns_more_than_bends(edge, &finer.tolerance) {
+                rates.edges[k] = rate;
+                return;
+            }
+        }
+        let (line, kept) = self.tessellants.polyline(edge, &page.tiles, &need, 1.0);
         mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
         (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
         if *page.edges[k] != line {

@@ -79,7 +79,7 @@ impl Samples {
         s.loop_starts.clear();
         s.loop_starts.push(0);
         from.clear();
-        let spot = Spot::of(face, tile, lattice);
+        let mut spot = Spot::of(face, tile, lattice);
         let same_lines = self.lattice.us == lattice.us && self.lattice.vs == lattice.vs;
         let (mut old, mut line) = (0_usize, 0);
         for l in &tile.loops {
@@ -104,9 +104,13 @@ impl Samples {
                 }
                 let forward = u.from < u.to;
                 let mut before = steps(u, &was.breaks).map(|k| was.ts[k]).zip(old..).peekable();
-                let mut hint = 0;
+                let (mut hint, mut next) = (0, u.from);
                 for k in steps(u, &is.breaks) {
                     let t = is.ts[k];
+                    let at_break = (is.breaks[next as usize] as usize == k).then_some(next);
+                    if at_break.is_some() {
+                        next = if forward { next + 1 } else { next.saturating_sub(1) };
+                    }
                     while before.next_if(|&(old, _)| if forward { old < t } else { old > t }).is_some() {}
                     let known = before.next_if(|&(old, _)| old == t).map(|(_, v)| v);
                     from.push(known.map_or(NONE, |v| v as u32));
@@ -114,8 +118,7 @@ impl Samples {
                     let uv = known.map_or_else(|| u.uv.point(t, &mut hint), |v| self.uvs[v]);
                     s.uvs.push(uv);
                     s.cells.push(known.filter(|_| same_lines).map_or_else(|| spot.cell(uv), |v| self.cells[v]));
-                    mesh.positions
-                        .push(known.map_or_else(|| edge_point(edge, &is.ts, &is.breaks, k), |v| self.positions[v]));
+                    mesh.positions.push(known.map_or_else(|| edge_point(edge, at_break, t), |v| self.positions[v]));
                     mesh.origins.push(origin(part, u.edge, k as u32));
                 }
                 old += all;
@@ -195,7 +198,7 @@ impl Samples {
             return;
         }
         let at: Vec<DVec2> = single.iter().map(|&v| uvs[v as usize]).collect();
-        evaluate_points(&face.patches, &at, evaluate, points, normals);
+        evaluate_points(&face.patches, &at, points, normals);
         for (k, &v) in single.iter().enumerate() {
             mesh.normals[v as usize] = oriented(normals[k]);
             if v as usize >= tessellants {

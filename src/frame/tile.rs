@@ -5,7 +5,7 @@ use super::ladder::Rung;
 use super::lift::Surface;
 use super::narrow::narrow;
 use super::patch::PatchScratch;
-use super::plan::{PartPlan, Plan, TileLattice, cell_coordinate};
+use super::plan::{CellWalk, PartPlan, Plan, TileLattice};
 use super::samples::Samples;
 use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference::trim_tile_reference, trim_tile};
 use super::unfold::unfold;
@@ -118,14 +118,12 @@ pub struct TileOutcome {
     pub degradation: Option<Degradation>,
 }
 
-/// Point of an edge's tessellant `k`: the break's own point where it is one, so that all faces have the same bits.
-pub(super) fn edge_point(edge: &PreparedEdge, ts: &[f64], breaks: &[u32], k: usize) -> DVec3 {
-    if let Ok(b) = breaks.binary_search(&(k as u32)) {
-        return edge.breaks[b].point;
-    }
-    match &edge.shape {
-        EdgeShape::Curve(c) => c.point(ts[k]),
-        EdgeShape::Point(p) => *p,
+/// Point of an edge's tessellant at `t`: the break's own point where it is one, so that all faces have the same bits.
+pub(super) fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
+    match (at_break, &edge.shape) {
+        (Some(k), _) => edge.breaks[k as usize].point,
+        (None, EdgeShape::Curve(c)) => c.point(t),
+        (None, EdgeShape::Point(p)) => *p,
     }
 }
 
@@ -252,17 +250,22 @@ pub(super) fn trace_loops(
     s.uvs.clear();
     s.loop_starts.clear();
     s.loop_starts.push(0);
-    let spot = Spot::of(face, tile, lattice);
+    let mut spot = Spot::of(face, tile, lattice);
     for l in &tile.loops {
         for u in l {
             let edge = &part.edges[u.edge as usize];
             let polyline = &plan.edges[u.edge as usize];
             let mut hint = 0;
+            let mut next = u.from;
             for k in steps(u, &polyline.breaks) {
                 let uv = u.uv.point(polyline.ts[k], &mut hint);
                 s.cells.push(spot.cell(uv));
                 s.uvs.push(uv);
-                mesh.positions.push(edge_point(edge, &polyline.ts, &polyline.breaks, k));
+                let at_break = polyline.breaks[next as usize] as usize == k;
+                mesh.positions.push(edge_point(edge, at_break.then_some(next), polyline.ts[k]));
+                if at_break {
+                    next = if u.from < u.to { next + 1 } else { next.saturating_sub(1) };
+                }
                 mesh.origins.push(origin(part, u.edge, k as u32));
             }
         }
@@ -270,26 +273,27 @@ pub(super) fn trace_loops(
     }
 }
 
-/// Where parameters are in a tile's cells.
+/// Where parameters are in a tile's cells: quickest for those that are near the ones before.
 pub(super) struct Spot<'a> {
     tile: &'a Tile,
-    lattice: &'a TileLattice,
     cells: (u32, u32),
     scale: DVec2,
+    along: [CellWalk<'a>; 2],
 }
 
 impl<'a> Spot<'a> {
     pub(super) fn of(face: &PreparedFace, tile: &'a Tile, lattice: &'a TileLattice) -> Self {
-        Self { tile, lattice, cells: lattice.cells(), scale: cell_size(face, tile, lattice) }
+        let along = [CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs)];
+        Self { tile, cells: lattice.cells(), scale: cell_size(face, tile, lattice), along }
     }
 
     #[inline(always)]
-    pub(super) fn cell(&self, uv: DVec2) -> DVec2 {
-        let Self { tile, lattice, cells, scale } = self;
+    pub(super) fn cell(&mut self, uv: DVec2) -> DVec2 {
+        let Self { tile, cells, scale, along: [u, v] } = self;
         if *cells == (1, 1) {
             return ((uv - tile.min) / (tile.max - tile.min)).clamp(DVec2::ZERO, DVec2::ONE) * *scale;
         }
-        DVec2::new(snap(cell_coordinate(&lattice.us, uv.x), cells.0), snap(cell_coordinate(&lattice.vs, uv.y), cells.1))
+        DVec2::new(snap(u.cell(uv.x), cells.0), snap(v.cell(uv.y), cells.1))
     }
 }
 
@@ -460,7 +464,7 @@ fn evaluate(
 ) {
     let Scratch { uvs, corners, normals, points, evaluate, lattice: on_lattice, .. } = s;
     if corners_used < LATTICE_FROM || corners_used * LATTICE_SHARE < corners.len() {
-        evaluate_points(&face.patches, uvs, evaluate, points, normals);
+        evaluate_points(&face.patches, uvs, points, normals);
         positions.extend_from_slice(&points[tessellants..]);
         return;
     }
@@ -468,7 +472,7 @@ fn evaluate(
     let wanted = |i: usize, j: usize| corners[j * width + i] != NONE;
     let (all_points, all_normals) = on_lattice;
     evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, wanted, evaluate, all_points, all_normals);
-    evaluate_points(&face.patches, &uvs[..tessellants], evaluate, points, normals);
+    evaluate_points(&face.patches, &uvs[..tessellants], points, normals);
     positions.resize(tessellants + corners_used, DVec3::ZERO);
     normals.resize(tessellants + corners_used, DVec3::Z);
     let height = lattice.vs.len();
@@ -480,7 +484,7 @@ fn evaluate(
     let crossings = &uvs[tessellants + corners_used..];
     if !crossings.is_empty() {
         let (all_points, all_normals) = on_lattice;
-        evaluate_points(&face.patches, crossings, evaluate, all_points, all_normals);
+        evaluate_points(&face.patches, crossings, all_points, all_normals);
         positions.extend_from_slice(all_points);
         normals.extend_from_slice(all_normals);
     }
@@ -508,6 +512,9 @@ fn from_cells(lattice: &TileLattice, p: DVec2) -> DVec2 {
 pub fn edge_line(prepared: &Prepared, plan: &Plan, part: PartId, edge: EdgeId) -> EdgeLine {
     let row = &prepared.parts[part.index()].edges[edge.index()];
     let line = &plan.parts[part.index()].edges[edge.index()];
-    let points = (0..line.ts.len()).map(|k| edge_point(row, &line.ts, &line.breaks, k)).collect();
+    let mut breaks = (0..).zip(&line.breaks).peekable();
+    let point =
+        |(k, &t): (usize, &f64)| edge_point(row, breaks.next_if(|&(_, &at)| at as usize == k).map(|(b, _)| b), t);
+    let points = line.ts.iter().enumerate().map(point).collect();
     EdgeLine { part, edge, points }
 }

@@ -27,8 +27,10 @@ const LEAST_GAIN: f64 = 1e-3;
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
 pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) -> bool {
-    let folded: Vec<usize> =
-        (0..trimmed).rev().filter(|&t| Shape::of(mesh, mesh.triangles[t]).is_wrong(mesh)).collect();
+    let least = Shape::clear_area(mesh);
+    let is_wrong =
+        |corners: [u32; 3]| !Shape::is_clearly_right(mesh, corners, least) && Shape::of(mesh, corners).is_wrong(mesh);
+    let folded: Vec<usize> = (0..trimmed).rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
     if folded.is_empty() {
         return false;
     }

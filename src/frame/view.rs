@@ -102,11 +102,18 @@ impl Sight {
     /// Pixels that a millimetre of the part covers at most within a box, where that is in the picture; 0 for what is nearer
     /// than the near plane or behind.
     pub(super) fn pixels_per_length(&self, place: &BoundingBox) -> f64 {
+        match self.lens {
+            Lens::Orthographic { pixels_per_length, .. } => self.scale * pixels_per_length,
+            Lens::Perspective { .. } => self.pixels(self.placed(place)),
+        }
+    }
+
+    /// The same of a box along the camera's axes.
+    fn pixels(&self, (middle, reach): (DVec3, DVec3)) -> f64 {
         let (focal, slopes, near) = match self.lens {
             Lens::Orthographic { pixels_per_length, .. } => return self.scale * pixels_per_length,
             Lens::Perspective { focal, slopes, near } => (focal, slopes, near),
         };
-        let (middle, reach) = self.placed(place);
         // A table's box without anything in it has no place.
         if middle.z + reach.z < near || middle.z + reach.z <= 0.0 || middle.is_nan() {
             return 0.0;
@@ -114,8 +121,9 @@ impl Sight {
         // What is beside the axis is in the picture only where it is as deep as the picture's sides are there.
         let beside = |axis: usize| (middle[axis].abs() - reach[axis]) / slopes[axis];
         let depth = (middle.z - reach.z).max(near).max(NEAREST * reach.length()).max(beside(0)).max(beside(1));
-        let slope = |axis: usize| ((middle[axis].abs() + reach[axis]) / depth).min(slopes[axis]);
-        self.scale * focal * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt() / depth
+        let per_depth = depth.recip();
+        let slope = |axis: usize| ((middle[axis].abs() + reach[axis]) * per_depth).min(slopes[axis]);
+        self.scale * focal * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt() * per_depth
     }
 }
 
@@ -131,16 +139,20 @@ impl Sight {
     pub(super) fn look(&self, place: &BoundingBox) -> Option<Seen> {
         let (middle, reach) = self.placed(place);
         let beside = |axis: usize, side: f64| middle[axis].abs() - reach[axis] > side;
-        let most = self.pixels_per_length(place);
         match self.lens {
             Lens::Orthographic { sides, .. } => {
+                let most = self.pixels((middle, reach));
                 let outside = beside(0, sides[0]) || beside(1, sides[1]) || middle.is_nan();
                 (!outside).then_some(Seen { most, least: most })
             }
             Lens::Perspective { focal, slopes, near } => {
                 let furthest = middle.z + reach.z;
                 let outside = beside(0, slopes[0] * furthest) || beside(1, slopes[1] * furthest);
-                if most == 0.0 || outside {
+                if outside {
+                    return None;
+                }
+                let most = self.pixels((middle, reach));
+                if most == 0.0 {
                     return None;
                 }
                 let aside = |axis: usize| (middle[axis].abs() + reach[axis]) / slopes[axis];

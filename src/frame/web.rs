@@ -11,6 +11,9 @@ const ROUNDING: f64 = 1e-13;
 /// as steep as this.
 const STEEP: f64 = 0.05;
 
+/// Factor by which a comparison must hold to be clear.
+const ROOM: f64 = 2.0;
+
 /// Triangles around a point that is merged or taken out; more are left alone.
 const MOST_AROUND: usize = 64;
 
@@ -44,6 +47,26 @@ impl Shape {
     /// Whether it looks inwards, stands steep, or has no area.
     pub(super) fn is_wrong(&self, mesh: &PatchMesh) -> bool {
         self.outwards < 0.0 || self.is_flat(mesh)
+    }
+
+    /// Whether a triangle certainly is not [wrong](Self::is_wrong): the same comparisons of squares, which take no root, with room for
+    /// rounding. `least` is [`Shape::clear_area`].
+    pub(super) fn is_clearly_right(mesh: &PatchMesh, corners: [u32; 3], least: f64) -> bool {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        let cross = (b - a).cross(c - a);
+        let [n, o, p] = corners.map(|v| mesh.normals[v as usize].as_dvec3());
+        let normal = n + o + p;
+        let (facing, area) = (cross.dot(normal), cross.length_squared());
+        let steep = ROOM * STEEP;
+        facing > 0.0 && area > least && facing * facing > steep * steep * area * normal.length_squared()
+    }
+
+    /// The square of twice an area above which no triangle of a mesh is flat, however long.
+    pub(super) fn clear_area(mesh: &PatchMesh) -> f64 {
+        let size = mesh.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
+        let height = ROOM * ROUNDING * size;
+        // No side is longer than the box is wide. Squares that underflow prove nothing.
+        (height * height * 12.0 * size * size).max(f64::MIN_POSITIVE)
     }
 
     /// Whether its corners are in line but for rounding.

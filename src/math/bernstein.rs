@@ -43,6 +43,68 @@ pub fn basis(x: f64, n: &mut [f64]) {
     }
 }
 
+/// Room for the rows of [`basis_and_slopes`], on the stack up to [`STACK_DEGREE`].
+#[inline]
+pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64; L]]) -> R) -> R {
+    const USUAL_DEGREE: usize = 3;
+    let len = 2 * (degree + 1);
+    let (mut small, mut large, mut heap);
+    let rows: &mut [[f64; L]] = if degree <= USUAL_DEGREE {
+        small = [[0.0; L]; 2 * (USUAL_DEGREE + 1)];
+        &mut small[..len]
+    } else if degree <= STACK_DEGREE {
+        large = [[0.0; L]; 2 * (STACK_DEGREE + 1)];
+        &mut large[..len]
+    } else {
+        heap = vec![[0.0; L]; len];
+        &mut heap
+    };
+    work(rows)
+}
+
+/// The basis and its first derivatives at several places side by side, to the bit as [`basis_with_derivatives`] has them at each:
+/// `rows` holds two rows of `degree + 1` numbers.
+#[inline]
+pub fn basis_and_slopes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
+    // Loops of known length for the usual degrees.
+    match degree {
+        1 => fill_lanes(1, x, &mut rows[..4]),
+        2 => fill_lanes(2, x, &mut rows[..6]),
+        3 => fill_lanes(3, x, &mut rows[..8]),
+        _ => fill_lanes(degree, x, rows),
+    }
+}
+
+#[inline(always)]
+fn fill_lanes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
+    let (n, slopes) = rows.split_at_mut(degree + 1);
+    n[0] = [1.0; L];
+    slopes[0] = [0.0; L];
+    for k in 1..=degree {
+        if k == degree {
+            let raise = k as f64;
+            let mut before = [0.0; L];
+            for (slope, n) in slopes[..k].iter_mut().zip(&*n) {
+                for l in 0..L {
+                    let first = raise * n[l];
+                    slope[l] = before[l] - first;
+                    before[l] = first;
+                }
+            }
+            slopes[k] = before;
+        }
+        let mut carry = [0.0; L];
+        for n in &mut n[..k] {
+            for l in 0..L {
+                let old = n[l];
+                n[l] = carry[l] + (1.0 - x[l]) * old;
+                carry[l] = x[l] * old;
+            }
+        }
+        n[k] = carry;
+    }
+}
+
 /// The basis with its first and second derivatives: `rows` holds three rows of `degree + 1` numbers.
 #[inline]
 pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {

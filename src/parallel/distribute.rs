@@ -41,7 +41,7 @@ pub fn loads(prepared: &Prepared) -> Vec<Load> {
 
 /// Tiles of a window for each worker. With one each, a worker that got a tile as heavy as a hundred others gets another one in each
 /// window that follows; with many more, those of a worker would no longer be spread along the curve.
-const WINDOW: usize = 8;
+const WINDOW: usize = 4;
 
 /// The owner of each tile: `hands[w]` holds worker w's indices into `loads`, ascending.
 ///

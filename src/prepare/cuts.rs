@@ -15,8 +15,12 @@ use std::f64::consts::FRAC_PI_2;
 const SPANS_PER_TILE: usize = 12;
 
 /// Samples of a plane's boundary for which it gets a tile. What is triangulated there is nothing but the boundary, all of it again
-/// when one edge changes; and polygons of so many vertices are cut ear by ear, which larger ones are not.
+/// when one edge changes; and polygons of so many vertices are cut ear by ear, which larger ones are not. Planes of few loops have
+/// larger tiles: a cut through an outline is a point of it that the edge across a thin fillet does not have.
 const SAMPLES_PER_TILE: usize = 50;
+const MOST_SAMPLES_PER_TILE: usize = 400;
+/// Loops for which a plane gets a tile.
+const LOOPS_PER_TILE: usize = 3;
 
 /// Tiles along one side of a face at most. The largest real faces have 400 spans; more are noise, and every cut costs a
 /// search along all loops.
@@ -50,10 +54,11 @@ pub(super) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     Grid { lines, wraps: region.wraps }
 }
 
-/// Tiles in u and in v of a region of a plane: as square as may be, so many that each has about [`SAMPLES_PER_TILE`].
+/// Tiles in u and in v of a region of a plane: as square as may be, so many that each has about [`SAMPLES_PER_TILE`] and some loops.
 fn tiles_of_plane(region: &Region) -> [usize; 2] {
     let samples: usize = region.loops.iter().flat_map(|l| &l.pieces).map(|p| p.samples.len()).sum();
-    let tiles = samples.div_ceil(SAMPLES_PER_TILE) as f64;
+    let wanted = samples.div_ceil(SAMPLES_PER_TILE).min(region.loops.len() / LOOPS_PER_TILE);
+    let tiles = wanted.max(samples.div_ceil(MOST_SAMPLES_PER_TILE)) as f64;
     let [width, height] = region.bounds.map(|(lo, hi)| hi - lo);
     let across = (tiles * width / height).sqrt().round().clamp(1.0, tiles.max(1.0));
     [across as usize, (tiles / across).round().max(1.0) as usize]

@@ -37,6 +37,10 @@ pub use free_region::{FreeRegion, NoRegion, TrimNote};
 
 mod heal;
 
+mod images;
+pub use images::EdgeImages;
+pub(crate) use images::Image;
+
 mod inside;
 
 mod intersect;

@@ -1,6 +1,6 @@
 //! What prepare leaves behind: faces cut into tiles, edges with their breaks, everything the frame needs and no more.
 
-use super::{BezierPatches, BezierSpline3, CurveBounds, SurfaceBounds, UvCurve};
+use super::{BezierPatches, BezierSpline3, CurveBounds, EdgeImages, SurfaceBounds, UvCurve};
 use crate::mesh::{Scene, TileId};
 use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, SurfaceKind};
 use glam::{DVec2, DVec3};
@@ -68,6 +68,8 @@ pub struct PreparedEdge {
     pub straight: bool,
     /// The tiles that use it: (tile, loop, use within the loop).
     pub uses: Vec<(TileId, u32, u32)>,
+    /// Where it runs in those tiles.
+    pub images: EdgeImages,
 }
 
 /// A stretch of an edge as one tile's trim loop uses it.

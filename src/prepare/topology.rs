@@ -1,6 +1,7 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
 use super::draft::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
+use super::images::{self, EdgeImages};
 use super::orient::{Turned, orient};
 use super::uv_curve::SAME_SHARE;
 use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
@@ -65,7 +66,14 @@ pub(super) fn assemble(
                 EdgeShape::Point(point) => Break { t, point: *point },
             }));
             breaks.push(Break { t: b.range.1, point: ends[1] });
-            edges.push(PreparedEdge { shape, breaks, bounds, straight, uses: Vec::new() });
+            edges.push(PreparedEdge {
+                shape,
+                breaks,
+                bounds,
+                straight,
+                uses: Vec::new(),
+                images: EdgeImages::default(),
+            });
         }
         let first_tile = id(out.tiles.len());
         for t in draft.tiles {
@@ -124,6 +132,7 @@ pub(super) fn assemble(
             }
         }
     }
+    images::sample(&mut edges, &out.tiles);
     out.edges = edges;
     out
 }
@@ -180,6 +189,7 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
             bounds: CurveBounds::none(e.range),
             straight: true,
             uses: Vec::new(),
+            images: EdgeImages::default(),
         };
     }
     let curve = BezierSpline3::new(&e.curve, e.range);
@@ -194,7 +204,14 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     breaks.push(Break { t: t0, point: part.vertices[e.start.index()] });
     breaks.extend(ts.into_iter().map(|t| Break { t, point: curve.point(t) }));
     breaks.push(Break { t: t1, point: part.vertices[e.end.index()] });
-    PreparedEdge { shape: EdgeShape::Curve(curve), breaks, bounds, straight, uses: Vec::new() }
+    PreparedEdge {
+        shape: EdgeShape::Curve(curve),
+        breaks,
+        bounds,
+        straight,
+        uses: Vec::new(),
+        images: EdgeImages::default(),
+    }
 }
 
 /// Box of a part's vertices and control points, and of points of the whole surface where a face has no edges: a size, not
