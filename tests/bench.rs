@@ -103,6 +103,30 @@ fn coherence_saves_tiles_and_bytes_and_is_replayed() {
 }
 
 #[test]
+fn lines_that_stay_leave_more_tiles_as_they_are() {
+    let args =
+        ["builtin:trimmed-teapot", "--path", "zoom", "--frames", "60", "--workers", "1", "--coherence", "off,on"];
+    let lines = ["--lines", "spread,split,split-rendering"];
+    let report = measured(&folder("lines"), &[&args[..], &lines].concat());
+    let [off, spread, split, rendering] = &report["runs"].as_array().unwrap()[..] else { panic!("{report}") };
+    let names = [off, spread, split, rendering].map(|run| run["lines"].as_str().unwrap());
+    assert_eq!(names, ["spread", "spread", "split", "split-rendering"]);
+    assert!(off.get("kept").is_none());
+    let [tiles, triangles, kept] = ["/tiles_remade_mean", "/triangles_mean", "/kept/lines"]
+        .map(|field| [spread, split, rendering].map(|run| number(run, field)));
+    assert!(tiles[1] < tiles[0] && tiles[2] < tiles[0], "{tiles:?}");
+    assert!(triangles[0] < triangles[2] && triangles[2] < triangles[1], "{triangles:?}");
+    assert!(kept[0] < kept[1] && kept[0] < kept[2] && kept.iter().all(|share| (0.0..=1.0).contains(share)), "{kept:?}");
+    for field in ["lattices", "cells", "tessellants", "segments"] {
+        assert!((0.0..=1.0).contains(&number(split, &format!("/kept/{field}"))), "{split}");
+    }
+    // At most a quarter more lines, and in turns none.
+    let few = ["--lines", "split", "--most-lines", "1.25", "--resync", "20"];
+    let report = measured(&folder("few_lines"), &[&args[..], &few].concat());
+    assert!(number(&report, "/runs/1/triangles_mean") < triangles[1], "{report}");
+}
+
+#[test]
 fn a_path_that_was_written_is_read_again() {
     let folder = folder("path");
     let picture = ["--size", "640x480", "--deviation-px", "1.5", "--angle", "20"];

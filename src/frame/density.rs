@@ -37,6 +37,17 @@ impl Density<'_> {
         self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
     }
 
+    /// The largest density between `a` and `b`.
+    fn most(&self, a: f64, b: f64) -> f64 {
+        self.strips(a, b).fold(0.0, |most, (rate, _)| f64::max(most, rate))
+    }
+
+    /// How many lines of the density the gap from `a` to `b` holds where it is densest: at most 1 if it keeps the density.
+    pub(super) fn fullness(&self, a: f64, b: f64) -> f64 {
+        let touched = self.strips(a, b).filter(|(rate, width)| rate * width > HAIR);
+        touched.fold(0.0, |most, (rate, _)| f64::max(most, rate)) * (b - a)
+    }
+
     /// Strides from `a` to `b` at `scale` times the density, up to `limit`: the fewest gaps that keep it, and how full they are
     /// together: as many, but that the last one counts by the share of a line in it. Beyond `limit`, what is left counts.
     fn filled(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
@@ -46,11 +57,22 @@ impl Density<'_> {
             let from = x;
             x = strides.next(b);
             if x >= b {
-                let most = self.strips(from, b).fold(0.0, |m, (rate, _)| f64::max(m, rate));
-                return (n + 1, n as f64 + (scale * most * (b - from)).min(1.0));
+                return (n + 1, n as f64 + (scale * self.most(from, b) * (b - from)).min(1.0));
             }
         }
         (limit + 1, limit as f64 + scale * self.mass(x, b))
+    }
+
+    /// The fewest gaps from `a` to `b` that keep the density, counted up to `limit`: as many as [`spread`](Self::spread) makes.
+    pub(super) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
+        let most = self.most(a, b);
+        let even = even_gaps(most, a, b).min(limit as f64) as usize;
+        if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit).0.min(even) }
+    }
+
+    /// Whether no gaps are fewer than even ones, given the largest density.
+    fn is_even(&self, most: f64, a: f64, b: f64) -> bool {
+        even_gaps(most, a, b) <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most)
     }
 
     /// Parameters from `a` to `b > a`, strictly increasing, so dense that no gap is longer than 1/ρ anywhere in it; as
@@ -59,9 +81,9 @@ impl Density<'_> {
     /// Where that takes more than `limit` gaps, the density is scaled down as a whole until it does not. Returns whether
     /// it was kept. Cost: that of a handful of counts of the gaps; of even ones, one at most.
     pub(super) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
-        let most = self.strips(a, b).fold(0.0, |m, (rate, _)| f64::max(m, rate));
-        let even = (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0);
-        if even <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most) {
+        let most = self.most(a, b);
+        let even = even_gaps(most, a, b);
+        if self.is_even(most, a, b) {
             evenly(a, b, even.min(limit as f64) as usize, out);
             return even <= limit as f64;
         }
@@ -70,7 +92,8 @@ impl Density<'_> {
         let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
         // Even gaps are as few, or nothing else can be reckoned with.
         if kept && n as f64 >= even || !mass.is_finite() {
-            evenly(a, b, n, out);
+            // Strides that add up rounding may be one more.
+            evenly(a, b, n.min(even as usize), out);
             return kept && n as f64 >= even;
         }
         // The largest factor that takes no more gaps makes the last gap as full as the others. A gap holds at most one
@@ -105,6 +128,11 @@ impl Density<'_> {
         out.push(b);
         kept
     }
+}
+
+/// The even gaps that keep a density.
+fn even_gaps(most: f64, a: f64, b: f64) -> f64 {
+    (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0)
 }
 
 /// Steps along a density, each as long as `scale` times its largest rate on the way allows.
@@ -212,11 +240,7 @@ mod tests {
     /// Most lines of the density in a gap.
     fn fullest(breaks: &[f64], rates: &[f64], lines: &[f64]) -> f64 {
         let density = Density { breaks, rates };
-        let full = |w: &[f64]| {
-            let strips = density.strips(w[0], w[1]).filter(|(rate, width)| rate * width > HAIR);
-            strips.fold(0.0, |m, (rate, _)| f64::max(m, rate)) * (w[1] - w[0])
-        };
-        lines.windows(2).map(full).fold(0.0, f64::max)
+        lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
     }
 
     #[test]
@@ -248,6 +272,12 @@ mod tests {
         // From 0 the sparse strip allows 2, but the dense one, which begins at 1, allows 0.1 from there.
         let (lines, _) = spread(&[0.0, 1.0, 2.0], &[0.5, 10.0], 0.0, 2.0, LIMIT);
         assert!(lines[1] <= 1.0 && lines.len() == 12, "{lines:?}");
+    }
+
+    #[test]
+    fn even_gaps_are_not_one_more_for_rounding() {
+        // Ten tenths add up to less than 1.
+        assert_eq!(spread(&[0.0, 0.1, 1.0], &[0.1, 10.0], 0.0, 1.0, LIMIT).0.len(), 11);
     }
 
     #[test]

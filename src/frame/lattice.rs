@@ -8,6 +8,7 @@
 use super::asked::{Need, dilate, is_steep, most_touched};
 use super::density::Density;
 use super::plan::{MAX_LINES, TileLattice};
+use super::split::{Before, Criteria};
 use super::tolerance::Tolerance;
 use crate::model::SurfaceKind;
 use crate::prepare::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
@@ -109,13 +110,14 @@ pub(super) fn is_single(face: &PreparedFace, max_edge: Option<f64>) -> bool {
 }
 
 /// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense: they are
-/// not where [`MAX_LINES`] or `most_cells` forbid it. A pure function of its arguments.
+/// not where [`MAX_LINES`] or `most_cells` forbid it. Lines `before` stay as far as they serve. A pure function of its arguments.
 pub(super) fn lattice(
     face: &PreparedFace,
     tile: &Tile,
     need: &Need,
     factor: f64,
     most_cells: u64,
+    before: Option<Before<'_, TileLattice>>,
 ) -> (TileLattice, Kept) {
     if is_single(face, need.tolerance.max_edge) {
         let single = TileLattice {
@@ -138,7 +140,7 @@ pub(super) fn lattice(
         let needs: Vec<Needs> =
             boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
         let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
-        let (lattice, kept) = spread(&under, steep, &need.tolerance, factor, most_cells);
+        let (lattice, kept) = spread(&under, steep, &need.tolerance, factor, most_cells, before);
         let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
         if touched <= reach + 1 || shares.iter().all(|&share| share == 1.0) {
             return (lattice, kept);
@@ -158,7 +160,14 @@ struct Under<'a> {
 }
 
 /// Lattice lines that keep a tolerance; `split`: along the boxes' borders too.
-fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, most_cells: u64) -> (TileLattice, Kept) {
+fn spread(
+    under: &Under<'_>,
+    split: bool,
+    tolerance: &Tolerance,
+    factor: f64,
+    most_cells: u64,
+    mut before: Option<Before<'_, TileLattice>>,
+) -> (TileLattice, Kept) {
     let Under { face, tile, strips: [su, sv], needs } = under;
     let table = &face.bounds;
     let cell = |i: usize, j: usize| needs[(i - su.start) * sv.len() + (j - sv.start)];
@@ -218,19 +227,37 @@ fn spread(under: &Under<'_>, split: bool, tolerance: &Tolerance, factor: f64, mo
             creases.dedup();
         }
     }
+    // What triangles need in order not to turn over, however far they may deviate.
+    let least = |axis: usize| -> Vec<f64> {
+        let rates = sides[axis].2.iter().zip(&turning[axis]).map(|(n, turn)| (turn / FRAC_PI_2).max(n.even[axis]));
+        rates.map(|rate| rate * factor).collect()
+    };
+    let least = before.map(|_| [least(0), least(1)]);
     let mut kept = Kept { lines: true, cells: true };
     let mut round = 0;
     loop {
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
-        let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0]);
-        let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1]);
-        kept.lines &= kept_u && kept_v;
+        let least = least
+            .as_ref()
+            .map(|[u, v]| [Density { breaks: breaks_u, rates: u }, Density { breaks: breaks_v, rates: v }]);
+        let follow = |axis: usize| {
+            let (before, least) = (before?, least?[axis]);
+            Some((before.part(|last| if axis == 0 { &last.us[..] } else { &last.vs }), least))
+        };
+        let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
+        let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));
         let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
         // How much too dense in u and in v. A direction of one cell cannot give.
         let over = nu * nv / most_cells as f64;
         let share = |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);
         let (too_u, too_v) = (share(nu, nv), share(nv, nu));
-        if (too_u <= 1.0 && too_v <= 1.0) || round == COARSER {
+        let fits = too_u <= 1.0 && too_v <= 1.0;
+        if !fits && before.take().is_some() {
+            // Lines that were there are no reason to ask for less.
+            continue;
+        }
+        kept.lines &= kept_u && kept_v;
+        if fits || round == COARSER {
             return (TileLattice { us, vs, chord: tolerance.chord }, kept);
         }
         kept.cells &= over <= 1.0;
@@ -251,12 +278,23 @@ fn coarser(density: &Density<'_>, (lo, hi): (f64, f64), n: f64, too_many: f64) -
     by / (1.01 * too_many)
 }
 
-fn lines(density: &Density<'_>, lo: f64, hi: f64, creases: &[f64]) -> (Vec<f64>, bool) {
+fn lines(
+    density: &Density<'_>,
+    lo: f64,
+    hi: f64,
+    creases: &[f64],
+    follow: Option<(Before<'_, [f64]>, Density<'_>)>,
+) -> (Vec<f64>, bool) {
     let mut out = vec![lo];
     let mut from = lo;
     let mut kept = true;
     for &x in creases.iter().filter(|&&x| x > lo && x < hi).chain([&hi]) {
-        kept &= density.spread(from, x, MAX_LINES, &mut out);
+        kept &= match follow {
+            Some((before, least)) => {
+                Criteria { density: *density, least }.follow(before, (from, x), MAX_LINES, &mut out)
+            }
+            None => density.spread(from, x, MAX_LINES, &mut out),
+        };
         from = x;
     }
     (out, kept)

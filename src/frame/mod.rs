@@ -41,9 +41,14 @@ pub use record::{TileRecord, record_tile};
 
 mod refill;
 
+mod resync;
+
 mod samples;
 
 mod shown;
+
+mod split;
+pub use split::{Intensive, Lines};
 
 mod tessellants;
 

@@ -222,7 +222,7 @@ fn plan_part(
     for (k, tile) in part.tiles.iter().enumerate() {
         let face = &part.faces[part.face_of(tile)];
         asked.over(places(face, tile), &mut need);
-        let (lattice, kept) = lattice(face, tile, &need, shortfall.density, budget.cells_per_tile);
+        let (lattice, kept) = lattice(face, tile, &need, shortfall.density, budget.cells_per_tile, None);
         let (nu, nv) = lattice.cells();
         budget.spend(u64::from(nu) * u64::from(nv))?;
         if !kept.cells {
@@ -239,7 +239,7 @@ fn plan_part(
         let bare = if asked.limits_length() { None } else { bare(edge, &tiles) };
         let (polyline, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
             asked.over(edge.bounds.places.iter(), &mut need);
-            tessellants.polyline(edge, &tiles, &need, shortfall.density)
+            tessellants.polyline(edge, &tiles, &need, shortfall.density, None)
         });
         budget.spend(polyline.ts.len() as u64)?;
         if !kept {

@@ -9,7 +9,9 @@ use super::lattice::{lattice, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::plan::{PartPlan, Plan, TileLattice, plan_parts};
 use super::rate::{Rate, Step, Terms, band, step};
+use super::resync::{Kept, Turns, owner};
 use super::shown::{PartBoxes, Shown};
+use super::split::Lines;
 use super::tessellants::{Tessellants, turns_more_than_bends};
 use super::tolerance::Tolerance;
 use super::view::{Seen, View};
@@ -38,11 +40,14 @@ pub struct PlannerOptions {
     /// Whether tiles of closed parts are left out where all of them turns its back to the camera. Right as long as the
     /// near plane cuts nothing open and no camera is inside a part.
     pub cull_backs: bool,
+    /// How lines follow rates that change.
+    pub lines: Lines,
 }
 
 impl PlannerOptions {
-    /// Default limits, no budget, no culling of backs.
-    pub const DEFAULT: Self = Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false };
+    /// Default limits, no budget, no culling of backs, lines as even as they may be.
+    pub const DEFAULT: Self =
+        Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false, lines: Lines::Spread };
 }
 
 impl Default for PlannerOptions {
@@ -74,6 +79,8 @@ struct PartRates {
     /// The terms by which each tile's and edge's row of the plan was made, by number; 0: none yet.
     tile_terms: Vec<u32>,
     edge_terms: Vec<u32>,
+    /// Whose lines are not those of its rate alone.
+    kept: Kept,
     /// Cells of each tile.
     cells: Vec<u64>,
     /// What each tile shows in the frame that is planned.
@@ -92,6 +99,7 @@ pub struct Planner {
     terms: Terms,
     /// Counts the terms there were.
     term: u32,
+    turns: Turns,
     pages: Pages,
     changes: PlanChanges,
     limited: Limited,
@@ -151,28 +159,35 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
     }
 }
 
+/// A stamp of an edge that is looked at.
+const TOUCHED: u8 = 1;
+/// A lattice beside it changed.
+const BESIDE_NEW: u8 = 2;
+/// It is placed anew.
+const ANEW: u8 = 4;
+
 /// Edges to look at, each once however many tiles ask for it.
 #[derive(Default)]
 struct Touched {
-    /// By part and edge: 0 where it is not among `rows`, 2 and more where a lattice beside it changed.
+    /// By part and edge: 0 where it is not among `rows`, else [`TOUCHED`] and why.
     stamps: Vec<Vec<u8>>,
     rows: Vec<(usize, u32)>,
 }
 
 impl Touched {
-    fn add(&mut self, part: usize, edge: u32, beside_new: bool) {
+    fn add(&mut self, part: usize, edge: u32, why: u8) {
         let stamp = &mut self.stamps[part][edge as usize];
         if *stamp == 0 {
             self.rows.push((part, edge));
         }
-        *stamp |= if beside_new { 2 } else { 1 };
+        *stamp |= TOUCHED | why;
     }
 
-    /// Calls `each` with every edge and whether a lattice beside it changed, and forgets them.
-    fn drain(&mut self, mut each: impl FnMut(usize, u32, bool)) {
+    /// Calls `each` with every edge and its stamp, and forgets them.
+    fn drain(&mut self, mut each: impl FnMut(usize, u32, u8)) {
         for (part, edge) in self.rows.drain(..) {
             let stamp = std::mem::take(&mut self.stamps[part][edge as usize]);
-            each(part, edge, stamp >= 2);
+            each(part, edge, stamp);
         }
     }
 }
@@ -187,6 +202,8 @@ struct Wanted {
     band: (f64, f64),
     /// The chord tolerance that it is seen at, in the part's own millimetres.
     chord: f64,
+    /// Whether all its lines are placed anew, and those of its edges.
+    anew: bool,
 }
 
 /// A frame's plan in the making.
@@ -214,6 +231,7 @@ impl Planner {
             edges: vec![Rate::Even(None); part.edges.len()],
             tile_terms: vec![0; part.tiles.len()],
             edge_terms: vec![0; part.edges.len()],
+            kept: Kept::none(part),
             cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
             seen: vec![UNSEEN; part.tiles.len()],
         });
@@ -221,6 +239,7 @@ impl Planner {
             parts: parts.collect(),
             terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
             term: 0,
+            turns: Turns::of(options.lines),
             pages: Pages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
             changes: PlanChanges::default(),
             limited: Limited::default(),
@@ -260,7 +279,9 @@ impl Planner {
     /// changes, and a comparison if nothing moved.
     pub fn plan(&mut self, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
         let placed = instances.iter().map(|i| (i.part, i.transform));
-        if !self.unfinished && self.seen == views && self.placed.iter().copied().eq(placed.clone()) {
+        let is_still = self.seen == views && self.placed.iter().copied().eq(placed.clone());
+        self.turns.pass(is_still);
+        if is_still && !self.unfinished && !self.turns.are_left() {
             self.changes = PlanChanges::default();
             return &self.pages.last;
         }
@@ -337,7 +358,7 @@ impl Planner {
 
     /// Which tiles of a part are drawn, and which of these should have other rates.
     fn look(&mut self, p: usize, draft: &mut Draft<'_>) {
-        let PartRates { boxes, tiles, bands, tile_terms, seen, .. } = &mut self.parts[p];
+        let PartRates { boxes, tiles, bands, tile_terms, kept, seen, .. } = &mut self.parts[p];
         seen.fill(UNSEEN);
         for Shown { view, instance, sight } in &draft.sights[p] {
             boxes.seen_by(sight, self.options.cull_backs, |t, now| {
@@ -350,9 +371,10 @@ impl Planner {
             if most < 0.0 {
                 continue;
             }
+            let due = kept.is_due(&self.turns, part, (p, t), |tile| seen[tile].most >= 0.0);
             let planned = tile_terms[t] == self.term;
             let (low, high) = bands[t];
-            if planned && most >= low && most <= high && most <= APART * least {
+            if planned && !due && most >= low && most <= high && most <= APART * least {
                 continue;
             }
             let before = &tiles[t];
@@ -366,18 +388,22 @@ impl Planner {
                 // A plane has one cell however it is seen; what bends there are its edges, which have boxes of their own.
                 let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
                 let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
-                if planned && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
+                if planned && !due && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
                     continue;
                 }
                 (Rate::Each(each(boxes(), before, &draft.sights[p])), (0.0, 0.0))
             };
-            if !planned || rate != *before {
+            if !planned || due || rate != *before {
                 let finer = |to: &Rate, from: &Rate| match (to.finest(), from.finest()) {
                     (Some(to), Some(from)) => f64::from(to) - f64::from(from),
                     _ => f64::INFINITY,
                 };
-                let urgency = if planned { finer(&rate, before) } else { f64::INFINITY };
-                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band, chord: 1.0 / most });
+                let urgency = match planned {
+                    true if rate == *before => 0.0,
+                    true => finer(&rate, before),
+                    false => f64::INFINITY,
+                };
+                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band, chord: 1.0 / most, anew: due });
             }
         }
     }
@@ -414,18 +440,20 @@ impl Planner {
     fn apply(&mut self, draft: &mut Draft<'_>) {
         let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
         let mut touched = std::mem::take(&mut self.touched);
-        for Wanted { part: p, tile: t, rate, band, chord, .. } in draft.wanted.drain(..) {
+        for Wanted { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
             let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
             let face = &part.faces[part.face_of(tile)];
             let need = self.terms.need(&rate, places(face, tile).len(), self.prepared.scene.parts[p].radius);
-            let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile);
+            let old = &mut draft.page.parts[p].tiles[t];
+            let before = self.turns.follow(&**old, anew || rates.tile_terms[t] != self.term);
+            (rates.kept.tiles[t], rates.kept.due[t]) = (before.is_some(), false);
+            let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile, before);
             let is_plane = face.kind == SurfaceKind::Plane;
             // The lattice of a plane asks nothing, but what is thin is told from what is lost by its chord.
             made.chord = Terms::settled(if is_plane { chord } else { made.chord });
             mark(&mut self.limited.tiles, id, !kept.cells);
             mark(&mut self.limited.lines, id, !kept.lines);
-            let old = &mut draft.page.parts[p].tiles[t];
             // What a stricter chord was measured against holds; on a plane nothing is measured, so that any will do.
             let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
             let as_before = old.us == made.us && old.vs == made.vs && holds;
@@ -436,21 +464,25 @@ impl Planner {
                 draft.changes.tiles.push(id);
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
-            tile.loops.iter().flatten().for_each(|u| touched.add(p, u.edge, !as_before));
+            let seen = &rates.seen;
+            let with_it = |e: u32| anew && owner(&part.edges[e as usize], |t| seen[t].most >= 0.0) == Some(t);
+            for u in tile.loops.iter().flatten() {
+                touched.add(p, u.edge, if as_before { 0 } else { BESIDE_NEW } | if with_it(u.edge) { ANEW } else { 0 });
+            }
         }
         for (p, t) in draft.near.drain(..) {
             let uses = self.prepared.parts[p].tiles[t].loops.iter().flatten();
-            uses.for_each(|u| touched.add(p, u.edge, false));
+            uses.for_each(|u| touched.add(p, u.edge, 0));
         }
-        touched.drain(|p, e, beside_new| self.tessellate_edge(p, e, beside_new, draft));
+        touched.drain(|p, e, why| self.tessellate_edge((p, e), why & BESIDE_NEW > 0, why & ANEW > 0, draft));
         self.touched = touched;
     }
 
-    fn tessellate_edge(&mut self, p: usize, e: u32, beside_new: bool, draft: &mut Draft<'_>) {
+    fn tessellate_edge(&mut self, (p, e): (usize, u32), beside_new: bool, anew: bool, draft: &mut Draft<'_>) {
         let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
         let (edge, k) = (&part.edges[e as usize], e as usize);
         let beside = || edge.uses.iter().map(|(tile, _, _)| &rates.tiles[tile.0 as usize]);
-        let planned = !beside_new && rates.edge_terms[k] == self.term;
+        let planned = !beside_new && !anew && rates.edge_terms[k] == self.term;
         let page = &mut draft.page.parts[p];
         let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
         if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|(tile, _, _)| single(*tile)) {
@@ -480,7 +512,9 @@ impl Planner {
                 return;
             }
         }
-        let (line, kept) = self.tessellants.polyline(edge, &page.tiles, &need, 1.0);
+        let before = self.turns.follow(&*page.edges[k], anew || rates.edge_terms[k] != self.term);
+        rates.kept.edges[k] = before.is_some();
+        let (line, kept) = self.tessellants.polyline(edge, &page.tiles, &need, 1.0, before);
         mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
         (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
         if *page.edges[k] != line {

@@ -3,6 +3,7 @@
 use super::asked::{Need, dilate, most_touched};
 use super::density::Density;
 use super::plan::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
+use super::split::{Before, Criteria};
 use super::tolerance::Tolerance;
 use crate::mesh::TileId;
 use crate::prepare::{EdgeShape, Image, PreparedEdge, StripBounds};
@@ -21,6 +22,8 @@ pub(super) struct Tessellants {
     /// Densities, of the strips of the bounds and of those that are cut further.
     of_bounds: Vec<f64>,
     rates: Vec<f64>,
+    /// What is kept even where the number of lines decides.
+    least: Vec<f64>,
     wanted: Vec<f64>,
     ts: Vec<f64>,
 }
@@ -52,13 +55,14 @@ fn is_closed(edge: &PreparedEdge) -> bool {
 
 impl Tessellants {
     /// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
-    /// it per segment. And whether they keep that.
+    /// it per segment. And whether they keep that. Tessellants `before` stay as far as they serve.
     pub(super) fn polyline(
         &mut self,
         edge: &PreparedEdge,
         tiles: &[Arc<TileLattice>],
         need: &Need,
         factor: f64,
+        before: Option<Before<'_, EdgePolyline>>,
     ) -> (EdgePolyline, bool) {
         if edge.uses.is_empty() {
             return (EdgePolyline::default(), true);
@@ -68,7 +72,7 @@ impl Tessellants {
         let made = loop {
             // A segment that lies in several strips has to keep the tolerances of all.
             dilate(&need.shares, 1, reach, &mut shares);
-            let made = self.spread(edge, tiles, &need.tolerance, &shares, factor);
+            let made = self.spread(edge, tiles, &need.tolerance, &shares, factor, before);
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
             if touched <= reach + 1 {
                 break made;
@@ -87,35 +91,46 @@ impl Tessellants {
         tolerance: &Tolerance,
         shares: &[f64],
         factor: f64,
+        before: Option<Before<'_, EdgePolyline>>,
     ) -> (EdgePolyline, bool) {
-        let Self { of_bounds, rates, wanted, ts, .. } = self;
+        let Self { of_bounds, rates, least, wanted, ts, .. } = self;
         let bounds = &edge.bounds;
         let angle = tolerance.angle.min(FRAC_PI_2);
+        let width = |k: usize| bounds.breaks[k + 1] - bounds.breaks[k];
+        // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
+        let shape = |k: usize, b: &StripBounds| if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width(k) };
         let own = |k: usize, b: &StripBounds| {
-            let width = bounds.breaks[k + 1] - bounds.breaks[k];
             let bend = b.second * shares[k];
-            let rate =
-                if edge.straight { 0.0 } else { (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width) };
-            // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
-            let least = if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width };
-            (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(least)
+            let rate = if edge.straight {
+                0.0
+            } else {
+                (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width(k))
+            };
+            (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(shape(k, b))
         };
         of_bounds.clear();
         of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)));
         let breaks = edge.images.strips(bounds);
         refine(&bounds.breaks, of_bounds, breaks, rates);
+        // Of what follows what was before, the least holds too: by its shape, and by the cells beside it.
+        of_bounds.clear();
+        of_bounds.extend(bounds.strips.iter().enumerate().filter(|_| before.is_some()).map(|(k, b)| shape(k, b)));
+        least.clear();
+        if before.is_some() {
+            refine(&bounds.breaks, of_bounds, breaks, least);
+        }
         for (k, (tile, ..)) in edge.uses.iter().enumerate() {
             let lattice = &tiles[tile.0 as usize];
             if lattice.us.len() > 2 || lattice.vs.len() > 2 {
-                limit_to_cells(&edge.images.image(k), lattice, breaks, rates, wanted);
+                limit_to_cells(&edge.images.image(k), lattice, breaks, [&mut rates[..], &mut least[..]], wanted);
             }
         }
         if is_closed(edge) {
             // A triangle at least.
-            let least = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
-            rates.iter_mut().for_each(|rate| *rate = rate.max(least));
+            let closed = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
+            rates.iter_mut().chain(&mut *least).for_each(|rate| *rate = rate.max(closed));
         }
-        let density = Density { breaks, rates };
+        let (density, least) = (Density { breaks, rates }, Density { breaks, rates: least });
         ts.clear();
         ts.push(edge.breaks[0].t);
         let mut at = Vec::with_capacity(edge.breaks.len());
@@ -123,7 +138,13 @@ impl Tessellants {
         let mut kept = true;
         let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
         for w in edge.breaks.windows(2) {
-            kept &= density.spread(w[0].t, w[1].t, limit, ts);
+            kept &= match before {
+                Some(before) => {
+                    let before = before.part(|last| &last.ts[..]);
+                    Criteria { density, least }.follow(before, (w[0].t, w[1].t), limit, ts)
+                }
+                None => density.spread(w[0].t, w[1].t, limit, ts),
+            };
             at.push(u32::try_from(ts.len() - 1).unwrap_or(u32::MAX));
         }
         (EdgePolyline { ts: ts.clone(), breaks: at }, kept)
@@ -150,7 +171,13 @@ fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
 ///
 /// An image that runs to and fro over the lattice far more often than any real edge is noise; it gets as many segments
 /// as a busy one.
-fn limit_to_cells(image: &Image<'_>, lattice: &TileLattice, breaks: &[f64], rates: &mut [f64], wanted: &mut Vec<f64>) {
+fn limit_to_cells(
+    image: &Image<'_>,
+    lattice: &TileLattice,
+    breaks: &[f64],
+    rates: [&mut [f64]; 2],
+    wanted: &mut Vec<f64>,
+) {
     /// Traversals of the lattice by one edge: an outline of a gear or a word as one spline makes a few dozen.
     const TRAVERSALS: f64 = 64.0;
     let Some((start, strips)) = image.steps() else { return };
@@ -173,7 +200,9 @@ fn limit_to_cells(image: &Image<'_>, lattice: &TileLattice, breaks: &[f64], rate
     }
     let (nu, nv) = lattice.cells();
     let share = (TRAVERSALS * f64::from(nu + nv) / total).min(1.0);
-    for (rate, wanted) in rates[image.strip..].iter_mut().zip(wanted) {
-        *rate = rate.max(*wanted * share);
+    for rates in rates {
+        for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
+            *rate = rate.max(*wanted * share);
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::pixels::{Draw, measured};
-use super::{folder, prepared};
+use super::{folder, lines, prepared};
 use std::sync::Arc;
 use trimtess::import::step;
 use trimtess::mesh::MemorySink;
@@ -43,5 +43,19 @@ fn files_keep_the_pixels_asked_for_in_every_frame() {
         }
         println!("{name}: {most} of what is asked, {stretches} stretches of edges");
         assert!(most > 0.1 && stretches > 1000, "{name}: {most}, {stretches}");
+    }
+}
+
+#[test]
+fn files_stay_closed_and_within_what_is_said_where_lines_stay() {
+    let Some(folder) = folder::corpus() else { return };
+    for (k, name) in FILES.iter().enumerate() {
+        let model = step::read_file(&folder.join(name), &step::StepOptions::DEFAULT).unwrap();
+        let prepared = prepared(model);
+        let views = path(&mut Draw(60 + k as u64), prepared.bounds.unwrap(), 20);
+        for lines in [lines::CRITERION, lines::RENDERING] {
+            let (most, made) = lines::flown(name, &prepared, lines, &views);
+            println!("{name}, {lines:?}: {most} of what is asked, {made} tiles");
+        }
     }
 }

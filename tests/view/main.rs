@@ -7,6 +7,7 @@ mod corpus;
 #[path = "../corpus/folder.rs"]
 mod folder;
 mod frames;
+mod lines;
 mod patched;
 mod pixels;
 mod recorded;

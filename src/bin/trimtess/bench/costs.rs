@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::frame::{
-    Patch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within, tessellate_tile,
+    Lines, Patch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within, tessellate_tile,
 };
 use trimtess::mesh::{MemorySink, TileId};
 use trimtess::model::PartId;
@@ -46,9 +46,14 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
 
 /// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can: once, since a tile that is
 /// patched is another one then.
-pub(super) fn record_changes(prepared: &Arc<Prepared>, views: &[View], common: &Common) -> Result<Costs, Failure> {
+pub(super) fn record_changes(
+    prepared: &Arc<Prepared>,
+    views: &[View],
+    lines: Lines,
+    common: &Common,
+) -> Result<Costs, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let planner = PlannerOptions { limits: common.limits.plan(), ..PlannerOptions::DEFAULT };
+    let planner = PlannerOptions { limits: common.limits.plan(), lines, ..PlannerOptions::DEFAULT };
     let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false).with_planner(planner);
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let rows = Arc::clone(session.prepared());

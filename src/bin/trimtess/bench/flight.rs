@@ -1,11 +1,13 @@
 //! Views one after another through a session -> what each frame took, stage by stage and worker by worker.
 
+use super::kept::{Counts, Kept};
 use super::uploads::{Size, Uploads};
 use crate::{Common, Failure};
 use cpu_time::ThreadTime;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{Patch, PlannerOptions, View, plan_for_view_within};
+use trimtess::frame::{Intensive, Lines, Patch, Plan, PlannerOptions, View, plan_for_view_within};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
@@ -57,12 +59,44 @@ impl Coherence {
     }
 }
 
+/// How lines follow rates, in plans that are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Follow {
+    /// Placed anew whenever a rate changes its step: as few as keep the tolerance, as even.
+    #[default]
+    Spread,
+    /// Lines stay, and all intervals between them that fail their criteria are split.
+    Split,
+    /// Lines stay, and as many intervals are split as make up the number of lines: up to four times the deviation.
+    SplitRendering,
+}
+
+impl Follow {
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Spread => "spread",
+            Self::Split => "split",
+            Self::SplitRendering => "split-rendering",
+        }
+    }
+
+    pub(super) fn lines(self, most: f64, resync: Option<NonZeroU32>) -> Lines {
+        match self {
+            Self::Spread => Lines::Spread,
+            Self::Split => Lines::Split { intensive: Intensive::Criterion, most, resync },
+            Self::SplitRendering => Lines::Split { intensive: Intensive::Rendering, most, resync },
+        }
+    }
+}
+
 /// What is flown, how, and how often.
 pub(super) struct Order<'a> {
     pub(super) prepared: &'a Arc<Prepared>,
     pub(super) views: &'a [View],
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
+    pub(super) follow: Follow,
+    pub(super) lines: Lines,
     /// How often the path is flown; each frame's times are the least of all.
     pub(super) rounds: usize,
 }
@@ -139,6 +173,9 @@ pub(super) struct Made {
 pub(super) struct Flight {
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
+    pub(super) follow: Follow,
+    /// Where tiles are taken over: what of those that are not was there before.
+    pub(super) kept: Option<Kept>,
     pub(super) times: Vec<Times>,
     /// Of the last round.
     pub(super) made: Vec<Made>,
@@ -152,14 +189,14 @@ pub(super) struct Flight {
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let start = Instant::now();
-    let planner = PlannerOptions { limits: common.limits.plan(), ..PlannerOptions::DEFAULT };
+    let planner = PlannerOptions { limits: common.limits.plan(), lines: order.lines, ..PlannerOptions::DEFAULT };
     let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false).with_planner(planner);
     let options = options.with_patch(order.coherence.patch());
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
-    let mut flight = Flight { workers, coherence: order.coherence, ..Flight::default() };
+    let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
     let mut sink = Uploads::of(session.prepared());
-    let mut kept = vec![0; workers];
+    let mut memories = vec![0; workers];
     for round in 0..order.rounds {
         session.forget();
         for (k, view) in order.views.iter().enumerate() {
@@ -177,8 +214,8 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
             let cpu = cpu.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
             session.plan().map_or(Ok(()), |plan| common.limits.check(plan))?;
             let times = Times::of(&report, frame, cpu.unwrap_or_default(), workers);
-            report.workers.iter().for_each(|worker| kept[worker.worker as usize] = worker.kept);
-            let (tiles, kept) = (report.tiles as u64, kept.iter().sum());
+            report.workers.iter().for_each(|worker| memories[worker.worker as usize] = worker.kept);
+            let (tiles, kept) = (report.tiles as u64, memories.iter().sum());
             let made = Made { tiles, uploaded: sink.uploaded, held: sink.held(), kept };
             if round == 0 {
                 flight.times.push(times);
@@ -194,7 +231,27 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     }
     flight.resident[1] = crate::report::resident_memory();
     flight.seconds = start.elapsed().as_secs_f64();
+    if order.coherence == Coherence::On {
+        flight.kept = Some(kept(&mut session, order.views, &mut sink)?);
+    }
     Ok(flight)
+}
+
+/// What tiles that are made again keep, along a path: not timed, since it holds plans.
+fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<Kept, Failure> {
+    let mut counts = Counts::default();
+    session.forget();
+    let mut before: Option<Arc<Plan>> = None;
+    for view in views {
+        sink.next_frame();
+        session.view(&[*view], sink).map_err(|e| Failure::Cannot(e.to_string()))?;
+        let now = session.plan().cloned();
+        if let (Some(before), Some(now)) = (&before, &now) {
+            counts.add(session.prepared(), before, now, &sink.sent);
+        }
+        before = now;
+    }
+    Ok(counts.shares())
 }
 
 /// A frame that takes nothing over.

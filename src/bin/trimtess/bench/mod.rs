@@ -2,6 +2,7 @@
 
 mod costs;
 mod flight;
+mod kept;
 mod plot;
 mod replay;
 mod route;
@@ -14,9 +15,10 @@ use crate::progress::Progress;
 use crate::tessellate::{positive, require_folder, size};
 use crate::{Common, Done, Failure};
 use costs::Costs;
-use flight::{Coherence, Flight, Order, fly};
+use flight::{Coherence, Flight, Follow, Order, fly};
 use replay::{EPOCH, Policy, replay};
 use route::{Asked, Route};
+use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::sync::Arc;
 use summary::{Costly, Losses, Machine, Replay, Report, Row, Run, Spread, TileCosts};
@@ -37,6 +39,16 @@ pub(crate) struct BenchArgs {
     /// What frames take over from the last one; several, with commas, are measured one after the other.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', default_values = ["off", "on"])]
     coherence: Vec<Coherence>,
+    /// How lattice lines and tessellants follow rates that change; several, with commas, are measured one after the other, where
+    /// plans are kept.
+    #[arg(long, value_name = "HOW", value_delimiter = ',', default_values = ["spread"])]
+    lines: Vec<Follow>,
+    /// As many times the lines that are needed there may be, from 1 to 2, where they are split: else they are placed anew.
+    #[arg(long, value_name = "X", value_parser = positive, default_value_t = 2.0)]
+    most_lines: f64,
+    /// Frames after which the lines of each tile are placed anew, if they were split; tiles take turns [default: never].
+    #[arg(long, value_name = "N")]
+    resync: Option<NonZeroU32>,
     /// How often the path is flown: each frame's times are the least of all.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
     rounds: u32,
@@ -82,10 +94,17 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
     let mut flights = Vec::new();
     let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
     for &coherence in &args.coherence {
-        for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
-            progress.stage(format!("flying {}, coherence {}, workers {workers}", args.path.name(), coherence.name()));
-            let rounds = args.rounds as usize;
-            flights.push(fly(&Order { prepared: &prepared, views: &views, workers, coherence, rounds }, common)?);
+        // Plans from nothing have no lines to keep.
+        let ways = if coherence == Coherence::Off { &[Follow::Spread][..] } else { &args.lines };
+        for &follow in ways {
+            for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
+                let (path, coherent, how) = (args.path.name(), coherence.name(), follow.name());
+                progress.stage(format!("flying {path}, coherence {coherent}, lines {how}, workers {workers}"));
+                let rounds = args.rounds as usize;
+                let lines = follow.lines(args.most_lines, args.resync);
+                let order = Order { prepared: &prepared, views: &views, workers, coherence, follow, lines, rounds };
+                flights.push(fly(&order, common)?);
+            }
         }
     }
     let numbers: Vec<usize> = args.replay.iter().map(|&n| usize::from(n)).collect();
@@ -94,10 +113,17 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
         progress.stage("timing tiles");
         let costs = costs::record(&prepared, &views, common)?;
         let costly = costly(&prepared, &costs);
-        replays.push(replayed(&costs, &numbers, &flights, Coherence::Off, costly)?);
-        if views.len() > 1 && args.coherence.contains(&Coherence::On) {
-            let costs = costs::record_changes(&prepared, &views, common)?;
-            replays.push(replayed(&costs, &numbers, &flights, Coherence::On, Vec::new())?);
+        let flown = |coherence, follow| {
+            let is_so = move |flight: &&Flight| flight.coherence == coherence && flight.follow == follow;
+            flights.iter().filter(is_so).collect::<Vec<_>>()
+        };
+        replays.push(replayed(&costs, &numbers, &flown(Coherence::Off, Follow::Spread), Coherence::Off, costly)?);
+        let follow = args.lines.first().copied().unwrap_or_default();
+        let on = flown(Coherence::On, follow);
+        if views.len() > 1 && !on.is_empty() {
+            let lines = follow.lines(args.most_lines, args.resync);
+            let costs = costs::record_changes(&prepared, &views, lines, common)?;
+            replays.push(replayed(&costs, &numbers, &on, Coherence::On, Vec::new())?);
         }
     }
     drop(progress);
@@ -129,17 +155,15 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
 fn replayed(
     costs: &Costs,
     numbers: &[usize],
-    flights: &[Flight],
+    flights: &[&Flight],
     coherence: Coherence,
     costly: Vec<Costly>,
 ) -> Result<Replay, Failure> {
     let Costs { tiles, stride, frames } = costs;
     let epoch = (EPOCH / stride).max(1);
     let count = frames.len().max(1) as f64;
-    let median = |of: fn(&flight::Times) -> f64| {
-        let flown = flights.iter().filter(|flight| flight.coherence == coherence);
-        Spread::of(flown.flat_map(|flight| &flight.times).map(of)).p50
-    };
+    let median =
+        |of: fn(&flight::Times) -> f64| Spread::of(flights.iter().flat_map(|flight| &flight.times).map(of)).p50;
     let (master, commit) = (median(|t| t.plan), median(|t| t.commit));
     let row = |&workers: &usize| {
         let shares = Policy::ALL.map(|policy| (policy, replay(policy, tiles, frames, workers, epoch)));

@@ -52,7 +52,7 @@ fn frames<'a>(report: &Report, flights: &[Flight], area: &Area<'a>) -> Drawn<'a>
         let points = flight.times.iter().enumerate().map(|(frame, t)| (frame, t.frame));
         chart
             .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
-            .label(format!("workers {}, coherence {}", run.workers, run.coherence))
+            .label(format!("workers {}, coherence {}, {}", run.workers, run.coherence, run.lines))
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
     legend(&mut chart, SeriesLabelPosition::UpperRight)

@@ -1,6 +1,7 @@
 //! Flights and replays -> the report: JSON for programs, tables for people.
 
 use super::flight::{Flight, Made, Times};
+use super::kept::Kept;
 use super::replay::{CAP, EPOCH, Policy};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -68,6 +69,8 @@ pub(super) struct Run {
     pub(super) workers: usize,
     /// What frames take over: `off`, `plan`, `on`, or what of `on` is left out.
     pub(super) coherence: &'static str,
+    /// How lines follow rates: `spread`, `split` or `split-rendering`.
+    pub(super) lines: &'static str,
     pub(super) frames: usize,
     pub(super) frames_per_s: f64,
     /// Whole frames, from the view until the sink has everything.
@@ -79,6 +82,9 @@ pub(super) struct Run {
     pub(super) undisturbed_ms: Spread,
     pub(super) triangles_mean: f64,
     pub(super) tiles_remade_mean: f64,
+    /// What of the tiles that are made again was in the plan before; where tiles are taken over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) kept: Option<Kept>,
     pub(super) bytes_uploaded_mean: f64,
     /// What a renderer holds at most.
     pub(super) bytes_held: u64,
@@ -126,6 +132,7 @@ impl Run {
             path,
             workers: flight.workers,
             coherence: flight.coherence.name(),
+            lines: flight.follow.name(),
             frames,
             frames_per_s: if seconds > 0.0 { frames as f64 / seconds } else { 0.0 },
             p50_ms: whole.p50,
@@ -134,6 +141,7 @@ impl Run {
             undisturbed_ms: all(Times::undisturbed),
             triangles_mean: mean(|m| m.held.triangles),
             tiles_remade_mean: mean(|m| m.tiles),
+            kept: flight.kept,
             bytes_uploaded_mean: mean(|m| m.uploaded),
             bytes_held: most.bytes,
             bytes_held_per_triangle: most.bytes as f64 / (most.triangles as f64).max(1.0),
@@ -247,8 +255,8 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "path     workers    coherence | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
-             triangles   tiles made   KiB sent   KiB kept | efficiency"
+            "path     workers    coherence           lines | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
+             triangles   tiles made   KiB sent   KiB kept | efficiency | kept %: lines tessellants cells segments"
         );
         self.runs.iter().for_each(|run| text += &run.line());
         self.replays.iter().for_each(|replay| replay.tell(&mut text));
@@ -259,12 +267,19 @@ impl Report {
 impl Run {
     fn line(&self) -> String {
         let Stages { plan, commit, workers, .. } = &self.stages_ms;
+        let percent = |kept: &Kept| {
+            let Kept { lines, tessellants, cells, segments, .. } = kept;
+            let shares = [(lines, 13), (tessellants, 11), (cells, 5), (segments, 8)];
+            shares.map(|(share, width)| format!("{:>width$.0}", 100.0 * share)).join(" ")
+        };
+        let kept = self.kept.as_ref().map(percent).unwrap_or_default();
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
-            "{:<10} {:>5} {:>12} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} {:>10.0} | {:>6.3}\n",
+            "{:<10} {:>5} {:>12} {:>15} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} {:>10.0} | {:>10.3} | {kept}\n",
             self.path,
             self.workers,
             self.coherence,
+            self.lines,
             self.frames_per_s,
             self.p50_ms,
             self.p99_ms,
