@@ -22,6 +22,9 @@ pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 
 mod narrow;
 
+mod patch;
+pub use patch::{Patch, TileMemory, patch_tile};
+
 mod path;
 pub use path::{CameraPath, Picture, UnknownPath};
 
@@ -39,6 +42,8 @@ pub use record::{TileRecord, record_tile};
 mod refill;
 
 mod resync;
+
+mod samples;
 
 mod shown;
 

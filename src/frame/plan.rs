@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub(super) const MAX_LINES: usize = 4096;
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TileLattice {
     /// u-lines, strictly increasing.
     pub us: Vec<f64>,

@@ -4,7 +4,9 @@ use super::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use super::ladder::Rung;
 use super::lift::Surface;
 use super::narrow::narrow;
+use super::patch::PatchScratch;
 use super::plan::{CellWalk, PartPlan, Plan, TileLattice};
+use super::samples::Samples;
 use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference::trim_tile_reference, trim_tile};
 use super::unfold::unfold;
 use crate::mesh::{EdgeLine, Origin, PatchMesh, TileId};
@@ -12,18 +14,19 @@ use crate::model::{EdgeId, FaceId, PartId, SurfaceKind};
 use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
 use std::fmt;
+use std::sync::Arc;
 
 /// Cell coordinates this close to the tile's border are on it: parameters come from projections that are good to about
 /// 1e-12 of the domain, and a border that is almost straight would make slivers.
 const BORDER_SNAP: f64 = 1e-9;
 
 /// Corners from which on a lattice is evaluated line by line: below, setting up the lines costs more than they save.
-const LATTICE_FROM: usize = 16;
+pub(super) const LATTICE_FROM: usize = 16;
 /// And the part of the lattice that must be used at least, as one over it.
-const LATTICE_SHARE: usize = 4;
+pub(super) const LATTICE_SHARE: usize = 4;
 
-/// No lattice corner.
-const NONE: u32 = u32::MAX;
+/// No lattice corner, no vertex.
+pub(super) const NONE: u32 = u32::MAX;
 
 /// Buffers that one worker reuses for all its tiles. Leaves no trace in results.
 #[derive(Default)]
@@ -31,19 +34,26 @@ pub struct Scratch {
     pub(super) cells: Vec<DVec2>,
     pub(super) uvs: Vec<DVec2>,
     pub(super) loop_starts: Vec<u32>,
-    corners: Vec<u32>,
-    normals: Vec<DVec3>,
-    points: Vec<DVec3>,
+    /// By lattice point: its vertex, or none.
+    pub(super) corners: Vec<u32>,
+    pub(super) normals: Vec<DVec3>,
+    pub(super) points: Vec<DVec3>,
     /// Points and normals of the whole lattice.
-    lattice: (Vec<DVec3>, Vec<DVec3>),
+    pub(super) lattice: (Vec<DVec3>, Vec<DVec3>),
     pub(super) trim: TrimScratch,
     pub(super) trimmed: TrimOutput,
-    evaluate: EvaluateScratch,
+    pub(super) evaluate: EvaluateScratch,
+    pub(super) patch: PatchScratch,
     /// Buffers for coming tiles.
     spare: Vec<PatchMesh>,
 }
 
 impl Scratch {
+    /// A mesh without content.
+    pub(super) fn spare(&mut self) -> PatchMesh {
+        self.spare.pop().unwrap_or_default()
+    }
+
     /// Gives the buffers of a mesh that is no longer needed to tiles to come. What it holds is lost.
     pub fn reuse(&mut self, mut mesh: PatchMesh) {
         mesh.clear();
@@ -109,7 +119,7 @@ pub struct TileOutcome {
 }
 
 /// Point of an edge's tessellant at `t`: the break's own point where it is one, so that all faces have the same bits.
-fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
+pub(super) fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
     match (at_break, &edge.shape) {
         (Some(k), _) => edge.breaks[k as usize].point,
         (None, EdgeShape::Curve(c)) => c.point(t),
@@ -129,47 +139,81 @@ pub fn tessellate_tile(
     tile: TileId,
     scratch: &mut Scratch,
 ) -> TileOutcome {
-    let rows = &prepared.parts[part.index()];
-    let plan = &plan.parts[part.index()];
-    let tile_row = &rows.tiles[tile.0 as usize];
-    let lattice = &plan.tiles[tile.0 as usize];
-    let face = &rows.faces[rows.face_of(tile_row)];
-    let mut mesh = scratch.spare.pop().unwrap_or_default();
-    trace_loops(rows, plan, tile_row, lattice, face, scratch, &mut mesh);
-    let input = TrimInput { cells: lattice.cells(), points: &scratch.cells, loop_starts: &scratch.loop_starts };
-    // Loops that meet may pass the faster rungs with two layers where they overlap: these are counted out at once.
-    let outcome = if tile_row.entangled {
-        trim_tile_reference(&input, &mut scratch.trimmed)
-    } else {
-        trim_tile(&input, &mut scratch.trim, &mut scratch.trimmed)
-    };
-    let least = if face.repaired { Rung::Repaired } else { Rung::Normal };
-    let outcome = match outcome {
-        Ok(outcome) => outcome,
-        Err(e) => {
-            let degradation = Some(Degradation::Failed(e.to_string()));
-            return TileOutcome { face: tile_row.face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation };
-        }
-    };
-    let mut rung = Rung::of(outcome, &scratch.trimmed.stats).max(least);
-    finish(face, (tile_row, lattice), scratch, &mut mesh);
-    let degradation = match outcome {
-        TrimOutcome::Repaired { split, unused } => {
-            let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
-            let place = first.map(|k| mesh.positions[k]);
-            if scratch.trimmed.stats.given_up {
-                Some(Degradation::GivenUp { split, place })
-            } else {
-                Some(Degradation::NotSimple { split, unused, place })
-            }
-        }
-        _ if mesh.triangles.is_empty() => Some(emptied(face, tile_row, lattice.chord, scratch, &mesh)),
-        _ => None,
-    };
-    if let Some(Degradation::Failed(_)) = degradation {
-        rung = Rung::Lost;
+    let job = Job::of(prepared, plan, part, tile);
+    let mut mesh = scratch.spare();
+    trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
+    match job.trim(scratch) {
+        Ok(outcome) => job.finish(outcome, None, scratch, mesh).0,
+        Err(lost) => *lost,
     }
-    TileOutcome { face: tile_row.face, mesh, rung, degradation }
+}
+
+/// A tile and what it is made by.
+#[derive(Clone, Copy)]
+pub(super) struct Job<'a> {
+    pub(super) part: &'a PreparedPart,
+    pub(super) plan: &'a PartPlan,
+    pub(super) tile: &'a Tile,
+    pub(super) lattice: &'a Arc<TileLattice>,
+    pub(super) face: &'a PreparedFace,
+}
+
+impl<'a> Job<'a> {
+    pub(super) fn of(prepared: &'a Prepared, plan: &'a Plan, part: PartId, tile: TileId) -> Self {
+        let rows = &prepared.parts[part.index()];
+        let plan = &plan.parts[part.index()];
+        let row = &rows.tiles[tile.0 as usize];
+        let face = &rows.faces[rows.face_of(row)];
+        Self { part: rows, plan, tile: row, lattice: &plan.tiles[tile.0 as usize], face }
+    }
+
+    /// Triangles of the loops that the scratch has.
+    pub(super) fn trim(&self, scratch: &mut Scratch) -> Result<TrimOutcome, Box<TileOutcome>> {
+        let cells = self.lattice.cells();
+        let input = TrimInput { cells, points: &scratch.cells, loop_starts: &scratch.loop_starts };
+        // Loops that meet may pass the faster rungs with two layers where they overlap: these are counted out at once.
+        let outcome = if self.tile.entangled {
+            trim_tile_reference(&input, &mut scratch.trimmed)
+        } else {
+            trim_tile(&input, &mut scratch.trim, &mut scratch.trimmed)
+        };
+        outcome.map_err(|e| {
+            let degradation = Some(Degradation::Failed(e.to_string()));
+            let mesh = PatchMesh::default();
+            Box::new(TileOutcome { face: self.tile.face, mesh, rung: Rung::Lost, degradation })
+        })
+    }
+
+    /// The rest of a tile whose loops were traced and triangulated; and whether its triangles are just those.
+    pub(super) fn finish(
+        &self,
+        outcome: TrimOutcome,
+        kept: Option<&mut Kept<'_>>,
+        scratch: &mut Scratch,
+        mut mesh: PatchMesh,
+    ) -> (TileOutcome, bool) {
+        let Self { tile, lattice, face, .. } = *self;
+        let least = if face.repaired { Rung::Repaired } else { Rung::Normal };
+        let mut rung = Rung::of(outcome, &scratch.trimmed.stats).max(least);
+        let as_trimmed = finish(face, (tile, lattice), kept, scratch, &mut mesh);
+        let degradation = match outcome {
+            TrimOutcome::Repaired { split, unused } => {
+                let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
+                let place = first.map(|k| mesh.positions[k]);
+                if scratch.trimmed.stats.given_up {
+                    Some(Degradation::GivenUp { split, place })
+                } else {
+                    Some(Degradation::NotSimple { split, unused, place })
+                }
+            }
+            _ if mesh.triangles.is_empty() => Some(emptied(face, tile, lattice.chord, scratch, &mesh)),
+            _ => None,
+        };
+        if let Some(Degradation::Failed(_)) = degradation {
+            rung = Rung::Lost;
+        }
+        (TileOutcome { face: tile.face, mesh, rung, degradation }, as_trimmed)
+    }
 }
 
 /// What a tile without triangles is: thin, or lost.
@@ -193,7 +237,7 @@ fn emptied(face: &PreparedFace, tile: &Tile, chord: f64, s: &Scratch, mesh: &Pat
 }
 
 /// Tessellants of the tile's loops: cell coordinates, parameters, positions.
-fn trace_loops(
+pub(super) fn trace_loops(
     part: &PreparedPart,
     plan: &PartPlan,
     tile: &Tile,
@@ -206,10 +250,7 @@ fn trace_loops(
     s.uvs.clear();
     s.loop_starts.clear();
     s.loop_starts.push(0);
-    let cells = lattice.cells();
-    let single = cells == (1, 1);
-    let scale = cell_size(face, tile, lattice);
-    let (mut along_u, mut along_v) = (CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs));
+    let mut spot = Spot::of(face, tile, lattice);
     for l in &tile.loops {
         for u in l {
             let edge = &part.edges[u.edge as usize];
@@ -218,12 +259,7 @@ fn trace_loops(
             let mut next = u.from;
             for k in steps(u, &polyline.breaks) {
                 let uv = u.uv.point(polyline.ts[k], &mut hint);
-                let cell = if single {
-                    ((uv - tile.min) / (tile.max - tile.min)).clamp(DVec2::ZERO, DVec2::ONE) * scale
-                } else {
-                    DVec2::new(snap(along_u.cell(uv.x), cells.0), snap(along_v.cell(uv.y), cells.1))
-                };
-                s.cells.push(cell);
+                s.cells.push(spot.cell(uv));
                 s.uvs.push(uv);
                 let at_break = polyline.breaks[next as usize] as usize == k;
                 mesh.positions.push(edge_point(edge, at_break.then_some(next), polyline.ts[k]));
@@ -237,14 +273,38 @@ fn trace_loops(
     }
 }
 
+/// Where parameters are in a tile's cells: quickest for those that are near the ones before.
+pub(super) struct Spot<'a> {
+    tile: &'a Tile,
+    cells: (u32, u32),
+    scale: DVec2,
+    along: [CellWalk<'a>; 2],
+}
+
+impl<'a> Spot<'a> {
+    pub(super) fn of(face: &PreparedFace, tile: &'a Tile, lattice: &'a TileLattice) -> Self {
+        let along = [CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs)];
+        Self { tile, cells: lattice.cells(), scale: cell_size(face, tile, lattice), along }
+    }
+
+    #[inline(always)]
+    pub(super) fn cell(&mut self, uv: DVec2) -> DVec2 {
+        let Self { tile, cells, scale, along: [u, v] } = self;
+        if *cells == (1, 1) {
+            return ((uv - tile.min) / (tile.max - tile.min)).clamp(DVec2::ZERO, DVec2::ONE) * *scale;
+        }
+        DVec2::new(snap(u.cell(uv.x), cells.0), snap(v.cell(uv.y), cells.1))
+    }
+}
+
 /// Tessellant numbers of a use, in loop order, without the last.
-fn steps(u: &EdgeUse, breaks: &[u32]) -> impl Iterator<Item = usize> + use<> {
+pub(super) fn steps(u: &EdgeUse, breaks: &[u32]) -> impl Iterator<Item = usize> + use<> {
     let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
     let count = a.abs_diff(b);
     (0..count).map(move |i| if a < b { a + i } else { a - i })
 }
 
-fn origin(part: &PreparedPart, edge: u32, k: u32) -> Origin {
+pub(super) fn origin(part: &PreparedPart, edge: u32, k: u32) -> Origin {
     if (edge as usize) < part.brep_edges {
         Origin::Edge { edge: EdgeId(edge), k }
     } else {
@@ -278,8 +338,23 @@ fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
     if longest > 0.0 && longest.is_finite() { (size / longest).max(DVec2::splat(1e-6)) } else { DVec2::ONE }
 }
 
-/// Lattice points, normals and oriented triangles.
-fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut PatchMesh) {
+/// What is known of a tile that is patched.
+pub(super) struct Kept<'a> {
+    pub(super) samples: &'a Samples,
+    /// Which vertex each tessellant was.
+    pub(super) from: &'a mut Vec<u32>,
+    /// Triangles of the trim stage that are new, the first ones; of the others it is known that nothing has to be changed.
+    pub(super) fresh: usize,
+}
+
+/// Lattice points, normals and oriented triangles. Whether no triangle had to be changed.
+fn finish(
+    face: &PreparedFace,
+    (tile, lattice): (&Tile, &TileLattice),
+    kept: Option<&mut Kept<'_>>,
+    s: &mut Scratch,
+    mesh: &mut PatchMesh,
+) -> bool {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
     let corners = (nu + 1) * (nv + 1);
@@ -324,9 +399,16 @@ fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut S
             }
         }
     }
-    evaluate(face, lattice, tessellants as usize, corners_used as usize, s, &mut mesh.positions);
-    let side = if face.reversed { -1.0 } else { 1.0 };
-    mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
+    let mut fresh = usize::MAX;
+    if let Some(Kept { samples, from, fresh: new }) = kept {
+        samples.find_corners(lattice, s, from);
+        samples.evaluate(face, lattice, from, s, mesh);
+        fresh = *new;
+    } else {
+        evaluate(face, lattice, tessellants as usize, corners_used as usize, s, &mut mesh.positions);
+        let side = if face.reversed { -1.0 } else { 1.0 };
+        mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
+    }
     mesh.uvs.extend(
         s.uvs.iter().map(|p| Vec2::new(face.maps[0].to_natural(p.x) as f32, face.maps[1].to_natural(p.y) as f32)),
     );
@@ -334,10 +416,13 @@ fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut S
         to.extend(from.iter().map(|&x| map.to_natural(x) as f32));
     }
     mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * quads.len());
-    for t in &s.trimmed.triangles {
+    let mut trimmed = 0;
+    for (k, t) in s.trimmed.triangles.iter().enumerate() {
         push_triangle(mesh, *t, face.reversed);
+        if k < fresh {
+            trimmed = mesh.triangles.len();
+        }
     }
-    let trimmed = mesh.triangles.len();
     for [a, b, c, d] in quads {
         let p = |v: u32| mesh.positions[v as usize];
         let halves = if p(a).distance_squared(p(c)) <= p(b).distance_squared(p(d)) {
@@ -350,19 +435,20 @@ fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut S
         }
     }
     if face.kind == SurfaceKind::Plane {
-        return;
+        return true;
     }
+    let mut as_trimmed = true;
     let mut surface = Surface { face, uvs: &mut s.uvs };
     // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
     if face.creases.iter().all(Vec::is_empty) {
-        unfold(mesh, trimmed, lattice.chord, &surface);
+        as_trimmed &= !unfold(mesh, trimmed, lattice.chord, &surface);
     }
     let cell = |mesh: &PatchMesh, v: u32| match mesh.origins[v as usize] {
         Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
         Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
         _ => s.cells[v as usize],
     };
-    narrow(mesh, trimmed, lattice.chord, &mut surface, cell);
+    as_trimmed & !narrow(mesh, trimmed, lattice.chord, &mut surface, cell)
 }
 
 /// Normals of all vertices into `s.normals`, and positions of those that are not tessellants.

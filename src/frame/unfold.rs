@@ -20,18 +20,19 @@ const CHANGES: usize = 16;
 const LEAST_GAIN: f64 = 1e-3;
 
 /// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays within the tolerance.
+/// Returns whether any does.
 ///
 /// First all changes are taken, since triangles that stray for a while may be gone at the end; if some stray then, or no less
 /// looks inwards, once more with changes only that never stray.
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
-pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) {
+pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) -> bool {
     let least = Shape::clear_area(mesh);
     let is_wrong =
         |corners: [u32; 3]| !Shape::is_clearly_right(mesh, corners, least) && Shape::of(mesh, corners).is_wrong(mesh);
     let folded: Vec<usize> = (0..trimmed).rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
     if folded.is_empty() {
-        return;
+        return false;
     }
     let stated = mesh.triangles.clone();
     for least in [f64::INFINITY, chord] {
@@ -39,10 +40,11 @@ pub(super) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
         web.unfold(folded.clone(), &Near { surface, chord: least, left: Cell::new(MOST_WEIGHED) });
         if web.improves(&stated, &Near { surface, chord, left: Cell::new(0) }) {
             mesh.triangles.retain(|t| *t != GONE);
-            return;
+            break;
         }
         mesh.triangles.clone_from(&stated);
     }
+    true
 }
 
 /// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.

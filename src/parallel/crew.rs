@@ -4,6 +4,7 @@ use super::handoff::{Delivery, Order, Task, queues};
 use super::metrics::Laps;
 use super::render_thread::{Feed, FrameError, FrameReport, commit, gather};
 use super::worker::{Hand, Stages, Worker};
+use crate::frame::Patch;
 use crate::mesh::{Batch, MeshSink, PatchMesh, Scene};
 use crossbeam::channel::{Receiver, Sender};
 use std::fmt;
@@ -62,7 +63,7 @@ pub(super) struct Crew<S: Stages> {
 
 impl<S: Stages> Crew<S> {
     /// One thread per hand. Threads already started end when a later one is refused.
-    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, pin: bool) -> Result<Self, StartError> {
+    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, patch: Patch, pin: bool) -> Result<Self, StartError> {
         let cores = if pin { core_affinity::get_core_ids().unwrap_or_default() } else { Vec::new() };
         let mut crew = Self {
             orders: Vec::new(),
@@ -75,7 +76,8 @@ impl<S: Stages> Crew<S> {
         for (worker, hand) in hands.into_iter().enumerate() {
             let (order, end, delivery) = queues();
             #[allow(clippy::cast_possible_truncation, reason = "threads are fewer than 2^32")]
-            let worker_state = Worker::new(worker as u32, Arc::clone(stages), hand, Arc::clone(&crew.wanted_from));
+            let worker_state =
+                Worker::new(worker as u32, Arc::clone(stages), hand, patch, Arc::clone(&crew.wanted_from));
             let core = (!cores.is_empty()).then(|| cores[worker % cores.len()]);
             let thread = thread::Builder::new()
                 .name(format!("trimtess-worker-{worker}"))
@@ -217,6 +219,7 @@ mod tests {
     impl Stages for Fake {
         type Plan = f64;
         type Scratch = u32;
+        type Memory = ();
 
         fn reuse(_: &mut u32, _: PatchMesh) {}
 
@@ -228,6 +231,17 @@ mod tests {
             let positions = vec![DVec3::new(x, *plan, 0.0), DVec3::X, DVec3::Y];
             let mesh = PatchMesh { positions, triangles: vec![[0, 1, 2]], ..PatchMesh::default() };
             TileOutcome { face: FaceId(tile.0 / 2), mesh, rung: Rung::Normal, degradation: None }
+        }
+
+        fn patch(
+            &self,
+            plan: &f64,
+            (part, tile): (PartId, TileId),
+            _: Patch,
+            (): &mut (),
+            scratch: &mut u32,
+        ) -> (TileOutcome, usize) {
+            (self.tile(plan, part, tile, scratch), 0)
         }
 
         fn edge_line(&self, plan: &f64, part: PartId, edge: EdgeId) -> EdgeLine {
@@ -246,7 +260,7 @@ mod tests {
             hand.tiles.push((PartId(k / 20), TileId(k), FaceId(k / 2)));
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
-        let crew = Crew::start(&fake, hands, false).unwrap();
+        let crew = Crew::start(&fake, hands, Patch::NONE, false).unwrap();
         (fake, crew)
     }
 

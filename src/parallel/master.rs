@@ -6,7 +6,10 @@ use super::owners::{Owners, hands};
 use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Hand, Stages, Worker};
-use crate::frame::{Levels, Plan, Planner, PlannerOptions, Scratch, TileOutcome, View, edge_line, tessellate_tile};
+use crate::frame::{
+    Levels, Patch, Plan, Planner, PlannerOptions, Scratch, TileMemory, TileOutcome, View, edge_line, patch_tile,
+    tessellate_tile,
+};
 use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
 use crate::model::{EdgeId, PartId};
 use crate::prepare::Prepared;
@@ -29,14 +32,25 @@ pub struct SessionOptions {
     pub levels: usize,
     /// Frames of views after which the master deals the tiles anew, by the time that they took in these; `None`: never.
     pub redeal: Option<NonZeroU32>,
+    /// What workers keep of tiles in frames of views, to patch them up with when they change. With anything but [`Patch::NONE`] the
+    /// triangles between the vertices of a tile depend on the views before (and with [`redeal`](Self::redeal) on what was measured), though not on
+    /// the number of workers.
+    pub patch: Patch,
     /// Whether each worker stays on one core, where the system allows that: for machines that do nothing else.
     pub pin: bool,
 }
 
 impl SessionOptions {
     /// One worker per core, with edge lines.
-    pub const DEFAULT: Self =
-        Self { workers: 0, edge_lines: true, planner: PlannerOptions::DEFAULT, levels: 4, redeal: None, pin: false };
+    pub const DEFAULT: Self = Self {
+        workers: 0,
+        edge_lines: true,
+        planner: PlannerOptions::DEFAULT,
+        levels: 4,
+        redeal: None,
+        patch: Patch::DEFAULT,
+        pin: false,
+    };
 
     /// The same with `workers` threads.
     #[must_use]
@@ -62,6 +76,12 @@ impl SessionOptions {
         Self { redeal: NonZeroU32::new(frames), ..self }
     }
 
+    /// The same, keeping of tiles what `patch` says.
+    #[must_use]
+    pub const fn with_patch(self, patch: Patch) -> Self {
+        Self { patch, ..self }
+    }
+
     /// The same with workers pinned to cores, or not.
     #[must_use]
     pub const fn with_pin(self, pin: bool) -> Self {
@@ -84,6 +104,7 @@ impl Default for SessionOptions {
 impl Stages for Prepared {
     type Plan = Plan;
     type Scratch = Scratch;
+    type Memory = TileMemory;
 
     fn reuse(scratch: &mut Scratch, mesh: PatchMesh) {
         scratch.reuse(mesh);
@@ -91,6 +112,18 @@ impl Stages for Prepared {
 
     fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut Scratch) -> TileOutcome {
         tessellate_tile(self, plan, part, tile, scratch)
+    }
+
+    fn patch(
+        &self,
+        plan: &Plan,
+        tile: (PartId, TileId),
+        patch: Patch,
+        memory: &mut TileMemory,
+        scratch: &mut Scratch,
+    ) -> (TileOutcome, usize) {
+        let outcome = patch_tile((self, plan), tile, patch, memory, scratch);
+        (outcome, memory.bytes())
     }
 
     fn edge_line(&self, plan: &Plan, part: PartId, edge: EdgeId) -> EdgeLine {
@@ -190,7 +223,7 @@ impl Session {
         let (prepared, levels) = Levels::of(&prepared, options.levels);
         let hands = hands(&prepared, workers, options.edge_lines);
         let owners = Owners::of(&prepared, &hands, options.redeal);
-        let crew = Crew::start(&prepared, hands, options.pin)?;
+        let crew = Crew::start(&prepared, hands, options.patch, options.pin)?;
         let scene = prepared.scene.clone();
         Ok(Self { prepared, model, scene, levels, crew, owners, options: options.clone(), live: None })
     }
@@ -330,9 +363,11 @@ impl Session {
     /// Leaves a frame that was begun; workers stop after the tile that they are at. Does nothing if there is none.
     pub fn cancel(&mut self) {
         if let Some(live) = &mut self.live
-            && live.begun.take().is_some_and(|begun| begun.underway.is_some())
+            && let Some(Begun { due, underway: Some(_), .. }) = live.begun.take()
         {
             self.crew.cancel();
+            // How far workers came is chance, and must not show.
+            self.owners.forget(due.tiles.iter().copied());
         }
     }
 
@@ -342,6 +377,7 @@ impl Session {
         if let Some(live) = &mut self.live {
             live.upkeep.forget();
         }
+        self.owners.forget_all();
     }
 
     /// Waits for the frame that was begun and brings `sink` up to date, as [`view`](Self::view). Without a frame begun it does
@@ -373,9 +409,11 @@ impl Session {
             Ok(made) => made,
             Err(error) => {
                 live.upkeep.forget();
+                self.owners.forget_all();
                 return Err(error);
             }
         };
+        self.owners.forget(due.forgotten.iter().map(|&(part, tile, _)| (part, tile)));
         live.upkeep.committed(&due, &triangles, &plan.drawn, &self.scene.instances);
         (report.planned_in, report.deferred) = (planned_in, deferred);
         self.crew.recycle(batches);
@@ -396,7 +434,10 @@ pub fn serial(
     let mut laps = Laps::start();
     let deliveries = hands(prepared, 1, edge_lines)
         .into_iter()
-        .map(|hand| Worker::new(0, Arc::clone(prepared), hand, Arc::default()).make_all(0, plan, prepared.parts.len()))
+        .map(|hand| {
+            let mut worker = Worker::new(0, Arc::clone(prepared), hand, Patch::NONE, Arc::default());
+            worker.make_all(0, plan, prepared.parts.len())
+        })
         .collect();
     Ok(commit(deliveries, &prepared.scene, Feed::All, sink, &mut laps)?.0)
 }

@@ -12,6 +12,8 @@ pub struct WorkerMetrics {
     pub tiles: u32,
     /// Triangles in them.
     pub triangles: u64,
+    /// Bytes that it keeps of its tiles, to patch them up with.
+    pub kept: u64,
     /// Time spent on tiles.
     pub tiles_time: Duration,
     /// Time spent on edge polylines.

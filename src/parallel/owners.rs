@@ -2,7 +2,7 @@
 
 use super::distribute::{deal, loads};
 use super::upkeep::Due;
-use super::worker::Hand;
+use super::worker::{Gone, Hand};
 use crate::mesh::TileId;
 use crate::model::PartId;
 use crate::prepare::Prepared;
@@ -14,7 +14,11 @@ pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Ve
     let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
     let mut hands: Vec<Hand> = deal(&loads(prepared), workers)
         .into_iter()
-        .map(|hand| Hand { tiles: hand.into_iter().map(|index| tiles[index]).collect(), edges: Vec::new() })
+        .map(|hand| Hand {
+            tiles: hand.into_iter().map(|index| tiles[index]).collect(),
+            edges: Vec::new(),
+            gone: Gone::default(),
+        })
         .collect();
     if edge_lines {
         for (index, edge) in prepared.brep_edges().enumerate() {
@@ -28,6 +32,8 @@ pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Ve
 pub(super) struct Owners {
     parts: Vec<Vec<u32>>,
     workers: usize,
+    /// For each worker, what it need not keep any more: it is told with what it has to make next.
+    gone: Vec<Gone>,
     epoch: Option<Epoch>,
 }
 
@@ -51,7 +57,7 @@ impl Owners {
         }
         let nothing = || prepared.parts.iter().map(|part| vec![0.0; part.tiles.len()]).collect();
         let epoch = redeal.map(|length| Epoch { length: length.get(), frames: 0, spent: nothing() });
-        Self { parts, workers: hands.len(), epoch }
+        Self { parts, workers: hands.len(), gone: vec![Gone::default(); hands.len()], epoch }
     }
 
     /// Whether workers shall take the time of each tile.
@@ -77,20 +83,34 @@ impl Owners {
         for (load, spent) in loads.iter_mut().zip(epoch.spent.iter_mut().flatten()) {
             load.weight = EXPECTED * load.weight + std::mem::take(spent);
         }
-        let mut tiles = self.parts.iter_mut().flatten();
         let mut owners = vec![0; loads.len()];
         for (worker, hand) in deal(&loads, self.workers).into_iter().enumerate() {
             hand.into_iter().for_each(|tile| owners[tile] = worker as u32);
         }
-        owners.into_iter().for_each(|worker| {
-            if let Some(owner) = tiles.next() {
+        for ((part, tile, _), worker) in prepared.tiles().zip(owners) {
+            let owner = &mut self.parts[part.index()][tile.0 as usize];
+            if *owner != worker {
+                // Who gets it has nothing of it, and makes it from nothing.
+                self.gone[*owner as usize].tiles.push((part, tile));
                 *owner = worker;
             }
-        });
+        }
+    }
+
+    /// These tiles are next made from nothing, whatever their owners have of them.
+    pub(super) fn forget(&mut self, tiles: impl Iterator<Item = (PartId, TileId)>) {
+        for (part, tile) in tiles {
+            self.gone[self.parts[part.index()][tile.0 as usize] as usize].tiles.push((part, tile));
+        }
+    }
+
+    /// So are all tiles.
+    pub(super) fn forget_all(&mut self) {
+        self.gone.iter_mut().for_each(|gone| *gone = Gone { all: true, tiles: Vec::new() });
     }
 
     /// What is due, for those who own it; edges, far cheaper, in turn.
-    pub(super) fn share(&self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
+    pub(super) fn share(&mut self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
         let mut hands = vec![Hand::default(); self.workers];
         for &(part, tile) in &due.tiles {
             let worker = self.parts[part.index()][tile.0 as usize] as usize;
@@ -99,6 +119,9 @@ impl Owners {
         }
         for (k, &edge) in due.edges.iter().enumerate() {
             hands[k % self.workers].edges.push(edge);
+        }
+        for (hand, gone) in hands.iter_mut().zip(&mut self.gone).filter(|(hand, _)| !hand.is_empty()) {
+            hand.gone = std::mem::take(gone);
         }
         hands
     }

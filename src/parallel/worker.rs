@@ -3,10 +3,11 @@
 
 use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
-use crate::frame::{Degradation, Rung, TileOutcome};
+use crate::frame::{Degradation, Patch, Rung, TileOutcome};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crate::prepare::panic_message;
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,12 +18,24 @@ pub(super) trait Stages: Send + Sync + 'static {
     type Plan: Send + Sync + 'static;
     /// What a worker keeps between tiles; its content never shows in a result.
     type Scratch: Default + Send;
+    /// What a worker keeps of a tile to patch it up with.
+    type Memory: Default + Send;
 
     /// Gives a buffer that coming tiles may be made in.
     fn reuse(scratch: &mut Self::Scratch, mesh: PatchMesh);
 
     /// Makes one tile.
     fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
+
+    /// Makes one tile, starting from what it was the last time; and how many bytes are kept of it for the next.
+    fn patch(
+        &self,
+        plan: &Self::Plan,
+        tile: (PartId, TileId),
+        patch: Patch,
+        memory: &mut Self::Memory,
+        scratch: &mut Self::Scratch,
+    ) -> (TileOutcome, usize);
 
     /// Makes one edge's polyline.
     fn edge_line(&self, plan: &Self::Plan, part: PartId, edge: EdgeId) -> EdgeLine;
@@ -35,27 +48,44 @@ pub(super) struct Hand {
     pub(super) tiles: Vec<(PartId, TileId, FaceId)>,
     /// Edges whose polylines it makes.
     pub(super) edges: Vec<(PartId, EdgeId)>,
+    /// Tiles of which it need keep nothing, before anything is made.
+    pub(super) gone: Gone,
+}
+
+/// Tiles that are not to be patched up from what they were.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Gone {
+    /// All that there are.
+    pub(super) all: bool,
+    /// These.
+    pub(super) tiles: Vec<(PartId, TileId)>,
 }
 
 impl Hand {
+    /// Whether there is nothing to make.
     pub(super) fn is_empty(&self) -> bool {
         self.tiles.is_empty() && self.edges.is_empty()
     }
 }
 
-/// A worker: a hand and the scratch it is worked with.
+/// A worker: a hand, the scratch it is worked with, and what is kept of tiles.
 pub(super) struct Worker<S: Stages> {
     number: u32,
     stages: Arc<S>,
     hand: Hand,
     scratch: S::Scratch,
+    patch: Patch,
+    /// What is kept of tiles, and the bytes of that.
+    memories: HashMap<(PartId, TileId), (S::Memory, usize)>,
+    kept: usize,
     wanted_from: Arc<AtomicU64>,
 }
 
 impl<S: Stages> Worker<S> {
     /// The worker `number` with its hand. Frames before `wanted_from` are left half done.
-    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, wanted_from: Arc<AtomicU64>) -> Self {
-        Self { number, stages, hand, scratch: S::Scratch::default(), wanted_from }
+    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, patch: Patch, wanted_from: Arc<AtomicU64>) -> Self {
+        let (scratch, memories) = (S::Scratch::default(), HashMap::new());
+        Self { number, stages, hand, scratch, patch, memories, kept: 0, wanted_from }
     }
 
     /// Makes every tile and edge of the hand that is of the first `parts` parts by `plan`, in ascending order.
@@ -66,20 +96,21 @@ impl<S: Stages> Worker<S> {
         let hand = std::mem::take(&mut self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
-        let mut delivery = self.make(frame, plan, &hand.tiles[..tiles], &hand.edges[..edges], false);
+        let mut delivery = self.make(frame, plan, &hand.tiles[..tiles], &hand.edges[..edges], None);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
         self.hand = hand;
         delivery
     }
 
-    /// The same for some tiles and edges; `timed`: with what each tile takes. Tiles without triangles are delivered too.
+    /// The same for some tiles and edges; `some`, of a frame of views: whether with what each tile takes. Tiles are patched up then, and those
+    /// without triangles are delivered too.
     fn make(
         &mut self,
         frame: u64,
         plan: &S::Plan,
         tiles: &[(PartId, TileId, FaceId)],
         edges: &[(PartId, EdgeId)],
-        timed: bool,
+        some: Option<bool>,
     ) -> Delivery {
         let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
         let mut delivery = Delivery { frame, ..Delivery::default() };
@@ -90,15 +121,29 @@ impl<S: Stages> Worker<S> {
                 return delivery;
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
-            let clock = timed.then(Laps::start);
-            let (stages, scratch) = (&*self.stages, &mut self.scratch);
-            let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
+            let clock = (some == Some(true)).then(Laps::start);
+            let patch = (some.is_some() && self.patch != Patch::NONE).then_some(self.patch);
+            let memory = patch.map(|patch| (patch, self.memories.entry((part, tile)).or_default()));
+            let (stages, scratch, kept) = (&*self.stages, &mut self.scratch, &mut self.kept);
+            let outcome = catch_unwind(AssertUnwindSafe(|| match memory {
+                None => stages.tile(plan, part, tile, scratch),
+                Some((patch, (memory, bytes))) => {
+                    let (outcome, now) = stages.patch(plan, (part, tile), patch, memory, scratch);
+                    *kept = *kept - *bytes + now;
+                    *bytes = now;
+                    outcome
+                }
+            }));
             let outcome = outcome.unwrap_or_else(|payload| {
+                self.forget((part, tile));
                 // The scratch may be half written: the next tile gets a new one.
                 self.scratch = S::Scratch::default();
                 let degradation = Degradation::Failed(format!("internal error: {}", panic_message(&*payload)));
                 TileOutcome { face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation: Some(degradation) }
             });
+            if self.memories.get(&(part, tile)).is_some_and(|(_, bytes)| *bytes == 0) {
+                self.forget((part, tile));
+            }
             take(&mut delivery, part, tile, outcome);
             if let Some(mut clock) = clock {
                 delivery.times.push((part, tile, clock.lap()));
@@ -115,8 +160,14 @@ impl<S: Stages> Worker<S> {
             }
         }
         delivery.metrics.lines_time = laps.lap();
+        delivery.metrics.kept = self.kept as u64;
         delivery.metrics.cpu = processor.used();
         delivery
+    }
+
+    /// Keeps nothing of a tile.
+    fn forget(&mut self, tile: (PartId, TileId)) {
+        self.kept -= self.memories.remove(&tile).map_or(0, |(_, bytes)| bytes);
     }
 
     /// Serves orders until the master or the render thread hangs up.
@@ -125,7 +176,14 @@ impl<S: Stages> Worker<S> {
             spare.into_iter().for_each(|mesh| S::reuse(&mut self.scratch, mesh));
             let delivery = match task {
                 Task::All(parts) => self.make_all(frame, &plan, parts),
-                Task::Some(hand) => self.make(frame, &plan, &hand.tiles, &hand.edges, timed),
+                Task::Some(hand) => {
+                    if hand.gone.all {
+                        self.memories = HashMap::new();
+                        self.kept = 0;
+                    }
+                    hand.gone.tiles.iter().for_each(|&tile| self.forget(tile));
+                    self.make(frame, &plan, &hand.tiles, &hand.edges, Some(timed))
+                }
             };
             // Whoever gets the delivery may be the last to know the plan, and make the next one in its place.
             drop(plan);

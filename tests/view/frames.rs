@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
-use trimtess::frame::{Plan, Planner, PlannerOptions, Projection, View, edge_line};
+use trimtess::frame::{Patch, Plan, Planner, PlannerOptions, Projection, View, edge_line};
 use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileId};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, shapes};
 use trimtess::parallel::{Session, SessionOptions, serial};
@@ -111,8 +111,9 @@ fn bits(p: DVec3) -> [u64; 3] {
     p.to_array().map(f64::to_bits)
 }
 
+/// Tiles are made from nothing, so that they are bit by bit what their plan says.
 pub(crate) fn options(workers: usize) -> SessionOptions {
-    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false)
+    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false).with_patch(Patch::NONE)
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod corpus;
 mod folder;
 mod frames;
 mod lines;
+mod patched;
 mod pixels;
 mod recorded;
 

@@ -14,6 +14,7 @@ use std::fmt;
 
 use glam::DVec2;
 
+pub(super) mod again;
 mod bits;
 pub(super) mod cdt;
 mod cleanup;
@@ -25,6 +26,7 @@ mod rings;
 mod slits;
 mod trace;
 mod triangulate;
+pub(super) mod weave;
 
 /// A tile's trim input in cell units: lattice lines are the integers `0..=cells.0` and `0..=cells.1`.
 ///
@@ -165,6 +167,7 @@ struct Ladder {
     rings: rings::Rings,
     slits: slits::Slits,
     polygon: triangulate::Polygon,
+    again: again::AgainScratch,
 }
 
 /// Triangulates the trimmed part of one tile.
@@ -213,14 +216,20 @@ impl Ladder {
     }
 
     fn by_cells(&mut self, tile: &TrimInput<'_>, reach: f64, out: &mut TrimOutput) -> Result<TrimOutcome, Refused> {
-        let Self { trace, rings, slits, polygon } = self;
-        trace.run(tile, reach);
+        self.trace.reset(tile, reach);
+        self.trace.run(tile, None);
+        self.by_traced_cells(tile, out)
+    }
+
+    /// The same where the loops were traced.
+    fn by_traced_cells(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, Refused> {
+        let Self { trace, rings, slits, polygon, .. } = self;
         out.stats.crossings = trace.crossings.len() as u32;
         let mut area = 0.0;
         if rings.build_one_cell(tile, trace, slits, polygon, out) {
             area += rings.double_area;
         } else {
-            rings.build(tile, trace, polygon, out).map_err(|_| Refused::OrderOfCrossings)?;
+            rings.build(tile, trace, polygon, out, |_| false).map_err(|_| Refused::OrderOfCrossings)?;
             out.stats.rings = rings.rings.len() as u32;
             out.stats.failed_rings = rings.failed;
             area += rings.double_area;
@@ -229,15 +238,20 @@ impl Ladder {
                 area = out.double_area(tile);
             }
         }
+        self.certified(tile, area, &out.stats)
+    }
+
+    /// How it went, if twice the area of the triangles is that of the loops.
+    fn certified(&self, tile: &TrimInput<'_>, area: f64, stats: &TrimStats) -> Result<TrimOutcome, Refused> {
         // Positive triangles of the right total area cover the region once. Loops that are not simple can pass everything
         // but this, because full cells come from parities and rings from the order of crossings.
         let cells = f64::from(tile.cells.0) * f64::from(tile.cells.1);
-        if (area - trace.double_area).abs() > AREA_TOLERANCE * cells {
+        if (area - self.trace.double_area).abs() > AREA_TOLERANCE * cells {
             return Err(Refused::OrderOfCrossings);
         }
-        Ok(if out.stats.clusters > 0 {
+        Ok(if stats.clusters > 0 {
             TrimOutcome::Cdt
-        } else if out.stats.merged_rings > 0 {
+        } else if stats.merged_rings > 0 {
             TrimOutcome::Merged
         } else {
             TrimOutcome::Certified
@@ -263,6 +277,8 @@ struct Distinct {
     loop_starts: Vec<u32>,
     /// Index in the input.
     original: Vec<u32>,
+    /// Whether the last loops had any.
+    repeats: bool,
 }
 
 impl Distinct {
@@ -273,7 +289,8 @@ impl Distinct {
             let l = &points[l.start as usize..l.end as usize];
             l.windows(2).any(|w| w[0] == w[1]) || (!l.is_empty() && l[0] == l[l.len() - 1])
         };
-        if !input.loops().any(repeats) {
+        self.repeats = input.loops().any(repeats);
+        if !self.repeats {
             return false;
         }
         self.points.clear();
@@ -316,6 +333,12 @@ impl TrimOutput {
         self.full_cells.clear();
         self.extra_points.clear();
         self.stats = TrimStats::default();
+    }
+
+    /// Empty, with the counts of a tile that was triangulated before.
+    pub(super) fn reset(&mut self, stats: TrimStats) {
+        self.clear();
+        self.stats = stats;
     }
 
     /// Twice the area of triangles and full cells. There are no extra points yet.

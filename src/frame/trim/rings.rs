@@ -4,6 +4,7 @@
 //! on the kept side or around kept corners, along the next chain, until it is back. Every crossing is met once from either
 //! cell, which is why the rings' boundaries cancel along lattice lines.
 
+use super::again::KeptRing;
 use super::slits::Slits;
 use super::trace::{NONE, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
@@ -44,25 +45,31 @@ pub(super) struct Rings {
     /// Twice the area of all triangles and full cells.
     pub(super) double_area: f64,
     pub(super) failed: u32,
+    /// Those that are as they were before.
+    pub(super) kept: Vec<KeptRing>,
 }
 
 impl Rings {
-    /// Finds and triangulates all rings, and lists the full cells. Rings that fail stay without triangles.
+    /// Finds and triangulates all rings, and lists the full cells. Rings that fail stay without triangles; those of cells that are `kept`
+    /// are left out.
     pub(super) fn build(
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
         polygon: &mut Polygon,
         out: &mut TrimOutput,
+        kept: impl Fn([u16; 2]) -> bool,
     ) -> Result<(), Inconsistent> {
         self.rings.clear();
+        self.kept.clear();
         self.roots.clear();
         self.ring_of.clear();
         self.ring_of.resize(trace.crossings.len(), NONE);
         self.double_area = 0.0;
         self.failed = 0;
         for k in 0..trace.crossings.len() as u32 {
-            if self.ring_of[k as usize] == NONE {
+            let next = trace.crossings[k as usize].next as usize;
+            if self.ring_of[k as usize] == NONE && !kept(trace.crossings[next].cell) {
                 let ring = self.rings.len() as u32;
                 walk(tile, trace, k, polygon, |chain| self.ring_of[chain as usize] = ring)?;
                 self.add(Origin::Chain(k), polygon, out);

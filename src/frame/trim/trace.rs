@@ -7,6 +7,7 @@
 use glam::DVec2;
 
 use super::TrimInput;
+use super::again::{Crossed, Known};
 use super::bits::Bits;
 use super::reference::CORNER_CLEARANCE;
 use crate::math::predicates::orient2d;
@@ -25,7 +26,7 @@ const DOUBTFUL: f64 = 1e-9;
 #[derive(Clone, Copy)]
 pub(super) struct Crossing {
     /// Coordinate along the lattice line.
-    position: f64,
+    pub(super) position: f64,
     /// First tessellant of the segment.
     pub(super) segment: u32,
     /// The end of the segment that stands for the crossing: `segment` or `segment + 1`, which may be the loop's end index.
@@ -90,6 +91,8 @@ pub(super) struct Trace {
     /// Kept corners replaced by a tessellant, and by which.
     snapped: Bits,
     replacement: Vec<u32>,
+    /// Whether there are any.
+    pub(super) snaps: bool,
     /// Corners that a tessellant (distances scaled down, so that it wins) or a crossing lies close to.
     candidates: Vec<Candidate>,
     /// Loops that stay inside one cell, with that cell.
@@ -112,12 +115,15 @@ pub(super) struct InCellLoop {
 }
 
 impl Trace {
-    /// Traces all loops. `reach` is [`CORNER_CLEARANCE`], or 0 to own tessellants exactly.
-    pub(super) fn run(&mut self, tile: &TrimInput<'_>, reach: f64) {
-        self.reset(tile, reach);
+    /// Traces all loops, after [`reset`](Self::reset); of segments that are known, what they cross is taken over.
+    pub(super) fn run(&mut self, tile: &TrimInput<'_>, known: Option<&Known<'_>>) {
         for (index, ends) in tile.loop_starts.windows(2).enumerate() {
             if ends[0] < ends[1] {
-                self.trace_loop(tile, index as u32, ends[0] as usize, ends[1] as usize);
+                let ends = (ends[0] as usize, ends[1] as usize);
+                match known {
+                    None => self.trace_loop(tile, index as u32, ends, |_, _| None),
+                    Some(known) => self.trace_loop(tile, index as u32, ends, |v, from| known.of(v, from)),
+                }
             }
         }
         self.keep_corners();
@@ -126,7 +132,8 @@ impl Trace {
         }
     }
 
-    fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
+    /// Empty, for a tile. `reach` is [`CORNER_CLEARANCE`], or 0 to own tessellants exactly.
+    pub(super) fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
         let (nu, nv) = (tile.cells.0 as usize, tile.cells.1 as usize);
         (self.nu, self.nv, self.reach) = (nu, nv, reach);
         for bits in [
@@ -151,9 +158,17 @@ impl Trace {
         self.candidates.clear();
         self.in_cell_loops.clear();
         self.double_area = 0.0;
+        self.snaps = false;
     }
 
-    fn trace_loop(&mut self, tile: &TrimInput<'_>, index: u32, start: usize, end: usize) {
+    #[inline(always)]
+    fn trace_loop<'k>(
+        &mut self,
+        tile: &TrimInput<'_>,
+        index: u32,
+        (start, end): (usize, usize),
+        known: impl Fn(usize, (i32, i32)) -> Option<Crossed<'k>>,
+    ) {
         let points = &tile.points[start..end];
         let count = points.len();
         let first_crossing = self.crossings.len();
@@ -172,6 +187,12 @@ impl Trace {
             let next_arm = d - centre;
             self.double_area += arm.perp_dot(next_arm);
             arm = next_arm;
+            if let Some(crossed) = known(start + k, from) {
+                let segment = Segment { tile, loop_index: index, first: (start + k) as u32, a, d };
+                from = self.cross_again(&segment, from, &crossed);
+                a = d;
+                continue;
+            }
             let mut to = self.cell_of(d);
             if self.near_line(d) {
                 let next = if k + 2 >= count { points[(k + 2) % count] } else { points[k + 2] };
@@ -195,6 +216,24 @@ impl Trace {
             last.next = first_crossing as u32;
             last.wraps = true;
         }
+    }
+
+    /// Adds the crossings of a segment that are known, and returns the cell where it ends.
+    fn cross_again(&mut self, segment: &Segment<'_>, from: (i32, i32), crossed: &Crossed<'_>) -> (i32, i32) {
+        let mut cell = from;
+        for c in crossed.crossings {
+            let [di, dj] = crossed.move_by;
+            cell = (i32::from(c.cell[0]) + di, i32::from(c.cell[1]) + dj);
+            let position = c.position + f64::from(if c.side & 1 == 0 { di } else { dj });
+            self.push(segment, [cell.0, cell.1], c.side, position, segment.first + (c.snap - c.segment));
+            match c.side {
+                0 => cell.1 -= 1,
+                1 => cell.0 += 1,
+                2 => cell.1 += 1,
+                _ => cell.0 -= 1,
+            }
+        }
+        cell
     }
 
     /// Adds the crossings of a segment from cell `from` to cell `to`: as many steps in x and in y as the cells are apart,
@@ -372,7 +411,7 @@ impl Trace {
 
     /// Whether the point lies within the clearance of an inner lattice line.
     #[inline(always)]
-    fn near_line(&self, p: DVec2) -> bool {
+    pub(super) fn near_line(&self, p: DVec2) -> bool {
         let near = |coordinate: f64, limit: usize| {
             let (line, distance) = nearest_line(coordinate);
             distance < CORNER_CLEARANCE && line > 0 && line < limit as i32
@@ -440,6 +479,7 @@ impl Trace {
             if self.kept.get(i, j) {
                 self.replacement[last as usize] = candidate.tessellant;
                 self.snapped.set(i, j);
+                self.snaps = true;
                 for (x, y) in [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)] {
                     self.special.set(x, y);
                 }

@@ -323,7 +323,7 @@ fn quality(a: DVec2, b: DVec2, c: DVec2, turn: f64) -> f64 {
 
 /// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides quality.
 #[inline(always)]
-fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
+pub(super) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
     let (a, b, c) = (a - p, b - p, c - p);
     a.length_squared() * b.perp_dot(c) - b.length_squared() * a.perp_dot(c) + c.length_squared() * a.perp_dot(b)
 }

@@ -4,9 +4,12 @@ use super::flight::ms;
 use super::uploads::Uploads;
 use crate::{Common, Failure};
 use cpu_time::ThreadTime;
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
-use trimtess::frame::{Lines, Plan, PlannerOptions, Scratch, View, plan_for_view_within, tessellate_tile};
+use trimtess::frame::{
+    Lines, Patch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within, tessellate_tile,
+};
 use trimtess::mesh::{MemorySink, TileId};
 use trimtess::model::PartId;
 use trimtess::parallel::distribute::{Load, loads};
@@ -41,7 +44,8 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
     Ok(Costs { tiles: loads(prepared), stride, frames })
 }
 
-/// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can.
+/// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can: once, since a tile that is
+/// patched is another one then.
 pub(super) fn record_changes(
     prepared: &Arc<Prepared>,
     views: &[View],
@@ -55,14 +59,19 @@ pub(super) fn record_changes(
     let rows = Arc::clone(session.prepared());
     let mut sink = Uploads::of(&rows);
     let mut scratch = Scratch::default();
+    let mut memories: HashMap<(PartId, TileId), TileMemory> = HashMap::new();
     let mut frames = Vec::with_capacity(views.len());
     for view in views {
         sink.next_frame();
         session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?;
         let mut costs = vec![0.0; sink.tiles()];
         if let Some(plan) = session.plan() {
-            for (&(part, tile), cost) in sink.sent.iter().zip(tiles(&rows, plan, &sink.sent, &mut scratch)) {
-                costs[sink.tile(part, tile)] = cost;
+            for &(part, tile) in &sink.sent {
+                let memory = memories.entry((part, tile)).or_default();
+                let (made, time) =
+                    timed(|| patch_tile((&rows, plan), (part, tile), Patch::DEFAULT, memory, &mut scratch));
+                costs[sink.tile(part, tile)] = time;
+                scratch.reuse(made.mesh);
             }
         }
         frames.push(costs);
@@ -76,16 +85,22 @@ fn tiles(prepared: &Prepared, plan: &Plan, which: &[(PartId, TileId)], scratch: 
     let mut costs = vec![f64::INFINITY; which.len()];
     for _ in 0..TIMES {
         for (&(part, tile), cost) in which.iter().zip(&mut costs) {
-            let (begun, used) = (Instant::now(), ThreadTime::try_now());
-            let outcome = tessellate_tile(prepared, plan, part, tile, scratch);
-            // By the clock where that is less: asking the system takes time too. By the processor where others had it meanwhile.
-            let elapsed = begun.elapsed();
-            let used = used.ok().and_then(|used| Some(ThreadTime::try_now().ok()?.duration_since(used)));
-            *cost = cost.min(ms(used.map_or(elapsed, |used| used.min(elapsed))));
+            let (outcome, time) = timed(|| tessellate_tile(prepared, plan, part, tile, scratch));
+            *cost = cost.min(time);
             drop(std::hint::black_box(outcome));
         }
     }
     costs
+}
+
+/// What something returns, and milliseconds that it took.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let (begun, used) = (Instant::now(), ThreadTime::try_now());
+    let done = work();
+    // By the clock where that is less: asking the system takes time too. By the processor where others had it meanwhile.
+    let elapsed = begun.elapsed();
+    let used = used.ok().and_then(|used| Some(ThreadTime::try_now().ok()?.duration_since(used)));
+    (done, ms(used.map_or(elapsed, |used| used.min(elapsed))))
 }
 
 /// Milliseconds from an order to the last delivery when there is nothing to do: the median of some frames.

@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{Intensive, Lines, Plan, PlannerOptions, View, plan_for_view_within};
+use trimtess::frame::{Intensive, Lines, Patch, Plan, PlannerOptions, View, plan_for_view_within};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
@@ -19,8 +19,18 @@ pub(crate) enum Coherence {
     Off,
     /// The plan, of which only what the view asks for changes; all tiles in the picture are made anew.
     Plan,
-    /// The plan, and all tiles that it leaves as they are.
+    /// The plan, and all tiles that it leaves as they are; the others are patched up.
     On,
+    /// The plan, and all tiles that it leaves as they are; the others are made from nothing.
+    Anew,
+    /// As `on`, patching up everything that can be, also where that is slower.
+    All,
+    /// As `all`, but places and normals of vertices are evaluated.
+    NoSamples,
+    /// As `all`, but all crossings are traced.
+    NoTrace,
+    /// As `all`, but all triangles are made from nothing.
+    NoTriangles,
 }
 
 impl Coherence {
@@ -29,6 +39,22 @@ impl Coherence {
             Self::Off => "off",
             Self::Plan => "plan",
             Self::On => "on",
+            Self::Anew => "anew",
+            Self::All => "all",
+            Self::NoSamples => "no-samples",
+            Self::NoTrace => "no-trace",
+            Self::NoTriangles => "no-triangles",
+        }
+    }
+
+    fn patch(self) -> Patch {
+        match self {
+            Self::Off | Self::Plan | Self::Anew => Patch::NONE,
+            Self::On => Patch::DEFAULT,
+            Self::All => Patch::ALL,
+            Self::NoSamples => Patch { samples: false, ..Patch::ALL },
+            Self::NoTrace => Patch { trace: false, ..Patch::ALL },
+            Self::NoTriangles => Patch { triangles: false, ..Patch::ALL },
         }
     }
 }
@@ -138,6 +164,8 @@ pub(super) struct Made {
     pub(super) uploaded: u64,
     /// What a renderer holds after it.
     pub(super) held: Size,
+    /// Bytes that workers keep to patch tiles up with.
+    pub(super) kept: u64,
 }
 
 /// A path, flown.
@@ -163,10 +191,12 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     let start = Instant::now();
     let planner = PlannerOptions { limits: common.limits.plan(), lines: order.lines, ..PlannerOptions::DEFAULT };
     let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false).with_planner(planner);
+    let options = options.with_patch(order.coherence.patch());
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
     let mut sink = Uploads::of(session.prepared());
+    let mut memories = vec![0; workers];
     for round in 0..order.rounds {
         session.forget();
         for (k, view) in order.views.iter().enumerate() {
@@ -184,7 +214,9 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
             let cpu = cpu.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
             session.plan().map_or(Ok(()), |plan| common.limits.check(plan))?;
             let times = Times::of(&report, frame, cpu.unwrap_or_default(), workers);
-            let made = Made { tiles: report.tiles as u64, uploaded: sink.uploaded, held: sink.held() };
+            report.workers.iter().for_each(|worker| memories[worker.worker as usize] = worker.kept);
+            let (tiles, kept) = (report.tiles as u64, memories.iter().sum());
+            let made = Made { tiles, uploaded: sink.uploaded, held: sink.held(), kept };
             if round == 0 {
                 flight.times.push(times);
                 flight.made.push(made);

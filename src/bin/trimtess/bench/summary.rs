@@ -67,7 +67,7 @@ impl Machine {
 pub(super) struct Run {
     pub(super) path: String,
     pub(super) workers: usize,
-    /// What frames take over: `off`, `plan` or `on`.
+    /// What frames take over: `off`, `plan`, `on`, or what of `on` is left out.
     pub(super) coherence: &'static str,
     /// How lines follow rates: `spread`, `split` or `split-rendering`.
     pub(super) lines: &'static str,
@@ -89,6 +89,8 @@ pub(super) struct Run {
     /// What a renderer holds at most.
     pub(super) bytes_held: u64,
     pub(super) bytes_held_per_triangle: f64,
+    /// What workers keep at most to patch tiles up with.
+    pub(super) bytes_kept: u64,
     /// Mean over largest processor time of the workers, both summed over the frames.
     pub(super) efficiency: f64,
     pub(super) stages_ms: Stages,
@@ -143,6 +145,7 @@ impl Run {
             bytes_uploaded_mean: mean(|m| m.uploaded),
             bytes_held: most.bytes,
             bytes_held_per_triangle: most.bytes as f64 / (most.triangles as f64).max(1.0),
+            bytes_kept: made.iter().map(|m| m.kept).max().unwrap_or(0),
             efficiency: efficiency(times),
             stages_ms: Stages {
                 plan: all(|t| t.plan),
@@ -252,8 +255,8 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "path     workers coherence           lines | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
-             triangles   tiles made   KiB sent | efficiency | kept %: lines tessellants cells segments"
+            "path     workers    coherence           lines | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
+             triangles   tiles made   KiB sent   KiB kept | efficiency | kept %: lines tessellants cells segments"
         );
         self.runs.iter().for_each(|run| text += &run.line());
         self.replays.iter().for_each(|replay| replay.tell(&mut text));
@@ -272,7 +275,7 @@ impl Run {
         let kept = self.kept.as_ref().map(percent).unwrap_or_default();
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
-            "{:<10} {:>5} {:>9} {:>15} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>10.3} | {kept}\n",
+            "{:<10} {:>5} {:>12} {:>15} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} {:>10.0} | {:>10.3} | {kept}\n",
             self.path,
             self.workers,
             self.coherence,
@@ -292,6 +295,7 @@ impl Run {
             self.triangles_mean,
             self.tiles_remade_mean,
             self.bytes_uploaded_mean / 1024.0,
+            self.bytes_kept as f64 / 1024.0,
             self.efficiency
         )
     }

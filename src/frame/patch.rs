@@ -1,0 +1,226 @@
+//! One tile as it was and a plan -> the same tile by that plan, patched up where little of it changed (Kumar and Manocha 1995,
+//! §5.2): samples, crossings and triangles far from what changed are kept.
+//!
+//! Vertices, boundary edges and area are those of the tile made from nothing; how the inside is cut into triangles depends on
+//! what was there before. What is doubtful is made from nothing.
+
+use super::plan::Plan;
+use super::samples::Samples;
+use super::tile::{Job, Kept, NONE, Scratch, TileOutcome, tessellate_tile, trace_loops};
+use super::trim::again::{Cells, Moved, strips};
+use super::trim::weave::{Changed, Weave, WeaveScratch};
+use super::trim::{TrimInput, TrimOutcome, TrimStats};
+use crate::mesh::TileId;
+use crate::model::{PartId, SurfaceKind};
+use crate::prepare::Prepared;
+
+/// What of tiles that change is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Patch {
+    /// Places and normals of the tessellants and lattice points that were there before.
+    pub samples: bool,
+    /// Crossings of segments with lattice lines where both were there before (§5.2.1).
+    pub trace: bool,
+    /// Triangles beside which nothing changed (§5.2.2).
+    pub triangles: bool,
+    /// Also of tiles where keeping is not faster (docs/decisions/027), or has not been measured to be.
+    pub everywhere: bool,
+}
+
+impl Patch {
+    /// Nothing: every tile is a function of model and plan alone.
+    pub const NONE: Self = Self { samples: false, trace: false, triangles: false, everywhere: false };
+    /// All of it, for tests and to measure.
+    pub const ALL: Self = Self { samples: true, trace: true, triangles: true, everywhere: true };
+    /// What is faster (docs/decisions/027).
+    pub const DEFAULT: Self = Self { samples: true, trace: false, triangles: true, everywhere: false };
+}
+
+impl Default for Patch {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What is kept of a tile to patch it up with. Empty to begin with.
+#[derive(Default)]
+pub struct TileMemory {
+    /// There are samples.
+    holds: bool,
+    samples: Samples,
+    triangles: Triangles,
+    outcome: TrimOutcome,
+    stats: TrimStats,
+}
+
+/// Triangles of a tile that may be kept.
+#[derive(Default)]
+enum Triangles {
+    #[default]
+    None,
+    /// Of one cell, as they were made.
+    OneCell(Vec<[u32; 3]>),
+    /// Of one cell, with neighbours: it has been patched before.
+    Weave(Weave),
+    /// Of a lattice, cell by cell.
+    Cells(Cells),
+}
+
+impl TileMemory {
+    /// Bytes that it holds; 0 where nothing is kept, as of tiles that are made from nothing faster.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        if !self.holds {
+            return 0;
+        }
+        let triangles = match &self.triangles {
+            Triangles::None => 0,
+            Triangles::OneCell(triangles) => size_of::<[u32; 3]>() * triangles.capacity(),
+            Triangles::Weave(weave) => weave.bytes(),
+            Triangles::Cells(cells) => cells.bytes(),
+        };
+        size_of::<Self>() + self.samples.bytes() + triangles
+    }
+
+    /// Triangulates the loops in the scratch, as far as it can be from what is kept. Returns how that went and how many triangles are
+    /// new; `None` where all have to be made.
+    fn trim(&mut self, job: &Job<'_>, patch: Patch, from: &[u32], s: &mut Scratch) -> Option<(TrimOutcome, usize)> {
+        let cells = job.lattice.cells();
+        let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
+        let old_starts = &self.samples.loop_starts[..];
+        let (old, new) = (*old_starts.last()? as usize, from.iter().filter(|&&v| v == NONE).count());
+        let changed = new.max(old + new - from.len());
+        let is_little = patch.everywhere || 100 * changed <= MOST_CHANGED * old.max(from.len());
+        let mut weave = match std::mem::take(&mut self.triangles) {
+            Triangles::Cells(kept) => {
+                let PatchScratch { columns, rows, .. } = &mut s.patch;
+                strips(&self.samples.lattice.us, &job.lattice.us, columns);
+                strips(&self.samples.lattice.vs, &job.lattice.vs, rows);
+                let moved = Moved { tile, old_starts, from, columns, rows };
+                let again = s.trim.again(&kept, &moved, (patch.trace, patch.triangles), &mut s.trimmed);
+                // Its memory is used again.
+                self.triangles = Triangles::Cells(kept);
+                let (outcome, fresh) = again?;
+                s.trimmed.stats.outcome = outcome;
+                // Where the chord is stricter now, those that are kept were held against another one.
+                let holds = job.lattice.chord >= self.samples.lattice.chord;
+                return Some((outcome, if holds { fresh } else { usize::MAX }));
+            }
+            Triangles::OneCell(triangles) if is_little => Weave::of(&triangles, old_starts)?,
+            Triangles::Weave(weave) if is_little => weave,
+            _ => return None,
+        };
+        let changed = Changed { tile, old_starts, from };
+        weave.patch(&changed, &mut s.trim, &mut s.patch.weave)?;
+        s.trimmed.reset(self.stats);
+        s.trimmed.triangles.extend_from_slice(&weave.triangles);
+        self.triangles = Triangles::Weave(weave);
+        Some((self.outcome, usize::MAX))
+    }
+
+    /// Keeps triangles as the trim stage made them, if that is sound.
+    fn keep_triangles(&mut self, job: &Job<'_>, patch: Patch, outcome: TrimOutcome, patched: bool, s: &mut Scratch) {
+        let cells = job.lattice.cells();
+        let one_cell = cells == (1, 1);
+        if job.tile.entangled || matches!(outcome, TrimOutcome::Repaired { .. }) {
+            self.triangles = Triangles::None;
+        } else if one_cell && job.face.kind == SurfaceKind::Plane && patch.triangles {
+            if !patched {
+                self.triangles = Triangles::OneCell(s.trimmed.triangles.clone());
+            }
+        } else if !one_cell && (patch.triangles || patch.trace) {
+            let mut kept = match std::mem::take(&mut self.triangles) {
+                Triangles::Cells(kept) => kept,
+                _ => Cells::default(),
+            };
+            let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
+            if s.trim.keep(&tile, &s.trimmed, &mut kept) {
+                self.triangles = Triangles::Cells(kept);
+            }
+        } else {
+            self.triangles = Triangles::None;
+        }
+    }
+}
+
+/// Percent of a plane's tessellants that may change: with more, what takes the place of its triangles costs what all do.
+const MOST_CHANGED: usize = 50;
+/// Vertices that a lattice has at least of which anything is kept: samples and triangles of smaller ones are made as fast as kept.
+const LEAST_LATTICE: usize = 256;
+
+/// Work space of [`patch_tile`].
+#[derive(Default)]
+pub(super) struct PatchScratch {
+    from: Vec<u32>,
+    columns: Vec<u32>,
+    rows: Vec<u32>,
+    weave: WeaveScratch,
+}
+
+/// Tessellates one tile under a plan as [`tessellate_tile`] does, but starts from what `memory` has of it (made by
+/// another plan of the same model, from the same call), and leaves there what the next call starts from.
+///
+/// The vertices bit by bit, the order of the tessellants, the sides of triangles that are the tile's boundary and the area in (u,v)
+/// are the same as from nothing. The order of the lattice points, and in planes which vertices the triangles inside join, depend on the
+/// calls before.
+#[must_use]
+pub fn patch_tile(
+    (prepared, plan): (&Prepared, &Plan),
+    (part, tile): (PartId, TileId),
+    patch: Patch,
+    memory: &mut TileMemory,
+    scratch: &mut Scratch,
+) -> TileOutcome {
+    let job = Job::of(prepared, plan, part, tile);
+    if patch == Patch::NONE {
+        *memory = TileMemory::default();
+        return tessellate_tile(prepared, plan, part, tile, scratch);
+    }
+    let mut mesh = scratch.spare();
+    let mut from = std::mem::take(&mut scratch.patch.from);
+    let is_known = std::mem::take(&mut memory.holds);
+    let mut trimmed = None;
+    if is_known {
+        let row = (job.part, job.plan, job.tile, &**job.lattice, job.face);
+        memory.samples.trace_loops(row, patch.samples, &mut from, scratch, &mut mesh);
+        trimmed = memory.trim(&job, patch, &from, scratch);
+    } else {
+        trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
+    }
+    let patched = trimmed.is_some();
+    let (outcome, fresh) = match trimmed.map_or_else(|| job.trim(scratch).map(|outcome| (outcome, usize::MAX)), Ok) {
+        Ok(trimmed) => trimmed,
+        Err(lost) => return *lost,
+    };
+    let keeps = is_kept(&job, patch, &scratch.trimmed.stats);
+    if keeps {
+        memory.keep_triangles(&job, patch, outcome, patched, scratch);
+    }
+    let mut kept = Kept { samples: &memory.samples, from: &mut from, fresh };
+    let kept = (is_known && patch.samples).then_some(&mut kept);
+    let (made, as_trimmed) = job.finish(outcome, kept, scratch, mesh);
+    scratch.patch.from = from;
+    if !keeps {
+        *memory = TileMemory::default();
+        return made;
+    }
+    if !as_trimmed {
+        memory.triangles = Triangles::None;
+    }
+    (memory.outcome, memory.stats) = (outcome, scratch.trimmed.stats);
+    memory.samples.keep((job.plan, job.tile, job.lattice), scratch, &made.mesh);
+    memory.holds = true;
+    made
+}
+
+/// Whether it is faster to keep something of a tile that was just made: of a plane from which ears cannot be cut, and of
+/// a large lattice.
+fn is_kept(job: &Job<'_>, patch: Patch, stats: &TrimStats) -> bool {
+    if patch.everywhere {
+        true
+    } else if job.lattice.cells() == (1, 1) {
+        job.face.kind == SurfaceKind::Plane && (stats.clusters > 0 || stats.whole_tile)
+    } else {
+        job.lattice.us.len() * job.lattice.vs.len() >= LEAST_LATTICE
+    }
+}

@@ -1,0 +1,209 @@
+//! A tile's tessellants and lattice points as they were -> as they are: those that stay keep place and normal, others are evaluated.
+//!
+//! A tessellant stays where its parameter is one of the old polyline's, a lattice point where both its lines are old ones.
+//! The same parameters give the same bits, so nothing shows of this but time.
+
+use super::evaluate::{evaluate_lattice, evaluate_points};
+use super::plan::{EdgePolyline, PartPlan, TileLattice};
+use super::tile::{LATTICE_FROM, LATTICE_SHARE, NONE, Scratch, Spot, edge_point, origin, steps};
+use crate::mesh::{Origin, PatchMesh};
+use crate::prepare::{PreparedFace, PreparedPart, Tile};
+use glam::{DVec2, DVec3, Vec3};
+use std::sync::Arc;
+
+/// What is kept of the vertices of a tile.
+#[derive(Default)]
+pub(super) struct Samples {
+    pub(super) lattice: Arc<TileLattice>,
+    /// Of each use of an edge, loop after loop.
+    lines: Vec<Arc<EdgePolyline>>,
+    pub(super) loop_starts: Vec<u32>,
+    /// Tessellants in cell units.
+    cells: Vec<DVec2>,
+    /// Vertices: tessellants, then the lattice points that are used.
+    uvs: Vec<DVec2>,
+    positions: Vec<DVec3>,
+    normals: Vec<Vec3>,
+    /// By lattice point: its vertex, or none.
+    corners: Vec<u32>,
+}
+
+impl Samples {
+    /// Keeps what the scratch and the mesh have of a tile that was just made. Vertices beyond those of the lattice are not kept.
+    pub(super) fn keep(
+        &mut self,
+        (plan, tile, lattice): (&PartPlan, &Tile, &Arc<TileLattice>),
+        s: &mut Scratch,
+        mesh: &PatchMesh,
+    ) {
+        self.lattice = Arc::clone(lattice);
+        self.lines.clear();
+        self.lines.extend(tile.loops.iter().flatten().map(|u| Arc::clone(&plan.edges[u.edge as usize])));
+        // Each is written whole by the next tile.
+        std::mem::swap(&mut self.loop_starts, &mut s.loop_starts);
+        std::mem::swap(&mut self.cells, &mut s.cells);
+        std::mem::swap(&mut self.uvs, &mut s.uvs);
+        std::mem::swap(&mut self.corners, &mut s.corners);
+        let inner = |o: &Origin| matches!(o, Origin::Crossing { .. } | Origin::Inner { .. });
+        let mut count = mesh.origins.len();
+        while count > 0 && inner(&mesh.origins[count - 1]) {
+            count -= 1;
+        }
+        self.positions.clear();
+        self.positions.extend_from_slice(&mesh.positions[..count]);
+        self.normals.clear();
+        self.normals.extend_from_slice(&mesh.normals[..count]);
+    }
+
+    /// Bytes that it holds.
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<DVec2>() * (self.cells.capacity() + self.uvs.capacity())
+            + size_of::<DVec3>() * self.positions.capacity()
+            + size_of::<Vec3>() * self.normals.capacity()
+            + size_of::<Arc<EdgePolyline>>() * self.lines.capacity()
+            + 4 * (self.corners.capacity() + self.loop_starts.capacity())
+    }
+
+    /// Tessellants of the tile's loops by another plan, as the scratch has them for a tile made from nothing; and in `from` which one
+    /// each was. Places are kept if `keeps`; else all are evaluated.
+    pub(super) fn trace_loops(
+        &self,
+        (part, plan, tile, lattice, face): (&PreparedPart, &PartPlan, &Tile, &TileLattice, &PreparedFace),
+        keeps: bool,
+        from: &mut Vec<u32>,
+        s: &mut Scratch,
+        mesh: &mut PatchMesh,
+    ) {
+        s.cells.clear();
+        s.uvs.clear();
+        s.loop_starts.clear();
+        s.loop_starts.push(0);
+        from.clear();
+        let mut spot = Spot::of(face, tile, lattice);
+        let same_lines = self.lattice.us == lattice.us && self.lattice.vs == lattice.vs;
+        let (mut old, mut line) = (0_usize, 0);
+        for l in &tile.loops {
+            for u in l {
+                let edge = &part.edges[u.edge as usize];
+                let (is, was) = (&plan.edges[u.edge as usize], &self.lines[line]);
+                line += 1;
+                let all = steps(u, &was.breaks).count();
+                if Arc::ptr_eq(is, was) && keeps {
+                    let range = old..old + all;
+                    from.extend(range.clone().map(|v| v as u32));
+                    s.uvs.extend_from_slice(&self.uvs[range.clone()]);
+                    if same_lines {
+                        s.cells.extend_from_slice(&self.cells[range.clone()]);
+                    } else {
+                        s.cells.extend(self.uvs[range.clone()].iter().map(|&uv| spot.cell(uv)));
+                    }
+                    mesh.positions.extend_from_slice(&self.positions[range]);
+                    mesh.origins.extend(steps(u, &is.breaks).map(|k| origin(part, u.edge, k as u32)));
+                    old += all;
+                    continue;
+                }
+                let forward = u.from < u.to;
+                let mut before = steps(u, &was.breaks).map(|k| was.ts[k]).zip(old..).peekable();
+                let (mut hint, mut next) = (0, u.from);
+                for k in steps(u, &is.breaks) {
+                    let t = is.ts[k];
+                    let at_break = (is.breaks[next as usize] as usize == k).then_some(next);
+                    if at_break.is_some() {
+                        next = if forward { next + 1 } else { next.saturating_sub(1) };
+                    }
+                    while before.next_if(|&(old, _)| if forward { old < t } else { old > t }).is_some() {}
+                    let known = before.next_if(|&(old, _)| old == t).map(|(_, v)| v);
+                    from.push(known.map_or(NONE, |v| v as u32));
+                    let known = known.filter(|_| keeps);
+                    let uv = known.map_or_else(|| u.uv.point(t, &mut hint), |v| self.uvs[v]);
+                    s.uvs.push(uv);
+                    s.cells.push(known.filter(|_| same_lines).map_or_else(|| spot.cell(uv), |v| self.cells[v]));
+                    mesh.positions.push(known.map_or_else(|| edge_point(edge, at_break, t), |v| self.positions[v]));
+                    mesh.origins.push(origin(part, u.edge, k as u32));
+                }
+                old += all;
+            }
+            s.loop_starts.push(s.cells.len() as u32);
+        }
+    }
+
+    /// Appends which vertex each lattice point was that is used now, in the order of the vertices.
+    pub(super) fn find_corners(&self, lattice: &TileLattice, s: &Scratch, from: &mut Vec<u32>) {
+        let tessellants = from.len();
+        let used = s.uvs.len() - tessellants;
+        let of_lines = |new: &[f64], old: &[f64]| -> Vec<u32> {
+            let mut k = 0;
+            let place = |&x: &f64| {
+                while k < old.len() && old[k] < x {
+                    k += 1;
+                }
+                if k < old.len() && old[k] == x { k as u32 } else { NONE }
+            };
+            new.iter().map(place).collect()
+        };
+        let (us, vs) = (of_lines(&lattice.us, &self.lattice.us), of_lines(&lattice.vs, &self.lattice.vs));
+        let (width, old_width) = (lattice.us.len(), self.lattice.us.len());
+        from.resize(tessellants + used, NONE);
+        for (c, &vertex) in s.corners.iter().enumerate().filter(|&(_, &vertex)| vertex != NONE) {
+            let (i, j) = (us[c % width], vs[c / width]);
+            if i != NONE && j != NONE {
+                from[vertex as usize] = self.corners[j as usize * old_width + i as usize];
+            }
+        }
+    }
+
+    /// Positions of lattice points and normals of all vertices; those that were there before are what they were.
+    pub(super) fn evaluate(
+        &self,
+        face: &PreparedFace,
+        lattice: &TileLattice,
+        from: &[u32],
+        s: &mut Scratch,
+        mesh: &mut PatchMesh,
+    ) {
+        let tessellants = mesh.positions.len();
+        let side = if face.reversed { -1.0 } else { 1.0 };
+        let oriented = |n: DVec3| (n * side).as_vec3();
+        for (v, &old) in from.iter().enumerate() {
+            mesh.normals.push(if old == NONE { Vec3::ZERO } else { self.normals[old as usize] });
+            if v >= tessellants {
+                mesh.positions.push(if old == NONE { DVec3::ZERO } else { self.positions[old as usize] });
+            }
+        }
+        let on_lattice = mesh.origins[tessellants..].iter().take_while(|o| matches!(o, Origin::Lattice { .. }));
+        let lattice_end = (tessellants + on_lattice.count()) as u32;
+        let Scratch { uvs, corners, points, normals, evaluate, lattice: on_lattice, .. } = s;
+        let missing = |v: &u32| from[*v as usize] == NONE;
+        let mut single: Vec<u32> = (0..tessellants as u32).filter(missing).collect();
+        single.extend(lattice_end..from.len() as u32);
+        let on_lines = (tessellants as u32..lattice_end).filter(missing).count();
+        if on_lines < LATTICE_FROM || on_lines * LATTICE_SHARE < corners.len() {
+            single.extend((tessellants as u32..lattice_end).filter(missing));
+        } else {
+            let width = lattice.us.len();
+            let wanted = |i: usize, j: usize| {
+                let vertex = corners[j * width + i];
+                vertex != NONE && missing(&vertex)
+            };
+            let (all_points, all_normals) = on_lattice;
+            evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, wanted, evaluate, all_points, all_normals);
+            let height = lattice.vs.len();
+            for (c, &vertex) in corners.iter().enumerate().filter(|&(_, v)| *v != NONE && missing(v)) {
+                let at = c % width * height + c / width;
+                mesh.positions[vertex as usize] = all_points[at];
+                mesh.normals[vertex as usize] = oriented(all_normals[at]);
+            }
+        }
+        if single.is_empty() {
+            return;
+        }
+        let at: Vec<DVec2> = single.iter().map(|&v| uvs[v as usize]).collect();
+        evaluate_points(&face.patches, &at, points, normals);
+        for (k, &v) in single.iter().enumerate() {
+            mesh.normals[v as usize] = oriented(normals[k]);
+            if v as usize >= tessellants {
+                mesh.positions[v as usize] = points[k];
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Tiles that are patched up from frame to frame: the same vertices, boundaries and areas as made from nothing, whatever the path, and no
+//! trace of how many workers there were or of frames that were left.
+
+use super::frames::{balanced, drawn, from_scratch, path};
+use super::pixels::Draw;
+use super::{folder, prepared, shape};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+use trimtess::frame::{Patch, Planner, PlannerOptions, Scratch, TileMemory, patch_tile, tessellate_tile};
+use trimtess::import::step;
+use trimtess::mesh::{Batch, MemorySink, Origin, PatchMesh, TileId};
+use trimtess::model::{PartId, SurfaceKind};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::Prepared;
+
+const SOME: [Patch; 5] = [
+    Patch::DEFAULT,
+    Patch::ALL,
+    Patch { trace: false, triangles: false, ..Patch::ALL },
+    Patch { samples: false, triangles: false, ..Patch::ALL },
+    Patch { samples: false, trace: false, ..Patch::ALL },
+];
+
+/// Sides of triangles that no other triangle runs along backwards, ascending.
+fn boundary(mesh: &PatchMesh) -> Vec<(u32, u32)> {
+    let mut sides: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+    for &[a, b, c] in &mesh.triangles {
+        for (a, b) in [(a, b), (b, c), (c, a)] {
+            *sides.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
+        }
+    }
+    let directed = |((a, b), n): ((u32, u32), i32)| match n {
+        0 => None,
+        1 => Some((a, b)),
+        -1 => Some((b, a)),
+        _ => panic!("side {a} {b} has {n} triangles on one side"),
+    };
+    sides.into_iter().filter_map(directed).collect()
+}
+
+/// Twice the areas in space and in (u,v), the latter signed.
+fn areas(mesh: &PatchMesh) -> (f64, f64) {
+    let p = |v: u32| mesh.positions[v as usize];
+    let q = |v: u32| mesh.uvs[v as usize].as_dvec2();
+    let area = |&[a, b, c]: &[u32; 3]| ((p(b) - p(a)).cross(p(c) - p(a)).length(), (q(b) - q(a)).perp_dot(q(c) - q(a)));
+    mesh.triangles.iter().map(area).fold((0.0, 0.0), |sum, area| (sum.0 + area.0, sum.1 + area.1))
+}
+
+/// The same mesh with its lattice points in the order of the lattice: what is patched has them in another one.
+fn in_order(mesh: &PatchMesh) -> PatchMesh {
+    let key = |v: &usize| match mesh.origins[*v] {
+        Origin::Edge { .. } | Origin::Border { .. } => (0, 0, *v as u32),
+        Origin::Lattice { i, j } => (1, j, i),
+        Origin::Crossing { k } => (2, 0, k),
+        Origin::Inner { .. } => (3, 0, *v as u32),
+    };
+    let mut order: Vec<usize> = (0..mesh.origins.len()).collect();
+    order.sort_by_key(key);
+    let mut now = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(new, &old)| now[old] = new as u32);
+    PatchMesh {
+        positions: order.iter().map(|&v| mesh.positions[v]).collect(),
+        normals: order.iter().map(|&v| mesh.normals[v]).collect(),
+        uvs: order.iter().map(|&v| mesh.uvs[v]).collect(),
+        origins: order.iter().map(|&v| mesh.origins[v]).collect(),
+        triangles: mesh.triangles.iter().map(|t| t.map(|v| now[v as usize])).collect(),
+        lines: mesh.lines.clone(),
+    }
+}
+
+/// Asserts that two meshes of a tile differ in nothing but how their inside is cut into triangles. Whether they differ in that.
+fn same_but_inside(kind: SurfaceKind, patched: &PatchMesh, made: &PatchMesh, case: &str) -> bool {
+    let (patched, made) = (&in_order(patched), &in_order(made));
+    assert!(
+        patched.positions == made.positions
+            && patched.normals == made.normals
+            && patched.uvs == made.uvs
+            && patched.lines == made.lines
+            && patched.origins == made.origins,
+        "{case}: other vertices"
+    );
+    assert_eq!(patched.triangles.len(), made.triangles.len(), "{case}");
+    assert_eq!(boundary(patched), boundary(made), "{case}");
+    let used = |mesh: &PatchMesh| {
+        let mut used = vec![false; mesh.positions.len()];
+        mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+        used
+    };
+    assert_eq!(used(patched), used(made), "{case}");
+    let ((space, plane), (space_made, plane_made)) = (areas(patched), areas(made));
+    assert!((plane - plane_made).abs() <= 1e-6 * plane_made.abs(), "{case}: {plane} {plane_made}");
+    if kind == SurfaceKind::Plane {
+        assert!((space - space_made).abs() <= 1e-12 * space_made, "{case}: {space} {space_made}");
+        for &[a, b, c] in &patched.triangles {
+            let [p, q, r] = [a, b, c].map(|v| patched.positions[v as usize]);
+            let up = (q - p).cross(r - p).dot(patched.normals[a as usize].as_dvec3());
+            assert!(up > 0.0, "{case}: {up}");
+        }
+    }
+    let sorted = |mesh: &PatchMesh| {
+        let mut all = mesh.triangles.clone();
+        all.iter_mut().for_each(|t| {
+            let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+            t.rotate_left(least);
+        });
+        all.sort_unstable();
+        all
+    };
+    sorted(patched) != sorted(made)
+}
+
+fn kind(prepared: &Prepared, part: PartId, tile: TileId) -> SurfaceKind {
+    let rows = &prepared.parts[part.index()];
+    rows.faces[rows.face_of(&rows.tiles[tile.0 as usize])].kind
+}
+
+#[test]
+fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
+    for name in ["torus", "washer", "flower", "brake-hub", "brake-rotor", "trimmed-teapot"] {
+        let prepared = shape(name);
+        for (k, patch) in SOME.into_iter().enumerate() {
+            let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+            let mut memories: HashMap<(PartId, TileId), TileMemory> = HashMap::new();
+            let (mut scratch, mut other) = (Scratch::default(), Scratch::default());
+            for (f, view) in path(&mut Draw(k as u64), prepared.bounds.unwrap(), 50).into_iter().enumerate() {
+                let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
+                let all = prepared.tiles().map(|(part, tile, _)| (part, tile));
+                let changed: Vec<_> = if f == 0 { all.collect() } else { planner.changes().tiles.clone() };
+                for (part, tile) in changed {
+                    // Some frames are missed.
+                    if f % 7 == 3 && tile.0 % 2 == 0 {
+                        continue;
+                    }
+                    let memory = memories.entry((part, tile)).or_default();
+                    let patched = patch_tile((&prepared, &plan), (part, tile), patch, memory, &mut scratch);
+                    let made = tessellate_tile(&prepared, &plan, part, tile, &mut other);
+                    let case = format!("{name} {f} tile {tile:?} {patch:?}");
+                    assert_eq!(patched.degradation, made.degradation, "{case}");
+                    same_but_inside(kind(&prepared, part, tile), &patched.mesh, &made.mesh, &case);
+                }
+            }
+        }
+    }
+}
+
+/// Files of the corpus with planes of many holes, folds, poles and loops within a cell.
+const FILES: [&str; 4] = ["mini_heatsink.stp", "as1_oc_214.stp", "periodic_pole_solid.stp", "tank_torus_sphere.stp"];
+
+#[test]
+fn sessions_that_patch_have_no_cracks() {
+    let mut differ = 0;
+    let of_file = |name: &'static str| {
+        let file = folder::corpus()?.join(name);
+        Some((name, prepared(step::read_file(&file, &step::StepOptions::DEFAULT).unwrap())))
+    };
+    let files = FILES.into_iter().filter_map(of_file);
+    for (name, prepared) in ["brake-hub", "trimmed-teapot"].map(|name| (name, shape(name))).into_iter().chain(files) {
+        let options = SessionOptions::DEFAULT.with_workers(2).with_edge_lines(false).with_patch(Patch::ALL);
+        let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
+        let mut sink = MemorySink::default();
+        let (mut stretches, mut kept) = (0, 0);
+        for (f, view) in path(&mut Draw(17), prepared.bounds.unwrap(), 40).into_iter().enumerate() {
+            let report = session.view(&[view], &mut sink).unwrap();
+            assert!(report.lost_lines.is_empty(), "{name} {f}: {:?}", report.lost_lines);
+            kept = report.workers.iter().map(|w| w.kept).max().unwrap_or(kept);
+            let (batches, made) = (drawn(&sink), drawn(&from_scratch(&session)));
+            assert_eq!(batches.len(), made.len(), "{name} {f}");
+            for (a, b) in batches.iter().zip(&made) {
+                assert_eq!((a.part, a.tile, a.face), (b.part, b.tile, b.face));
+                let case = format!("{name} {f} tile {:?}", a.tile);
+                let kind = kind(session.prepared(), a.part, a.tile);
+                differ += usize::from(same_but_inside(kind, &a.mesh, &b.mesh, &case));
+            }
+            stretches += balanced(session.prepared(), session.plan().unwrap(), &batches, &format!("{name} {f}"));
+        }
+        assert!(stretches > 1000 && kept > 0, "{name}: {stretches} {kept}");
+    }
+    assert!(differ > 0, "nothing was patched");
+}
+
+#[test]
+fn neither_the_number_of_workers_nor_frames_that_are_left_show_in_what_is_patched() {
+    let prepared = shape("brake-hub");
+    let views = path(&mut Draw(23), prepared.bounds.unwrap(), 60);
+    let frames = |workers: usize, pause: bool| {
+        let options = SessionOptions::DEFAULT.with_workers(workers).with_patch(Patch::ALL);
+        let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
+        let mut sink = MemorySink::default();
+        let mut frames = Vec::new();
+        for (f, view) in views.iter().enumerate() {
+            session.begin(&[*view]).unwrap();
+            if f % 6 == 5 {
+                // Left sooner or later: nothing of how far it came must show.
+                while pause && !session.is_made() {
+                    std::thread::yield_now();
+                }
+                session.cancel();
+                continue;
+            }
+            if f == 40 {
+                session.forget();
+                session.begin(&[*view]).unwrap();
+            }
+            session.finish(&mut sink).unwrap();
+            let batches: Vec<Batch> = sink.batches.iter().cloned().map(|b| Batch { worker: 0, ..b }).collect();
+            frames.push((batches, sink.drawn.clone()));
+        }
+        frames
+    };
+    let one = frames(1, false);
+    for (workers, pause) in [(1, true), (2, false), (3, true), (8, true), (8, false)] {
+        assert!(frames(workers, pause) == one, "{workers} workers, {pause}");
+    }
+}
