@@ -208,7 +208,8 @@ pub fn patch_tile(
         memory.triangles = Triangles::None;
     }
     (memory.outcome, memory.stats) = (outcome, scratch.trimmed.stats);
-    memory.samples.keep((job.plan, job.tile, job.lattice), scratch, &made.mesh);
+    let is_plane = job.face.kind == SurfaceKind::Plane;
+    memory.samples.keep((job.plan, job.tile, job.lattice, is_plane), scratch, &made.mesh);
     memory.holds = true;
     made
 }

@@ -18,46 +18,50 @@ pub(super) struct Samples {
     /// Of each use of an edge, loop after loop.
     lines: Vec<Arc<EdgePolyline>>,
     pub(super) loop_starts: Vec<u32>,
-    /// Tessellants in cell units.
-    cells: Vec<DVec2>,
     /// Vertices: tessellants, then the lattice points that are used.
     uvs: Vec<DVec2>,
     positions: Vec<DVec3>,
+    /// One for all where the face is plane.
     normals: Vec<Vec3>,
     /// By lattice point: its vertex, or none.
     corners: Vec<u32>,
+}
+
+/// Copies into as much memory as that takes, or at most twice as much: there are thousands of tiles.
+pub(in crate::frame) fn keep<T: Copy>(to: &mut Vec<T>, from: &[T]) {
+    to.clear();
+    to.shrink_to(2 * from.len());
+    to.reserve_exact(from.len());
+    to.extend_from_slice(from);
 }
 
 impl Samples {
     /// Keeps what the scratch and the mesh have of a tile that was just made. Vertices beyond those of the lattice are not kept.
     pub(super) fn keep(
         &mut self,
-        (plan, tile, lattice): (&PartPlan, &Tile, &Arc<TileLattice>),
-        s: &mut Scratch,
+        (plan, tile, lattice, is_plane): (&PartPlan, &Tile, &Arc<TileLattice>, bool),
+        s: &Scratch,
         mesh: &PatchMesh,
     ) {
         self.lattice = Arc::clone(lattice);
         self.lines.clear();
         self.lines.extend(tile.loops.iter().flatten().map(|u| Arc::clone(&plan.edges[u.edge as usize])));
-        // Each is written whole by the next tile.
-        std::mem::swap(&mut self.loop_starts, &mut s.loop_starts);
-        std::mem::swap(&mut self.cells, &mut s.cells);
-        std::mem::swap(&mut self.uvs, &mut s.uvs);
-        std::mem::swap(&mut self.corners, &mut s.corners);
+        keep(&mut self.loop_starts, &s.loop_starts);
+        keep(&mut self.corners, &s.corners);
         let inner = |o: &Origin| matches!(o, Origin::Crossing { .. } | Origin::Inner { .. });
         let mut count = mesh.origins.len();
         while count > 0 && inner(&mesh.origins[count - 1]) {
             count -= 1;
         }
-        self.positions.clear();
-        self.positions.extend_from_slice(&mesh.positions[..count]);
-        self.normals.clear();
-        self.normals.extend_from_slice(&mesh.normals[..count]);
+        keep(&mut self.uvs, &s.uvs[..count]);
+        keep(&mut self.positions, &mesh.positions[..count]);
+        let normals = if is_plane { count.min(1) } else { count };
+        keep(&mut self.normals, &mesh.normals[..normals]);
     }
 
     /// Bytes that it holds.
     pub(super) fn bytes(&self) -> usize {
-        size_of::<DVec2>() * (self.cells.capacity() + self.uvs.capacity())
+        size_of::<DVec2>() * self.uvs.capacity()
             + size_of::<DVec3>() * self.positions.capacity()
             + size_of::<Vec3>() * self.normals.capacity()
             + size_of::<Arc<EdgePolyline>>() * self.lines.capacity()
@@ -80,7 +84,6 @@ impl Samples {
         s.loop_starts.push(0);
         from.clear();
         let mut spot = Spot::of(face, tile, lattice);
-        let same_lines = self.lattice.us == lattice.us && self.lattice.vs == lattice.vs;
         let (mut old, mut line) = (0_usize, 0);
         for l in &tile.loops {
             for u in l {
@@ -92,11 +95,7 @@ impl Samples {
                     let range = old..old + all;
                     from.extend(range.clone().map(|v| v as u32));
                     s.uvs.extend_from_slice(&self.uvs[range.clone()]);
-                    if same_lines {
-                        s.cells.extend_from_slice(&self.cells[range.clone()]);
-                    } else {
-                        s.cells.extend(self.uvs[range.clone()].iter().map(|&uv| spot.cell(uv)));
-                    }
+                    s.cells.extend(self.uvs[range.clone()].iter().map(|&uv| spot.cell(uv)));
                     mesh.positions.extend_from_slice(&self.positions[range]);
                     mesh.origins.extend(steps(u, &is.breaks).map(|k| origin(part, u.edge, k as u32)));
                     old += all;
@@ -117,7 +116,7 @@ impl Samples {
                     let known = known.filter(|_| keeps);
                     let uv = known.map_or_else(|| u.uv.point(t, &mut hint), |v| self.uvs[v]);
                     s.uvs.push(uv);
-                    s.cells.push(known.filter(|_| same_lines).map_or_else(|| spot.cell(uv), |v| self.cells[v]));
+                    s.cells.push(spot.cell(uv));
                     mesh.positions.push(known.map_or_else(|| edge_point(edge, at_break, t), |v| self.positions[v]));
                     mesh.origins.push(origin(part, u.edge, k as u32));
                 }
@@ -161,11 +160,11 @@ impl Samples {
         s: &mut Scratch,
         mesh: &mut PatchMesh,
     ) {
-        let tessellants = mesh.positions.len();
+        let (tessellants, last) = (mesh.positions.len(), self.normals.len().saturating_sub(1));
         let side = if face.reversed { -1.0 } else { 1.0 };
         let oriented = |n: DVec3| (n * side).as_vec3();
         for (v, &old) in from.iter().enumerate() {
-            mesh.normals.push(if old == NONE { Vec3::ZERO } else { self.normals[old as usize] });
+            mesh.normals.push(if old == NONE { Vec3::ZERO } else { self.normals[(old as usize).min(last)] });
             if v >= tessellants {
                 mesh.positions.push(if old == NONE { DVec3::ZERO } else { self.positions[old as usize] });
             }

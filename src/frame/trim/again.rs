@@ -8,6 +8,7 @@ use super::bits::Bits;
 use super::rings::Origin;
 use super::trace::{Crossing, NONE, Trace};
 use super::{Ladder, TrimInput, TrimOutcome, TrimOutput, TrimScratch, TrimStats, reference};
+use crate::frame::samples::keep;
 
 /// What is kept of a tile that was triangulated cell by cell.
 #[derive(Default)]
@@ -255,8 +256,8 @@ impl Cells {
 
 impl TrimScratch {
     /// Keeps what the last call did, if every cell was triangulated by itself and no corner gave way to a tessellant: then it returns
-    /// true. `out` must be as that call left it. Takes the crossings out of the work space.
-    pub(in crate::frame) fn keep(&mut self, tile: &TrimInput<'_>, out: &TrimOutput, cells: &mut Cells) -> bool {
+    /// true. `out` must be as that call left it.
+    pub(in crate::frame) fn keep(&self, tile: &TrimInput<'_>, out: &TrimOutput, cells: &mut Cells) -> bool {
         let Self { ladder: Ladder { trace, rings, .. }, distinct } = self;
         let TrimStats { failed_rings, retraced, whole_tile, .. } = out.stats;
         let by_itself = failed_rings == 0 && !retraced && !whole_tile && trace.in_cell_loops.is_empty();
@@ -266,16 +267,16 @@ impl TrimScratch {
         cells.cells = tile.cells;
         cells.tessellants = tile.points.len() as u32;
         cells.rings.clear();
+        cells.rings.shrink_to(2 * (rings.rings.len() + rings.kept.len()));
+        cells.rings.reserve_exact(rings.rings.len() + rings.kept.len());
         for ring in &rings.rings {
             let Origin::Chain(k) = ring.origin else { return false };
             let cell = trace.crossings[trace.crossings[k as usize].next as usize].cell;
             cells.rings.push(KeptRing { cell, triangles: ring.triangles });
         }
         cells.rings.extend_from_slice(&rings.kept);
-        cells.triangles.clear();
-        cells.triangles.extend_from_slice(&out.triangles);
-        // The next tile writes its own.
-        std::mem::swap(&mut cells.crossings, &mut trace.crossings);
+        keep(&mut cells.triangles, &out.triangles);
+        keep(&mut cells.crossings, &trace.crossings);
         true
     }
 

@@ -115,7 +115,11 @@ impl Weave {
             *at += 1;
         }
         let of = |v: u32| &around[starts[v as usize] as usize..starts[v as usize + 1] as usize];
-        let mut weave = Self { triangles: triangles.to_vec(), beside: Vec::new(), first: vec![NONE; count] };
+        let mut weave = Self {
+            triangles: triangles.to_vec(),
+            beside: Vec::with_capacity(triangles.len()),
+            first: vec![NONE; count],
+        };
         let mut boundary = 0;
         for (t, corners) in (0_u32..).zip(triangles) {
             let mut beside = [NONE; 3];
