@@ -2,9 +2,8 @@
 
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::pixels::{Draw, measured};
-use super::{folder, lines, prepared};
+use super::{lines, of_corpus};
 use std::sync::Arc;
-use trimtess::import::step;
 use trimtess::mesh::MemorySink;
 use trimtess::parallel::Session;
 
@@ -21,10 +20,8 @@ const FILES: [&str; 7] = [
 
 #[test]
 fn files_keep_the_pixels_asked_for_in_every_frame() {
-    let Some(folder) = folder::corpus() else { return };
     for (k, name) in FILES.iter().enumerate() {
-        let model = step::read_file(&folder.join(name), &step::StepOptions::DEFAULT).unwrap();
-        let prepared = prepared(model);
+        let Some(prepared) = of_corpus(name) else { continue };
         let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
         let mut sink = MemorySink::default();
         let (mut most, mut stretches) = (0.0_f64, 0);
@@ -48,10 +45,8 @@ fn files_keep_the_pixels_asked_for_in_every_frame() {
 
 #[test]
 fn files_stay_closed_and_within_what_is_said_where_lines_stay() {
-    let Some(folder) = folder::corpus() else { return };
     for (k, name) in FILES.iter().enumerate() {
-        let model = step::read_file(&folder.join(name), &step::StepOptions::DEFAULT).unwrap();
-        let prepared = prepared(model);
+        let Some(prepared) = of_corpus(name) else { continue };
         let views = path(&mut Draw(60 + k as u64), prepared.bounds.unwrap(), 20);
         for lines in [lines::CRITERION, lines::RENDERING] {
             let (most, made) = lines::flown(name, &prepared, lines, &views);

@@ -1,7 +1,6 @@
 //! Plans for cameras: what is asked in pixels is kept in the picture, wherever the camera stands, at no more than it needs.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[cfg(feature = "step")]
 mod corpus;
 #[cfg(feature = "step")]
 #[path = "../corpus/folder.rs"]
@@ -23,6 +22,20 @@ use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 fn prepared(model: Model) -> Arc<Prepared> {
     Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))
+}
+
+/// A file of the corpus, where it is there and can be read.
+#[cfg(feature = "step")]
+fn of_corpus(name: &str) -> Option<Arc<Prepared>> {
+    use trimtess::import::step;
+    let file = folder::corpus()?.join(name);
+    Some(prepared(step::read_file(&file, &step::StepOptions::DEFAULT).unwrap()))
+}
+
+#[cfg(not(feature = "step"))]
+fn of_corpus(_: &str) -> Option<Arc<Prepared>> {
+    println!("skipped: files are not read without the feature step");
+    None
 }
 
 fn shape(name: &str) -> Arc<Prepared> {

@@ -3,11 +3,10 @@
 
 use super::frames::{balanced, drawn, from_scratch, path};
 use super::pixels::Draw;
-use super::{folder, prepared, shape};
+use super::{of_corpus, shape};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use trimtess::frame::{Patch, Planner, PlannerOptions, Scratch, TileMemory, patch_tile, tessellate_tile};
-use trimtess::import::step;
 use trimtess::mesh::{Batch, MemorySink, Origin, PatchMesh, TileId};
 use trimtess::model::{PartId, SurfaceKind};
 use trimtess::parallel::{Session, SessionOptions};
@@ -149,11 +148,7 @@ const FILES: [&str; 4] = ["mini_heatsink.stp", "as1_oc_214.stp", "periodic_pole_
 #[test]
 fn sessions_that_patch_have_no_cracks() {
     let mut differ = 0;
-    let of_file = |name: &'static str| {
-        let file = folder::corpus()?.join(name);
-        Some((name, prepared(step::read_file(&file, &step::StepOptions::DEFAULT).unwrap())))
-    };
-    let files = FILES.into_iter().filter_map(of_file);
+    let files = FILES.into_iter().filter_map(|name| Some((name, of_corpus(name)?)));
     for (name, prepared) in ["brake-hub", "trimmed-teapot"].map(|name| (name, shape(name))).into_iter().chain(files) {
         let options = SessionOptions::DEFAULT.with_workers(2).with_edge_lines(false).with_patch(Patch::ALL);
         let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
