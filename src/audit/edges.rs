@@ -12,6 +12,9 @@ const SAMPLES: u32 = 5;
 /// Starts of a search along a curve, per Bézier segment, where following the polyline did not lead to the foot.
 const STARTS: u32 = 32;
 
+/// Share of the chord tolerance within which a tessellant is on its curve.
+const ON_CURVE: f64 = 1e-3;
+
 /// Ratios of all edge samples to the chord tolerance of their part, and the worst place of each edge.
 pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chords: &[f64]) -> (Tally, Vec<EdgePlace>) {
     let mut tally = Tally::default();
@@ -21,7 +24,9 @@ pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chords: &[f64]) ->
         let (Some(edge), Some(&chord)) = (edge, chords.get(line.part.index())) else { continue };
         let EdgeShape::Curve(curve) = &edge.shape else { continue };
         let mut place = EdgePlace { part: line.part, edge: line.edge, point: DVec3::ZERO, over_tolerance: -1.0 };
-        Follower { edge, curve, chord }.measure(&line.points, &mut |distance, point| {
+        let (start, end) = curve.range();
+        let stride = (end - start) / (line.points.len().max(2) - 1) as f64;
+        Follower { edge, curve, chord, stride }.measure(&line.points, &mut |distance, point| {
             let ratio = distance / chord;
             tally.add(ratio);
             if ratio > place.over_tolerance {
@@ -54,6 +59,8 @@ struct Follower<'a> {
     edge: &'a PreparedEdge,
     curve: &'a BezierSpline3,
     chord: f64,
+    /// Parameters of a segment, in the mean.
+    stride: f64,
 }
 
 impl Follower<'_> {
@@ -72,7 +79,7 @@ impl Follower<'_> {
             let mut t = from;
             for i in 1..=SAMPLES {
                 let p = ends[0].lerp(ends[1], f64::from(i) / f64::from(SAMPLES + 1));
-                let (distance, at) = self.foot(p, t, (from, limit), gap);
+                let (distance, at) = self.foot(p, t, (from, limit), self.chord + gap);
                 t = at;
                 add((distance - gap).max(0.0), p);
             }
@@ -80,7 +87,8 @@ impl Follower<'_> {
                 next_break += 1;
                 limit
             } else {
-                self.foot(ends[1], t, (from, limit), gap).1
+                // A tessellant is on its curve: what is merely near may be another leg of a curve that turns back.
+                self.foot(ends[1], t, (from, limit), ON_CURVE * self.chord + gap).1
             };
             for i in 1..=SAMPLES {
                 let p = self.curve.point(from + (to - from) * f64::from(i) / f64::from(SAMPLES + 1));
@@ -90,16 +98,28 @@ impl Follower<'_> {
         }
     }
 
-    /// Distance of `p` to the curve within `range` and the parameter of its foot, starting from `t`.
-    fn foot(&self, p: DVec3, t: f64, range: (f64, f64), gap: f64) -> (f64, f64) {
+    /// Distance of `p` to the curve within `range` and the parameter of its foot, starting from `t`; further than `near`, it is
+    /// looked for everywhere.
+    fn foot(&self, p: DVec3, t: f64, range: (f64, f64), near: f64) -> (f64, f64) {
         let enough = 1e-4 * self.chord;
         let found = walk_curve(self.curve, p, t, range, enough);
-        if found.distance <= self.chord + gap {
+        if found.distance <= near {
             return (found.distance, found.at);
         }
+        // Where the curve turns back sharply the walk ends at the bend: nearby first, since elsewhere it may come as close.
         let segments = u32::try_from(self.curve.segments()).unwrap_or(u32::MAX).min(64);
-        let searched = search_curve(self.curve, p, range, STARTS * segments, enough);
-        if searched.distance < found.distance { (searched.distance, searched.at) } else { (found.distance, found.at) }
+        let (low, high) = range;
+        let mut best = (found.distance, found.at);
+        for end in [low + 4.0 * self.stride, low + 64.0 * self.stride, high] {
+            let searched = search_curve(self.curve, p, (low, end.min(high)), STARTS * segments, enough);
+            if searched.distance < best.0 {
+                best = (searched.distance, searched.at);
+            }
+            if best.0 <= near {
+                break;
+            }
+        }
+        best
     }
 }
 

@@ -100,7 +100,9 @@ fn the_teapot_without_topology_is_the_teapot() {
     assert!((told.length - open.length).abs() <= 1e-6 * open.length && told.count == open.count, "{told:?}, {open:?}");
     for chord in [1e-2, 1e-3, 1e-4] {
         let [a, b] = [&prepared, &stated].map(|p| mesh(p, chord).1);
-        assert_eq!((a.triangles, a.unbalanced_edges, a.open_edges), (b.triangles, b.unbalanced_edges, b.open_edges));
+        assert_eq!((a.unbalanced_edges, a.open_edges), (b.unbalanced_edges, b.open_edges));
+        // Sewn edges may run the other way, and where gaps are counted rounding may make one of them two.
+        assert!(a.triangles.abs_diff(b.triangles) <= b.triangles / 1000, "{} {}", a.triangles, b.triangles);
     }
 }
 
