@@ -15,13 +15,13 @@ const ANGLE: f64 = FRAC_PI_6;
 const MOST_LINES: f64 = 4096.0;
 
 /// Nanoseconds of a tile.
-const TILE: f64 = 170.0;
+const TILE: f64 = 160.0;
 /// Of a cell of its lattice.
-const CELL: f64 = 55.0;
+const CELL: f64 = 36.0;
 /// Of a tessellant on its boundary.
-const TESSELLANT: f64 = 225.0;
+const TESSELLANT: f64 = 190.0;
 /// Of a tessellant more where there are more than [`CROWD`] for each cell: such polygons are left to a triangulation that takes longer.
-const CROWDED: f64 = 635.0;
+const CROWDED: f64 = 755.0;
 const CROWD: f64 = 32.0;
 
 /// Weighs all tiles of a part, given the diagonal of the model in the part's own millimetres.
