@@ -1,7 +1,9 @@
 //! What a plan may cost in all, and what it says when that is less than the tolerance asks for.
 
+use super::plan::{PartPlan, TileLattice};
 use crate::mesh::TileId;
 use crate::model::PartId;
+use crate::prepare::{EdgeUse, Tile, nanoseconds};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -136,4 +138,21 @@ impl Budget {
         self.left = self.left.checked_sub(cells)?;
         Some(())
     }
+}
+
+/// Cells of a lattice.
+pub(super) fn cells(lattice: &TileLattice) -> u64 {
+    let (nu, nv) = lattice.cells();
+    u64::from(nu) * u64::from(nv)
+}
+
+/// Nanoseconds that a tile takes, with `growth` times as many cells as it has, and as many tessellants as go with these.
+pub(super) fn predicted(plan: &PartPlan, tile: &Tile, t: usize, growth: f64) -> f64 {
+    let tessellants = |u: &EdgeUse| {
+        let breaks = &plan.edges[u.edge as usize].breaks;
+        let at = |k: u32| breaks.get(k as usize).copied().unwrap_or(0);
+        f64::from(at(u.from).abs_diff(at(u.to)))
+    };
+    let boundary: f64 = tile.loops.iter().flatten().map(tessellants).sum();
+    nanoseconds(growth * cells(&plan.tiles[t]) as f64, growth.sqrt() * boundary)
 }

@@ -6,8 +6,8 @@
 
 use super::asked::Asked;
 use super::lattice::{lattice, places};
-use super::limits::{Budget, PlanLimits, Shortfall};
-use super::plan::{PartPlan, Plan, TileLattice, plan_parts};
+use super::limits::{Budget, PlanLimits, Shortfall, cells, predicted};
+use super::plan::{Plan, plan_parts};
 use super::rate::{Rate, Step, Terms, band, step};
 use super::resync::{Kept, Turns, owner};
 use super::shown::{PartBoxes, Shown};
@@ -17,7 +17,7 @@ use super::tolerance::Tolerance;
 use super::view::{Seen, View};
 use crate::mesh::{SceneInstance, ScenePart, TileId};
 use crate::model::{PartId, SurfaceKind};
-use crate::prepare::{BoundingBox, EdgeUse, Prepared, Tile, nanoseconds};
+use crate::prepare::{BoundingBox, Prepared};
 use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -571,12 +571,6 @@ impl Planner {
     }
 }
 
-/// Cells of a lattice.
-fn cells(lattice: &TileLattice) -> u64 {
-    let (nu, nv) = lattice.cells();
-    u64::from(nu) * u64::from(nv)
-}
-
 /// Steps of boxes by what they show to whom.
 fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[Shown]) -> Box<[Step]> {
     places.enumerate().map(|(k, place)| step(densest(place, sights), before.step(k))).collect()
@@ -589,15 +583,4 @@ fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sight
 
 fn densest(place: &BoundingBox, sights: &[Shown]) -> f64 {
     sights.iter().map(|s| s.sight.pixels_per_length(place)).fold(0.0, f64::max)
-}
-
-/// Nanoseconds that a tile takes, with `growth` times as many cells as it has, and as many tessellants as go with these.
-fn predicted(plan: &PartPlan, tile: &Tile, t: usize, growth: f64) -> f64 {
-    let tessellants = |u: &EdgeUse| {
-        let breaks = &plan.edges[u.edge as usize].breaks;
-        let at = |k: u32| breaks.get(k as usize).copied().unwrap_or(0);
-        f64::from(at(u.from).abs_diff(at(u.to)))
-    };
-    let boundary: f64 = tile.loops.iter().flatten().map(tessellants).sum();
-    nanoseconds(growth * cells(&plan.tiles[t]) as f64, growth.sqrt() * boundary)
 }

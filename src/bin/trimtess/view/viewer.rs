@@ -464,6 +464,10 @@ mod tests {
         viewer.picture(input, &canvas).unwrap_or_else(|error| panic!("{error}"))
     }
 
+    fn pressed(key: egui::Key) -> egui::Event {
+        egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: egui::Modifiers::NONE }
+    }
+
     /// Steps until nothing is left to do.
     fn settle(viewer: &mut Viewer, target: &Texture, time: &mut f64) {
         let start = Instant::now();
@@ -546,20 +550,8 @@ mod tests {
         let closer = viewer.looks.camera;
         assert!(closer.eye.distance(closer.target) < 0.9 * slid.eye.distance(slid.target));
 
-        let key = |key| egui::Event::Key {
-            key,
-            physical_key: None,
-            pressed: true,
-            repeat: false,
-            modifiers: egui::Modifiers::NONE,
-        };
-        step(
-            &mut viewer,
-            &target,
-            &mut time,
-            vec![key(egui::Key::Num5), key(egui::Key::W), key(egui::Key::Escape)],
-            &[],
-        );
+        let keys = [egui::Key::Num5, egui::Key::W, egui::Key::Escape].map(pressed).to_vec();
+        step(&mut viewer, &target, &mut time, keys, &[]);
         settle(&mut viewer, &target, &mut time);
         assert!(viewer.looks.picture.wireframe && viewer.told.picked.is_empty());
         assert!((viewer.looks.camera.view_point().pitch - 90.0).abs() < 1e-3);
@@ -573,9 +565,7 @@ mod tests {
         settle(&mut viewer, &target, &mut time);
         let (held, triangles) = (viewer.told.costs.held.vertices, viewer.told.costs.drew.triangles);
         let mut press = |viewer: &mut Viewer, key| {
-            let modifiers = egui::Modifiers::NONE;
-            let event = egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
-            step(viewer, &target, &mut time, vec![event], &[]);
+            step(viewer, &target, &mut time, vec![pressed(key)], &[]);
             settle(viewer, &target, &mut time);
             (viewer.told.costs.held.vertices, viewer.told.costs.drew.triangles)
         };
