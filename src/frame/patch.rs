@@ -94,8 +94,9 @@ impl TileMemory {
         let mut weave = match std::mem::take(&mut self.triangles) {
             Triangles::Cells(kept) => {
                 let PatchScratch { columns, rows, .. } = &mut s.patch;
-                strips(&self.samples.lattice.us, &job.lattice.us, columns);
-                strips(&self.samples.lattice.vs, &job.lattice.vs, rows);
+                let [us, vs] = self.samples.lines();
+                strips(us, &job.lattice.us, columns);
+                strips(vs, &job.lattice.vs, rows);
                 let moved = Moved { tile, old_starts, from, columns, rows };
                 let again = s.trim.again(&kept, &moved, (patch.trace, patch.triangles), &mut s.trimmed);
                 // Its memory is used again.
@@ -103,7 +104,7 @@ impl TileMemory {
                 let (outcome, fresh) = again?;
                 s.trimmed.stats.outcome = outcome;
                 // Where the chord is stricter now, those that are kept were held against another one.
-                let holds = job.lattice.chord >= self.samples.lattice.chord;
+                let holds = job.lattice.chord >= self.samples.chord();
                 return Some((outcome, if holds { fresh } else { usize::MAX }));
             }
             Triangles::OneCell(triangles) if is_little => Weave::of(&triangles, old_starts)?,

@@ -5,7 +5,7 @@
 
 use super::evaluate::{evaluate_lattice, evaluate_points};
 use super::plan::{EdgePolyline, PartPlan, TileLattice};
-use super::tile::{LATTICE_FROM, LATTICE_SHARE, NONE, Scratch, Spot, edge_point, origin, steps};
+use super::tile::{LATTICE_FROM, LATTICE_SHARE, NONE, Scratch, Spot, edge_point, origin, steps, steps_with_breaks};
 use crate::mesh::{Origin, PatchMesh};
 use crate::prepare::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec3};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// What is kept of the vertices of a tile.
 #[derive(Default)]
 pub(super) struct Samples {
-    pub(super) lattice: Arc<TileLattice>,
+    lattice: Option<Arc<TileLattice>>,
     /// Of each use of an edge, loop after loop.
     lines: Vec<Arc<EdgePolyline>>,
     pub(super) loop_starts: Vec<u32>,
@@ -43,7 +43,7 @@ impl Samples {
         s: &Scratch,
         mesh: &PatchMesh,
     ) {
-        self.lattice = Arc::clone(lattice);
+        self.lattice = Some(Arc::clone(lattice));
         self.lines.clear();
         self.lines.extend(tile.loops.iter().flatten().map(|u| Arc::clone(&plan.edges[u.edge as usize])));
         keep(&mut self.loop_starts, &s.loop_starts);
@@ -57,6 +57,16 @@ impl Samples {
         keep(&mut self.positions, &mesh.positions[..count]);
         let normals = if is_plane { count.min(1) } else { count };
         keep(&mut self.normals, &mesh.normals[..normals]);
+    }
+
+    /// The u-lines and v-lines that there were; none where nothing is kept.
+    pub(super) fn lines(&self) -> [&[f64]; 2] {
+        self.lattice.as_ref().map_or([&[], &[]], |lattice| [&lattice.us, &lattice.vs])
+    }
+
+    /// The chord tolerance that triangles were held against.
+    pub(super) fn chord(&self) -> f64 {
+        self.lattice.as_ref().map_or(f64::INFINITY, |lattice| lattice.chord)
     }
 
     /// Bytes that it holds.
@@ -103,13 +113,9 @@ impl Samples {
                 }
                 let forward = u.from < u.to;
                 let mut before = steps(u, &was.breaks).map(|k| was.ts[k]).zip(old..).peekable();
-                let (mut hint, mut next) = (0, u.from);
-                for k in steps(u, &is.breaks) {
+                let mut hint = 0;
+                for (k, at_break) in steps_with_breaks(u, &is.breaks) {
                     let t = is.ts[k];
-                    let at_break = (is.breaks[next as usize] as usize == k).then_some(next);
-                    if at_break.is_some() {
-                        next = if forward { next + 1 } else { next.saturating_sub(1) };
-                    }
                     while before.next_if(|&(old, _)| if forward { old < t } else { old > t }).is_some() {}
                     let known = before.next_if(|&(old, _)| old == t).map(|(_, v)| v);
                     from.push(known.map_or(NONE, |v| v as u32));
@@ -140,8 +146,9 @@ impl Samples {
             };
             new.iter().map(place).collect()
         };
-        let (us, vs) = (of_lines(&lattice.us, &self.lattice.us), of_lines(&lattice.vs, &self.lattice.vs));
-        let (width, old_width) = (lattice.us.len(), self.lattice.us.len());
+        let [old_us, old_vs] = self.lines();
+        let (us, vs) = (of_lines(&lattice.us, old_us), of_lines(&lattice.vs, old_vs));
+        let (width, old_width) = (lattice.us.len(), old_us.len());
         from.resize(tessellants + used, NONE);
         for (c, &vertex) in s.corners.iter().enumerate().filter(|&(_, &vertex)| vertex != NONE) {
             let (i, j) = (us[c % width], vs[c / width]);

@@ -256,16 +256,11 @@ pub(super) fn trace_loops(
             let edge = &part.edges[u.edge as usize];
             let polyline = &plan.edges[u.edge as usize];
             let mut hint = 0;
-            let mut next = u.from;
-            for k in steps(u, &polyline.breaks) {
+            for (k, at_break) in steps_with_breaks(u, &polyline.breaks) {
                 let uv = u.uv.point(polyline.ts[k], &mut hint);
                 s.cells.push(spot.cell(uv));
                 s.uvs.push(uv);
-                let at_break = polyline.breaks[next as usize] as usize == k;
-                mesh.positions.push(edge_point(edge, at_break.then_some(next), polyline.ts[k]));
-                if at_break {
-                    next = if u.from < u.to { next + 1 } else { next.saturating_sub(1) };
-                }
+                mesh.positions.push(edge_point(edge, at_break, polyline.ts[k]));
                 mesh.origins.push(origin(part, u.edge, k as u32));
             }
         }
@@ -302,6 +297,21 @@ pub(super) fn steps(u: &EdgeUse, breaks: &[u32]) -> impl Iterator<Item = usize> 
     let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
     let count = a.abs_diff(b);
     (0..count).map(move |i| if a < b { a + i } else { a - i })
+}
+
+/// The same, with the break that each is, if it is one.
+pub(super) fn steps_with_breaks<'a>(
+    u: &'a EdgeUse,
+    breaks: &'a [u32],
+) -> impl Iterator<Item = (usize, Option<u32>)> + use<'a> {
+    let mut next = u.from;
+    steps(u, breaks).map(move |k| {
+        let at_break = (breaks[next as usize] as usize == k).then_some(next);
+        if at_break.is_some() {
+            next = if u.from < u.to { next + 1 } else { next.saturating_sub(1) };
+        }
+        (k, at_break)
+    })
 }
 
 pub(super) fn origin(part: &PreparedPart, edge: u32, k: u32) -> Origin {
