@@ -4,10 +4,11 @@
 use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
 use crate::frame::{Degradation, Patch, Rung, TileOutcome};
-use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
+use crate::mesh::{Batch, BitMix, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crate::prepare::panic_message;
 use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -68,6 +69,9 @@ impl Hand {
     }
 }
 
+/// Something for each of some tiles.
+type ByTile<T> = HashMap<(PartId, TileId), T, BuildHasherDefault<BitMix>>;
+
 /// A worker: a hand, the scratch it is worked with, and what is kept of tiles.
 pub(super) struct Worker<S: Stages> {
     number: u32,
@@ -76,7 +80,7 @@ pub(super) struct Worker<S: Stages> {
     scratch: S::Scratch,
     patch: Patch,
     /// What is kept of tiles, and the bytes of that.
-    memories: HashMap<(PartId, TileId), (S::Memory, usize)>,
+    memories: ByTile<(S::Memory, usize)>,
     kept: usize,
     wanted_from: Arc<AtomicU64>,
 }
@@ -84,7 +88,7 @@ pub(super) struct Worker<S: Stages> {
 impl<S: Stages> Worker<S> {
     /// The worker `number` with its hand. Frames before `wanted_from` are left half done.
     pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, patch: Patch, wanted_from: Arc<AtomicU64>) -> Self {
-        let (scratch, memories) = (S::Scratch::default(), HashMap::new());
+        let (scratch, memories) = (S::Scratch::default(), HashMap::default());
         Self { number, stages, hand, scratch, patch, memories, kept: 0, wanted_from }
     }
 
@@ -178,7 +182,7 @@ impl<S: Stages> Worker<S> {
                 Task::All(parts) => self.make_all(frame, &plan, parts),
                 Task::Some(hand) => {
                     if hand.gone.all {
-                        self.memories = HashMap::new();
+                        self.memories = HashMap::default();
                         self.kept = 0;
                     }
                     hand.gone.tiles.iter().for_each(|&tile| self.forget(tile));
