@@ -41,7 +41,7 @@ impl Tile {
     }
 
     fn input(&self) -> TrimInput<'_> {
-        TrimInput { cells: self.cells, points: &self.points, loop_starts: &self.loop_starts }
+        TrimInput { cells: self.cells, points: &self.points, loop_starts: &self.loop_starts, places: &[] }
     }
 }
 

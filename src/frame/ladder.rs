@@ -13,10 +13,12 @@ pub enum Rung {
     MergedCells,
     /// A whole tile was triangulated at once. As exact as the normal path.
     WholeTile,
-    /// Loops that cross or overlap, or leave gaps, were resolved: kept is the region of positive winding number, or, where
-    /// that was [given up](super::Degradation::GivenUp), some of the face.
+    /// Loops cross or overlap, or left gaps: each point is covered as often as they wind around it, and triangles that only
+    /// close join the boundary to the neighbouring faces.
     Repaired,
-    /// The face's surface has no area: there is nothing to mesh, and nothing is lost. A note says so.
+    /// The boundary is filled in space, because the surface or its parameters could not be used. A warning says why.
+    Filled,
+    /// The face has no area, or its boundary cancels at this tolerance: there is nothing to mesh, and nothing is lost.
     NoArea,
     /// A tile, or the whole face, yielded no triangles. A diagnostic says why.
     Lost,
@@ -24,8 +26,8 @@ pub enum Rung {
 
 impl Rung {
     /// All of them, in order.
-    pub const ALL: [Self; 6] =
-        [Self::Normal, Self::MergedCells, Self::WholeTile, Self::Repaired, Self::NoArea, Self::Lost];
+    pub const ALL: [Self; 7] =
+        [Self::Normal, Self::MergedCells, Self::WholeTile, Self::Repaired, Self::Filled, Self::NoArea, Self::Lost];
 
     /// The rung of a tile that the trim stage made.
     pub(super) fn of(outcome: TrimOutcome, stats: &TrimStats) -> Self {
@@ -45,6 +47,7 @@ impl fmt::Display for Rung {
             Self::MergedCells => "cells merged",
             Self::WholeTile => "whole tile",
             Self::Repaired => "repaired",
+            Self::Filled => "filled",
             Self::NoArea => "no area",
             Self::Lost => "lost",
         })
@@ -87,7 +90,7 @@ mod tests {
     fn rungs_follow_what_the_trim_stage_did() {
         let whole = TrimStats { whole_tile: true, ..TrimStats::default() };
         let by_cells = TrimStats::default();
-        let repaired = TrimOutcome::Repaired { split: 1, unused: 0 };
+        let repaired = TrimOutcome::Repaired { split: 1 };
         for (outcome, stats, rung) in [
             (TrimOutcome::Certified, &by_cells, Rung::Normal),
             (TrimOutcome::Merged, &by_cells, Rung::MergedCells),
@@ -99,6 +102,9 @@ mod tests {
         }
         let mut ladder = Ladder::default();
         ladder.add(Rung::Repaired, 2);
-        assert_eq!(ladder.to_string(), "0 normal, 0 cells merged, 0 whole tile, 2 repaired, 0 no area, 0 lost");
+        assert_eq!(
+            ladder.to_string(),
+            "0 normal, 0 cells merged, 0 whole tile, 2 repaired, 0 filled, 0 no area, 0 lost"
+        );
     }
 }

@@ -7,6 +7,9 @@ mod asked;
 
 mod density;
 
+mod fill;
+pub use fill::fill_tile;
+
 mod ladder;
 pub use ladder::{Ladder, Rung};
 

@@ -80,7 +80,10 @@ impl Surface<'_> {
         self.uvs.push(uv);
         let next = mesh.triangles.len();
         let triangles = vec![(t, [a, m, c]), (other, [m, a, d]), (next, [m, b, c]), (next + 1, [b, m, d])];
-        if !triangles.iter().all(|(_, corners)| follows(mesh, *corners)) {
+        let change = Change { triangles };
+        let follow = change.triangles.iter().all(|(_, corners)| follows(web.mesh, *corners));
+        if !(follow && web.keeps_outline(&change)) {
+            let mesh = &mut *web.mesh;
             mesh.positions.pop();
             mesh.normals.pop();
             mesh.uvs.pop();
@@ -88,11 +91,14 @@ impl Surface<'_> {
             self.uvs.pop();
             return None;
         }
-        Some(Change { triangles })
+        Some(change)
     }
 
     /// By how much a flip brings the deviation down; `None` where it does not, or makes triangles that look inwards.
     fn gain(&self, web: &Web<'_>, flip: &Change) -> Option<f64> {
+        if !web.keeps_outline(flip) {
+            return None;
+        }
         let mesh = &*web.mesh;
         let worst = |all: &mut dyn Iterator<Item = [u32; 3]>| {
             all.map(|corners| self.deviation(mesh, corners)).fold(0.0, f64::max)

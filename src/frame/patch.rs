@@ -6,11 +6,11 @@
 
 use super::plan::Plan;
 use super::samples::Samples;
-use super::tile::{Job, Kept, NONE, Scratch, TileOutcome, tessellate_tile, trace_loops};
+use super::tile::{Job, Kept, NONE, Scratch, TileOutcome, Trimmed, tessellate_tile, trace_loops};
 use super::trim::again::{Cells, Moved, strips};
 use super::trim::weave::{Changed, Weave, WeaveScratch};
 use super::trim::{TrimInput, TrimOutcome, TrimStats};
-use crate::mesh::TileId;
+use crate::mesh::{PatchMesh, TileId};
 use crate::model::{PartId, SurfaceKind};
 use crate::prepare::Prepared;
 
@@ -84,9 +84,15 @@ impl TileMemory {
 
     /// Triangulates the loops in the scratch, as far as it can be from what is kept. Returns how that went and how many triangles are
     /// new; `None` where all have to be made.
-    fn trim(&mut self, job: &Job<'_>, patch: Patch, from: &[u32], s: &mut Scratch) -> Option<(TrimOutcome, usize)> {
-        let cells = job.lattice.cells();
-        let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
+    fn trim(
+        &mut self,
+        (job, patch): (&Job<'_>, Patch),
+        from: &[u32],
+        s: &mut Scratch,
+        mesh: &PatchMesh,
+    ) -> Option<(TrimOutcome, usize)> {
+        let (cells, places) = (job.lattice.cells(), &mesh.positions[..]);
+        let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts, places };
         let old_starts = &self.samples.loop_starts[..];
         let (old, new) = (*old_starts.last()? as usize, from.iter().filter(|&&v| v == NONE).count());
         let changed = new.max(old + new - from.len());
@@ -134,7 +140,7 @@ impl TileMemory {
                 Triangles::Cells(kept) => kept,
                 _ => Cells::default(),
             };
-            let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts };
+            let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts, places: &[] };
             if s.trim.keep(&tile, &s.trimmed, &mut kept) {
                 self.triangles = Triangles::Cells(kept);
             }
@@ -184,22 +190,23 @@ pub fn patch_tile(
     if is_known {
         let row = (job.part, job.plan, job.tile, &**job.lattice, job.face);
         memory.samples.trace_loops(row, patch.samples, &mut from, scratch, &mut mesh);
-        trimmed = memory.trim(&job, patch, &from, scratch);
+        trimmed = memory.trim((&job, patch), &from, scratch, &mesh);
     } else {
         trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
     }
     let patched = trimmed.is_some();
-    let (outcome, fresh) = match trimmed.map_or_else(|| job.trim(scratch).map(|outcome| (outcome, usize::MAX)), Ok) {
-        Ok(trimmed) => trimmed,
-        Err(lost) => return *lost,
+    let (trimmed, fresh) = match trimmed {
+        Some((outcome, fresh)) => (Trimmed::By(outcome), fresh),
+        None => (job.trim(scratch, &mesh), usize::MAX),
     };
+    let outcome = scratch.trimmed.stats.outcome;
     let keeps = is_kept(&job, patch, &scratch.trimmed.stats);
     if keeps {
         memory.keep_triangles(&job, patch, outcome, patched, scratch);
     }
     let mut kept = Kept { samples: &memory.samples, from: &mut from, fresh };
     let kept = (is_known && patch.samples).then_some(&mut kept);
-    let (made, as_trimmed) = job.finish(outcome, kept, scratch, mesh);
+    let (made, as_trimmed) = job.finish(trimmed, kept, scratch, mesh);
     scratch.patch.from = from;
     if !keeps {
         *memory = TileMemory::default();

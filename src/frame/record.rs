@@ -48,7 +48,7 @@ pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId)
     let lattice = TileLattice::clone(&plan.parts[part.index()].tiles[tile.0 as usize]);
     let cells = lattice.cells();
     let Scratch { cells: points, uvs, loop_starts, trim, trimmed, .. } = scratch;
-    let input = TrimInput { cells, points: &points, loop_starts: &loop_starts };
+    let input = TrimInput { cells, points: &points, loop_starts: &loop_starts, places: &[] };
     let trim = trim.record(&input, &trimmed.stats);
     let size = cell_size(face, row, &lattice);
     let extent = DVec2::new(f64::from(cells.0), f64::from(cells.1)) * size;

@@ -81,7 +81,7 @@ impl Web<'_> {
             .map(|(a, b)| Segment { ends: [site(a), site(b)], weight: 1 })
             .collect();
         let filled = triangulate(&sites, &outline, AtCrossings::Refuse).ok()?;
-        if filled.overlapping || filled.unused > 0 || filled.triangles.len() > patch.len() {
+        if !filled.layers.is_empty() || filled.triangles.len() > patch.len() {
             return None;
         }
         let new: Vec<[u32; 3]> = filled.triangles.iter().map(|t| t.map(|site| vertices[site as usize])).collect();

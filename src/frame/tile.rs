@@ -7,7 +7,9 @@ use super::narrow::narrow;
 use super::patch::PatchScratch;
 use super::plan::{CellWalk, PartPlan, Plan, TileLattice};
 use super::samples::Samples;
-use super::trim::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference::trim_tile_reference, trim_tile};
+use super::trim::{
+    TrimInput, TrimOutcome, TrimOutput, TrimScratch, fill_loops, reference::trim_tile_reference, trim_tile,
+};
 use super::unfold::unfold;
 use crate::mesh::{EdgeLine, Origin, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId, SurfaceKind};
@@ -64,43 +66,33 @@ impl Scratch {
 /// How a tile fell short of the normal path.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Degradation {
-    /// The trim loops cross themselves or each other; the kept region is what they wind around.
+    /// The trim loops cross themselves or each other: each point is covered as often as they wind around it.
     NotSimple {
-        /// Boundary segments split at crossings, which the neighbouring faces do not know of.
+        /// Boundary segments split at crossings; the triangles that only close join them to the neighbouring faces.
         split: u32,
-        /// Boundary segments with nothing kept beside them.
-        unused: u32,
         /// The first crossing, in the part's coordinates, where segments had to be split.
         place: Option<DVec3>,
     },
-    /// The trim loops cross more often than is resolved: the triangles are some of the face, not what its loops wind around.
-    GivenUp {
-        /// Boundary segments that cross others.
-        split: u32,
-        /// The first crossing, in the part's coordinates.
-        place: Option<DVec3>,
-    },
-    /// Nothing is left of the tile at this tolerance: its boundary encloses less than a strip as wide as the tolerance.
-    /// Where the face has other tiles, these close over it.
+    /// The boundary cancels at this tolerance: nothing has to be filled. Where the face has other tiles, these close over it.
     Empty,
-    /// The tile could not be triangulated.
+    /// The tile could not be triangulated: its boundary is filled in space.
+    Filled(String),
+    /// Not even the boundary is known: there are no triangles. A defect of this crate.
     Failed(String),
 }
 
 impl fmt::Display for Degradation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotSimple { split, unused, .. } => {
-                write!(f, "the boundary crosses itself ({split} segments split, {unused} unused); resolved by winding")
-            }
-            Self::GivenUp { split, .. } => {
+            Self::NotSimple { split, .. } => {
                 write!(
                     f,
-                    "the boundary crosses itself too often ({split} segments): given up, kept is some of the face"
+                    "the boundary crosses or overlaps itself ({split} segments split); covered as often as it winds"
                 )
             }
             Self::Empty => write!(f, "nothing is left of the face at this tolerance"),
-            Self::Failed(why) => write!(f, "not triangulated: {why}"),
+            Self::Filled(why) => write!(f, "filled in space, not triangulated: {why}"),
+            Self::Failed(why) => write!(f, "no triangles: {why}"),
         }
     }
 }
@@ -116,6 +108,19 @@ pub struct TileOutcome {
     pub rung: Rung,
     /// What went wrong, if anything did.
     pub degradation: Option<Degradation>,
+    /// Triangles that only close the boundary. They are the last ones of the mesh.
+    pub slivers: u32,
+    /// Area that the boundary winds around otherwise than once, mm².
+    pub rewound: f64,
+}
+
+impl TileOutcome {
+    /// A tile of which nothing could be made.
+    #[must_use]
+    pub fn lost(face: FaceId, why: String) -> Self {
+        let degradation = Some(Degradation::Failed(why));
+        Self { face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation, slivers: 0, rewound: 0.0 }
+    }
 }
 
 /// Point of an edge's tessellant at `t`: the break's own point where it is one, so that all faces have the same bits.
@@ -142,10 +147,16 @@ pub fn tessellate_tile(
     let job = Job::of(prepared, plan, part, tile);
     let mut mesh = scratch.spare();
     trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
-    match job.trim(scratch) {
-        Ok(outcome) => job.finish(outcome, None, scratch, mesh).0,
-        Err(lost) => *lost,
-    }
+    let trimmed = job.trim(scratch, &mesh);
+    job.finish(trimmed, None, scratch, mesh).0
+}
+
+/// How a tile was triangulated.
+pub(super) enum Trimmed {
+    /// From its loops.
+    By(TrimOutcome),
+    /// Not at all, for this reason: its boundary is filled.
+    Filled(String),
 }
 
 /// A tile and what it is made by.
@@ -167,73 +178,62 @@ impl<'a> Job<'a> {
         Self { part: rows, plan, tile: row, lattice: &plan.tiles[tile.0 as usize], face }
     }
 
-    /// Triangles of the loops that the scratch has.
-    pub(super) fn trim(&self, scratch: &mut Scratch) -> Result<TrimOutcome, Box<TileOutcome>> {
-        let cells = self.lattice.cells();
-        let input = TrimInput { cells, points: &scratch.cells, loop_starts: &scratch.loop_starts };
-        // Loops that meet may pass the faster rungs with two layers where they overlap: these are counted out at once.
-        let outcome = if self.tile.entangled {
-            trim_tile_reference(&input, &mut scratch.trimmed)
-        } else {
-            trim_tile(&input, &mut scratch.trim, &mut scratch.trimmed)
-        };
-        outcome.map_err(|e| {
-            let degradation = Some(Degradation::Failed(e.to_string()));
-            let mesh = PatchMesh::default();
-            Box::new(TileOutcome { face: self.tile.face, mesh, rung: Rung::Lost, degradation })
-        })
+    /// Triangles of the loops that the scratch and the mesh have.
+    pub(super) fn trim(&self, scratch: &mut Scratch, mesh: &PatchMesh) -> Trimmed {
+        let Scratch { cells, loop_starts, trim, trimmed, .. } = scratch;
+        let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: &mesh.positions };
+        // What loops that meet wind around otherwise than once is measured there.
+        let outcome =
+            if self.tile.entangled { trim_tile_reference(&input, trimmed) } else { trim_tile(&input, trim, trimmed) };
+        match outcome {
+            Ok(outcome) => Trimmed::By(outcome),
+            Err(refused) => {
+                fill_loops(&input, trimmed);
+                Trimmed::Filled(refused.to_string())
+            }
+        }
     }
 
     /// The rest of a tile whose loops were traced and triangulated; and whether its triangles are just those.
     pub(super) fn finish(
         &self,
-        outcome: TrimOutcome,
+        trimmed: Trimmed,
         kept: Option<&mut Kept<'_>>,
         scratch: &mut Scratch,
         mut mesh: PatchMesh,
     ) -> (TileOutcome, bool) {
         let Self { tile, lattice, face, .. } = *self;
-        let least = if face.repaired { Rung::Repaired } else { Rung::Normal };
-        let mut rung = Rung::of(outcome, &scratch.trimmed.stats).max(least);
         let as_trimmed = finish(face, (tile, lattice), kept, scratch, &mut mesh);
-        let degradation = match outcome {
-            TrimOutcome::Repaired { split, unused } => {
+        let rewound = add_layers(face, scratch, &mut mesh);
+        let before = mesh.triangles.len();
+        scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
+        let slivers = (mesh.triangles.len() - before) as u32;
+        let least = if face.repaired { Rung::Repaired } else { Rung::Normal };
+        let (rung, degradation) = match trimmed {
+            _ if mesh.triangles.is_empty() => (Rung::NoArea, Some(Degradation::Empty)),
+            Trimmed::Filled(why) => (Rung::Filled, Some(Degradation::Filled(why))),
+            Trimmed::By(TrimOutcome::Repaired { split }) => {
                 let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
                 let place = first.map(|k| mesh.positions[k]);
-                if scratch.trimmed.stats.given_up {
-                    Some(Degradation::GivenUp { split, place })
-                } else {
-                    Some(Degradation::NotSimple { split, unused, place })
-                }
+                (Rung::Repaired, Some(Degradation::NotSimple { split, place }))
             }
-            _ if mesh.triangles.is_empty() => Some(emptied(face, tile, lattice.chord, scratch, &mesh)),
-            _ => None,
+            Trimmed::By(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };
-        if let Some(Degradation::Failed(_)) = degradation {
-            rung = Rung::Lost;
-        }
-        (TileOutcome { face: tile.face, mesh, rung, degradation }, as_trimmed)
+        (TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }, as_trimmed)
     }
 }
 
-/// What a tile without triangles is: thin, or lost.
-fn emptied(face: &PreparedFace, tile: &Tile, chord: f64, s: &Scratch, mesh: &PatchMesh) -> Degradation {
-    let middle = 0.5 * (tile.min + tile.max);
-    let d = face.patches.derivatives(middle.x, middle.y);
-    let (mut turns, mut perimeter) = (0.0, 0.0);
-    for ends in s.loop_starts.windows(2) {
-        let l = ends[0] as usize..ends[1] as usize;
-        for (from, to) in l.clone().zip(l.clone().skip(1).chain(l.clone().take(1))) {
-            turns += (s.uvs[from] - tile.min).perp_dot(s.uvs[to] - tile.min);
-            perimeter += mesh.positions[from].distance(mesh.positions[to]);
+/// Appends what the loops wind around otherwise than once, and returns its area, mm².
+fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut PatchMesh) -> f64 {
+    let mut area = 0.0;
+    for &([a, b, c], times) in &s.trimmed.layers {
+        let [p, q, r] = [a, b, c].map(|v| mesh.positions[v as usize]);
+        area += 0.5 * (q - p).cross(r - p).length();
+        for _ in 0..times.unsigned_abs() {
+            push_triangle(mesh, [a, b, c], face.reversed != (times < 0));
         }
     }
-    let area = 0.5 * turns.abs() * d.du.cross(d.dv).length();
-    if area <= chord * perimeter {
-        Degradation::Empty
-    } else {
-        Degradation::Failed(format!("no triangles for a boundary of {perimeter:.3e} mm around {area:.3e} mm²"))
-    }
+    area
 }
 
 /// Tessellants of the tile's loops: cell coordinates, parameters, positions.
@@ -382,11 +382,9 @@ fn finish(
         }
         *slot
     };
-    for t in &mut s.trimmed.triangles {
-        for v in t {
-            if *v >= tessellants && *v < tessellants + corners {
-                *v = use_corner(*v - tessellants, &mut s.uvs, &mut mesh.origins);
-            }
+    for v in s.trimmed.vertices() {
+        if *v >= tessellants && *v < tessellants + corners {
+            *v = use_corner(*v - tessellants, &mut s.uvs, &mut mesh.origins);
         }
     }
     let corner = |i: u32, j: u32| j * (nu + 1) + i;
@@ -403,7 +401,7 @@ fn finish(
         mesh.origins.push(Origin::Crossing { k: k as u32 });
     }
     if !s.trimmed.extra_points.is_empty() {
-        for v in s.trimmed.triangles.iter_mut().flatten() {
+        for v in s.trimmed.vertices() {
             if *v >= tessellants + corners {
                 *v = *v - corners + corners_used;
             }

@@ -197,7 +197,7 @@ impl Web<'_> {
     /// Whether the new triangles have an area and stay near the surface and the old ones.
     fn stays(&self, change: &Change, to: &Near<'_>) -> bool {
         let flat = |t: [u32; 3]| t != GONE && Shape::of(self.mesh, t).is_flat(self.mesh);
-        if change.triangles.iter().any(|(_, t)| flat(*t)) {
+        if change.triangles.iter().any(|(_, t)| flat(*t)) || !self.keeps_outline(change) {
             return false;
         }
         let deviation = |t: [u32; 3]| to.surface.deviation(self.mesh, t);

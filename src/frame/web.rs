@@ -1,5 +1,6 @@
 //! Triangles that know their neighbours, and the changes that keep their outline.
 
+use super::trim::chain::same_boundary;
 use crate::mesh::{BitMix, Origin, PatchMesh};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -169,7 +170,16 @@ impl<'a> Web<'a> {
         self.mesh.triangles[t].into_iter().find(|&v| self.one(v) != a && self.one(v) != b)
     }
 
-    /// Puts the new triangles in place of the old ones.
+    /// Whether the new triangles have the boundary of the old ones. Where more than two triangles meet in an edge, the one that
+    /// is found beside another is not always its neighbour.
+    pub(super) fn keeps_outline(&self, change: &Change) -> bool {
+        let ones = |corners: [u32; 3]| corners.map(|v| self.one(v));
+        let old = change.triangles.iter().filter_map(|(t, _)| self.mesh.triangles.get(*t).copied());
+        let new = change.triangles.iter().map(|(_, corners)| *corners);
+        same_boundary(old.filter(|t| *t != GONE).map(ones), new.filter(|t| *t != GONE).map(ones))
+    }
+
+    /// Puts the new triangles in place of the old ones, of which they must [keep the outline](Self::keeps_outline).
     pub(super) fn apply(&mut self, change: &Change) {
         for &(t, _) in &change.triangles {
             if t < self.mesh.triangles.len() {

@@ -230,7 +230,14 @@ mod tests {
             let x = f64::from(tile.0);
             let positions = vec![DVec3::new(x, *plan, 0.0), DVec3::X, DVec3::Y];
             let mesh = PatchMesh { positions, triangles: vec![[0, 1, 2]], ..PatchMesh::default() };
-            TileOutcome { face: FaceId(tile.0 / 2), mesh, rung: Rung::Normal, degradation: None }
+            TileOutcome {
+                face: FaceId(tile.0 / 2),
+                mesh,
+                rung: Rung::Normal,
+                degradation: None,
+                slivers: 0,
+                rewound: 0.0,
+            }
         }
 
         fn patch(
@@ -242,6 +249,10 @@ mod tests {
             scratch: &mut u32,
         ) -> (TileOutcome, usize) {
             (self.tile(plan, part, tile, scratch), 0)
+        }
+
+        fn fill(&self, _: &f64, _: PartId, tile: TileId, why: String) -> TileOutcome {
+            TileOutcome::lost(FaceId(tile.0 / 2), why)
         }
 
         fn edge_line(&self, plan: &f64, part: PartId, edge: EdgeId) -> EdgeLine {

@@ -52,6 +52,8 @@ pub(super) struct Delivery {
     pub(super) degraded: Vec<DegradedTile>,
     /// Rungs of tiles off the normal path, ascending by (part, tile).
     pub(super) rungs: Vec<FaceRung>,
+    /// Tiles that hold more than what their loops wind around once, ascending by (part, tile).
+    pub(super) fills: Vec<(TileId, FaceFill)>,
     /// Edges without polyline, ascending by (part, edge).
     pub(super) lost_lines: Vec<LostLine>,
     /// What it took.
@@ -80,6 +82,27 @@ pub struct FaceRung {
     pub face: FaceId,
     /// The worst rung of its tiles; [`Rung::Lost`] or [`Rung::NoArea`] if it has no triangles at all.
     pub rung: Rung,
+}
+
+/// What a face holds besides the triangles that its boundary winds around once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceFill {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// Triangles that only close the boundary.
+    pub slivers: u32,
+    /// Area that the boundary winds around otherwise than once, mm².
+    pub rewound: f64,
+}
+
+impl FaceFill {
+    /// Adds what another tile of the face holds.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.slivers += other.slivers;
+        self.rewound += other.rewound;
+    }
 }
 
 /// A B-rep edge that has no polyline. Triangles are not touched by that.

@@ -7,8 +7,8 @@ use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Hand, Stages, Worker};
 use crate::frame::{
-    Levels, Patch, Plan, Planner, PlannerOptions, Scratch, TileMemory, TileOutcome, View, edge_line, patch_tile,
-    tessellate_tile,
+    Levels, Patch, Plan, Planner, PlannerOptions, Scratch, TileMemory, TileOutcome, View, edge_line, fill_tile,
+    patch_tile, tessellate_tile,
 };
 use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
 use crate::model::{EdgeId, PartId};
@@ -124,6 +124,10 @@ impl Stages for Prepared {
     ) -> (TileOutcome, usize) {
         let outcome = patch_tile((self, plan), tile, patch, memory, scratch);
         (outcome, memory.bytes())
+    }
+
+    fn fill(&self, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
+        fill_tile(self, plan, part, tile, why)
     }
 
     fn edge_line(&self, plan: &Plan, part: PartId, edge: EdgeId) -> EdgeLine {

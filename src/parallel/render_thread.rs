@@ -1,12 +1,12 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order whatever the number of workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
 use crate::mesh::{Batch, Drawn, MeshSink, PatchMesh, Scene, SinkError, TileId};
 use crate::model::{FaceId, PartId};
 use crossbeam::channel::Receiver;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::time::Duration;
 
@@ -34,6 +34,10 @@ pub struct FrameReport {
     pub rungs: Vec<FaceRung>,
     /// All faces by the rung that they needed, each part counted once; in frames of views, those made that left the normal path.
     pub ladder: Ladder,
+    /// Triangles that only close boundaries, each part counted once.
+    pub slivers: u64,
+    /// Faces that hold such triangles, or are wound otherwise than once, ascending by (part, face).
+    pub fills: Vec<FaceFill>,
     /// Edges without polyline, ascending by (part, edge).
     pub lost_lines: Vec<LostLine>,
     /// What each worker did, by number; those that had nothing to do are left out.
@@ -119,6 +123,7 @@ pub(super) fn commit(
     let _span = tracing::debug_span!("commit").entered();
     let mut report = FrameReport { made_in: laps.lap(), ..FrameReport::default() };
     let (mut batches, mut lines, mut rungs) = (Vec::new(), Vec::new(), Vec::new());
+    let mut fills = Vec::new();
     for delivery in deliveries {
         report.frame = delivery.frame;
         report.tiles += delivery.metrics.tiles as usize;
@@ -127,6 +132,7 @@ pub(super) fn commit(
         report.degraded.extend(delivery.degraded);
         report.lost_lines.extend(delivery.lost_lines);
         rungs.extend(delivery.rungs);
+        fills.extend(delivery.fills);
         batches.extend(delivery.batches);
         lines.extend(delivery.lines);
     }
@@ -144,6 +150,8 @@ pub(super) fn commit(
     lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
+    report.fills = by_face(fills);
+    report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
     let all = matches!(feed, Feed::All);
     report.whole = !matches!(feed, Feed::Views { whole: false, .. });
     (report.rungs, report.ladder) = climbed(all.then_some(scene), &batches, rungs);
@@ -161,9 +169,22 @@ pub(super) fn commit(
     Ok((report, batches))
 }
 
+/// What faces hold, from what their tiles hold: in the order of the tiles, which decides how areas round.
+fn by_face(mut tiles: Vec<(TileId, FaceFill)>) -> Vec<FaceFill> {
+    tiles.sort_unstable_by_key(|(tile, fill)| (fill.part, *tile));
+    let mut faces: BTreeMap<(PartId, FaceId), FaceFill> = BTreeMap::new();
+    for (_, fill) in tiles {
+        faces.entry((fill.part, fill.face)).and_modify(|sum| sum.add(&fill)).or_insert(fill);
+    }
+    faces.into_values().collect()
+}
+
 /// The worst rung of each face that left the normal path, and faces counted by rung: all faces of `scene`, if all of it was made.
 fn climbed(scene: Option<&Scene>, batches: &[Batch], tiles: Vec<FaceRung>) -> (Vec<FaceRung>, Ladder) {
     let mut worst: BTreeMap<(PartId, FaceId), Rung> = BTreeMap::new();
+    // A tile that vanishes is nothing to a face with other tiles.
+    let (vanished, tiles): (Vec<_>, Vec<_>) = tiles.into_iter().partition(|tile| tile.rung == Rung::NoArea);
+    let vanished: BTreeSet<(PartId, FaceId)> = vanished.iter().map(|tile| (tile.part, tile.face)).collect();
     for tile in tiles {
         let rung = worst.entry((tile.part, tile.face)).or_default();
         *rung = tile.rung.max(*rung);
@@ -178,8 +199,10 @@ fn climbed(scene: Option<&Scene>, batches: &[Batch], tiles: Vec<FaceRung>) -> (V
     for (part, faces) in meshed.iter().enumerate() {
         for (face, _) in faces.iter().enumerate().filter(|(_, meshed)| !**meshed) {
             let face = FaceId::new(face);
-            let no_area = parts[part].without_area.binary_search(&face).is_ok();
-            worst.insert((PartId::new(part), face), if no_area { Rung::NoArea } else { Rung::Lost });
+            let key = (PartId::new(part), face);
+            let no_area = parts[part].without_area.binary_search(&face).is_ok() || vanished.contains(&key);
+            let rung = if no_area { Rung::NoArea } else { Rung::Lost };
+            worst.entry(key).and_modify(|worst| *worst = rung.max(*worst)).or_insert(rung);
         }
     }
     let mut ladder = Ladder::default();

@@ -1,9 +1,9 @@
 //! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
 //! nothing that changes: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine, Order, Task, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
-use crate::frame::{Degradation, Patch, Rung, TileOutcome};
+use crate::frame::{Patch, Rung, TileOutcome};
 use crate::mesh::{Batch, BitMix, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crate::prepare::panic_message;
@@ -37,6 +37,9 @@ pub(super) trait Stages: Send + Sync + 'static {
         memory: &mut Self::Memory,
         scratch: &mut Self::Scratch,
     ) -> (TileOutcome, usize);
+
+    /// Fills one tile's boundary, because making it failed for the reason `why`.
+    fn fill(&self, plan: &Self::Plan, part: PartId, tile: TileId, why: String) -> TileOutcome;
 
     /// Makes one edge's polyline.
     fn edge_line(&self, plan: &Self::Plan, part: PartId, edge: EdgeId) -> EdgeLine;
@@ -94,8 +97,8 @@ impl<S: Stages> Worker<S> {
 
     /// Makes every tile and edge of the hand that is of the first `parts` parts by `plan`, in ascending order.
     ///
-    /// A panic in a tile is a defect of this crate; it costs that tile only, which is delivered as
-    /// [`Degradation::Failed`] with what the panic said. One in an edge costs its polyline: a [`LostLine`].
+    /// A panic in a tile is a defect of this crate. It costs the inside of that tile: its boundary is filled, and it is
+    /// delivered as [`Degradation::Filled`] with what the panic said. One in an edge costs its polyline: a [`LostLine`].
     pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan, parts: usize) -> Delivery {
         let hand = std::mem::take(&mut self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
@@ -142,8 +145,9 @@ impl<S: Stages> Worker<S> {
                 self.forget((part, tile));
                 // The scratch may be half written: the next tile gets a new one.
                 self.scratch = S::Scratch::default();
-                let degradation = Degradation::Failed(format!("internal error: {}", panic_message(&*payload)));
-                TileOutcome { face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation: Some(degradation) }
+                let why = format!("internal error: {}", panic_message(&*payload));
+                let fill = || self.stages.fill(plan, part, tile, why.clone());
+                catch_unwind(AssertUnwindSafe(fill)).unwrap_or_else(|_| TileOutcome::lost(face, why))
             });
             if self.memories.get(&(part, tile)).is_some_and(|(_, bytes)| *bytes == 0) {
                 self.forget((part, tile));
@@ -200,11 +204,14 @@ impl<S: Stages> Worker<S> {
 
 /// Books one tile.
 fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcome) {
-    let TileOutcome { mesh, face, rung, degradation } = outcome;
+    let TileOutcome { mesh, face, rung, degradation, slivers, rewound } = outcome;
     delivery.metrics.tiles += 1;
     delivery.metrics.triangles += mesh.triangles.len() as u64;
     if rung > Rung::Normal {
         delivery.rungs.push(FaceRung { part, face, rung });
+    }
+    if slivers > 0 || rewound > 0.0 {
+        delivery.fills.push((tile, FaceFill { part, face, slivers, rewound }));
     }
     if let Some(degradation) = degradation {
         delivery.degraded.push(DegradedTile { part, face, tile, degradation });

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec2;
 use trimtess::frame::trim::{TrimError, TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
 
-use crate::checker::{Tile, check, check_cover, min_angles};
+use crate::checker::{Tile, check, check_boundary, check_cover, min_angles};
 
 fn polygon(points: &[(f64, f64)]) -> Vec<DVec2> {
     points.iter().map(|&(x, y)| DVec2::new(x, y)).collect()
@@ -45,6 +45,7 @@ fn rotated(tile: &Tile) -> Tile {
         cells: (tile.cells.1, tile.cells.0),
         points: tile.points.iter().map(|p| DVec2::new(height - p.y, p.x)).collect(),
         loop_starts: tile.loop_starts.clone(),
+        places: tile.places.clone(),
     }
 }
 
@@ -77,7 +78,7 @@ fn run(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
         let outcome = trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
         reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
         for result in [&out, &plain] {
-            if let Err(fault) = check(&tile.input(), result, true) {
+            if let Err(fault) = check(&tile.input(), result, true).and(check_boundary(&tile.input(), result)) {
                 panic!("{fault}\n{:?}\n{tile:?}", result.stats);
             }
             assert!(!matches!(result.stats.outcome, TrimOutcome::Repaired { .. }), "{:?}", result.stats);
@@ -96,7 +97,24 @@ fn run_repaired(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
         let mut out = TrimOutput::default();
         let outcome = trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
         assert!(matches!(outcome, TrimOutcome::Repaired { .. }), "{outcome:?}");
-        if let Err(fault) = check(&tile.input(), &out, false).and_then(|_| check_cover(&tile.input(), &out)) {
+        let input = tile.input();
+        let faults = [check(&input, &out, false).map(|_| ()), check_cover(&input, &out), check_boundary(&input, &out)];
+        if let Some(fault) = faults.into_iter().find_map(Result::err) {
+            panic!("{fault}\n{:?}\n{tile:?}", out.stats);
+        }
+        first.get_or_insert(out);
+    }
+    first.expect("there are images")
+}
+
+/// Runs loops of which only the boundary is asked.
+fn run_closed(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
+    let tile = Tile::new(cells, loops);
+    let mut first = None;
+    for tile in images(&tile) {
+        let mut out = TrimOutput::default();
+        trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
+        if let Err(fault) = check_boundary(&tile.input(), &out) {
             panic!("{fault}\n{:?}\n{tile:?}", out.stats);
         }
         first.get_or_insert(out);
@@ -269,7 +287,7 @@ fn case_16_loops_that_touch() {
         (4, 4),
         &[border((4, 4), 4), rectangle((1.0, 1.0), (2.0, 3.0)), polygon(&[(2.0, 2.0), (3.0, 3.0), (3.0, 1.0)])],
     );
-    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 1, unused: 0 });
+    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 1 });
     assert!(out.extra_points.is_empty());
 }
 
@@ -400,45 +418,76 @@ fn crossing_loops_are_split_where_they_meet() {
         (4, 4),
         &[border((4, 4), 4), rectangle((0.7, 0.7), (2.3, 2.3)), rectangle((1.7, 1.6), (3.3, 3.2))],
     );
-    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 4, unused: 4 });
+    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 4 });
     assert_eq!(out.extra_points.len(), 2);
 }
 
 #[test]
-fn figure_of_eight_keeps_its_left_lobe() {
+fn figure_of_eight_has_one_lobe_reversed() {
     let out = run_repaired((3, 3), &[polygon(&[(0.5, 0.5), (2.5, 2.5), (2.5, 0.5), (0.5, 2.5)])]);
     assert_eq!(out.extra_points.len(), 1);
     assert!(!out.triangles.is_empty());
+    assert!(!out.layers.is_empty() && out.layers.iter().all(|&(_, times)| times == -1));
+    // Two triangles join the split segments to the whole ones of the neighbours.
+    assert_eq!(out.closing.len(), 2);
 }
 
 #[test]
 fn overlapping_loops_cancel_or_add() {
-    // A hole that leaves through the border's side, along it, and the same loop twice.
+    let twice = run_repaired((3, 3), &[border((3, 3), 3), border((3, 3), 3)]);
+    assert!(twice.layers.iter().all(|&(_, times)| times == 1) && twice.closing.is_empty());
+    // A hole that leaves through the border's side, along it.
     run_repaired((3, 3), &[border((3, 3), 1), rectangle((1.0, 0.0), (2.0, 1.5))]);
-    run_repaired((3, 3), &[border((3, 3), 3), border((3, 3), 3)]);
-    run_repaired((3, 3), &[border((3, 3), 3), reversed(border((3, 3), 3))]);
-    // A slit gone through twice.
+    // The same loop there and back leaves nothing, a slit gone through twice leaves nothing of itself.
+    for loops in [[border((3, 3), 3), reversed(border((3, 3), 3))], [border((1, 1), 3), reversed(border((1, 1), 3))]] {
+        let out = run((3, 3), &loops);
+        assert!(out.triangles.is_empty() && out.full_cells.is_empty());
+    }
     let slit = polygon(&[(1.5, 0.0), (1.2, 1.7), (1.5, 0.0), (1.2, 1.7), (1.5, 0.0)]);
     let outer: Vec<DVec2> = [&border((3, 3), 1)[..1], &slit, &border((3, 3), 1)[1..]].concat();
-    let out = run_repaired((3, 3), &[outer]);
-    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 0, unused: 2 });
+    run_closed((3, 3), &[outer]);
     run_repaired((1, 1), &[border((1, 1), 3), reversed(border((1, 1), 2))]);
 }
 
 #[test]
-fn loops_that_run_the_wrong_way_keep_nothing() {
+fn loops_that_run_the_wrong_way_are_reversed() {
     let out = run_repaired((3, 3), &[reversed(border((3, 3), 2))]);
-    assert!(out.triangles.is_empty() && out.full_cells.is_empty());
-    assert_eq!(out.stats.outcome, TrimOutcome::Repaired { split: 0, unused: 8 });
+    assert!(out.triangles.is_empty() && out.full_cells.is_empty() && out.closing.is_empty());
+    assert!(!out.layers.is_empty() && out.layers.iter().all(|&(_, times)| times == -1));
 }
 
 #[test]
-fn flat_loops_keep_nothing() {
+fn flat_loops_cancel_or_are_closed() {
     for cells in [(1, 1), (3, 3)] {
         let scale = f64::from(cells.0);
         let line: Vec<DVec2> = polygon(&[(0.1, 0.2), (0.9, 0.2), (0.5, 0.2)]).iter().map(|p| *p * scale).collect();
-        let out = run_repaired(cells, &[line]);
+        let out = run_closed(cells, &[line]);
         assert!(out.triangles.is_empty() && out.full_cells.is_empty());
+        assert_eq!(out.closing.len(), 1, "in (u,v) it is a line, its neighbours have three edges there");
+        let there_and_back = polygon(&[(0.1 * scale, 0.2), (0.9 * scale, 0.2)]);
+        let out = run_closed(cells, &[there_and_back]);
+        assert!(out.closing.is_empty(), "its edges cancel");
+    }
+}
+
+#[test]
+fn points_in_one_place_of_the_plane_and_two_in_space_are_joined() {
+    // Two tessellants with the same parameters: a point that was clamped to the border, or a pole of the file's own.
+    let mut hole = round((2.0, 2.0), 1.1, 9, -1.0);
+    hole.insert(3, hole[2]);
+    for cells in [(4, 4), (1, 1)] {
+        let scale =
+            |l: &[DVec2]| l.iter().map(|p| *p * DVec2::new(f64::from(cells.0), f64::from(cells.1)) / 4.0).collect();
+        let mut tile = Tile::new(cells, &[scale(&border((4, 4), 4)), scale(&hole)]);
+        tile.places[16 + 3].z = 1.0;
+        let mut out = TrimOutput::default();
+        trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
+        assert_eq!(check_boundary(&tile.input(), &out), Ok(()));
+        assert_eq!(out.closing.len(), 1);
+        // The other way round there is nothing to join.
+        tile.places[16 + 3].z = 0.0;
+        trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
+        assert!(out.closing.is_empty() && check_boundary(&tile.input(), &out).is_ok());
     }
 }
 
@@ -478,7 +527,7 @@ fn angles_come_close_to_delaunay() {
 fn nothing_in_nothing_out() {
     let mut out = TrimOutput::default();
     for loop_starts in [&[0][..], &[0, 0, 0][..]] {
-        let input = TrimInput { cells: (3, 2), points: &[], loop_starts };
+        let input = TrimInput { cells: (3, 2), points: &[], loop_starts, places: &[] };
         let outcome = trim_tile(&input, &mut TrimScratch::default(), &mut out);
         assert_eq!(outcome, Ok(TrimOutcome::Certified));
         assert!(out.triangles.is_empty() && out.full_cells.is_empty());
@@ -489,7 +538,7 @@ fn nothing_in_nothing_out() {
 fn input_outside_the_contract_is_refused() {
     let square = border((2, 2), 1);
     let refuse = |cells, points: &[DVec2], loop_starts: &[u32]| {
-        let input = TrimInput { cells, points, loop_starts };
+        let input = TrimInput { cells, points, loop_starts, places: &[] };
         trim_tile(&input, &mut TrimScratch::default(), &mut TrimOutput::default()).expect_err("refused")
     };
     for bad in [f64::NAN, f64::INFINITY, -1e-9, 2.0 + 1e-9] {

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use glam::DVec2;
-use trimtess::frame::trim::{TrimInput, TrimOutcome, TrimOutput};
+use glam::{DVec2, DVec3};
+use trimtess::frame::trim::{TrimInput, TrimOutput};
 use trimtess::math::predicates::orient2d;
 
 /// A tile that owns its loops.
@@ -12,20 +12,24 @@ pub(crate) struct Tile {
     pub(crate) cells: (u32, u32),
     pub(crate) points: Vec<DVec2>,
     pub(crate) loop_starts: Vec<u32>,
+    pub(crate) places: Vec<DVec3>,
 }
 
 impl Tile {
+    /// Points with the same coordinates are at one place in space, others are not.
     pub(crate) fn new(cells: (u32, u32), loops: &[Vec<DVec2>]) -> Self {
-        let mut tile = Self { cells, points: Vec::new(), loop_starts: vec![0] };
+        let mut tile = Self { cells, points: Vec::new(), loop_starts: vec![0], places: Vec::new() };
         for points in loops {
             tile.points.extend_from_slice(points);
             tile.loop_starts.push(tile.points.len() as u32);
         }
+        tile.places = tile.points.iter().map(|p| p.extend(0.0)).collect();
         tile
     }
 
     pub(crate) fn input(&self) -> TrimInput<'_> {
-        TrimInput { cells: self.cells, points: &self.points, loop_starts: &self.loop_starts }
+        let Self { cells, points, loop_starts, places } = self;
+        TrimInput { cells: *cells, points, loop_starts, places }
     }
 
     /// How to commit it to `cases.rs`.
@@ -89,7 +93,7 @@ pub(crate) struct Facts {
 }
 
 /// Positive triangles that match along their inner edges. With `exact`, moreover: every tessellant segment of nonzero length
-/// is an edge of exactly one triangle, in its direction, and the areas agree. Points of equal coordinates count as one vertex.
+/// that no other cancels is an edge of exactly one triangle, in its direction, and the areas agree. Points of equal coordinates count as one vertex.
 pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Result<Facts, String> {
     let mut by_position: HashMap<(u64, u64), u32> = HashMap::new();
     let bits = |p: DVec2| ((p.x + 0.0).to_bits(), (p.y + 0.0).to_bits());
@@ -138,7 +142,9 @@ pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Res
         }
     }
     if exact {
-        if let Some((segment, n)) = segments.iter().find(|(s, n)| **n != 1 || !edges.contains_key(*s)) {
+        let cancels = |s: &[u32; 2]| segments.get(s) == segments.get(&reverse(s));
+        if let Some((segment, n)) = segments.iter().find(|(s, n)| !cancels(s) && (**n != 1 || !edges.contains_key(*s)))
+        {
             return Err(format!("segment {segment:?} occurs {n} times and is not a triangle's edge once"));
         }
         let want: f64 = input.loop_starts.windows(2).map(|w| area(&input.points[w[0] as usize..w[1] as usize])).sum();
@@ -153,36 +159,35 @@ pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Res
     Ok(facts)
 }
 
-/// Positive triangles whose boundary is that of the loops, as chains: what is known of loops that overlap themselves and were
-/// not repaired. Two layers may then meet in an edge.
-pub(crate) fn check_chain(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
-    let bits = |p: DVec2| ((p.x + 0.0).to_bits(), (p.y + 0.0).to_bits());
-    type Point = (u64, u64);
-    let mut chain: HashMap<[Point; 2], i32> = HashMap::new();
-    let mut add = |a: DVec2, b: DVec2, sign: i32| {
-        let (a, b) = (bits(a), bits(b));
-        *chain.entry([a.min(b), a.max(b)]).or_default() += if a < b { sign } else { -sign };
+/// The boundary of all triangles is the loops, as chains over places in space; and triangles that only close name three places.
+/// Holds for every input.
+pub(crate) fn check_boundary(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
+    let mut known: HashMap<[u64; 3], u32> = HashMap::new();
+    let first: Vec<u32> = (0..)
+        .zip(input.places)
+        .map(|(v, p)| *known.entry((*p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(v))
+        .collect();
+    let one = |v: u32| first.get(v as usize).copied().unwrap_or(v);
+    let mut chain: HashMap<[u32; 2], i64> = HashMap::new();
+    let mut add = |a: u32, b: u32, times: i64| {
+        let (a, b) = (one(a), one(b));
+        if a != b {
+            *chain.entry([a.min(b), a.max(b)]).or_default() += if a < b { times } else { -times };
+        }
     };
-    for triangle in all_triangles(input, out) {
-        let p = triangle.map(|v| position(input, out, v));
-        if orient2d(p[0], p[1], p[2]) <= 0.0 {
-            return Err(format!("triangle {triangle:?} is not positive"));
-        }
-        for k in 0..3 {
-            add(p[k], p[(k + 1) % 3], 1);
-        }
+    let once = all_triangles(input, out).into_iter().chain(out.closing.iter().copied()).map(|t| (t, 1));
+    for (t, times) in once.chain(out.layers.iter().map(|&(t, times)| (t, i64::from(times)))) {
+        (0..3).for_each(|k| add(t[k], t[(k + 1) % 3], times));
     }
     for w in input.loop_starts.windows(2) {
-        let points = &input.points[w[0] as usize..w[1] as usize];
-        for (k, &a) in points.iter().enumerate() {
-            let b = points[(k + 1) % points.len()];
-            if a != b {
-                add(a, b, -1);
-            }
-        }
+        (w[0]..w[1]).for_each(|v| add(v, if v + 1 == w[1] { w[0] } else { v + 1 }, -1));
     }
-    match chain.iter().find(|(_, n)| **n != 0) {
-        Some((edge, n)) => Err(format!("edge {edge:?} is left over {n} times")),
+    if let Some((edge, n)) = chain.iter().find(|(_, n)| **n != 0) {
+        return Err(format!("edge {edge:?} is left over {n} times"));
+    }
+    let repeats = |t: &&[u32; 3]| one(t[0]) == one(t[1]) || one(t[1]) == one(t[2]) || one(t[2]) == one(t[0]);
+    match out.closing.iter().find(repeats) {
+        Some(t) => Err(format!("the closing triangle {t:?} repeats a place")),
         None => Ok(()),
     }
 }
@@ -207,8 +212,8 @@ fn on_border_of(input: &TrimInput<'_>, out: &TrimOutput, edge: [u32; 2], exact: 
     })
 }
 
-/// Points are covered as often as the loops wind around them; if the tile was repaired, once where that is positive. Points
-/// within 1e-6 of a segment are skipped.
+/// Points are covered as often as the loops wind around them, negative numbers by reversed layers. Points within 1e-6 of a
+/// segment are skipped.
 pub(crate) fn check_cover(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
     let all = all_triangles(input, out);
     let size = DVec2::new(f64::from(input.cells.0), f64::from(input.cells.1));
@@ -238,10 +243,9 @@ pub(crate) fn check_cover(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(),
             let [a, b, c] = t.map(|v| position(input, out, v));
             [(a, b), (b, c), (c, a)].iter().any(|&(from, to)| orient2d(from, to, p) == 0.0)
         };
-        let covering = all.iter().filter(covers).count();
-        let repaired = matches!(out.stats.outcome, TrimOutcome::Repaired { .. });
-        let wanted = if repaired { number.clamp(0, 1) } else { number };
-        if !near && covering as i32 != wanted && !all.iter().any(edge_of_one) {
+        let layers = out.layers.iter().filter(|(t, _)| covers(&t)).map(|(_, times)| times);
+        let covering = all.iter().filter(covers).count() as i32 + layers.sum::<i32>();
+        if !near && covering != number && !all.iter().any(edge_of_one) {
             return Err(format!("{p} has winding number {number} and lies in {covering} triangles"));
         }
     }

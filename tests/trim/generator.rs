@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use arbitrary::{Result, Unstructured};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use trimtess::math::predicates::{Side, orient2d, side_of};
 
 use crate::cases::border;
@@ -346,4 +346,68 @@ fn overlap([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
         }
         _ => true,
     }
+}
+
+/// A tile of any loops: random walks, stars, spikes and curls, on lattice lines and off them, run twice or backwards, whose
+/// points are at places of their own, at the place of their coordinates, or at one of a few.
+pub(crate) fn any_tile(u: &mut Unstructured<'_>) -> Result<Tile> {
+    let cells = (1 + below(u, 6)?, 1 + below(u, 6)?);
+    let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
+    let grain = *u.choose(&[0.0, 0.0, 0.25, 1.0, 1.0 / 3.0])?;
+    let large = u.ratio(1, 100)?;
+    let mut loops: Vec<Vec<DVec2>> = if u.arbitrary()? { vec![border(cells, 1 + below(u, 4)?)] } else { Vec::new() };
+    for _ in 0..1 + below(u, 4)? {
+        let count = if large { 60 + below(u, 140)? } else { 1 + below(u, 20)? };
+        let l = any_loop(u, size, count)?;
+        let on_grid = |p: DVec2| if grain > 0.0 { (p / grain).round() * grain } else { p };
+        let mut l: Vec<DVec2> = l.into_iter().map(|p| on_grid(p).clamp(DVec2::ZERO, size)).collect();
+        match below(u, 8)? {
+            0 => l = [&l[..], &l[..]].concat(),
+            1 => loops.push(l.iter().rev().copied().collect()),
+            2 => loops.push(l.clone()),
+            _ => {}
+        }
+        loops.push(l);
+    }
+    let mut tile = Tile::new(cells, &loops);
+    let places = below(u, 4)?;
+    for (k, place) in tile.places.iter_mut().enumerate() {
+        match places {
+            0 => place.z = k as f64,
+            1 => *place = DVec3::new(f64::from(below(u, 5)?), 0.0, 0.0),
+            2 if u.ratio(1, 5)? => place.z = 1.0,
+            _ => {}
+        }
+    }
+    Ok(tile)
+}
+
+/// Corners of a loop around or within a box.
+fn any_loop(u: &mut Unstructured<'_>, size: DVec2, count: u32) -> Result<Vec<DVec2>> {
+    let at = |u: &mut Unstructured<'_>| Ok(DVec2::new(range(u, 0.0, size.x)?, range(u, 0.0, size.y)?));
+    let kind = below(u, 5)?;
+    let (centre, turns) = (at(u)?, 1 + below(u, 4)?);
+    let radius = range(u, 0.0, 0.7)? * size.max_element();
+    let mut points = Vec::new();
+    for k in 0..count {
+        let angle = TAU * f64::from(k * turns) / f64::from(count);
+        points.push(match kind {
+            // Anywhere: as many crossings as there can be.
+            0 => at(u)?,
+            // A star, or a circle run several times.
+            1 => centre + DVec2::from_angle(angle) * radius,
+            // A curl that winds inwards.
+            2 => centre + DVec2::from_angle(3.0 * angle) * radius * f64::from(k) / f64::from(count),
+            // Spikes there and back.
+            3 if k % 2 == 0 => centre,
+            3 => at(u)?,
+            // Steps along the axes.
+            _ => {
+                let last = points.last().copied().unwrap_or(centre);
+                let to = at(u)?;
+                if k % 2 == 0 { DVec2::new(to.x, last.y) } else { DVec2::new(last.x, to.y) }
+            }
+        });
+    }
+    Ok(points)
 }

@@ -281,11 +281,11 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
             Degradation::NotSimple { .. } if row_of(prepared, tile.part, tile.face).is_some_and(|row| row.crosses) => {
                 continue;
             }
-            Degradation::NotSimple { .. } => Severity::Warning,
-            Degradation::Empty if lost => Severity::Error,
+            Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
+            Degradation::Empty if lost => Severity::Note,
             // The tile's share of the face is thinner than the tolerance; its neighbours close over it.
             Degradation::Empty => continue,
-            Degradation::Failed(_) | Degradation::GivenUp { .. } => Severity::Error,
+            Degradation::Failed(_) => Severity::Error,
         };
         told.entry((tile.part, tile.face, severity)).and_modify(|(_, others)| *others += 1).or_insert((tile, 0));
     }
@@ -293,7 +293,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
         let words = tile.degradation.to_string();
         let reason = if others > 0 { format!("{words}; {others} more tiles like it") } else { words };
         let crossing = match tile.degradation {
-            Degradation::NotSimple { place, .. } | Degradation::GivenUp { place, .. } => place,
+            Degradation::NotSimple { place, .. } => place,
             _ => None,
         };
         let rows = prepared.parts.get(part.index());
@@ -483,8 +483,8 @@ mod tests {
             degradation,
         };
         let degraded = vec![
-            bad(0, Degradation::NotSimple { split: 1, unused: 0, place: None }, 0),
-            bad(0, Degradation::NotSimple { split: 2, unused: 0, place: None }, 1),
+            bad(0, Degradation::NotSimple { split: 1, place: None }, 0),
+            bad(0, Degradation::NotSimple { split: 2, place: None }, 1),
             bad(1, Degradation::Empty, 2),
             bad(2, Degradation::Empty, 3),
         ];

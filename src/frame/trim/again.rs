@@ -7,7 +7,7 @@
 use super::bits::Bits;
 use super::rings::Origin;
 use super::trace::{Crossing, NONE, Trace};
-use super::{Ladder, TrimInput, TrimOutcome, TrimOutput, TrimScratch, TrimStats, reference};
+use super::{Ladder, TrimInput, TrimOutcome, TrimOutput, TrimScratch, TrimStats, certified, reference};
 use crate::frame::samples::keep;
 
 /// What is kept of a tile that was triangulated cell by cell.
@@ -333,8 +333,7 @@ impl TrimScratch {
         };
         cells.copy(tile, place, &again.to, (&mut out.triangles, &mut rings.kept))?;
         out.stats.rings = (rings.rings.len() + rings.kept.len()) as u32;
-        let area = out.double_area(tile);
-        let outcome = ladder.certified(tile, area, &out.stats).ok()?;
+        let outcome = certified(tile, rings.around_full, out).ok()?;
         Some((outcome, fresh))
     }
 }
@@ -433,7 +432,7 @@ mod tests {
             let mut old: Option<&Tile> = None;
             for tile in tiles {
                 let (points, starts) = (tile.points(), tile.starts());
-                let input = TrimInput { cells: tile.cells(), points: &points, loop_starts: &starts };
+                let input = TrimInput { cells: tile.cells(), points: &points, loop_starts: &starts, places: &[] };
                 let mut made = TrimOutput::default();
                 let outcome = super::super::trim_tile(&input, &mut TrimScratch::default(), &mut made).unwrap();
                 let again = old.and_then(|old| {

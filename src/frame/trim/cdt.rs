@@ -1,11 +1,14 @@
-//! Directed segments with multiplicities -> the triangles of positive winding number, by a constrained Delaunay
-//! triangulation (`spade`). Segments that cross are split where they meet, never dropped.
+//! Directed segments with multiplicities -> triangles by their winding numbers, in a constrained Delaunay triangulation
+//! (`spade`). Segments that cross are split where they meet; where they do so too often, led around along edges.
 
 use std::collections::HashMap;
 
 use glam::DVec2;
 use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle, VertexHandle};
-use spade::{CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerator, Point2, Triangulation};
+use spade::{
+    CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerator, Intersection,
+    LineIntersectionIterator, Point2, Triangulation,
+};
 
 /// A constraint: crossing it from right to left raises the winding number by `weight`.
 #[derive(Clone, Copy, Debug)]
@@ -21,16 +24,15 @@ pub(in crate::frame) struct Region {
     /// Counter-clockwise triangles of positive winding number, by site index; indices from the number of sites on count
     /// `crossings`.
     pub(in crate::frame) triangles: Vec<[u32; 3]>,
+    /// Counter-clockwise triangles of winding numbers other than 0 and 1, and how often each must be used besides, reversed
+    /// where that is negative.
+    pub(in crate::frame) layers: Vec<([u32; 3], i32)>,
     /// Points where segments had to be split.
     pub(in crate::frame) crossings: Vec<DVec2>,
     /// Segments that are not one edge.
     pub(in crate::frame) split: u32,
-    /// Segments without a kept triangle on the left of every part.
-    pub(in crate::frame) unused: u32,
-    /// A face of winding number other than 0 and 1 exists, or a segment keeps both sides without a counter-segment.
-    pub(in crate::frame) overlapping: bool,
-    /// Segments still crossed when splitting them was given up: what is kept is not what they wind around.
-    pub(in crate::frame) given_up: bool,
+    /// Pieces of them that were led around others, along edges nearby.
+    pub(in crate::frame) led: u32,
 }
 
 /// What to do where segments cross, or pass through a vertex.
@@ -46,17 +48,19 @@ pub(in crate::frame) enum AtCrossings {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::frame) struct Refused;
 
-/// Rounds of splitting crossing segments. A round sees only crossings with segments that are already in, and the next ones
-/// those that rounding made; random self-crossing loops need three to seven.
-const MAX_ROUNDS: usize = 12;
+/// Triangulations until segments that still cross are led around each other. A round sees only crossings with segments that
+/// are already in, and the next ones those that rounding made; random self-crossing loops need three to seven.
+const MAX_ROUNDS: usize = 6;
 
-/// Crossings that are split. Loops of real files have a handful, and n segments of noise have n² of them.
-const MAX_CROSSINGS: usize = 1 << 14;
+/// Crossings that are split, for each segment and in all. Loops of real files have a handful; n segments of noise have n² of
+/// them, and are led along vertices nearby.
+const CROSSINGS_PER_SEGMENT: usize = 4;
+const FEW_CROSSINGS: usize = 1024;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
 
-/// Triangulates the region of positive winding number. `sites` may repeat coordinates (one vertex then carries several
+/// Triangulates what the segments wind around. `sites` may repeat coordinates (one vertex then carries several
 /// indices: a triangle names the one whose segment starts the sector it lies in), and may hold points without segments.
 pub(in crate::frame) fn triangulate(
     sites: &[DVec2],
@@ -73,24 +77,27 @@ pub(in crate::frame) fn triangulate(
         }
     }
     let (whole, real) = (parts.len(), positions.len());
-    let mut rounds = 1;
-    let mut crossings = 0;
+    let most = FEW_CROSSINGS + CROSSINGS_PER_SEGMENT * whole;
+    let (mut rounds, mut crossings, mut led) = (1, 0, 0);
     let cdt = loop {
         let mut cdt = Cdt::of(&positions)?;
-        let give_up = rounds == MAX_ROUNDS || crossings > MAX_CROSSINGS;
-        let conflicts = add_constraints(&mut cdt, &mut parts, give_up, &mut crossings);
+        let last = rounds == MAX_ROUNDS || crossings >= most;
+        let conflicts = add_constraints(&mut cdt, &mut parts, if last { 0 } else { most }, &mut crossings);
         if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
             return Err(Refused);
         }
-        if conflicts.is_empty() {
+        if last {
+            led = conflicts.len() as u32;
+            parts.extend(conflicts.iter().flat_map(|(part, _)| cdt.lead(part)));
+        }
+        if last || conflicts.is_empty() {
             break cdt;
         }
-        if crossings <= MAX_CROSSINGS {
-            split(&mut positions, &mut parts, &conflicts);
-        }
+        parts.extend(conflicts.iter().map(|(part, _)| *part));
+        split(&mut positions, &mut parts, &conflicts);
         rounds += 1;
     };
-    let mut region = label(&cdt, &parts, segments.len());
+    let mut region = Region { led, ..label(&cdt, &parts, segments.len()) };
     region.crossings.extend(positions[real..].iter().map(|p| DVec2::new(p.x, p.y)));
     classes.name_corners(&mut region, &cdt, &parts, segments, sites.len());
     Ok(region)
@@ -157,6 +164,33 @@ impl Cdt {
     fn edge(&self, ends: [u32; 2]) -> Option<EdgeHandle<'_>> {
         self.spade.get_edge_from_neighbors(self.vertex(ends[0]), self.vertex(ends[1]))
     }
+
+    /// A part that crosses constraints, led along edges from its start to its end: by the nearer end of each edge that it
+    /// crosses. Two edges crossed one after the other are sides of one triangle, so their ends have an edge in common.
+    fn lead(&self, part: &Part) -> Vec<Part> {
+        let [from, to] = part.ends;
+        let [a, b] = part.ends.map(|v| self.spade.vertex(self.vertex(v)).position());
+        let off = |v: VertexHandle<'_, Vertex, (), CdtEdge<()>, ()>| {
+            let p = v.position();
+            ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x)).abs()
+        };
+        let mut path = vec![from];
+        for met in LineIntersectionIterator::new_from_handles(&self.spade, self.vertex(from), self.vertex(to)) {
+            let next = match met {
+                Intersection::VertexIntersection(v) => index(v),
+                Intersection::EdgeIntersection(edge) => {
+                    let [v, w] = [edge.from(), edge.to()];
+                    let nearer = off(v).total_cmp(&off(w)).then(index(v).cmp(&index(w))).is_le();
+                    index(if nearer { v } else { w })
+                }
+                Intersection::EdgeOverlap(_) => continue,
+            };
+            if path.last() != Some(&next) {
+                path.push(next);
+            }
+        }
+        path.windows(2).map(|w| Part { ends: [w[0], w[1]], ..*part }).collect()
+    }
 }
 
 /// A permutation of the 32-bit numbers whose order looks random: the last steps of MurmurHash3.
@@ -174,13 +208,13 @@ fn ends(edge: EdgeHandle<'_>) -> [u32; 2] {
     [index(edge.from()), index(edge.to())]
 }
 
-/// Makes every part an edge, splits parts that pass through vertices, and returns the crossings as (part, the constraint
-/// edges it would cross); `crossings` counts these, and none are looked for beyond [`MAX_CROSSINGS`]. With `give_up`, parts
-/// that cross are left without an edge instead.
+/// Makes every part an edge, splits parts that pass through vertices, and takes out those that cross constraints: these are
+/// returned, with the constraint edges that each crosses while there are no more than `most` crossings, which `crossings`
+/// counts.
 fn add_constraints(
     cdt: &mut Cdt,
     parts: &mut Vec<Part>,
-    give_up: bool,
+    most: usize,
     crossings: &mut usize,
 ) -> Vec<(Part, Vec<[u32; 2]>)> {
     let mut conflicts = Vec::new();
@@ -189,12 +223,12 @@ fn add_constraints(
         let [a, b] = part.ends.map(|v| cdt.vertex(v));
         let chain = cdt.spade.try_add_constraint(a, b);
         if chain.is_empty() {
-            done.push(part);
-            if !give_up && *crossings <= MAX_CROSSINGS {
-                let crossed: Vec<_> = cdt.spade.get_conflicting_edges_between_vertices(a, b).map(ends).collect();
+            let mut crossed = Vec::new();
+            if *crossings < most {
+                crossed.extend(cdt.spade.get_conflicting_edges_between_vertices(a, b).map(ends));
                 *crossings += crossed.len();
-                conflicts.push((part, crossed));
             }
+            conflicts.push((part, crossed));
             continue;
         }
         for edge in chain {
@@ -263,72 +297,53 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(
     *parts = done;
 }
 
-/// The triangles of positive winding number, and how the segments fared.
+/// The triangles by their winding numbers, and how the segments fared.
 fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
     let mut region = Region::default();
-    let mut edges = vec![Edge::default(); cdt.spade.num_undirected_edges()];
-    let (mut pieces, mut unused) = (vec![0u32; segments], vec![false; segments]);
+    // By edge, in its normalized direction: the rise of the winding number from right to left.
+    let mut rises = vec![0; cdt.spade.num_undirected_edges()];
+    let mut pieces = vec![0_u32; segments];
     for part in parts {
-        // A part without an edge crosses another one even after all rounds: its segment counts as split.
-        let Some(edge) = cdt.edge(part.ends) else {
-            pieces[part.owner as usize] += 2;
-            continue;
-        };
         pieces[part.owner as usize] += 1;
-        let undirected = edge.as_undirected().fix();
-        let forward = undirected.as_directed() == edge.fix();
-        let slot = &mut edges[undirected.index()];
-        slot.weight += if forward { part.weight } else { -part.weight };
-        let seen = if forward { &mut slot.forward } else { &mut slot.backward };
-        // Only one triangle has this edge in this direction.
-        unused[part.owner as usize] |= *seen;
-        *seen = true;
+        if let Some(edge) = cdt.edge(part.ends) {
+            let undirected = edge.as_undirected().fix();
+            let forward = undirected.as_directed() == edge.fix();
+            rises[undirected.index()] += if forward { part.weight } else { -part.weight };
+        }
     }
-    region.given_up = parts.iter().any(|part| cdt.edge(part.ends).is_none());
     region.split = pieces.iter().filter(|&&n| n > 1).count() as u32;
-    let winding = winding_numbers(&cdt.spade, &edges);
+    let winding = winding_numbers(&cdt.spade, &rises);
     for face in cdt.spade.inner_faces() {
         let number = winding[face.index()];
-        region.overlapping |= !(0..=1).contains(&number);
+        if number == 0 {
+            continue;
+        }
+        let mut triangle = face.vertices().map(index);
+        let first = (0..3).min_by_key(|&corner| triangle[corner]).unwrap_or(0);
+        triangle.rotate_left(first);
         if number > 0 {
-            let mut triangle = face.vertices().map(index);
-            let first = (0..3).min_by_key(|&corner| triangle[corner]).unwrap_or(0);
-            triangle.rotate_left(first);
             region.triangles.push(triangle);
+        }
+        let more = if number > 0 { number - 1 } else { number };
+        if more != 0 {
+            region.layers.push((triangle, more));
         }
     }
     // In the order of the sites, not of their insertion.
     region.triangles.sort_unstable();
-    for part in parts {
-        let Some(edge) = cdt.edge(part.ends) else { continue };
-        let kept = |index: usize| winding[index] > 0;
-        let (left, right) = (kept(edge.face().index()), kept(edge.rev().face().index()));
-        let Edge { forward, backward, .. } = edges[edge.as_undirected().index()];
-        unused[part.owner as usize] |= !left;
-        region.overlapping |= left && right && !(forward && backward);
-    }
-    region.unused = unused.iter().filter(|&&u| u).count() as u32;
+    region.layers.sort_unstable();
     region
 }
 
-/// What parts do to an edge of the triangulation, in its normalized direction.
-#[derive(Clone, Copy, Default)]
-struct Edge {
-    /// Rise of the winding number from right to left.
-    weight: i32,
-    forward: bool,
-    backward: bool,
-}
-
 /// By face, spreading from the outer face, where the number is 0.
-fn winding_numbers(cdt: &Spade, edges: &[Edge]) -> Vec<i32> {
+fn winding_numbers(cdt: &Spade, rises: &[i32]) -> Vec<i32> {
     const UNSEEN: i32 = i32::MIN;
     let mut winding = vec![UNSEEN; cdt.num_all_faces()];
     winding[cdt.outer_face().index()] = 0;
     let rise = |edge: FixedDirectedEdgeHandle| {
         let undirected = edge.as_undirected();
-        let weight = edges[undirected.index()].weight;
-        if undirected.as_directed() == edge { weight } else { -weight }
+        let rise = rises[undirected.index()];
+        if undirected.as_directed() == edge { rise } else { -rise }
     };
     let mut stack = Vec::new();
     // A hull edge has the outer face on its left; its reverse runs along the inner face.
@@ -408,7 +423,7 @@ impl Classes {
                 tails.entry(part.ends).or_insert(site);
             }
         }
-        for triangle in &mut region.triangles {
+        for triangle in region.triangles.iter_mut().chain(region.layers.iter_mut().map(|(t, _)| t)) {
             let classes = *triangle;
             for corner in 0..3 {
                 let (class, next) = (classes[corner], classes[(corner + 1) % 3]);
@@ -458,8 +473,8 @@ mod tests {
         assert!(triangulate(&sites, &segments, AtCrossings::Refuse).is_err());
         let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
         assert_eq!(region.crossings.len(), 2);
-        assert_eq!((region.split, region.unused), (4, 0));
-        assert!(region.overlapping, "both squares cover the middle");
+        assert_eq!(region.split, 4);
+        assert_eq!(region.layers.iter().map(|&(_, times)| times).collect::<Vec<_>>(), [1, 1], "the squares' middle");
         let position = |v: u32| sites.get(v as usize).copied().unwrap_or_else(|| region.crossings[v as usize - 8]);
         let area = |t: &[u32; 3]| (position(t[1]) - position(t[0])).perp_dot(position(t[2]) - position(t[0]));
         assert_eq!(region.triangles.iter().map(area).sum::<f64>(), 14.0);
@@ -473,7 +488,7 @@ mod tests {
         let inner = ring(4, 4).map(|s| Segment { ends: [s.ends[1], s.ends[0]], weight: 1 });
         let segments: Vec<Segment> = ring(0, 4).chain(inner).collect();
         let region = triangulate(&sites, &segments, AtCrossings::Refuse).expect("simple");
-        assert!(!region.overlapping && region.split == 0 && region.unused == 0);
+        assert!(region.layers.is_empty() && region.split == 0);
         // Triangles of a region with one hole: vertices on the boundary, plus two per inner vertex.
         assert_eq!(region.triangles.len(), 8 + 2);
         assert!(region.triangles.iter().flatten().any(|&v| v == 8));

@@ -92,6 +92,11 @@ pub(super) fn clean_up(
     out.triangles.retain(|t| *t != DEAD);
     if !taken_cells.is_empty() {
         let taken: std::collections::BTreeSet<u32> = taken_cells.into_iter().collect();
+        for &cell in &taken {
+            let (i, j) = (cell % tile.cells.0, cell / tile.cells.0);
+            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            rings.around_full.remove(&corners.map(|(i, j)| tile.corner_id(i, j)));
+        }
         out.full_cells.retain(|&[i, j]| !taken.contains(&(j * tile.cells.0 + i)));
     }
     Ok(())
@@ -176,7 +181,7 @@ impl Cleanup<'_> {
         let indices = self.loops[loops].iter().map(|l| l.loop_index);
         let mut triangles = Vec::new();
         let joined = self.slits.join_holes(self.tile, indices, self.polygon);
-        (joined && self.polygon.triangulate(&mut triangles).is_some()).then_some(triangles)
+        (joined && self.polygon.triangulate(&mut triangles)).then_some(triangles)
     }
 
     fn loop_ends(&self, index: usize) -> [u32; 2] {
@@ -222,7 +227,7 @@ impl Cleanup<'_> {
                 continue;
             }
             let mut triangles = Vec::new();
-            if self.polygon.triangulate(&mut triangles).is_some() {
+            if self.polygon.triangulate(&mut triangles) {
                 let size = triangles.iter().map(|t| self.box_size(*t)).fold(0.0, f64::max);
                 if best.as_ref().is_none_or(|b| size < b.0) {
                     best = Some((size, neighbour, triangles));
@@ -433,7 +438,7 @@ impl Cleanup<'_> {
             segments.push(Segment { ends: [local(a)?, local(b)?], weight: 1 });
         }
         let region = cdt::triangulate(&points, &segments, AtCrossings::Refuse).ok()?;
-        if region.overlapping || region.unused > 0 {
+        if !region.layers.is_empty() {
             return None;
         }
         let positive = |t: &[u32; 3]| {

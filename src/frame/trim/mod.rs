@@ -1,23 +1,29 @@
 //! Lattice and trim loops of one tile -> full cells, and triangles of the cells the loops pass through.
 //!
-//! The vertices are lattice corners and tessellants, nothing else, and every tessellant segment is one edge of one triangle:
-//! so neighbouring tiles and faces that share the tessellants share the edges, and no crack can open.
+//! The vertices are lattice corners and tessellants, and every tessellant segment is one edge of one triangle: neighbouring
+//! tiles and faces that share the tessellants share the edges, and no crack can open.
 //!
 //! Method: each crossing of a segment with a lattice line is replaced, in both cells alike, by the nearer end of the segment.
 //! Cell polygons are then runs of tessellants and kept corners. Replacing vertices commutes with taking boundaries, so if
-//! every triangle of every cell is strictly positive (exact signs) the triangles cover the kept region exactly once. What
-//! fails is merged with a neighbour, then triangulated by a constrained Delaunay triangulation. The scheme descends from
-//! Kumar and Manocha, "Efficient Rendering of Trimmed NURBS Surfaces", Computer-Aided Design 27(7), 1995, section 4; the
-//! certificate replaces its case analysis.
+//! every triangle of every cell is strictly positive (exact signs) and their boundary is the loops, they cover each point as
+//! often as the loops wind around it. What fails is merged with a neighbour, then triangulated by a constrained Delaunay
+//! triangulation. The scheme descends from Kumar and Manocha, "Efficient Rendering of Trimmed NURBS Surfaces",
+//! Computer-Aided Design 27(7), 1995, section 4; the certificate replaces its case analysis.
+//!
+//! Loops that cross themselves or each other are triangulated all the same, by winding numbers, and what then is missing for
+//! the boundary to be the loops is added in space ([`TrimOutput::closing`]): the boundary is the loops for every input.
 
 use std::fmt;
 
-use glam::DVec2;
+use chain::Fingerprint;
+use glam::{DVec2, DVec3};
 
 pub(super) mod again;
 mod bits;
 pub(super) mod cdt;
+pub(super) mod chain;
 mod cleanup;
+mod close;
 mod record;
 pub use record::{TracedCrossing, TrimRecord};
 /// The whole tile at once by a constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
@@ -34,8 +40,7 @@ pub(super) mod weave;
 /// counter-clockwise, holes clockwise. All points lie in the closed box of the lattice. What surrounds the tile (its border)
 /// is a loop or part of one like any other; nothing is kept that no loop encloses.
 ///
-/// Points with equal coordinates are one vertex of the domain: the output may name any of their ids, and prefers the one whose
-/// segment bounds the triangle. Segments between equal points have no length and appear in no triangle.
+/// Points with equal coordinates are one vertex of the domain. Points with equal places are one vertex of the output's boundary.
 #[derive(Clone, Copy, Debug)]
 pub struct TrimInput<'a> {
     /// Number of cells in x and in y, both in 1..65535.
@@ -44,18 +49,30 @@ pub struct TrimInput<'a> {
     pub points: &'a [DVec2],
     /// Where each loop starts in `points`, and `points.len()` at the end: one entry more than there are loops.
     pub loop_starts: &'a [u32],
+    /// Where the points are in space; equal bits are the same place. Empty: each has a place of its own.
+    pub places: &'a [DVec3],
 }
 
 /// The triangulated trim part of a tile.
+///
+/// The boundary of all triangles together (`triangles`, the halves of `full_cells`, `layers` as often as they say, and
+/// `closing`) is the sum of the loops' segments, as a chain over places, in which an edge and its reverse cancel. It is so for
+/// every input that is not refused.
+///
+/// A vertex id below `points.len()` is that tessellant; the id `points.len() + j * (cells.0 + 1) + i` is the lattice corner
+/// (i, j); ids from `points.len() + (cells.0 + 1) * (cells.1 + 1)` on count `extra_points`.
 #[derive(Clone, Default, Debug)]
 pub struct TrimOutput {
-    /// Counter-clockwise triangles, strictly positive. A vertex id below `points.len()` is that tessellant; the id
-    /// `points.len() + j * (cells.0 + 1) + i` is the lattice corner (i, j); ids from `points.len() + (cells.0 + 1) *
-    /// (cells.1 + 1)` on count `extra_points`.
+    /// Counter-clockwise triangles, strictly positive: what the loops wind around a positive number of times.
     pub triangles: Vec<[u32; 3]>,
     /// Cells (i, j) that no loop touches, wholly kept: the caller splits each along the diagonal it prefers.
     pub full_cells: Vec<[u32; 2]>,
-    /// Points where segments cross each other. Empty unless the outcome is [`TrimOutcome::Repaired`].
+    /// Where the loops wind otherwise than once: counter-clockwise triangles and how often each is used more, reversed where
+    /// that is negative. Empty unless the outcome is [`TrimOutcome::Repaired`], like the two below.
+    pub layers: Vec<([u32; 3], i32)>,
+    /// Triangles of any shape without which the boundary would not be the loops.
+    pub closing: Vec<[u32; 3]>,
+    /// Points where segments cross each other.
     pub extra_points: Vec<DVec2>,
     /// What the work consisted of.
     pub stats: TrimStats,
@@ -63,10 +80,9 @@ pub struct TrimOutput {
 
 /// Which rung of the ladder a tile needed; the later, the more work.
 ///
-/// Except for [`TrimOutcome::Repaired`], simple loops are covered once, every tessellant segment is an edge of exactly one
-/// triangle, in its direction, and all other edges match in pairs. Loops that cross but wind around no point backwards may pass
-/// as well: then a point has as many layers as the loops wind around it, with the loops as boundary, and layers may meet in an
-/// edge.
+/// Except for [`TrimOutcome::Repaired`], simple loops are covered once, every tessellant segment that no other cancels is an
+/// edge of exactly one triangle, in its direction, and all other edges match in pairs. Loops that cross but wind around no point backwards may pass
+/// as well: then a point has as many layers as the loops wind around it, and layers may meet in an edge.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
 pub enum TrimOutcome {
     /// Every cell polygon was triangulated by itself.
@@ -76,13 +92,11 @@ pub enum TrimOutcome {
     Merged,
     /// Some cells, or the whole tile, needed a constrained Delaunay triangulation. As conforming as the rungs above.
     Cdt,
-    /// The loops cross or overlap themselves or each other. The kept region is the points of positive winding number; it is
-    /// still covered once by positive triangles that match along their inner edges. Not so with [`TrimStats::given_up`].
+    /// The loops cross or overlap themselves or each other, or points at different places coincide. Each point is covered as
+    /// often as the loops wind around it, reversed where that is negative, and triangles that only close are added.
     Repaired {
         /// Tessellant segments that do not appear as one edge: split at a crossing or at another loop's vertex.
         split: u32,
-        /// Tessellant segments without a kept side, left out wholly or partly.
-        unused: u32,
     },
 }
 
@@ -107,8 +121,9 @@ pub struct TrimStats {
     pub retraced: bool,
     /// The tile went to the whole-tile reference.
     pub whole_tile: bool,
-    /// The loops cross more often than they are split: what is kept is not the region of positive winding number.
-    pub given_up: bool,
+    /// Pieces of segments that cross others more often than is worth splitting: led along edges nearby, so that points near
+    /// them may be covered otherwise than the loops wind.
+    pub led: u32,
 }
 
 /// Input that no rung can work on.
@@ -182,33 +197,55 @@ pub fn trim_tile(
     scratch: &mut TrimScratch,
     out: &mut TrimOutput,
 ) -> Result<TrimOutcome, TrimError> {
+    let TrimScratch { ladder, distinct } = scratch;
+    by_distinct(input, distinct, out, |tile, out| ladder.climb(tile, out))
+}
+
+/// Triangulates the loops without repeated points by `rung`, and closes what that leaves open.
+fn by_distinct(
+    input: &TrimInput<'_>,
+    distinct: &mut Distinct,
+    out: &mut TrimOutput,
+    rung: impl FnOnce(&TrimInput<'_>, &mut TrimOutput) -> TrimOutcome,
+) -> Result<TrimOutcome, TrimError> {
     out.clear();
     input.validate()?;
-    let TrimScratch { ladder, distinct } = scratch;
-    let outcome = if distinct.collect(input) {
-        let outcome = ladder.climb(&distinct.tile(input), out);
-        distinct.restore_ids(input, &mut out.triangles);
+    let mut outcome = if distinct.collect(input) {
+        let outcome = rung(&distinct.tile(input), out);
+        distinct.restore_ids(input, out);
         outcome
     } else {
-        ladder.climb(input, out)
+        rung(input, out)
     };
+    // The other rungs have proven that nothing is open; where points were left out that is not all.
+    if out.stats.whole_tile || distinct.moves {
+        close::close(input, out);
+        if !(out.closing.is_empty() && out.layers.is_empty()) && !matches!(outcome, TrimOutcome::Repaired { .. }) {
+            outcome = TrimOutcome::Repaired { split: 0 };
+        }
+    }
     out.stats.outcome = outcome;
     Ok(outcome)
+}
+
+/// Fills the loops without triangulating what they wind around: for tiles that no rung can work on, since it looks at places
+/// alone. `out` is overwritten.
+pub(super) fn fill_loops(input: &TrimInput<'_>, out: &mut TrimOutput) {
+    out.clear();
+    close::close(input, out);
+    out.stats.outcome = TrimOutcome::Repaired { split: 0 };
 }
 
 impl Ladder {
     /// Loops without segments of length zero -> triangles, by the first rung that holds.
     fn climb(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
-        // The two segments of a loop of two tessellants cancel as a chain, and would vanish.
-        if tile.loops().all(|l| l.len() != 2) {
-            for reach in [reference::CORNER_CLEARANCE, 0.0] {
-                out.clear();
-                out.stats.retraced = reach == 0.0;
-                match self.by_cells(tile, reach, out) {
-                    Ok(outcome) => return outcome,
-                    Err(Refused::OrderOfCrossings) => {}
-                    Err(Refused::NotSimple) => break,
-                }
+        for reach in [reference::CORNER_CLEARANCE, 0.0] {
+            out.clear();
+            out.stats.retraced = reach == 0.0;
+            match self.by_cells(tile, reach, out) {
+                Ok(outcome) => return outcome,
+                Err(Refused::OrderOfCrossings) => {}
+                Err(Refused::NotSimple) => break,
             }
         }
         out.stats.whole_tile = true;
@@ -225,38 +262,35 @@ impl Ladder {
     fn by_traced_cells(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, Refused> {
         let Self { trace, rings, slits, polygon, .. } = self;
         out.stats.crossings = trace.crossings.len() as u32;
-        let mut area = 0.0;
-        if rings.build_one_cell(tile, trace, slits, polygon, out) {
-            area += rings.double_area;
-        } else {
+        if !rings.build_one_cell(tile, trace, slits, polygon, out) {
             rings.build(tile, trace, polygon, out, |_| false).map_err(|_| Refused::OrderOfCrossings)?;
             out.stats.rings = rings.rings.len() as u32;
             out.stats.failed_rings = rings.failed;
-            area += rings.double_area;
             if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
                 cleanup::clean_up(tile, trace, rings, slits, polygon, out).map_err(|_| Refused::NotSimple)?;
-                area = out.double_area(tile);
             }
         }
-        self.certified(tile, area, &out.stats)
+        certified(tile, rings.around_full, out)
     }
+}
 
-    /// How it went, if twice the area of the triangles is that of the loops.
-    fn certified(&self, tile: &TrimInput<'_>, area: f64, stats: &TrimStats) -> Result<TrimOutcome, Refused> {
-        // Positive triangles of the right total area cover the region once. Loops that are not simple can pass everything
-        // but this, because full cells come from parities and rings from the order of crossings.
-        let cells = f64::from(tile.cells.0) * f64::from(tile.cells.1);
-        if (area - self.trace.double_area).abs() > AREA_TOLERANCE * cells {
-            return Err(Refused::OrderOfCrossings);
-        }
-        Ok(if stats.clusters > 0 {
-            TrimOutcome::Cdt
-        } else if stats.merged_rings > 0 {
-            TrimOutcome::Merged
-        } else {
-            TrimOutcome::Certified
-        })
+/// How it went, if the boundary of the triangles and of the full cells, which is stated, is the loops.
+///
+/// Positive triangles with that boundary cover each point as often as the loops wind around it. Loops that are not simple
+/// can pass everything but this, because full cells come from parities and rings from the order of crossings.
+fn certified(tile: &TrimInput<'_>, around_full: Fingerprint, out: &TrimOutput) -> Result<TrimOutcome, Refused> {
+    let mut boundary = around_full;
+    out.triangles.iter().for_each(|&t| boundary.add_triangle(t));
+    if boundary != Fingerprint::of_loops(tile) {
+        return Err(Refused::OrderOfCrossings);
     }
+    Ok(if out.stats.clusters > 0 {
+        TrimOutcome::Cdt
+    } else if out.stats.merged_rings > 0 {
+        TrimOutcome::Merged
+    } else {
+        TrimOutcome::Certified
+    })
 }
 
 /// Why a tile could not be triangulated cell by cell.
@@ -265,10 +299,6 @@ enum Refused {
     OrderOfCrossings,
     NotSimple,
 }
-
-/// Largest difference between twice the triangles' area and twice the loops', as a share of the tile. Rounding stays below
-/// 1e-12; a wrongly covered cell of the largest lattice is 1e-9.
-const AREA_TOLERANCE: f64 = 1e-10;
 
 /// Loops without segments of length zero, and where their points come from.
 #[derive(Default)]
@@ -279,6 +309,8 @@ struct Distinct {
     original: Vec<u32>,
     /// Whether the last loops had any.
     repeats: bool,
+    /// Whether points were left out that are elsewhere in space than those that stay.
+    moves: bool,
 }
 
 impl Distinct {
@@ -290,9 +322,12 @@ impl Distinct {
             l.windows(2).any(|w| w[0] == w[1]) || (!l.is_empty() && l[0] == l[l.len() - 1])
         };
         self.repeats = input.loops().any(repeats);
+        self.moves = false;
         if !self.repeats {
             return false;
         }
+        let place = |v: u32| input.places.get(v as usize);
+        let differ = |v: u32, w: u32| place(v).is_none() || place(v) != place(w);
         self.points.clear();
         self.original.clear();
         self.loop_starts.clear();
@@ -301,14 +336,17 @@ impl Distinct {
             let start = self.points.len();
             for v in l {
                 let p = points[v as usize];
-                if self.points[start..].last() != Some(&p) {
+                if self.points[start..].last() == Some(&p) {
+                    self.moves |= self.original.last().is_some_and(|&w| differ(v, w));
+                } else {
                     self.points.push(p);
                     self.original.push(v);
                 }
             }
             while self.points.len() > start && self.points[start] == self.points[self.points.len() - 1] {
                 self.points.pop();
-                self.original.pop();
+                let (left_out, first) = (self.original.pop(), self.original.get(start));
+                self.moves |= left_out.zip(first).is_some_and(|(v, &w)| differ(v, w));
             }
             self.loop_starts.push(self.points.len() as u32);
         }
@@ -316,12 +354,12 @@ impl Distinct {
     }
 
     fn tile<'a>(&'a self, input: &TrimInput<'_>) -> TrimInput<'a> {
-        TrimInput { cells: input.cells, points: &self.points, loop_starts: &self.loop_starts }
+        TrimInput { cells: input.cells, points: &self.points, loop_starts: &self.loop_starts, places: &[] }
     }
 
-    fn restore_ids(&self, input: &TrimInput<'_>, triangles: &mut [[u32; 3]]) {
+    fn restore_ids(&self, input: &TrimInput<'_>, out: &mut TrimOutput) {
         let (ours, theirs) = (self.original.len() as u32, input.points.len() as u32);
-        for v in triangles.iter_mut().flatten() {
+        for v in out.vertices() {
             *v = if *v < ours { self.original[*v as usize] } else { *v - ours + theirs };
         }
     }
@@ -331,6 +369,8 @@ impl TrimOutput {
     fn clear(&mut self) {
         self.triangles.clear();
         self.full_cells.clear();
+        self.layers.clear();
+        self.closing.clear();
         self.extra_points.clear();
         self.stats = TrimStats::default();
     }
@@ -341,21 +381,23 @@ impl TrimOutput {
         self.stats = stats;
     }
 
-    /// Twice the area of triangles and full cells. There are no extra points yet.
-    fn double_area(&self, tile: &TrimInput<'_>) -> f64 {
+    /// The corners of all triangles, of full cells not.
+    pub(super) fn vertices(&mut self) -> impl Iterator<Item = &mut u32> {
+        let layers = self.layers.iter_mut().map(|(t, _)| t);
+        self.triangles.iter_mut().chain(layers).chain(&mut self.closing).flatten()
+    }
+
+    /// Where a vertex is, in cell units.
+    pub(super) fn point(&self, tile: &TrimInput<'_>, v: u32) -> DVec2 {
         let (count, width) = (tile.points.len() as u32, tile.cells.0 + 1);
-        let position = |v: u32| {
-            if v < count {
-                tile.points[v as usize]
-            } else {
-                DVec2::new(f64::from((v - count) % width), f64::from((v - count) / width))
-            }
-        };
-        let turn = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(position);
-            (b - a).perp_dot(c - a)
-        };
-        self.triangles.iter().map(turn).sum::<f64>() + 2.0 * self.full_cells.len() as f64
+        if v < count {
+            return tile.points[v as usize];
+        }
+        let (i, j) = ((v - count) % width, (v - count) / width);
+        if j <= tile.cells.1 {
+            return DVec2::new(f64::from(i), f64::from(j));
+        }
+        self.extra_points[(v - count - width * (tile.cells.1 + 1)) as usize]
     }
 }
 

@@ -8,7 +8,7 @@
 use glam::DVec2;
 
 use super::cdt::{self, AtCrossings, Segment};
-use super::{Distinct, TrimError, TrimInput, TrimOutcome, TrimOutput};
+use super::{Distinct, TrimError, TrimInput, TrimOutcome, TrimOutput, by_distinct};
 
 /// Lattice corners nearer to a segment than this, in cells, are not vertices. It bounds the worst angle that a corner next to
 /// a segment can make; any positive value is correct.
@@ -22,28 +22,18 @@ const ZONE: i32 = i32::MIN;
 /// # Errors
 /// Those of [`super::trim_tile`].
 pub fn trim_tile_reference(input: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, TrimError> {
-    out.clear();
-    input.validate()?;
-    let mut distinct = Distinct::default();
-    let outcome = if distinct.collect(input) {
-        let outcome = triangulate_tile(&distinct.tile(input), out);
-        distinct.restore_ids(input, &mut out.triangles);
-        outcome
-    } else {
-        triangulate_tile(input, out)
-    };
-    out.stats.whole_tile = true;
-    out.stats.outcome = outcome;
-    Ok(outcome)
+    by_distinct(input, &mut Distinct::default(), out, |tile, out| {
+        out.stats.whole_tile = true;
+        triangulate_tile(tile, out)
+    })
 }
 
-/// The work of [`trim_tile_reference`] on valid input; appends nothing but overwrites triangles, cells and extra points.
+/// The work of [`trim_tile_reference`] on valid input without repeated points; overwrites triangles, cells and extra points.
 pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
     let zone = Zone::mark(input);
     let mut sites = input.points.to_vec();
     let mut ids: Vec<u32> = (0..sites.len() as u32).collect();
     let mut segments: Vec<Segment> = input.segments().map(|(a, b)| Segment { ends: [a, b], weight: 1 }).collect();
-    let tessellant_segments = segments.len();
 
     let (nu, nv) = input.cells;
     let mut site_of_corner = vec![u32::MAX; ((nu + 1) * (nv + 1)) as usize];
@@ -58,6 +48,7 @@ pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
     };
     out.triangles.clear();
     out.full_cells.clear();
+    out.layers.clear();
     out.extra_points.clear();
     for j in 0..nv {
         for i in 0..nu {
@@ -70,10 +61,10 @@ pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
                 }
                 continue;
             }
-            if number <= 0 {
+            if number == 0 {
                 continue;
             }
-            out.full_cells.push([i, j]);
+            add_cell(input, [i, j], number, out);
             // Clockwise around the full cell: the zone lies to the left, `number` sheets of it end here.
             for (from, to, across) in [
                 ((i + 1, j), (i, j), (i, j.wrapping_sub(1))),
@@ -88,20 +79,31 @@ pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
             }
         }
     }
-    let region = match cdt::triangulate(&sites, &segments, AtCrossings::Split) {
-        Ok(region) => region,
-        // `spade` refuses coordinates that are not finite or beyond its range; validated points are neither.
-        Err(_) => return TrimOutcome::Repaired { split: 0, unused: tessellant_segments as u32 },
-    };
+    // `spade` refuses coordinates that are not finite or beyond its range; validated points are neither. What the region
+    // lacks, all of it if need be, is closed afterwards.
+    let region = cdt::triangulate(&sites, &segments, AtCrossings::Split).unwrap_or_default();
     let first_extra = input.corner_id(nu, nv) + 1;
     let id = |site: u32| ids.get(site as usize).copied().unwrap_or_else(|| first_extra + site - ids.len() as u32);
     out.triangles.extend(region.triangles.iter().map(|t| t.map(id)));
+    out.layers.extend(region.layers.iter().map(|&(t, times)| (t.map(id), times)));
     out.extra_points.extend_from_slice(&region.crossings);
-    out.stats.given_up = region.given_up;
-    if region.overlapping || region.split > 0 || region.unused > 0 {
-        TrimOutcome::Repaired { split: region.split, unused: region.unused }
+    out.stats.led = region.led;
+    if !region.layers.is_empty() || region.split > 0 {
+        TrimOutcome::Repaired { split: region.split }
     } else {
         TrimOutcome::Cdt
+    }
+}
+
+/// A cell that no segment comes near to, which the loops wind around `number` times.
+fn add_cell(input: &TrimInput<'_>, [i, j]: [u32; 2], number: i32, out: &mut TrimOutput) {
+    if number > 0 {
+        out.full_cells.push([i, j]);
+    }
+    let more = if number > 0 { number - 1 } else { number };
+    if more != 0 {
+        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| input.corner_id(i, j));
+        out.layers.extend([([a, b, c], more), ([a, c, d], more)]);
     }
 }
 
@@ -129,7 +131,7 @@ impl Zone {
     /// Corners on the tile border are never inside the region, whatever lies on the border itself.
     fn keeps_corner(&self, i: u32, j: u32) -> bool {
         let (nu, nv) = self.cells;
-        i > 0 && j > 0 && i < nu && j < nv && self.corner[(j * (nu + 1) + i) as usize] > 0
+        i > 0 && j > 0 && i < nu && j < nv && ![0, ZONE].contains(&self.corner[(j * (nu + 1) + i) as usize])
     }
 
     fn mark(input: &TrimInput<'_>) -> Self {

@@ -5,6 +5,7 @@
 //! cell, which is why the rings' boundaries cancel along lattice lines.
 
 use super::again::KeptRing;
+use super::chain::Fingerprint;
 use super::slits::Slits;
 use super::trace::{NONE, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
@@ -42,8 +43,10 @@ pub(super) struct Rings {
     pub(super) ring_of: Vec<u32>,
     /// By ring, the ring that was solved in its place and that of its neighbours; empty where none was cleaned up.
     pub(super) roots: Vec<u32>,
-    /// Twice the area of all triangles and full cells.
-    pub(super) double_area: f64,
+    /// Boundary of the full cells together.
+    pub(super) around_full: Fingerprint,
+    /// Which cells of the row below are full.
+    full_below: Vec<u64>,
     pub(super) failed: u32,
     /// Those that are as they were before.
     pub(super) kept: Vec<KeptRing>,
@@ -65,7 +68,6 @@ impl Rings {
         self.roots.clear();
         self.ring_of.clear();
         self.ring_of.resize(trace.crossings.len(), NONE);
-        self.double_area = 0.0;
         self.failed = 0;
         for k in 0..trace.crossings.len() as u32 {
             let next = trace.crossings[k as usize].next as usize;
@@ -99,27 +101,26 @@ impl Rings {
             return false;
         }
         polygon.clear();
-        let area = slits
-            .join_holes(tile, loops.iter().map(|l| l.loop_index), polygon)
-            .then(|| polygon.triangulate(&mut out.triangles))
-            .flatten();
-        self.double_area = area.unwrap_or(0.0);
-        area.is_some()
+        self.around_full = Fingerprint::default();
+        slits.join_holes(tile, loops.iter().map(|l| l.loop_index), polygon) && polygon.triangulate(&mut out.triangles)
     }
 
     #[inline(always)]
     fn add(&mut self, origin: Origin, polygon: &mut Polygon, out: &mut TrimOutput) {
         let before = out.triangles.len() as u32;
-        let area = polygon.triangulate(&mut out.triangles);
-        self.double_area += area.unwrap_or(0.0);
-        self.failed += u32::from(area.is_none());
-        self.rings.push(Ring { origin, triangles: [before, out.triangles.len() as u32], solved: area.is_some() });
+        let solved = polygon.triangulate(&mut out.triangles);
+        self.failed += u32::from(!solved);
+        self.rings.push(Ring { origin, triangles: [before, out.triangles.len() as u32], solved });
     }
 
     /// Cells with four kept corners and no crossing, 64 at a time.
     fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut Polygon, out: &mut TrimOutput) {
+        self.around_full = Fingerprint::default();
+        self.full_below.clear();
+        self.full_below.resize(trace.kept.words_per_row(), 0);
         let (_, nv) = trace.cells();
         for row in 0..nv {
+            let mut left = 0;
             for word in 0..trace.kept.words_per_row() {
                 let kept = |row| trace.kept.word(word, row) & trace.kept.word_after(word, row);
                 let crossed = trace.crossed_h.word(word, row)
@@ -128,16 +129,37 @@ impl Rings {
                     | trace.crossed_v.word_after(word, row);
                 let full = kept(row) & kept(row + 1) & !crossed;
                 let special = full & trace.special.word(word, row);
-                for bit in ones(full & !special) {
-                    out.full_cells.push([word as u32 * 64 + bit, row as u32]);
-                    self.double_area += 2.0;
+                let plain = full & !special;
+                let column = |bit: u32| word as u32 * 64 + bit;
+                for bit in ones(plain) {
+                    out.full_cells.push([column(bit), row as u32]);
                 }
+                self.add_outline(tile, [word as u32, row as u32], plain, left);
+                left = plain >> 63;
                 for bit in ones(special) {
-                    let cell = row as u32 * tile.cells.0 + word as u32 * 64 + bit;
+                    let cell = row as u32 * tile.cells.0 + column(bit);
                     cell_polygon(tile, trace, cell, polygon);
                     self.add(Origin::Cell(cell), polygon, out);
                 }
             }
+        }
+    }
+
+    /// Adds the sides between full cells of a word and cells below or on the left that are not full, and the other way round.
+    /// `left`: whether the cell before the word is full. Kept corners are inner ones, so cells along the tile's border are never
+    /// full, and each side is seen from above or from the right.
+    #[inline(always)]
+    fn add_outline(&mut self, tile: &TrimInput<'_>, [word, row]: [u32; 2], full: u64, left: u64) {
+        let below = std::mem::replace(&mut self.full_below[word as usize], full);
+        for bit in ones(full ^ below) {
+            let ends = [0, 1].map(|step| tile.corner_id(word * 64 + bit + step, row));
+            let [from, to] = if full >> bit & 1 == 1 { ends } else { [ends[1], ends[0]] };
+            self.around_full.add(from, to);
+        }
+        for bit in ones(full ^ (full << 1 | left)) {
+            let ends = [0, 1].map(|step| tile.corner_id(word * 64 + bit, row + step));
+            let [from, to] = if full >> bit & 1 == 1 { [ends[1], ends[0]] } else { ends };
+            self.around_full.add(from, to);
         }
     }
 

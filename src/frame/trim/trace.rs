@@ -97,8 +97,6 @@ pub(super) struct Trace {
     candidates: Vec<Candidate>,
     /// Loops that stay inside one cell, with that cell.
     pub(super) in_cell_loops: Vec<InCellLoop>,
-    /// Twice the signed area of all loops.
-    pub(super) double_area: f64,
 }
 
 struct Candidate {
@@ -157,7 +155,6 @@ impl Trace {
         self.crossings.clear();
         self.candidates.clear();
         self.in_cell_loops.clear();
-        self.double_area = 0.0;
         self.snaps = false;
     }
 
@@ -172,7 +169,6 @@ impl Trace {
         let points = &tile.points[start..end];
         let count = points.len();
         let first_crossing = self.crossings.len();
-        let centre = 0.5 * DVec2::new(self.nu as f64, self.nv as f64);
         let mut a = points[0];
         let home = if self.near_line(a) {
             self.kept_side_cell(points[count - 1], a, points[1 % count])
@@ -180,13 +176,9 @@ impl Trace {
             self.cell_of(a)
         };
         let mut from = home;
-        let mut arm = a - centre;
         for k in 0..count {
             let last = k + 1 == count;
             let d = if last { points[0] } else { points[k + 1] };
-            let next_arm = d - centre;
-            self.double_area += arm.perp_dot(next_arm);
-            arm = next_arm;
             if let Some(crossed) = known(start + k, from) {
                 let segment = Segment { tile, loop_index: index, first: (start + k) as u32, a, d };
                 from = self.cross_again(&segment, from, &crossed);

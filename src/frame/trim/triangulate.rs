@@ -103,38 +103,35 @@ impl Polygon {
         }
     }
 
-    /// Appends strictly positive triangles whose boundary is the polygon's, and returns twice their area. `None` when that
-    /// failed: nothing is appended. A polygon without vertices has no triangles.
+    /// Appends strictly positive triangles whose boundary is the polygon's. False when that failed: nothing is appended. A
+    /// polygon without vertices has no triangles.
     #[inline]
-    pub(super) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> Option<f64> {
+    pub(super) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
         let n = self.ids.len();
         match n {
-            0..=2 => return Some(0.0),
+            0..=2 => return true,
             3 => {
-                let turn = orient2d(self.points[0], self.points[1], self.points[2]);
-                return (turn > 0.0).then(|| {
+                let is_positive = orient2d(self.points[0], self.points[1], self.points[2]) > 0.0;
+                if is_positive {
                     self.emit(out, 0, 1, 2);
-                    turn
-                });
+                }
+                return is_positive;
             }
             4 => return self.quad(out, [0, 1, 2, 3]),
             _ => {}
         }
         let before = out.len();
         if self.zip > 0 {
-            if let Some(area) = self.zipper(out) {
-                return Some(area);
+            if self.zipper(out) {
+                return true;
             }
             out.truncate(before);
         }
-        if n > EAR_LIMIT {
-            return None;
-        }
-        let area = self.clip_ears(out);
-        if area.is_none() {
+        let done = n <= EAR_LIMIT && self.clip_ears(out);
+        if !done {
             out.truncate(before);
         }
-        area
+        done
     }
 
     #[inline(always)]
@@ -144,7 +141,7 @@ impl Polygon {
 
     /// The better of the two diagonals, judged by the worse triangle.
     #[inline(always)]
-    fn quad(&self, out: &mut Vec<[u32; 3]>, corners: [usize; 4]) -> Option<f64> {
+    fn quad(&self, out: &mut Vec<[u32; 3]>, corners: [usize; 4]) -> bool {
         let [a, b, c, d] = corners;
         let [pa, pb, pc, pd] = corners.map(|k| self.points[k]);
         let (abc, acd) = (orient2d(pa, pb, pc), orient2d(pa, pc, pd));
@@ -155,31 +152,29 @@ impl Polygon {
         let first = worse(abc, acd, quality(pa, pb, pc, abc), quality(pa, pc, pd, acd));
         let second = worse(bcd, bda, quality(pb, pc, pd, bcd), quality(pb, pd, pa, bda));
         if first < 0.0 && second < 0.0 {
-            return None;
+            return false;
         }
         if first >= second {
             self.emit(out, a, b, c);
             self.emit(out, a, c, d);
-            Some(abc + acd)
         } else {
             self.emit(out, b, c, d);
             self.emit(out, b, d, a);
-            Some(bcd + bda)
         }
+        true
     }
 
     /// Walks up both chains from the edge between them, always cutting off a positive triangle.
     #[inline(always)]
-    fn zipper(&self, out: &mut Vec<[u32; 3]>) -> Option<f64> {
+    fn zipper(&self, out: &mut Vec<[u32; 3]>) -> bool {
         let n = self.ids.len();
         let (p, ids) = (&self.points[..n], &self.ids[..n]);
         let (mut i, mut j) = (self.zip - 1, self.zip);
         let (mut a, mut b) = (p[i], p[j]);
-        let mut area = 0.0;
         loop {
             let (left, right) = (i > 0, j + 1 < n);
             if !left && !right {
-                return Some(area);
+                return true;
             }
             let left_turn = if left { orient2d(p[i - 1], a, b) } else { NO_EAR };
             let right_turn = if right { orient2d(a, b, p[j + 1]) } else { NO_EAR };
@@ -188,16 +183,14 @@ impl Polygon {
             } else if left_turn > 0.0 || right_turn > 0.0 {
                 left_turn > 0.0
             } else {
-                return None;
+                return false;
             };
             if advance_left {
                 out.push([ids[i - 1], ids[i], ids[j]]);
-                area += left_turn;
                 i -= 1;
                 a = p[i];
             } else {
                 out.push([ids[i], ids[j], ids[j + 1]]);
-                area += right_turn;
                 j += 1;
                 b = p[j];
             }
@@ -205,9 +198,8 @@ impl Polygon {
     }
 
     /// Cuts ears off until a quadrilateral is left.
-    fn clip_ears(&mut self, out: &mut Vec<[u32; 3]>) -> Option<f64> {
+    fn clip_ears(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
         let n = self.ids.len();
-        let mut area = 0.0;
         let mut not_convex = 0;
         for b in 0..n {
             self.ears.prev[b] = (if b == 0 { n - 1 } else { b - 1 }) as u8;
@@ -217,7 +209,7 @@ impl Polygon {
         }
         let (mut start, mut left) = (0, n);
         while left > 4 {
-            let best = self.best_ear(start, left)?;
+            let Some(best) = self.best_ear(start, left) else { return false };
             let (a, c) = (self.prev(best), self.next(best));
             if not_convex > 0 && self.holds_vertex(a, best, c) {
                 self.ears.quality[best] = BLOCKED;
@@ -228,7 +220,6 @@ impl Polygon {
                 continue;
             }
             self.emit(out, a, best, c);
-            area += self.ears.turn[best];
             self.ears.next[a] = c as u8;
             self.ears.prev[c] = a as u8;
             (start, left) = (c, left - 1);
@@ -240,7 +231,7 @@ impl Polygon {
             self.unblock(start, left);
         }
         let (b, d) = (self.next(start), self.prev(start));
-        Some(area + self.quad(out, [start, b, self.next(b), d])?)
+        self.quad(out, [start, b, self.next(b), d])
     }
 
     fn next(&self, k: usize) -> usize {
@@ -364,7 +355,12 @@ mod tests {
             let mut out = Vec::new();
             let mut polygon = polygon(&arrow[..count]);
             let want: f64 = (0..count).map(|k| polygon.points[k].perp_dot(polygon.points[(k + 1) % count])).sum();
-            let area = polygon.triangulate(&mut out).expect("simple and counter-clockwise");
+            assert!(polygon.triangulate(&mut out), "simple and counter-clockwise");
+            let turn = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|v| polygon.points[v as usize]);
+                (b - a).perp_dot(c - a)
+            };
+            let area: f64 = out.iter().map(turn).sum();
             assert!((area - want).abs() < 1e-12, "{area} instead of {want}");
             assert_eq!(out.len(), count - 2);
         }
@@ -380,7 +376,7 @@ mod tests {
                 let mut polygon = polygon(points);
                 polygon.zip = zip;
                 let mut out = vec![[9; 3]];
-                assert_eq!(polygon.triangulate(&mut out), None, "{points:?}");
+                assert!(!polygon.triangulate(&mut out), "{points:?}");
                 assert_eq!(out, [[9; 3]]);
             }
         }
@@ -398,9 +394,9 @@ mod tests {
             polygon.push((count - 1 - k) as u32, DVec2::new(k as f64 + 0.3, 1.0 + 0.1 * (k as f64).cos()));
         }
         let mut out = Vec::new();
-        assert_eq!(polygon.triangulate(&mut out), None, "too long for ears");
+        assert!(!polygon.triangulate(&mut out), "too long for ears");
         polygon.zip = half;
-        assert!(polygon.triangulate(&mut out).is_some());
+        assert!(polygon.triangulate(&mut out));
         assert_eq!(out.len(), count - 2);
     }
 }

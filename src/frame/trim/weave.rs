@@ -9,9 +9,10 @@
 
 use glam::DVec2;
 
+use super::chain::Fingerprint;
 use super::trace::NONE;
 use super::triangulate::in_circle;
-use super::{AREA_TOLERANCE, TrimInput, TrimOutcome, TrimOutput, TrimScratch, trim_tile};
+use super::{TrimInput, TrimOutcome, TrimOutput, TrimScratch, trim_tile};
 use crate::math::predicates::orient2d;
 
 /// Times that what could not be filled is taken out wider.
@@ -420,15 +421,11 @@ impl Weave {
         (!self.first.contains(&NONE)).then_some(())
     }
 
-    /// Whether the triangles have the area that the loops go around.
+    /// Whether the triangles' boundary is the loops.
     fn covers(&self, tile: &TrimInput<'_>) -> bool {
-        let turn = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| tile.points[v as usize]);
-            (b - a).perp_dot(c - a)
-        };
-        let area: f64 = self.triangles.iter().map(turn).sum();
-        let loops: f64 = tile.segments().map(|(a, b)| tile.points[a as usize].perp_dot(tile.points[b as usize])).sum();
-        (area - loops).abs() <= AREA_TOLERANCE
+        let mut boundary = Fingerprint::default();
+        self.triangles.iter().for_each(|&t| boundary.add_triangle(t));
+        boundary == Fingerprint::of_loops(tile)
     }
 }
 
@@ -490,12 +487,10 @@ impl WeaveScratch {
 
     /// Triangulates the region whose outlines were walked.
     fn fill_region(&mut self, trim: &mut TrimScratch) -> Option<()> {
-        let region = TrimInput { cells: (1, 1), points: &self.points, loop_starts: &self.starts };
+        let region = TrimInput { cells: (1, 1), points: &self.points, loop_starts: &self.starts, places: &[] };
         let outcome = trim_tile(&region, trim, &mut self.filled).ok()?;
-        let TrimOutput { triangles, full_cells, extra_points, .. } = &self.filled;
-        let clean =
-            !matches!(outcome, TrimOutcome::Repaired { .. }) && full_cells.is_empty() && extra_points.is_empty();
-        if !clean {
+        let TrimOutput { triangles, full_cells, .. } = &self.filled;
+        if matches!(outcome, TrimOutcome::Repaired { .. }) || !full_cells.is_empty() {
             return None;
         }
         let weave = Weave::of(triangles, &self.starts)?;

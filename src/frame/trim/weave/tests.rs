@@ -26,7 +26,7 @@ impl Plate {
     }
 
     fn tile(&self) -> TrimInput<'_> {
-        TrimInput { cells: (1, 1), points: &self.points, loop_starts: &self.starts }
+        TrimInput { cells: (1, 1), points: &self.points, loop_starts: &self.starts, places: &[] }
     }
 
     fn made(&self) -> Vec<[u32; 3]> {

@@ -1,0 +1,152 @@
+//! Loops and any triangles -> the triangles that are missing for their boundary to be the loops.
+//!
+//! Let L be the loops' segments and T the triangles, as chains over positions in space. L and the boundary of T are closed
+//! chains, and so is their difference R: it is a sum of closed walks. A closed walk is the boundary of the triangles that
+//! are cut off it, ear after ear. With these added the boundary is L, whatever the loops do in (u,v) and whatever T is
+//! (docs/decisions/028). On sound tiles R is zero and nothing is added; without any T the loops themselves are filled.
+
+use super::chain::Chain;
+use super::{TrimInput, TrimOutput};
+use crate::mesh::BitMix;
+use glam::DVec3;
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap};
+use std::hash::BuildHasherDefault;
+
+/// Appends to `out.closing` what its triangles lack. Points at equal `places` count as one vertex. Cost: about 100 ns for each
+/// edge of the triangles, and for each edge of R a logarithm of their number.
+pub(super) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
+    limit_layers(input, out);
+    let one = Places::of(input);
+    let mut rest = Chain::default();
+    for (a, b) in input.segments() {
+        rest.add([one.at(a), one.at(b)], 1);
+    }
+    for &t in &out.triangles {
+        rest.add_triangle(t.map(|v| one.at(v)), -1);
+    }
+    for &(t, times) in &out.layers {
+        rest.add_triangle(t.map(|v| one.at(v)), -times);
+    }
+    for &[i, j] in &out.full_cells {
+        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| input.corner_id(i, j));
+        [[a, b], [b, c], [c, d], [d, a]].into_iter().for_each(|edge| rest.add(edge, -1));
+    }
+    if rest.is_zero() {
+        return;
+    }
+    for walk in rest.walks() {
+        let points: Vec<DVec3> = walk.iter().map(|&v| one.place(input, out, v)).collect();
+        cut_ears(&walk, &points, &mut out.closing);
+    }
+}
+
+/// Layers for each segment, and in all, beyond which they are left to be closed: a loop run n times around has n for each of
+/// its triangles, but can be filled by as many triangles as it has segments.
+const MOST_LAYERS: u64 = 4;
+const FEW_LAYERS: u64 = 1024;
+
+/// Leaves out layers from where on there are too many.
+fn limit_layers(input: &TrimInput<'_>, out: &mut TrimOutput) {
+    let mut left = FEW_LAYERS + MOST_LAYERS * input.points.len() as u64;
+    out.layers.retain(|&(_, times)| {
+        let rest = left.checked_sub(times.unsigned_abs().into());
+        left = rest.unwrap_or(left);
+        rest.is_some()
+    });
+}
+
+/// Which tessellants are at the same place.
+struct Places {
+    /// By tessellant, the first one at its place; empty where all are apart.
+    first: Vec<u32>,
+}
+
+impl Places {
+    fn of(input: &TrimInput<'_>) -> Self {
+        let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
+        // Adding zero turns -0.0 into 0.0.
+        let bits = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
+        let first = (0..).zip(input.places).map(|(v, p)| *known.entry(bits(p)).or_insert(v)).collect();
+        Self { first }
+    }
+
+    fn at(&self, v: u32) -> u32 {
+        self.first.get(v as usize).copied().unwrap_or(v)
+    }
+
+    /// Where a vertex is, to choose good ears by. Other vertices than tessellants, and all of them where no places are
+    /// given, stand in cell units: the choice needs no more.
+    fn place(&self, input: &TrimInput<'_>, out: &TrimOutput, v: u32) -> DVec3 {
+        input.places.get(v as usize).copied().unwrap_or_else(|| out.point(input, v).extend(0.0))
+    }
+}
+
+/// Cuts triangles off a closed polygon in space until nothing is left of it, those with the shortest third side first.
+///
+/// n - 2 triangles, none with a vertex twice if the polygon has distinct vertices. O(n log n).
+fn cut_ears(ids: &[u32], points: &[DVec3], out: &mut Vec<[u32; 3]>) {
+    let n = ids.len();
+    let mut next: Vec<usize> = (1..n).chain([0]).collect();
+    let mut prev: Vec<usize> = std::iter::once(n - 1).chain(0..n - 1).collect();
+    // A corner's ear is good as long as its neighbours are those it was measured with.
+    let ear = |a: usize, b: usize, c: usize| {
+        let length = points[a].distance_squared(points[c]);
+        // Positive numbers compare as their bits do; those that are NaN come last.
+        Reverse((length.to_bits() & (u64::MAX >> 1), b, a, c))
+    };
+    let mut ears: BinaryHeap<_> = (0..n).map(|b| ear(prev[b], b, next[b])).collect();
+    let mut left = n;
+    while left > 2 {
+        let Some(Reverse((_, b, a, c))) = ears.pop() else { return };
+        if (prev[b], next[b]) != (a, c) {
+            continue;
+        }
+        out.push([ids[a], ids[b], ids[c]]);
+        (next[a], prev[c]) = (c, a);
+        // The corner is gone: no ear is measured with these neighbours again.
+        (prev[b], next[b]) = (b, b);
+        left -= 1;
+        if left > 2 {
+            ears.push(ear(prev[a], a, c));
+            ears.push(ear(a, c, next[c]));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    #[test]
+    fn ears_have_the_boundary_of_the_polygon() {
+        for n in 2..40_u32 {
+            let points: Vec<DVec3> =
+                (0..n).map(|k| DVec2::from_angle(f64::from(k * k)).extend(f64::from(k % 5))).collect();
+            let ids: Vec<u32> = (0..n).map(|k| 7 * k).collect();
+            let mut triangles = Vec::new();
+            cut_ears(&ids, &points, &mut triangles);
+            assert_eq!(triangles.len(), n as usize - 2);
+            let mut chain = Chain::default();
+            triangles.iter().for_each(|&t| chain.add_triangle(t, 1));
+            (0..n).for_each(|k| chain.add([7 * k, 7 * ((k + 1) % n)], -1));
+            assert!(chain.is_zero());
+        }
+    }
+
+    #[test]
+    fn loops_without_triangles_are_filled_and_cancelled_ones_are_not() {
+        // A square, and a slit: two tessellants in two places, and two more in the same places the other way.
+        let points = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y, DVec2::ZERO, DVec2::X, DVec2::X, DVec2::ZERO];
+        let places: Vec<DVec3> = points.iter().map(|p| p.extend(1.0)).collect();
+        let mut out = TrimOutput::default();
+        for (loop_starts, wanted) in [(&[0, 4][..], 2), (&[0, 4, 8], 2), (&[0, 0, 2], 0)] {
+            let last = loop_starts[loop_starts.len() - 1] as usize;
+            let input = TrimInput { cells: (1, 1), points: &points[..last], loop_starts, places: &places[..last] };
+            out.clear();
+            close(&input, &mut out);
+            assert_eq!(out.closing.len(), wanted, "{loop_starts:?}");
+        }
+    }
+}
