@@ -18,6 +18,23 @@ use std::hash::BuildHasherDefault;
 pub(super) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
     limit_layers(input, out);
     let one = Places::of(input);
+    let rest = rest(input, out, &one);
+    if rest.is_zero() {
+        return;
+    }
+    for walk in rest.walks() {
+        let points: Vec<DVec3> = walk.iter().map(|&v| one.place(input, out, v)).collect();
+        cut_ears(&walk, &points, &mut out.closing);
+    }
+}
+
+/// Whether the triangles' boundary is the loops, as chains over places.
+pub(super) fn is_closed(input: &TrimInput<'_>, out: &TrimOutput) -> bool {
+    rest(input, out, &Places::of(input)).is_zero()
+}
+
+/// The loops less the triangles' boundary.
+fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> Chain {
     let mut rest = Chain::default();
     for (a, b) in input.segments() {
         rest.add([one.at(a), one.at(b)], 1);
@@ -32,13 +49,7 @@ pub(super) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
         let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| input.corner_id(i, j));
         [[a, b], [b, c], [c, d], [d, a]].into_iter().for_each(|edge| rest.add(edge, -1));
     }
-    if rest.is_zero() {
-        return;
-    }
-    for walk in rest.walks() {
-        let points: Vec<DVec3> = walk.iter().map(|&v| one.place(input, out, v)).collect();
-        cut_ears(&walk, &points, &mut out.closing);
-    }
+    rest
 }
 
 /// Layers for each segment, and in all, beyond which they are left to be closed: a loop run n times around has n for each of
