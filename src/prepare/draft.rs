@@ -1,5 +1,6 @@
 //! What a face comes to by itself, before its borders and breaks are numbered in the part.
 
+use super::chains::Chain;
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve};
 use crate::model::AxisMap;
 use glam::{DVec2, DVec3};
@@ -75,6 +76,8 @@ pub(super) struct FaceDraft {
     pub(super) meetings: u32,
     pub(super) tiles: Vec<DraftTile>,
     pub(super) borders: Vec<DraftBorder>,
+    /// What its loops use of the part's edges, as its tiles have them.
+    pub(super) chain: Chain,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
     pub(super) breaks: Vec<(u32, f64)>,
     /// Those of them at which two edges meet within the face, and the point that both have there.
@@ -85,6 +88,12 @@ pub(super) struct FaceDraft {
     pub(super) repairs: Vec<Told>,
     /// Whether one of these is that the boundary crosses or overlaps itself.
     pub(super) crosses: bool,
+    /// Whether it is filled in space: the surface is a plane that the file does not state.
+    pub(super) filled: bool,
+    /// Whether lobes of its loops were turned: their edges have no other face.
+    pub(super) turned_lobes: bool,
+    /// Whether it ends where its surface does, because no loop bounds it there.
+    pub(super) ends_with_surface: bool,
 }
 
 /// Something told of a face, and where.
