@@ -1,6 +1,6 @@
 //! What a sink needs to know beside triangles: parts, instances, names, colours.
 
-use crate::model::{Colour, FaceId, PartId};
+use crate::model::{Colour, EdgeId, FaceId, PartId};
 use glam::{DAffine3, DVec3};
 
 /// A part as output sees it.
@@ -12,6 +12,13 @@ pub struct ScenePart {
     pub face_colours: Vec<Option<Colour>>,
     /// Faces on surfaces without any area, ascending: there is nothing to mesh, and nothing is lost.
     pub without_area: Vec<FaceId>,
+    /// Edges where a sheet ends in the file, ascending: after healing and sewing, their coedges sum to an odd number.
+    pub free_edges: Vec<EdgeId>,
+    /// Edges whose faces cannot be oriented alike, ascending: their coedges sum to an even number other than 0.
+    pub not_orientable: Vec<EdgeId>,
+    /// Closed in the file: after healing and orientation, coedges sum to 0 on every edge, and every loop is a closed chain of
+    /// vertices. Then the mesh is closed, too.
+    pub closed: bool,
     /// Centre of the part's box: f32 positions are relative to it. Stored once, the same for all faces.
     pub centre: DVec3,
     /// Half the diagonal of that box.

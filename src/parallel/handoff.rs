@@ -82,6 +82,19 @@ pub struct FaceRung {
     pub rung: Rung,
 }
 
+/// What it took to close a face whose loops do not bound a simple region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceFill {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// Triangles that only close it.
+    pub slivers: u32,
+    /// Area that its loops wind around other than once, mm².
+    pub rewound: f64,
+}
+
 /// A B-rep edge that has no polyline. Triangles are not touched by that.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostLine {

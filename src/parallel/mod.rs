@@ -6,7 +6,7 @@ mod crew;
 pub use crew::StartError;
 
 mod handoff;
-pub use handoff::{DegradedTile, FaceRung, LostLine};
+pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
 mod master;
 pub use master::{Session, SessionOptions, serial};

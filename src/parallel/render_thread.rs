@@ -1,6 +1,6 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order whatever the number of workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceRung, LostLine};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
 use crate::mesh::{Batch, Drawn, MeshSink, PatchMesh, Scene, SinkError, TileId};
@@ -34,6 +34,10 @@ pub struct FrameReport {
     pub rungs: Vec<FaceRung>,
     /// All faces by the rung that they needed, each part counted once; in frames of views, those made that left the normal path.
     pub ladder: Ladder,
+    /// Triangles that only close a face, each part counted once.
+    pub slivers: u64,
+    /// Faces with such triangles, or with area wound other than once, ascending by (part, face).
+    pub fills: Vec<FaceFill>,
     /// Edges without polyline, ascending by (part, edge).
     pub lost_lines: Vec<LostLine>,
     /// What each worker did, by number; those that had nothing to do are left out.

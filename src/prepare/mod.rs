@@ -13,6 +13,8 @@ mod box_tree;
 
 mod carry;
 
+mod closed;
+
 mod critical;
 
 mod cuts;
@@ -173,7 +175,10 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
         without_area.push(part.without_area);
     }
     let clouds: Vec<_> = parts.par_iter().map(|part| extent::cloud(part)).collect();
-    let scene = scene(&model, &clouds, without_area);
+    let mut scene = scene(&model, &clouds, without_area);
+    for ((out, stated), made) in scene.parts.iter_mut().zip(&model.parts).zip(&parts) {
+        closed::state(out, stated, made);
+    }
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
     let scales = scene.largest_scales();
@@ -327,7 +332,7 @@ fn scene(model: &Model, clouds: &[Vec<DVec3>], without_area: Vec<Vec<FaceId>>) -
         .map(|((p, cloud), without_area)| {
             let (centre, radius) = extent::centre(cloud).unwrap_or_default();
             let face_colours = p.faces.iter().map(|f| f.colour.or(p.colour)).collect();
-            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius, mesh_of: None }
+            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius, ..ScenePart::default() }
         })
         .collect();
     let mut first_face = 0;
