@@ -12,12 +12,13 @@ pub struct ScenePart {
     pub face_colours: Vec<Option<Colour>>,
     /// Faces on surfaces without any area, ascending: there is nothing to mesh, and nothing is lost.
     pub without_area: Vec<FaceId>,
-    /// Edges where a sheet ends in the file, ascending: after healing and sewing, their coedges sum to an odd number.
+    /// Edges that the file leaves free: the faces of their shell use them an odd number of times. Ascending; the mesh is open there.
     pub free_edges: Vec<EdgeId>,
-    /// Edges whose faces cannot be oriented alike, ascending: their coedges sum to an even number other than 0.
+    /// Edges whose faces cannot be turned so that they cancel, though there is an even number of uses. Ascending; the mesh is
+    /// unbalanced there.
     pub not_orientable: Vec<EdgeId>,
-    /// Closed in the file: after healing and orientation, coedges sum to 0 on every edge, and every loop is a closed chain of
-    /// vertices. Then the mesh is closed, too.
+    /// Whether the part is closed as stated: after healing and orientation the coedges of each shell sum to 0 on every edge, and
+    /// every loop is a closed chain of vertices. Then the mesh is closed too.
     pub closed: bool,
     /// Centre of the part's box: f32 positions are relative to it. Stored once, the same for all faces.
     pub centre: DVec3,

@@ -1,5 +1,6 @@
 //! What a face comes to by itself, before its borders and breaks are numbered in the part.
 
+use super::chains::Chain;
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve};
 use crate::model::AxisMap;
 use glam::{DVec2, DVec3};
@@ -75,6 +76,8 @@ pub(super) struct FaceDraft {
     pub(super) meetings: u32,
     pub(super) tiles: Vec<DraftTile>,
     pub(super) borders: Vec<DraftBorder>,
+    /// What its loops use of the part's edges, as its tiles have them.
+    pub(super) chain: Chain,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
     pub(super) breaks: Vec<(u32, f64)>,
     /// Those of them at which two edges meet within the face, and the point that both have there.

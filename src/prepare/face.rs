@@ -2,6 +2,7 @@
 
 use super::arc_bounds;
 use super::arrangement::{Arranged, Border, Crossing, Grid, Node, Stretch, arrange};
+use super::chains;
 use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse, FaceDraft, Told};
@@ -140,6 +141,10 @@ fn draft_with(
             free.region
         }
         None => region(loops, named_pole, &projector)?,
+    };
+    let chain = match free {
+        Some(Ok(free)) => chains::of_boundary(&chains::boundary(face, Some(free))),
+        _ => chains::of_region(part, &region.loops),
     };
     let mut joints = Vec::new();
     if lobes == Lobes::Turned {
@@ -284,6 +289,7 @@ fn draft_with(
         meetings,
         tiles,
         borders,
+        chain,
         breaks,
         joints,
         notes,

@@ -13,7 +13,7 @@ mod box_tree;
 
 mod carry;
 
-mod closed;
+mod chains;
 
 mod critical;
 
@@ -101,6 +101,8 @@ mod wraps;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
+use chains::{Closedness, Turned, boundary, is_closed};
+use free_edges::FreeFaces;
 use glam::DVec3;
 use limits::Budget;
 use rayon::prelude::*;
@@ -168,17 +170,14 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
     }
     let mut diagnostics = std::mem::take(&mut model.diagnostics);
     let mut parts = Vec::with_capacity(done.len());
-    let mut without_area = Vec::with_capacity(done.len());
+    let mut facts = Vec::with_capacity(done.len());
     for part in done {
         parts.push(Arc::new(part.part));
         diagnostics.extend(part.diagnostics);
-        without_area.push(part.without_area);
+        facts.push((part.without_area, part.closedness));
     }
     let clouds: Vec<_> = parts.par_iter().map(|part| extent::cloud(part)).collect();
-    let mut scene = scene(&model, &clouds, without_area);
-    for ((out, stated), made) in scene.parts.iter_mut().zip(&model.parts).zip(&parts) {
-        closed::state(out, stated, made);
-    }
+    let scene = scene(&model, &clouds, facts);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
     let scales = scene.largest_scales();
@@ -195,6 +194,7 @@ struct DonePart {
     part: PreparedPart,
     diagnostics: Vec<Diagnostic>,
     without_area: Vec<FaceId>,
+    closedness: Closedness,
 }
 
 /// Share of a part's size within which borders are the same.
@@ -262,7 +262,12 @@ fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budge
     let mut turned = Vec::new();
     // Edges of free trims come after the model's own, and what sewing makes of them after those.
     let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
-    let prepared = catch_unwind(AssertUnwindSafe(|| topology::assemble(part, finely_cut, drafts, &mut turned)));
+    let mut closedness = Closedness::default();
+    let prepared = catch_unwind(AssertUnwindSafe(|| {
+        let reversed = orient::orient(part, &drafts, &mut turned);
+        closedness = self::closedness(part, &free, &drafts, &reversed);
+        topology::assemble(part, finely_cut, drafts, &reversed)
+    }));
     let prepared = prepared.unwrap_or_else(|panic| {
         let reason = FaceError::Internal(panic_message(&*panic)).to_string();
         diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
@@ -309,7 +314,21 @@ fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budge
         let (severity, part) = (Severity::Note, Some(id));
         diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: None, reason });
     }
-    DonePart { part: prepared, diagnostics, without_area }
+    DonePart { part: prepared, diagnostics, without_area, closedness }
+}
+
+/// What the faces of a part sum to, those that could not be used left out.
+fn closedness(part: &Part, free: &FreeFaces, drafts: &[Option<draft::FaceDraft>], reversed: &[bool]) -> Closedness {
+    let rows = drafts.iter().enumerate().filter_map(|(face, draft)| {
+        let chain = &draft.as_ref()?.chain[..];
+        Some(Turned { face, shell: part.faces[face].shell, reversed: reversed[face], chain })
+    });
+    let sums = chains::sums(rows);
+    let loops_close = part.faces.iter().zip(free).all(|(face, free)| {
+        let free = free.as_ref().and_then(|free| free.as_ref().ok());
+        !face.lost && is_closed(part, &boundary(face, free))
+    });
+    Closedness::of(&sums, loops_close)
 }
 
 /// Runs `draft`; a panic costs this face only.
@@ -323,16 +342,27 @@ pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text").to_owned()
 }
 
-fn scene(model: &Model, clouds: &[Vec<DVec3>], without_area: Vec<Vec<FaceId>>) -> Scene {
+fn scene(model: &Model, clouds: &[Vec<DVec3>], facts: Vec<(Vec<FaceId>, Closedness)>) -> Scene {
     let parts: Vec<ScenePart> = model
         .parts
         .iter()
         .zip(clouds)
-        .zip(without_area)
-        .map(|((p, cloud), without_area)| {
+        .zip(facts)
+        .map(|((p, cloud), (without_area, closedness))| {
             let (centre, radius) = extent::centre(cloud).unwrap_or_default();
             let face_colours = p.faces.iter().map(|f| f.colour.or(p.colour)).collect();
-            ScenePart { name: p.name.clone(), face_colours, without_area, centre, radius, ..ScenePart::default() }
+            let Closedness { free_edges, not_orientable, closed } = closedness;
+            ScenePart {
+                name: p.name.clone(),
+                face_colours,
+                without_area,
+                free_edges,
+                not_orientable,
+                closed,
+                centre,
+                radius,
+                mesh_of: None,
+            }
         })
         .collect();
     let mut first_face = 0;

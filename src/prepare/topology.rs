@@ -2,7 +2,6 @@
 
 use super::draft::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
 use super::images::{self, EdgeImages};
-use super::orient::{Turned, orient};
 use super::uv_curve::SAME_SHARE;
 use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::TileId;
@@ -10,14 +9,13 @@ use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part};
 use glam::DVec3;
 
 /// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
-/// finer than they bend. Shells that had to be turned over are appended to `told`.
+/// finer than they bend. `reversed`: which faces are turned over.
 pub(super) fn assemble(
     part: &Part,
     finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
-    told: &mut Vec<Turned>,
+    reversed: &[bool],
 ) -> PreparedPart {
-    let reversed = orient(part, &drafts, told);
     let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
     for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
         wanted[*edge as usize].push(*t);
