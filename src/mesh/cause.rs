@@ -24,7 +24,7 @@ pub(super) fn bits(point: DVec3) -> [u64; 3] {
 
 /// The segments of those edges of a part that need not be balanced, by the bits of their ends.
 ///
-/// Taken from the edges' polylines and not from the vertices' origins: at a corner, a vertex tells only one of its edges.
+/// Taken from the edges' polylines and not from the vertices' origins: a vertex at a corner names only one of its edges.
 #[derive(Default)]
 pub(super) struct Excused(HashMap<[[u64; 3]; 2], Cause, BuildHasherDefault<BitMix>>);
 

@@ -121,7 +121,8 @@ impl fmt::Display for MeshFacts {
         write!(
             f,
             "{} triangles, {} vertices, area {:.9e} mm², volume {:.9e} mm³, {} pieces ({} of negative volume); \
-             open {}, unbalanced {} ({:.3e} mm; {} on free edges, {} not orientable, {} defects), non-manifold {}, collapsed {}, zero area {}, not finite {}, bad indices {}",
+             open {}, unbalanced {} ({:.3e} mm; {} on free edges, {} not orientable, {} defects), \
+             non-manifold {}, collapsed {}, zero area {}, not finite {}, bad indices {}",
             self.triangles,
             self.vertices,
             self.area,
@@ -173,7 +174,8 @@ pub struct SceneFacts {
 
 /// Checks every part of a finished frame. O(triangles), about 0.4 µs each.
 ///
-/// Unbalanced edges are told by [cause](Cause) where the frame has the polylines of its edges; without them, all are defects.
+/// Needs the polylines of the file's edges to tell unbalanced edges by [cause](Cause). In a frame made without them, all
+/// are defects.
 #[must_use]
 pub fn check_scene(frame: &MemorySink) -> SceneFacts {
     let mut facts = SceneFacts::default();

@@ -1,4 +1,5 @@
-//! What the oracle found of each part -> whether it is closed in the file and in the mesh, in words and as a row of the report.
+//! What the oracle found of each part -> whether it is closed in the file and in the mesh, in words and as a row of the
+//! report.
 
 use serde::Serialize;
 use std::fmt::Write as _;

@@ -54,3 +54,35 @@ pub(crate) fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: 
         reason: format!("{:.3e} mm² of its {area:.3e} mm² are wound other than once", fill.rewound),
     }));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Report;
+    use std::sync::Arc;
+    use trimtess::frame::{Tolerance, plan};
+    use trimtess::model::shapes;
+    use trimtess::parallel::serial;
+    use trimtess::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn slivers_are_counted_per_face_and_area_wound_twice_is_a_warning() {
+        let model = shapes::by_name("box").expect("a shape");
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
+        let mut frame = MemorySink::default();
+        let mut made = serial(&prepared, &plan, false, &mut frame).expect("a frame");
+        let mut instance = frame.scene.instances[0].clone();
+        instance.first_face = 6;
+        frame.scene.instances.push(instance);
+        let fill =
+            |face: u32, slivers: u32, rewound: f64| FaceFill { part: PartId(0), face: FaceId(face), slivers, rewound };
+        made.fills = vec![fill(1, 3, 0.0), fill(2, 0, 1e-9), fill(4, 2, 1e3)];
+        let report = Report::of(&frame, &prepared, &made);
+        assert_eq!(report.slivers, 10, "each instance counts");
+        let faces: Vec<(u64, u32)> = report.fills.iter().map(|fill| (fill.face, fill.slivers)).collect();
+        assert_eq!(faces, [(1, 3), (2, 0), (4, 2), (7, 3), (8, 0), (10, 2)]);
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face, e.place.is_some())).collect();
+        assert_eq!(told, [("warning", Some(4), true), ("warning", Some(10), true)], "{:?}", report.diagnostics);
+    }
+}

@@ -34,7 +34,8 @@ pub(crate) struct TessellateArgs {
     output: PathBuf,
     #[command(flatten)]
     tolerance: ToleranceArgs,
-    /// Check the mesh (cracks, orientation) and measure its deviation from the exact surfaces and edges; status 3 if it fails.
+    /// Check the mesh, say of each part whether it is closed in the file and in the mesh, and measure its deviation from the
+    /// exact surfaces and edges; status 3 if it fails.
     #[arg(long)]
     check: bool,
     /// Write a report as JSON.
@@ -181,7 +182,8 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     tracing::info!("{}", facts.total);
     report.defects = Some(facts.total.defects);
     let parts = frame.scene.parts.iter().zip(&facts.parts);
-    report.closedness = Some((0..).zip(parts.clone()).map(|(k, (part, mesh))| Closedness::of(k, part, mesh)).collect());
+    let closedness = (0..).zip(parts.clone()).map(|(k, (part, mesh))| Closedness::of(k, part, mesh));
+    report.closedness = Some(closedness.collect());
     for (number, ((part, mesh), shells)) in parts.zip(shells).enumerate() {
         part_faults(part, mesh, shells).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
     }
