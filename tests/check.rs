@@ -4,8 +4,8 @@ mod out_fixture;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use out_fixture::{box_batches, box_frame};
-use trimtess::mesh::{Batch, MeshFacts, MeshStats, PatchMesh, TileId, check_part, check_scene};
-use trimtess::model::{FaceId, PartId};
+use trimtess::mesh::{Batch, Cause, EdgeLine, MeshFacts, MeshStats, PatchMesh, TileId, check_part, check_scene};
+use trimtess::model::{EdgeId, FaceId, PartId};
 
 fn cube() -> Vec<Batch> {
     box_batches(DVec3::ONE)
@@ -146,6 +146,47 @@ fn a_scene_counts_placed_parts() {
     assert!((facts.total.area - (5.0 + 20.0 + 5.0)).abs() < 1e-12, "{}", facts.total.area);
     assert_eq!(facts.faces_without_triangles, [(PartId(0), FaceId(4))]);
     assert_eq!(facts.placed_faces_without_triangles, 3);
+}
+
+#[test]
+fn unbalanced_edges_are_told_by_cause() {
+    let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
+    // Face 5, at x = 1, is open in the file. Its sides are edges 1 and 3 along z, and 4 and 5 along y.
+    frame.batches.remove(5);
+    let side = |edge: u32, z: f64| EdgeLine {
+        part: PartId(0),
+        edge: EdgeId(edge),
+        points: [0.0, 0.0, 1.0].map(|y| DVec3::new(1.0, y, z)).to_vec(),
+    };
+    frame.edge_lines.extend([side(4, 0.0), side(5, 1.0)]);
+    frame.scene.parts[0].free_edges = [1, 3, 4, 5].map(EdgeId).to_vec();
+    let facts = check_scene(&frame).total;
+    assert_eq!((facts.unbalanced_edges, facts.free_edges, facts.defects), (4, 4, 0), "{facts}");
+
+    // An edge that is not free is a defect of the faces along it, and comes first.
+    frame.scene.parts[0].free_edges.remove(2);
+    let part = &check_scene(&frame).parts[0];
+    assert_eq!((part.free_edges, part.defects, &part.defect_faces[..]), (3, 1, &[FaceId(0)][..]));
+    assert_eq!((part.defect_length, part.examples[0].cause), (1.0, Cause::Defect));
+    assert!(part.examples[1..].iter().all(|edge| matches!(edge.cause, Cause::FreeEdge(_))));
+
+    // A face that looks the other way unbalances its edges, those of the opening excepted.
+    frame.batches[2].mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+    let part = &mut frame.scene.parts[0];
+    (part.free_edges, part.not_orientable) = ([1, 3, 4, 5].map(EdgeId).to_vec(), vec![EdgeId(0)]);
+    let facts = check_scene(&frame).total;
+    assert_eq!((facts.free_edges, facts.not_orientable, facts.defects), (4, 1, 2), "{facts}");
+}
+
+#[test]
+fn without_polylines_of_edges_every_unbalanced_edge_is_a_defect() {
+    let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
+    frame.batches.remove(5);
+    frame.scene.parts[0].free_edges = vec![EdgeId(1), EdgeId(3)];
+    assert_eq!(check_scene(&frame).total.defects, 2);
+    frame.edge_lines.clear();
+    assert_eq!(check_scene(&frame).total.defects, 4);
+    assert_eq!(check_part(&frame.batches).defects, 4);
 }
 
 #[test]

@@ -129,7 +129,7 @@ fn a_check_fails_on_a_crack() {
     });
     assert_eq!(status, Some(3));
     assert!(told["unbalanced_edges"].as_u64().unwrap() > 0, "{told}");
-    let named = |entry: &Value| entry["reason"].as_str().unwrap().contains("shells are closed, but its mesh has");
+    let named = |entry: &Value| entry["reason"].as_str().unwrap().contains("closed in the file: its mesh has");
     assert!(told["diagnostics"].as_array().unwrap().iter().any(named), "{told}");
     assert!(table.contains("99.9%") && table.contains("  plane  "), "{table}");
 }

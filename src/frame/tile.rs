@@ -208,14 +208,18 @@ impl<'a> Job<'a> {
         let before = mesh.triangles.len();
         scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
         let slivers = (mesh.triangles.len() - before) as u32;
-        let least = if face.repaired { Rung::Repaired } else { Rung::Normal };
+        let least = match face {
+            PreparedFace { filled: true, .. } => Rung::Filled,
+            PreparedFace { repaired: true, .. } => Rung::Repaired,
+            _ => Rung::Normal,
+        };
         let (rung, degradation) = match trimmed {
             _ if mesh.triangles.is_empty() => (Rung::NoArea, Some(Degradation::Empty)),
             Trimmed::Filled(why) => (Rung::Filled, Some(Degradation::Filled(why))),
             Trimmed::By(TrimOutcome::Repaired { split }) => {
                 let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
                 let place = first.map(|k| mesh.positions[k]);
-                (Rung::Repaired, Some(Degradation::NotSimple { split, place }))
+                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, place }))
             }
             Trimmed::By(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };

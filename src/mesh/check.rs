@@ -3,14 +3,15 @@
 //!
 //! This is the oracle that tests, `--check` and examples share.
 
-use super::{Batch, MemorySink, SceneInstance};
+use super::cause::{Excused, bits};
+use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
 use crate::model::{FaceId, PartId};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::fmt;
 use std::hash::{BuildHasherDefault, Hasher};
 
-/// How many bad edges of a part are kept as examples, longest first.
+/// How many bad edges of a part are kept as examples: defects before others, longest first.
 const EXAMPLES: usize = 8;
 
 /// An edge whose directed uses do not cancel.
@@ -28,6 +29,8 @@ pub struct BadEdge {
     pub uses: u32,
     /// Their faces, ascending, each once.
     pub faces: Vec<FaceId>,
+    /// Why it does not cancel.
+    pub cause: Cause,
 }
 
 /// What is true of a mesh. Counts of a closed, consistently oriented mesh: zero in `open_edges`, `unbalanced_edges`,
@@ -54,6 +57,16 @@ pub struct MeshFacts {
     pub unbalanced_edges: u64,
     /// Their length, each times its balance, millimetres.
     pub unbalanced_length: f64,
+    /// Unbalanced edges on free edges of the file.
+    pub free_edges: u64,
+    /// Unbalanced edges on edges of the file whose faces cannot be oriented alike.
+    pub not_orientable: u64,
+    /// The other unbalanced edges: cracks, which no mesh should have.
+    pub defects: u64,
+    /// Their length, each times its balance, millimetres.
+    pub defect_length: f64,
+    /// The faces along them, ascending; empty in sums over parts.
+    pub defect_faces: Vec<FaceId>,
     /// Pieces connected through positions.
     pub components: u64,
     /// Those of negative volume: voids, or turned inside out.
@@ -62,7 +75,7 @@ pub struct MeshFacts {
     pub area: f64,
     /// Volume by the divergence theorem about the box's centre, mm³; meaningful when nothing is unbalanced.
     pub volume: f64,
-    /// Some unbalanced edges, longest first.
+    /// Some unbalanced edges: defects first, then longest first.
     pub examples: Vec<BadEdge>,
 }
 
@@ -92,6 +105,10 @@ impl MeshFacts {
         self.nonmanifold_edges += part.nonmanifold_edges;
         self.unbalanced_edges += part.unbalanced_edges;
         self.unbalanced_length += part.unbalanced_length * scale;
+        self.free_edges += part.free_edges;
+        self.not_orientable += part.not_orientable;
+        self.defects += part.defects;
+        self.defect_length += part.defect_length * scale;
         self.components += part.components;
         self.negative_components += part.negative_components;
         self.area += part.area * scale * scale;
@@ -104,7 +121,8 @@ impl fmt::Display for MeshFacts {
         write!(
             f,
             "{} triangles, {} vertices, area {:.9e} mm², volume {:.9e} mm³, {} pieces ({} of negative volume); \
-             open {}, unbalanced {} ({:.3e} mm), non-manifold {}, collapsed {}, zero area {}, not finite {}, bad indices {}",
+             open {}, unbalanced {} ({:.3e} mm; {} on free edges, {} not orientable, {} defects), \
+             non-manifold {}, collapsed {}, zero area {}, not finite {}, bad indices {}",
             self.triangles,
             self.vertices,
             self.area,
@@ -114,6 +132,9 @@ impl fmt::Display for MeshFacts {
             self.open_edges,
             self.unbalanced_edges,
             self.unbalanced_length,
+            self.free_edges,
+            self.not_orientable,
+            self.defects,
             self.nonmanifold_edges,
             self.collapsed,
             self.zero_area,
@@ -123,13 +144,14 @@ impl fmt::Display for MeshFacts {
         for edge in &self.examples {
             write!(
                 f,
-                "\n  part {} edge {} → {} used {} times, balance {}, faces {:?}",
+                "\n  part {} edge {} → {} used {} times, balance {}, faces {:?}, {:?}",
                 edge.part.0,
                 edge.from,
                 edge.to,
                 edge.uses,
                 edge.balance,
-                edge.faces.iter().map(|face| face.0).collect::<Vec<_>>()
+                edge.faces.iter().map(|face| face.0).collect::<Vec<_>>(),
+                edge.cause
             )?;
         }
         Ok(())
@@ -151,6 +173,9 @@ pub struct SceneFacts {
 }
 
 /// Checks every part of a finished frame. O(triangles), about 0.4 µs each.
+///
+/// Needs the polylines of the file's edges to tell unbalanced edges by [cause](Cause). In a frame made without them, all
+/// are defects.
 #[must_use]
 pub fn check_scene(frame: &MemorySink) -> SceneFacts {
     let mut facts = SceneFacts::default();
@@ -173,7 +198,10 @@ pub fn check_scene(frame: &MemorySink) -> SceneFacts {
         let before = facts.faces_without_triangles.len();
         facts.faces_without_triangles.extend(empty);
         missing[index] = (facts.faces_without_triangles.len() - before) as u64;
-        facts.parts.push(check_part(batches));
+        let lines = frame.edge_lines.partition_point(|line| line.part < id);
+        let lines = &frame.edge_lines[lines..];
+        let lines: &[EdgeLine] = &lines[..lines.partition_point(|line| line.part == id)];
+        facts.parts.push(check_batches(batches, &Excused::of(part, lines)));
     }
     for SceneInstance { part, transform, .. } in &frame.scene.instances {
         if let Some(part_facts) = facts.parts.get(*part as usize) {
@@ -186,14 +214,18 @@ pub fn check_scene(frame: &MemorySink) -> SceneFacts {
     facts
 }
 
-/// Checks the batches of one part, in its coordinates.
+/// Checks the batches of one part, in its coordinates. Every unbalanced edge counts as a defect.
 #[must_use]
 pub fn check_part<'a>(batches: impl IntoIterator<Item = &'a Batch>) -> MeshFacts {
+    check_batches(batches, &Excused::default())
+}
+
+fn check_batches<'a>(batches: impl IntoIterator<Item = &'a Batch>, excused: &Excused) -> MeshFacts {
     let mut facts = MeshFacts::default();
     let soup = Soup::weld(batches, &mut facts);
     facts.vertices = soup.points.len() as u64;
     soup.measure(&mut facts);
-    soup.pair_edges(&mut facts);
+    soup.pair_edges(&mut facts, excused);
     facts
 }
 
@@ -217,10 +249,9 @@ impl<'a> Soup<'a> {
             facts.non_finite += (broken + broken_normals) as u64;
             ids.clear();
             ids.extend(mesh.positions.iter().map(|&point| {
-                let point = point + DVec3::ZERO; // -0.0 + 0.0 = 0.0
                 let fresh = u32::try_from(soup.points.len()).unwrap_or(u32::MAX);
-                *known.entry(point.to_array().map(f64::to_bits)).or_insert_with(|| {
-                    soup.points.push(point);
+                *known.entry(bits(point)).or_insert_with(|| {
+                    soup.points.push(point + DVec3::ZERO);
                     fresh
                 })
             }));
@@ -279,7 +310,7 @@ impl<'a> Soup<'a> {
     }
 
     /// Gathers the directed uses of each edge: a counting sort by the lower vertex, then a sort of each short list.
-    fn pair_edges(&self, facts: &mut MeshFacts) {
+    fn pair_edges(&self, facts: &mut MeshFacts, excused: &Excused) {
         let uses = || {
             self.triangles.iter().enumerate().flat_map(|(index, &[a, b, c])| {
                 [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to, index))
@@ -311,31 +342,69 @@ impl<'a> Soup<'a> {
                 facts.nonmanifold_edges += u64::from(group.len() > 2);
                 if balance != 0 {
                     let (from, to) = (self.points[low], self.points[group[0].0 as usize]);
-                    let length = from.distance(to);
-                    facts.unbalanced_edges += 1;
-                    facts.unbalanced_length += length * balance as f64;
-                    let ends = if 2 * forward > group.len() { (from, to) } else { (to, from) };
-                    unbalanced.push((length, ends, balance, group));
+                    let (from, to) = if 2 * forward > group.len() { (from, to) } else { (to, from) };
+                    unbalanced.push(Unbalanced { from, to, balance, cause: excused.cause(from, to), group });
                 }
             }
         }
-        unbalanced.sort_by(|x, y| y.0.total_cmp(&x.0)); // stable: ties stay in vertex order
-        facts.examples = unbalanced
-            .into_iter()
-            .take(EXAMPLES)
-            .filter_map(|(_, (from, to), balance, group)| {
-                let mut faces: Vec<_> = group.iter().filter_map(|use_| Some(self.owner(use_.2)?.face)).collect();
-                faces.sort_unstable();
-                faces.dedup();
-                let part = self.owner(group[0].2)?.part;
-                Some(BadEdge { part, from, to, balance: balance as u32, uses: group.len() as u32, faces })
-            })
-            .collect();
+        self.tell(unbalanced, facts);
+    }
+
+    /// Counts unbalanced edges by cause and keeps some as examples.
+    fn tell(&self, mut unbalanced: Vec<Unbalanced<'_>>, facts: &mut MeshFacts) {
+        let faces_of = |edge: &Unbalanced| {
+            let mut faces: Vec<_> = edge.group.iter().filter_map(|used| Some(self.owner(used.2)?.face)).collect();
+            faces.sort_unstable();
+            faces.dedup();
+            faces
+        };
+        facts.unbalanced_edges = unbalanced.len() as u64;
+        for edge in &unbalanced {
+            facts.unbalanced_length += edge.length();
+            match edge.cause {
+                Cause::FreeEdge(_) => facts.free_edges += 1,
+                Cause::NotOrientable(_) => facts.not_orientable += 1,
+                Cause::Defect => {
+                    facts.defects += 1;
+                    facts.defect_length += edge.length();
+                    facts.defect_faces.extend(faces_of(edge));
+                }
+            }
+        }
+        facts.defect_faces.sort_unstable();
+        facts.defect_faces.dedup();
+        let is_defect = |edge: &Unbalanced| edge.cause == Cause::Defect;
+        // Stable: ties stay in vertex order.
+        let length = |edge: &Unbalanced| edge.from.distance(edge.to);
+        unbalanced.sort_by(|x, y| is_defect(y).cmp(&is_defect(x)).then(length(y).total_cmp(&length(x))));
+        let example = |edge: &Unbalanced| {
+            let &Unbalanced { from, to, balance, cause, group } = edge;
+            let part = self.owner(group[0].2)?.part;
+            let (balance, uses, faces) = (balance as u32, group.len() as u32, faces_of(edge));
+            Some(BadEdge { part, from, to, balance, uses, faces, cause })
+        };
+        facts.examples = unbalanced.iter().take(EXAMPLES).filter_map(example).collect();
     }
 
     fn owner(&self, triangle: usize) -> Option<&'a Batch> {
         let after = self.owners.partition_point(|(first, _)| *first <= triangle);
         self.owners[..after].last().map(|(_, batch)| *batch)
+    }
+}
+
+/// A mesh edge whose directed uses do not cancel.
+struct Unbalanced<'a> {
+    from: DVec3,
+    to: DVec3,
+    balance: usize,
+    cause: Cause,
+    /// Its uses: (the other vertex, whether the use starts at the lower one, triangle).
+    group: &'a [(u32, bool, usize)],
+}
+
+impl Unbalanced<'_> {
+    fn length(&self) -> f64 {
+        self.from.distance(self.to) * self.balance as f64
     }
 }
 

@@ -12,6 +12,9 @@ pub use scene::{Scene, SceneInstance, ScenePart};
 mod sink;
 pub use sink::{MemorySink, MeshSink, SinkError};
 
+mod cause;
+pub use cause::Cause;
+
 mod check;
 pub(crate) use check::BitMix;
 pub use check::{BadEdge, MeshFacts, SceneFacts, check_part, check_scene};

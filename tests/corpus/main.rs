@@ -1,4 +1,4 @@
-//! Every STEP file of the corpus beside the checkout. Skipped, with a message, where the corpus is absent.
+//! Every STEP file of the corpora beside the checkout. Skipped, with a message, where a corpus is absent.
 #![cfg(feature = "step")]
 
 #[path = "../flipped/mod.rs"]

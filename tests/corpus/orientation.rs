@@ -1,10 +1,9 @@
 //! Orientation of all files' meshes: solids have a positive volume, neighbours agree, no triangle looks inwards.
 
 use crate::flipped::{disagreeing, flipped};
-use crate::folder::corpus;
 use crate::mesh::mesh;
 use crate::read::read;
-use crate::reference::{files, value};
+use crate::reference::{Corpus, corpora, value};
 use trimtess::mesh::check_scene;
 
 /// Files whose surfaces fold over themselves, so that their normals look both ways.
@@ -13,18 +12,16 @@ const FOLDED: [(&str, &str); 1] =
 
 #[test]
 fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
-    let Some(corpus) = corpus() else { return };
-    let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
-    let mut wrong = Vec::new();
-    for (file, facts) in files(&reference) {
+    let (mut wrong, corpora) = (Vec::new(), corpora());
+    for (file, facts, path) in corpora.iter().flat_map(Corpus::files) {
         for relative in [1e-2, 1e-3] {
-            let (prepared, sink, _) = mesh(&corpus.join(file), relative);
+            let (prepared, sink, _) = mesh(&path, relative);
             let total = check_scene(&sink).total;
             let mut complain = |what: String| wrong.push(format!("{file} at {relative}: {what}"));
             if value(facts, "closed") == Some("true") && (total.volume <= 0.0 || total.volume.is_nan()) {
                 complain(format!("volume {}", total.volume));
             }
-            let disagreeing = disagreeing(&read(&corpus.join(file)), &sink);
+            let disagreeing = disagreeing(&read(&path), &sink);
             if !disagreeing.is_empty() {
                 complain(format!("neighbours disagree about {disagreeing:?}"));
             }

@@ -1,15 +1,16 @@
 //! Models as read: face counts and units against what OpenCASCADE found, and the geometry against itself.
 
-use crate::folder::corpus;
-use crate::reference::{files, value};
+use crate::reference::{Corpus, corpora, value};
 use glam::DVec3;
 use std::path::Path;
 use trimtess::import::step::{StepOptions, read_file};
 use trimtess::model::{Loop, Model, Part, Severity, Surface};
 
 /// Files where our count of faces is right and differs from OpenCASCADE's.
-const OTHER_COUNT: [(&str, usize, &str); 1] =
-    [("thor_art1_body.step", 280, "OpenCASCADE cuts some of the file's 280 faces into 284")];
+const OTHER_COUNT: [(&str, usize, &str); 2] = [
+    ("thor_art1_body.step", 280, "OpenCASCADE cuts some of the file's 280 faces into 284"),
+    ("tie_rod.step", 60, "OpenCASCADE cuts some of the file's 60 faces into 68"),
+];
 
 /// OpenCASCADE moves the root of a file by a placement that its representation lists; ISO 10303-41 does not say so.
 const MOVED_BY_REFERENCE: &str = "degenerate_torus.stp";
@@ -20,18 +21,17 @@ pub(crate) fn read(path: &Path) -> Model {
 
 #[test]
 fn counts_and_units_agree_with_the_reference() {
-    let Some(corpus) = corpus() else { return };
-    let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
-    let mut wrong = Vec::new();
-    let mut count = 0;
-    for (file, facts) in files(&reference) {
-        let model = read(&corpus.join(file));
-        count += 1;
+    let (mut wrong, corpora) = (Vec::new(), corpora());
+    for (corpus, (file, facts, path)) in corpora.iter().flat_map(|corpus| corpus.files().map(move |f| (corpus, f))) {
+        let model = read(&path);
         let unique: usize = model.parts.iter().map(|part| part.faces.len()).sum();
         let placed: usize = model.instances.iter().map(|i| model.parts[i.part.index()].faces.len()).sum();
         let number = |key| value(facts, key).and_then(|text| text.parse::<usize>().ok());
         let expected = match OTHER_COUNT.iter().find(|(name, ..)| *name == file) {
-            Some((_, ours, _)) => (Some(*ours), Some(*ours)),
+            Some((_, ours, _)) => {
+                assert!(corpus.excepts(file, "faces"), "{file}");
+                (Some(*ours), Some(*ours))
+            }
             None => (number("faces"), number("unique_faces")),
         };
         if (Some(placed), Some(unique)) != expected {
@@ -51,7 +51,6 @@ fn counts_and_units_agree_with_the_reference() {
             wrong.push(format!("{file}: #{} {}", lost.entity, lost.reason));
         }
     }
-    assert_eq!(count, 39, "the corpus holds 39 STEP files");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
@@ -80,12 +79,10 @@ fn edge_box(model: &Model) -> (DVec3, DVec3) {
 
 #[test]
 fn placed_edges_fill_the_reference_box() {
-    let Some(corpus) = corpus() else { return };
-    let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
-    let mut wrong = Vec::new();
-    for (file, facts) in files(&reference) {
+    let (mut wrong, corpora) = (Vec::new(), corpora());
+    for (file, facts, path) in corpora.iter().flat_map(Corpus::files) {
         let Some((low, high)) = reference_box(facts) else { continue };
-        let model = read(&corpus.join(file));
+        let model = read(&path);
         if model.parts.iter().all(|part| part.edges.is_empty()) {
             continue;
         }
@@ -111,11 +108,9 @@ fn diagonal(part: &Part) -> f64 {
 
 #[test]
 fn edges_end_at_their_vertices_and_lie_on_their_surfaces() {
-    let Some(corpus) = corpus() else { return };
-    let reference = std::fs::read_to_string(corpus.join("reference.jsonl")).expect("reference.jsonl");
-    let mut wrong = Vec::new();
-    for (file, _) in files(&reference) {
-        let model = read(&corpus.join(file));
+    let (mut wrong, corpora) = (Vec::new(), corpora());
+    for (file, _, path) in corpora.iter().flat_map(Corpus::files) {
+        let model = read(&path);
         let (mut worst_end, mut worst_side): ((f64, u64), (f64, u64)) = ((0.0, 0), (0.0, 0));
         for part in &model.parts {
             let size = diagonal(part);

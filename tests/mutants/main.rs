@@ -2,20 +2,23 @@
 //! one clear error; within ten seconds, and within four times the memory of the file unbroken.
 //!
 //! `TRIMTESS_MUTANTS` is the number of mutants per file (1 without it), `TRIMTESS_MUTANTS_SEED` shifts all of them. Files:
-//! tests/data, and the corpus where there is one. The same numbers give the same mutants.
+//! tests/data, and the corpora where there are any. The same numbers give the same mutants.
 #![cfg(feature = "cli")]
 
+#[path = "../closed/mod.rs"]
+mod closed;
+mod geometry;
 mod mutate;
+mod points;
 mod run;
 
+use closed::{CORPORA, number, on_all_cores, step_files};
 use mutate::{Mutation, Random};
 use run::{Limits, Outcome, run};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 use std::time::{Duration, Instant};
 
 /// Memory that any mutant may take: a small file's peak is that of the program, and a mutant may ask for a finer mesh.
@@ -25,26 +28,9 @@ const TIMES: u64 = 4;
 /// Processor time that a mutant may take.
 const TIME: Duration = Duration::from_secs(10);
 
-fn number(variable: &str, default: u64) -> u64 {
-    std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
-
 /// STEP files, in a fixed order.
 fn files() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut files = Vec::new();
-    for folder in ["tests/data", "../shared/corpus"].map(|folder| root.join(folder)) {
-        let Ok(entries) = fs::read_dir(&folder) else {
-            println!("skipped: no folder {}", folder.display());
-            continue;
-        };
-        let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-        let is_step = |path: &PathBuf| path.extension().is_some_and(|e| e == "stp" || e == "step");
-        let mut found: Vec<PathBuf> = paths.filter(is_step).collect();
-        found.sort();
-        files.extend(found);
-    }
-    files
+    step_files(&[&["tests/data"][..], &CORPORA].concat())
 }
 
 #[derive(Default)]
@@ -96,18 +82,9 @@ fn mutants_end_in_a_mesh_or_one_error() {
     let (count, shift) = (number("TRIMTESS_MUTANTS", 1), number("TRIMTESS_MUTANTS_SEED", 0));
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mutants");
     let _ = fs::remove_dir_all(&folder);
-    let (files, next, found) = (files(), AtomicUsize::new(0), Mutex::new(Found::default()));
+    let (files, found) = (files(), Mutex::new(Found::default()));
     let start = Instant::now();
-    thread::scope(|scope| {
-        let workers = thread::available_parallelism().map_or(1, |n| n.get());
-        for _ in 0..workers {
-            scope.spawn(|| {
-                while let Some(path) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    mutants_of(path, &folder, count, shift, &found);
-                }
-            });
-        }
-    });
+    on_all_cores(&files, |path| mutants_of(path, &folder, count, shift, &found));
     let Found { outcomes, faults, slowest, hungriest } = found.into_inner().expect("no thread panicked");
     println!("{} files, {count} mutants each, in {:.1?}", files.len(), start.elapsed());
     for ((mutation, status), mutants) in &outcomes {

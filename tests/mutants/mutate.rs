@@ -37,6 +37,12 @@ impl Random {
         (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 1) % n
     }
 
+    /// From -1 to 1, evenly.
+    pub(crate) fn signed(&mut self) -> f64 {
+        const STEPS: u64 = 1 << 53;
+        2.0 * self.below(STEPS) as f64 / STEPS as f64 - 1.0
+    }
+
     fn choose<'a, T>(&mut self, all: &'a [T]) -> Option<&'a T> {
         all.get(self.below(all.len().max(1) as u64) as usize)
     }

@@ -1,7 +1,9 @@
 //! Command line -> exit status: 0 all faces meshed, 3 done but with diagnostics, 1 cannot do it, 2 wrong usage.
 
 mod bench;
+mod closedness;
 mod diagram;
+mod fills;
 mod info;
 mod input;
 mod laps;

@@ -1,6 +1,9 @@
 //! A finished frame -> what is told about it: counts per instance, diagnostics per placed face, seconds, memory.
 
+use crate::closedness::{self, Closedness};
+use crate::fills::{self, Fill};
 use crate::{Common, Done, Failure};
+use glam::DVec3;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
@@ -53,10 +56,18 @@ pub(crate) struct Report {
     pub(crate) diagnostics: Vec<Entry>,
     pub(crate) triangles: u64,
     pub(crate) vertices: u64,
+    /// Triangles that only close a face.
+    pub(crate) slivers: u64,
+    /// Faces with such triangles, or with area wound other than once.
+    pub(crate) fills: Vec<Fill>,
     /// Edges whose directed uses do not cancel. Only `--check` counts them.
     pub(crate) unbalanced_edges: Option<u64>,
     /// Edges with one triangle. Only `--check` counts them.
     pub(crate) open_edges: Option<u64>,
+    /// Unbalanced edges where the file does not end: cracks. Only `--check` counts them.
+    pub(crate) defects: Option<u64>,
+    /// Each part: closed in the file, closed in the mesh. Only `--check` looks.
+    pub(crate) closedness: Option<Vec<Closedness>>,
     /// Largest distance between mesh and exact geometry beyond the gap that the file itself leaves, over the chord tolerance.
     /// Only `--check` measures it; null where there was nothing to measure.
     pub(crate) max_deviation_over_tolerance: Option<f64>,
@@ -97,6 +108,7 @@ impl Report {
         let mut all: Vec<Diagnostic> = prepared.diagnostics.clone();
         add_degraded(&mut all, made, &meshed, prepared);
         add_lost_lines(&mut all, made, prepared);
+        fills::add_rewound(&mut all, made, frame, prepared);
         add_unexplained(&mut all, &meshed, prepared);
         let mut report = Self { parts: scene.parts.len(), instances: scene.instances.len(), ..Self::default() };
         for instance in &scene.instances {
@@ -113,6 +125,8 @@ impl Report {
             report.ladder.add(Rung::Normal, normal);
         }
         report.diagnostics = placed(&all, scene);
+        report.fills = fills::placed(made, scene);
+        report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
         report
     }
 
@@ -204,18 +218,26 @@ impl Report {
         );
         let _ = writeln!(text, "  ladder: {}", self.ladder);
         let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
+        if self.slivers > 0 {
+            let _ = write!(text, ", {} of them only close {} faces", self.slivers, self.fills.len());
+        }
         if let (Some(chord), Some(angle)) = (self.chord_mm, self.angle_deg) {
             let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };
             let _ = write!(text, "; chord {chord:.4} mm ({relative:.1e} of the diagonal), angle {angle}°");
         }
         text.push('\n');
         if let (Some(open), Some(unbalanced)) = (self.open_edges, self.unbalanced_edges) {
-            let _ = write!(text, "  check: {open} open edges, {unbalanced} unbalanced");
+            let _ = write!(
+                text,
+                "  check: {open} open edges, {unbalanced} unbalanced, {} cracks",
+                self.defects.unwrap_or(0)
+            );
             if let (Some(worst), Some(p999)) = (self.max_deviation_over_tolerance, self.p999_deviation_over_tolerance) {
                 let _ =
                     write!(text, "; deviation {worst:.3} of the tolerance at worst, {p999:.3} in 99.9 % of samples");
             }
             text.push('\n');
+            text += &closedness::lines(self.closedness.as_deref().unwrap_or_default());
         }
         if let Some(deviation) = &self.deviation {
             // The table, without the places that follow it (-v tells those, too).
@@ -310,8 +332,14 @@ fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFa
     rows.faces.get(row as usize)
 }
 
+/// A point near the middle of a face's first tile, part coordinates.
+pub(crate) fn tile_centre(prepared: &Prepared, part: PartId, face: FaceId) -> Option<DVec3> {
+    let tile = row_of(prepared, part, face)?.tiles.start;
+    Some(prepared.parts[part.index()].tiles.get(tile as usize)?.centre)
+}
+
 /// Entity number of a face that has tiles; 0 if it has none, or no number.
-fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
+pub(crate) fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
     row_of(prepared, part, face).map_or(0, |row| row.entity)
 }
 

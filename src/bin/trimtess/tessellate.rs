@@ -1,5 +1,6 @@
 //! `trimtess tessellate`: a file to a mesh file within a chord and angle tolerance.
 
+use crate::closedness::Closedness;
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
+use trimtess::mesh::{MemorySink, MeshFacts, ScenePart, check_scene};
 use trimtess::out::{self, Format};
 use trimtess::parallel::{FrameReport, Session, SessionOptions, balance, serial};
 use trimtess::prepare::{Prepared, Shells, prepare};
@@ -33,7 +34,8 @@ pub(crate) struct TessellateArgs {
     output: PathBuf,
     #[command(flatten)]
     tolerance: ToleranceArgs,
-    /// Check the mesh (cracks, orientation) and measure its deviation from the exact surfaces and edges; status 3 if it fails.
+    /// Check the mesh, say of each part whether it is closed in the file and in the mesh, and measure its deviation from the
+    /// exact surfaces and edges; status 3 if it fails.
     #[arg(long)]
     check: bool,
     /// Write a report as JSON.
@@ -178,9 +180,12 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
         report.add_error(format!("the mesh is malformed: {}", facts.total));
     }
     tracing::info!("{}", facts.total);
-    for (number, (part, shells)) in facts.parts.iter().zip(shells).enumerate() {
-        let whole = prepared.parts[number].open_edges().count == 0;
-        part_faults(part, shells, whole).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
+    report.defects = Some(facts.total.defects);
+    let parts = frame.scene.parts.iter().zip(&facts.parts);
+    let closedness = (0..).zip(parts.clone()).map(|(k, (part, mesh))| Closedness::of(k, part, mesh));
+    report.closedness = Some(closedness.collect());
+    for (number, ((part, mesh), shells)) in parts.zip(shells).enumerate() {
+        part_faults(part, mesh, shells).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
     }
     let deviation = audit::deviation(prepared, frame, chord);
     deviation_faults(&deviation).for_each(|fault| report.add_error(fault));
@@ -190,17 +195,17 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     report.book(deviation, economy);
 }
 
-/// What is wrong with a part's mesh, given what its shells say of it, and whether faces meet at all of its edges: sewing closes
-/// shells that are stated open.
-fn part_faults(facts: &MeshFacts, shells: &Shells, whole: bool) -> impl Iterator<Item = String> {
-    let solid = shells.open == 0;
-    let cracked = ((solid || whole) && facts.unbalanced_edges > 0).then(|| {
-        let (count, length) = (facts.unbalanced_edges, facts.unbalanced_length);
-        format!("all its shells are closed, but its mesh has {count} unbalanced edges, {length:.3e} mm of them")
+/// What is wrong with a part's mesh, given what the file says of its edges and its shells.
+fn part_faults(part: &ScenePart, mesh: &MeshFacts, shells: &Shells) -> impl Iterator<Item = String> {
+    let cracked = (mesh.defects > 0).then(|| {
+        let (count, length) = (mesh.defects, mesh.defect_length);
+        let file = if part.closed { "closed in the file" } else { "open in the file, but not there" };
+        format!("{file}: its mesh has {count} unbalanced edges, {length:.3e} mm of them")
     });
+    let solid = shells.open == 0;
     let expected = (shells.voids + shells.undirected) as u64;
-    let inverted = (solid && facts.negative_components > expected).then(|| {
-        let (count, voids) = (facts.negative_components, shells.voids);
+    let inverted = (solid && mesh.negative_components > expected).then(|| {
+        let (count, voids) = (mesh.negative_components, shells.voids);
         format!("{count} pieces of its mesh have negative volume, but it has {voids} voids: turned inside out")
     });
     cracked.into_iter().chain(inverted)

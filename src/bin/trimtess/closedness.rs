@@ -1,0 +1,147 @@
+//! What the oracle found of each part -> whether it is closed in the file and in the mesh, in words and as a row of the
+//! report.
+
+use serde::Serialize;
+use std::fmt::Write as _;
+use trimtess::mesh::{MeshFacts, ScenePart};
+
+/// Faces and parts that a line names before the rest is only counted.
+const NAMED: usize = 12;
+
+/// One part: what its file says of its edges, and what the mesh makes of them.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Closedness {
+    pub(crate) part: u32,
+    pub(crate) name: String,
+    pub(crate) closed_in_file: bool,
+    /// Edges of the file where a sheet ends.
+    pub(crate) free_edges: usize,
+    /// Edges of the file whose faces cannot be oriented alike.
+    pub(crate) not_orientable: usize,
+    /// Whether the directed uses of every mesh edge cancel.
+    pub(crate) closed_in_mesh: bool,
+    /// Mesh edges whose uses do not cancel although the file does not end there.
+    pub(crate) defects: u64,
+    /// The part's faces along those.
+    pub(crate) defect_faces: Vec<u32>,
+}
+
+impl Closedness {
+    pub(crate) fn of(number: u32, part: &ScenePart, facts: &MeshFacts) -> Self {
+        Self {
+            part: number,
+            name: part.name.clone(),
+            closed_in_file: part.closed,
+            free_edges: part.free_edges.len(),
+            not_orientable: part.not_orientable.len(),
+            closed_in_mesh: facts.unbalanced_edges == 0,
+            defects: facts.defects,
+            defect_faces: facts.defect_faces.iter().map(|face| face.0).collect(),
+        }
+    }
+
+    /// A line that many parts may share.
+    fn words(&self) -> String {
+        let file = match (self.closed_in_file, self.free_edges, self.not_orientable) {
+            (true, ..) => "closed in the file".to_owned(),
+            (false, 0, 0) => "open in the file".to_owned(),
+            (false, free, 0) => format!("open in the file ({free} free edges)"),
+            (false, 0, turned) => format!("not orientable in the file ({turned} edges)"),
+            (false, free, turned) => format!("open in the file ({free} free edges, {turned} not orientable)"),
+        };
+        match (self.defects, self.closed_in_mesh) {
+            (0, true) => format!("{file}, closed in the mesh"),
+            (0, false) if self.closed_in_file => format!("{file}, open in the mesh"),
+            (0, false) => format!("{file}, nowhere else in the mesh"),
+            (edges, _) => {
+                let faces = listed(&self.defect_faces);
+                let place = if self.closed_in_file { "open in the mesh" } else { "and elsewhere in the mesh" };
+                format!("{file}, {place}: {edges} edges, faces {faces}")
+            }
+        }
+    }
+}
+
+/// One line for each thing that can be said of parts, in the order of their first.
+pub(crate) fn lines(parts: &[Closedness]) -> String {
+    let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
+    let mut known = std::collections::HashMap::new();
+    for part in parts {
+        let words = part.words();
+        let group = *known.entry(words.clone()).or_insert_with(|| {
+            groups.push((words, Vec::new()));
+            groups.len() - 1
+        });
+        groups[group].1.push(part.part);
+    }
+    // Cracks first: they are what was asked for.
+    groups.sort_by_key(|(_, members)| parts[members[0] as usize].defects == 0);
+    let mut text = String::new();
+    for (words, members) in groups.iter().take(NAMED) {
+        let of = if members.len() == 1 { "part" } else { "parts" };
+        let _ = writeln!(text, "  {of} {}: {words}", listed(members));
+    }
+    if groups.len() > NAMED {
+        let rest: usize = groups[NAMED..].iter().map(|(_, members)| members.len()).sum();
+        let _ = writeln!(text, "  … and {rest} more parts (--report writes them)");
+    }
+    text
+}
+
+/// The first of some numbers, runs joined: "0–3, 7".
+fn listed(numbers: &[u32]) -> String {
+    let runs: Vec<&[u32]> = numbers.chunk_by(|a, b| a + 1 == *b).collect();
+    let told = runs.iter().take(NAMED).map(|run| match *run {
+        [first, .., last] => format!("{first}–{last}"),
+        _ => run[0].to_string(),
+    });
+    let mut text = told.collect::<Vec<_>>().join(", ");
+    if runs.len() > NAMED {
+        let rest: usize = runs[NAMED..].iter().map(|run| run.len()).sum();
+        let _ = write!(text, " and {rest} more");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trimtess::model::{EdgeId, FaceId};
+
+    #[test]
+    fn each_part_is_told_in_one_of_few_lines() {
+        let part = |free: u32, turned: u32| ScenePart {
+            free_edges: (0..free).map(EdgeId).collect(),
+            not_orientable: (0..turned).map(EdgeId).collect(),
+            closed: free + turned == 0,
+            ..ScenePart::default()
+        };
+        let mesh = |unbalanced: u64, faces: &[u32]| MeshFacts {
+            unbalanced_edges: unbalanced,
+            defects: if faces.is_empty() { 0 } else { unbalanced },
+            defect_faces: faces.iter().copied().map(FaceId).collect(),
+            ..MeshFacts::default()
+        };
+        let rows = [
+            (part(0, 0), mesh(0, &[])),
+            (part(0, 0), mesh(0, &[])),
+            (part(4, 0), mesh(8, &[])),
+            (part(0, 0), mesh(3, &[1, 2, 3, 7])),
+            (part(0, 2), mesh(5, &[])),
+            (part(4, 1), mesh(9, &[5])),
+            (part(0, 0), mesh(0, &[])),
+        ];
+        let of = |(number, (part, facts)): (u32, &(ScenePart, MeshFacts))| Closedness::of(number, part, facts);
+        let parts: Vec<Closedness> = (0..).zip(&rows).map(of).collect();
+        let told = lines(&parts);
+        let told: Vec<&str> = told.lines().map(str::trim).collect();
+        let expected = [
+            "part 3: closed in the file, open in the mesh: 3 edges, faces 1–3, 7",
+            "part 5: open in the file (4 free edges, 1 not orientable), and elsewhere in the mesh: 9 edges, faces 5",
+            "parts 0–1, 6: closed in the file, closed in the mesh",
+            "part 2: open in the file (4 free edges), nowhere else in the mesh",
+            "part 4: not orientable in the file (2 edges), nowhere else in the mesh",
+        ];
+        assert_eq!(told, expected);
+    }
+}

@@ -1,0 +1,88 @@
+//! Faces whose loops do not bound a simple region -> what it took to close them, and a warning where it shows.
+
+use crate::report::{entity_of, tile_centre};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use trimtess::mesh::{MemorySink, Scene};
+use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
+use trimtess::parallel::{FaceFill, FrameReport};
+use trimtess::prepare::Prepared;
+
+/// Share of a face's area that may be wound other than once before it is a warning. Noise of a boundary stays far below.
+const TOLERATED: f64 = 1e-4;
+
+/// A face that took more than its own triangles to close. `face` runs over all instances, as `face_id` does in a PLY.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Fill {
+    pub(crate) face: u64,
+    /// Triangles that only close it.
+    pub(crate) slivers: u32,
+    /// Area that its loops wind around other than once, mm² of the part.
+    pub(crate) rewound: f64,
+}
+
+/// All such faces, instance by instance.
+pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
+    let fills = |part: u32| made.fills.iter().filter(move |fill| fill.part.0 == part);
+    let placed = scene.instances.iter().flat_map(|instance| {
+        fills(instance.part).map(|&FaceFill { face, slivers, rewound, .. }| Fill {
+            face: u64::from(instance.first_face) + u64::from(face.0),
+            slivers,
+            rewound,
+        })
+    });
+    placed.collect()
+}
+
+/// A warning for each face of which more than a ten-thousandth is wound other than once.
+pub(crate) fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &MemorySink, prepared: &Prepared) {
+    let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0);
+    let mut areas: BTreeMap<(PartId, FaceId), f64> = rewound().map(|fill| ((fill.part, fill.face), 0.0)).collect();
+    for batch in &frame.batches {
+        let Some(area) = areas.get_mut(&(batch.part, batch.face)) else { continue };
+        let at = |corner: u32| batch.mesh.positions[corner as usize];
+        let triangles = batch.mesh.triangles.iter().map(|corners| corners.map(at));
+        *area += triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum::<f64>();
+    }
+    let visible = rewound().map(|fill| (fill, areas[&(fill.part, fill.face)]));
+    all.extend(visible.filter(|(fill, area)| fill.rewound > TOLERATED * area).map(|(fill, area)| Diagnostic {
+        severity: Severity::Warning,
+        part: Some(fill.part),
+        face: Some(fill.face),
+        entity: entity_of(prepared, fill.part, fill.face),
+        place: tile_centre(prepared, fill.part, fill.face),
+        reason: format!("{:.3e} mm² of its {area:.3e} mm² are wound other than once", fill.rewound),
+    }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::Report;
+    use std::sync::Arc;
+    use trimtess::frame::{Tolerance, plan};
+    use trimtess::model::shapes;
+    use trimtess::parallel::serial;
+    use trimtess::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn slivers_are_counted_per_face_and_area_wound_twice_is_a_warning() {
+        let model = shapes::by_name("box").expect("a shape");
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
+        let mut frame = MemorySink::default();
+        let mut made = serial(&prepared, &plan, false, &mut frame).expect("a frame");
+        let mut instance = frame.scene.instances[0].clone();
+        instance.first_face = 6;
+        frame.scene.instances.push(instance);
+        let fill =
+            |face: u32, slivers: u32, rewound: f64| FaceFill { part: PartId(0), face: FaceId(face), slivers, rewound };
+        made.fills = vec![fill(1, 3, 0.0), fill(2, 0, 1e-9), fill(4, 2, 1e3)];
+        let report = Report::of(&frame, &prepared, &made);
+        assert_eq!(report.slivers, 10, "each instance counts");
+        let faces: Vec<(u64, u32)> = report.fills.iter().map(|fill| (fill.face, fill.slivers)).collect();
+        assert_eq!(faces, [(1, 3), (2, 0), (4, 2), (7, 3), (8, 0), (10, 2)]);
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face, e.place.is_some())).collect();
+        assert_eq!(told, [("warning", Some(4), true), ("warning", Some(10), true)], "{:?}", report.diagnostics);
+    }
+}

@@ -1,0 +1,242 @@
+//! Files whose points are moved or rounded -> parts that are as closed as before: what is closed in the file is closed in
+//! the mesh, whatever its geometry.
+//!
+//! A plain run tries a few files, one mutant for each size of the noise. The long run is
+//!
+//! ```text
+//! TRIMTESS_GEOMETRY=20 cargo test --release --test mutants -- --nocapture geometry
+//! ```
+//!
+//! | variable | is |
+//! |---|---|
+//! | `TRIMTESS_GEOMETRY` | mutants for each file and size of the noise; all files are tried |
+//! | `TRIMTESS_GEOMETRY_FIRST` | number of the first of them |
+//! | `TRIMTESS_GEOMETRY_FILES` | parts of file names, with commas |
+//! | `TRIMTESS_GEOMETRY_KEEP` | a folder for the mutants |
+//!
+//! A mutant depends on the file's name, the noise and its number alone. Times are printed and never judged.
+
+use crate::closed::{CORPORA, Made, closed_by_reference, is_asked, make, name, number, on_all_cores, said, step_files};
+use crate::mutate::Random;
+use crate::points::Points;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+use trimtess::frame::Tolerance;
+use trimtess::import::step::{StepOptions, read};
+use trimtess::model::{FaceId, PartId, Severity};
+use trimtess::prepare::{PrepareOptions, Prepared, Shells, prepare};
+
+/// How far points move, as shares of their part.
+const SHARES: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
+
+/// Up to here no face may have to be filled in space.
+const SMALL: f64 = 1e-5;
+
+/// What points of edges are rounded to, as a share of their part.
+const STEP: f64 = 1e-3;
+
+/// Files of a plain run: of each kind one, all within half a second.
+const FEW: [&str; 7] = [
+    "cutter_male.step",
+    "koch_shoulder_rotation.step",
+    "mxm_package.step",
+    "tie_rod.step",
+    "mini_heatsink.stp",
+    "periodic_pole_solid.stp",
+    "screw.step",
+];
+
+/// A mutant may take ten times as long as its file, or this much longer.
+const SLACK: Duration = Duration::from_millis(200);
+
+/// A file read, prepared and meshed on this thread.
+struct Run {
+    /// Closed in the file by edges alone, or by what prepare made of them: part by part.
+    stated: Vec<bool>,
+    closed: Vec<bool>,
+    made: Made,
+    took: Duration,
+}
+
+impl Run {
+    /// `stated` are the parts that have to be closed whatever this file's geometry is.
+    fn of(bytes: &[u8], stated: Option<&[bool]>) -> Result<Self, String> {
+        let work = || {
+            let start = Instant::now();
+            let model = read(bytes, &StepOptions::default()).map_err(|error| error.to_string())?;
+            let by_edges: Vec<bool> = model.parts.iter().map(|part| Shells::of(part).open == 0).collect();
+            let options = PrepareOptions { threads: Some(1), ..PrepareOptions::DEFAULT };
+            let prepared = Arc::new(prepare(model, &options).map_err(|error| error.to_string())?);
+            let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
+            let closed: Vec<bool> = prepared.scene.parts.iter().map(|part| part.closed).collect();
+            let must_close = |part: usize| closed[part] || stated.is_some_and(|stated| stated.get(part) == Some(&true));
+            let mut made = make(&prepared, &tolerance, must_close);
+            let took = start.elapsed();
+            let silent = |(part, face): &&_| !is_told(&prepared, *part, *face);
+            let silent: Vec<String> = made.filled.iter().filter(silent).map(|face| format!("{face:?}")).collect();
+            made.faults.extend(silent.into_iter().map(|face| format!("filled in space, and not told: {face}")));
+            let stated = by_edges.iter().zip(&closed).map(|(by_edges, closed)| *by_edges && *closed).collect();
+            Ok(Self { stated, closed, made, took })
+        };
+        catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(format!("a panic: {}", said(&*panic))))
+    }
+}
+
+impl Run {
+    fn secs(&self) -> f64 {
+        self.took.as_secs_f64()
+    }
+
+    /// The longest that a mutant may take.
+    fn most(&self) -> Duration {
+        (10 * self.took).max(self.took + SLACK)
+    }
+}
+
+/// Whether a warning names the face.
+fn is_told(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
+    let mut about = prepared.diagnostics.iter().filter(|d| (d.part, d.face) == (Some(part), Some(face)));
+    about.any(|d| d.severity >= Severity::Warning)
+}
+
+/// What mutants with noise of one size came to.
+#[derive(Default)]
+struct Sum {
+    mutants: usize,
+    open: usize,
+    /// Sums over all mutants.
+    repaired: u64,
+    filled: u64,
+    lost: u64,
+    slivers: u64,
+    slow: usize,
+    /// Time over that of the file, and whose.
+    slowest: (f64, String),
+    faults: Vec<String>,
+}
+
+impl Sum {
+    /// Books a mutant of a file that took `whole`.
+    fn add(&mut self, mutant: &str, run: Result<Run, String>, whole: &Run) {
+        self.mutants += 1;
+        let mut faults = match &run {
+            Ok(run) => run.made.faults.clone(),
+            Err(error) => vec![error.clone()],
+        };
+        if let Ok(run) = run {
+            self.repaired += run.made.on("repaired");
+            self.filled += run.made.filled.len() as u64;
+            self.lost += run.made.on("lost");
+            self.slivers += run.made.slivers;
+            self.slow += usize::from(run.took > whole.most());
+            let times = run.secs() / whole.secs();
+            if times > self.slowest.0 {
+                self.slowest = (times, format!("{mutant}, {:.0?} instead of {:.0?}", run.took, whole.took));
+            }
+            if run.closed.len() != whole.closed.len() {
+                faults.push(format!("{} parts instead of {}", run.closed.len(), whole.closed.len()));
+            }
+            let opened = whole.stated.iter().zip(&run.closed).filter(|(before, after)| **before && !**after).count();
+            if opened > 0 {
+                faults.push(format!("{opened} parts are no longer called closed in the file"));
+            }
+        }
+        self.open += usize::from(!faults.is_empty());
+        self.faults.extend(faults.into_iter().map(|fault| format!("{mutant}: {fault}")));
+    }
+}
+
+/// Where mutants are kept, if anywhere.
+fn keep(mutant: &str, bytes: &[u8]) {
+    let Ok(folder) = std::env::var("TRIMTESS_GEOMETRY_KEEP") else { return };
+    let path = Path::new(&folder).join(format!("{}.step", mutant.replace(' ', "_")));
+    std::fs::write(&path, bytes).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+}
+
+/// The files to try, the largest first.
+fn files() -> Vec<PathBuf> {
+    let asked = |variable: &str| std::env::var(variable).is_ok();
+    let few = !asked("TRIMTESS_GEOMETRY") && !asked("TRIMTESS_GEOMETRY_FILES");
+    let mut files = step_files(&CORPORA);
+    files.retain(|path| is_asked("TRIMTESS_GEOMETRY_FILES", path) && (!few || FEW.contains(&&*name(path))));
+    files.sort_by_key(|path| std::cmp::Reverse(std::fs::metadata(path).map_or(0, |file| file.len())));
+    files
+}
+
+/// The mutants of all files, given how a file becomes some of them: what their noise is called, their name, their bytes.
+fn mutants(of: impl Fn(&str, &Points<'_>, &mut dyn FnMut(String, String, Vec<u8>)) + Sync) -> BTreeMap<String, Sum> {
+    let sums = Mutex::new(BTreeMap::<String, Sum>::new());
+    on_all_cores(&files(), |path| {
+        let (name, bytes) = (name(path), std::fs::read(path).expect("a readable file"));
+        // The second run is the one that finds everything in memory.
+        let whole = Run::of(&bytes, None).and_then(|_| Run::of(&bytes, None));
+        let Ok(mut whole) = whole else {
+            println!("skipped: {name} cannot be read");
+            return;
+        };
+        if closed_by_reference(path) {
+            whole.stated.fill(true);
+        }
+        let (mut count, mut longest) = (0, Duration::ZERO);
+        of(&name, &Points::of(&bytes), &mut |noise, mutant, bytes| {
+            keep(&mutant, &bytes);
+            let again = || Run::of(&bytes, Some(&whole.stated));
+            let mut run = again();
+            // Other processes make a run longer, never shorter.
+            if let Ok(first) = &mut run
+                && first.took > whole.most()
+                && let Ok(second) = again()
+            {
+                first.took = first.took.min(second.took);
+            }
+            count += 1;
+            longest = longest.max(run.as_ref().map_or(Duration::ZERO, |run| run.took));
+            let mut sums = sums.lock().expect("no thread panicked");
+            sums.entry(noise).or_default().add(&mutant, run, &whole);
+        });
+        println!("{name}: {:.3} s, the longest of {count} mutants {:.3} s", whole.secs(), longest.as_secs_f64());
+    });
+    sums.into_inner().expect("no thread panicked")
+}
+
+/// Prints a line for each size of the noise, and fails if there is a fault.
+fn judge(sums: &BTreeMap<String, Sum>) {
+    for (noise, sum) in sums {
+        let Sum { mutants, open, repaired, filled, lost, slivers, slow, slowest, .. } = sum;
+        println!(
+            "{noise}: {mutants} mutants, {open} at fault; faces: {repaired} repaired, {filled} filled in space, \
+             {lost} lost; {slivers} slivers; {slow} above ten times and 0.2 s, the slowest {:.1} times: {}",
+            slowest.0, slowest.1
+        );
+    }
+    let faults: Vec<&str> = sums.values().flat_map(|sum| &sum.faults).map(String::as_str).collect();
+    assert!(faults.is_empty(), "{} faults:\n{}", faults.len(), faults.join("\n"));
+}
+
+#[test]
+fn parts_whose_points_are_moved_stay_closed() {
+    let (count, first) = (number("TRIMTESS_GEOMETRY", 1), number("TRIMTESS_GEOMETRY_FIRST", 0));
+    let mut sums = mutants(|name, points, run| {
+        for (size, share) in (0_u64..).zip(SHARES) {
+            for seed in first..first + count {
+                let bytes = points.moved(share, &mut Random::new(name, seed << 8 | size));
+                run(format!("moved by {share:.0e}"), format!("{name} moved {share:.0e} {seed}"), bytes);
+            }
+        }
+    });
+    for share in SHARES.into_iter().filter(|share| *share <= SMALL) {
+        let Some(sum) = sums.get_mut(&format!("moved by {share:.0e}")).filter(|sum| sum.filled > 0) else { continue };
+        sum.faults.push(format!("{} faces are filled in space where points move by {share:.0e}", sum.filled));
+    }
+    judge(&sums);
+}
+
+#[test]
+fn parts_whose_edges_are_rounded_stay_closed() {
+    judge(&mutants(|name, points, run| {
+        run(format!("rounded to {STEP:.0e}"), format!("{name} rounded"), points.rounded(STEP));
+    }));
+}
