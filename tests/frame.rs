@@ -5,8 +5,8 @@ use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
 use trimtess::frame::evaluate::evaluate_points;
-use trimtess::frame::{self, Degradation, Plan, PlanLimits, Scratch, Tolerance, tessellate_tile};
-use trimtess::mesh::{MemorySink, Origin, TileId, check_scene};
+use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Scratch, Tolerance, tessellate_tile};
+use trimtess::mesh::{Batch, MemorySink, Origin, TileId, check_part, check_scene};
 use trimtess::model::{Model, ModelBuilder, PartId, shapes};
 use trimtess::parallel::distribute::{Load, deal, loads};
 use trimtess::parallel::serial;
@@ -138,31 +138,52 @@ fn a_closed_edge_has_three_segments_at_least() {
 }
 
 #[test]
-fn a_tile_that_vanishes_is_empty_and_one_that_is_lost_has_failed() {
+fn a_tile_whose_boundary_cancels_is_empty() {
     let mut prepared = prepare(shapes::by_name("box").unwrap(), &PrepareOptions::DEFAULT).expect("within the limits");
     let plan = frame::plan(&prepared, &CHORD);
-    let tile = |prepared: &Prepared, plan: &Plan| {
-        let outcome = tessellate_tile(prepared, plan, PartId(0), TileId(0), &mut Scratch::default());
+    let tile = |prepared: &Prepared| {
+        let outcome = tessellate_tile(prepared, &plan, PartId(0), TileId(0), &mut Scratch::default());
         assert!(outcome.mesh.triangles.is_empty());
-        outcome.degradation
+        (outcome.rung, outcome.degradation)
     };
-    // The first face folded to its diagonal: no triangle is left of it, though its parameters enclose an area.
+    // The first face folded to its diagonal: its parameters enclose an area, its edges cancel.
     let part = Arc::make_mut(&mut prepared.parts[0]);
     let uses: Vec<usize> = part.tiles[0].loops.iter().flatten().map(|u| u.edge as usize).collect();
     for edge in uses {
         let breaks = &mut part.edges[edge].breaks;
         breaks.iter_mut().for_each(|b| b.point = if b.point == DVec3::ZERO { DVec3::X } else { DVec3::ONE });
     }
-    assert!(matches!(tile(&prepared, &plan), Some(Degradation::Failed(_))));
-    // At a tolerance as large as the box it is thin.
-    let mut coarse = plan.clone();
-    Arc::make_mut(&mut coarse.parts[0].tiles[0]).chord = 1e3;
-    assert_eq!(tile(&prepared, &coarse), Some(Degradation::Empty));
+    assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
     // Without loops there is nothing to lose.
     let part = Arc::make_mut(&mut prepared.parts[0]);
     part.tiles[0].loops.clear();
     part.edges.iter_mut().for_each(|e| e.uses.retain(|u| u.0 != TileId(0)));
-    assert_eq!(tile(&prepared, &plan), Some(Degradation::Empty));
+    assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
+}
+
+/// What a worker delivers for a tile that panics joins its neighbours.
+#[test]
+fn a_tile_filled_from_its_edges_alone_closes_its_part() {
+    for name in ["box", "cylinder", "cone", "sphere", "torus"] {
+        let prepared = shape(name);
+        let plan = frame::plan(&prepared, &CHORD);
+        let (part, mut scratch) = (PartId(0), Scratch::default());
+        let tiles = prepared.parts[0].tiles.len() as u32;
+        for filled in (0..tiles).map(TileId) {
+            let make = |tile: TileId| {
+                let outcome = if tile == filled {
+                    frame::fill_tile(&prepared, &plan, part, tile, "a test".to_owned())
+                } else {
+                    tessellate_tile(&prepared, &plan, part, tile, &mut scratch)
+                };
+                let face = outcome.face;
+                Batch { part, face, tile, worker: 0, mesh: outcome.mesh }
+            };
+            let batches: Vec<Batch> = (0..tiles).map(TileId).map(make).collect();
+            let facts = check_part(&batches);
+            assert!(facts.is_closed(), "{name}, tile {}: {facts}", filled.0);
+        }
+    }
 }
 
 #[test]

@@ -159,7 +159,7 @@ impl Ladder {
         if let Some(shortfall) = &plan.shortfall {
             wrong.push(shortfall.to_string());
         }
-        let split = |d: &Degradation| self.touching && matches!(d, Degradation::NotSimple { unused: 0, .. });
+        let split = |d: &Degradation| self.touching && matches!(d, Degradation::NotSimple { .. });
         let degraded = report.degraded.iter().filter(|d| !split(&d.degradation));
         wrong.extend(degraded.map(|d| format!("face {}: {}", d.face.0, d.degradation)));
         wrong.extend(report.lost_lines.iter().map(|l| format!("edge {}: {}", l.edge.0, l.why)));
