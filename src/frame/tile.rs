@@ -108,7 +108,7 @@ pub struct TileOutcome {
     pub rung: Rung,
     /// What went wrong, if anything did.
     pub degradation: Option<Degradation>,
-    /// Triangles that only close the boundary. They are the last ones of the mesh.
+    /// Triangles that only close the boundary; where the loops are not simple, also those that have no area.
     pub slivers: u32,
     /// Area that the boundary winds around otherwise than once, mm².
     pub rewound: f64,
@@ -207,7 +207,10 @@ impl<'a> Job<'a> {
         let rewound = add_layers(face, scratch, &mut mesh);
         let before = mesh.triangles.len();
         scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
-        let slivers = (mesh.triangles.len() - before) as u32;
+        let mut slivers = (mesh.triangles.len() - before) as u32;
+        if face.filled || !matches!(trimmed, Trimmed::By(outcome) if outcome < TrimOutcome::Repaired { split: 0 }) {
+            slivers += mesh.triangles[..before].iter().filter(|&&t| has_no_area(&mesh, t)).count() as u32;
+        }
         let least = match face {
             PreparedFace { filled: true, .. } => Rung::Filled,
             PreparedFace { repaired: true, .. } => Rung::Repaired,
@@ -225,6 +228,11 @@ impl<'a> Job<'a> {
         };
         (TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }, as_trimmed)
     }
+}
+
+fn has_no_area(mesh: &PatchMesh, corners: [u32; 3]) -> bool {
+    let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+    (b - a).cross(c - a) == DVec3::ZERO
 }
 
 /// Appends what the loops wind around otherwise than once, and returns its area, mm².

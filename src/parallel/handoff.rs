@@ -91,7 +91,7 @@ pub struct FaceFill {
     pub part: PartId,
     /// The face within the part.
     pub face: FaceId,
-    /// Triangles that only close the boundary.
+    /// Triangles that only close the boundary; where it is not simple, also those that have no area.
     pub slivers: u32,
     /// Area that the boundary winds around otherwise than once, mm².
     pub rewound: f64,
