@@ -3,7 +3,7 @@
 //! A chain counts for each edge how often it is used along its direction, less how often against it. A mesh is closed because the
 //! chains of its faces cancel, whatever its loops do in (u,v).
 
-use super::free_edges::FreeFace;
+use super::free_edges::{FreeFace, FreeFaces};
 use super::heal::ends;
 use super::uv_loop::{Along, Piece, UvLoop};
 use super::wires::Given;
@@ -11,6 +11,9 @@ use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
 
 /// Edges with how often they are used along their direction, less how often against it: ascending, none of them 0.
 pub(super) type Chain = Vec<(u32, i32)>;
+
+/// A face's boundary, loop by loop, as the edges that it uses and whether against them.
+pub(super) type Boundary = Vec<Vec<(u32, bool)>>;
 
 /// Adds up what a chain has of each edge.
 pub(super) fn summed(mut uses: Chain) -> Chain {
@@ -35,8 +38,8 @@ pub(super) fn of_region(part: &Part, loops: &[UvLoop]) -> Chain {
     summed(loops.iter().flat_map(|l| &l.pieces).filter_map(use_of).collect())
 }
 
-/// A face's boundary, loop by loop, as the edges that it uses and whether against them. Loops given again are left out.
-pub(super) fn boundary(face: &Face, free: Option<&FreeFace>) -> Vec<Vec<(u32, bool)>> {
+/// A face's boundary. Loops given again are left out.
+pub(super) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
     let of_piece = |piece: &Piece| match piece.along {
         Along::Edge(edge) => Some((edge, piece.reversed)),
         Along::Pole(_) => None,
@@ -54,6 +57,32 @@ pub(super) fn boundary(face: &Face, free: Option<&FreeFace>) -> Vec<Vec<(u32, bo
 /// The chain of a boundary.
 pub(super) fn of_boundary(boundary: &[Vec<(u32, bool)>]) -> Chain {
     summed(boundary.iter().flatten().map(|&(edge, reversed)| (edge, sign(reversed))).collect())
+}
+
+/// For each edge whether more than one face uses it.
+pub(super) fn shared_edges(part: &Part, free: &FreeFaces) -> Vec<bool> {
+    const NONE: u32 = u32::MAX;
+    let mut first = vec![NONE; part.edges.len()];
+    let mut shared = vec![false; part.edges.len()];
+    let mut add = |face: usize, edge: u32| {
+        let face = u32::try_from(face).unwrap_or(NONE);
+        let Some(known) = first.get_mut(edge as usize) else { return };
+        shared[edge as usize] |= *known != NONE && *known != face;
+        *known = face;
+    };
+    for (k, face) in part.faces.iter().enumerate() {
+        let coedges = face.loops.iter().flat_map(|l| if let Loop::Edges(coedges) = l { &coedges[..] } else { &[] });
+        coedges.for_each(|c| add(k, c.edge.0));
+    }
+    for (k, made) in free.iter().enumerate() {
+        let Some(Ok(made)) = made else { continue };
+        for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
+            if let Along::Edge(edge) = piece.along {
+                add(k, edge);
+            }
+        }
+    }
+    shared
 }
 
 fn sign(reversed: bool) -> i32 {

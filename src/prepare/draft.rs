@@ -88,6 +88,12 @@ pub(super) struct FaceDraft {
     pub(super) repairs: Vec<Told>,
     /// Whether one of these is that the boundary crosses or overlaps itself.
     pub(super) crosses: bool,
+    /// Whether it is filled in space: the surface is a plane that the file does not state.
+    pub(super) filled: bool,
+    /// Whether lobes of its loops were turned: their edges have no other face.
+    pub(super) turned_lobes: bool,
+    /// Whether it ends where its surface does, because no loop bounds it there.
+    pub(super) ends_with_surface: bool,
 }
 
 /// Something told of a face, and where.

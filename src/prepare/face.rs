@@ -43,6 +43,7 @@ const LOST_SHARE: f64 = 0.25;
 const MAX_JOINTS: usize = 256;
 
 /// Prepares a face by itself. `free`: what became of its free trims, if it has any. `size` is the diagonal of the part's box.
+/// `shared`: which edges have other faces.
 ///
 /// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; and again
 /// with lobes that run backwards turned.
@@ -51,8 +52,9 @@ pub(super) fn draft(
     face: &Face,
     free: Option<&Result<FreeFace, FaceError>>,
     size: f64,
+    shared: &[bool],
 ) -> Result<FaceDraft, FaceError> {
-    let stated = draft_with(part, face, free, size, Lobes::AsStated);
+    let stated = draft_with(part, face, free, size, Loops::Nested);
     if free.is_some() {
         // Free trims were told apart already.
         return stated;
@@ -60,27 +62,37 @@ pub(super) fn draft(
     if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
         if let Some(loops) = without_seams(part, face) {
             let face = Face { loops, ..face.clone() };
-            let again = draft_with(part, &face, None, size, Lobes::AsStated);
+            let again = draft_with(part, &face, None, size, Loops::Nested);
             if let Some(mut draft) = again.ok().filter(|draft| !draft.crosses) {
                 draft.notes.push("edges that a wire runs both ways were left out: they bound nothing".to_owned());
                 return Ok(draft);
             }
         }
         let few = stated.as_ref().is_ok_and(|draft| draft.joints.len() <= MAX_JOINTS);
-        if let Some(draft) = few.then(|| draft_with(part, face, None, size, Lobes::Turned)).and_then(Result::ok) {
+        if let Some(draft) =
+            few.then(|| draft_with(part, face, None, size, Loops::ByLobes(shared))).and_then(Result::ok)
+        {
             return Ok(draft);
         }
     }
     stated
 }
 
-/// What becomes of lobes of loops that run backwards.
+/// Prepares a face by itself whose loops run as they are stated, whatever lies inside what.
+pub(super) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
+    draft_with(part, face, None, size, Loops::AsStated)
+}
+
+/// Which way loops run.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Lobes {
-    /// They are not looked for: what the loops wind around backwards is not kept.
+enum Loops<'a> {
+    /// Outlines counter-clockwise, holes clockwise, by what lies inside what.
+    Nested,
+    /// The same; and lobes of loops that run backwards are turned, where none of the loop's edges is one of these, which have other
+    /// faces. Without any there is no face.
+    ByLobes(&'a [bool]),
+    /// As stated.
     AsStated,
-    /// They are turned. Without any there is no face.
-    Turned,
 }
 
 fn draft_with(
@@ -88,7 +100,7 @@ fn draft_with(
     face: &Face,
     free: Option<&Result<FreeFace, FaceError>>,
     size: f64,
-    lobes: Lobes,
+    way: Loops<'_>,
 ) -> Result<FaceDraft, FaceError> {
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
@@ -140,15 +152,15 @@ fn draft_with(
             repairs.extend(free.repairs);
             free.region
         }
-        None => region(loops, named_pole, &projector)?,
+        None => region(loops, named_pole, &projector, way != Loops::AsStated)?,
     };
     let chain = match free {
         Some(Ok(free)) => chains::of_boundary(&chains::boundary(face, Some(free))),
         _ => chains::of_region(part, &region.loops),
     };
     let mut joints = Vec::new();
-    if lobes == Lobes::Turned {
-        let turned = lobes::turn(&mut region, &projector).ok_or(FaceError::NoLobes)?;
+    if let Loops::ByLobes(shared) = way {
+        let turned = lobes::turn(&mut region, &projector, shared).ok_or(FaceError::NoLobes)?;
         breaks.extend(turned.cuts.iter().map(|&(edge, t, _)| (edge, t)));
         let place = turned.cuts.first().map(|cut| projector.point(cut.2));
         joints.extend(turned.cuts.iter().filter_map(|&(edge, t, uv)| {
@@ -295,6 +307,9 @@ fn draft_with(
         notes,
         repairs,
         crosses,
+        filled: false,
+        turned_lobes: matches!(way, Loops::ByLobes(_)),
+        ends_with_surface: region.unbounded.is_some(),
     })
 }
 

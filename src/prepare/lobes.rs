@@ -36,8 +36,9 @@ struct At {
     t: f64,
 }
 
-/// Turns lobes of a region's loops that run backwards, outside their others; none if there are none.
-pub(super) fn turn(region: &mut Region, projector: &Projector<'_>) -> Option<Turned> {
+/// Turns lobes of a region's loops that run backwards, outside their others; none if there are none. Loops along edges that are
+/// `shared` stay as they are: the faces beyond would not know.
+pub(super) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[bool]) -> Option<Turned> {
     if region.wraps != [false, false] {
         return None;
     }
@@ -45,6 +46,10 @@ pub(super) fn turn(region: &mut Region, projector: &Projector<'_>) -> Option<Tur
     let mut loops = Vec::with_capacity(region.loops.len());
     let polygons: Vec<Vec<DVec2>> = region.loops.iter().map(UvLoop::polyline).collect();
     for (k, l) in std::mem::take(&mut region.loops).into_iter().enumerate() {
+        if l.pieces.iter().any(|p| matches!(p.along, Along::Edge(edge) if shared[edge as usize])) {
+            loops.push(l);
+            continue;
+        }
         let extent = |axis: usize| region.bounds[axis].1 - region.bounds[axis].0;
         let near = SAME_SHARE * extent(0).max(extent(1));
         let outside = || {

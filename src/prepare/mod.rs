@@ -15,6 +15,8 @@ mod carry;
 
 mod chains;
 
+mod closing;
+
 mod critical;
 
 mod cuts;
@@ -31,6 +33,8 @@ mod face;
 
 mod face_error;
 use face_error::FaceError;
+
+mod filled;
 
 mod free_edges;
 
@@ -62,6 +66,9 @@ mod orient;
 mod overlap;
 
 mod pairs;
+
+mod part;
+use part::{DonePart, prepare_part};
 
 mod pcurve;
 mod polygon;
@@ -100,9 +107,8 @@ mod wires;
 mod wraps;
 
 use crate::mesh::{Scene, SceneInstance, ScenePart};
-use crate::model::{Diagnostic, Face, FaceId, Model, Part, PartId, Severity};
-use chains::{Closedness, Turned, boundary, is_closed};
-use free_edges::FreeFaces;
+use crate::model::{Diagnostic, FaceId, Model, Part, PartId, Severity};
+use chains::Closedness;
 use glam::DVec3;
 use limits::Budget;
 use rayon::prelude::*;
@@ -186,149 +192,6 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
         weight::weigh(part, diagonal / scale);
     });
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
-}
-
-/// What became of one part.
-#[derive(Default)]
-struct DonePart {
-    part: PreparedPart,
-    diagnostics: Vec<Diagnostic>,
-    without_area: Vec<FaceId>,
-    closedness: Closedness,
-}
-
-/// Share of a part's size within which borders are the same.
-const ROUNDING: f64 = 1e-9;
-
-fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budget) -> DonePart {
-    let (low, high) = topology::control_box(stated);
-    let size = (high - low).length();
-    let (trimmed, mut free) = free_edges::free_faces(stated, size);
-    let mut healings = Vec::new();
-    let healed = heal::heal(&trimmed, size, &mut healings);
-    let (sewn, borders) = sew::sew(healed, &mut free, border_tolerance * size, &mut healings);
-    let part = &*sewn;
-    healings.sort_by_key(|h| h.face);
-    let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
-        let span = || tracing::trace_span!("draft", part = id.0, face = k, entity = f.entity);
-        let work = || span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), size)));
-        let drafted = (!f.lost && !budget.exceeded()).then(work)?;
-        drafted.iter().for_each(|draft| budget.spend(draft));
-        Some(drafted)
-    };
-    let results: Vec<_> = part.faces.par_iter().zip(&free).enumerate().map(draft).collect();
-    if budget.exceeded() {
-        // Nothing of this will be kept.
-        return DonePart::default();
-    }
-    let mut diagnostics = Vec::new();
-    let mut without_area = Vec::new();
-    let mut drafts = Vec::with_capacity(results.len());
-    let mut healings = healings.into_iter().peekable();
-    for (k, result) in results.into_iter().enumerate() {
-        // A face that was lost before it came here has its diagnostic.
-        let Some(mut result) = result else {
-            drafts.push(None);
-            continue;
-        };
-        let mut tell = |severity, place: Option<DVec3>, reason| {
-            let (face, entity) = (Some(FaceId::new(k)), part.faces[k].entity);
-            let place = place.or_else(|| face::somewhere(part, &part.faces[k]));
-            diagnostics.push(Diagnostic { severity, part: Some(id), face, entity, place, reason });
-        };
-        while let Some(healing) = healings.next_if(|h| h.face == k) {
-            match (&mut result, healing.severity) {
-                (Ok(draft), Severity::Warning) => draft.repairs.push(healing.told),
-                _ => tell(healing.severity, healing.told.place, healing.told.what),
-            }
-        }
-        match &result {
-            Ok(draft) => {
-                for told in &draft.repairs {
-                    tell(Severity::Warning, told.place, told.what.clone());
-                }
-                if !draft.notes.is_empty() {
-                    tell(Severity::Note, None, draft.notes.join("; "));
-                }
-            }
-            Err(e @ (FaceError::NoArea { .. } | FaceError::NothingKept)) => {
-                tell(Severity::Note, None, e.to_string());
-                without_area.push(FaceId::new(k));
-            }
-            Err(e) => tell(Severity::Error, e.place(), e.to_string()),
-        }
-        drafts.push(result.ok());
-    }
-    let mut turned = Vec::new();
-    // Edges of free trims come after the model's own, and what sewing makes of them after those.
-    let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
-    let mut closedness = Closedness::default();
-    let prepared = catch_unwind(AssertUnwindSafe(|| {
-        let reversed = orient::orient(part, &drafts, &mut turned);
-        closedness = self::closedness(part, &free, &drafts, &reversed);
-        topology::assemble(part, finely_cut, drafts, &reversed)
-    }));
-    let prepared = prepared.unwrap_or_else(|panic| {
-        let reason = FaceError::Internal(panic_message(&*panic)).to_string();
-        diagnostics.extend((0..part.faces.len()).map(|k| Diagnostic {
-            severity: Severity::Error,
-            part: Some(id),
-            face: Some(FaceId::new(k)),
-            entity: part.faces[k].entity,
-            place: face::somewhere(part, &part.faces[k]),
-            reason: reason.clone(),
-        }));
-        PreparedPart { face_rows: vec![None; part.faces.len()], ..PreparedPart::default() }
-    });
-    diagnostics.extend(turned.into_iter().map(|t| {
-        let (severity, reason) = match t.volume {
-            Some(volume) => {
-                let faces = t.faces;
-                let reason =
-                    format!("{faces} connected faces were inside out (volume {volume:.3e} mm³) and were turned");
-                (Severity::Note, reason)
-            }
-            None => (Severity::Warning, format!("{} connected faces of a solid enclose no volume", t.faces)),
-        };
-        let face = t.volume.is_none().then(|| FaceId::new(t.face));
-        let (entity, place) = (part.faces[t.face].entity, face::somewhere(part, &part.faces[t.face]));
-        Diagnostic { severity, part: Some(id), face, entity, place, reason }
-    }));
-    let lost = |face: usize| prepared.face_rows[face].is_none();
-    diagnostics.extend(shells::open(part, &free, lost).into_iter().map(|open| Diagnostic {
-        severity: Severity::Warning,
-        part: Some(id),
-        face: Some(FaceId::new(open.face)),
-        entity: open.entity,
-        place: part.vertices.get(part.edges[open.edge as usize].start.index()).copied(),
-        reason: format!(
-            "the shell of a solid is open: {} of its {} edges have a face on one side only",
-            open.free, open.edges
-        ),
-    }));
-    if borders.width > ROUNDING * size {
-        let (pairs, width) = (borders.pairs, borders.width);
-        let reason = format!(
-            "{pairs} pairs of borders of faces without topology, up to {width:.3e} mm apart, became one edge each"
-        );
-        let (severity, part) = (Severity::Note, Some(id));
-        diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: None, reason });
-    }
-    DonePart { part: prepared, diagnostics, without_area, closedness }
-}
-
-/// What the faces of a part sum to, those that could not be used left out.
-fn closedness(part: &Part, free: &FreeFaces, drafts: &[Option<draft::FaceDraft>], reversed: &[bool]) -> Closedness {
-    let rows = drafts.iter().enumerate().filter_map(|(face, draft)| {
-        let chain = &draft.as_ref()?.chain[..];
-        Some(Turned { face, shell: part.faces[face].shell, reversed: reversed[face], chain })
-    });
-    let sums = chains::sums(rows);
-    let loops_close = part.faces.iter().zip(free).all(|(face, free)| {
-        let free = free.as_ref().and_then(|free| free.as_ref().ok());
-        !face.lost && is_closed(part, &boundary(face, free))
-    });
-    Closedness::of(&sums, loops_close)
 }
 
 /// Runs `draft`; a panic costs this face only.

@@ -104,7 +104,12 @@ const DECISIVE: f64 = 0.3;
 ///
 /// First the volume of the cone over each boundary, which costs next to nothing and has the right sign for all but
 /// strongly curved shapes; where it does not confirm the sign, the surfaces themselves are summed up.
-fn wrong_volume(drafts: &[Option<FaceDraft>], group: &[(usize, bool)], reversed: &[bool], wanted: f64) -> Option<f64> {
+pub(super) fn wrong_volume(
+    drafts: &[Option<FaceDraft>],
+    group: &[(usize, bool)],
+    reversed: &[bool],
+    wanted: f64,
+) -> Option<f64> {
     /// Share of the cube of a group's size below which a volume is nothing but rounding.
     const ROUNDING: f64 = 1e-9;
     /// Share of what the faces contribute by which few samples may err where faces cancel each other.

@@ -15,6 +15,8 @@ pub struct PreparedFace {
     pub entity: u64,
     /// Whether its boundary is not quite as stated: it crossed or overlapped itself, or had gaps. A diagnostic says where.
     pub repaired: bool,
+    /// Whether its surface is not the file's but the plane that its loops fit best, as they have no region there.
+    pub filled: bool,
     /// Whether a diagnostic says that its boundary crosses or overlaps itself.
     pub crosses: bool,
     /// Bézier pieces over the face's parameter box.

@@ -264,11 +264,13 @@ fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to: DVec2) ->
     Some(Piece { along: Along::Pole(pole), reversed: a > b, samples: vec![sample(a.min(b)), sample(a.max(b))] })
 }
 
-/// The region that the loops bound. `named_pole`: the one at which the file puts a vertex loop.
+/// The region that the loops bound. `named_pole`: the one at which the file puts a vertex loop. `turn`: whether loops are turned by
+/// where they lie; else they run as they are.
 pub(super) fn region(
     mut loops: Vec<UvLoop>,
     named_pole: Option<usize>,
     projector: &Projector<'_>,
+    turn: bool,
 ) -> Result<Region, RegionError> {
     /// Turns of a boundary around a periodic surface: springs have tens, threads and coils hundreds. More are noise.
     const MAX_PERIODS: f64 = 20_000.0;
@@ -280,7 +282,7 @@ pub(super) fn region(
         }
     }
     if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
-        return band(loops, axis, named_pole, projector);
+        return band(loops, axis, named_pole, projector, turn);
     }
     let periodic = projector.period.map(|p| p.is_some());
     if loops.is_empty() {
@@ -296,12 +298,14 @@ pub(super) fn region(
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
         if let Some(axis) = go_round_poles(&mut loops, projector) {
-            return band(loops, axis, named_pole, projector);
+            return band(loops, axis, named_pole, projector, turn);
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
     gather(&mut loops, &areas, projector);
-    nest(&mut loops, &areas);
+    if turn {
+        nest(&mut loops, &areas);
+    }
     let bounds = loops_box(&loops);
     Ok(Region { loops, wraps: [false, false], bounds, base: 0, unbounded: None })
 }
@@ -432,6 +436,7 @@ fn band(
     axis: usize,
     named_pole: Option<usize>,
     projector: &Projector<'_>,
+    turn: bool,
 ) -> Result<Region, RegionError> {
     let across = 1 - axis;
     if let Some(l) = loops.iter().find(|l| l.winding[across] != 0) {
@@ -451,7 +456,7 @@ fn band(
         if round.len() != 2 {
             return Err(RegionError::OneSided { loops: round.len() });
         }
-        if is_lower(&round[0]) == is_lower(&round[1]) {
+        if turn && is_lower(&round[0]) == is_lower(&round[1]) {
             round[1].reverse();
         }
         round.sort_by_key(|l| !is_lower(l));
@@ -489,7 +494,7 @@ fn band(
             _ => return Err(RegionError::OneSided { loops: round.len() }),
         };
         for (k, l) in round.iter_mut().enumerate() {
-            if is_lower(l) != (first_is_lower == (k % 2 == 0)) {
+            if turn && is_lower(l) != (first_is_lower == (k % 2 == 0)) {
                 l.reverse();
             }
         }
@@ -501,6 +506,10 @@ fn band(
     }
     if to_ends[1] {
         bounds[across].1 = ends[1];
+    }
+    if !bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite()) {
+        // Loops that were not turned may ask for an end where there is none.
+        return Err(RegionError::OneSided { loops: round.len() });
     }
     // Kept once beyond the low end if the surface ends there; else such that nothing is kept beyond either end, or once
     // beyond the high one if the surface ends there.
@@ -514,7 +523,7 @@ fn band(
     bounds[axis] = (bounds[axis].0, bounds[axis].0 + period);
     // Loops that do not go round are holes.
     for l in &mut inner {
-        if area2(&l.polyline()) > 0.0 {
+        if turn && area2(&l.polyline()) > 0.0 {
             l.reverse();
         }
         if let Some(p) = projector.period[across] {

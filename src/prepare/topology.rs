@@ -1,20 +1,35 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
-use super::draft::{DraftAlong, DraftEnd, DraftShape, FaceDraft};
+use super::closing::{Added, Span, Wanted, close};
+use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
 use super::images::{self, EdgeImages};
 use super::uv_curve::SAME_SHARE;
 use super::{BezierSpline3, Break, CurveBounds, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::TileId;
-use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part};
+use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part, SurfaceKind};
 use glam::DVec3;
 
+/// What was done to a face for its loops to be closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Closed {
+    /// Something was added to them.
+    Added(Added),
+    /// They are its own, filled in space.
+    Filled,
+    /// Nothing helped.
+    Lost,
+}
+
 /// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
-/// finer than they bend. `reversed`: which faces are turned over.
+/// finer than they bend. `reversed`: which faces are turned over. `refill`: what stands for a face whose loops cannot be closed.
+/// Faces to whose loops something was added are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
     finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
     reversed: &[bool],
+    refill: impl Fn(usize) -> Option<FaceDraft>,
+    told: &mut Vec<(usize, Closed)>,
 ) -> PreparedPart {
     let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
     for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
@@ -35,81 +50,39 @@ pub(super) fn assemble(
         }
     }
     let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
+    let mut spans = Vec::new();
     for (k, draft) in drafts.into_iter().enumerate() {
-        let Some(draft) = draft else {
+        let Some(mut draft) = draft else {
             out.face_rows.push(None);
             continue;
         };
-        let first_border = edges.len();
-        for b in draft.borders {
-            let place = |end: DraftEnd| match end {
-                DraftEnd::Point(p) => p,
-                DraftEnd::OnEdge(e, t) => {
-                    let breaks = &edges[e as usize].breaks;
-                    breaks[nearest_break(breaks, t)].point
-                }
-            };
-            let ends = b.ends.map(place);
-            let (shape, bounds) = match b.shape {
-                DraftShape::Curve(c) => {
-                    let bounds = CurveBounds::new(&c);
-                    (EdgeShape::Curve(c), bounds)
-                }
-                DraftShape::Pole(end) => (EdgeShape::Point(place(end)), CurveBounds::none(b.range)),
-            };
-            let straight = bounds.is_straight();
-            let mut breaks = vec![Break { t: b.range.0, point: ends[0] }];
-            breaks.extend(b.creases.iter().map(|&t| match &shape {
-                EdgeShape::Curve(c) => Break { t, point: c.point(t) },
-                EdgeShape::Point(point) => Break { t, point: *point },
-            }));
-            breaks.push(Break { t: b.range.1, point: ends[1] });
-            edges.push(PreparedEdge {
-                shape,
-                breaks,
-                bounds,
-                straight,
-                uses: Vec::new(),
-                images: EdgeImages::default(),
-            });
+        let first = (out.tiles.len(), edges.len());
+        let mut closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
+        if closed.is_err() {
+            out.tiles.truncate(first.0);
+            edges.truncate(first.1);
+            if let Some(filled) = refill(k) {
+                draft = filled;
+                use_edges(part, &draft, &mut edges);
+                closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
+                told.push((k, if closed.is_ok() { Closed::Filled } else { Closed::Lost }));
+            } else {
+                told.push((k, Closed::Lost));
+            }
         }
-        let first_tile = id(out.tiles.len());
-        for t in draft.tiles {
-            let loops = t
-                .loops
-                .into_iter()
-                .map(|l| {
-                    l.into_iter()
-                        .filter_map(|u| {
-                            let edge = match u.along {
-                                DraftAlong::Edge(e) => e as usize,
-                                DraftAlong::Border(b) => first_border + b as usize,
-                            };
-                            let breaks = &edges[edge].breaks;
-                            let (from, to) = (nearest_break(breaks, u.from), nearest_break(breaks, u.to));
-                            (from != to).then_some(EdgeUse { edge: id(edge), from: id(from), to: id(to), uv: u.uv })
-                        })
-                        .collect::<Vec<_>>()
-                })
-                .filter(|l| !l.is_empty())
-                .collect();
-            let middle = draft.patches.point(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y));
-            out.tiles.push(Tile {
-                face: FaceId::new(k),
-                min: t.min,
-                max: t.max,
-                loops,
-                entangled: t.entangled,
-                // Weighed when the model's size is known.
-                weight: 0.0,
-                centre: middle,
-            });
-        }
+        let Ok(added) = closed else {
+            out.tiles.truncate(first.0);
+            edges.truncate(first.1);
+            out.face_rows.push(None);
+            continue;
+        };
+        told.extend(added.map(|added| (k, Closed::Added(added))));
         out.face_rows.push(Some(id(out.faces.len())));
         out.faces.push(PreparedFace {
-            kind: part.faces[k].surface.kind(),
+            kind: if draft.filled { SurfaceKind::Plane } else { part.faces[k].surface.kind() },
             entity: part.faces[k].entity,
-            repaired: !draft.repairs.is_empty(),
+            repaired: draft.filled || !draft.repairs.is_empty() || added.is_some_and(|added| added.loops > 0),
+            filled: draft.filled,
             crosses: draft.crosses,
             patches: draft.patches,
             bounds: draft.bounds,
@@ -119,10 +92,9 @@ pub(super) fn assemble(
             gap: draft.gap,
             critical: draft.critical,
             meetings: draft.meetings,
-            tiles: first_tile..id(out.tiles.len()),
+            tiles: id(first.0)..id(out.tiles.len()),
         });
     }
-    end_poles(&out.tiles, &mut edges);
     for (k, tile) in out.tiles.iter().enumerate() {
         for (l, uses) in tile.loops.iter().enumerate() {
             for (u, edge_use) in uses.iter().enumerate() {
@@ -133,6 +105,89 @@ pub(super) fn assemble(
     images::sample(&mut edges, &out.tiles);
     out.edges = edges;
     out
+}
+
+/// Gives the edges that a face uses their breaks where no face did so far.
+fn use_edges(part: &Part, draft: &FaceDraft, edges: &mut [PreparedEdge]) {
+    for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
+        let DraftAlong::Edge(e) = u.along else { continue };
+        if edges[e as usize].breaks.is_empty() {
+            edges[e as usize] = brep_edge(part, &part.edges[e as usize], Vec::new(), true);
+        }
+    }
+}
+
+/// Numbers the borders and breaks of face `k` and appends its tiles, their loops closed. What had to be added for that.
+///
+/// # Errors
+/// Where they cannot be: as [`close`].
+fn add_tiles(
+    k: usize,
+    draft: &mut FaceDraft,
+    edges: &mut Vec<PreparedEdge>,
+    tiles: &mut Vec<Tile>,
+    (brep_edges, spans): (usize, &mut Vec<Span>),
+) -> Result<Option<Added>, ()> {
+    let (first_tile, first_border) = (tiles.len(), edges.len());
+    for b in std::mem::take(&mut draft.borders) {
+        let border = border(b, edges);
+        edges.push(border);
+    }
+    for t in std::mem::take(&mut draft.tiles) {
+        let edge_use = |u: DraftUse| {
+            let edge = match u.along {
+                DraftAlong::Edge(e) => e as usize,
+                DraftAlong::Border(b) => first_border + b as usize,
+            };
+            let breaks = &edges[edge].breaks;
+            let (from, to) = (nearest_break(breaks, u.from), nearest_break(breaks, u.to));
+            (from != to).then_some(EdgeUse { edge: id(edge), from: id(from), to: id(to), uv: u.uv })
+        };
+        let loops = t.loops.into_iter().map(|l| l.into_iter().filter_map(edge_use).collect::<Vec<_>>());
+        let loops = loops.filter(|l| !l.is_empty()).collect();
+        let middle = draft.patches.point(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y));
+        tiles.push(Tile {
+            face: FaceId::new(k),
+            min: t.min,
+            max: t.max,
+            loops,
+            entangled: t.entangled,
+            // Weighed when the model's size is known.
+            weight: 0.0,
+            centre: middle,
+        });
+    }
+    end_poles(&tiles[first_tile..], edges);
+    let FaceDraft { chain, turned_lobes, ends_with_surface: may_end, .. } = &*draft;
+    let wanted = Wanted { chain, brep_edges, turned_lobes: *turned_lobes, may_end: *may_end };
+    close(&mut tiles[first_tile..], edges, &wanted, spans)
+}
+
+/// A border of a face, ending on the breaks of edges.
+fn border(b: DraftBorder, edges: &[PreparedEdge]) -> PreparedEdge {
+    let place = |end: DraftEnd| match end {
+        DraftEnd::Point(p) => p,
+        DraftEnd::OnEdge(e, t) => {
+            let breaks = &edges[e as usize].breaks;
+            breaks[nearest_break(breaks, t)].point
+        }
+    };
+    let ends = b.ends.map(place);
+    let (shape, bounds) = match b.shape {
+        DraftShape::Curve(c) => {
+            let bounds = CurveBounds::new(&c);
+            (EdgeShape::Curve(c), bounds)
+        }
+        DraftShape::Pole(end) => (EdgeShape::Point(place(end)), CurveBounds::none(b.range)),
+    };
+    let straight = bounds.is_straight();
+    let mut breaks = vec![Break { t: b.range.0, point: ends[0] }];
+    breaks.extend(b.creases.iter().map(|&t| match &shape {
+        EdgeShape::Curve(c) => Break { t, point: c.point(t) },
+        EdgeShape::Point(point) => Break { t, point: *point },
+    }));
+    breaks.push(Break { t: b.range.1, point: ends[1] });
+    PreparedEdge { shape, breaks, bounds, straight, uses: Vec::new(), images: EdgeImages::default() }
 }
 
 /// Lets borders along poles start and end where the edges beside them do: a file may have several vertices nearly at a pole, and
@@ -163,6 +218,9 @@ fn used_edges(count: usize, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
             used[e as usize] = true;
         }
     }
+    for &(e, _) in drafts.iter().flatten().flat_map(|d| &d.chain) {
+        used[e as usize] = true;
+    }
     used
 }
 
@@ -182,7 +240,7 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     let (t0, t1) = e.range;
     if !used {
         return PreparedEdge {
-            shape: EdgeShape::Point(part.vertices[e.start.index()]),
+            shape: EdgeShape::Point(part.vertices.get(e.start.index()).copied().unwrap_or_default()),
             breaks: Vec::new(),
             bounds: CurveBounds::none(e.range),
             straight: true,

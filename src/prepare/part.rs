@@ -1,0 +1,441 @@
+//! One part: each of its faces by itself, then all of them turned alike, closed against each other and told about.
+
+use super::chains::{self, Boundary, Closedness, Sum, Turned, boundary, is_closed, of_boundary};
+use super::draft::{FaceDraft, Told};
+use super::face_error::FaceError;
+use super::free_edges::{self, FreeFaces};
+use super::heal::{self, Healing};
+use super::limits::Budget;
+use super::orient::{self, orient, wrong_volume};
+use super::sew::{self, Sewn};
+use super::topology::{self, Closed};
+use super::{PreparedPart, face, filled, guarded, panic_message, shells};
+use crate::model::{Diagnostic, Face, FaceId, Part, PartId, Severity, ShellKind};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// What became of one part.
+#[derive(Default)]
+pub(super) struct DonePart {
+    pub(super) part: PreparedPart,
+    pub(super) diagnostics: Vec<Diagnostic>,
+    pub(super) without_area: Vec<FaceId>,
+    pub(super) closedness: Closedness,
+}
+
+/// Share of a part's size within which borders are the same.
+const ROUNDING: f64 = 1e-9;
+
+pub(super) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budget) -> DonePart {
+    let (low, high) = topology::control_box(stated);
+    let size = (high - low).length();
+    let (trimmed, mut free) = free_edges::free_faces(stated, size);
+    let mut healings = Vec::new();
+    let healed = heal::heal(&trimmed, size, &mut healings);
+    let gap_edges = trimmed.edges.len()..healed.edges.len();
+    let (part, borders) = sew::sew(healed, &mut free, border_tolerance * size, &mut healings);
+    healings.sort_by_key(|h| h.face);
+    // Edges of free trims come after the model's own, and what sewing makes of them after those.
+    let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
+    let mut maker = Maker { id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
+    let results = maker.draft(budget);
+    if budget.exceeded() {
+        // Nothing of this will be kept.
+        return DonePart::default();
+    }
+    let mut faces = maker.fill(results);
+    let mut turned = Vec::new();
+    let directed = catch_unwind(AssertUnwindSafe(|| maker.direct(&mut faces, &mut turned)));
+    let Directed { reversed, sums, closedness } = directed.unwrap_or_else(|_| Directed::stated(&maker.part));
+    let without_area = maker.tell_faces(&mut faces, healings);
+    let part = maker.assemble(faces.drafts, &reversed);
+    maker.tell_turned(&turned);
+    maker.tell_open(&part, &sums);
+    maker.tell_sewn(borders);
+    DonePart { part, diagnostics: maker.diagnostics, without_area, closedness }
+}
+
+/// A part on its way.
+struct Maker<'a> {
+    id: PartId,
+    /// As healed and sewn.
+    part: Cow<'a, Part>,
+    free: FreeFaces,
+    size: f64,
+    /// Edges that healing put into gaps.
+    gap_edges: Range<usize>,
+    /// From which edge on curves are cut much finer than they bend.
+    finely_cut: usize,
+    diagnostics: Vec<Diagnostic>,
+}
+
+/// What became of a part's faces.
+struct Faces {
+    drafts: Vec<Option<FaceDraft>>,
+    /// Why a face has no region; and the area of its fill, if it has one.
+    causes: BTreeMap<usize, (FaceError, Option<f64>)>,
+}
+
+/// Which way faces look, and what they sum to.
+struct Directed {
+    reversed: Vec<bool>,
+    /// Where the sum is not 0.
+    sums: Vec<Sum>,
+    closedness: Closedness,
+}
+
+impl Directed {
+    /// As the part states it, where nothing is known of what its faces sum to.
+    fn stated(part: &Part) -> Self {
+        let reversed = part.faces.iter().map(|face| face.reversed).collect();
+        Self { reversed, sums: Vec::new(), closedness: Closedness::default() }
+    }
+}
+
+impl Maker<'_> {
+    /// Drafts each face by itself; none for those that were lost before, and have their diagnostic.
+    fn draft(&self, budget: &Budget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
+        let part = &*self.part;
+        let shared = chains::shared_edges(part, &self.free);
+        let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
+            let span = || tracing::trace_span!("draft", part = self.id.0, face = k, entity = f.entity);
+            let work = || span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), self.size, &shared)));
+            let drafted = (!f.lost && !budget.exceeded()).then(work)?;
+            drafted.iter().for_each(|draft| budget.spend(draft));
+            Some(drafted)
+        };
+        part.faces.par_iter().zip(&self.free).enumerate().map(draft).collect()
+    }
+
+    /// A face's loops as edges.
+    fn boundary(&self, face: usize) -> Boundary {
+        boundary(&self.part.faces[face], self.free[face].as_ref().and_then(|free| free.as_ref().ok()))
+    }
+
+    fn filled(&self, face: usize) -> Option<filled::Filled> {
+        let boundary = self.boundary(face);
+        guarded(|| Ok(filled::fill(&self.part, &boundary))).ok().flatten()
+    }
+
+    /// Fills the faces that could not be drafted, other than those without edges, and those without area whose edges cancel.
+    fn fill(&mut self, results: Vec<Option<Result<FaceDraft, FaceError>>>) -> Faces {
+        let mut faces = Faces { drafts: Vec::with_capacity(results.len()), causes: BTreeMap::new() };
+        for (k, result) in results.into_iter().enumerate() {
+            faces.drafts.push(match result {
+                None => None,
+                Some(Ok(draft)) => Some(draft),
+                Some(Err(e)) => {
+                    faces.causes.insert(k, (e, None));
+                    None
+                }
+            });
+        }
+        let cancels = |e: &FaceError, boundary: &Boundary| {
+            matches!(e, FaceError::NoArea { .. }) && of_boundary(boundary).is_empty()
+        };
+        for (&k, (e, area)) in &mut faces.causes {
+            let boundary = self.boundary(k);
+            if boundary.is_empty() || cancels(e, &boundary) {
+                continue;
+            }
+            filled::straighten(&mut self.part, &boundary);
+            if let Some(filled) = self.filled(k) {
+                (faces.drafts[k], *area) = (Some(filled.draft), Some(filled.area));
+            }
+        }
+        faces
+    }
+
+    /// Turns the faces outwards. A shell whose faces do not cancel then, but do as the file runs its loops, is taken at its word.
+    fn direct(&self, faces: &mut Faces, turned: &mut Vec<orient::Turned>) -> Directed {
+        let mut reversed = orient(&self.part, &faces.drafts, turned);
+        let mut sums = self.sums(&faces.drafts, &reversed);
+        if !sums.is_empty() {
+            for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
+                let mut stated = of_shell.iter().filter(|s| !self.gap_edges.contains(&(s.edge as usize))).peekable();
+                if stated.peek().is_some() && !stated.any(Sum::is_free) {
+                    self.take_at_word(of_shell[0].shell, faces, &mut reversed);
+                }
+            }
+            sums = self.sums(&faces.drafts, &reversed);
+            if self.close_gaps(&sums, faces, &reversed) {
+                sums = self.sums(&faces.drafts, &reversed);
+            }
+        }
+        let mut loops_close = true;
+        for (k, face) in self.part.faces.iter().enumerate() {
+            let harmless = |e: &FaceError| matches!(e, FaceError::NothingKept | FaceError::NoArea { .. });
+            let told = faces.drafts[k].is_some() || faces.causes.get(&k).is_some_and(|(e, _)| harmless(e));
+            loops_close &= told && !face.lost && is_closed(&self.part, &self.boundary(k));
+        }
+        let open: BTreeSet<u32> = sums.iter().map(|s| s.shell).collect();
+        for (face, draft) in self.part.faces.iter().zip(&mut faces.drafts) {
+            if let Some(draft) = draft {
+                draft.ends_with_surface &= open.contains(&face.shell);
+            }
+        }
+        let closedness = Closedness::of(&sums, loops_close);
+        Directed { reversed, sums, closedness }
+    }
+
+    fn sums(&self, drafts: &[Option<FaceDraft>], reversed: &[bool]) -> Vec<Sum> {
+        chains::sums(drafts.iter().enumerate().filter_map(|(face, draft)| {
+            let chain = &draft.as_ref()?.chain[..];
+            Some(Turned { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
+        }))
+    }
+
+    /// Runs the loops of a shell as the file does, if its faces cancel then.
+    fn take_at_word(&self, shell: u32, faces: &mut Faces, reversed: &mut [bool]) {
+        let part = &*self.part;
+        let of_shell = || (0..part.faces.len()).filter(|&k| part.faces[k].shell == shell);
+        let stated: Vec<(usize, chains::Chain)> =
+            of_shell().filter(|&k| faces.drafts[k].is_some()).map(|k| (k, of_boundary(&self.boundary(k)))).collect();
+        let rows = stated.iter().map(|(k, chain)| Turned { face: *k, shell, reversed: part.faces[*k].reversed, chain });
+        if chains::sums(rows).iter().any(|s| !self.gap_edges.contains(&(s.edge as usize))) {
+            return;
+        }
+        for (k, chain) in stated {
+            reversed[k] = part.faces[k].reversed;
+            let turned = |draft: &FaceDraft| draft.chain != chain;
+            if faces.drafts[k].as_ref().is_none_or(|draft| !turned(draft)) {
+                continue;
+            }
+            let what = "a loop runs as the file states it; turned as it lies, the shell would be open there";
+            let told = Told { place: None, what: what.to_owned() };
+            let again = guarded(|| face::draft_as_stated(part, &part.faces[k], self.size));
+            let mut draft = again.ok().filter(|draft| !turned(draft));
+            if draft.is_none()
+                && let Some(filled) = self.filled(k)
+            {
+                let cause = FaceError::Internal("its loops bound no region as the file runs them".to_owned());
+                faces.causes.insert(k, (cause, Some(filled.area)));
+                draft = Some(filled.draft);
+            }
+            if let Some(mut draft) = draft {
+                draft.repairs.push(told);
+                faces.drafts[k] = Some(draft);
+            }
+        }
+        let wanted = match part.shells.get(shell as usize).map(|s| s.kind) {
+            Some(ShellKind::Outer) => 1.0,
+            Some(ShellKind::Void) => -1.0,
+            _ => return,
+        };
+        let group: Vec<(usize, bool)> = of_shell().map(|k| (k, reversed[k])).collect();
+        if wrong_volume(&faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
+            group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
+        }
+    }
+
+    /// Lets a face of each shell whose gap edges are left over, and form closed chains, fill these. Whether there are any.
+    fn close_gaps(&self, sums: &[Sum], faces: &mut Faces, reversed: &[bool]) -> bool {
+        let mut found = false;
+        for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
+            let gaps: Vec<&Sum> = of_shell.iter().filter(|s| self.gap_edges.contains(&(s.edge as usize))).collect();
+            let mut ends: BTreeMap<u32, i32> = BTreeMap::new();
+            for gap in &gaps {
+                let edge = &self.part.edges[gap.edge as usize];
+                *ends.entry(edge.start.0).or_default() -= gap.sum;
+                *ends.entry(edge.end.0).or_default() += gap.sum;
+            }
+            let Some(first) = gaps.first().filter(|_| ends.values().all(|&count| count == 0)) else { continue };
+            let face = first.faces[0] as usize;
+            let Some(draft) = &mut faces.drafts[face] else { continue };
+            let sign = if reversed[face] { 1 } else { -1 };
+            draft.chain.extend(gaps.iter().map(|gap| (gap.edge, sign * gap.sum)));
+            draft.chain = chains::summed(std::mem::take(&mut draft.chain));
+            let place = self.part.vertices.get(self.part.edges[first.edge as usize].start.index()).copied();
+            let what = format!("{} edges across gaps of wires have no counterpart and were filled", gaps.len());
+            draft.repairs.push(Told { place, what });
+            found = true;
+        }
+        found
+    }
+
+    fn tell(&mut self, face: usize, severity: Severity, place: Option<DVec3>, reason: String) {
+        let stated = &self.part.faces[face];
+        let place = place.or_else(|| face::somewhere(&self.part, stated));
+        let (part, entity, face) = (Some(self.id), stated.entity, Some(FaceId::new(face)));
+        self.diagnostics.push(Diagnostic { severity, part, face, entity, place, reason });
+    }
+
+    /// Tells what became of each face, and returns those without area.
+    fn tell_faces(&mut self, faces: &mut Faces, healings: Vec<Healing>) -> Vec<FaceId> {
+        let mut without_area = Vec::new();
+        let mut healings = healings.into_iter().peekable();
+        for (k, draft) in faces.drafts.iter_mut().enumerate() {
+            let cause = faces.causes.get(&k);
+            if draft.is_none() && cause.is_none() {
+                // It was lost before it came here.
+                continue;
+            }
+            while let Some(healing) = healings.next_if(|h| h.face == k) {
+                match (&mut *draft, healing.severity) {
+                    (Some(draft), Severity::Warning) => draft.repairs.push(healing.told),
+                    _ => self.tell(k, healing.severity, healing.told.place, healing.told.what),
+                }
+            }
+            if let Some(draft) = draft {
+                for told in &draft.repairs {
+                    self.tell(k, Severity::Warning, told.place, told.what.clone());
+                }
+                if !draft.notes.is_empty() {
+                    self.tell(k, Severity::Note, None, draft.notes.join("; "));
+                }
+            }
+            match cause {
+                Some((e @ (FaceError::NoArea { .. } | FaceError::NothingKept), _)) => {
+                    self.tell(k, Severity::Note, None, e.to_string());
+                    without_area.push(FaceId::new(k));
+                }
+                Some((e, Some(area))) => {
+                    let reason = format!("{e}; its loops are filled in space, with about {area:.3e} mm²");
+                    self.tell(k, Severity::Warning, e.place(), reason);
+                }
+                Some((e, None)) => self.tell(k, Severity::Error, e.place(), e.to_string()),
+                None => {}
+            }
+        }
+        without_area
+    }
+
+    /// Numbers everything in the part. A panic costs the regions of all faces, which are filled then.
+    fn assemble(&mut self, drafts: Vec<Option<FaceDraft>>, reversed: &[bool]) -> PreparedPart {
+        let mut told = Vec::new();
+        let mut panic = None;
+        let has_draft: Vec<bool> = drafts.iter().map(Option::is_some).collect();
+        let mut drafts = Some(drafts);
+        for _ in 0..2 {
+            let drafts = drafts.take().unwrap_or_else(|| {
+                let all: Vec<Boundary> = (0..has_draft.len()).map(|k| self.boundary(k)).collect();
+                all.iter().for_each(|boundary| filled::straighten(&mut self.part, boundary));
+                let draft = |k: usize| self.filled(k).filter(|_| has_draft[k]).map(|filled| filled.draft);
+                (0..has_draft.len()).map(draft).collect()
+            });
+            told.clear();
+            let refill = |k: usize| self.filled(k).map(|filled| filled.draft);
+            let assemble = || topology::assemble(&self.part, self.finely_cut, drafts, reversed, refill, &mut told);
+            match catch_unwind(AssertUnwindSafe(assemble)) {
+                Ok(prepared) => {
+                    self.tell_closed(told);
+                    if let Some(reason) = panic {
+                        for k in (0..has_draft.len()).filter(|&k| has_draft[k]) {
+                            let lost = prepared.face_rows[k].is_none();
+                            let severity = if lost { Severity::Error } else { Severity::Warning };
+                            self.tell(k, severity, None, format!("{reason}; its loops are filled in space"));
+                        }
+                    }
+                    return prepared;
+                }
+                Err(payload) => panic = Some(FaceError::Internal(panic_message(&*payload)).to_string()),
+            }
+        }
+        let reason = panic.unwrap_or_default();
+        for k in 0..has_draft.len() {
+            self.tell(k, Severity::Error, None, reason.clone());
+        }
+        PreparedPart { face_rows: vec![None; has_draft.len()], ..PreparedPart::default() }
+    }
+
+    fn tell_closed(&mut self, told: Vec<(usize, Closed)>) {
+        for (k, closed) in told {
+            match closed {
+                Closed::Added(added) if added.loops > 0 => {
+                    let what = format!(
+                        "its tiles' loops do not sum to its own; {} loops and {} straight edges of up to {:.3e} mm close them",
+                        added.loops, added.joints, added.longest
+                    );
+                    self.tell(k, Severity::Warning, added.place, what);
+                }
+                Closed::Added(added) => {
+                    let what = format!(
+                        "ends of edges that lie up to {:.3e} mm apart are joined by {} straight edges",
+                        added.longest, added.joints
+                    );
+                    self.tell(k, Severity::Note, added.place, what);
+                }
+                Closed::Filled => {
+                    let what = "its tiles' loops cannot be closed; its own are filled in space".to_owned();
+                    self.tell(k, Severity::Warning, None, what);
+                }
+                Closed::Lost => {
+                    let what = "its tiles' loops cannot be closed, and it has none of its own".to_owned();
+                    self.tell(k, Severity::Error, None, what);
+                }
+            }
+        }
+    }
+
+    fn tell_turned(&mut self, turned: &[orient::Turned]) {
+        for t in turned {
+            let (severity, reason) = match t.volume {
+                Some(volume) => {
+                    let faces = t.faces;
+                    let reason =
+                        format!("{faces} connected faces were inside out (volume {volume:.3e} mm³) and were turned");
+                    (Severity::Note, reason)
+                }
+                None => (Severity::Warning, format!("{} connected faces of a solid enclose no volume", t.faces)),
+            };
+            let face = t.volume.is_none().then(|| FaceId::new(t.face));
+            let stated = &self.part.faces[t.face];
+            let (part, entity, place) = (Some(self.id), stated.entity, face::somewhere(&self.part, stated));
+            self.diagnostics.push(Diagnostic { severity, part, face, entity, place, reason });
+        }
+    }
+
+    /// Tells of shells that are open, and of edges that cannot be made to cancel.
+    fn tell_open(&mut self, prepared: &PreparedPart, sums: &[Sum]) {
+        let part = &*self.part;
+        let lost = |face: usize| prepared.face_rows[face].is_none();
+        let start = |edge: u32| part.vertices.get(part.edges[edge as usize].start.index()).copied();
+        let diagnostic = |severity, face, entity, place, reason| Diagnostic {
+            severity,
+            part: Some(self.id),
+            face: Some(FaceId::new(face)),
+            entity,
+            place,
+            reason,
+        };
+        let mut told: Vec<Diagnostic> = Vec::new();
+        told.extend(shells::open(part, &self.free, lost).into_iter().map(|open| {
+            let reason = format!(
+                "the shell of a solid is open: {} of its {} edges have a face on one side only",
+                open.free, open.edges
+            );
+            diagnostic(Severity::Warning, open.face, open.entity, start(open.edge), reason)
+        }));
+        for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
+            let mut stuck = of_shell.iter().filter(|s| !s.is_free());
+            let Some(first) = stuck.next() else { continue };
+            let solid = part.shells.get(first.shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
+            let severity = if solid { Severity::Warning } else { Severity::Note };
+            let [a, b] = first.faces;
+            let reason = format!(
+                "{} edges cannot be oriented: their faces run along them the same way, however they are turned; the first is edge \
+                 {} of faces {a} and {b}",
+                1 + stuck.count(),
+                first.edge
+            );
+            let face = a as usize;
+            told.push(diagnostic(severity, face, part.faces[face].entity, start(first.edge), reason));
+        }
+        self.diagnostics.append(&mut told);
+    }
+
+    fn tell_sewn(&mut self, borders: Sewn) {
+        if borders.width > ROUNDING * self.size {
+            let (pairs, width) = (borders.pairs, borders.width);
+            let reason = format!(
+                "{pairs} pairs of borders of faces without topology, up to {width:.3e} mm apart, became one edge each"
+            );
+            let (severity, part) = (Severity::Note, Some(self.id));
+            self.diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: None, reason });
+        }
+    }
+}

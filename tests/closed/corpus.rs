@@ -1,0 +1,128 @@
+//! Every file of both corpora, as it is and with its points moved.
+
+use crate::chains::all_faults;
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+use trimtess::import::step::{StepOptions, read_file};
+use trimtess::model::{Model, Part};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+fn files() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for folder in ["../shared/corpus", "../shared/corpus-closed"] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        let Ok(entries) = std::fs::read_dir(&folder) else {
+            println!("skipped: no folder {}", folder.display());
+            continue;
+        };
+        let is_step = |path: &PathBuf| path.extension().is_some_and(|e| e == "stp" || e == "step");
+        let mut found: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_step).collect();
+        found.sort();
+        files.extend(found);
+    }
+    files
+}
+
+/// Points in the cube from -1 to 1, each a function of the seed.
+struct Noise(u64);
+
+impl Noise {
+    fn point(&mut self) -> DVec3 {
+        let mut next = || {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        DVec3::new(next(), next(), next())
+    }
+}
+
+/// Moves vertices and control points of edges by up to a share of their part.
+fn shaken(mut model: Model, share: f64, seed: u64) -> Model {
+    let mut noise = Noise(seed);
+    for part in &mut model.parts {
+        let by = share * size(part);
+        part.vertices.iter_mut().for_each(|p| *p += noise.point() * by);
+        part.edges.iter_mut().flat_map(|e| &mut e.curve.points).for_each(|p| *p += noise.point() * by);
+    }
+    model
+}
+
+fn size(part: &Part) -> f64 {
+    let points = || part.vertices.iter().chain(part.edges.iter().flat_map(|e| &e.curve.points));
+    let low = points().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let high = points().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    if low.is_finite() { (high - low).length() } else { 0.0 }
+}
+
+fn prepared(model: Model) -> Prepared {
+    prepare(model, &PrepareOptions::DEFAULT).expect("within the limits")
+}
+
+/// Of one input: faults, and how many parts are closed, faces filled and faces without tiles.
+fn judge(prepared: &Prepared) -> (Vec<String>, [usize; 3]) {
+    let faces = || prepared.parts.iter().flat_map(|part| &part.faces);
+    let closed = prepared.scene.parts.iter().filter(|part| part.closed).count();
+    let lost = prepared.parts.iter().flat_map(|part| &part.face_rows).filter(|row| row.is_none()).count();
+    (all_faults(prepared), [closed, faces().filter(|face| face.filled).count(), lost])
+}
+
+#[test]
+fn every_file_sums_to_what_its_shells_say() {
+    let mut wrong = Vec::new();
+    let mut all = [0; 3];
+    for path in files() {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let model = read_file(&path, &StepOptions::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let prepared = prepared(model);
+        let (faults, counts) = judge(&prepared);
+        (0..3).for_each(|k| all[k] += counts[k]);
+        wrong.extend(faults.into_iter().map(|fault| format!("{name}: {fault}")));
+        let told = prepared
+            .diagnostics
+            .iter()
+            .filter(|d| ["close them", "are joined", "filled", "oriented"].iter().any(|w| d.reason.contains(w)));
+        told.for_each(|d| println!("{name}: part {:?} face {:?} #{}: {}", d.part, d.face, d.entity, d.reason));
+        for (k, part) in prepared.scene.parts.iter().enumerate().filter(|(_, part)| !part.closed) {
+            let (free, not) = (part.free_edges.len(), part.not_orientable.len());
+            println!("{name}: part {k} is open: {free} free edges, {not} not orientable");
+        }
+    }
+    println!("{} parts closed, {} faces filled, {} without tiles", all[0], all[1], all[2]);
+    assert!(wrong.is_empty(), "{} faults: {:#?}", wrong.len(), &wrong[..wrong.len().min(20)]);
+}
+
+/// `TRIMTESS_SHAKES` is the number of seeds per file and share.
+#[test]
+fn parts_that_are_closed_stay_closed_when_their_edges_are_shaken() {
+    let seeds = std::env::var("TRIMTESS_SHAKES").ok().and_then(|text| text.parse().ok()).unwrap_or(0_u64);
+    let mut wrong = Vec::new();
+    for share in [1e-6, 1e-4, 1e-3] {
+        let mut all = [0; 3];
+        for path in files() {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            // The large ones take a second each.
+            if seeds == 0 && std::fs::metadata(&path).is_ok_and(|m| m.len() > 300_000) {
+                continue;
+            }
+            let model = read_file(&path, &StepOptions::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+            let before: Vec<bool> = prepared(model.clone()).scene.parts.iter().map(|part| part.closed).collect();
+            for seed in 0..seeds.max(1) {
+                let prepared = prepared(shaken(model.clone(), share, seed));
+                let (faults, counts) = judge(&prepared);
+                (0..3).for_each(|k| all[k] += counts[k]);
+                let whose = format!("{name}, {share}, seed {seed}");
+                wrong.extend(faults.into_iter().map(|fault| format!("{whose}: {fault}")));
+                for (k, part) in prepared.scene.parts.iter().enumerate() {
+                    if before[k] && !part.closed {
+                        let (free, not) = (&part.free_edges, &part.not_orientable);
+                        wrong.push(format!(
+                            "{whose}: part {k} is closed no more: {free:?} free, {not:?} not orientable"
+                        ));
+                    }
+                }
+            }
+        }
+        println!("{share}: {} parts closed, {} faces filled, {} without tiles", all[0], all[1], all[2]);
+    }
+    assert!(wrong.is_empty(), "{} faults: {:#?}", wrong.len(), &wrong[..wrong.len().min(20)]);
+}
