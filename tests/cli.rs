@@ -91,7 +91,7 @@ fn a_report_has_the_promised_keys_and_its_seconds_sum() {
     assert_eq!(told, json(&fs::read(&report).unwrap()), "standard output and the report file say the same");
     assert_eq!(told["faces"], 9);
     assert_eq!(told["faces_without_triangles"], 0);
-    assert_eq!(told["open_edges"], 0);
+    assert_eq!((&told["open_edges"], &told["slivers"]), (&0.into(), &0.into()));
     assert!(told["max_deviation_over_tolerance"].as_f64().unwrap() <= 1.0);
     let edges = told["max_edge_deviation_over_tolerance"].as_f64().unwrap();
     assert!(edges > 0.1 && edges <= 1.0, "the edge polylines are measured whatever the format: {edges}");
@@ -120,17 +120,21 @@ fn check(test: &str, change: impl Fn(&str) -> String) -> (Option<i32>, Value, St
 }
 
 #[test]
-fn a_check_fails_on_a_crack() {
+fn a_face_off_its_surface_is_told_and_opens_nothing() {
     // Edges pair up as in the sound file, but the side of the cylinder lies on a plane that its loop does not bound.
-    let (status, told, table) = check("crack", |file| {
+    let (status, told, table) = check("off_surface", |file| {
         let surface = "CYLINDRICAL_SURFACE( '', #143, 0.00500000000000000 );";
         assert!(file.contains(surface));
         file.replace(surface, "PLANE( '', #143 );")
     });
     assert_eq!(status, Some(3));
-    assert!(told["unbalanced_edges"].as_u64().unwrap() > 0, "{told}");
-    let named = |entry: &Value| entry["reason"].as_str().unwrap().contains("closed in the file: its mesh has");
+    let named = |entry: &Value| entry["face"] == 2 && entry["reason"].as_str().unwrap().contains("filled in space");
     assert!(told["diagnostics"].as_array().unwrap().iter().any(named), "{told}");
+    assert_eq!((&told["unbalanced_edges"], &told["defects"]), (&0.into(), &0.into()), "{told}");
+    let parts = told["closedness"].as_array().unwrap();
+    assert_eq!(parts.len(), 2);
+    assert!(parts.iter().all(|part| part["closed_in_file"] == true && part["closed_in_mesh"] == true), "{told}");
+    assert!(table.contains("parts 0–1: closed in the file, closed in the mesh"), "{table}");
     assert!(table.contains("99.9%") && table.contains("  plane  "), "{table}");
 }
 

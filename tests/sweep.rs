@@ -18,9 +18,9 @@
 //! | `TRIMTESS_SWEEP_ANGLES` | degrees | `20,28.65` |
 #![cfg(feature = "step")]
 
-mod closed;
+mod parts;
 
-use closed::{CORPORA, Made, closed_by_reference, is_asked, make, name, on_all_cores, step_files};
+use parts::{CORPORA, Made, closed_by_reference, is_asked, make, name, on_all_cores, step_files};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};

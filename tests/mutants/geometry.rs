@@ -16,8 +16,8 @@
 //!
 //! A mutant depends on the file's name, the noise and its number alone. Times are printed and never judged.
 
-use crate::closed::{CORPORA, Made, closed_by_reference, is_asked, make, name, number, on_all_cores, said, step_files};
 use crate::mutate::Random;
+use crate::parts::{CORPORA, Made, closed_by_reference, is_asked, make, name, number, on_all_cores, said, step_files};
 use crate::points::Points;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -113,7 +113,7 @@ struct Sum {
     lost: u64,
     slivers: u64,
     slow: usize,
-    /// Time over that of the file, and whose.
+    /// Time over what it may take, and whose.
     slowest: (f64, String),
     faults: Vec<String>,
 }
@@ -132,9 +132,9 @@ impl Sum {
             self.lost += run.made.on("lost");
             self.slivers += run.made.slivers;
             self.slow += usize::from(run.took > whole.most());
-            let times = run.secs() / whole.secs();
-            if times > self.slowest.0 {
-                self.slowest = (times, format!("{mutant}, {:.0?} instead of {:.0?}", run.took, whole.took));
+            let share = run.secs() / whole.most().as_secs_f64();
+            if share > self.slowest.0 {
+                self.slowest = (share, format!("{mutant}, {:.0?} instead of {:.0?}", run.took, whole.took));
             }
             if run.closed.len() != whole.closed.len() {
                 faults.push(format!("{} parts instead of {}", run.closed.len(), whole.closed.len()));
@@ -208,7 +208,8 @@ fn judge(sums: &BTreeMap<String, Sum>) {
         let Sum { mutants, open, repaired, filled, lost, slivers, slow, slowest, .. } = sum;
         println!(
             "{noise}: {mutants} mutants, {open} at fault; faces: {repaired} repaired, {filled} filled in space, \
-             {lost} lost; {slivers} slivers; {slow} above ten times and 0.2 s, the slowest {:.1} times: {}",
+             {lost} lost; {slivers} slivers; {slow} took more than ten times the file's time and 0.2 s, at worst {:.1} \
+             times as much as that: {}",
             slowest.0, slowest.1
         );
     }

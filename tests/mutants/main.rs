@@ -5,15 +5,15 @@
 //! tests/data, and the corpora where there are any. The same numbers give the same mutants.
 #![cfg(feature = "cli")]
 
-#[path = "../closed/mod.rs"]
-mod closed;
 mod geometry;
 mod mutate;
+#[path = "../parts/mod.rs"]
+mod parts;
 mod points;
 mod run;
 
-use closed::{CORPORA, number, on_all_cores, step_files};
 use mutate::{Mutation, Random};
+use parts::{CORPORA, number, on_all_cores, step_files};
 use run::{Limits, Outcome, run};
 use std::collections::BTreeMap;
 use std::fs;

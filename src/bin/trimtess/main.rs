@@ -9,6 +9,7 @@ mod input;
 mod laps;
 mod limits;
 mod logging;
+mod memory;
 mod patches;
 #[cfg(feature = "wgpu")]
 mod picture;
