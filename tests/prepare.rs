@@ -265,10 +265,14 @@ fn hanging(height: f64) -> Prepared {
 }
 
 #[test]
-fn edges_far_from_their_surface_cost_their_face_and_no_time() {
+fn edges_far_from_their_surface_are_filled_in_space() {
     let prepared = hanging(4.0);
-    assert_eq!(prepared.tiles().count(), 0);
-    assert!(prepared.diagnostics[0].reason.contains("4.000e0 mm off the surface"), "{:?}", prepared.diagnostics);
+    assert_eq!(prepared.tiles().count(), 1);
+    let told = &prepared.diagnostics[0];
+    assert!(told.severity == Severity::Warning && told.reason.contains("4.000e0 mm off the surface"), "{told:?}");
+    assert!(told.reason.contains("1.000e2 mm²") && prepared.parts[0].faces[0].filled, "{told:?}");
+    let facts = mesh(&Arc::new(prepared), 0.1);
+    assert!(facts.area == 100.0 && facts.open_edges == 4, "{facts}");
 }
 
 #[test]

@@ -54,6 +54,17 @@ pub(super) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
     wires.filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
 }
 
+/// Turns the loops of a boundary that run against a chain.
+pub(super) fn turn(boundary: &mut Boundary, chain: &Chain) {
+    for l in boundary {
+        let count = |edge: u32| chain.binary_search_by_key(&edge, |c| c.0).map_or(0, |k| chain[k].1);
+        if l.iter().map(|&(edge, reversed)| sign(reversed) * count(edge).signum()).sum::<i32>() < 0 {
+            l.reverse();
+            l.iter_mut().for_each(|use_| use_.1 = !use_.1);
+        }
+    }
+}
+
 /// The chain of a boundary.
 pub(super) fn of_boundary(boundary: &[Vec<(u32, bool)>]) -> Chain {
     summed(boundary.iter().flatten().map(|&(edge, reversed)| (edge, sign(reversed))).collect())
@@ -89,16 +100,33 @@ fn sign(reversed: bool) -> i32 {
     if reversed { -1 } else { 1 }
 }
 
-/// Whether all edges of a boundary are there, each starts at the vertex where the one before it ends, and these are finite.
-pub(super) fn is_closed(part: &Part, boundary: &[Vec<(u32, bool)>]) -> bool {
-    let ends = |&(edge, reversed): &(u32, bool)| -> Option<[VertexId; 2]> {
+/// Whether all edges of a face are there, each starts at the vertex where the one before it ends, and these are finite.
+pub(super) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bool {
+    let vertices = |edge: u32, reversed: bool| -> Option<[VertexId; 2]> {
         let ends = ends(part, &Coedge { edge: EdgeId(edge), reversed, pcurve: None })?;
         ends.iter().all(|v| part.vertices.get(v.index()).is_some_and(|p| p.is_finite())).then_some(ends)
     };
-    boundary.iter().all(|l| {
-        let next = l.iter().cycle().skip(1);
-        l.iter().zip(next).all(|(a, b)| ends(a).zip(ends(b)).is_some_and(|(a, b)| a[1] == b[0]))
+    if free.is_some() {
+        let all = boundary(face, free);
+        return all.iter().all(|l| is_chain(l.iter().map(|&(edge, reversed)| vertices(edge, reversed))));
+    }
+    face.loops.iter().all(|l| match l {
+        Loop::Edges(coedges) => is_chain(coedges.iter().map(|c| vertices(c.edge.0, c.reversed))),
+        Loop::Vertex(_) => true,
     })
+}
+
+/// Whether each starts where the one before it ends, the first where the last does.
+fn is_chain(mut all: impl Iterator<Item = Option<[VertexId; 2]>>) -> bool {
+    let Some(first) = all.next() else { return true };
+    let Some([start, mut at]) = first else { return false };
+    for ends in all {
+        match ends {
+            Some([from, to]) if from == at => at = to,
+            _ => return false,
+        }
+    }
+    at == start
 }
 
 /// What the faces of a shell sum to on an edge.
@@ -177,5 +205,15 @@ impl Closedness {
             edges
         };
         Self { free_edges: of_kind(true), not_orientable: of_kind(false), closed: loops_close && sums.is_empty() }
+    }
+
+    /// Leaves the edges of faces free that got no tiles after all.
+    pub(super) fn lose(&mut self, faces: impl Iterator<Item = Chain>) {
+        for chain in faces {
+            self.closed = false;
+            self.free_edges.extend(chain.into_iter().map(|(edge, _)| EdgeId(edge)));
+        }
+        self.free_edges.sort_unstable();
+        self.free_edges.dedup();
     }
 }

@@ -17,8 +17,8 @@ pub(super) struct Wanted<'a> {
     pub(super) chain: &'a Chain,
     /// How many edges the part has; those after them are borders, on which they sum to 0.
     pub(super) brep_edges: usize,
-    /// Whether lobes of loops without neighbours were turned: their edges are used as often as wanted, either way.
-    pub(super) turned_lobes: bool,
+    /// Edges of loops without neighbours of which lobes were turned: they are used as often as wanted, either way.
+    pub(super) lobed: &'a [u32],
     /// Whether the face may end where its surface does, along a border that is used once.
     pub(super) may_end: bool,
 }
@@ -122,7 +122,7 @@ fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &
         for &(_, from, to, count) in of_edge {
             sums[from as usize..to as usize].iter_mut().for_each(|s| *s += count);
         }
-        if wanted.turned_lobes && !is_border {
+        if wanted.lobed.binary_search(&first.0).is_ok() {
             let count = wanted.chain.iter().find(|c| c.0 == first.0).map_or(0, |c| c.1);
             if sums.iter().all(|s| (s + count).abs() == count.abs()) {
                 continue;

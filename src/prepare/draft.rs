@@ -90,8 +90,8 @@ pub(super) struct FaceDraft {
     pub(super) crosses: bool,
     /// Whether it is filled in space: the surface is a plane that the file does not state.
     pub(super) filled: bool,
-    /// Whether lobes of its loops were turned: their edges have no other face.
-    pub(super) turned_lobes: bool,
+    /// Edges of loops of which lobes were turned, ascending: they have no other face.
+    pub(super) lobed: Vec<u32>,
     /// Whether it ends where its surface does, because no loop bounds it there.
     pub(super) ends_with_surface: bool,
 }

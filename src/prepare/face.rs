@@ -11,7 +11,7 @@ use super::free_edges::FreeFace;
 use super::lobes;
 use super::meeting::{Meeting, fold, touching};
 use super::pcurve::Projector;
-use super::region::{Passages, Region, region, trace_loop};
+use super::region::{Passages, Region, RegionError, region, trace_loop};
 use super::uv_loop::Along;
 use super::wires::{Given, without_seams};
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
@@ -104,6 +104,9 @@ fn draft_with(
 ) -> Result<FaceDraft, FaceError> {
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
+    if !boundary_points(part, face).all(DVec3::is_finite) {
+        return Err(RegionError::NotFinite.into());
+    }
     let extent = face_extent(part, face).unwrap_or(size);
     let mut projector = Projector::new(&face.surface, 1e-6 * extent);
     let passages = passages(part, face, &projector);
@@ -159,7 +162,9 @@ fn draft_with(
         _ => chains::of_region(part, &region.loops),
     };
     let mut joints = Vec::new();
+    let mut lobed = Vec::new();
     if let Loops::ByLobes(shared) = way {
+        lobed.extend(chain.iter().map(|c| c.0).filter(|&edge| !shared[edge as usize]));
         let turned = lobes::turn(&mut region, &projector, shared).ok_or(FaceError::NoLobes)?;
         breaks.extend(turned.cuts.iter().map(|&(edge, t, _)| (edge, t)));
         let place = turned.cuts.first().map(|cut| projector.point(cut.2));
@@ -308,7 +313,7 @@ fn draft_with(
         repairs,
         crosses,
         filled: false,
-        turned_lobes: matches!(way, Loops::ByLobes(_)),
+        lobed,
         ends_with_surface: region.unbounded.is_some(),
     })
 }
@@ -435,9 +440,9 @@ fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = D
             Loop::Edges(coedges) => (coedges, None),
             Loop::Vertex(v) => (&[], Some(*v)),
         };
-        let of_edge = |c: &Coedge| part.edges[c.edge.index()].start;
-        let of_end = |c: &Coedge| part.edges[c.edge.index()].end;
-        coedges.iter().flat_map(move |c| [of_edge(c), of_end(c)]).chain(single).map(|v| part.vertices[v.index()])
+        let ends = |c: &Coedge| part.edges.get(c.edge.index()).map(|e| [e.start, e.end]);
+        let vertices = coedges.iter().filter_map(ends).flatten().chain(single);
+        vertices.filter_map(|v| part.vertices.get(v.index()).copied())
     })
 }
 

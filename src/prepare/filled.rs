@@ -14,6 +14,8 @@ use std::borrow::Cow;
 pub(super) struct Filled {
     pub(super) draft: FaceDraft,
     pub(super) area: f64,
+    /// How far its points are apart in the plane, mm.
+    pub(super) size: f64,
 }
 
 /// Spans of an edge's curve that get more than one sample each, and samples of each of these.
@@ -67,10 +69,10 @@ pub(super) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled>
         repairs: Vec::new(),
         crosses: false,
         filled: true,
-        turned_lobes: false,
+        lobed: Vec::new(),
         ends_with_surface: false,
     };
-    Some(Filled { draft, area })
+    Some(Filled { draft, area, size: (high - low).length() })
 }
 
 /// Makes those edges of a boundary straight whose curves cannot be asked for points.

@@ -1,6 +1,6 @@
 //! One part: each of its faces by itself, then all of them turned alike, closed against each other and told about.
 
-use super::chains::{self, Boundary, Closedness, Sum, Turned, boundary, is_closed, of_boundary};
+use super::chains::{self, Boundary, Chain, Closedness, Sum, Turned, boundary, is_closed, of_boundary};
 use super::draft::{FaceDraft, Told};
 use super::face_error::FaceError;
 use super::free_edges::{self, FreeFaces};
@@ -30,6 +30,9 @@ pub(super) struct DonePart {
 /// Share of a part's size within which borders are the same.
 const ROUNDING: f64 = 1e-9;
 
+/// Share of the square of a face's size that is no area.
+const NO_AREA: f64 = 1e-9;
+
 pub(super) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budget) -> DonePart {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
@@ -48,11 +51,19 @@ pub(super) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
         return DonePart::default();
     }
     let mut faces = maker.fill(results);
-    let mut turned = Vec::new();
-    let directed = catch_unwind(AssertUnwindSafe(|| maker.direct(&mut faces, &mut turned)));
-    let Directed { reversed, sums, closedness } = directed.unwrap_or_else(|_| Directed::stated(&maker.part));
+    let mut directed = maker.direct(&mut faces);
     let without_area = maker.tell_faces(&mut faces, healings);
-    let part = maker.assemble(faces.drafts, &reversed);
+    let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
+    let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
+    if let Err(reason) = &assembled {
+        // It costs the regions of all faces; their loops are left.
+        let mut faces = maker.fill_all(&has_draft, reason);
+        directed = maker.direct(&mut faces);
+        assembled = maker.assemble(faces.drafts, &directed.reversed);
+    }
+    let Directed { sums, mut closedness, turned, .. } = directed;
+    let (part, lost) = assembled.unwrap_or_else(|reason| maker.nothing(&reason));
+    closedness.lose(lost.into_iter().map(|face| of_boundary(&maker.boundary(face))));
     maker.tell_turned(&turned);
     maker.tell_open(&part, &sums);
     maker.tell_sewn(borders);
@@ -76,8 +87,21 @@ struct Maker<'a> {
 /// What became of a part's faces.
 struct Faces {
     drafts: Vec<Option<FaceDraft>>,
-    /// Why a face has no region; and the area of its fill, if it has one.
-    causes: BTreeMap<usize, (FaceError, Option<f64>)>,
+    /// Why a face has no region.
+    causes: BTreeMap<usize, Cause>,
+}
+
+/// Why a face has no region, and what follows from that.
+struct Cause {
+    error: FaceError,
+    /// Nothing is lost: it has no area, or nothing of it is kept.
+    harmless: bool,
+}
+
+/// What is told of a face that is filled.
+fn told_filled(cause: &FaceError, area: f64) -> Told {
+    let what = format!("{cause}; its loops are filled in space, with about {area:.3e} mm²");
+    Told { place: cause.place(), what }
 }
 
 /// Which way faces look, and what they sum to.
@@ -86,14 +110,8 @@ struct Directed {
     /// Where the sum is not 0.
     sums: Vec<Sum>,
     closedness: Closedness,
-}
-
-impl Directed {
-    /// As the part states it, where nothing is known of what its faces sum to.
-    fn stated(part: &Part) -> Self {
-        let reversed = part.faces.iter().map(|face| face.reversed).collect();
-        Self { reversed, sums: Vec::new(), closedness: Closedness::default() }
-    }
+    /// Groups that were turned over.
+    turned: Vec<orient::Turned>,
 }
 
 impl Maker<'_> {
@@ -116,8 +134,12 @@ impl Maker<'_> {
         boundary(&self.part.faces[face], self.free[face].as_ref().and_then(|free| free.as_ref().ok()))
     }
 
-    fn filled(&self, face: usize) -> Option<filled::Filled> {
-        let boundary = self.boundary(face);
+    /// A face filled in space: with its loops as they are stated, or each turned such that they sum to `chain`.
+    fn filled(&self, face: usize, chain: Option<&Chain>) -> Option<filled::Filled> {
+        let mut boundary = self.boundary(face);
+        if let Some(chain) = chain {
+            chains::turn(&mut boundary, chain);
+        }
         guarded(|| Ok(filled::fill(&self.part, &boundary))).ok().flatten()
     }
 
@@ -129,35 +151,42 @@ impl Maker<'_> {
                 None => None,
                 Some(Ok(draft)) => Some(draft),
                 Some(Err(e)) => {
-                    faces.causes.insert(k, (e, None));
+                    let harmless = matches!(e, FaceError::NoArea { .. } | FaceError::NothingKept);
+                    faces.causes.insert(k, Cause { error: e, harmless });
                     None
                 }
             });
         }
-        let cancels = |e: &FaceError, boundary: &Boundary| {
-            matches!(e, FaceError::NoArea { .. }) && of_boundary(boundary).is_empty()
-        };
-        for (&k, (e, area)) in &mut faces.causes {
+        for (&k, Cause { error: e, harmless }) in &mut faces.causes {
             let boundary = self.boundary(k);
-            if boundary.is_empty() || cancels(e, &boundary) {
+            if boundary.is_empty() {
+                continue;
+            }
+            let may_be_none = matches!(e, FaceError::NoArea { .. } | FaceError::Thin { .. });
+            if may_be_none && of_boundary(&boundary).is_empty() {
+                *harmless = true;
                 continue;
             }
             filled::straighten(&mut self.part, &boundary);
-            if let Some(filled) = self.filled(k) {
-                (faces.drafts[k], *area) = (Some(filled.draft), Some(filled.area));
+            let Some(filled::Filled { mut draft, area, size }) = self.filled(k, None) else { continue };
+            *harmless = may_be_none && area <= NO_AREA * size * size;
+            if !*harmless {
+                draft.repairs.push(told_filled(e, area));
             }
+            faces.drafts[k] = Some(draft);
         }
         faces
     }
 
     /// Turns the faces outwards. A shell whose faces do not cancel then, but do as the file runs its loops, is taken at its word.
-    fn direct(&self, faces: &mut Faces, turned: &mut Vec<orient::Turned>) -> Directed {
-        let mut reversed = orient(&self.part, &faces.drafts, turned);
+    fn direct(&self, faces: &mut Faces) -> Directed {
+        let mut turned = Vec::new();
+        let oriented = guarded(|| Ok(orient(&self.part, &faces.drafts, &mut turned)));
+        let mut reversed = oriented.unwrap_or_else(|_| self.part.faces.iter().map(|face| face.reversed).collect());
         let mut sums = self.sums(&faces.drafts, &reversed);
         if !sums.is_empty() {
             for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
-                let mut stated = of_shell.iter().filter(|s| !self.gap_edges.contains(&(s.edge as usize))).peekable();
-                if stated.peek().is_some() && !stated.any(Sum::is_free) {
+                if of_shell.iter().any(|s| self.is_stuck(s)) {
                     self.take_at_word(of_shell[0].shell, faces, &mut reversed);
                 }
             }
@@ -168,9 +197,10 @@ impl Maker<'_> {
         }
         let mut loops_close = true;
         for (k, face) in self.part.faces.iter().enumerate() {
-            let harmless = |e: &FaceError| matches!(e, FaceError::NothingKept | FaceError::NoArea { .. });
-            let told = faces.drafts[k].is_some() || faces.causes.get(&k).is_some_and(|(e, _)| harmless(e));
-            loops_close &= told && !face.lost && is_closed(&self.part, &self.boundary(k));
+            let whole = faces.drafts[k].is_some() || faces.causes.get(&k).is_some_and(|cause| cause.harmless);
+            loops_close &= whole
+                && !face.lost
+                && is_closed(&self.part, face, self.free[k].as_ref().and_then(|free| free.as_ref().ok()));
         }
         let open: BTreeSet<u32> = sums.iter().map(|s| s.shell).collect();
         for (face, draft) in self.part.faces.iter().zip(&mut faces.drafts) {
@@ -179,7 +209,7 @@ impl Maker<'_> {
             }
         }
         let closedness = Closedness::of(&sums, loops_close);
-        Directed { reversed, sums, closedness }
+        Directed { reversed, sums, closedness, turned }
     }
 
     fn sums(&self, drafts: &[Option<FaceDraft>], reversed: &[bool]) -> Vec<Sum> {
@@ -189,14 +219,19 @@ impl Maker<'_> {
         }))
     }
 
+    /// Whether faces do not cancel on an edge though there are as many as could. Edges in gaps are not stated.
+    fn is_stuck(&self, sum: &Sum) -> bool {
+        !sum.is_free() && !self.gap_edges.contains(&(sum.edge as usize))
+    }
+
     /// Runs the loops of a shell as the file does, if its faces cancel then.
     fn take_at_word(&self, shell: u32, faces: &mut Faces, reversed: &mut [bool]) {
         let part = &*self.part;
         let of_shell = || (0..part.faces.len()).filter(|&k| part.faces[k].shell == shell);
-        let stated: Vec<(usize, chains::Chain)> =
+        let stated: Vec<(usize, Chain)> =
             of_shell().filter(|&k| faces.drafts[k].is_some()).map(|k| (k, of_boundary(&self.boundary(k)))).collect();
         let rows = stated.iter().map(|(k, chain)| Turned { face: *k, shell, reversed: part.faces[*k].reversed, chain });
-        if chains::sums(rows).iter().any(|s| !self.gap_edges.contains(&(s.edge as usize))) {
+        if chains::sums(rows).iter().any(|s| self.is_stuck(s)) {
             return;
         }
         for (k, chain) in stated {
@@ -208,13 +243,17 @@ impl Maker<'_> {
             let what = "a loop runs as the file states it; turned as it lies, the shell would be open there";
             let told = Told { place: None, what: what.to_owned() };
             let again = guarded(|| face::draft_as_stated(part, &part.faces[k], self.size));
-            let mut draft = again.ok().filter(|draft| !turned(draft));
+            let (mut draft, cause) = match again {
+                Ok(draft) if !turned(&draft) => (Some(draft), None),
+                Ok(_) => (None, None),
+                Err(e) => (None, Some(e)),
+            };
             if draft.is_none()
-                && let Some(filled) = self.filled(k)
+                && let Some(filled) = self.filled(k, None)
             {
-                let cause = FaceError::Internal("its loops bound no region as the file runs them".to_owned());
-                faces.causes.insert(k, (cause, Some(filled.area)));
+                let cause = cause.unwrap_or(FaceError::Internal("its loops would not stay as they are".to_owned()));
                 draft = Some(filled.draft);
+                draft.iter_mut().for_each(|draft| draft.repairs.push(told_filled(&cause, filled.area)));
             }
             if let Some(mut draft) = draft {
                 draft.repairs.push(told);
@@ -289,57 +328,70 @@ impl Maker<'_> {
                 }
             }
             match cause {
-                Some((e @ (FaceError::NoArea { .. } | FaceError::NothingKept), _)) => {
-                    self.tell(k, Severity::Note, None, e.to_string());
+                Some(Cause { error, harmless: true }) => {
+                    self.tell(k, Severity::Note, None, error.to_string());
                     without_area.push(FaceId::new(k));
                 }
-                Some((e, Some(area))) => {
-                    let reason = format!("{e}; its loops are filled in space, with about {area:.3e} mm²");
-                    self.tell(k, Severity::Warning, e.place(), reason);
+                Some(Cause { error, .. }) if draft.is_none() => {
+                    self.tell(k, Severity::Error, error.place(), error.to_string());
                 }
-                Some((e, None)) => self.tell(k, Severity::Error, e.place(), e.to_string()),
-                None => {}
+                _ => {}
             }
         }
         without_area
     }
 
-    /// Numbers everything in the part. A panic costs the regions of all faces, which are filled then.
-    fn assemble(&mut self, drafts: Vec<Option<FaceDraft>>, reversed: &[bool]) -> PreparedPart {
-        let mut told = Vec::new();
-        let mut panic = None;
-        let has_draft: Vec<bool> = drafts.iter().map(Option::is_some).collect();
-        let mut drafts = Some(drafts);
-        for _ in 0..2 {
-            let drafts = drafts.take().unwrap_or_else(|| {
-                let all: Vec<Boundary> = (0..has_draft.len()).map(|k| self.boundary(k)).collect();
-                all.iter().for_each(|boundary| filled::straighten(&mut self.part, boundary));
-                let draft = |k: usize| self.filled(k).filter(|_| has_draft[k]).map(|filled| filled.draft);
-                (0..has_draft.len()).map(draft).collect()
-            });
-            told.clear();
-            let refill = |k: usize| self.filled(k).map(|filled| filled.draft);
-            let assemble = || topology::assemble(&self.part, self.finely_cut, drafts, reversed, refill, &mut told);
-            match catch_unwind(AssertUnwindSafe(assemble)) {
-                Ok(prepared) => {
-                    self.tell_closed(told);
-                    if let Some(reason) = panic {
-                        for k in (0..has_draft.len()).filter(|&k| has_draft[k]) {
-                            let lost = prepared.face_rows[k].is_none();
-                            let severity = if lost { Severity::Error } else { Severity::Warning };
-                            self.tell(k, severity, None, format!("{reason}; its loops are filled in space"));
-                        }
-                    }
-                    return prepared;
-                }
-                Err(payload) => panic = Some(FaceError::Internal(panic_message(&*payload)).to_string()),
+    /// Fills all faces that were drafted, since that was of no use.
+    fn fill_all(&mut self, has_draft: &[bool], reason: &str) -> Faces {
+        let mut faces = Faces { drafts: Vec::with_capacity(has_draft.len()), causes: BTreeMap::new() };
+        for (k, &has_draft) in has_draft.iter().enumerate() {
+            let boundary = self.boundary(k);
+            filled::straighten(&mut self.part, &boundary);
+            let cause = FaceError::Internal(reason.to_owned());
+            let filled = self.filled(k, None).filter(|_| has_draft);
+            let severity = if filled.is_some() { Severity::Warning } else { Severity::Error };
+            if has_draft {
+                let area = filled.as_ref().map_or(0.0, |filled| filled.area);
+                self.tell(k, severity, None, told_filled(&cause, area).what);
             }
+            faces.drafts.push(filled.map(|filled::Filled { mut draft, area, .. }| {
+                draft.repairs.push(told_filled(&cause, area));
+                draft
+            }));
         }
-        let reason = panic.unwrap_or_default();
-        for k in 0..has_draft.len() {
-            self.tell(k, Severity::Error, None, reason.clone());
+        faces
+    }
+
+    /// Numbers everything in the part; and the faces that were lost with that.
+    ///
+    /// # Errors
+    /// What a panic said.
+    fn assemble(
+        &mut self,
+        drafts: Vec<Option<FaceDraft>>,
+        reversed: &[bool],
+    ) -> Result<(PreparedPart, Vec<usize>), String> {
+        let mut told = Vec::new();
+        let refill = |k: usize, chain: &Chain| {
+            let mut draft = self.filled(k, Some(chain))?.draft;
+            draft.chain.clone_from(chain);
+            Some(draft)
+        };
+        let assemble = || topology::assemble(&self.part, self.finely_cut, drafts, reversed, refill, &mut told);
+        let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic).to_owned())?;
+        let lost = told.iter().filter(|(_, closed)| *closed == Closed::Lost).map(|(k, _)| *k).collect();
+        self.tell_closed(told);
+        Ok((prepared, lost))
+    }
+
+    /// The part without tiles.
+    fn nothing(&mut self, reason: &str) -> (PreparedPart, Vec<usize>) {
+        let faces = self.part.faces.len();
+        let all: Vec<usize> = (0..faces).collect();
+        for &k in &all {
+            self.tell(k, Severity::Error, None, FaceError::Internal(reason.to_owned()).to_string());
         }
-        PreparedPart { face_rows: vec![None; has_draft.len()], ..PreparedPart::default() }
+        (PreparedPart { face_rows: vec![None; faces], ..PreparedPart::default() }, all)
     }
 
     fn tell_closed(&mut self, told: Vec<(usize, Closed)>) {

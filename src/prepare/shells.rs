@@ -1,16 +1,17 @@
-//! Shells -> how often their faces use each edge: which of them are closed.
+//! Shells -> what their loops sum to on each edge: which of them are closed.
 
+use super::chains::boundary;
 use super::free_edges::FreeFaces;
 use super::uv_loop::{Along, Piece};
 use super::wires::Given;
 use crate::model::{Face, Loop, Part, ShellKind};
 use std::collections::{BTreeSet, HashSet};
 
-/// A part's shells by what they bound, and whether every edge is used in pairs: what the part states, before anything is
+/// A part's shells by what they bound, and whether their loops cancel on every edge: what the part states, before anything is
 /// repaired or lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Shells {
-    /// Shells whose faces use each of their edges an even number of times; those without edges are closed surfaces.
+    /// Shells whose loops can be turned so that they sum to 0 on every edge; those without edges are closed surfaces.
     pub closed: usize,
     /// The others.
     pub open: usize,
@@ -23,17 +24,18 @@ pub struct Shells {
 }
 
 impl Shells {
-    /// The shells of a part. Edges are compared, not their places: faces that only lie side by side share none.
+    /// The shells of a part. Edges are compared, not their places: faces that only lie side by side share none. Loops are turned
+    /// alike along the edges that two of them share, whatever the file says of them.
     ///
-    /// Cost: about 100 ns for each coedge.
+    /// Cost: about 200 ns for each coedge.
     #[must_use]
     pub fn of(part: &Part) -> Self {
         let unbounded = part.faces.iter().filter(|face| !face.loops.iter().any(|l| matches!(l, Loop::Edges(_))));
         let mut open: BTreeSet<u32> = unbounded.filter(|face| !closes(face)).map(|face| face.shell).collect();
         let mut shells = Self::default();
-        for free in uses(part, &FreeFaces::new()).into_iter().filter(|edge| edge.count % 2 == 1) {
-            open.insert(free.shell);
-            shells.free_edges += 1;
+        for (shell, uses) in unbalanced(part) {
+            open.insert(shell);
+            shells.free_edges += uses % 2;
         }
         for (number, shell) in (0_u32..).zip(&part.shells) {
             if open.contains(&number) {
@@ -55,6 +57,57 @@ impl Shells {
         self.undirected += other.undirected;
         self.free_edges += other.free_edges;
     }
+}
+
+/// The edges on which the loops of a shell do not cancel, however they are turned: shell, and number of uses.
+fn unbalanced(part: &Part) -> Vec<(u32, usize)> {
+    /// An edge as a loop uses it.
+    struct Row {
+        shell: u32,
+        edge: u32,
+        wire: usize,
+        sign: i32,
+    }
+    let mut rows: Vec<Row> = Vec::with_capacity(2 * part.edges.len());
+    let mut wires = 0;
+    for face in &part.faces {
+        for wire in boundary(face, None) {
+            let row =
+                |(edge, reversed)| Row { shell: face.shell, edge, wire: wires, sign: if reversed { -1 } else { 1 } };
+            rows.extend(wire.into_iter().map(row));
+            wires += 1;
+        }
+    }
+    rows.sort_unstable_by_key(|row| (row.shell, row.edge, row.wire));
+    let of_edges = || rows.chunk_by(|a, b| (a.shell, a.edge) == (b.shell, b.edge));
+    // For each wire those beside it, and whether both are to be turned alike.
+    let mut beside: Vec<Vec<(usize, bool)>> = vec![Vec::new(); wires];
+    for of_edge in of_edges() {
+        if let [a, b] = of_edge
+            && a.wire != b.wire
+        {
+            beside[a.wire].push((b.wire, a.sign != b.sign));
+            beside[b.wire].push((a.wire, a.sign != b.sign));
+        }
+    }
+    let mut signs = vec![0; wires];
+    let mut stack = Vec::new();
+    for first in 0..wires {
+        if signs[first] == 0 {
+            signs[first] = 1;
+            stack.push(first);
+        }
+        while let Some(wire) = stack.pop() {
+            for &(other, alike) in &beside[wire] {
+                if signs[other] == 0 {
+                    signs[other] = if alike { signs[wire] } else { -signs[wire] };
+                    stack.push(other);
+                }
+            }
+        }
+    }
+    let sum = |of_edge: &[Row]| of_edge.iter().map(|row| row.sign * signs[row.wire]).sum::<i32>();
+    of_edges().filter(|of_edge| sum(of_edge) != 0).map(|of_edge| (of_edge[0].shell, of_edge.len())).collect()
 }
 
 /// Whether a face that is its whole surface has no border: each direction goes round, or ends in points.
@@ -165,6 +218,20 @@ mod tests {
         part.faces[0].loops.extend(again);
         let shells = Shells::of(&part);
         assert_eq!((shells.closed, shells.open, shells.free_edges), (0, 1, part.edges.len()));
+    }
+
+    #[test]
+    fn loops_that_no_orientation_balances_leave_a_shell_open() {
+        // A box of which one edge is run the same way by both of its faces: every edge has two uses, but a wire does not close.
+        let mut part = shapes::by_name("box").unwrap_or_default().parts.remove(0);
+        let Loop::Edges(coedges) = &mut part.faces[0].loops[0] else { panic!("a box has edges") };
+        coedges[0].reversed = !coedges[0].reversed;
+        let shells = Shells::of(&part);
+        assert_eq!((shells.closed, shells.open, shells.free_edges), (0, 1, 0));
+        // Turned as a whole the wire is as good as before.
+        let Loop::Edges(coedges) = &mut part.faces[0].loops[0] else { panic!("a box has edges") };
+        coedges.iter_mut().skip(1).for_each(|c| c.reversed = !c.reversed);
+        assert_eq!(Shells::of(&part).closed, 1);
     }
 
     #[test]

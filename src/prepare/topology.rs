@@ -1,5 +1,6 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
+use super::chains::Chain;
 use super::closing::{Added, Span, Wanted, close};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
 use super::images::{self, EdgeImages};
@@ -21,14 +22,14 @@ pub(super) enum Closed {
 }
 
 /// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
-/// finer than they bend. `reversed`: which faces are turned over. `refill`: what stands for a face whose loops cannot be closed.
+/// finer than they bend. `reversed`: which faces are turned over. `refill`: what stands for a face of that chain whose loops cannot be closed.
 /// Faces to whose loops something was added are appended to `told`.
 pub(super) fn assemble(
     part: &Part,
     finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
     reversed: &[bool],
-    refill: impl Fn(usize) -> Option<FaceDraft>,
+    refill: impl Fn(usize, &Chain) -> Option<FaceDraft>,
     told: &mut Vec<(usize, Closed)>,
 ) -> PreparedPart {
     let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
@@ -58,10 +59,11 @@ pub(super) fn assemble(
         };
         let first = (out.tiles.len(), edges.len());
         let mut closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
-        if closed.is_err() {
+        let refilled = closed.is_err();
+        if refilled {
             out.tiles.truncate(first.0);
             edges.truncate(first.1);
-            if let Some(filled) = refill(k) {
+            if let Some(filled) = refill(k, &draft.chain) {
                 draft = filled;
                 use_edges(part, &draft, &mut edges);
                 closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
@@ -81,7 +83,7 @@ pub(super) fn assemble(
         out.faces.push(PreparedFace {
             kind: if draft.filled { SurfaceKind::Plane } else { part.faces[k].surface.kind() },
             entity: part.faces[k].entity,
-            repaired: draft.filled || !draft.repairs.is_empty() || added.is_some_and(|added| added.loops > 0),
+            repaired: refilled || !draft.repairs.is_empty() || added.is_some_and(|added| added.loops > 0),
             filled: draft.filled,
             crosses: draft.crosses,
             patches: draft.patches,
@@ -158,8 +160,8 @@ fn add_tiles(
         });
     }
     end_poles(&tiles[first_tile..], edges);
-    let FaceDraft { chain, turned_lobes, ends_with_surface: may_end, .. } = &*draft;
-    let wanted = Wanted { chain, brep_edges, turned_lobes: *turned_lobes, may_end: *may_end };
+    let FaceDraft { chain, lobed, ends_with_surface: may_end, .. } = &*draft;
+    let wanted = Wanted { chain, brep_edges, lobed, may_end: *may_end };
     close(&mut tiles[first_tile..], edges, &wanted, spans)
 }
 

@@ -94,6 +94,11 @@ impl Ladder {
         Self { area: Some(area), ..Self::new(model, false) }
     }
 
+    /// A closed shell, by its model.
+    pub(crate) fn closed(model: Model, area: f64) -> Self {
+        Self { area: Some(area), ..Self::new(model, true) }
+    }
+
     /// How many of the pieces are voids.
     pub(crate) fn voids(self, voids: u64) -> Self {
         Self { voids, ..self }

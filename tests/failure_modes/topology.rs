@@ -144,7 +144,7 @@ fn numbered() -> Part {
 }
 
 #[test]
-fn one_broken_face_costs_itself_and_is_told_by_entity() {
+fn one_broken_face_costs_its_surface_and_is_told_by_entity() {
     type Break = fn(&mut Part);
     let breaks: [(&str, Break); 5] = [
         ("off the surface", |p| {
@@ -177,8 +177,12 @@ fn one_broken_face_costs_itself_and_is_told_by_entity() {
         let told = prepared.diagnostics.iter().find(|d| d.face == Some(FaceId(0)));
         let told = told.unwrap_or_else(|| panic!("case {number}: {:?}", prepared.diagnostics));
         assert!(told.entity == entity && told.reason.contains(words), "case {number}: {told:?}");
-        let ladder = Ladder::open(model, all - (12.0 - PI)).lost(&[0]).pieces(1).named(number);
-        ladder.told(&[&told.reason]).climb();
+        // Its loops are filled; without loops it is lost.
+        let ladder = match words {
+            "has no edges" => Ladder::open(model, all - (12.0 - PI)).lost(&[0]),
+            _ => Ladder::closed(model, all),
+        };
+        ladder.pieces(1).named(number).told(&[&told.reason]).climb();
     }
 }
 

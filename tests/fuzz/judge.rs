@@ -1,5 +1,6 @@
 //! A model -> its mesh and what the oracle says of it.
 
+use crate::chains::all_faults;
 use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{PlanLimits, Tolerance, plan_within};
@@ -50,6 +51,9 @@ impl Meshed {
     pub(crate) fn holds(&self) -> Result<(), String> {
         if !self.facts.total.is_well_formed() {
             return Err(format!("malformed: {}", self.facts.total));
+        }
+        if let Some(fault) = all_faults(&self.prepared).first() {
+            return Err(format!("loops that do not close: {fault}"));
         }
         let told = self.prepared.diagnostics.iter().map(|d| d.reason.clone());
         let degraded = self.report.degraded.iter().map(|tile| tile.degradation.to_string());

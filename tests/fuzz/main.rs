@@ -3,6 +3,8 @@
 //!
 //! What fails is shrunk and printed as a test, ready to be committed to `found.rs`.
 
+#[path = "../chains/mod.rs"]
+mod chains;
 mod draw;
 mod found;
 mod judge;
