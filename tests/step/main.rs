@@ -6,6 +6,7 @@ mod broken;
 mod curves;
 mod deep;
 mod derived;
+mod editions;
 mod products;
 mod surfaces;
 mod topology;

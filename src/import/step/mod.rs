@@ -17,6 +17,7 @@ mod part;
 mod place;
 mod product;
 mod replica;
+mod sections;
 mod shells;
 mod spline;
 mod style;
