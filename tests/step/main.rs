@@ -8,6 +8,7 @@ mod deep;
 mod derived;
 mod editions;
 mod products;
+mod supplemental;
 mod surfaces;
 mod topology;
 
