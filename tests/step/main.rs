@@ -7,6 +7,7 @@ mod curves;
 mod deep;
 mod derived;
 mod editions;
+mod forms;
 mod products;
 mod supplemental;
 mod surfaces;

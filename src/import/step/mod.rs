@@ -2,12 +2,26 @@
 //!
 //! The steps are the files of this folder: `sections` passes over sections without data, `text` parses (and cuts out what
 //! breaks the syntax), `table` gives typed access to instances, `units` and `place` turn numbers into millimetres and frames,
-//! `curve` and `surface` read geometry, `loops`, `shells` and `part` topology, `style`
+//! `curve` and `surface` read geometry, `loops`, `shells` and `part` topology, `carried` the surface of each face, `style`
 //! colours, `product` the assembly.
 //!
+//! Rare forms, and what comes of them. What is refused is told with its number; a face keeps its number and is `lost`.
+//!
+//! | form | read as |
+//! |---|---|
+//! | `FACE`; `FACE_SURFACE` without a surface (`$`) | face in the plane of its bounds, with a warning where these are not flat; refused where they enclose no area |
+//! | `SUBFACE`, `EDGE` without a curve, `VERTEX` without a point | refused |
+//! | `SEAM_EDGE` | its oriented edge; which parameter curve it names does not matter |
+//! | `SUBEDGE` | an edge of its own on its parent's curve; it is not joined to faces that use the parent |
+//! | `POINT_ON_CURVE`, `POINT_ON_SURFACE`, `DEGENERATE_PCURVE`, `POINT_REPLICA` | points; refused beyond the ends of what they are on, and on composite curves |
+//! | `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`, surfaces next to shapes | left out with a note; see [`StepOptions::supplemental`] |
+//! | sections `ANCHOR`, `REFERENCE`, `SIGNATURE` | passed over with a note; an instance of another file costs what uses it |
+//! | several `DATA` sections | one |
+//! | values `@n`, `#NAME`, `<resource>` | unset, with a warning |
 
 mod body;
 mod boundary;
+mod carried;
 mod conic;
 mod corners;
 mod csg;
