@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
+const FORMS: &str = "tests/fuzz/seeds/forms.step";
 
 /// A folder of its own for each test.
 fn folder(test: &str) -> PathBuf {
@@ -513,4 +514,16 @@ fn open_edges_are_those_of_faces_with_common_borders() {
     assert_eq!(open(&["builtin:box"]), 0);
     let apart = open(&["builtin:trimmed-teapot", "--border-tolerance", "0"]).as_u64().unwrap();
     assert!(open(&["builtin:trimmed-teapot"]).as_u64().unwrap() + 100 < apart, "{apart}");
+}
+
+#[test]
+fn supplemental_geometry_is_read_on_demand() {
+    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(FORMS)).unwrap();
+    let ball = "#95=SPHERICAL_SURFACE('',#20,9.)";
+    let path = folder("supplemental").join("ball.step");
+    fs::write(&path, text.replace("#95=PLANE('',#20)", ball)).unwrap();
+    let file = path.to_str().unwrap();
+    let faces = |args: &[&str]| json(&trimtess(args).stdout)["faces"].as_u64().unwrap();
+    assert_eq!(faces(&["info", file, "--json"]), 3);
+    assert_eq!(faces(&["info", file, "--json", "--supplemental"]), 4);
 }

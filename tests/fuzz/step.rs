@@ -16,10 +16,11 @@ mod scramble;
 /// Bytes that start like this are a text themselves.
 const MAGIC: &[u8] = b"ISO-10303-21";
 /// Sound texts that edits start from.
-const SEEDS: [&str; 4] = [
+const SEEDS: [&str; 5] = [
     include_str!("seeds/kinds.step"),
     include_str!("seeds/curves.step"),
     include_str!("seeds/assembly.step"),
+    include_str!("seeds/forms.step"),
     include_str!("../data/red_cube_blue_cylinder.step"),
 ];
 

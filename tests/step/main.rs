@@ -6,7 +6,10 @@ mod broken;
 mod curves;
 mod deep;
 mod derived;
+mod editions;
+mod forms;
 mod products;
+mod supplemental;
 mod surfaces;
 mod topology;
 

@@ -213,10 +213,14 @@ fn whole_surfaces_need_bounds_of_their_own() {
     let net = set(&format!("#60=BEZIER_SURFACE('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);"));
     clean(&net);
     assert!(only_face(&net).loops.is_empty());
-    let plane = set("#60=PLANE('',#20);");
-    assert!(only_face(&plane).lost);
-    let lost: Vec<_> = plane.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+    let swept = "#60=SURFACE_OF_LINEAR_EXTRUSION('',#162,#161);#161=VECTOR('',#22,1.);#162=CIRCLE('',#20,2.);";
+    let swept = set(swept);
+    assert!(only_face(&swept).lost);
+    let lost: Vec<_> = swept.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
     assert!(lost.len() == 1 && lost[0].entity == 60, "{lost:?}");
+    // What never has bounds is construction geometry: no face that could be lost.
+    let plane = set("#60=PLANE('',#20);");
+    assert!(plane.parts.is_empty() && plane.diagnostics.iter().any(|d| d.reason.contains("1 PLANE")));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use trimtess::frame::{Plan, PlanLimits};
 use trimtess::import::step::StepOptions;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
 
-/// How much a command may cost.
+/// How much a command may cost, and what it reads.
 #[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Limits (exceeding one is an error, and nothing is written)")]
 pub(crate) struct LimitArgs {
@@ -33,6 +33,9 @@ pub(crate) struct LimitArgs {
     /// Make a coarser mesh, with a warning, where the tolerance asks for more triangles than the limits allow.
     #[arg(long, global = true)]
     coarsen: bool,
+    /// Read supplemental geometry (construction planes and the like) too, as far as it has bounds.
+    #[arg(long, global = true, help_heading = "Reading")]
+    supplemental: bool,
 }
 
 impl LimitArgs {
@@ -40,13 +43,14 @@ impl LimitArgs {
         self.max_memory.saturating_mul(1 << 20)
     }
 
-    /// Limits of reading.
+    /// Limits of reading, and what is read.
     pub(crate) fn step(&self) -> StepOptions {
         StepOptions {
             max_bytes: self.max_bytes,
             max_entities: self.max_entities,
             max_instances: self.max_instances,
             max_memory: self.memory(),
+            supplemental: self.supplemental,
             ..StepOptions::DEFAULT
         }
     }

@@ -105,7 +105,17 @@ pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSEC
 impl Geometry<'_> {
     /// The part of curve `id` between two vertices, along the curve's sense or against it. `None` for an edge without length.
     pub(super) fn between(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<Bounded>> {
-        let (carrier, same) = self.carrier(id, 0)?;
+        self.along(self.carrier(id, 0)?, ends, same_sense, id)
+    }
+
+    /// The same for a curve that is read: its carrier, and whether it runs the carrier's way.
+    pub(super) fn along(
+        &self,
+        (carrier, same): (Carrier, bool),
+        ends: Ends,
+        same_sense: bool,
+        id: u64,
+    ) -> Read<Option<Bounded>> {
         let tolerance = self.units.tolerance;
         let forward = same == same_sense;
         let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
@@ -147,7 +157,7 @@ impl Geometry<'_> {
                 let curve = if forward { curve } else { curve.reversed() };
                 let together = ends.whole.holds(chord, rounding(0.0), tolerance);
                 match cut(curve, ends, together, tolerance) {
-                    Some((curve, range)) => Bounded { curve, range, kind },
+                    Some((curve, range)) => Bounded { curve: spline::window(curve, range), range, kind },
                     None if chord <= tolerance => return Ok(None),
                     None => {
                         return Err(Trouble::new(id, "both ends of the edge lie at the same parameter of its curve"));
@@ -173,6 +183,11 @@ impl Geometry<'_> {
     /// Whether a curve is a circle or an ellipse that nothing trims.
     pub(super) fn is_conic(&self, id: u64) -> bool {
         self.unwrap(id, 0).is_ok_and(|curve| curve.is("CIRCLE") || curve.is("ELLIPSE"))
+    }
+
+    /// Whether a curve is made of several end to end.
+    pub(super) fn is_composite(&self, id: u64) -> bool {
+        self.unwrap(id, 0).is_ok_and(|curve| COMPOSITES.into_iter().any(|kind| curve.is(kind)))
     }
 
     /// A curve that is bounded by itself, in its own sense. Circles and ellipses count as bounded: one turn from angle 0.
@@ -503,35 +518,17 @@ pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Ve
     Ok(if equal { Vec::new() } else { weights })
 }
 
-/// A control point that a knot of too high multiplicity makes superfluous, and its neighbour across the break, if it has
-/// one: an inner knot that stands `degree + 1` times or an end knot that stands more often.
-pub(super) fn superfluous(knots: &[f64], degree: usize) -> Option<(usize, Option<usize>)> {
-    let count = knots.len() - degree - 1;
-    if count <= degree + 1 {
-        return None;
-    }
-    if knots[0] == knots[degree + 1] {
-        return Some((0, None));
-    }
-    if knots[count - 1] == knots[count + degree] {
-        return Some((count - 1, None));
-    }
-    // Knots i ..= i + degree equal: the control points i - 1 and i are the two sides of a break.
-    (degree + 1..count - 1).find(|i| knots[*i] == knots[i + degree]).map(|i| (i, Some(i - 1)))
-}
-
 /// Takes out knots that stand too often, where both sides of the break meet in one point.
 fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
-    while let Some((i, other)) = superfluous(&curve.knots, curve.degree) {
-        if other.is_some_and(|other| curve.points[other].distance(curve.points[i]) > tolerance) {
-            return Err(Trouble::new(id, format!("the curve jumps at knot {}", curve.knots[i])));
-        }
-        // Behind the last point only the last knots are left to drop.
-        curve.knots.remove(if i + 1 == curve.points.len() { i + curve.degree + 1 } else { i });
-        curve.points.remove(i);
+    let joins = |a: usize, b: usize| curve.points[a].distance(curve.points[b]) <= tolerance;
+    let left = spline::without_breaks(&curve.knots, curve.degree, joins)
+        .map_err(|knot| Trouble::new(id, format!("the curve jumps at knot {knot}")))?;
+    if let Some((points, knots)) = left {
+        curve.points = points.iter().map(|i| curve.points[*i]).collect();
         if !curve.weights.is_empty() {
-            curve.weights.remove(i);
+            curve.weights = points.iter().map(|i| curve.weights[*i]).collect();
         }
+        curve.knots = knots;
     }
     Ok(())
 }

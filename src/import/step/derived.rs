@@ -132,8 +132,10 @@ impl Geometry<'_> {
         } else if instance.is("POINT_ON_SURFACE") {
             let own = instance.fields("POINT_ON_SURFACE", 1);
             let on = inner.parametric(own.reference(0)?, 0)?;
-            let [u, v] = inner.factors(&on.surface);
-            on.surface.point(own.real(1)? * u, own.real(2)? * v)
+            let ([u, v], domain) = (inner.factors(&on.surface), on.surface.natural_domain());
+            let period = on.surface.period();
+            let at = |k: usize, t: f64| if period[k].is_some() { Ok(t) } else { within(t, domain[k], instance.id) };
+            on.surface.point(at(0, own.real(1)? * u)?, at(1, own.real(2)? * v)?)
         } else if instance.is("EVALUATED_DEGENERATE_PCURVE") {
             inner.point(instance.fields("EVALUATED_DEGENERATE_PCURVE", 3).reference(0)?)?
         } else {
@@ -142,12 +144,19 @@ impl Geometry<'_> {
             let at = curve.point(curve.domain().0);
             surface.point(at.x * u, at.y * v)
         };
+        if !point.is_finite() {
+            return Err(Trouble::new(instance.id, "a point at infinity"));
+        }
         Ok(Some(point))
     }
 
     fn point_on_curve(&self, instance: Instance<'_>) -> Read<DVec3> {
         let own = instance.fields("POINT_ON_CURVE", 1);
         let (basis, t) = (own.reference(0)?, own.real(1)?);
+        if self.is_composite(basis) {
+            // Its pieces are NURBS here, with parameters of their own.
+            return Err(Trouble::new(instance.id, "points on composite curves are not read"));
+        }
         Ok(match self.carrier(basis, 0)?.0 {
             Carrier::Line { point, along } => point + along * t,
             Carrier::Round { frame, a, b } => {
@@ -156,7 +165,7 @@ impl Geometry<'_> {
             }
             Carrier::Hyperbola { frame, a, b } => frame.place(DVec3::new(a * t.cosh(), b * t.sinh(), 0.0)),
             Carrier::Parabola { frame, focal } => frame.place(DVec3::new(focal * t * t, 2.0 * focal * t, 0.0)),
-            Carrier::Spline { curve, .. } => curve.point(t),
+            Carrier::Spline { curve, .. } => curve.point(within(t, curve.domain(), instance.id)?),
         })
     }
 
@@ -174,4 +183,13 @@ impl Geometry<'_> {
             _ => t,
         })
     }
+}
+
+/// A parameter that a point is at, held to the domain where it is only rounded.
+fn within(t: f64, (low, high): (f64, f64), id: u64) -> Read<f64> {
+    let slack = 1e-6 * (high - low);
+    if !(low - slack..=high + slack).contains(&t) {
+        return Err(Trouble::new(id, format!("a point at parameter {t}, beyond the ends {low} and {high}")));
+    }
+    Ok(t.clamp(low, high))
 }

@@ -6,6 +6,7 @@ use super::shells::{Source, is_face};
 use super::table::{MAX_DEPTH, Read, Trouble};
 use glam::DVec3;
 use std::collections::HashSet;
+use step_io::parser::Attribute;
 
 /// One use of an edge by a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +18,7 @@ pub(super) struct Use {
 /// What makes an edge one edge, whoever uses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum EdgeKey {
-    /// An `EDGE_CURVE`.
+    /// An `EDGE_CURVE`, or a `SUBEDGE` of one.
     Curve(u64),
     /// A side of a `POLY_LOOP`: its two points, the lower number first.
     Side(u64, u64),
@@ -56,6 +57,8 @@ impl Bound {
 #[derive(Clone, Debug)]
 pub(super) struct StatedFace {
     pub(super) surface: u64,
+    /// Whether the file states no surface: the face lies in the plane of its bounds, and `surface` is the face.
+    pub(super) implied: bool,
     pub(super) same_sense: bool,
     /// Bounds that run counterclockwise seen from the tip of the *face's* normal.
     pub(super) bounds: Vec<Bound>,
@@ -77,6 +80,8 @@ impl Geometry<'_> {
                     return Err(Trouble::new(id, format!("faces of type {} are not read", face.keyword())));
                 }
                 let own = face.fields("FACE_SURFACE", 2);
+                let plain = !(face.is("FACE_SURFACE") || face.is("ADVANCED_FACE"));
+                let implied = plain || matches!(own.any(0), Some(Attribute::Unset | Attribute::Derived));
                 // A complex instance keeps the bounds in FACE.
                 let stated: Vec<u64> = face.fields("FACE", 1).links(0)?.collect();
                 let is_outer = |id: &u64| self.get(*id).is_ok_and(|bound| bound.is("FACE_OUTER_BOUND"));
@@ -95,7 +100,10 @@ impl Geometry<'_> {
                         Err(trouble) => lost.push(trouble),
                     }
                 }
-                Ok(StatedFace { surface: own.reference(0)?, same_sense: own.flag(1, true), bounds, outer, lost })
+                let surface = if implied { id } else { own.reference(0)? };
+                // The bounds of a face without surface say which way it looks.
+                let same_sense = implied || own.flag(1, true);
+                Ok(StatedFace { surface, implied, same_sense, bounds, outer, lost })
             }
             Source::Surface(id) => {
                 let surface = self.get(id)?;
@@ -107,7 +115,8 @@ impl Geometry<'_> {
                         bounds.push(Bound::Edges(segments.map(|id| self.segment_use(id)).collect::<Read<_>>()?));
                     }
                 }
-                Ok(StatedFace { surface: id, same_sense: true, bounds, outer: None, lost: Vec::new() })
+                let (outer, lost) = (None, Vec::new());
+                Ok(StatedFace { surface: id, implied: false, same_sense: true, bounds, outer, lost })
             }
         }
     }
@@ -158,17 +167,17 @@ impl Geometry<'_> {
 
     fn is_straight(&self, key: EdgeKey) -> bool {
         let EdgeKey::Curve(id) = key else { return false };
-        let curve = self.get(id).and_then(|edge| self.get(edge.fields("EDGE_CURVE", 3).reference(0)?));
-        curve.is_ok_and(|curve| curve.is("LINE"))
+        self.edge_curve(id).and_then(|(curve, _)| self.get(curve)).is_ok_and(|curve| curve.is("LINE"))
     }
 
     fn oriented_edge(&self, id: u64) -> Read<Use> {
         let (mut edge, mut reversed) = (self.get(id)?, false);
         for _ in 0..MAX_DEPTH {
-            if edge.is("EDGE_CURVE") {
+            if edge.is("EDGE_CURVE") || edge.is("SUBEDGE") {
                 return Ok(Use { edge: EdgeKey::Curve(edge.id), reversed });
             }
-            if !edge.is("ORIENTED_EDGE") {
+            // A seam edge only adds which of the seam's two parameter curves is meant.
+            if !(edge.is("ORIENTED_EDGE") || edge.is("SEAM_EDGE")) {
                 return Err(Trouble::new(edge.id, format!("edges of type {} are not read", edge.keyword())));
             }
             // name, (start, end, derived), edge, orientation
@@ -177,6 +186,26 @@ impl Geometry<'_> {
             edge = self.get(own.reference(0)?)?;
         }
         Err(Trouble::new(id, "oriented edges refer to one another too deeply"))
+    }
+
+    /// The curve of an edge, and whether the edge runs its way. A `SUBEDGE` has those of the edge that it is a part of.
+    pub(super) fn edge_curve(&self, id: u64) -> Read<(u64, bool)> {
+        let (mut edge, mut same) = (self.get(id)?, true);
+        for _ in 0..MAX_DEPTH {
+            edge = if edge.is("EDGE_CURVE") {
+                let own = edge.fields("EDGE_CURVE", 3);
+                return Ok((own.reference(0)?, own.flag(1, true) == same));
+            } else if edge.is("SUBEDGE") {
+                self.get(edge.fields("SUBEDGE", 3).reference(0)?)?
+            } else if edge.is("ORIENTED_EDGE") || edge.is("SEAM_EDGE") {
+                let own = edge.fields("ORIENTED_EDGE", 3);
+                same ^= !own.flag(1, true);
+                self.get(own.reference(0)?)?
+            } else {
+                return Err(Trouble::new(edge.id, format!("edges of type {} are not read", edge.keyword())));
+            };
+        }
+        Err(Trouble::new(id, "edges are parts of one another too deeply"))
     }
 
     /// The point of a vertex instance.
@@ -188,7 +217,7 @@ impl Geometry<'_> {
         self.point(id)
     }
 
-    /// The vertices of an `EDGE_CURVE`, and where they are; `whole` is what the loops say.
+    /// The vertices of an `EDGE_CURVE` or `SUBEDGE`, and where they are; `whole` is what the loops say.
     pub(super) fn edge_ends(&self, id: u64, whole: Whole) -> Read<([u64; 2], Ends)> {
         let own = self.get(id)?.fields("EDGE", 1);
         let (from, to) = (own.reference(0)?, own.reference(1)?);

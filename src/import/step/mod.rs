@@ -1,11 +1,27 @@
 //! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) to a [`Model`]; syntax by the crate `step-io`.
 //!
-//! The steps are the files of this folder: `text` parses (and cuts out what breaks the syntax), `table` gives typed access
-//! to instances, `units` and `place` turn numbers into millimetres and frames, `curve` and `surface` read geometry, `loops`,
-//! `shells` and `part` topology, `style` colours, `product` the assembly.
+//! The steps are the files of this folder: `sections` passes over sections without data, `text` parses (and cuts out what
+//! breaks the syntax), `table` gives typed access to instances, `units` and `place` turn numbers into millimetres and frames,
+//! `curve` and `surface` read geometry, `loops`, `shells` and `part` topology, `carried` the surface of each face, `style`
+//! colours, `product` the assembly.
+//!
+//! Rare forms, and what comes of them. What is refused is told with its number; a face keeps its number and is `lost`.
+//!
+//! | form | read as |
+//! |---|---|
+//! | `FACE`; `FACE_SURFACE` without a surface (`$`) | face in the plane of its bounds, with a warning where these are not flat; refused where they enclose no area |
+//! | `SUBFACE`, `EDGE` without a curve, `VERTEX` without a point | refused |
+//! | `SEAM_EDGE` | its oriented edge; which parameter curve it names does not matter |
+//! | `SUBEDGE` | an edge of its own on its parent's curve; it is not joined to faces that use the parent |
+//! | `POINT_ON_CURVE`, `POINT_ON_SURFACE`, `DEGENERATE_PCURVE`, `POINT_REPLICA` | points; refused beyond the ends of what they are on, and on composite curves |
+//! | `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`, surfaces next to shapes | left out with a note; see [`StepOptions::supplemental`] |
+//! | sections `ANCHOR`, `REFERENCE`, `SIGNATURE` | passed over with a note; an instance of another file costs what uses it |
+//! | several `DATA` sections | one |
+//! | values `@n`, `#NAME`, `<resource>` | unset, with a warning |
 
 mod body;
 mod boundary;
+mod carried;
 mod conic;
 mod corners;
 mod csg;
@@ -17,6 +33,7 @@ mod part;
 mod place;
 mod product;
 mod replica;
+mod sections;
 mod shells;
 mod spline;
 mod style;
@@ -33,10 +50,10 @@ use crate::model::{Colour, Diagnostic, Instance, Model, Part, PartId, Severity};
 use glam::{DAffine3, DVec3};
 use part::Reader;
 use place::Geometry;
-use product::{Builder, Doubt, Group, MAX_ASSEMBLY_DEPTH, Structure};
+use product::{Builder, Doubt, Group, MAX_ASSEMBLY_DEPTH, Structure, is_supplemental};
 use rayon::prelude::*;
-use shells::{Gather, Gathered, is_body};
-use std::collections::HashSet;
+use shells::{Gather, Gathered, is_endless, is_shapeless};
+use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -62,6 +79,10 @@ pub struct StepOptions {
     /// Files that would take more memory than this are refused, bytes, at [`BYTES_PER_BYTE`] per byte of the file. Default
     /// 16 GiB.
     pub max_memory: u64,
+    /// Read supplemental geometry too: the items of `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`s, and surfaces that stand next to
+    /// shapes. It is construction help, not part of the shape. `false` (the default) leaves it out with a note per
+    /// representation. `true` reads what has bounds into the part that it belongs to; a surface without bounds gets a warning.
+    pub supplemental: bool,
 }
 
 /// Memory that reading takes at the peak for each byte of the file, about.
@@ -76,6 +97,7 @@ impl StepOptions {
         max_entities: 50_000_000,
         max_instances: 1_000_000,
         max_memory: 16 << 30,
+        supplemental: false,
     };
 }
 
@@ -215,7 +237,7 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     let table = text::parse(bytes, options, &mut diagnostics)?;
     let contexts = Contexts::read(&table);
     let styles = Styles::read(&table);
-    let structure = Builder::build(&table, &contexts, &styles, options.fit_tolerance);
+    let structure = Builder::build(&table, &contexts, &styles, options);
     let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
     tree.expand();
     if tree.visits > options.max_instances {
@@ -302,7 +324,7 @@ impl<'a> Tree<'a> {
             options,
             parts: vec![None; structure.groups.len()],
             groups: structure.groups,
-            gather: Gather::new(table, styles),
+            gather: Gather::new(table, styles, options.supplemental),
             planned: Vec::new(),
             instances: Vec::new(),
             visits: 0,
@@ -347,6 +369,7 @@ impl<'a> Tree<'a> {
         self.walk_roots(roots.into_iter().chain(bare));
         self.withhold();
         self.walk_roots(0..count);
+        self.leave_out_supplemental();
         let left = self.gather.leftovers(self.contexts.first);
         if !left.is_empty() {
             let part = PartId::new(self.planned.len());
@@ -357,6 +380,40 @@ impl<'a> Tree<'a> {
         for (trouble, units) in std::mem::take(&mut self.gather.unread) {
             let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
             self.say(Severity::Error, trouble.entity, place, trouble.reason);
+        }
+        self.tell_aside();
+    }
+
+    /// Takes the items of supplemental representations that are not asked for, so that they do not come out as leftovers.
+    fn leave_out_supplemental(&mut self) {
+        if self.options.supplemental {
+            return;
+        }
+        for supplemental in self.table.of_types(is_supplemental) {
+            let Some((items, _)) = product::representation(self.table, supplemental.id) else { continue };
+            self.gather.leave_out(supplemental.id, items);
+        }
+    }
+
+    /// Tells what is no part of a shape: counts per representation, or each surface that was asked for and cannot be meshed.
+    fn tell_aside(&mut self) {
+        for (representation, items) in std::mem::take(&mut self.gather.aside) {
+            let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+            for (item, keyword) in items {
+                if self.options.supplemental && self.table.find(item).is_some_and(is_endless) {
+                    let reason = format!("a {keyword} without bounds cannot be meshed and was left out");
+                    self.say(Severity::Warning, item, None, reason);
+                } else {
+                    *counts.entry(keyword).or_default() += 1;
+                }
+            }
+            if counts.is_empty() {
+                continue;
+            }
+            let counts: Vec<String> = counts.into_iter().map(|(keyword, count)| format!("{count} {keyword}")).collect();
+            let why = if self.options.supplemental { "has no faces" } else { "was left out (see --supplemental)" };
+            let reason = format!("supplemental geometry {why}: {}", counts.join(", "));
+            self.say(Severity::Note, representation, None, reason);
         }
     }
 
@@ -425,10 +482,11 @@ impl<'a> Tree<'a> {
             let Some((items, context)) = product::representation(self.table, *id) else { continue };
             let units = self.contexts.of(context);
             colour = colour.or(self.gather.styles.of(*id));
-            // What shapes are constructed from is none of them.
-            let construction = self.table.find(*id).is_some_and(|i| i.is("CONSTRUCTIVE_GEOMETRY_REPRESENTATION"));
+            let supplemental = self.table.find(*id).is_some_and(is_supplemental);
+            self.gather.within = *id;
             for item in items {
-                if construction && !self.table.find(item).is_some_and(is_body) {
+                if supplemental && self.table.find(item).is_some_and(is_shapeless) {
+                    self.gather.put_aside(item);
                     continue;
                 }
                 // A representation that no product owns may only repeat what a product has.
@@ -439,6 +497,7 @@ impl<'a> Tree<'a> {
         }
         for (item, representation) in &self.groups[group].solids {
             let context = product::representation(self.table, *representation).and_then(|(_, context)| context);
+            self.gather.within = *representation;
             self.gather.item(*item, self.contexts.of(context), gathered);
         }
         colour

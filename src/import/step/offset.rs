@@ -92,24 +92,25 @@ pub(super) fn fitted(
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, String>,
 ) -> Result<(NurbsCurve3, f64), String> {
-    let mut pieces = 1;
+    let mut spans = Span::between(spans);
     loop {
-        let breaks = refined(spans, pieces);
+        let breaks = breaks_at(&spans);
         let ts = thirds(&breaks);
         let mut points = ts.iter().map(|t| at(*t)).collect::<Result<Vec<_>, _>>()?;
         to_bezier(&mut points, |k| k, ts.len());
         let curve = NurbsCurve3 { degree: 3, knots: cubic_knots(&breaks), points, weights: Vec::new() };
-        let mut error: f64 = 0.0;
-        for t in probes(&breaks) {
-            error = error.max(curve.point(t).distance(at(t)?));
+        let mut errors = vec![0.0; spans.len()];
+        for (k, t) in probes(&breaks).into_iter().enumerate() {
+            let error: &mut f64 = &mut errors[k / 3];
+            *error = error.max(curve.point(t).distance(at(t)?));
         }
-        if error <= tolerance {
-            return Ok((curve, error));
+        let worst = errors.iter().copied().fold(0.0, f64::max);
+        if worst <= tolerance {
+            return Ok((curve, worst));
         }
-        if pieces >= MAX_PIECES {
-            return Err(format!("what stands for it is still {error:.2e} mm off after refinement"));
+        if !split(&mut spans, &errors, tolerance) {
+            return Err(format!("what stands for it is still {worst:.2e} mm off after refinement"));
         }
-        pieces *= 2;
     }
 }
 
@@ -121,34 +122,67 @@ fn approximate(
 ) -> Result<(Surface, Option<String>), String> {
     let at = |u: f64, v: f64| beside(base, u, v, distance);
     let (domain_u, domain_v) = net.domain();
-    let (base_u, base_v) = (breaks_of(&net.knots_u, domain_u), breaks_of(&net.knots_v, domain_v));
-    let mut pieces = 1;
+    let mut spans_u = Span::between(&breaks_of(&net.knots_u, domain_u));
+    let mut spans_v = Span::between(&breaks_of(&net.knots_v, domain_v));
     loop {
-        let (breaks_u, breaks_v) = (refined(&base_u, pieces), refined(&base_v, pieces));
+        let (breaks_u, breaks_v) = (breaks_at(&spans_u), breaks_at(&spans_v));
         if 9 * breaks_u.len() * breaks_v.len() > MAX_POINTS {
             return Err(format!(
                 "an offset surface of more than {MAX_POINTS} control points; allow a larger tolerance"
             ));
         }
         let surface = fit(&breaks_u, &breaks_v, &at)?;
-        let error = worst(&surface, &breaks_u, &breaks_v, &at)?;
-        if error <= tolerance {
-            return Ok((Surface::Nurbs(surface), approximated(error)));
+        let off = Off::of(&surface, &breaks_u, &breaks_v, tolerance, &at)?;
+        if off.worst <= tolerance {
+            return Ok((Surface::Nurbs(surface), approximated(off.worst)));
         }
-        if pieces >= MAX_PIECES {
-            return Err(format!("the offset surface is still {error:.2e} mm off after refinement"));
+        let split = [split(&mut spans_u, &off.along_u, tolerance), split(&mut spans_v, &off.along_v, tolerance)];
+        if split == [false, false] {
+            return Err(format!("the offset surface is still {:.2e} mm off after refinement", off.worst));
         }
-        pieces *= 2;
     }
 }
 
-fn refined(breaks: &[f64], pieces: usize) -> Vec<f64> {
-    let mut fine = Vec::with_capacity((breaks.len() - 1) * pieces + 1);
-    for ends in breaks.windows(2) {
-        fine.extend((0..pieces).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / pieces as f64));
+/// A piece of a knot span, as refinement goes.
+#[derive(Clone, Copy)]
+struct Span {
+    from: f64,
+    to: f64,
+    /// Length below which it is not split.
+    least: f64,
+}
+
+impl Span {
+    fn between(breaks: &[f64]) -> Vec<Self> {
+        let span = |ends: &[f64]| {
+            let least = (ends[1] - ends[0]) / MAX_PIECES as f64;
+            Self { from: ends[0], to: ends[1], least }
+        };
+        breaks.windows(2).map(span).collect()
     }
-    fine.extend(breaks.last());
-    fine
+}
+
+/// Ends of spans, each once.
+fn breaks_at(spans: &[Span]) -> Vec<f64> {
+    spans.iter().map(|span| span.from).chain(spans.last().map(|span| span.to)).collect()
+}
+
+/// Splits the spans whose error is too large, and no others: what is hard in one place is often easy everywhere else. False if
+/// none could be split.
+fn split(spans: &mut Vec<Span>, errors: &[f64], tolerance: f64) -> bool {
+    let mut fine = Vec::with_capacity(2 * spans.len());
+    for (span, error) in spans.iter().zip(errors) {
+        // The error of a cubic falls with the fourth power of the length.
+        let wanted = if *error > tolerance { 2 + usize::from(*error > 16.0 * tolerance) * 2 } else { 1 };
+        let length = span.to - span.from;
+        let most = (2..=wanted).rev().find(|n| length / *n as f64 > 0.999 * span.least);
+        let pieces = most.unwrap_or(1);
+        let at = |i: usize| if i == pieces { span.to } else { span.from + length * i as f64 / pieces as f64 };
+        fine.extend((0..pieces).map(|i| Span { from: at(i), to: at(i + 1), ..*span }));
+    }
+    let split = fine.len() > spans.len();
+    *spans = fine;
+    split
 }
 
 /// Parameters at thirds of every piece, each joint once.
@@ -212,19 +246,103 @@ fn probes(breaks: &[f64]) -> Vec<f64> {
     breaks.windows(2).flat_map(|e| [1.0, 3.0, 5.0].map(|k| e[0] + (e[1] - e[0]) * k / 6.0)).collect()
 }
 
-/// The largest distance at points between those that were interpolated.
-fn worst(
-    surface: &NurbsSurface,
-    breaks_u: &[f64],
-    breaks_v: &[f64],
-    at: &impl Fn(f64, f64) -> Result<DVec3, String>,
-) -> Result<f64, String> {
-    let (us, vs) = (probes(breaks_u), probes(breaks_v));
-    let mut worst: f64 = 0.0;
-    for u in &us {
-        for v in &vs {
-            worst = worst.max(surface.point(*u, *v).distance(at(*u, *v)?));
+/// How far an approximation is off at points between those that were interpolated.
+struct Off {
+    worst: f64,
+    /// By span along u: the largest error that splitting it would lessen, where the whole is too large.
+    along_u: Vec<f64>,
+    along_v: Vec<f64>,
+}
+
+impl Off {
+    fn of(
+        surface: &NurbsSurface,
+        breaks_u: &[f64],
+        breaks_v: &[f64],
+        tolerance: f64,
+        at: &impl Fn(f64, f64) -> Result<DVec3, String>,
+    ) -> Result<Self, String> {
+        let largest = |us: &[f64], vs: &[f64]| -> Result<f64, String> {
+            let mut largest: f64 = 0.0;
+            for u in us {
+                for v in vs {
+                    largest = largest.max(surface.point(*u, *v).distance(at(*u, *v)?));
+                }
+            }
+            Ok(largest)
+        };
+        let (nodes_u, nodes_v) = (thirds(breaks_u), thirds(breaks_v));
+        let (probes_u, probes_v) = (probes(breaks_u), probes(breaks_v));
+        let (mut along_u, mut along_v) = (vec![0.0; breaks_u.len() - 1], vec![0.0; breaks_v.len() - 1]);
+        let mut worst: f64 = 0.0;
+        for (i, in_u) in probes_u.chunks(3).enumerate() {
+            for (j, in_v) in probes_v.chunks(3).enumerate() {
+                let error = largest(in_u, in_v)?;
+                worst = worst.max(error);
+                if error <= tolerance {
+                    continue;
+                }
+                // On lines through the interpolated points of one direction the error is the other one's alone.
+                let u = largest(in_u, &nodes_v[3 * j..3 * j + 4])?;
+                let v = largest(&nodes_u[3 * i..3 * i + 4], in_v)?;
+                // Two errors that would pass alone may add up to more: then the larger one counts.
+                let u: f64 = if u >= v { error } else { u };
+                let v: f64 = if v >= u { error } else { v };
+                along_u[i] = u.max(along_u[i]);
+                along_v[j] = v.max(along_v[j]);
+            }
+        }
+        Ok(Self { worst, along_u, along_v })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::import::step::surface::Reached;
+
+    /// A plane net of 20 × 20 spans with one control point pulled out of it.
+    fn bump(height: f64) -> Surface {
+        const COUNT: usize = 23;
+        let knots = |i: usize| (i.clamp(3, COUNT) - 3) as f64;
+        let knots: Vec<f64> = (0..COUNT + 4).map(knots).collect();
+        let z = |i: usize, j: usize| if (i, j) == (11, 11) { height } else { 0.0 };
+        let points = (0..COUNT * COUNT).map(|k| (k / COUNT, k % COUNT));
+        let points = points.map(|(i, j)| DVec3::new(i as f64, j as f64, z(i, j))).collect();
+        let net = NurbsSurface {
+            degree_u: 3,
+            degree_v: 3,
+            knots_u: knots.clone(),
+            knots_v: knots,
+            points,
+            weights: Vec::new(),
+        };
+        Surface::Nurbs(net)
+    }
+
+    #[test]
+    fn an_offset_is_refined_only_where_it_bends() {
+        let base = bump(2.0);
+        let (surface, _) = offset(&base, 0.5, 1e-4, &Reached::default).expect("an offset");
+        let Surface::Nurbs(net) = &surface else { panic!("no spline") };
+        // Halving all spans until the bump passes takes 8 times as many along both directions: 481 × 481 points.
+        assert!(net.points.len() < 40_000, "{} points", net.points.len());
+        for (i, j) in (0..60).flat_map(|i| (0..60).map(move |j| (i, j))) {
+            let (u, v) = (f64::from(i) / 3.0 + 0.05, f64::from(j) / 3.0 + 0.05);
+            let exact = beside(&base, u, v, 0.5).expect("a normal");
+            assert!(surface.point(u, v).distance(exact) < 2e-4, "at {u}, {v}");
         }
     }
-    Ok(worst)
+
+    #[test]
+    fn an_offset_of_a_kinked_net_is_refused() {
+        let Surface::Nurbs(mut net) = bump(0.0) else { panic!("no spline") };
+        // Two planes that meet at a right angle, on bilinear spans.
+        (net.degree_u, net.degree_v) = (1, 1);
+        let knots: Vec<f64> = (0..25).map(|i: usize| (i.clamp(1, 23) - 1) as f64).collect();
+        (net.knots_u, net.knots_v) = (knots.clone(), knots);
+        net.points.iter_mut().for_each(|p| p.z = (p.x - 11.0).max(0.0));
+        let error = offset(&Surface::Nurbs(net), 0.5, 1e-4, &Reached::default).expect_err("a kink");
+        assert!(error.contains("mm off"), "{error}");
+    }
 }

@@ -2,16 +2,16 @@
 
 use super::StepOptions;
 use super::body::append;
+use super::carried::Job;
 use super::corners::{Corners, head_to_tail};
-use super::curve::{Bounded, Ends, Whole, straight};
+use super::curve::{Bounded, Carrier, Ends, Whole, straight};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
 use super::shells::{Gathered, ShellUse, Source};
 use super::spline;
 use super::style::Styles;
-use super::surface::{Reached, Stated};
+use super::surface::Stated;
 use super::table::{Map, Read, Set, Table, Trouble};
-use super::turned::one_sheet;
 use super::units::Units;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, Surface,
@@ -21,11 +21,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// An edge before its vertices have ids.
-struct Draft {
+pub(super) struct Draft {
     ends: [VertexKey; 2],
     points: [DVec3; 2],
     /// None for an edge without length, and once the part has it.
-    curve: Option<Bounded>,
+    pub(super) curve: Option<Bounded>,
     /// Whether the edge has no length.
     empty: bool,
     /// Distance by which the curve misses its vertices.
@@ -33,6 +33,9 @@ struct Draft {
     units: Units,
     entity: u64,
 }
+
+/// Curves by number: what their numbers mean, the carrier, and whether they run its way.
+type Carriers = Map<u64, (Units, (Carrier, bool))>;
 
 /// What all parts of a file are read with.
 #[derive(Clone, Copy)]
@@ -47,7 +50,7 @@ impl Reader<'_> {
     pub(super) fn part(&self, name: String, gathered: &Gathered, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
         let (numbers, distinct) = distinct(shells);
-        let jobs: Vec<(u32, &ShellUse, Source, bool)> = numbers
+        let jobs: Vec<Job<'_>> = numbers
             .into_iter()
             .zip(shells)
             .flat_map(|(i, shell)| shell.faces.iter().map(move |(source, turned)| (i, shell, *source, *turned)))
@@ -68,27 +71,7 @@ impl Reader<'_> {
             let place = assembly.edges.get(&EdgeKey::Curve(id)).and_then(|e| Some(e.as_ref().ok()?.points[0]));
             assembly.say(Severity::Warning, id, place, reason.to_owned());
         }
-        let edges = &assembly.edges;
-        let surfaces: Vec<Option<Read<Stated>>> = jobs
-            .par_iter()
-            .zip(&stated)
-            .with_min_len(16)
-            .map(|((_, shell, source, _), face)| {
-                let face = face.as_ref().ok()?;
-                let geometry = self.geometry(shell.units);
-                let reach = || reach(&geometry, face, edges);
-                let read = match source {
-                    Source::Face(_) => geometry.surface(face.surface, &reach, 0),
-                    Source::Surface(id) => geometry.whole_surface(*id),
-                };
-                let one =
-                    |stated| one_sheet(stated, || reach().on).map_err(|reason| Trouble::new(face.surface, reason));
-                Some(read.and_then(one).and_then(|stated| match stated.surface.check() {
-                    Ok(()) => Ok(stated),
-                    Err(error) => Err(Trouble::new(face.surface, error.to_string())),
-                }))
-            })
-            .collect();
+        let surfaces = self.surfaces(&jobs, &stated, &assembly.edges);
         for (((shell_index, shell, source, turned), face), surface) in jobs.into_iter().zip(stated).zip(surfaces) {
             let geometry = self.geometry(shell.units);
             let read = face.and_then(|face| match surface {
@@ -142,7 +125,7 @@ impl Reader<'_> {
     }
 
     /// Every edge that the faces use, read once.
-    fn edges(&self, jobs: &[(u32, &ShellUse, Source, bool)], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<Draft>> {
+    fn edges(&self, jobs: &[Job<'_>], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<Draft>> {
         let mut known: Map<EdgeKey, usize> = Map::default();
         let mut order: Vec<(EdgeKey, Units, u64, Whole)> = Vec::new();
         for ((_, shell, ..), face) in jobs.iter().zip(stated) {
@@ -159,20 +142,41 @@ impl Reader<'_> {
                 }
             }
         }
+        let shared = self.shared_carriers(&order);
         order
             .into_par_iter()
             .with_min_len(32)
-            .map(|(key, units, surface, whole)| (key, self.edge(key, units, surface, whole)))
+            .map(|(key, units, surface, whole)| (key, self.edge(key, units, surface, whole, &shared)))
             .collect()
     }
 
-    fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole) -> Read<Draft> {
+    /// The curves that several edges are parts of.
+    fn shared_carriers(&self, edges: &[(EdgeKey, Units, u64, Whole)]) -> Carriers {
+        let mut uses: Map<u64, (Units, usize)> = Map::default();
+        for (key, units, ..) in edges {
+            let EdgeKey::Curve(id) = key else { continue };
+            let Ok((curve, _)) = self.geometry(*units).edge_curve(*id) else { continue };
+            uses.entry(curve).or_insert((*units, 0)).1 += 1;
+        }
+        let shared = uses.into_iter().filter(|(_, (_, count))| *count > 1).collect::<Vec<_>>();
+        let read = |(curve, (units, _)): (u64, (Units, usize))| {
+            let carrier = self.geometry(units).carrier(curve, 0).ok()?;
+            Some((curve, (units, carrier)))
+        };
+        shared.into_par_iter().with_min_len(32).filter_map(read).collect()
+    }
+
+    fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole, shared: &Carriers) -> Read<Draft> {
         let geometry = self.geometry(units);
         let (entity, ends, at, curve) = match key {
             EdgeKey::Curve(id) => {
                 let (ends, at) = geometry.edge_ends(id, whole)?;
-                let own = self.table.get(id)?.fields("EDGE_CURVE", 3);
-                let curve = geometry.between(own.reference(0)?, at, own.flag(1, true))?;
+                let (curve, same) = geometry.edge_curve(id)?;
+                let carrier = match shared.get(&curve) {
+                    Some((of, carrier)) if *of == units => carrier.clone(),
+                    _ => geometry.carrier(curve, 0)?,
+                };
+                let curve = geometry.along(carrier, at, same, curve)?;
                 (id, ends.map(VertexKey::Point), at, curve)
             }
             EdgeKey::Side(a, b) => {
@@ -191,14 +195,13 @@ impl Reader<'_> {
     /// other arc; on an open one it is the same edge, and `None`.
     fn exchanged(&self, id: u64, draft: &Draft) -> Option<Draft> {
         let geometry = self.geometry(draft.units);
-        let own = self.table.get(id).ok()?.fields("EDGE_CURVE", 3);
-        let curve = own.reference(0).ok()?;
+        let (curve, same) = geometry.edge_curve(id).ok()?;
         if !geometry.is_closed(curve) {
             return None;
         }
         let ([end, start], [b, a]) = (draft.points, draft.ends);
         let at = Ends { start, end, whole: Whole::Never };
-        let curve = geometry.between(curve, at, own.flag(1, true)).ok()?;
+        let curve = geometry.between(curve, at, same).ok()?;
         Draft::new(id, [a, b], at, curve, draft.units).ok()
     }
 }
@@ -215,6 +218,15 @@ impl Draft {
             return Err(Trouble::new(entity, error.to_string()));
         }
         Ok(Self { ends, points: [at.start, at.end], empty: curve.is_none(), curve, gap, units, entity })
+    }
+
+    /// Points on the edge from its start to its end, a few between two control points; none without length.
+    pub(super) fn samples(&self) -> impl Iterator<Item = DVec3> + '_ {
+        const STEPS: usize = 4;
+        self.curve.iter().flat_map(|Bounded { curve, range: (a, b), .. }| {
+            let steps = STEPS * curve.points.len();
+            (0..=steps).map(move |i| curve.point(a + (b - a) * i as f64 / steps as f64))
+        })
     }
 }
 
@@ -239,31 +251,6 @@ fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
         })
     };
     (uses.iter().map(number).collect(), shells)
-}
-
-/// Where the face's boundary is.
-fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Reached {
-    /// Steps between two control points.
-    const STEPS: usize = 4;
-    let mut reached = Reached::default();
-    for bound in &face.bounds {
-        match bound {
-            Bound::Vertex(id) => {
-                let vertex = geometry.vertex(*id).ok();
-                reached.hull.extend(vertex);
-                reached.on.extend(vertex);
-            }
-            Bound::Edges(uses) => {
-                let drafts = uses.iter().filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok()?.curve.as_ref());
-                for Bounded { curve, range: (a, b), .. } in drafts {
-                    let steps = STEPS * curve.points.len();
-                    reached.hull.extend(&curve.points);
-                    reached.on.extend((0..=steps).map(|i| curve.point(a + (b - a) * i as f64 / steps as f64)));
-                }
-            }
-        }
-    }
-    reached
 }
 
 /// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.

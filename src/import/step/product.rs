@@ -4,6 +4,7 @@
 //! product owns. Occurrences come from NEXT_ASSEMBLY_USAGE_OCCURRENCE with its context-dependent representation, from
 //! relationships that carry a transformation by themselves, and from MAPPED_ITEM.
 
+use super::StepOptions;
 use super::place::Geometry;
 use super::shells::{is_body, is_shapeless};
 use super::style::Styles;
@@ -11,6 +12,7 @@ use super::table::{Instance, MAX_DEPTH, Map, Read, Set, Table, Trouble};
 use super::units::Contexts;
 use crate::model::{Colour, Severity};
 use glam::{DAffine3, DVec3};
+use std::cell::RefCell;
 
 /// What becomes one part, and what is placed in it.
 #[derive(Debug, Default)]
@@ -69,10 +71,12 @@ pub(super) struct Builder<'a> {
     table: &'a Table,
     contexts: &'a Contexts,
     styles: &'a Styles,
-    fit: f64,
+    options: &'a StepOptions,
     groups: Vec<Group>,
     /// The group of a representation.
     owner: Map<u64, usize>,
+    /// The items of representations that occurrences are placed in, for look-up: assemblies list a placement per child.
+    items: RefCell<Map<u64, Set<u64>>>,
     doubts: Vec<Doubt>,
 }
 
@@ -86,9 +90,14 @@ pub(super) fn representation<'a>(
 }
 
 impl<'a> Builder<'a> {
-    pub(super) fn build(table: &'a Table, contexts: &'a Contexts, styles: &'a Styles, fit: f64) -> Structure {
-        let mut builder =
-            Self { table, contexts, styles, fit, groups: Vec::new(), owner: Map::default(), doubts: Vec::new() };
+    pub(super) fn build(
+        table: &'a Table,
+        contexts: &'a Contexts,
+        styles: &'a Styles,
+        options: &'a StepOptions,
+    ) -> Structure {
+        let (groups, owner, items, doubts) = Default::default();
+        let mut builder = Self { table, contexts, styles, options, groups, owner, items, doubts };
         let definitions = builder.definitions();
         let relations = Relations::read(table);
         builder.own_related(&relations);
@@ -132,7 +141,15 @@ impl<'a> Builder<'a> {
         product().unwrap_or_default().to_owned()
     }
 
+    /// Whether a representation is to be passed over: supplemental geometry that nobody asked for.
+    fn is_left_out(&self, representation: u64) -> bool {
+        !self.options.supplemental && self.table.find(representation).is_some_and(is_supplemental)
+    }
+
     fn own(&mut self, representation: u64, group: usize) {
+        if self.is_left_out(representation) {
+            return;
+        }
         self.owner.entry(representation).or_insert(group);
         let list = &mut self.groups[group].representations;
         if !list.contains(&representation) {
@@ -150,7 +167,7 @@ impl<'a> Builder<'a> {
             .collect();
         while let Some((from, group)) = queue.pop() {
             for to in relations.equal.get(&from).into_iter().flatten() {
-                if !self.owner.contains_key(to) {
+                if !self.owner.contains_key(to) && !self.is_left_out(*to) {
                     self.own(*to, group);
                     queue.push((*to, group));
                 }
@@ -166,7 +183,7 @@ impl<'a> Builder<'a> {
                 i.types().any(|name| name.ends_with("REPRESENTATION"))
                     && !i.types().any(|name| PICTURES.contains(&name))
             })
-            .filter(|i| !self.owner.contains_key(&i.id) && self.holds_shape(i.id))
+            .filter(|i| !self.owner.contains_key(&i.id) && !self.is_left_out(i.id) && self.holds_shape(i.id))
             .map(|i| i.id)
             .collect();
         for id in bare {
@@ -194,7 +211,7 @@ impl<'a> Builder<'a> {
 
     fn geometry(&self, representation_id: u64) -> Geometry<'a> {
         let context = representation(self.table, representation_id).and_then(|(_, context)| context);
-        Geometry::new(self.table, self.contexts.of(context), self.fit)
+        Geometry::new(self.table, self.contexts.of(context), self.options.fit_tolerance)
     }
 
     /// Usage occurrences, with the relationship that places each.
@@ -295,7 +312,8 @@ impl<'a> Builder<'a> {
         let own = transformation.fields("ITEM_DEFINED_TRANSFORMATION", 2);
         let (mut from, mut to) = (own.reference(0)?, own.reference(1)?);
         let lists = |id: u64, item: u64| {
-            representation(self.table, id).is_some_and(|(mut items, _)| items.any(|listed| listed == item))
+            let read = || representation(self.table, id).map(|(items, _)| items.collect()).unwrap_or_default();
+            self.items.borrow_mut().entry(id).or_insert_with(read).contains(&item)
         };
         if lists(second, from) && lists(first, to) && !(lists(first, from) && lists(second, to)) {
             (from, to) = (to, from);
@@ -316,11 +334,21 @@ impl<'a> Builder<'a> {
                         }
                         Ok((_, Ok(child))) => self.place(parent, child),
                         Ok((group, Err(trouble))) => self.lose(item, Some(group), trouble),
+                        Err(_) if self.maps_supplemental(item) => {}
                         Err(trouble) => self.lose(item, None, trouble),
                     }
                 }
             }
         }
+    }
+
+    /// Whether a `MAPPED_ITEM` places a representation that is passed over, which is told of that one.
+    fn maps_supplemental(&self, item: u64) -> bool {
+        let source = || {
+            let map = self.table.find(item)?.fields("MAPPED_ITEM", 1).optional(0)?;
+            self.table.find(map)?.fields("REPRESENTATION_MAP", 0).optional(1)
+        };
+        source().is_some_and(|representation| self.is_left_out(representation))
     }
 
     /// Replicas of solids: the solid becomes a part of its own, placed by the transformation.
@@ -419,7 +447,8 @@ struct Relations {
 impl Relations {
     fn read(table: &Table) -> Self {
         let mut relations = Self { equal: Map::default(), moved: std::collections::BTreeMap::new() };
-        for relation in table.of_types(|i| i.is("SHAPE_REPRESENTATION_RELATIONSHIP") || i.is(MOVED)) {
+        let kinds = ["SHAPE_REPRESENTATION_RELATIONSHIP", MOVED, SUPPLEMENTS];
+        for relation in table.of_types(|i| kinds.into_iter().any(|kind| i.is(kind))) {
             let own = relation.fields("REPRESENTATION_RELATIONSHIP", 0);
             let (Some(first), Some(second)) = (own.optional(2), own.optional(3)) else { continue };
             if relation.is(MOVED) {
@@ -433,6 +462,14 @@ impl Relations {
         }
         relations
     }
+}
+
+/// Ties supplemental geometry to the shape that it was made for.
+const SUPPLEMENTS: &str = "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP";
+
+/// Whether an instance is a representation of supplemental geometry: what a shape was constructed from, not the shape.
+pub(super) fn is_supplemental(instance: Instance<'_>) -> bool {
+    instance.is("CONSTRUCTIVE_GEOMETRY_REPRESENTATION")
 }
 
 const MOVED: &str = "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION";

@@ -7,6 +7,7 @@ use super::table::{Instance, MAX_DEPTH, Read, Set, Table, Trouble};
 use super::tessellated::stands_for;
 use super::units::Units;
 use crate::model::{Colour, ShellKind};
+use std::collections::BTreeMap;
 
 /// Where a face comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +57,12 @@ pub(super) struct Gather<'a> {
     pub(super) annotations: Set<u64>,
     /// Representation items that hold geometry of a kind that is not read.
     pub(super) unread: Vec<(Trouble, Units)>,
+    /// The representation whose items are being gathered, 0 for none.
+    pub(super) within: u64,
+    /// Whether supplemental geometry is asked for.
+    supplemental: bool,
+    /// Items that are no part of a shape, by representation and number: of what type.
+    pub(super) aside: BTreeMap<u64, BTreeMap<u64, String>>,
 }
 
 /// What was gathered for one part.
@@ -85,8 +92,28 @@ impl Gathered {
 }
 
 impl<'a> Gather<'a> {
-    pub(super) fn new(table: &'a Table, styles: &'a Styles) -> Self {
-        Self { table, styles, taken: Set::default(), annotations: annotated(table), unread: Vec::new() }
+    pub(super) fn new(table: &'a Table, styles: &'a Styles, supplemental: bool) -> Self {
+        let (taken, unread, aside) = Default::default();
+        Self { table, styles, taken, annotations: annotated(table), unread, within: 0, supplemental, aside }
+    }
+
+    /// Counts an item as no part of the shape.
+    pub(super) fn put_aside(&mut self, item: u64) {
+        let keyword = self.table.find(item).map_or_else(|| "missing".to_owned(), |item| item.keyword());
+        self.aside.entry(self.within).or_default().insert(item, keyword);
+    }
+
+    /// Marks the items of a representation as taken without reading them, with all that they hold, and counts them.
+    pub(super) fn leave_out(&mut self, representation: u64, items: impl Iterator<Item = u64>) {
+        let mut withheld = Gathered::default();
+        let (told, aside) = (self.unread.len(), std::mem::take(&mut self.aside));
+        let items: Vec<u64> = items.collect();
+        items.iter().for_each(|item| self.item(*item, Units::DEFAULT, &mut withheld));
+        // What these told and counted is of what is not read.
+        self.unread.truncate(told);
+        self.aside = aside;
+        self.within = representation;
+        items.into_iter().for_each(|item| self.put_aside(item));
     }
 
     /// Adds the shells of a representation item.
@@ -164,7 +191,10 @@ impl<'a> Gather<'a> {
                 into.bodies.push(BodyUse { kind, entity: item.id, colour, units });
             }
         } else if is_surface(item) {
-            if is_bounded(item) && self.take(item.id, into) {
+            // A construction that is asked for is read as far as it has ends; a face tells that it has none.
+            if !(is_bounded(item) || self.supplemental && !is_endless(item)) {
+                self.put_aside(item.id);
+            } else if self.take(item.id, into) {
                 let faces = vec![(Source::Surface(item.id), false)];
                 into.shells.push(ShellUse { kind: ShellKind::Open, entity: item.id, faces, colour, units });
             }
@@ -259,6 +289,7 @@ impl<'a> Gather<'a> {
         let mut faces = Vec::new();
         for element in set.fields("GEOMETRIC_SET", 1).links(0)? {
             match self.table.get(element) {
+                Ok(item) if is_endless(item) => self.put_aside(element),
                 Ok(item) if is_surface(item) => {
                     if self.take(element, into) {
                         faces.push((Source::Surface(element), false));
@@ -345,8 +376,10 @@ fn is_shell(instance: Instance<'_>) -> bool {
     ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
 }
 
+/// Whether an instance is a face with a surface, or one that lies in the plane of its bounds.
 pub(super) fn is_face(instance: Instance<'_>) -> bool {
-    instance.is("ADVANCED_FACE") || instance.is("FACE_SURFACE")
+    let of_others = || instance.is("ORIENTED_FACE") || instance.is("SUBFACE");
+    instance.is("ADVANCED_FACE") || instance.is("FACE_SURFACE") || instance.is("FACE") && !of_others()
 }
 
 fn is_surface(instance: Instance<'_>) -> bool {
@@ -355,6 +388,11 @@ fn is_surface(instance: Instance<'_>) -> bool {
         one || name.ends_with("_SURFACE") || name.starts_with("SURFACE_OF_")
     };
     instance.types().any(named) && !is_shapeless(instance)
+}
+
+/// Whether an instance is a surface that never ends by itself.
+pub(super) fn is_endless(instance: Instance<'_>) -> bool {
+    ["PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE"].into_iter().any(|name| instance.is(name))
 }
 
 /// Whether a surface ends by itself. Others are placed beside shapes for reference.

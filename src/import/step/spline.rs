@@ -14,6 +14,44 @@ pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, 
     Some(each.flat_map(|(value, times)| std::iter::repeat_n(*value, *times)).collect())
 }
 
+/// Control points by number, and knots.
+pub(super) type Left = (Vec<usize>, Vec<f64>);
+
+/// The control points, by number, and the knots that remain of a direction with knots that stand too often: an inner knot
+/// `degree + 1` times, where `joins` says that both sides of the break are one point, or an end knot more often. `None` where
+/// no knot does. Linear in the number of knots.
+///
+/// # Errors
+/// The parameter of the first break whose sides are apart.
+pub(super) fn without_breaks(
+    knots: &[f64],
+    degree: usize,
+    joins: impl Fn(usize, usize) -> bool,
+) -> Result<Option<Left>, f64> {
+    let (mut first, mut last) = (0, knots.len() - degree - 1);
+    while last - first > degree + 1 && knots[first] == knots[first + degree + 1] {
+        first += 1;
+    }
+    while last - first > degree + 1 && knots[last - 1] == knots[last + degree] {
+        last -= 1;
+    }
+    let (mut points, mut left) = (Vec::new(), Vec::new());
+    for i in first..last {
+        // Knots i ..= i + degree equal: the control points before and at i are the two sides of a break.
+        let inner = points.len() > degree && i + 1 < last;
+        if let Some(&before) = points.last().filter(|_| inner && knots[i] == knots[i + degree]) {
+            if !joins(before, i) {
+                return Err(knots[i]);
+            }
+        } else {
+            points.push(i);
+            left.push(knots[i]);
+        }
+    }
+    left.extend_from_slice(&knots[last..=last + degree]);
+    Ok((left.len() < knots.len()).then_some((points, left)))
+}
+
 fn lift(curve: &NurbsCurve3) -> Vec<DVec4> {
     let weight = |i: usize| curve.weights.get(i).copied().unwrap_or(1.0);
     curve.points.iter().enumerate().map(|(i, p)| (*p * weight(i)).extend(weight(i))).collect()
@@ -66,6 +104,27 @@ pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
     drop_lift(p, cut, &points[start - p..end], !curve.weights.is_empty())
 }
 
+/// A long curve of which a short range is used without the control points that have no influence there: the same numbers at
+/// every parameter of the range, and not clamped. Edges that are parts of one curve would each keep all of it. Other curves as
+/// they are.
+pub(super) fn window(curve: NurbsCurve3, (from, to): (f64, f64)) -> NurbsCurve3 {
+    /// Control points from which on it pays.
+    const LONG: usize = 64;
+    let (p, count) = (curve.degree, curve.points.len());
+    // The spans that hold the two ends.
+    let last = curve.knots.partition_point(|k| *k < to).clamp(p + 1, count);
+    let first = curve.knots.partition_point(|k| *k <= from).saturating_sub(1).clamp(p, last - 1);
+    if count < LONG || 2 * (last - first) > count {
+        return curve;
+    }
+    NurbsCurve3 {
+        degree: p,
+        knots: curve.knots[first - p..=last + p].to_vec(),
+        points: curve.points[first - p..last].to_vec(),
+        weights: curve.weights.get(first - p..last).unwrap_or_default().to_vec(),
+    }
+}
+
 /// A closed curve, started (and ended) at the inner parameter `s` instead; the domain becomes `[s, s + period]`.
 pub(super) fn restart(curve: &NurbsCurve3, s: f64) -> NurbsCurve3 {
     let (a, b) = curve.domain();
@@ -105,11 +164,20 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
     if whole.degree == degree {
         return whole;
     }
-    let (mut p, mut knots, mut points) = (whole.degree, whole.knots.clone(), lift(&whole));
-    let mut breaks: Vec<f64> = knots.clone();
+    let mut p = whole.degree;
+    let mut breaks: Vec<f64> = whole.knots.clone();
     breaks.dedup();
-    for t in &breaks[1..breaks.len() - 1] {
-        saturate(p, &mut knots, &mut points, *t);
+    // Span by span, or every knot inserted would move all points behind it.
+    let lifted = lift(&whole);
+    let mut points = vec![lifted[0]];
+    for first in (p..whole.points.len()).filter(|i| whole.knots[*i] < whole.knots[i + 1]) {
+        let mut knots = whole.knots[first - p..=first + p + 1].to_vec();
+        let mut local = lifted[first - p..=first].to_vec();
+        let (from, to) = (knots[p], knots[p + 1]);
+        saturate(p, &mut knots, &mut local, from);
+        saturate(p, &mut knots, &mut local, to);
+        let start = knots.partition_point(|k| *k <= from) - 1;
+        points.extend_from_slice(&local[start - p + 1..=start]);
     }
     while p < degree {
         let mut raised = vec![points[0]];
@@ -133,11 +201,22 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     let (a, b) = curve.domain();
     let samples = curve.degree + 2;
     let spans = curve.knots[curve.degree..=curve.points.len()].windows(2);
-    let steps = spans.map(|ends| (ends, (ends[1] - ends[0]) / samples as f64)).filter(|(_, step)| *step > 0.0);
-    let mut best = (a, curve.point(a).distance_squared(p), steps.clone().next().map_or(b - a, |(_, step)| step));
-    for (ends, step) in steps {
+    let steps = spans.map(|ends| (ends, (ends[1] - ends[0]) / samples as f64)).enumerate();
+    let steps = steps.filter(|(_, (_, step))| *step > 0.0);
+    let at = |ends: &[f64], step: f64, i: usize| if i == samples { ends[1] } else { ends[0] + step * i as f64 };
+    // A span is no nearer than the box of its control points: those that cannot hold the nearest sample are passed over.
+    let floors: Vec<f64> = curve.points.windows(curve.degree + 1).map(|hull| box_distance_squared(hull, p)).collect();
+    let nearest = steps.clone().min_by(|(k, _), (l, _)| floors[*k].total_cmp(&floors[*l]));
+    let within = nearest.map_or(f64::INFINITY, |(_, (ends, step))| {
+        (1..=samples).map(|i| curve.point(at(ends, step, i)).distance_squared(p)).fold(f64::INFINITY, f64::min)
+    });
+    let mut best = (a, curve.point(a).distance_squared(p), steps.clone().next().map_or(b - a, |(_, (_, step))| step));
+    for (k, (ends, step)) in steps {
+        if floors[k] > within.min(best.1) {
+            continue;
+        }
         for i in 1..=samples {
-            let t = if i == samples { ends[1] } else { ends[0] + step * i as f64 };
+            let t = at(ends, step, i);
             let distance = curve.point(t).distance_squared(p);
             if distance < best.1 {
                 best = (t, distance, step);
@@ -155,6 +234,12 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
         }
     }
     if curve.point(found).distance_squared(p) <= distance { found } else { t }
+}
+
+/// The squared distance of `p` from the box of some points.
+fn box_distance_squared(points: &[DVec3], p: DVec3) -> f64 {
+    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)));
+    p.distance_squared(p.clamp(low, high))
 }
 
 /// Newton's method for the foot of `p`, from `t`, within `low` to `high`.
@@ -223,6 +308,53 @@ mod tests {
             let t = f64::from(i) / 10.0;
             assert!(both.point(t).distance(DVec3::X * (3.0 - 2.0 * t)) < 1e-14);
             assert!(both.point(1.0 + t).distance(arc.point(t)) < 1e-14);
+        }
+    }
+
+    /// A curve of uneven spans, one of them double.
+    fn wavy(degree: usize, count: usize) -> NurbsCurve3 {
+        let point = |i: usize| DVec3::new(i as f64, (i * i % 7) as f64, (i * 3 % 5) as f64);
+        let mut knots = vec![0.0; degree + 1];
+        knots.extend((0..count - degree - 1).map(|i| (i - i % 3 / 2) as f64 + 1.0));
+        knots.extend(vec![count as f64; degree + 1]);
+        NurbsCurve3 { degree, knots, points: (0..count).map(point).collect(), weights: vec![] }
+    }
+
+    #[test]
+    fn a_raised_curve_is_the_same_curve() {
+        for (from, to) in [(2, 3), (2, 5), (3, 4)] {
+            let curve = wavy(from, 20);
+            let raised = raise(&curve, to);
+            assert!(raised.degree == to && raised.check().is_ok() && raised.domain() == curve.domain());
+            for i in 0..=200 {
+                let t = 20.0 * f64::from(i) / 200.0;
+                assert!(raised.point(t).distance(curve.point(t)) < 1e-12, "degree {from} to {to} at {t}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_has_the_same_numbers() {
+        let long = wavy(3, 500);
+        for range in [(0.0, 0.5), (0.0, 1.0), (7.25, 7.5), (7.25, 90.0), (498.5, 500.0), (10.0, 12.0)] {
+            let cut = window(long.clone(), range);
+            assert!(cut.points.len() < 110 && cut.check().is_ok(), "{range:?}: {}", cut.points.len());
+            for i in 0..=50 {
+                let t = range.0 + (range.1 - range.0) * f64::from(i) / 50.0;
+                assert!(cut.point(t).distance(long.point(t)) < 1e-12, "{range:?} at {t}");
+            }
+        }
+        assert_eq!(window(long.clone(), (10.0, 400.0)), long);
+    }
+
+    #[test]
+    fn passing_spans_over_changes_no_foot() {
+        let curve = wavy(3, 60);
+        for i in 0..100 {
+            let p = DVec3::new(0.7 * f64::from(i) - 3.0, f64::from(i % 9), f64::from(i % 4));
+            let found = curve.point(nearest(&curve, p)).distance(p);
+            let sampled = (0..=6000).map(|k| curve.point(f64::from(k) / 100.0).distance(p));
+            assert!(found <= sampled.fold(f64::INFINITY, f64::min) + 1e-2, "{p}: {found}");
         }
     }
 

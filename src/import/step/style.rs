@@ -1,5 +1,6 @@
 //! Styled items to colours of the things they style.
 
+use super::shells::is_face;
 use super::table::{Instance, Map, Set, Table};
 use crate::model::Colour;
 
@@ -30,7 +31,7 @@ impl Styles {
             if styled.is("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM") {
                 let own = styled.fields("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM", 4);
                 let contexts: Vec<u64> = own.links(0).map(Iterator::collect).unwrap_or_default();
-                let whole = table.find(item).is_some_and(|i| !(i.is("ADVANCED_FACE") || i.is("FACE_SURFACE")));
+                let whole = table.find(item).is_some_and(|i| !is_face(i));
                 match contexts[..] {
                     [context] if whole => {
                         styles.by_occurrence.insert(context, colour);

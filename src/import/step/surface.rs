@@ -1,9 +1,10 @@
 //! Surfaces of ISO 10303-42 to the model's surfaces in natural parameters.
 
 use super::conic::{hyperbolic_arc, parabolic_arc};
-use super::curve::{Carrier, Form, check_degree, check_weights, knots_of, superfluous};
+use super::curve::{Carrier, Form, check_degree, check_weights, knots_of};
 use super::place::Geometry;
 use super::replica::Similarity;
+use super::spline;
 use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
 use super::turned;
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Severity, Surface};
@@ -236,36 +237,24 @@ impl Geometry<'_> {
 
 /// Takes out rows and columns that knots of too high multiplicity make superfluous.
 fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
-    while let Some((row, other)) = superfluous(&net.knots_u, net.degree_u) {
-        let (count_u, count_v) = (net.count_u(), net.count_v());
-        let gap = |other: usize| {
-            let pairs = (0..count_v).map(|j| (other * count_v + j, row * count_v + j));
-            pairs.map(|(a, b)| net.points[a].distance(net.points[b])).fold(0.0, f64::max)
-        };
-        if other.is_some_and(|other| gap(other) > tolerance) {
-            return Err(Trouble::new(id, format!("the surface jumps at u = {}", net.knots_u[row])));
-        }
-        net.knots_u.remove(if row + 1 == count_u { row + net.degree_u + 1 } else { row });
-        net.points.drain(row * count_v..(row + 1) * count_v);
-        if !net.weights.is_empty() {
-            net.weights.drain(row * count_v..(row + 1) * count_v);
-        }
+    let (count_u, count_v) = (net.count_u(), net.count_v());
+    let near = |a: usize, b: usize| net.points[a].distance(net.points[b]) <= tolerance;
+    let rows = |a: usize, b: usize| (0..count_v).all(|j| near(a * count_v + j, b * count_v + j));
+    let columns = |a: usize, b: usize| (0..count_u).all(|i| near(i * count_v + a, i * count_v + b));
+    let jumps = |axis: char| move |knot: f64| Trouble::new(id, format!("the surface jumps at {axis} = {knot}"));
+    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jumps('u'))?;
+    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jumps('v'))?;
+    if u.is_none() && v.is_none() {
+        return Ok(());
     }
-    while let Some((column, other)) = superfluous(&net.knots_v, net.degree_v) {
-        let (count_u, count_v) = (net.count_u(), net.count_v());
-        let gap = |other: usize| {
-            let pairs = (0..count_u).map(|i| (i * count_v + other, i * count_v + column));
-            pairs.map(|(a, b)| net.points[a].distance(net.points[b])).fold(0.0, f64::max)
-        };
-        if other.is_some_and(|other| gap(other) > tolerance) {
-            return Err(Trouble::new(id, format!("the surface jumps at v = {}", net.knots_v[column])));
-        }
-        net.knots_v.remove(if column + 1 == count_v { column + net.degree_v + 1 } else { column });
-        let mut at = 0..;
-        net.points.retain(|_| at.next().is_none_or(|k: usize| k % count_v != column));
-        let mut at = 0..;
-        net.weights.retain(|_| at.next().is_none_or(|k: usize| k % count_v != column));
+    let (rows, knots_u) = u.unwrap_or_else(|| ((0..count_u).collect(), net.knots_u.clone()));
+    let (columns, knots_v) = v.unwrap_or_else(|| ((0..count_v).collect(), net.knots_v.clone()));
+    let kept = || rows.iter().flat_map(|i| columns.iter().map(move |j| i * count_v + j));
+    net.points = kept().map(|k| net.points[k]).collect();
+    if !net.weights.is_empty() {
+        net.weights = kept().map(|k| net.weights[k]).collect();
     }
+    (net.knots_u, net.knots_v) = (knots_u, knots_v);
     Ok(())
 }
 

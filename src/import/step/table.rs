@@ -1,7 +1,7 @@
 //! Part 21 syntax trees to a table of instances addressed by number; typed access to their attributes.
 
 use foldhash::fast::RandomState;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use step_io::parser::{Attribute, RawEntity, RawEntityPart};
 
 /// By instance numbers and the like: millions of look-ups of small keys, for which the standard hasher is slow.
@@ -37,14 +37,16 @@ pub(super) struct Table {
     /// For each row the number of its type, the first row of which is in `first_of_type`; [`COMPLEX`] for complex instances.
     types: Vec<u32>,
     first_of_type: Vec<usize>,
+    /// Where instances are that other files define.
+    elsewhere: BTreeMap<u64, String>,
 }
 
 /// Stands for the type of an instance that has several.
 const COMPLEX: u32 = u32::MAX;
 
 impl Table {
-    /// `rows` must be sorted by number, without duplicates.
-    pub(super) fn new(rows: Vec<RawEntity>) -> Self {
+    /// `rows` must be sorted by number, without duplicates. `elsewhere` says where instances are that other files define.
+    pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>) -> Self {
         let mut dense = Vec::new();
         let last = rows.last().map_or(0, RawEntity::id);
         // Four bytes a number: worth it while the numbers are at most eight times as many as the instances.
@@ -71,7 +73,7 @@ impl Table {
                 RawEntity::Complex { .. } => COMPLEX,
             });
         }
-        Self { rows, dense, types, first_of_type }
+        Self { rows, dense, types, first_of_type, elsewhere }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -90,7 +92,10 @@ impl Table {
 
     /// The instance that `id` names, or the trouble that it is missing.
     pub(super) fn get(&self, id: u64) -> Read<Instance<'_>> {
-        self.find(id).ok_or_else(|| Trouble::new(id, format!("#{id} is referred to but not in the file")))
+        self.find(id).ok_or_else(|| match self.elsewhere.get(&id) {
+            Some(place) => Trouble::new(id, format!("#{id} is in another file, {place}, which is not read")),
+            None => Trouble::new(id, format!("#{id} is referred to but not in the file")),
+        })
     }
 
     /// The instances of whose types `wanted` is true, by their numbers. It may look at types only: instances of one type are

@@ -1,6 +1,9 @@
 //! Part 21 bytes to an instance table; instances that break the syntax are cut out one at a time, so that one bad line
 //! does not cost the file.
 
+use super::sections::{
+    Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
+};
 use super::table::Table;
 use super::{StepError, StepOptions};
 use crate::model::{Diagnostic, Severity};
@@ -27,7 +30,25 @@ pub(super) fn parse(
     if entities > options.max_entities {
         return Err(StepError::TooManyEntities { entities, limit: options.max_entities });
     }
-    let mut text = Cow::Borrowed(&bytes[start..]);
+    let mut text = &bytes[start..];
+    if let Some(end) = end_of_signed(text) {
+        diagnostics.push(file_note(Severity::Note, "a signature was not verified".to_owned()));
+        text = &text[..end];
+    }
+    let mut text = Cow::Borrowed(text);
+    let (sections, elsewhere) = without_extra(&mut text);
+    if !sections.is_empty() {
+        diagnostics.push(file_note(Severity::Note, format!("sections passed over: {}", sections.join(", "))));
+    }
+    if !elsewhere.is_empty() {
+        let reason = format!("{} instances of other files are referred to and not read", elsewhere.len());
+        diagnostics.push(file_note(Severity::Note, reason));
+    }
+    let resources = without_resources(&mut text);
+    if resources > 0 {
+        let reason = format!("{resources} values that are stated elsewhere (<…>) were read as unset");
+        diagnostics.push(file_note(Severity::Warning, reason));
+    }
     let mut cuts = 0;
     loop {
         let error = match parser::parse(&text[..]) {
@@ -38,17 +59,17 @@ pub(super) fn parse(
                 if let Some(more) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
                     diagnostics.push(file_note(Severity::Note, format!("{more} more repairs of the syntax")));
                 }
-                return Ok(Table::new(graph.entities.into_values().collect()));
+                return Ok(Table::new(graph.entities.into_values().collect(), elsewhere));
             }
             Err(error) => error,
         };
         if cuts == options.max_syntax_repairs {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         }
-        let Some(reason) = mend(text.to_mut(), &error) else {
+        let Some((severity, reason)) = mend(text.to_mut(), &error) else {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         };
-        diagnostics.push(file_note(Severity::Error, reason));
+        diagnostics.push(file_note(severity, reason));
         cuts += 1;
     }
 }
@@ -80,7 +101,14 @@ fn file_note(severity: Severity, reason: String) -> Diagnostic {
 }
 
 /// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.
-fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
+fn mend(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
+    // What only a later edition allows is no error.
+    settle(text).or_else(|| cut(text, error))
+}
+
+/// Cuts out what the parser stopped at.
+fn cut(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
+    let lost = |reason: String| (Severity::Error, reason);
     let at = match error {
         Error::Lex(lex) => lex.span.start,
         Error::UnexpectedToken { span, .. }
@@ -89,13 +117,18 @@ fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
         | Error::NestingTooDeep { span } => span.start,
         Error::MissingHeaderEntity { .. } => 0,
         Error::DuplicateEntityId { id, line, .. } => repeat_of(text, *id, *line)?,
-        Error::UnexpectedEof { .. } => return close(text).then(|| format!("{error}; the incomplete end was left out")),
+        Error::UnexpectedEof { .. } => {
+            return close(text).then(|| lost(format!("{error}; the incomplete end was left out")));
+        }
         _ => return None,
     };
     let at = usize::try_from(at).ok()?.min(text.len());
     let data = data_section(text)?;
     if at < data {
-        return new_header(text).then(|| format!("{error}; the header was left out"));
+        return new_header(text).then(|| lost(format!("{error}; the header was left out")));
+    }
+    if let Some(done) = cut_behind_end(text, at) {
+        return Some(done);
     }
     // A stray quote shows only where the string that it opens ends, many instances later.
     let at = runaway_string(text, data).unwrap_or(at);
@@ -106,7 +139,7 @@ fn mend(text: &mut Vec<u8>, error: &Error) -> Option<String> {
             *byte = b' ';
         }
     }
-    Some(format!("{error}; instance {number} was left out"))
+    Some(lost(format!("{error}; instance {number} was left out")))
 }
 
 /// The number of the instance that a stretch of text starts with.
@@ -199,16 +232,6 @@ fn close(text: &mut Vec<u8>) -> bool {
     text.truncate(last + 1);
     text.extend_from_slice(END);
     true
-}
-
-/// Where the word DATA stands that opens the data section: behind the end of the header, which may say it too.
-fn data_section(text: &[u8]) -> Option<usize> {
-    let header = find(text, b"ENDSEC")?;
-    find(&text[header..], b"DATA").map(|at| header + at)
-}
-
-fn find(text: &[u8], word: &[u8]) -> Option<usize> {
-    text.windows(word.len()).position(|w| w == word)
 }
 
 /// What a file that is not Part 21 seems to be.

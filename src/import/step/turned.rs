@@ -193,12 +193,17 @@ impl Meridian {
     }
 }
 
+/// At most 1024 of some points: each is compared with every step of a profile.
+fn thinned(points: &[DVec3]) -> impl Iterator<Item = &DVec3> {
+    points.iter().step_by(points.len().div_ceil(1024).max(1))
+}
+
 /// The part of a turned profile between two meetings with the axis whose surface passes nearest to `on`. Where the profile
 /// passes the axis the normal changes sides, and an offset falls into separate sheets.
 pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsCurve3 {
     let miss = |piece: &NurbsCurve3| -> f64 {
         let profile = Meridian::new(piece, frame);
-        on.iter().map(|p| profile.distance(meridian(frame, *p))).sum()
+        thinned(on).map(|p| profile.distance(meridian(frame, *p))).sum()
     };
     let pieces = cut_at_axis(curve, frame).into_iter().map(|piece| (miss(&piece), piece));
     pieces.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| curve.clone(), |(_, piece)| piece)
@@ -217,7 +222,7 @@ pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Resu
         return Ok(stated);
     }
     let profiles: Vec<Meridian> = pieces.iter().map(|piece| Meridian::new(piece, frame)).collect();
-    let on: Vec<DVec2> = on().into_iter().map(|p| meridian(frame, p)).collect();
+    let on: Vec<DVec2> = thinned(&on()).map(|p| meridian(frame, *p)).collect();
     let first = on.first().copied().unwrap_or_default();
     let slack = SAME_SHEET * on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max);
     let mut holds = vec![true; pieces.len()];

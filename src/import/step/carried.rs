@@ -1,0 +1,148 @@
+//! Stated faces and the edges that were read -> the surface of each face. A surface that several faces lie on is read once.
+
+use super::loops::{Bound, EdgeKey, StatedFace};
+use super::part::{Draft, Reader};
+use super::place::Geometry;
+use super::shells::{ShellUse, Source};
+use super::surface::{Reached, Stated};
+use super::table::{Map, Read, Trouble};
+use super::turned::one_sheet;
+use crate::model::{Frame3, Severity, Surface};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::cell::Cell;
+
+/// A face to read: the number of its shell, the shell as it is used, the face, and whether the use turns it over.
+pub(super) type Job<'a> = (u32, &'a ShellUse, Source, bool);
+
+/// How far, as a share of the face's size, its bounds may be off the plane that they imply: printed digits.
+const FLAT: f64 = 1e-6;
+
+impl Reader<'_> {
+    /// The surfaces of faces; `None` where the face was not read.
+    pub(super) fn surfaces(
+        &self,
+        jobs: &[Job<'_>],
+        stated: &[Read<StatedFace>],
+        edges: &Map<EdgeKey, Read<Draft>>,
+    ) -> Vec<Option<Read<Stated>>> {
+        let mut groups: Vec<Vec<usize>> = Vec::with_capacity(jobs.len());
+        let mut known: Map<u64, usize> = Map::default();
+        for (k, face) in stated.iter().enumerate() {
+            let Ok(face) = face else { continue };
+            let group = *known.entry(face.surface).or_insert(groups.len());
+            match groups.get_mut(group) {
+                None => groups.push(vec![k]),
+                Some(group) => group.push(k),
+            }
+        }
+        let groups: Vec<Vec<(usize, Read<Stated>)>> = groups
+            .into_par_iter()
+            .with_min_len(16)
+            .map(|group| {
+                // What does not depend on where the face is serves all faces whose numbers mean the same.
+                let mut common: Option<(&ShellUse, Read<Stated>)> = None;
+                let mut read = Vec::with_capacity(group.len());
+                for k in group {
+                    let (Some(&(_, shell, source, _)), Some(Ok(face))) = (jobs.get(k), stated.get(k)) else { continue };
+                    let geometry = self.geometry(shell.units);
+                    let asked = Cell::new(false);
+                    let reach = || {
+                        asked.set(true);
+                        reach(&geometry, face, edges)
+                    };
+                    let surface = match (&common, source) {
+                        _ if face.implied => implied_plane(&geometry, face, edges),
+                        (Some((of, surface)), Source::Face(_)) if of.units == shell.units => surface.clone(),
+                        (_, Source::Face(_)) => geometry.surface(face.surface, &reach, 0),
+                        (_, Source::Surface(id)) => geometry.whole_surface(id),
+                    };
+                    if matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
+                        common = Some((shell, surface.clone()));
+                    }
+                    read.push((k, settled(face, surface, || reach().on)));
+                }
+                read
+            })
+            .collect();
+        let mut surfaces: Vec<Option<Read<Stated>>> = (0..jobs.len()).map(|_| None).collect();
+        for (k, surface) in groups.into_iter().flatten() {
+            if let Some(slot) = surfaces.get_mut(k) {
+                *slot = Some(surface);
+            }
+        }
+        surfaces
+    }
+}
+
+/// The one sheet of a surface that the face lies on, checked.
+fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DVec3>) -> Read<Stated> {
+    let stated = one_sheet(surface?, on).map_err(|reason| Trouble::new(face.surface, reason))?;
+    match stated.surface.check() {
+        Ok(()) => Ok(stated),
+        Err(error) => Err(Trouble::new(face.surface, error.to_string())),
+    }
+}
+
+/// Where the face's boundary is.
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Reached {
+    let mut reached = Reached::default();
+    for bound in &face.bounds {
+        match bound {
+            Bound::Vertex(id) => {
+                let vertex = geometry.vertex(*id).ok();
+                reached.hull.extend(vertex);
+                reached.on.extend(vertex);
+            }
+            Bound::Edges(uses) => {
+                for draft in uses.iter().filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok()) {
+                    reached.hull.extend(draft.curve.iter().flat_map(|bounded| &bounded.curve.points));
+                    reached.on.extend(draft.samples());
+                }
+            }
+        }
+    }
+    reached
+}
+
+/// The plane that the bounds of a face without surface lie in, its normal such that they run counterclockwise.
+fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Read<Stated> {
+    let (mut points, mut bounds) = (Vec::new(), Vec::new());
+    for bound in &face.bounds {
+        let Bound::Edges(uses) = bound else { continue };
+        let start = points.len();
+        for edge in uses {
+            let draft = match edges.get(&edge.edge) {
+                Some(Ok(draft)) => draft,
+                Some(Err(trouble)) => return Err(trouble.clone()),
+                None => continue,
+            };
+            let from = points.len();
+            points.extend(draft.samples());
+            if edge.reversed {
+                points[from..].reverse();
+            }
+        }
+        bounds.push(start..points.len());
+    }
+    let origin = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    let mut area = DVec3::ZERO;
+    for bound in bounds {
+        let bound = &points[bound];
+        let next = bound.iter().cycle().skip(1);
+        area += bound.iter().zip(next).map(|(p, q)| (*p - origin).cross(*q - origin)).sum::<DVec3>();
+    }
+    let size = points.iter().map(|p| p.distance(origin)).fold(0.0, f64::max);
+    let along = points.first().map_or(DVec3::ZERO, |p| *p - origin);
+    let frame = Some(area).filter(|area| area.length() > 1e-12 * size * size);
+    let frame = frame.and_then(|area| Frame3::from_axis(origin, area, along));
+    let Some(frame) = frame else {
+        return Err(Trouble::new(face.surface, "it states no surface, and its bounds enclose no plane area"));
+    };
+    let off = points.iter().map(|p| frame.local(*p).z.abs()).fold(0.0, f64::max);
+    let note = (off > geometry.units.tolerance.max(FLAT * size)).then(|| {
+        let reason = format!("the face states no surface; its bounds lie up to {off:.3e} mm off their plane");
+        (Severity::Warning, reason)
+    });
+    Ok(Stated { surface: Surface::Plane { frame }, turned: false, note })
+}

@@ -1,0 +1,236 @@
+//! The sections of an exchange structure of ISO 10303-21 edition 3 -> the header and one data section, which is what the
+//! parser reads. Text is blanked, not cut, so that lines keep their numbers.
+//!
+//! `ANCHOR` names instances for other files and is not needed. `REFERENCE` names instances of other files, which are not read:
+//! what uses them is told by its number. `SIGNATURE` sections are not verified. Several `DATA` sections are read as one. Values
+//! that another file or a constant states (`@n`, `#NAME`, `<resource>`) are read as unset.
+
+use crate::model::Severity;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Sections that may stand between header and data.
+const BEFORE_DATA: [&[u8]; 3] = [b"ANCHOR", b"REFERENCE", b"SIGNATURE"];
+const END: &[u8] = b"END-ISO-10303-21";
+
+/// What was done to a text, and how much that may have cost.
+pub(super) type Done = (Severity, String);
+
+/// Where the word `DATA` stands that opens the first data section, behind the header and the sections after it.
+pub(super) fn data_section(text: &[u8]) -> Option<usize> {
+    let at = extra_sections(text)?.last().map_or_else(|| header_end(text), |(_, to)| Some(*to))?;
+    find(&text[at..], b"DATA").map(|found| at + found)
+}
+
+/// Where the header's end stands, which may be said in a string before, too.
+fn header_end(text: &[u8]) -> Option<usize> {
+    find(text, b"ENDSEC")
+}
+
+/// The sections between header and data: from the first letter to behind the semicolon.
+fn extra_sections(text: &[u8]) -> Option<Vec<(usize, usize)>> {
+    let mut at = behind(text, header_end(text)? + b"ENDSEC".len());
+    let mut found = Vec::new();
+    while let Some(name) = BEFORE_DATA.into_iter().find(|name| has_word(text, at, name)) {
+        // Where quotes do not match, the next end is taken that is written anywhere.
+        let from = at + name.len();
+        let end = words(text, from).find(|i| has_word(text, *i, b"ENDSEC"));
+        let end = end.or_else(|| find(&text[from..], b"ENDSEC").map(|i| from + i));
+        let to = behind(text, end? + b"ENDSEC".len());
+        found.push((at, to));
+        at = to;
+    }
+    Some(found)
+}
+
+/// Blanks the sections between header and data. Returns their names, and the instances that other files define.
+///
+/// The parser is not given them: it panics on a quote or semicolon between angle brackets (step-io 0.3.0, `find_cut`).
+pub(super) fn without_extra(text: &mut Cow<'_, [u8]>) -> (Vec<String>, BTreeMap<u64, String>) {
+    let (mut names, mut elsewhere) = (Vec::new(), BTreeMap::new());
+    for (from, to) in extra_sections(text).unwrap_or_default() {
+        let letters = text[from..].iter().take_while(|b| b.is_ascii_alphabetic());
+        names.push(letters.map(|b| char::from(b.to_ascii_uppercase())).collect());
+        for at in words(&text[..to], from).filter(|i| text[*i] == b'#') {
+            elsewhere.extend(reference(&text[at + 1..to]));
+        }
+        blank(&mut text.to_mut()[from..to]);
+    }
+    (names, elsewhere)
+}
+
+/// `n = <place>`, as a reference states it behind its `#`.
+fn reference(text: &[u8]) -> Option<(u64, String)> {
+    let (number, rest) = text.split_at(text.iter().position(|b| !b.is_ascii_digit())?);
+    let mut ink = rest.iter().enumerate().filter(|(_, b)| !b.is_ascii_whitespace());
+    let ((_, b'='), (open, b'<')) = (ink.next()?, ink.next()?) else { return None };
+    let place = &rest[open..=open + rest[open..].iter().position(|b| *b == b'>')?];
+    Some((std::str::from_utf8(number).ok()?.parse().ok()?, String::from_utf8_lossy(place).into_owned()))
+}
+
+/// Makes unset what stands between angle brackets outside strings, as in [`without_extra`]; how many there were.
+pub(super) fn without_resources(text: &mut Cow<'_, [u8]>) -> usize {
+    if !text.contains(&b'<') {
+        return 0;
+    }
+    let mut found = Vec::new();
+    let mut next = 0;
+    while let Some(at) = outside(text, next).find(|i| text[*i] == b'<') {
+        let end = text[at..].iter().position(|b| matches!(b, b'>' | b'\n')).map_or(text.len(), |i| at + i);
+        next = if text.get(end) == Some(&b'>') { end + 1 } else { at + 1 };
+        found.push((at, next));
+    }
+    for (from, to) in &found {
+        let text = text.to_mut();
+        blank(&mut text[*from..*to]);
+        text[*from] = b'$';
+    }
+    found.len()
+}
+
+/// Cuts signatures off, which follow the end of the file proper. Looks at the last megabyte only: what is longer than that the
+/// parser stops at.
+pub(super) fn end_of_signed(text: &[u8]) -> Option<usize> {
+    let window = text.len().saturating_sub(1 << 20);
+    let end = window + rfind(&text[window..], END)?;
+    let at = behind(text, end + END.len());
+    has_word(text, at, b"SIGNATURE").then_some(at)
+}
+
+/// Cuts off what follows the end of the file, if `at` lies there.
+pub(super) fn cut_behind_end(text: &mut Vec<u8>, at: usize) -> Option<Done> {
+    let end = rfind(text, END)? + END.len();
+    let end = behind(text, end).min(text.len());
+    if at < end || end == text.len() {
+        return None;
+    }
+    let signed = has_word(text, end, b"SIGNATURE");
+    text.truncate(end);
+    Some(if signed {
+        (Severity::Note, "a signature was not verified".to_owned())
+    } else {
+        (Severity::Warning, "text behind the end of the file was left out".to_owned())
+    })
+}
+
+/// Makes a plain file of one of edition 3: blanks the sections that are not read and what joins several data sections. `None`
+/// if there is nothing of the kind.
+pub(super) fn settle(text: &mut [u8]) -> Option<Done> {
+    let mut done = Vec::new();
+    let mut worst = Severity::Note;
+    let data = data_section(text)?;
+    let joints = joints(text, data);
+    for (from, to) in &joints {
+        blank(&mut text[*from..*to]);
+    }
+    if !joints.is_empty() {
+        done.push("data sections were read as one, without their names".to_owned());
+    }
+    let values = names_of_values(text, data);
+    for (from, to) in &values {
+        blank(&mut text[*from..*to]);
+        text[*from] = b'$';
+    }
+    if !values.is_empty() {
+        worst = Severity::Warning;
+        done.push(format!("{} values that are stated elsewhere (@n, #NAME) were read as unset", values.len()));
+    }
+    (!done.is_empty()).then(|| (worst, done.join("; ")))
+}
+
+/// What stands between two data sections, and the parameters of the first one.
+fn joints(text: &[u8], data: usize) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let opened = |at: usize| -> Option<(usize, usize)> {
+        // A data section may say its name and schema in brackets.
+        let from = at + b"DATA".len();
+        let end = words(text, from).find(|i| text[*i] == b';')?;
+        Some((from, end))
+    };
+    if let Some((from, end)) = opened(data)
+        && text[from..end].contains(&b'(')
+    {
+        found.push((from, end));
+    }
+    for end in words(text, data).filter(|i| has_word(text, *i, b"ENDSEC")) {
+        let next = behind(text, end + b"ENDSEC".len());
+        if has_word(text, next, b"DATA")
+            && let Some((_, close)) = opened(next)
+        {
+            found.push((end, close + 1));
+        }
+    }
+    found
+}
+
+/// `@n`, `@NAME` and `#NAME` outside strings.
+fn names_of_values(text: &[u8], data: usize) -> Vec<(usize, usize)> {
+    let named = |i: usize| {
+        let next = text.get(i + 1).copied().unwrap_or(b' ');
+        text[i] == b'@' && next.is_ascii_alphanumeric() || text[i] == b'#' && next.is_ascii_alphabetic()
+    };
+    let end = |i: usize| {
+        let length = text[i + 1..].iter().take_while(|b| b.is_ascii_alphanumeric() || **b == b'_').count();
+        i + 1 + length
+    };
+    words(text, data).filter(|i| named(*i)).map(|i| (i, end(i))).collect()
+}
+
+/// The places of a text from `at` on that are not in a string, a comment or a resource (`<…>`).
+fn words(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
+    places(text, at, true)
+}
+
+/// The places of a text from `at` on that are not in a string or a comment.
+fn outside(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
+    places(text, at, false)
+}
+
+fn places(text: &[u8], at: usize, resources: bool) -> impl Iterator<Item = usize> + '_ {
+    let mut next = at;
+    std::iter::from_fn(move || {
+        loop {
+            let here = next;
+            let close: &[u8] = match *text.get(here)? {
+                b'\'' => b"'",
+                b'<' if resources => b">",
+                b'/' if text.get(here + 1) == Some(&b'*') => b"*/",
+                _ => {
+                    next = here + 1;
+                    return Some(here);
+                }
+            };
+            // A comment opens with two letters.
+            let from = here + close.len();
+            let Some(end) = find(text.get(from..)?, close) else {
+                next = text.len();
+                return None;
+            };
+            next = from + end + close.len();
+        }
+    })
+}
+
+/// The first place from `at` on that is neither a blank, nor in a comment, nor a semicolon.
+fn behind(text: &[u8], at: usize) -> usize {
+    words(text, at).find(|i| !(text[*i].is_ascii_whitespace() || text[*i] == b';')).unwrap_or(text.len())
+}
+
+/// Whether a word stands at a place, and ends there.
+fn has_word(text: &[u8], at: usize, word: &[u8]) -> bool {
+    let end = at + word.len();
+    let same = text.get(at..end).is_some_and(|found| found.eq_ignore_ascii_case(word));
+    same && !text.get(end).is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_' || *b == b'-')
+}
+
+fn blank(text: &mut [u8]) {
+    text.iter_mut().filter(|b| **b != b'\n').for_each(|b| *b = b' ');
+}
+
+pub(super) fn find(text: &[u8], word: &[u8]) -> Option<usize> {
+    text.windows(word.len()).position(|w| w == word)
+}
+
+fn rfind(text: &[u8], word: &[u8]) -> Option<usize> {
+    text.windows(word.len()).rposition(|w| w == word)
+}
