@@ -8,18 +8,18 @@ use trimtess::audit;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, ScenePart, check_scene};
 use trimtess::model::FaceId;
-use trimtess::parallel::{Session, SessionOptions};
+use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-pub(crate) fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, f64) {
+pub(crate) fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, FrameReport) {
     let prepared = Arc::new(prepare(read(path), &PrepareOptions::DEFAULT).expect("within the limits"));
     let chord = relative * prepared.diagonal;
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 30.0_f64.to_radians(), max_edge: None }));
     let mut sink = MemorySink::default();
     let mut session =
         Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_edge_lines(true)).expect("threads");
-    session.frame(&plan, &mut sink).expect("a frame");
-    (prepared, sink, chord)
+    let report = session.frame(&plan, &mut sink).expect("a frame");
+    (prepared, sink, report)
 }
 
 #[test]
@@ -29,7 +29,8 @@ fn every_file_is_meshed_whole_and_within_tolerance() {
         if value(facts, "status") != Some("ok") {
             continue;
         }
-        let (prepared, sink, chord) = mesh(&path, 1e-3);
+        let (prepared, sink, _) = mesh(&path, 1e-3);
+        let chord = 1e-3 * prepared.diagonal;
         let found = check_scene(&sink);
         let mut complain = |what: String| wrong.push(format!("{file}: {what}"));
         if !found.total.is_well_formed() {

@@ -15,18 +15,18 @@ fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
     let (mut wrong, corpora) = (Vec::new(), corpora());
     for (file, facts, path) in corpora.iter().flat_map(Corpus::files) {
         for relative in [1e-2, 1e-3] {
-            let (prepared, sink, _) = mesh(&path, relative);
+            let (prepared, sink, report) = mesh(&path, relative);
             let total = check_scene(&sink).total;
             let mut complain = |what: String| wrong.push(format!("{file} at {relative}: {what}"));
             if value(facts, "closed") == Some("true") && (total.volume <= 0.0 || total.volume.is_nan()) {
                 complain(format!("volume {}", total.volume));
             }
-            let disagreeing = disagreeing(&read(&path), &sink);
+            let disagreeing = disagreeing(&read(&path), &sink, &report.fills);
             if !disagreeing.is_empty() {
                 complain(format!("neighbours disagree about {disagreeing:?}"));
             }
             let folded = FOLDED.iter().any(|(name, _)| *name == file);
-            if let Some((count, worst)) = flipped(&prepared, &sink).filter(|_| !folded) {
+            if let Some((count, worst)) = flipped(&prepared, &sink, &report.fills).filter(|_| !folded) {
                 complain(format!("{count} of {} triangles flipped, such as {worst}", total.triangles));
             }
         }

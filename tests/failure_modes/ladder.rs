@@ -171,11 +171,13 @@ impl Ladder {
         let lengths = sink.edge_lines.iter().flat_map(|l| l.points.windows(2)).map(|w| w[0].distance(w[1]));
         let strips = if self.angles_only { 0.0 } else { chord * lengths.sum::<f64>() };
         self.wrong_facts(&check_scene(&sink), chord, strips, &mut wrong);
-        let disagreeing = disagreeing(&self.model, &sink);
+        let disagreeing = disagreeing(&self.model, &sink, &report.fills);
         if !disagreeing.is_empty() {
             wrong.push(format!("neighbours disagree about {disagreeing:?}"));
         }
-        wrong.extend(flipped(prepared, &sink).map(|(count, worst)| format!("{count} flipped, such as {worst}")));
+        wrong.extend(
+            flipped(prepared, &sink, &report.fills).map(|(count, worst)| format!("{count} flipped, such as {worst}")),
+        );
         let deviation = audit::deviation(prepared, &sink, chord);
         let worst = deviation.beyond_gap.worst.max(deviation.edges.worst);
         if deviation.beyond_gap.p999 > 1.0 || worst > 1.5 {

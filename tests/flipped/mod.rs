@@ -5,13 +5,15 @@ use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 use trimtess::mesh::{Batch, MemorySink};
 use trimtess::model::{EdgeId, Model, PartId};
+use trimtess::parallel::FaceFill;
 use trimtess::prepare::{Prepared, PreparedFace};
 
-/// How many triangles look to the other side than their face, and the largest of them; `None` if there are none.
-pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink) -> Option<(usize, String)> {
+/// How many triangles look to the other side than their face, and the largest of them; `None` if there are none. Not of faces
+/// with `fills`: where loops wind backwards triangles are reversed, and those that only close look anywhere.
+pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink, fills: &[FaceFill]) -> Option<(usize, String)> {
     let mut count = 0;
     let mut worst = (0.0, String::new());
-    for batch in &sink.batches {
+    for batch in sink.batches.iter().filter(|batch| !is_filled(batch, fills)) {
         let part = &prepared.parts[batch.part.index()];
         let Some(row) = part.face_rows[batch.face.index()] else { continue };
         for t in &batch.mesh.triangles {
@@ -27,6 +29,10 @@ pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink) -> Option<(usize, 
         }
     }
     (count > 0).then_some((count, worst.1))
+}
+
+fn is_filled(batch: &Batch, fills: &[FaceFill]) -> bool {
+    fills.binary_search_by_key(&(batch.part, batch.face), |fill| (fill.part, fill.face)).is_ok()
 }
 
 /// Cosine between a triangle's normal and its face's at its middle, and its height; `None` for triangles that are lines but
@@ -58,8 +64,9 @@ fn segment(part: PartId, a: DVec3, b: DVec3) -> (bool, (PartId, Segment)) {
 
 /// Edges that two faces of one shell run along in the same direction, where no third face of the shell has them.
 ///
-/// Segments that lie on several edges are left out: there faces of other shells, or edges that were never sewn, coincide.
-pub(crate) fn disagreeing(model: &Model, sink: &MemorySink) -> Vec<(PartId, EdgeId)> {
+/// Segments that lie on several edges are left out: there faces of other shells, or edges that were never sewn, coincide. So are
+/// faces with `fills`, of which a boundary segment may have several triangles.
+pub(crate) fn disagreeing(model: &Model, sink: &MemorySink, fills: &[FaceFill]) -> Vec<(PartId, EdgeId)> {
     let mut edges: BTreeMap<_, Option<EdgeId>> = BTreeMap::new();
     for line in &sink.edge_lines {
         for w in line.points.windows(2) {
@@ -68,7 +75,7 @@ pub(crate) fn disagreeing(model: &Model, sink: &MemorySink) -> Vec<(PartId, Edge
         }
     }
     let mut uses: BTreeMap<_, Vec<_>> = BTreeMap::new();
-    for batch in &sink.batches {
+    for batch in sink.batches.iter().filter(|batch| !is_filled(batch, fills)) {
         let shell = model.parts[batch.part.index()].faces[batch.face.index()].shell;
         for t in &batch.mesh.triangles {
             for k in 0..3 {

@@ -305,7 +305,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
                 continue;
             }
             Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
-            Degradation::Empty if lost => Severity::Note,
+            Degradation::Empty if lost && !has_no_area(prepared, tile.part, tile.face) => Severity::Warning,
             // The tile's share of the face is thinner than the tolerance; its neighbours close over it.
             Degradation::Empty => continue,
             Degradation::Failed(_) => Severity::Error,
@@ -324,6 +324,11 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
         let (part, entity) = (Some(part), entity_of(prepared, part, face));
         Diagnostic { severity, part, face: Some(face), entity, place: crossing.or_else(centre), reason }
     }));
+}
+
+/// Whether prepare told that a face is a point or a curve.
+fn has_no_area(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
+    prepared.scene.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
 }
 
 /// A face that prepare could use.
@@ -367,7 +372,7 @@ fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prep
 fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
     let passed_over = |part: PartId, face: FaceId| {
         let row = prepared.parts.get(part.index()).and_then(|part| part.face_rows.get(face.index()));
-        row.is_some_and(Option::is_none)
+        row.is_some_and(Option::is_none) || has_no_area(prepared, part, face)
     };
     let told = all.iter().filter_map(|d| Some((d.severity, d.part.zip(d.face)?)));
     let explains = |severity, (part, face)| severity > Severity::Note || passed_over(part, face);
@@ -502,7 +507,7 @@ mod tests {
         let report = Report::of(&frame(), &Prepared::default(), &FrameReport { degraded, ..FrameReport::default() });
         let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
         let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
-        assert_eq!(told, [vec!["warning"], vec!["error"], vec![]], "an empty tile of a meshed face is no news");
+        assert_eq!(told, [vec!["warning"], vec!["warning"], vec![]], "an empty tile of a meshed face is no news");
     }
 
     #[test]
@@ -544,7 +549,7 @@ mod tests {
     }
 
     #[test]
-    fn wires_that_cross_are_told_once() {
+    fn wires_that_cross_are_told_once_and_so_is_their_area() {
         use glam::DVec3;
         use trimtess::frame::{Tolerance, plan};
         use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
@@ -567,7 +572,9 @@ mod tests {
         assert_eq!(made.degraded.len(), 1, "the tile knows of it, too");
         let report = Report::of(&sink, &prepared, &made);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face)).collect();
-        assert_eq!(told, [("warning", Some(0))], "{:?}", report.diagnostics);
+        assert_eq!(told, [("warning", Some(0)); 2], "{:?}", report.diagnostics);
+        let reasons = [0, 1].map(|k| &report.diagnostics[k].reason);
+        assert!(reasons[0].contains("crosses") && reasons[1].starts_with("9.000e0 mm²"), "{reasons:?}");
     }
 
     #[test]

@@ -55,7 +55,7 @@ const MAX_ROUNDS: usize = 6;
 /// Crossings that are split, for each segment and in all. Loops of real files have a handful; n segments of noise have n² of
 /// them, and are led along vertices nearby.
 const CROSSINGS_PER_SEGMENT: usize = 8;
-const FEW_CROSSINGS: usize = 2048;
+const FEW_CROSSINGS: usize = 4096;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
