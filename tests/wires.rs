@@ -503,7 +503,7 @@ fn a_gap_on_a_curved_surface_is_closed_along_it() {
 }
 
 #[test]
-fn a_wire_that_goes_round_twice_and_its_foot_once_bound_no_band_and_are_filled() {
+fn a_wire_that_goes_round_twice_and_its_foot_once_bound_no_band_and_are_closed() {
     // Both turns are ellipses through one vertex. No area on the cylinder has one turn as its foot and two as its top.
     let mut part = PartBuilder::new("band");
     let shell = part.plain_shell(ShellKind::Open);
@@ -521,10 +521,10 @@ fn a_wire_that_goes_round_twice_and_its_foot_once_bound_no_band_and_are_filled()
         let loops = vec![Loop::Edges(vec![foot]), Loop::Edges(turns.to_vec())];
         part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, shell, loops, false);
         let prepared = prepared(part.finish().expect("a sound part"));
-        assert!(warned(&prepared, "filled in space"), "{:?}", told(&prepared));
+        assert!(warned(&prepared, "do not sum to its own"), "{:?}", told(&prepared));
         for chord in CHORDS {
             let (facts, report) = mesh(&prepared, chord);
-            assert_eq!(report.ladder.count(Rung::Filled), 1);
+            assert_eq!(report.ladder.count(Rung::Repaired), 1);
             // The foot and both turns, and nothing else.
             let exact = TAU * 5.0 + 2.0 * ellipse(5.0, 5.0 * (1.0 + slope * slope).sqrt());
             let length = facts.unbalanced_length;

@@ -6,9 +6,14 @@ use crate::read::read;
 use crate::reference::{Corpus, corpora, value};
 use trimtess::mesh::check_scene;
 
-/// Files whose surfaces fold over themselves, so that their normals look both ways.
-const FOLDED: [(&str, &str); 1] =
-    [("supersonic_vsp.stp", "plane caps of wing tips run back by 5 mm in their last tenth")];
+/// Files whose surfaces fold over themselves, so that their normals look both ways, or that are narrower than the tolerance.
+const FOLDED: [(&str, &str); 2] = [
+    ("supersonic_vsp.stp", "plane caps of wing tips run back by 5 mm in their last tenth"),
+    (
+        "cable_inlet_threads.stp",
+        "where threads run out, faces 62 and 64 are narrower than the chord between the points of an edge",
+    ),
+];
 
 #[test]
 fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {

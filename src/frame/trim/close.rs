@@ -52,14 +52,14 @@ fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> Chain {
     rest
 }
 
-/// Layers for each segment, and in all, beyond which they are left to be closed: a loop run n times around has n for each of
-/// its triangles, but can be filled by as many triangles as it has segments.
-const MOST_LAYERS: u64 = 4;
+/// Layers for each segment and triangle, and in all, beyond which they are left to be closed: a loop run n times around has n
+/// for each of its triangles, but can be filled by as many triangles as it has segments.
+const MOST_LAYERS: u64 = 16;
 const FEW_LAYERS: u64 = 1024;
 
 /// Leaves out layers from where on there are too many.
 fn limit_layers(input: &TrimInput<'_>, out: &mut TrimOutput) {
-    let mut left = FEW_LAYERS + MOST_LAYERS * input.points.len() as u64;
+    let mut left = FEW_LAYERS + MOST_LAYERS * (input.points.len() + out.layers.len()) as u64;
     out.layers.retain(|&(_, times)| {
         let rest = left.checked_sub(times.unsigned_abs().into());
         left = rest.unwrap_or(left);
