@@ -463,9 +463,10 @@ impl Maker<'_> {
             diagnostic(Severity::Warning, open.face, open.entity, start(open.edge), reason)
         }));
         for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
-            let mut stuck = of_shell.iter().filter(|s| !s.is_free());
+            let solid = part.shells.get(of_shell[0].shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
+            // Where sheets meet in an edge of more than two, there is nothing to orient by.
+            let mut stuck = of_shell.iter().filter(|s| !s.is_free() && (solid || s.uses == 2));
             let Some(first) = stuck.next() else { continue };
-            let solid = part.shells.get(first.shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
             let severity = if solid { Severity::Warning } else { Severity::Note };
             let [a, b] = first.faces;
             let reason = format!(
