@@ -1,5 +1,6 @@
 //! What a face comes to by itself, before its borders and breaks are numbered in the part.
 
+use super::mend::Tangle;
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve};
 use crate::model::AxisMap;
 use glam::{DVec2, DVec3};
@@ -85,6 +86,8 @@ pub(super) struct FaceDraft {
     pub(super) repairs: Vec<Told>,
     /// Whether one of these is that the boundary crosses or overlaps itself.
     pub(super) crosses: bool,
+    /// Where edges meet within the face, other than at common ends.
+    pub(super) tangles: Vec<Tangle>,
 }
 
 /// Something told of a face, and where.

@@ -77,6 +77,8 @@ pub use shells::Shells;
 mod spans;
 pub use spans::UvDomain;
 
+mod mend;
+
 mod stretches;
 
 mod thin;
