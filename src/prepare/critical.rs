@@ -30,8 +30,8 @@ const MAX_DEPTH_TANGENT: u32 = 12;
 
 /// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
 /// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
-const WORK: usize = 1 << 22;
-const WORK_PER_POINT: usize = 2000;
+const WORK: usize = 1 << 20;
+const WORK_PER_POINT: usize = 1000;
 
 /// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
 const WORK_EXACT: usize = 1 << 25;
@@ -228,9 +228,10 @@ fn arc(
             ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
         }
     }
-    if ts.len() == 1 && !exact {
+    let middle = 0.5 * (a + b);
+    if ts.len() == 1 && !exact && middle > a && middle < b {
         // Two points say nothing of what is between.
-        ts.push(0.5 * (a + b));
+        ts.push(middle);
     }
     ts.push(b);
     if !more.is_empty() {
@@ -378,7 +379,10 @@ impl<'a> Span<'a> {
 
     /// The same of a cubic itself: what its Bézier points have beyond it would have to be halved away.
     fn exact_range_along(&self, n: DVec2) -> (f64, f64) {
-        let Some(fine) = &self.fine else { return self.range_along(n) };
+        let Some(fine) = &self.fine else {
+            let ((low, high), bulge) = (self.range_along(n), self.bulge());
+            return (low - bulge, high + bulge);
+        };
         let c = fine.hull.map(|x| n.dot(x));
         let [x, y] = turns(c);
         (c[0].min(c[3]).min(x).min(y), c[0].max(c[3]).max(x).max(y))
@@ -388,7 +392,8 @@ impl<'a> Span<'a> {
     fn can_be_halved(&self) -> bool {
         let [a, b] = self.range();
         let all = self.arc.points[self.arc.points.len() - 1].0 - self.arc.points[0].0;
-        self.is_curved() && (b - a) * f64::from(1 << MAX_DEPTH) > all
+        let mid = 0.5 * (a + b);
+        self.is_curved() && (b - a) * f64::from(1 << MAX_DEPTH) > all && mid > a && mid < b
     }
 
     /// Its halves, and the parameter between them.

@@ -203,10 +203,7 @@ pub(super) fn beside(tile: &DraftTile, meetings: &[Meeting]) -> Vec<((usize, usi
     let scale = (tile.max - tile.min).recip();
     let mut out = Vec::new();
     for m in meetings.iter().filter(|m| m.tangent) {
-        let far = |of: (usize, usize), t: f64| {
-            let mut hint = 0;
-            ((tile.loops[of.0][of.1].uv.point(t, &mut hint) - m.uv) * scale).length()
-        };
+        let far = |of: (usize, usize), t: f64| ((sample(&tile.loops[of.0][of.1], t).uv - m.uv) * scale).length();
         // The four ways to go, each to the next sample.
         let mut ways: Vec<((usize, usize), f64, f64)> = Vec::new();
         for (of, t) in m.at {

@@ -39,7 +39,7 @@ pub(super) struct End {
 }
 
 /// Places beyond which a boundary is not one that means to be sound.
-pub(super) const MAX_TANGLES: usize = 64;
+pub(super) const MAX_TANGLES: usize = 24;
 
 /// What to do about `tangles`: up to `reach` times as far from the vertex that both edges have in common as they meet, or as far
 /// about the place where an edge comes back to itself. From a vertex both edges run straight, or one of them beside the other.
