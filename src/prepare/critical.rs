@@ -5,9 +5,10 @@
 //! Arcs that share an end are apart when the cones that they fill, seen from that end, are. Where arcs meet for good, the
 //! point becomes a common one of both: the faces beyond either edge then share it, and nothing has to be split later.
 //!
-//! Pcurves of edges in space are good to a few millionths of a face, so their points stand for their hulls, and arcs that
-//! cannot be told apart by them touch. Arcs of free trims are exact and meet at their ends only: they are halved as far as it
-//! takes, by their Bézier points.
+//! Arcs of edges in space are halved at their samples first. There the hull of points, wider by how far the cubics between
+//! them bulge, bounds every polyline that a tolerance may ask for; below samples, Bézier points do. Pcurves are good to a few
+//! millionths of a face, so arcs that cannot be told apart touch. Arcs of free trims are exact and meet at their ends only: they
+//! are halved as far as it takes.
 
 use super::draft::{DraftAlong, DraftTile, DraftUse};
 use super::meeting::{Meeting, beside, meet, weld};
@@ -29,8 +30,8 @@ const MAX_DEPTH_TANGENT: u32 = 12;
 
 /// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
 /// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
-const WORK: usize = 1 << 22;
-const WORK_PER_POINT: usize = 2000;
+const WORK: usize = 1 << 20;
+const WORK_PER_POINT: usize = 1000;
 
 /// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
 const WORK_EXACT: usize = 1 << 25;
@@ -38,12 +39,13 @@ const WORK_EXACT: usize = 1 << 25;
 /// Points that looking for the meeting of two stretches counts for, curved or straight.
 const WORK_PER_MEETING: [usize; 2] = [1000, 10];
 
-/// Rounds of looking for places where arcs meet, or for want of points seem to. Real faces need one; each of the others
-/// halves what is left.
+/// Rounds of looking for places where arcs meet. Real faces need one; where arcs meet, each of the others finds what the
+/// one before could not tell apart from it.
 const ROUNDS: usize = 7;
 
-/// Pairs of stretches for which more points are looked for. More of them run along each other.
-const MAX_WANTING: usize = 64;
+/// Pairs of stretches, halved below samples, of which one may still meet the other: around one crossing. More of them run along
+/// each other, and halving only makes points of them.
+const MAX_UNRESOLVED: usize = 4;
 
 /// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
 /// loops that cross each other is left to the trim stage.
@@ -59,8 +61,20 @@ pub(super) struct Arc {
     hull: Vec<DVec2>,
     /// Whether it is the former.
     exact: bool,
+    /// If it is the latter, and it is not straight: what lies between each of `points` and the next.
+    pieces: Vec<Piece>,
+    /// The largest bulge of these.
+    most: f64,
     low: DVec2,
     high: DVec2,
+}
+
+/// A cubic between two points of an arc.
+struct Piece {
+    /// Derivatives at both ends, over its range.
+    steps: [DVec2; 2],
+    /// How far it may be from its chord.
+    bulge: f64,
 }
 
 /// A stretch of an arc's points.
@@ -132,35 +146,15 @@ pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
             // Where so much comes near to so much, no set of points keeps it apart.
             return (meetings, false);
         }
-        let between = midway(&close);
-        if round == ROUNDS || (new.is_empty() && between.is_empty()) {
+        if round == ROUNDS || new.is_empty() {
             breaks.extend(found);
             break;
         }
-        if new.is_empty() {
-            more.extend(between);
-        } else {
-            weld(tile, &new);
-            meetings.extend(new);
-            more.extend(beside(tile, &meetings));
-        }
+        weld(tile, &new);
+        meetings.extend(new);
+        more.extend(beside(tile, &meetings));
     }
     (meetings, true)
-}
-
-/// Parameters in the middle of stretches that could not be told apart for want of points, though they have no end in common.
-fn midway(close: &[(Span<'_>, Span<'_>)]) -> Vec<((usize, usize), f64)> {
-    let wanting = |(a, b): &&(Span<'_>, Span<'_>)| {
-        let joined = a.ends().iter().any(|p| b.ends().iter().any(|q| p.distance(*q) <= SAME_SHARE));
-        let curved = |s: &Span<'_>| s.arc.points.len() > 2;
-        !joined && !a.can_split() && !b.can_split() && (curved(a) || curved(b))
-    };
-    let pairs: Vec<_> = close.iter().filter(wanting).take(MAX_WANTING + 1).collect();
-    if pairs.len() > MAX_WANTING {
-        return Vec::new();
-    }
-    let curved = pairs.into_iter().flat_map(|&(a, b)| [a, b]).filter(|s| s.arc.points.len() > 2);
-    curved.map(|s| (s.arc.of, 0.5 * (s.range()[0] + s.range()[1]))).collect()
 }
 
 /// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at which
@@ -229,7 +223,15 @@ fn arc(
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
     let mut ts = vec![a];
     for w in samples.windows(2) {
-        ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
+        // Two samples at a place say how the tangent breaks there.
+        if w[1].t - w[0].t > SAME_SHARE * (b - a) {
+            ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
+        }
+    }
+    let middle = 0.5 * (a + b);
+    if ts.len() == 1 && !exact && middle > a && middle < b {
+        // Two points say nothing of what is between.
+        ts.push(middle);
     }
     ts.push(b);
     if !more.is_empty() {
@@ -237,23 +239,32 @@ fn arc(
         ts.sort_by(f64::total_cmp);
         ts.dedup();
     }
+    let at = |k: usize, t: f64| UvSample::at(&samples[k], &samples[k + 1], t);
     let mut piece = 0;
-    let mut hull: Vec<DVec2> = Vec::with_capacity(3 * ts.len());
+    let mut hull: Vec<DVec2> = Vec::with_capacity(if exact { 3 * ts.len() } else { ts.len() });
+    let mut pieces = Vec::with_capacity(if exact { 0 } else { ts.len() });
+    let mut from = at(samples.partition_point(|s| s.t <= a).clamp(1, samples.len() - 1) - 1, a);
+    from.uv = (from.uv - origin) * scale;
+    hull.push(from.uv);
     for w in ts.windows(2) {
         while piece + 2 < samples.len() && samples[piece + 1].t <= w[0] {
             piece += 1;
         }
-        let [from, to] = [w[0], w[1]].map(|t| UvSample::at(&samples[piece], &samples[piece + 1], t));
-        let third = (w[1] - w[0]) / 3.0;
-        if hull.is_empty() {
-            hull.push(from.uv);
+        if samples[piece].t == w[0] {
+            // Where the tangent breaks, it is another one than before.
+            from.d = samples[piece].d;
         }
+        let mut to = at(piece, w[1]);
+        to.uv = (to.uv - origin) * scale;
+        let steps = [from.d, to.d].map(|d| d * scale * (w[1] - w[0]));
         if exact {
-            hull.extend([from.uv + from.d * third, to.uv - to.d * third]);
+            hull.extend([from.uv + steps[0] / 3.0, to.uv - steps[1] / 3.0]);
+        } else {
+            pieces.push(Piece { steps, bulge: bulge([from.uv, to.uv], steps) });
         }
         hull.push(to.uv);
+        from = to;
     }
-    hull.iter_mut().for_each(|p| *p = (*p - origin) * scale);
     let step = if exact { 3 } else { 1 };
     let mut points: Vec<(f64, DVec2)> = ts.iter().zip(hull.iter().step_by(step)).map(|(&t, &p)| (t, p)).collect();
     let (p, q) = (points[0].1, points[points.len() - 1].1);
@@ -262,10 +273,30 @@ fn arc(
     if length > 0.0 && hull.iter().all(|x| chord.perp_dot(*x - p).abs() <= 1e-9 * length) {
         points = vec![points[0], points[points.len() - 1]];
         hull = if exact { vec![p, p, q, q] } else { vec![p, q] };
+        pieces.clear();
     }
     let (low, high) =
         hull.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
-    Some(Arc { edge, of, points, hull, exact, low, high })
+    let most = pieces.iter().fold(0.0, |most, s| s.bulge.max(most));
+    Some(Arc {
+        edge,
+        of,
+        points,
+        hull,
+        exact,
+        pieces,
+        most,
+        low: low - DVec2::splat(most),
+        high: high + DVec2::splat(most),
+    })
+}
+
+/// How far a cubic may be from its chord at most; `steps` are its derivatives at both ends.
+fn bulge([p, q]: [DVec2; 2], steps: [DVec2; 2]) -> f64 {
+    let chord = q - p;
+    let [a, b] = steps.map(|step| step - chord);
+    // Two thirds of what its inner Bézier points are off the chord's own, and no more than three quarters of the farther one.
+    0.25 * a.length_squared().max(b.length_squared()).sqrt()
 }
 
 impl Arc {
@@ -309,8 +340,60 @@ impl<'a> Span<'a> {
     }
 
     fn can_split(&self) -> bool {
-        let is_straight = self.arc.points.len() == 2;
-        self.to - self.from >= 2 || (self.arc.exact && !is_straight)
+        self.to - self.from >= 2 || (self.arc.exact && self.is_curved())
+    }
+
+    fn is_curved(&self) -> bool {
+        self.arc.points.len() > 2
+    }
+
+    /// The cubics between its points; none where it is one of them, straight, or exact.
+    fn pieces(&self) -> &'a [Piece] {
+        if self.fine.is_some() { &[] } else { self.arc.pieces.get(self.from..self.to).unwrap_or(&[]) }
+    }
+
+    /// How far it may be from the hull of its points.
+    fn bulge(&self) -> f64 {
+        self.pieces().iter().fold(0.0, |most, piece| piece.bulge.max(most))
+    }
+
+    /// The piece after its point `k`, by its Bézier points.
+    fn cubic(&self, k: usize) -> Option<Self> {
+        let steps = self.pieces().get(k)?.steps;
+        let from = self.from + k;
+        let [(a, p), (b, q)] = [from, from + 1].map(|k| self.arc.points[k]);
+        let hull = [p, p + steps[0] / 3.0, q - steps[1] / 3.0, q];
+        Some(Self { from, to: from + 1, fine: Some(Fine { range: [a, b], hull }), ..*self })
+    }
+
+    /// A stretch between two neighbouring points by its Bézier points; any other as it is.
+    fn by_cubic(self) -> Self {
+        if self.to - self.from == 1 { self.cubic(0).unwrap_or(self) } else { self }
+    }
+
+    /// The least and largest coordinate of its points along `n`.
+    fn range_along(&self, n: DVec2) -> (f64, f64) {
+        let points = self.points().iter().map(|x| n.dot(*x));
+        points.fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x), r.1.max(x)))
+    }
+
+    /// The same of a cubic itself: what its Bézier points have beyond it would have to be halved away.
+    fn exact_range_along(&self, n: DVec2) -> (f64, f64) {
+        let Some(fine) = &self.fine else {
+            let ((low, high), bulge) = (self.range_along(n), self.bulge());
+            return (low - bulge, high + bulge);
+        };
+        let c = fine.hull.map(|x| n.dot(x));
+        let [x, y] = turns(c);
+        (c[0].min(c[3]).min(x).min(y), c[0].max(c[3]).max(x).max(y))
+    }
+
+    /// Whether it may be halved below samples, as far as one arc is halved.
+    fn can_be_halved(&self) -> bool {
+        let [a, b] = self.range();
+        let all = self.arc.points[self.arc.points.len() - 1].0 - self.arc.points[0].0;
+        let mid = 0.5 * (a + b);
+        self.is_curved() && (b - a) * f64::from(1 << MAX_DEPTH) > all && mid > a && mid < b
     }
 
     /// Its halves, and the parameter between them.
@@ -328,6 +411,16 @@ impl<'a> Span<'a> {
         let middle = pqr.midpoint(qrs);
         let half = |range, hull| Self { fine: Some(Fine { range, hull }), ..*self };
         (mid, [half([a, mid], [p, pq, pqr, middle]), half([mid, b], [middle, qrs, rs, s])])
+    }
+
+    /// Whether another arc, which is not longer, lies on the side to which this one is hollow. Halving this one takes its chord
+    /// away from there; halving the other changes nothing between them.
+    fn has_inside(&self, other: Self) -> bool {
+        let middle = |s: &Self| s.fine.map(|fine| fine.hull[1].midpoint(fine.hull[2]));
+        let (Some(here), Some(there)) = (middle(self), middle(&other)) else { return false };
+        let ([a, b], [c, d]) = (self.ends(), other.ends());
+        let across = (b - a).perp();
+        c.distance(d) <= 2.0 * a.distance(b) && across.dot(here - a) * across.dot(there - here) < 0.0
     }
 
     /// Largest distance of the points from the chord; of a closed free trim's from its end.
@@ -387,7 +480,7 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>)
     let (fat_a, fat_b) = (a.fatness(), b.fatness());
     let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
     if depth >= 2 * most || (!split_a && !b.can_split()) {
-        found.keep((a, b));
+        separate_below_samples(a, b, found);
         return;
     }
     let (halved, other) = if split_a { (a, b) } else { (b, a) };
@@ -395,6 +488,54 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>)
     found.breaks.push((halved.arc.edge, mid));
     for half in halves {
         separate(half, other, depth + 1, found);
+    }
+}
+
+/// The same for arcs of edges in space that cannot be halved at samples. Where they run along each other, nothing is gained by
+/// breaks, and the two are close as they are.
+fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
+    if a.arc.exact || (!a.is_curved() && !b.is_curved()) {
+        found.keep((a, b));
+        return;
+    }
+    let before = found.breaks.len();
+    let mut left = Vec::new();
+    halve([a.by_cubic(), b.by_cubic()], &mut left, found);
+    if left.is_empty() {
+        return;
+    }
+    found.breaks.truncate(before);
+    // Arcs that touch at a common end are not apart however often they are halved.
+    left.retain(|(a, b)| shared_ends(*a, *b)[0].is_none());
+    if left.is_empty() || left.len() > MAX_UNRESOLVED {
+        left = vec![(a, b)];
+    }
+    left.into_iter().for_each(|pair| found.keep(pair));
+}
+
+/// Halves cubics until their hulls are apart. Those that are not are `left`; halving ends when these are too many.
+fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Close<'a>, found: &mut Found<'a, '_>) {
+    let shared = shared_ends(a, b);
+    let done = left.len() > MAX_UNRESOLVED || !found.work.takes(a.len() + b.len());
+    if done || if shared[0].is_none() { exactly_apart(a, b) } else { apart(a, b, shared) } {
+        return;
+    }
+    let can_split = [a, b].map(|s| s.can_be_halved());
+    if can_split == [false; 2] {
+        left.push((a, b));
+        return;
+    }
+    let hollow = [shared[0].is_none() && a.has_inside(b), shared[0].is_none() && b.has_inside(a)];
+    let first = if can_split == [true; 2] && hollow[0] == hollow[1] {
+        a.fatness() >= b.fatness()
+    } else {
+        can_split[0] && (hollow[0] || !can_split[1])
+    };
+    let (halved, other) = if first { (a, b) } else { (b, a) };
+    let (mid, halves) = halved.split();
+    found.breaks.push((halved.arc.edge, mid));
+    for half in halves {
+        halve([half.by_cubic(), other], left, found);
     }
 }
 
@@ -417,33 +558,44 @@ fn apart(a: Span<'_>, b: Span<'_>, shared: [Option<DVec2>; 2]) -> bool {
 
 /// Whether the direction across `a`'s chord, or along it, keeps the arcs apart.
 fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
-    let [p, q] = a.ends();
-    let along = (q - p).normalize_or_zero();
-    [along.perp(), along].into_iter().any(|n| {
-        let range = |s: Span<'_>| {
-            s.points()
-                .iter()
-                .map(|x| n.dot(*x))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x), r.1.max(x)))
-        };
-        let (ra, rb) = (range(a), range(b));
+    directions(a).into_iter().any(|n| {
+        let (ra, rb) = (a.range_along(n), b.range_along(n));
+        let apart = (rb.0 - ra.1).max(ra.0 - rb.1);
+        apart > 0.0 && (apart > a.arc.most + b.arc.most || apart > a.bulge() + b.bulge())
+    })
+}
+
+/// The same of cubics themselves, for either's chord.
+fn exactly_apart(a: Span<'_>, b: Span<'_>) -> bool {
+    [a, b].into_iter().flat_map(directions).any(|n| {
+        let (ra, rb) = (a.exact_range_along(n), b.exact_range_along(n));
         ra.1 < rb.0 || rb.1 < ra.0
     })
 }
 
-/// Whether the directions from `p` to the points of two arcs fill disjoint cones.
+fn directions(s: Span<'_>) -> [DVec2; 2] {
+    let [p, q] = s.ends();
+    let along = (q - p).normalize_or_zero();
+    [along.perp(), along]
+}
+
+/// Values of a cubic, given by its Bézier coefficients, where it turns between its ends.
+fn turns(c: [f64; 4]) -> [f64; 2] {
+    // A third of the derivative by s: d0 + 2 s q + s² p.
+    let [d0, d1, d2] = [c[1] - c[0], c[2] - c[1], c[3] - c[2]];
+    let (p, q) = (d0 - 2.0 * d1 + d2, d1 - d0);
+    let root = (q * q - p * d0).max(0.0).sqrt();
+    let far = -(q + root.copysign(q));
+    [far / p, d0 / far].map(|s| {
+        let s = if s > 0.0 && s < 1.0 { s } else { 0.0 };
+        let r = 1.0 - s;
+        c[0] * (r * r * r) + c[1] * (3.0 * r * r * s) + c[2] * (3.0 * r * s * s) + c[3] * (s * s * s)
+    })
+}
+
+/// Whether the directions from `p`, where both end, to the points of two arcs fill disjoint cones.
 fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
-    let cone = |s: Span<'_>| {
-        let mut directions = s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME_SHARE);
-        let first = directions.next()?;
-        // Angles relative to the first direction; an arc that turns back around `p` fills everything.
-        let (lo, hi) = directions.fold((0.0_f64, 0.0_f64), |r, d| {
-            let angle = first.angle_to(d);
-            (r.0.min(angle), r.1.max(angle))
-        });
-        Some((first.to_angle(), lo, hi))
-    };
-    let (Some((fa, la, ha)), Some((fb, lb, hb))) = (cone(a), cone(b)) else { return true };
+    let (Some((fa, la, ha)), Some((fb, lb, hb))) = (cone(a.by_cubic(), p), cone(b.by_cubic(), p)) else { return true };
     if ha - la > 3.0 || hb - lb > 3.0 {
         return false;
     }
@@ -451,4 +603,52 @@ fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
     let (ma, mb) = (fa + 0.5 * (la + ha), fb + 0.5 * (lb + hb));
     let between = (ma - mb) - TAU * ((ma - mb) / TAU).round();
     between.abs() > 0.5 * (ha - la) + 0.5 * (hb - lb)
+}
+
+/// Directions from `p` in which an arc that ends there is seen: one of them, and the least and largest angle from it; none if
+/// all of the arc is at `p`.
+fn cone(s: Span<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
+    let points = s.points();
+    let mut first: Option<DVec2> = None;
+    let (mut low, mut high, mut wider) = (0.0_f64, 0.0_f64, 0.0_f64);
+    // Of directions within a right angle of the first, the outermost; of others their angles. An arc that turns back around `p`
+    // fills everything.
+    let mut outermost = [DVec2::ZERO; 2];
+    let mut see = |d: DVec2| {
+        let first = *first.get_or_insert_with(|| {
+            outermost = [d; 2];
+            d
+        });
+        if first.dot(d) <= 0.0 {
+            let angle = first.angle_to(d);
+            (low, high) = (low.min(angle), high.max(angle));
+        } else if outermost[0].perp_dot(d) < 0.0 {
+            outermost[0] = d;
+        } else if outermost[1].perp_dot(d) > 0.0 {
+            outermost[1] = d;
+        }
+    };
+    let pieces = s.pieces();
+    let mut near = f64::INFINITY;
+    for (k, x) in points.iter().enumerate() {
+        let length = (*x - p).length();
+        if length > SAME_SHARE {
+            see(*x - p);
+        }
+        // The piece between this point and the one before: beside `p` by its Bézier points, elsewhere by how far it bulges.
+        if let Some(piece) = k.checked_sub(1).and_then(|before| pieces.get(before)) {
+            let least = near.min(length);
+            if least > SAME_SHARE {
+                wider = wider.max(piece.bulge / least);
+            } else if let Some(Fine { hull, .. }) = s.cubic(k - 1).and_then(|cubic| cubic.fine) {
+                hull[1..3].iter().map(|q| *q - p).filter(|d| d.length() > SAME_SHARE).for_each(&mut see);
+            }
+        }
+        near = length;
+    }
+    let first = first?;
+    let [low, high] = [low.min(first.angle_to(outermost[0])), high.max(first.angle_to(outermost[1]))];
+    // Twice the sine is more than the angle.
+    let wider = if wider < 0.5 { 2.0 * wider } else { TAU };
+    Some((first.to_angle(), low - wider, high + wider))
 }

@@ -1,6 +1,7 @@
 //! What a face comes to by itself, before its borders and breaks are numbered in the part.
 
 use super::chains::Chain;
+use super::mend::Tangle;
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve};
 use crate::model::AxisMap;
 use glam::{DVec2, DVec3};
@@ -94,6 +95,8 @@ pub(super) struct FaceDraft {
     pub(super) lobed: Vec<u32>,
     /// Whether it ends where its surface does, because no loop bounds it there.
     pub(super) ends_with_surface: bool,
+    /// Where edges meet within the face, other than at common ends.
+    pub(super) tangles: Vec<Tangle>,
 }
 
 /// Something told of a face, and where.

@@ -10,6 +10,7 @@ use super::face_error::FaceError;
 use super::free_edges::FreeFace;
 use super::lobes;
 use super::meeting::{Meeting, fold, touching};
+use super::mend::{self, MAX_TANGLES, Mend, Tangle, Way};
 use super::pcurve::Projector;
 use super::region::{Passages, Region, RegionError, region, trace_loop};
 use super::uv_loop::Along;
@@ -39,14 +40,17 @@ const FAR_SHARE: f64 = 0.05;
 /// bounds nothing, and resolving its crossings can take minutes. Nearer ones bound what they do when seen along the normals.
 const LOST_SHARE: f64 = 0.25;
 
+/// Share of a face's size by which the image of an edge may be moved for it not to cross another.
+const MEND_SHARE: f64 = 1e-3;
+
 /// Common points of crossing edges, two for each crossing, beyond which a boundary is a scribble that has no lobes to speak of.
 const MAX_JOINTS: usize = 256;
 
 /// Prepares a face by itself. `free`: what became of its free trims, if it has any. `size` is the diagonal of the part's box.
 /// `shared`: which edges have other faces.
 ///
-/// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; and again
-/// with lobes that run backwards turned.
+/// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; again with
+/// the images of edges apart where they cross; and again with lobes that run backwards turned.
 pub(super) fn draft(
     part: &Part,
     face: &Face,
@@ -54,7 +58,7 @@ pub(super) fn draft(
     size: f64,
     shared: &[bool],
 ) -> Result<FaceDraft, FaceError> {
-    let stated = draft_with(part, face, free, size, Loops::Nested);
+    let stated = draft_with(part, face, free, size, Loops::Nested, &[]);
     if free.is_some() {
         // Free trims were told apart already.
         return stated;
@@ -62,15 +66,18 @@ pub(super) fn draft(
     if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
         if let Some(loops) = without_seams(part, face) {
             let face = Face { loops, ..face.clone() };
-            let again = draft_with(part, &face, None, size, Loops::Nested);
+            let again = draft_with(part, &face, None, size, Loops::Nested, &[]);
             if let Some(mut draft) = again.ok().filter(|draft| !draft.crosses) {
                 draft.notes.push("edges that a wire runs both ways were left out: they bound nothing".to_owned());
                 return Ok(draft);
             }
         }
+        if let Some(draft) = stated.as_ref().ok().and_then(|stated| mended(part, face, size, &stated.tangles)) {
+            return Ok(draft);
+        }
         let few = stated.as_ref().is_ok_and(|draft| draft.joints.len() <= MAX_JOINTS);
         if let Some(draft) =
-            few.then(|| draft_with(part, face, None, size, Loops::ByLobes(shared))).and_then(Result::ok)
+            few.then(|| draft_with(part, face, None, size, Loops::ByLobes(shared), &[])).and_then(Result::ok)
         {
             return Ok(draft);
         }
@@ -80,7 +87,25 @@ pub(super) fn draft(
 
 /// Prepares a face by itself whose loops run as they are stated, whatever lies inside what.
 pub(super) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
-    draft_with(part, face, None, size, Loops::AsStated)
+    draft_with(part, face, None, size, Loops::AsStated, &[])
+}
+
+/// A face with the images of its edges mended about `tangles`, where they meet; none where they still do then. Each time
+/// about all that were met so far, and farther.
+fn mended(part: &Part, face: &Face, size: f64, tangles: &[Tangle]) -> Option<FaceDraft> {
+    let mut tangles = tangles.to_vec();
+    for (way, reach) in [(Way::Straight, 4.0), (Way::Beside, 2.0), (Way::Straight, 16.0), (Way::Beside, 8.0)] {
+        if tangles.is_empty() || tangles.len() > MAX_TANGLES {
+            return None;
+        }
+        let mends = mend::about(part, &tangles, way, reach)?;
+        let draft = draft_with(part, face, None, size, Loops::Nested, &mends).ok()?;
+        if !draft.crosses {
+            return Some(draft);
+        }
+        tangles.extend(draft.tangles);
+    }
+    None
 }
 
 /// Which way loops run.
@@ -101,6 +126,7 @@ fn draft_with(
     free: Option<&Result<FreeFace, FaceError>>,
     size: f64,
     way: Loops<'_>,
+    mends: &[Mend],
 ) -> Result<FaceDraft, FaceError> {
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
@@ -120,6 +146,7 @@ fn draft_with(
     }
     projector.adopt(passages.values().flatten().map(|p| p.1));
     let mut gap = 0.0;
+    let mut moved = 0.0_f64;
     let mut loops = Vec::with_capacity(face.loops.len());
     let mut breaks: Vec<(u32, f64)> =
         passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |p| (edge, p.0))).collect();
@@ -136,12 +163,16 @@ fn draft_with(
                     repairs.push(Told { place, what });
                     continue;
                 }
-                let (traced, miss) = trace_loop(part, coedges, &projector, &mut gap, &passages)?;
+                let (mut traced, miss) = trace_loop(part, coedges, &projector, &mut gap, &passages)?;
+                moved = mend::mend(&mut traced, mends, MEND_SHARE * extent, &projector).max(moved);
                 loops.push(traced);
                 notes.extend(miss.map(|m| format!("the image of a loop misses its start by {m:.3e} mm")));
             }
             Loop::Vertex(v) => named_pole = projector.pole_at(part.vertices[v.index()]),
         }
+    }
+    if moved > 0.0 {
+        notes.push(format!("images of edges crossed where the edges do not; they were moved apart, by {moved:.3e} mm"));
     }
     let near = gap <= LOST_SHARE * extent;
     if !near {
@@ -252,6 +283,7 @@ fn draft_with(
     let exact = free.is_some() && gap == 0.0;
     let mut crossed = None;
     let mut scribble = None;
+    let mut tangles: Vec<Tangle> = Vec::new();
     let (mut critical_count, mut meetings_count) = (0, 0);
     for tile in &mut tiles {
         let others = breaks.len();
@@ -264,6 +296,7 @@ fn draft_with(
         }
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
         for m in &meetings {
+            tangles.push(join.ends(m).map(|(edge, t, _)| (edge, t)));
             breaks.extend(join.ends(m).map(|(edge, t, _)| (edge, t)));
             joints.extend(join.joint(m));
         }
@@ -286,6 +319,7 @@ fn draft_with(
         tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }
     let crosses = crossed.is_some();
+    tangles.retain(|tangle| tangle.iter().all(|side| (side.0 as usize) < part.edges.len()));
     repairs.extend(crossed.into_iter().chain(scribble));
     if gap > GAP_SHARE * extent {
         let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
@@ -315,6 +349,7 @@ fn draft_with(
         filled: false,
         lobed,
         ends_with_surface: region.unbounded.is_some(),
+        tangles,
     })
 }
 

@@ -68,6 +68,7 @@ pub(super) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled>
         notes: Vec::new(),
         repairs: Vec::new(),
         crosses: false,
+        tangles: Vec::new(),
         filled: true,
         lobed: Vec::new(),
         ends_with_surface: false,

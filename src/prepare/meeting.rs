@@ -203,10 +203,7 @@ pub(super) fn beside(tile: &DraftTile, meetings: &[Meeting]) -> Vec<((usize, usi
     let scale = (tile.max - tile.min).recip();
     let mut out = Vec::new();
     for m in meetings.iter().filter(|m| m.tangent) {
-        let far = |of: (usize, usize), t: f64| {
-            let mut hint = 0;
-            ((tile.loops[of.0][of.1].uv.point(t, &mut hint) - m.uv) * scale).length()
-        };
+        let far = |of: (usize, usize), t: f64| ((sample(&tile.loops[of.0][of.1], t).uv - m.uv) * scale).length();
         // The four ways to go, each to the next sample.
         let mut ways: Vec<((usize, usize), f64, f64)> = Vec::new();
         for (of, t) in m.at {
@@ -281,19 +278,25 @@ pub(super) fn touching(tile: &DraftTile) -> Vec<Meeting> {
     twice.map(meeting).collect()
 }
 
-/// The first of the meetings beside which the loops of a tile wind more than once, or backwards, or nothing is kept on their
-/// left: there they cross or overlap. Elsewhere they touch.
+/// The first of the meetings beside which the loops of a tile wind more than once, or backwards, or something is kept on their
+/// right only: there they cross or overlap. Elsewhere they touch.
 pub(super) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
-    /// How far beside a chord the loops are asked, in chords.
-    const BESIDE: f64 = 1e-3;
+    /// How far beside a chord the loops are asked, in chords; and how far beside one that they run there and back.
+    const BESIDE: [f64; 2] = [1e-3, 1e-7];
     if meetings.is_empty() {
         return None;
     }
     let whole: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| l.iter().flat_map(points).map(|p| p.1).collect()).collect();
     let winding = |p: DVec2| whole.iter().map(|l| winding_about(l, p)).sum::<i32>();
-    let sound = |a: DVec2, b: DVec2| {
-        let (middle, left) = (0.5 * (a + b), (b - a).perp() * BESIDE);
-        a == b || (winding(middle + left) == 1 && (0..=1).contains(&winding(middle - left)))
+    let around = |a: DVec2, b: DVec2, beside: f64| {
+        let (middle, left) = (0.5 * (a + b), (b - a).perp() * beside);
+        (winding(middle + left), winding(middle - left))
+    };
+    let sound = |a: DVec2, b: DVec2| match around(a, b, BESIDE[0]) {
+        (1, 0..=1) => true,
+        // A spike without width: nothing is kept on either side, however near.
+        (0, 0) => a == b || around(a, b, BESIDE[1]) == (0, 0),
+        _ => a == b,
     };
     meetings.iter().copied().find(|m| {
         m.at.into_iter().any(|((l, k), t)| {

@@ -86,6 +86,8 @@ pub use shells::Shells;
 mod spans;
 pub use spans::UvDomain;
 
+mod mend;
+
 mod stretches;
 
 mod thin;

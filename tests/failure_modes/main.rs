@@ -11,6 +11,7 @@ mod fillets;
 #[path = "../flipped/mod.rs"]
 mod flipped;
 mod ladder;
+mod noise;
 mod scale;
 mod seams;
 mod splines;

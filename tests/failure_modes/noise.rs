@@ -1,0 +1,80 @@
+//! Edges that are true to less than their faces would need: images that cross though edges do not.
+
+use crate::body::Body;
+use crate::ladder::Ladder;
+use glam::DVec3;
+use std::f64::consts::PI;
+use trimtess::model::{CurveKind, Frame3, NurbsCurve3};
+
+fn at(x: f64, y: f64) -> DVec3 {
+    DVec3::new(x, y, 0.0)
+}
+
+#[test]
+fn arcs_a_thousandth_of_their_radius_apart_stay_apart() {
+    // Chords of one, between points that any tolerance may choose, must not reach the other.
+    const TURN: f64 = 4.0;
+    for gap in [2e-2, 2e-3, 2e-4] {
+        let mut body = Body::sheet();
+        let inner = 5.0 - gap;
+        let [outside, inside] = [5.0, inner].map(|radius| body.arc(&Frame3::WORLD, radius, 0.0, TURN));
+        let across = [TURN, 0.0].map(|angle: f64| at(angle.cos(), angle.sin()));
+        let there = body.line(across[0] * 5.0, across[0] * inner);
+        let back = body.line(across[1] * inner, across[1] * 5.0);
+        body.flat(Frame3::WORLD, vec![vec![outside.along(), there, inside.against(), back]]);
+        Ladder::sheet(body.finish(), 0.5 * TURN * (25.0 - inner * inner)).named(gap).climb();
+    }
+}
+
+#[test]
+fn arcs_that_leave_a_vertex_side_by_side_stay_apart() {
+    // Two quarters of a circle from one vertex, of which the other ends are this far apart.
+    for gap in [5e-2, 5e-3] {
+        let mut body = Body::sheet();
+        let outer = body.arc(&Frame3::WORLD, 3.0, 0.0, 0.5 * PI);
+        let radius = (3.0 - gap) * 0.5 + 4.5 / (3.0 - gap);
+        // Through (3, 0) and the point `gap` below (0, 3), about a centre on the diagonal between them.
+        let [a, b] = [at(3.0, 0.0), at(0.0, 3.0 - gap)];
+        let along = (b - a).normalize();
+        let across = DVec3::Z.cross(along);
+        let half = 0.5 * a.distance(b);
+        let centre = a.midpoint(b) + across * (radius * radius - half * half).sqrt();
+        let angle = |p: DVec3| (p - centre).y.atan2((p - centre).x);
+        let inner = body.arc(&Frame3 { origin: centre, ..Frame3::WORLD }, radius, angle(a), angle(b));
+        let short = body.line(at(0.0, 3.0), at(0.0, 3.0 - gap));
+        body.flat(Frame3::WORLD, vec![vec![outer.along(), short, inner.against()]]);
+        let turn = 2.0 * (half / radius).asin();
+        let below = 1.5 * (3.0 - gap) + 0.5 * radius * radius * (turn - turn.sin());
+        Ladder::sheet(body.finish(), 2.25 * PI - below).named(gap).climb();
+    }
+}
+
+#[test]
+fn a_spline_whose_speed_jumps_by_a_thousand_bounds_a_face() {
+    // One slope for both sides of such a knot has the image run back over itself.
+    let mut body = Body::sheet();
+    let xs = [0.0, 1.0, 3.0, 3.0005, 3.001, 3.0015, 3.002, 6.0, 10.0];
+    let points: Vec<DVec3> = xs.iter().map(|&x| at(x, 0.0)).collect();
+    let knots = vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 4.0];
+    let bottom = body.spline(NurbsCurve3 { degree: 2, knots, points, weights: Vec::new() });
+    let rest = [at(10.0, 0.0), at(10.0, 5.0), at(0.0, 5.0), at(0.0, 0.0)];
+    let mut outline = vec![bottom.along()];
+    outline.extend(rest.windows(2).map(|w| body.line(w[0], w[1])));
+    body.flat(Frame3::WORLD, vec![outline]);
+    Ladder::sheet(body.finish(), 50.0).climb();
+}
+
+#[test]
+fn an_edge_whose_curve_starts_beyond_its_neighbour_leaves_its_vertex_inside() {
+    for off in [5e-5, 5e-4] {
+        let mut body = Body::sheet();
+        let corners = [at(0.0, 0.0), at(10.0, 0.0), at(10.0, 10.0), at(0.0, 10.0)];
+        let [a, b] = [0, 1].map(|k| body.vertex(corners[k]));
+        let curve = NurbsCurve3::line(at(-off, off), corners[1]);
+        let bottom = body.part.curve(curve, CurveKind::Line, a, b);
+        let mut outline = vec![bottom.along()];
+        outline.extend((1..4).map(|k| body.line(corners[k], corners[(k + 1) % 4])));
+        body.flat(Frame3::WORLD, vec![outline]);
+        Ladder::sheet(body.finish(), 100.0).named(off).climb();
+    }
+}
