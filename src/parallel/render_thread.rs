@@ -185,11 +185,15 @@ fn climbed(scene: Option<&Scene>, batches: &[Batch], tiles: Vec<FaceRung>) -> (V
     // A tile that vanishes is nothing to a face with other tiles.
     let (vanished, tiles): (Vec<_>, Vec<_>) = tiles.into_iter().partition(|tile| tile.rung == Rung::NoArea);
     let vanished: BTreeSet<(PartId, FaceId)> = vanished.iter().map(|tile| (tile.part, tile.face)).collect();
-    for tile in tiles {
-        let rung = worst.entry((tile.part, tile.face)).or_default();
-        *rung = tile.rung.max(*rung);
-    }
     let parts = scene.map_or(&[][..], |scene| &scene.parts);
+    let has_no_area = |part: PartId, face: FaceId| {
+        parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
+    };
+    for tile in tiles {
+        let rung = if has_no_area(tile.part, tile.face) { Rung::NoArea } else { tile.rung };
+        let worst = worst.entry((tile.part, tile.face)).or_default();
+        *worst = rung.max(*worst);
+    }
     let mut meshed: Vec<Vec<bool>> = parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
     for batch in batches {
         if let Some(meshed) = meshed.get_mut(batch.part.index()).and_then(|part| part.get_mut(batch.face.index())) {
@@ -200,7 +204,7 @@ fn climbed(scene: Option<&Scene>, batches: &[Batch], tiles: Vec<FaceRung>) -> (V
         for (face, _) in faces.iter().enumerate().filter(|(_, meshed)| !**meshed) {
             let face = FaceId::new(face);
             let key = (PartId::new(part), face);
-            let no_area = parts[part].without_area.binary_search(&face).is_ok() || vanished.contains(&key);
+            let no_area = has_no_area(key.0, key.1) || vanished.contains(&key);
             let rung = if no_area { Rung::NoArea } else { Rung::Lost };
             worst.entry(key).and_modify(|worst| *worst = rung.max(*worst)).or_insert(rung);
         }

@@ -49,8 +49,8 @@ pub(in crate::frame) enum AtCrossings {
 pub(in crate::frame) struct Refused;
 
 /// Triangulations until segments that still cross are led around each other. A round sees only crossings with segments that
-/// are already in, and the next ones those that rounding made; random self-crossing loops need three to seven.
-const MAX_ROUNDS: usize = 6;
+/// are already in, and the next ones those that rounding made; random self-crossing loops need three to seven, and dense scribbles a few more.
+const MAX_ROUNDS: usize = 12;
 
 /// Crossings that are split, for each segment and in all. Loops of real files have a handful; n segments of noise have n² of
 /// them, and are led along vertices nearby.
