@@ -511,6 +511,7 @@ fn evaluate(
 }
 
 /// Appends a triangle unless two of its corners are one point (a pole): both its other sides are the same edge.
+#[inline(always)]
 fn push_triangle(mesh: &mut PatchMesh, [a, b, c]: [u32; 3], reversed: bool) {
     let p = |v: u32| mesh.positions[v as usize];
     if p(a) != p(b) && p(b) != p(c) && p(c) != p(a) {
