@@ -21,6 +21,9 @@ use std::f64::consts::TAU;
 /// keeps their polylines apart, and the trim stage resolves what crosses.
 const MAX_DEPTH: u32 = 8;
 
+/// Halvings of a cubic between two samples, however short it is: where an image hooks, samples are dense.
+const MAX_DEPTH_BELOW: u32 = 6;
+
 /// Halvings of one arc of a free trim: two that run side by side at a billionth of the domain are apart.
 const MAX_DEPTH_EXACT: u32 = 16;
 
@@ -94,8 +97,10 @@ struct Fine {
     hull: [DVec2; 4],
 }
 
-/// Pairs of stretches that cannot be told apart.
-type Close<'a> = Vec<(Span<'a>, Span<'a>)>;
+type Pair<'a> = (Span<'a>, Span<'a>);
+
+/// Pairs of stretches that cannot be told apart, and the parts of them that cannot.
+type Close<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
 
 /// What is left of the work on a tile, in points.
 struct Work(usize);
@@ -134,9 +139,10 @@ pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
             return (meetings, work.0 > 0);
         }
         let mut new: Vec<Meeting> = Vec::new();
-        for &(a, b) in &close {
-            for m in meet(tile, a, b) {
-                let known = new.iter().any(|n| n.is(&m)) || meetings.iter().any(|n| n.blurs(&m, tile));
+        for (pair, parts) in &close {
+            for m in meet_near(tile, *pair, parts) {
+                let known =
+                    new.iter().any(|n| n.is(&m) || n.blurs(&m, tile)) || meetings.iter().any(|n| n.blurs(&m, tile));
                 if !known && meetings.len() + new.len() < MAX_MEETINGS {
                     new.push(m);
                 }
@@ -155,6 +161,15 @@ pub(super) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
         more.extend(beside(tile, &meetings));
     }
     (meetings, true)
+}
+
+/// Where two stretches meet: where they touch, or else where parts of them do.
+fn meet_near(tile: &DraftTile, (a, b): Pair<'_>, parts: &[Pair<'_>]) -> Vec<Meeting> {
+    let mut found = meet(tile, a, b);
+    if !found.iter().any(|m| m.tangent) {
+        found.extend(parts.iter().flat_map(|&(a, b)| meet(tile, a, b)));
+    }
+    found
 }
 
 /// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at which
@@ -191,7 +206,7 @@ fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
             }
             if a.points.len() == 2 && b.points.len() == 2 {
                 if !a.exact && !a.only_joins(b) {
-                    found.keep((Span::of(a), Span::of(b)));
+                    found.keep((Span::of(a), Span::of(b)), Vec::new());
                 }
             } else if !a.runs_along(b) {
                 separate(Span::of(a), Span::of(b), 0, &mut found);
@@ -202,11 +217,13 @@ fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
 }
 
 impl<'a> Found<'a, '_> {
-    /// Adds a pair to those that cannot be told apart: looking for its meeting is work to come.
-    fn keep(&mut self, pair: (Span<'a>, Span<'a>)) {
+    /// Adds a pair to those that cannot be told apart, with the parts of it that cannot if these are few: looking for its meeting
+    /// is work to come.
+    fn keep(&mut self, pair: Pair<'a>, parts: Vec<Pair<'a>>) {
         let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
-        if !pair.0.arc.exact && self.work.takes(WORK_PER_MEETING[usize::from(straight)]) {
-            self.close.push(pair);
+        let work = WORK_PER_MEETING[usize::from(straight)] * (1 + parts.len());
+        if !pair.0.arc.exact && self.work.takes(work) {
+            self.close.push((pair, parts));
         }
     }
 }
@@ -388,12 +405,14 @@ impl<'a> Span<'a> {
         (c[0].min(c[3]).min(x).min(y), c[0].max(c[3]).max(x).max(y))
     }
 
-    /// Whether it may be halved below samples, as far as one arc is halved.
+    /// Whether it may be halved below samples: as far as one arc is halved, or [`MAX_DEPTH_BELOW`] times.
     fn can_be_halved(&self) -> bool {
         let [a, b] = self.range();
-        let all = self.arc.points[self.arc.points.len() - 1].0 - self.arc.points[0].0;
+        let width = |from: usize, to: usize| self.arc.points[to].0 - self.arc.points[from].0;
+        let least = (width(0, self.arc.points.len() - 1) / f64::from(1 << MAX_DEPTH))
+            .min(width(self.from, self.to) / f64::from(1 << MAX_DEPTH_BELOW));
         let mid = 0.5 * (a + b);
-        self.is_curved() && (b - a) * f64::from(1 << MAX_DEPTH) > all && mid > a && mid < b
+        self.is_curved() && b - a > least && mid > a && mid < b
     }
 
     /// Its halves, and the parameter between them.
@@ -495,7 +514,7 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>)
 /// breaks, and the two are close as they are.
 fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
     if a.arc.exact || (!a.is_curved() && !b.is_curved()) {
-        found.keep((a, b));
+        found.keep((a, b), Vec::new());
         return;
     }
     let before = found.breaks.len();
@@ -507,14 +526,14 @@ fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_
     found.breaks.truncate(before);
     // Arcs that touch at a common end are not apart however often they are halved.
     left.retain(|(a, b)| shared_ends(*a, *b)[0].is_none());
-    if left.is_empty() || left.len() > MAX_UNRESOLVED {
-        left = vec![(a, b)];
+    if left.len() > MAX_UNRESOLVED {
+        left.clear();
     }
-    left.into_iter().for_each(|pair| found.keep(pair));
+    found.keep((a, b), left);
 }
 
 /// Halves cubics until their hulls are apart. Those that are not are `left`; halving ends when these are too many.
-fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Close<'a>, found: &mut Found<'a, '_>) {
+fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
     let done = left.len() > MAX_UNRESOLVED || !found.work.takes(a.len() + b.len());
     if done || if shared[0].is_none() { exactly_apart(a, b) } else { apart(a, b, shared) } {

@@ -33,7 +33,7 @@ pub(super) struct Meeting {
     /// How far apart parameters of either are the same.
     same: [f64; 2],
     /// Whether the curves run side by side there.
-    tangent: bool,
+    pub(super) tangent: bool,
 }
 
 impl Meeting {
