@@ -394,11 +394,13 @@ fn finish(
         }
         *slot
     };
-    for v in s.trimmed.vertices() {
-        if *v >= tessellants && *v < tessellants + corners {
-            *v = use_corner(*v - tessellants, &mut s.uvs, &mut mesh.origins);
+    s.trimmed.rename(|v| {
+        if v >= tessellants && v < tessellants + corners {
+            use_corner(v - tessellants, &mut s.uvs, &mut mesh.origins)
+        } else {
+            v
         }
-    }
+    });
     let corner = |i: u32, j: u32| j * (nu + 1) + i;
     let mut quads = Vec::with_capacity(s.trimmed.full_cells.len());
     for &[i, j] in &s.trimmed.full_cells {
@@ -413,11 +415,7 @@ fn finish(
         mesh.origins.push(Origin::Crossing { k: k as u32 });
     }
     if !s.trimmed.extra_points.is_empty() {
-        for v in s.trimmed.vertices() {
-            if *v >= tessellants + corners {
-                *v = *v - corners + corners_used;
-            }
-        }
+        s.trimmed.rename(|v| if v >= tessellants + corners { v - corners + corners_used } else { v });
     }
     let mut fresh = usize::MAX;
     if let Some(Kept { samples, from, fresh: new }) = kept {

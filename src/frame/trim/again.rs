@@ -333,7 +333,7 @@ impl TrimScratch {
         };
         cells.copy(tile, place, &again.to, (&mut out.triangles, &mut rings.kept))?;
         out.stats.rings = (rings.rings.len() + rings.kept.len()) as u32;
-        let outcome = certified(tile, rings.around_full, out).ok()?;
+        let outcome = certified(tile, out).ok()?;
         Some((outcome, fresh))
     }
 }

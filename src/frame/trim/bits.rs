@@ -61,6 +61,11 @@ impl Bits {
         }
     }
 
+    /// How many bits are set.
+    pub(super) fn count(&self) -> u64 {
+        self.words.iter().map(|word| u64::from(word.count_ones())).sum()
+    }
+
     pub(super) fn words_per_row(&self) -> usize {
         self.words_per_row
     }

@@ -92,11 +92,6 @@ pub(super) fn clean_up(
     out.triangles.retain(|t| *t != DEAD);
     if !taken_cells.is_empty() {
         let taken: std::collections::BTreeSet<u32> = taken_cells.into_iter().collect();
-        for &cell in &taken {
-            let (i, j) = (cell % tile.cells.0, cell / tile.cells.0);
-            let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-            rings.around_full.remove(&corners.map(|(i, j)| tile.corner_id(i, j)));
-        }
         out.full_cells.retain(|&[i, j]| !taken.contains(&(j * tile.cells.0 + i)));
     }
     Ok(())

@@ -262,25 +262,36 @@ impl Ladder {
     fn by_traced_cells(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, Refused> {
         let Self { trace, rings, slits, polygon, .. } = self;
         out.stats.crossings = trace.crossings.len() as u32;
-        if !rings.build_one_cell(tile, trace, slits, polygon, out) {
-            rings.build(tile, trace, polygon, out, |_| false).map_err(|_| Refused::OrderOfCrossings)?;
-            out.stats.rings = rings.rings.len() as u32;
-            out.stats.failed_rings = rings.failed;
-            if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
-                cleanup::clean_up(tile, trace, rings, slits, polygon, out).map_err(|_| Refused::NotSimple)?;
-            }
+        // A slit polygon and its triangles have the loops as their boundary.
+        if rings.build_one_cell(tile, trace, slits, polygon, out) {
+            return Ok(TrimOutcome::Certified);
         }
-        certified(tile, rings.around_full, out)
+        rings.build(tile, trace, polygon, out, |_| false).map_err(|_| Refused::OrderOfCrossings)?;
+        out.stats.rings = rings.rings.len() as u32;
+        out.stats.failed_rings = rings.failed;
+        if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
+            cleanup::clean_up(tile, trace, rings, slits, polygon, out).map_err(|_| Refused::NotSimple)?;
+            certified(tile, out)
+        } else if rings.close(trace) {
+            Ok(TrimOutcome::Certified)
+        } else {
+            Err(Refused::OrderOfCrossings)
+        }
     }
 }
 
-/// How it went, if the boundary of the triangles and of the full cells, which is stated, is the loops.
+/// How it went, if the boundary of the triangles and of the full cells is the loops.
 ///
 /// Positive triangles with that boundary cover each point as often as the loops wind around it. Loops that are not simple
 /// can pass everything but this, because full cells come from parities and rings from the order of crossings.
-fn certified(tile: &TrimInput<'_>, around_full: Fingerprint, out: &TrimOutput) -> Result<TrimOutcome, Refused> {
-    let mut boundary = around_full;
+fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOutcome, Refused> {
+    let mut boundary = Fingerprint::default();
     out.triangles.iter().for_each(|&t| boundary.add_triangle(t));
+    for &[i, j] in &out.full_cells {
+        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| tile.corner_id(i, j));
+        boundary.add_triangle([a, b, c]);
+        boundary.add_triangle([a, c, d]);
+    }
     // Where loops touch, triangles may name another vertex in the same place.
     let closes = boundary == Fingerprint::of_loops(tile) || out.stats.clusters > 0 && close::is_closed(tile, out);
     if !closes {
@@ -361,9 +372,7 @@ impl Distinct {
 
     fn restore_ids(&self, input: &TrimInput<'_>, out: &mut TrimOutput) {
         let (ours, theirs) = (self.original.len() as u32, input.points.len() as u32);
-        for v in out.vertices() {
-            *v = if *v < ours { self.original[*v as usize] } else { *v - ours + theirs };
-        }
+        out.rename(|v| if v < ours { self.original[v as usize] } else { v - ours + theirs });
     }
 }
 
@@ -383,10 +392,12 @@ impl TrimOutput {
         self.stats = stats;
     }
 
-    /// The corners of all triangles, of full cells not.
-    pub(super) fn vertices(&mut self) -> impl Iterator<Item = &mut u32> {
-        let layers = self.layers.iter_mut().map(|(t, _)| t);
-        self.triangles.iter_mut().chain(layers).chain(&mut self.closing).flatten()
+    /// Renames the corners of all triangles, of full cells not.
+    pub(super) fn rename(&mut self, mut name: impl FnMut(u32) -> u32) {
+        let mut all = |triangle: &mut [u32; 3]| triangle.iter_mut().for_each(|v| *v = name(*v));
+        self.triangles.iter_mut().for_each(&mut all);
+        self.layers.iter_mut().for_each(|(triangle, _)| all(triangle));
+        self.closing.iter_mut().for_each(all);
     }
 
     /// Where a vertex is, in cell units.

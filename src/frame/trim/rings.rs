@@ -5,7 +5,6 @@
 //! cell, which is why the rings' boundaries cancel along lattice lines.
 
 use super::again::KeptRing;
-use super::chain::Fingerprint;
 use super::slits::Slits;
 use super::trace::{NONE, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
@@ -43,10 +42,8 @@ pub(super) struct Rings {
     pub(super) ring_of: Vec<u32>,
     /// By ring, the ring that was solved in its place and that of its neighbours; empty where none was cleaned up.
     pub(super) roots: Vec<u32>,
-    /// Boundary of the full cells together.
-    pub(super) around_full: Fingerprint,
-    /// Which cells of the row below are full.
-    full_below: Vec<u64>,
+    /// Kept corners of cells with rings, once for each ring that goes around them, and of full cells.
+    corners: u64,
     pub(super) failed: u32,
     /// Those that are as they were before.
     pub(super) kept: Vec<KeptRing>,
@@ -69,11 +66,13 @@ impl Rings {
         self.ring_of.clear();
         self.ring_of.resize(trace.crossings.len(), NONE);
         self.failed = 0;
+        self.corners = 0;
         for k in 0..trace.crossings.len() as u32 {
             let next = trace.crossings[k as usize].next as usize;
             if self.ring_of[k as usize] == NONE && !kept(trace.crossings[next].cell) {
                 let ring = self.rings.len() as u32;
-                walk(tile, trace, k, polygon, |chain| self.ring_of[chain as usize] = ring)?;
+                let corners = walk(tile, trace, k, polygon, |chain| self.ring_of[chain as usize] = ring)?;
+                self.corners += corners as u64;
                 self.add(Origin::Chain(k), polygon, out);
             }
         }
@@ -101,7 +100,6 @@ impl Rings {
             return false;
         }
         polygon.clear();
-        self.around_full = Fingerprint::default();
         slits.join_holes(tile, loops.iter().map(|l| l.loop_index), polygon) && polygon.triangulate(&mut out.triangles)
     }
 
@@ -115,12 +113,8 @@ impl Rings {
 
     /// Cells with four kept corners and no crossing, 64 at a time.
     fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut Polygon, out: &mut TrimOutput) {
-        self.around_full = Fingerprint::default();
-        self.full_below.clear();
-        self.full_below.resize(trace.kept.words_per_row(), 0);
         let (_, nv) = trace.cells();
         for row in 0..nv {
-            let mut left = 0;
             for word in 0..trace.kept.words_per_row() {
                 let kept = |row| trace.kept.word(word, row) & trace.kept.word_after(word, row);
                 let crossed = trace.crossed_h.word(word, row)
@@ -129,15 +123,12 @@ impl Rings {
                     | trace.crossed_v.word_after(word, row);
                 let full = kept(row) & kept(row + 1) & !crossed;
                 let special = full & trace.special.word(word, row);
-                let plain = full & !special;
-                let column = |bit: u32| word as u32 * 64 + bit;
-                for bit in ones(plain) {
-                    out.full_cells.push([column(bit), row as u32]);
+                self.corners += 4 * u64::from(full.count_ones());
+                for bit in ones(full & !special) {
+                    out.full_cells.push([word as u32 * 64 + bit, row as u32]);
                 }
-                self.add_outline(tile, [word as u32, row as u32], plain, left);
-                left = plain >> 63;
                 for bit in ones(special) {
-                    let cell = row as u32 * tile.cells.0 + column(bit);
+                    let cell = row as u32 * tile.cells.0 + word as u32 * 64 + bit;
                     cell_polygon(tile, trace, cell, polygon);
                     self.add(Origin::Cell(cell), polygon, out);
                 }
@@ -145,22 +136,15 @@ impl Rings {
         }
     }
 
-    /// Adds the sides between full cells of a word and cells below or on the left that are not full, and the other way round.
-    /// `left`: whether the cell before the word is full. Kept corners are inner ones, so cells along the tile's border are never
-    /// full, and each side is seen from above or from the right.
-    #[inline(always)]
-    fn add_outline(&mut self, tile: &TrimInput<'_>, [word, row]: [u32; 2], full: u64, left: u64) {
-        let below = std::mem::replace(&mut self.full_below[word as usize], full);
-        for bit in ones(full ^ below) {
-            let ends = [0, 1].map(|step| tile.corner_id(word * 64 + bit + step, row));
-            let [from, to] = if full >> bit & 1 == 1 { ends } else { [ends[1], ends[0]] };
-            self.around_full.add(from, to);
-        }
-        for bit in ones(full ^ (full << 1 | left)) {
-            let ends = [0, 1].map(|step| tile.corner_id(word * 64 + bit, row + step));
-            let [from, to] = if full >> bit & 1 == 1 { [ends[1], ends[0]] } else { ends };
-            self.around_full.add(from, to);
-        }
+    /// Whether the boundary of all rings and full cells, which [`build`](Self::build) found, is the loops.
+    ///
+    /// A ring and its triangles have the same boundary, and the rings' chains sum to the loops. What is left are sides along
+    /// lattice edges, which crossings and corners cut into pieces. A piece next to a crossing belongs to the ring that leaves
+    /// or enters there, in both cells alike, since crossings alternate. A whole edge belongs to a ring or full cell where that
+    /// goes around its ends; so it has one on either side if all four cells at each kept corner go around it, and none at the
+    /// others. Rings go around kept corners only: it is enough to count.
+    pub(super) fn close(&self, trace: &Trace) -> bool {
+        self.corners == 4 * trace.kept.count()
     }
 
     /// The polygon of a ring once more. Not for loops.
@@ -196,7 +180,8 @@ fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut Po
     polygon.close();
 }
 
-/// Collects the polygon of the ring that contains chain `first`; `visit` sees its chains.
+/// Collects the polygon of the ring that contains chain `first`; `visit` sees its chains. Returns how many corners it goes
+/// around.
 #[inline(always)]
 fn walk(
     tile: &TrimInput<'_>,
@@ -204,7 +189,7 @@ fn walk(
     first: u32,
     polygon: &mut Polygon,
     mut visit: impl FnMut(u32),
-) -> Result<(), Inconsistent> {
+) -> Result<usize, Inconsistent> {
     polygon.clear();
     let mut k = first;
     let (mut chains, mut corners, mut first_chain) = (0usize, 0usize, 0);
@@ -232,7 +217,7 @@ fn walk(
     let n = polygon.ids.len();
     let facing = (chains == 1 && n == first_chain + corners) || (chains == 2 && corners == 0);
     polygon.zip = if n == open && first_chain < n && facing { first_chain } else { 0 };
-    Ok(())
+    Ok(corners)
 }
 
 /// Pushes the tessellants of chain `k` and returns the crossing where it ends.
@@ -282,11 +267,10 @@ pub(super) fn next_chain(
         return if enters { Ok(partner) } else { Err(Inconsistent) };
     }
     let (i, j) = (c.cell[0] as usize, c.cell[1] as usize);
-    let (nu, nv) = trace.cells();
     let mut side = c.side;
     for _ in 0..4 {
         let (ci, cj) = corner_after(i, j, side);
-        if ci == 0 || cj == 0 || ci == nu || cj == nv {
+        if !trace.kept.get(ci, cj) {
             return Err(Inconsistent);
         }
         corner(ci, cj);
