@@ -5,7 +5,7 @@
 
 use super::UvCurve;
 use super::UvSample;
-use super::critical::Span;
+use super::arcs::Span;
 use super::draft::{DraftTile, DraftUse};
 use super::uv_curve::SAME_SHARE;
 use super::uv_loop::winding_about;

@@ -2,6 +2,8 @@
 
 mod arc_bounds;
 
+mod arcs;
+
 mod arrangement;
 
 mod boxes;
@@ -51,6 +53,8 @@ mod inside;
 
 mod intersect;
 pub use intersect::{CurveMeeting, CurvePlace, MeetingKind, intersections};
+
+mod lead;
 
 mod lobes;
 
