@@ -236,7 +236,9 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>)
 /// The same for arcs of edges in space that cannot be halved at samples. Where they run along each other, nothing is gained by
 /// breaks, and the two are close as they are.
 fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
-    if a.arc.exact || (!a.is_curved() && !b.is_curved()) {
+    // Where they leave a common end side by side, each halving would only ask for the next.
+    let joined = shared_ends(a, b)[0].is_some();
+    if a.arc.exact || joined || (!a.is_curved() && !b.is_curved()) {
         found.keep((a, b), Vec::new());
         return;
     }
