@@ -219,13 +219,12 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>)
         (true, None) => MAX_DEPTH_EXACT,
         (true, Some(_)) => MAX_DEPTH_TANGENT,
     };
-    let (fat_a, fat_b) = (a.fatness(), b.fatness());
-    let split_a = a.can_split() && (fat_a >= fat_b || !b.can_split());
-    if depth >= 2 * most || (!split_a && !b.can_split()) {
+    let can_split = [a, b].map(|s| s.can_split());
+    if depth >= 2 * most || can_split == [false; 2] {
         separate_below_samples(a, b, found);
         return;
     }
-    let (halved, other) = if split_a { (a, b) } else { (b, a) };
+    let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
     let (mid, halves) = halved.split();
     found.breaks.push((halved.arc.edge, mid));
     for half in halves {
@@ -257,6 +256,16 @@ fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_
     found.keep((a, b), left);
 }
 
+/// Whether the first of two arcs is to be halved: the one to whose hollow side the other lies, or else the fatter one.
+fn is_halved_first([a, b]: [Span<'_>; 2], can_split: [bool; 2], joined: bool) -> bool {
+    let hollow = [!joined && a.has_inside(b), !joined && b.has_inside(a)];
+    if can_split == [true; 2] && hollow[0] == hollow[1] {
+        a.fatness() >= b.fatness()
+    } else {
+        can_split[0] && (hollow[0] || !can_split[1])
+    }
+}
+
 /// Halves cubics until their hulls are apart. Those that are not are `left`; halving ends when these are too many.
 fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
@@ -269,13 +278,7 @@ fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<
         left.push((a, b));
         return;
     }
-    let hollow = [shared[0].is_none() && a.has_inside(b), shared[0].is_none() && b.has_inside(a)];
-    let first = if can_split == [true; 2] && hollow[0] == hollow[1] {
-        a.fatness() >= b.fatness()
-    } else {
-        can_split[0] && (hollow[0] || !can_split[1])
-    };
-    let (halved, other) = if first { (a, b) } else { (b, a) };
+    let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
     let (mid, halves) = halved.split();
     found.breaks.push((halved.arc.edge, mid));
     for half in halves {
