@@ -648,6 +648,7 @@ fn crossings_that_only_the_frame_resolves_keep_the_proportions_of_the_sheet() {
         assert!(report.degraded.iter().any(|d| split(&d.degradation)), "{:?}", report.degraded);
         facts.area / stretch
     };
+    // What only closes lies along the segments, and has no area.
     let [square, wide] = [1.0, 12.0].map(area);
     assert!((square - wide).abs() < 1e-6 * square, "{square} and {wide}");
 }

@@ -5,6 +5,7 @@
 
 use super::TrimInput;
 use crate::mesh::BitMix;
+use glam::DVec2;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
@@ -36,37 +37,76 @@ impl Chain {
     /// The chain as simple closed walks that sum to it, each a list of three or more distinct vertices. The chain must be
     /// closed: as many edges enter each vertex as leave it. An edge of multiplicity n is part of n walks.
     ///
-    /// The walks depend on the chain alone, not on the order in which it was summed.
-    pub(super) fn walks(&self) -> Vec<Vec<u32>> {
+    /// Where several edges leave a vertex, a walk takes the one that leads back most nearly along the line it came by, as
+    /// `point` places them: what closes a segment that was split lies along the segment. The walks depend on the chain alone,
+    /// not on the order in which it was summed.
+    pub(super) fn walks(&self, point: impl Fn(u32) -> DVec2) -> Vec<Vec<u32>> {
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for (&(low, high), &times) in &self.edges {
             let edge = if times > 0 { [low, high] } else { [high, low] };
             edges.extend(std::iter::repeat_n(edge, times.unsigned_abs() as usize));
         }
         edges.sort_unstable();
-        let first = |v: u32| edges.partition_point(|edge| edge[0] < v);
-        // By vertex, where its next unused edge stands.
-        let mut next: HashMap<u32, usize> = HashMap::new();
+        let mut unused = Unused::of(edges);
         let mut walks = Vec::new();
         // Vertices of the path so far, and where each of them stands in it.
         let (mut path, mut at): (Vec<u32>, HashMap<u32, usize>) = (Vec::new(), HashMap::new());
-        for start in 0..edges.len() {
-            let mut here = edges[start][0];
+        for start in 0..unused.edges.len() {
+            let mut here = unused.edges[start][0];
             loop {
                 if let Some(from) = at.get(&here).copied() {
                     let walk = path.split_off(from);
                     walk.iter().for_each(|v| _ = at.remove(v));
                     walks.push(walk);
                 }
-                let edge = next.entry(here).or_insert_with(|| first(here));
-                let Some(&[_, to]) = edges.get(*edge).filter(|edge| edge[0] == here) else { break };
-                *edge += 1;
+                let came = path.last().map(|&before| point(here) - point(before));
+                let bend = |to: u32| came.map_or(0.0, |came| bend(came, point(to) - point(here)));
+                let Some(to) = unused.take(here, bend) else { break };
                 at.insert(here, path.len());
                 path.push(here);
                 here = to;
             }
         }
         walks
+    }
+}
+
+/// How far a step is from leading back the way that one came: 0 for straight back, next to 0 for straight on, at most 1 to the
+/// side.
+fn bend(came: DVec2, on: DVec2) -> f64 {
+    /// Straight on comes after straight back, and before what turns more than rounding does.
+    const ON: f64 = 1e-9;
+    let lengths = came.length() * on.length();
+    let sine = if lengths > 0.0 { (came.perp_dot(on) / lengths).abs() } else { 0.0 };
+    sine + if came.dot(on) > 0.0 { ON } else { 0.0 }
+}
+
+/// Edges in ascending order of which some are used up.
+struct Unused {
+    edges: Vec<[u32; 2]>,
+    used: Vec<bool>,
+    /// By vertex, the first of its edges that may be unused.
+    next: HashMap<u32, usize>,
+}
+
+impl Unused {
+    fn of(edges: Vec<[u32; 2]>) -> Self {
+        Self { used: vec![false; edges.len()], edges, next: HashMap::new() }
+    }
+
+    /// Takes the edge from a vertex whose end has the least `bend`; `None` if none is left. Looks at the first few only: a
+    /// vertex of thousands must not cost their square.
+    fn take(&mut self, from: u32, bend: impl Fn(u32) -> f64) -> Option<u32> {
+        const LOOKED_AT: usize = 16;
+        let Self { edges, used, next } = self;
+        let first = next.entry(from).or_insert_with(|| edges.partition_point(|edge| edge[0] < from));
+        while used.get(*first).copied().unwrap_or(false) && edges[*first][0] == from {
+            *first += 1;
+        }
+        let of_vertex = (*first..edges.len()).take_while(|&k| edges[k][0] == from).take(LOOKED_AT);
+        let best = of_vertex.filter(|&k| !used[k]).min_by(|&j, &k| bend(edges[j][1]).total_cmp(&bend(edges[k][1])))?;
+        used[best] = true;
+        Some(edges[best][1])
     }
 }
 
@@ -168,7 +208,8 @@ mod tests {
         for (a, b) in [(8, 7), (7, 6), (6, 5), (5, 8)] {
             chain.add([a, b], 1);
         }
-        let walks = chain.walks();
+        let point = |v: u32| DVec2::from_angle(f64::from(v));
+        let walks = chain.walks(point);
         assert_eq!(walks.len(), 4, "{walks:?}");
         for walk in &walks {
             for (k, &v) in walk.iter().enumerate() {
@@ -180,7 +221,26 @@ mod tests {
             assert_eq!(sorted.len(), walk.len(), "{walk:?} is simple");
         }
         assert!(chain.is_zero());
-        assert!(chain.walks().is_empty());
+        assert!(chain.walks(point).is_empty());
+    }
+
+    #[test]
+    fn split_segments_are_closed_one_by_one() {
+        // A closed strip of collinear and bent segments, each of which is split in its middle.
+        let points = [(0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (4.0, 2.0), (0.0, 2.0)].map(|(x, y)| DVec2::new(x, y));
+        let point = |v: u32| {
+            let [k, next] = [v % 5, (v + 1) % 5].map(|k| points[k as usize]);
+            if v < 5 { k } else { k.midpoint(next) }
+        };
+        let mut chain = Chain::default();
+        for k in 0..5 {
+            chain.add([k, (k + 1) % 5], 1);
+            chain.add([k, k + 5], -1);
+            chain.add([k + 5, (k + 1) % 5], -1);
+        }
+        let walks = chain.walks(point);
+        assert_eq!(walks.len(), 5, "{walks:?}");
+        assert!(walks.iter().all(|walk| walk.len() == 3), "{walks:?}");
     }
 
     #[test]

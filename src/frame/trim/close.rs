@@ -22,7 +22,7 @@ pub(super) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
     if rest.is_zero() {
         return;
     }
-    for walk in rest.walks() {
+    for walk in rest.walks(|v| out.point(input, v)) {
         let points: Vec<DVec3> = walk.iter().map(|&v| one.place(input, out, v)).collect();
         cut_ears(&walk, &points, &mut out.closing);
     }
