@@ -203,7 +203,7 @@ fn an_offset_is_of_one_sheet_although_the_profile_passes_the_axis_aside() {
     for y in [0.0, 1e-5, -1e-3] {
         let basis = format!(
             "#61=SURFACE_OF_REVOLUTION('',#62,#63);#62=CIRCLE('',#64,5.);#64=AXIS2_PLACEMENT_3D('',#65,#66,#23);\
-             #65=X;#66=DIRECTION('',(0.,-1.,0.));#63=AXIS1_PLACEMENT('',#21,#22);"
+             #65=CARTESIAN_POINT('',(4.,{y:.9},0.));#66=DIRECTION('',(0.,-1.,0.));#63=AXIS1_PLACEMENT('',#21,#22);"
         );
         let surface = face_in(1, [9.0, 0.0, 0.0], &format!("{basis}#60=OFFSET_SURFACE('',#61,0.5,.F.);")).surface;
         let [(u0, u1), (v0, v1)] = surface.natural_domain();
