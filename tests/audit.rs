@@ -27,7 +27,18 @@ fn model_of(part: Part) -> Model {
 }
 
 fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
-    Face { surface, loops, trims: None, reversed, shell: 0, colour: None, name: String::new(), entity: 0, lost: false }
+    Face {
+        surface,
+        loops,
+        trims: None,
+        reversed,
+        shell: 0,
+        colour: None,
+        name: String::new(),
+        entity: 0,
+        lost: false,
+        refused: None,
+    }
 }
 
 fn whole(surface: Surface) -> Model {

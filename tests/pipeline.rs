@@ -12,7 +12,18 @@ use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
 
 fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
-    Face { surface, loops, trims: None, reversed, shell: 0, colour: None, name: String::new(), entity: 0, lost: false }
+    Face {
+        surface,
+        loops,
+        trims: None,
+        reversed,
+        shell: 0,
+        colour: None,
+        name: String::new(),
+        entity: 0,
+        lost: false,
+        refused: None,
+    }
 }
 
 fn coedge(edge: u32, reversed: bool) -> Coedge {

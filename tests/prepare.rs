@@ -168,6 +168,7 @@ fn bare(surface: NurbsSurface) -> Part {
             name: String::new(),
             entity: 0,
             lost: false,
+            refused: None,
         }],
         shells: vec![trimtess::model::Shell { kind: ShellKind::Open, entity: 0 }],
         ..Part::default()

@@ -168,6 +168,26 @@ fn edges_listed_in_another_order_are_chained() {
 }
 
 #[test]
+fn edges_are_chained_that_end_beside_each_other() {
+    // Each edge has vertices of its own, 3e-4 off the corner; the third one's sense is mistaken.
+    let mut plate = PartBuilder::new("plate");
+    let shell = plate.plain_shell(ShellKind::Open);
+    let corners = flat(&PLATE);
+    let coedges = (0..4).map(|k| {
+        let off = 3e-4 * DVec3::new([1.0, 0.0, -1.0, 0.0][k], [0.0, 1.0, 0.0, -1.0][k], 0.0);
+        let [from, to] = [corners[k] + off, corners[(k + 1) % 4] + off].map(|p| plate.vertex(p));
+        Coedge { reversed: k == 2, ..plate.line(from, to).along() }
+    });
+    let coedges = coedges.collect();
+    plate.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(coedges)], false);
+    let prepared = prepared(plate.part().clone());
+    let (facts, _) = mesh(&prepared, CHORDS[0]);
+    assert!((facts.area - 80.0).abs() < 0.02, "{facts}");
+    assert!(warned(&prepared, "1 of them turned"), "{:?}", told(&prepared));
+    assert!(!warned(&prepared, "a wire leaves a gap"), "{:?}", told(&prepared));
+}
+
+#[test]
 fn an_inner_wire_across_the_outer_is_reversed_outside() {
     // 4 x 2 in the middle of the right side, half of it outside; and nearly all of it outside.
     for (inside, x) in [(2.0, 8.0), (0.5, 9.5), (3.5, 6.5)] {

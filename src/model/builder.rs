@@ -137,7 +137,7 @@ impl PartBuilder {
 
 fn face(surface: Surface, shell: u32, loops: Vec<Loop>, trims: Option<FreeTrims>, reversed: bool) -> Face {
     let name = String::new();
-    Face { surface, loops, trims, reversed, shell, colour: None, name, entity: 0, lost: false }
+    Face { surface, loops, trims, reversed, shell, colour: None, name, entity: 0, lost: false, refused: None }
 }
 
 impl EdgeId {

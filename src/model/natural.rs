@@ -11,6 +11,8 @@ const SAME_ROW: f64 = 1e-6;
 /// Share of the size within which a row or a curve end counts as one point (on the axis): axis directions are printed
 /// with as few as seven digits.
 const SAME_POINT: f64 = 1e-7;
+/// The same for a row of control points that are points of their own in the file, and rounded as such.
+const SAME_END: f64 = 1e-5;
 
 /// A line of constant parameter that is a single point in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +61,7 @@ impl Surface {
             Self::Nurbs(surface) => {
                 let tol = SAME_ROW * surface.size();
                 let ((u0, u1), (v0, v1)) = surface.domain();
-                let collapsed = |axis: usize, at: f64| self.collapsed(axis, at, SAME_POINT * surface.size());
+                let collapsed = |axis: usize, at: f64| self.collapsed(axis, at, SAME_END * surface.size());
                 // A direction in which every line is a point closes trivially, but nothing goes round in it; nor does it in
                 // one that closes in a pole.
                 let across_u =
@@ -98,7 +100,7 @@ impl Surface {
                 [a, b].into_iter().filter(|&t| axis_distance(curve, frame, t) <= tol).map(parallel).collect()
             }
             Self::Nurbs(surface) => {
-                let tol = SAME_POINT * surface.size();
+                let tol = SAME_END * surface.size();
                 let ((u0, u1), (v0, v1)) = surface.domain();
                 [(0, u0), (0, u1), (1, v0), (1, v1)]
                     .into_iter()

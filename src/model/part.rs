@@ -82,6 +82,9 @@ pub struct Face {
     /// Whether the source has a face here that could not be read. It keeps its number and its name, so that it is counted
     /// among the faces without triangles; its surface and loops say nothing. Whoever sets it tells why in a diagnostic.
     pub lost: bool,
+    /// Why the source's surface could not be read, where the loops could: `surface` says nothing then, and the loops are filled
+    /// in space, which is told with this reason.
+    pub refused: Option<String>,
 }
 
 /// What a group of faces is.

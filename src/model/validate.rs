@@ -203,10 +203,15 @@ impl Part {
         if face.lost {
             return Ok(());
         }
-        face.surface.check().map_err(|error| PartError::Surface { face: id, error })?;
+        let refused = face.refused.is_some();
+        if !refused {
+            face.surface.check().map_err(|error| PartError::Surface { face: id, error })?;
+        }
         let finite = |(a, b): (f64, f64)| a.is_finite() && b.is_finite();
-        let is_bounded = !face.loops.is_empty() || face.trims.as_ref().is_some_and(|t| !t.curves.is_empty());
-        if !is_bounded && !face.surface.natural_domain().into_iter().all(finite) {
+        let edges = face.loops.iter().any(|l| matches!(l, Loop::Edges(_)));
+        let is_bounded =
+            edges || !refused && !face.loops.is_empty() || face.trims.as_ref().is_some_and(|t| !t.curves.is_empty());
+        if !is_bounded && (refused || !face.surface.natural_domain().into_iter().all(finite)) {
             return Err(PartError::Unbounded(id));
         }
         if let Some(trims) = &face.trims {

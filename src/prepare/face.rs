@@ -128,6 +128,9 @@ fn draft_with(
     way: Loops<'_>,
     mends: &[Mend],
 ) -> Result<FaceDraft, FaceError> {
+    if let Some(reason) = &face.refused {
+        return Err(FaceError::Refused(reason.clone()));
+    }
     // Models may be written into their open fields; and a number that is none hides in every comparison below.
     face.surface.check().map_err(FaceError::Surface)?;
     if !boundary_points(part, face).all(DVec3::is_finite) {

@@ -12,6 +12,8 @@ use std::fmt;
 pub(super) enum FaceError {
     /// The surface is none.
     Surface(SurfaceError),
+    /// The surface was not read, for this reason.
+    Refused(String),
     /// No region.
     Region(RegionError),
     /// Where the region must be cut open the windings of the loops do not add up, whatever the cuts.
@@ -46,6 +48,7 @@ impl fmt::Display for FaceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Surface(e) => e.fmt(f),
+            Self::Refused(reason) => write!(f, "the surface was not read: {reason}"),
             Self::Region(e) => e.fmt(f),
             Self::Tangled { refused, .. } => refused.fmt(f),
             Self::OffSurface { gap, extent } => {

@@ -18,6 +18,9 @@ const FLOOR: f64 = 1e-7;
 /// Share of a part's size by which an edge may end off its vertex before that is told: files print six digits and more.
 const OFF_VERTEX: f64 = 1e-4;
 
+/// Vertices of a loop that one is compared with, of those beside it.
+const MOST_BESIDE: usize = 64;
+
 /// Spans of the curve that closes a wide gap. Cubic, they follow a quarter turn to 1e-6 of its radius.
 const SPANS: usize = 16;
 
@@ -54,13 +57,13 @@ pub(super) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Co
     if gaps.is_empty() {
         return Cow::Borrowed(part);
     }
-    let sorted = sort(part, &gaps, done);
+    let tolerance = if part.tolerance > 0.0 { part.tolerance } else { FLOOR * size };
+    let near = tolerance.max(OFF_VERTEX * size);
+    let sorted = sort(part, &gaps, near, done);
     let part = sorted.as_ref().unwrap_or(part);
     if sorted.is_some() {
         gaps = self::gaps(part);
     }
-    let tolerance = if part.tolerance > 0.0 { part.tolerance } else { FLOOR * size };
-    let near = tolerance.max(OFF_VERTEX * size);
     let (narrow, wide): (Vec<Gap>, Vec<Gap>) = gaps.into_iter().partition(|gap| gap.width <= near);
     let mut healed = part.clone();
     let wide: Vec<Gap> = wide.into_iter().chain(unite(&mut healed, narrow, tolerance, done)).collect();
@@ -68,15 +71,18 @@ pub(super) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Co
     Cow::Owned(healed)
 }
 
-/// The part with those of the loops that have gaps put in order whose edges close in another one; none if there are none.
-fn sort(part: &Part, gaps: &[Gap], done: &mut Vec<Healing>) -> Option<Part> {
+/// The part with those of the loops that have gaps put in order whose edges close in another one, if vertices up to `near` apart
+/// are one; none if there are none.
+fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option<Part> {
     let mut sorted: Option<Part> = None;
     // Back to front, so that the places of those still to come stand.
     for of_loop in gaps.chunk_by(|a, b| (a.face, a.index) == (b.face, b.index)).rev() {
         let Gap { face, index, .. } = of_loop[0];
         let Loop::Edges(coedges) = &part.faces[face].loops[index] else { continue };
         let all: Option<Vec<[VertexId; 2]>> = coedges.iter().map(|c| ends(part, c)).collect();
-        let Some(wires) = all.and_then(|ends| in_order(&ends)) else { continue };
+        let wide = || of_loop.iter().any(|gap| gap.width > near);
+        let again = |ends: &Vec<[VertexId; 2]>| wide().then(|| in_order(&united(part, ends, near)))?;
+        let Some(wires) = all.and_then(|ends| in_order(&ends).or_else(|| again(&ends))) else { continue };
         let turned = wires.iter().flatten().filter(|w| w.1).count();
         let beside = if turned > 0 { format!(", {turned} of them turned") } else { String::new() };
         let what =
@@ -89,6 +95,21 @@ fn sort(part: &Part, gaps: &[Gap], done: &mut Vec<Healing>) -> Option<Part> {
         sorted.get_or_insert_with(|| part.clone()).faces[face].loops.splice(index..=index, wires);
     }
     sorted
+}
+
+/// Ends of a loop's edges, where those up to `near` apart are the first of them.
+fn united(part: &Part, ends: &[[VertexId; 2]], near: f64) -> Vec<[VertexId; 2]> {
+    let at = |v: VertexId| part.vertices.get(v.index()).copied().unwrap_or(DVec3::NAN);
+    let mut by_x: Vec<VertexId> = ends.iter().flatten().copied().collect();
+    by_x.sort_unstable_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
+    by_x.dedup();
+    let mut stands_for: BTreeMap<VertexId, VertexId> = BTreeMap::new();
+    for (k, &v) in by_x.iter().enumerate() {
+        let before = by_x[..k].iter().rev().take(MOST_BESIDE).take_while(|b| at(v).x - at(**b).x <= near);
+        let same = before.map(|b| stands_for.get(b).copied().unwrap_or(*b)).find(|b| at(*b).distance(at(v)) <= near);
+        stands_for.insert(v, same.unwrap_or(v));
+    }
+    ends.iter().map(|pair| pair.map(|v| stands_for.get(&v).copied().unwrap_or(v))).collect()
 }
 
 /// Start and end of a coedge; none where it names what is not there.

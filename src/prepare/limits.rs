@@ -97,7 +97,7 @@ impl Budget {
 
     /// What to say of `model` when it was.
     pub(super) fn error(&self, model: &Model) -> PrepareError {
-        let faces = model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost);
+        let faces = model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost && face.refused.is_none());
         let needed = faces.map(|face| spans_of(&face.surface)).sum();
         if self.patches.load(Ordering::Relaxed) > self.limits.patches {
             return PrepareError::TooManyPatches { limit: self.limits.patches, needed };

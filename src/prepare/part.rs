@@ -159,7 +159,9 @@ impl Maker<'_> {
         }
         for (&k, Cause { error: e, harmless }) in &mut faces.causes {
             let boundary = self.boundary(k);
-            if boundary.is_empty() {
+            // Nothing tells what lies between edges that cancel: a seam is all that bounds a sphere.
+            let unknown = matches!(e, FaceError::Refused(_)) && of_boundary(&boundary).is_empty();
+            if boundary.is_empty() || unknown {
                 continue;
             }
             let may_be_none = matches!(e, FaceError::NoArea { .. } | FaceError::Thin { .. });

@@ -252,10 +252,8 @@ fn a_boundary_on_both_sheets_of_a_closed_profile_is_told() {
     let profile = text.conic("CIRCLE", [-1.0, 0.0, 0.0], "2.");
     let face = text.turned(profile, &bounds);
     let model = text.model(&[face], false);
-    assert!(model.parts[0].faces[0].lost);
-    let told =
-        model.diagnostics.iter().any(|d| d.severity == Severity::Error && d.reason.contains("which of its 2 sheets"));
-    assert!(told, "{:?}", model.diagnostics);
+    let refused = model.parts[0].faces[0].refused.as_deref();
+    assert!(refused.is_some_and(|why| why.contains("which of its 2 sheets")), "{refused:?}");
 }
 
 #[test]

@@ -111,6 +111,8 @@ struct Sum {
     repaired: u64,
     filled: u64,
     lost: u64,
+    /// The mutants with filled faces.
+    with_filled: Vec<String>,
     slivers: u64,
     slow: usize,
     /// Time over what it may take, and whose.
@@ -130,6 +132,9 @@ impl Sum {
             self.repaired += run.made.on("repaired");
             self.filled += run.made.filled.len() as u64;
             self.lost += run.made.on("lost");
+            if !run.made.filled.is_empty() {
+                self.with_filled.push(format!("{mutant}: {:?}", run.made.filled));
+            }
             self.slivers += run.made.slivers;
             self.slow += usize::from(run.took > whole.most());
             let share = run.secs() / whole.most().as_secs_f64();
@@ -230,7 +235,8 @@ fn parts_whose_points_are_moved_stay_closed() {
     });
     for share in SHARES.into_iter().filter(|share| *share <= SMALL) {
         let Some(sum) = sums.get_mut(&format!("moved by {share:.0e}")).filter(|sum| sum.filled > 0) else { continue };
-        sum.faults.push(format!("{} faces are filled in space where points move by {share:.0e}", sum.filled));
+        let (filled, of) = (sum.filled, sum.with_filled.join("\n"));
+        sum.faults.push(format!("{filled} faces are filled in space where points move by {share:.0e}:\n{of}"));
     }
     judge(&sums);
 }

@@ -3,6 +3,7 @@
 use crate::{clean, edge_of, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Loop, Model, Severity, Surface};
+use trimtess::prepare::{PrepareOptions, prepare};
 
 /// A square in z = 1: vertices #30..#36, edges #50..#53 counterclockwise, their uses #70..#73, loop #75, bound #76.
 fn square() -> String {
@@ -79,17 +80,14 @@ fn a_face_without_surface_and_plane_is_told() {
     let warnings = told(&bent);
     assert!(warnings.len() == 1 && warnings[0].0 == Severity::Warning && warnings[0].1 == 91, "{warnings:?}");
     assert!(warnings[0].2.contains("mm off their plane"), "{warnings:?}");
-    // A line to and fro, a vertex, nothing, and what is no bound have no plane.
-    let back = "#74=ORIENTED_EDGE('',*,*,#50,.F.);#77=EDGE_LOOP('',(#70,#74));#78=FACE_OUTER_BOUND('',#77,.T.);";
+    // A vertex, nothing, and what is no bound have no plane, and nothing that could be filled.
     let alone = "#77=VERTEX_LOOP('',#30);#78=FACE_BOUND('',#77,.T.);";
-    let broken = "#77=EDGE_LOOP('',(#79));#79=EDGE_CURVE('',#30,#32,#99,.T.);#78=FACE_BOUND('',#77,.T.);";
+    let broken = "#77=EDGE_LOOP('',(#79));#79=EDGE_CURVE('',#30,#30,#99,.T.);#78=FACE_BOUND('',#77,.T.);";
     for (text, face) in [
-        (back, "FACE('',(#78))"),
         (alone, "FACE('',(#78))"),
         ("", "FACE('',())"),
         (broken, "FACE('',(#78))"),
         ("", "FACE()"),
-        ("", "FACE_SURFACE('',(#76))"),
         ("", "SUBFACE('',(#76),#91)"),
     ] {
         let model = model(&(square() + text + &shell(face, 1)));
@@ -97,6 +95,67 @@ fn a_face_without_surface_and_plane_is_told() {
         let errors = told(&model);
         assert!(errors.len() == 1 && errors[0].0 == Severity::Error && errors[0].1 == 91, "{face}: {errors:?}");
     }
+}
+
+#[test]
+fn a_face_whose_surface_is_not_read_keeps_its_loops() {
+    // A face that should state a surface, one that states what is none, and one that states what is not there.
+    for (text, face, reason) in [
+        ("", "FACE_SURFACE('',(#76))", ""),
+        ("", "ADVANCED_FACE('',(#76),.T.,.F.)", ""),
+        ("#59=FOO_SURFACE('',#20);", "ADVANCED_FACE('',(#76),#59,.F.)", "FOO_SURFACE"),
+        ("#59=CYLINDRICAL_SURFACE('',#20,-1.);", "ADVANCED_FACE('',(#76),#59,.T.)", "radius"),
+        ("", "ADVANCED_FACE('',(#76),#99,.T.)", "#99"),
+    ] {
+        let model = model(&(square() + text + &shell(face, 1)));
+        assert!(told(&model).is_empty(), "{face}: {:?}", model.diagnostics);
+        let read = only_face(&model);
+        assert!(!read.lost && read.refused.as_ref().is_some_and(|why| why.contains(reason)), "{face}: {read:?}");
+        assert!(!read.reversed && read.loops.len() == 1, "{face}: the loops look where the face does");
+        assert!(only_part(&model).check().is_ok());
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+        assert_eq!(prepared.parts[0].face_rows, [Some(0)]);
+        let [told] = &prepared.diagnostics[..] else { panic!("{face}: {:?}", prepared.diagnostics) };
+        assert!(told.severity == Severity::Warning && told.entity == 91 && told.face.is_some(), "{told:?}");
+        assert!(told.reason.contains(reason) && told.reason.contains("about 4.000e0 mm²"), "{told:?}");
+    }
+    // Between a line to and fro may be anything: it is lost, as long as nothing else is known of it.
+    let back = "#74=ORIENTED_EDGE('',*,*,#50,.F.);#77=EDGE_LOOP('',(#70,#74));#78=FACE_OUTER_BOUND('',#77,.T.);";
+    let model = model(&(square() + back + &shell("FACE('',(#78))", 1)));
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    assert_eq!(prepared.parts[0].face_rows, [None]);
+    let [told] = &prepared.diagnostics[..] else { panic!("{:?}", prepared.diagnostics) };
+    assert!(told.severity == Severity::Error && told.entity == 91 && told.reason.contains("no plane"), "{told:?}");
+    assert!(!prepared.scene.parts[0].closed);
+}
+
+#[test]
+fn an_edge_whose_curve_is_not_read_is_straight() {
+    let face = shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+    let sound = square().replace("#50=EDGE_CURVE('',#30,#32,#63,.T.);", "");
+    for (edge, reason) in [
+        ("#50=EDGE_CURVE('',#30,#32,#99,.T.);", "#99"),
+        ("#50=EDGE_CURVE('',#30,#32,$,.T.);", "straight"),
+        ("#50=EDGE_CURVE('',#30,#32,#98,.T.);#98=FOO_CURVE();", "FOO_CURVE"),
+        ("#50=EDGE('',#30,#32);", "straight"),
+        // Both ends lie at one parameter of the curve, which is a short line from (5,5,1) away from both.
+        (
+            "#50=EDGE_CURVE('',#30,#32,#98,.T.);#98=B_SPLINE_CURVE_WITH_KNOTS('',1,(#96,#97),.UNSPECIFIED.,.F.,.F.,(2,2),(0.,1.),             .UNSPECIFIED.);#96=CARTESIAN_POINT('',(5.,5.,1.));#97=CARTESIAN_POINT('',(6.,6.,1.));",
+            "same parameter",
+        ),
+    ] {
+        let model = model(&(sound.clone() + edge + &face));
+        assert!(!only_face(&model).lost && only_face(&model).refused.is_none(), "{edge}");
+        let straight = edge_of(only_part(&model), 50);
+        assert_eq!(straight.curve.points, [DVec3::new(0.0, 0.0, 1.0), DVec3::new(2.0, 0.0, 1.0)]);
+        let told = told(&model);
+        assert!(told.len() == 1 && told[0].0 == Severity::Warning && told[0].1 == 50, "{edge}: {told:?}");
+        assert!(told[0].2.contains(reason), "{edge}: {told:?}");
+        assert!(model.diagnostics.iter().all(|d| d.face.is_some() && d.place.is_some()));
+    }
+    // Where it starts and ends in one vertex, nothing tells where it runs.
+    let model = model(&(sound + "#50=EDGE_CURVE('',#30,#30,#99,.T.);" + &face));
+    assert!(only_face(&model).lost);
 }
 
 #[test]
@@ -159,18 +218,19 @@ fn a_subedge_is_a_part_of_its_parents_curve() {
         let edge = edge_of(only_part(&sound), entity);
         near(edge.curve.point(0.5 * (edge.range.0 + edge.range.1)), DVec3::new(x, at, 0.0));
     }
-    // Parents that lead in a circle, to nothing, or to an edge without geometry cost the face, not the file.
-    for (bad, entity) in [
-        ("#53=SUBEDGE('',#34,#30,#52);", 52),
-        ("#53=SUBEDGE('',#34,#30,#99);", 99),
-        ("#53=EDGE('',#34,#30);", 53),
-        ("#53=SUBEDGE('',#34,#30,$);", 53),
+    // Parents that lead in a circle, to nothing, or to an edge without geometry cost the curve, neither the face nor the file.
+    for (bad, reason) in [
+        ("#53=SUBEDGE('',#34,#30,#52);", "too deeply"),
+        ("#53=SUBEDGE('',#34,#30,#99);", "#99"),
+        ("#53=EDGE('',#34,#30);", "#53"),
+        ("#53=SUBEDGE('',#34,#30,$);", "#53"),
     ] {
         let model = model(&(text.replace("#53=SUBEDGE('',#34,#30,#54);", bad) + &face));
-        assert!(only_face(&model).lost, "{bad}");
+        assert!(!only_face(&model).lost, "{bad}");
+        assert_eq!(edge_of(only_part(&model), 52).curve.points.len(), 2, "{bad}");
         let errors = told(&model);
-        assert!(errors.len() == 1 && errors[0].1 == 91, "{bad}: {errors:?}");
-        assert!(errors[0].2.contains(&format!("#{entity}")), "{bad}: {errors:?}");
+        assert!(errors.len() == 1 && errors[0].1 == 52, "{bad}: {errors:?}");
+        assert!(errors[0].2.contains(reason), "{bad}: {errors:?}");
     }
 }
 

@@ -50,6 +50,8 @@ fn model(data: &str) -> Model {
 fn clean(model: &Model) {
     let bad: Vec<_> = model.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
     assert!(bad.is_empty(), "{bad:?}");
+    let refused: Vec<_> = model.parts.iter().flat_map(|p| &p.faces).filter_map(|face| face.refused.as_ref()).collect();
+    assert!(refused.is_empty(), "{refused:?}");
 }
 
 fn only_part(model: &Model) -> &Part {

@@ -198,6 +198,28 @@ fn offsets_are_exact_where_the_kind_allows_and_close_elsewhere() {
 }
 
 #[test]
+fn an_offset_is_of_one_sheet_although_the_profile_passes_the_axis_aside() {
+    // A circle about (4, y, 0) turned about z, which it meets twice where y is 0; else rounding has put it aside.
+    for y in [0.0, 1e-5, -1e-3] {
+        let basis = format!(
+            "#61=SURFACE_OF_REVOLUTION('',#62,#63);#62=CIRCLE('',#64,5.);#64=AXIS2_PLACEMENT_3D('',#65,#66,#23);\
+             #65=CARTESIAN_POINT('',(4.,{y:.9},0.));#66=DIRECTION('',(0.,-1.,0.));#63=AXIS1_PLACEMENT('',#21,#22);"
+        );
+        let surface = face_in(1, [9.0, 0.0, 0.0], &format!("{basis}#60=OFFSET_SURFACE('',#61,0.5,.F.);")).surface;
+        let [(u0, u1), (v0, v1)] = surface.natural_domain();
+        for k in 0..=20 {
+            let share = f64::from(k) / 20.0;
+            let u = u0 + 0.3 * (u1 - u0);
+            let p = surface.point(u, v0 + share * (v1 - v0));
+            let out = p.x * u.cos() + p.y * u.sin();
+            let off = (out - 4.0).hypot(p.z);
+            assert!((off - 5.5).abs().min((off - 4.5).abs()) < 1e-2, "{y}: {off} at {p}");
+            assert!(out > -0.5, "{y}: the other sheet at {p}");
+        }
+    }
+}
+
+#[test]
 fn a_trimmed_surface_turned_in_one_direction_turns_the_face() {
     let text = |v: char| format!("#61=PLANE('',#20);#60=RECTANGULAR_TRIMMED_SURFACE('',#61,0.,1.,0.,1.,.T.,.{v}.);");
     assert!(!face(&text('T')).reversed);

@@ -133,7 +133,8 @@ impl Info {
         let mut part_list = Vec::with_capacity(model.parts.len());
         for part in &model.parts {
             for face in &part.faces {
-                let kind = if face.lost { "unreadable" } else { face.surface.kind().name() };
+                let unread = face.lost || face.refused.is_some();
+                let kind = if unread { "unreadable" } else { face.surface.kind().name() };
                 *surfaces.entry(kind).or_insert(0) += 1;
             }
             let own = Shells::of(part);

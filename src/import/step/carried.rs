@@ -54,6 +54,7 @@ impl Reader<'_> {
                     let surface = match (&common, source) {
                         _ if face.implied => implied_plane(&geometry, face, edges),
                         (Some((of, surface)), Source::Face(_)) if of.units == shell.units => surface.clone(),
+                        (_, Source::Face(id)) if id == face.surface => Err(geometry.no_surface(id)),
                         (_, Source::Face(_)) => geometry.surface(face.surface, &reach, 0),
                         (_, Source::Surface(id)) => geometry.whole_surface(id),
                     };

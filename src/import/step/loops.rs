@@ -57,7 +57,8 @@ impl Bound {
 #[derive(Clone, Debug)]
 pub(super) struct StatedFace {
     pub(super) surface: u64,
-    /// Whether the file states no surface: the face lies in the plane of its bounds, and `surface` is the face.
+    /// Whether the file states no surface: the face lies in the plane of its bounds. `surface` is the face then, and where
+    /// the file should state one and does not.
     pub(super) implied: bool,
     pub(super) same_sense: bool,
     /// Bounds that run counterclockwise seen from the tip of the *face's* normal.
@@ -100,7 +101,7 @@ impl Geometry<'_> {
                         Err(trouble) => lost.push(trouble),
                     }
                 }
-                let surface = if implied { id } else { own.reference(0)? };
+                let surface = if implied { id } else { own.reference(0).unwrap_or(id) };
                 // The bounds of a face without surface say which way it looks.
                 let same_sense = implied || own.flag(1, true);
                 Ok(StatedFace { surface, implied, same_sense, bounds, outer, lost })
@@ -119,6 +120,12 @@ impl Geometry<'_> {
                 Ok(StatedFace { surface: id, implied: false, same_sense: true, bounds, outer, lost })
             }
         }
+    }
+
+    /// Why face `id` has no surface, though one should stand there.
+    pub(super) fn no_surface(&self, id: u64) -> Trouble {
+        let stated = self.get(id).and_then(|face| face.fields("FACE_SURFACE", 2).reference(0));
+        stated.err().unwrap_or_else(|| Trouble::new(id, "the face is its own surface"))
     }
 
     fn segment_use(&self, id: u64) -> Read<Use> {
@@ -173,7 +180,8 @@ impl Geometry<'_> {
     fn oriented_edge(&self, id: u64) -> Read<Use> {
         let (mut edge, mut reversed) = (self.get(id)?, false);
         for _ in 0..MAX_DEPTH {
-            if edge.is("EDGE_CURVE") || edge.is("SUBEDGE") {
+            // One without a curve is straight, which is told.
+            if edge.is("EDGE_CURVE") || edge.is("SUBEDGE") || edge.is("EDGE") {
                 return Ok(Use { edge: EdgeKey::Curve(edge.id), reversed });
             }
             // A seam edge only adds which of the seam's two parameter curves is meant.

@@ -30,6 +30,8 @@ pub(super) struct Draft {
     empty: bool,
     /// Distance by which the curve misses its vertices.
     gap: f64,
+    /// Why its curve was not read, if it became straight for that.
+    straightened: Option<String>,
     units: Units,
     entity: u64,
 }
@@ -75,7 +77,7 @@ impl Reader<'_> {
         for (((shell_index, shell, source, turned), face), surface) in jobs.into_iter().zip(stated).zip(surfaces) {
             let geometry = self.geometry(shell.units);
             let read = face.and_then(|face| match surface {
-                Some(surface) => assembly.face(&geometry, face, surface?, source),
+                Some(surface) => assembly.face(&geometry, face, surface, source),
                 None => Err(Trouble::new(source.id(), "its surface was not read")),
             });
             let done = match read {
@@ -86,10 +88,11 @@ impl Reader<'_> {
                 }
             };
             let lost = done.is_none();
-            let nothing = || (Surface::Plane { frame: Frame3::WORLD }, Vec::new(), false);
+            let nothing = || (Err(String::new()), Vec::new(), false);
             let (surface, loops, against) = done.unwrap_or_else(nothing);
+            let refused = surface.as_ref().err().filter(|_| !lost).cloned();
             assembly.part.faces.push(Face {
-                surface,
+                surface: surface.unwrap_or(Surface::Plane { frame: Frame3::WORLD }),
                 loops,
                 trims: None,
                 reversed: against != turned,
@@ -98,6 +101,7 @@ impl Reader<'_> {
                 name: self.table.find(source.id()).map(|i| i.label().to_owned()).unwrap_or_default(),
                 entity: source.id(),
                 lost,
+                refused,
             });
         }
         let bodies: Vec<Read<_>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
@@ -169,16 +173,7 @@ impl Reader<'_> {
     fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole, shared: &Carriers) -> Read<Draft> {
         let geometry = self.geometry(units);
         let (entity, ends, at, curve) = match key {
-            EdgeKey::Curve(id) => {
-                let (ends, at) = geometry.edge_ends(id, whole)?;
-                let (curve, same) = geometry.edge_curve(id)?;
-                let carrier = match shared.get(&curve) {
-                    Some((of, carrier)) if *of == units => carrier.clone(),
-                    _ => geometry.carrier(curve, 0)?,
-                };
-                let curve = geometry.along(carrier, at, same, curve)?;
-                (id, ends.map(VertexKey::Point), at, curve)
-            }
+            EdgeKey::Curve(id) => return self.curved_edge(id, units, whole, shared),
             EdgeKey::Side(a, b) => {
                 let at = Ends { start: geometry.point(a)?, end: geometry.point(b)?, whole: Whole::Never };
                 (0, [a, b].map(VertexKey::Point), at, straight(at))
@@ -189,6 +184,31 @@ impl Reader<'_> {
             }
         };
         Draft::new(entity, ends, at, curve, units)
+    }
+
+    /// An edge along a curve. One whose curve cannot be read is straight between its vertices, if these are apart: its loops stay
+    /// whole, and so does what its faces bound.
+    fn curved_edge(&self, id: u64, units: Units, whole: Whole, shared: &Carriers) -> Read<Draft> {
+        let geometry = self.geometry(units);
+        let (ends, at) = geometry.edge_ends(id, whole)?;
+        let ends = ends.map(VertexKey::Point);
+        let read = || {
+            let (curve, same) = geometry.edge_curve(id)?;
+            let carrier = match shared.get(&curve) {
+                Some((of, carrier)) if *of == units => carrier.clone(),
+                _ => geometry.carrier(curve, 0)?,
+            };
+            Draft::new(id, ends, at, geometry.along(carrier, at, same, curve)?, units)
+        };
+        read().or_else(|trouble| {
+            if at.start.distance(at.end) <= units.tolerance {
+                return Err(trouble);
+            }
+            let reason = trouble.seen_from(id);
+            // Where it has no ends either, that is what there is to tell.
+            let straight = Draft::new(id, ends, at, straight(at), units).map_err(|_| trouble)?;
+            Ok(Draft { straightened: Some(reason), ..straight })
+        })
     }
 
     /// An edge whose vertices the file states in the wrong order, with them in the other. On a closed curve that is the
@@ -217,7 +237,16 @@ impl Draft {
         if let Some(Err(error)) = curve.as_ref().map(|bounded| bounded.curve.check()) {
             return Err(Trouble::new(entity, error.to_string()));
         }
-        Ok(Self { ends, points: [at.start, at.end], empty: curve.is_none(), curve, gap, units, entity })
+        Ok(Self {
+            ends,
+            points: [at.start, at.end],
+            empty: curve.is_none(),
+            curve,
+            gap,
+            straightened: None,
+            units,
+            entity,
+        })
     }
 
     /// Points on the edge from its start to its end, a few between two control points; none without length.
@@ -318,11 +347,7 @@ impl Assembly {
 
     /// Says why the face that comes next is lost.
     fn lose(&mut self, geometry: &Geometry<'_>, source: Source, trouble: &Trouble) {
-        let reason = if trouble.entity == source.id() {
-            format!("face left out: {}", trouble.reason)
-        } else {
-            format!("face left out: #{}: {}", trouble.entity, trouble.reason)
-        };
+        let reason = format!("face left out: {}", trouble.seen_from(source.id()));
         self.say_of_face(Severity::Error, source.id(), geometry.place_near(source.id()), reason);
     }
 
@@ -416,17 +441,19 @@ impl Assembly {
         Ok(chain)
     }
 
-    /// Adds a face whose surface and bounds are read.
+    /// Adds a face whose bounds are read. Its surface, or why it has none; its loops; whether they run against the face.
     fn face(
         &mut self,
         geometry: &Geometry<'_>,
         stated: StatedFace,
-        surface: Stated,
+        surface: Read<Stated>,
         source: Source,
-    ) -> Read<(Surface, Vec<Loop>, bool)> {
-        let same = stated.same_sense != surface.turned;
-        let whole = surface.surface.natural_domain();
-        if stated.bounds.is_empty() && !whole.iter().all(|(a, b)| a.is_finite() && b.is_finite()) {
+    ) -> Read<(Result<Surface, String>, Vec<Loop>, bool)> {
+        // Loops that are filled in space look where the face does.
+        let same = surface.as_ref().map_or(true, |surface| stated.same_sense != surface.turned);
+        let ends =
+            |surface: &Stated| surface.surface.natural_domain().iter().all(|(a, b)| a.is_finite() && b.is_finite());
+        if stated.bounds.is_empty() && !ends(surface.as_ref().map_err(Clone::clone)?) {
             return Err(Trouble::new(stated.surface, "no bounds on a surface that has none of its own"));
         }
         // Everything that can fail comes before the part changes, so that a lost face leaves nothing behind.
@@ -447,6 +474,11 @@ impl Assembly {
             }
         }
         let empty = |chain: &Chain| matches!(chain, Chain::Edges(uses) if uses.is_empty());
+        if let Err(trouble) = &surface
+            && chains.iter().all(|chain| empty(chain) || matches!(chain, Chain::Vertex(..)))
+        {
+            return Err(trouble.clone());
+        }
         if !chains.is_empty() && chains.iter().all(empty) {
             return Err(Trouble::new(source.id(), "none of its bounds has any length"));
         }
@@ -469,11 +501,17 @@ impl Assembly {
                 Chain::Edges(uses) => loops.push(Loop::Edges(self.coedges(uses))),
             }
         }
-        if let Some((severity, reason)) = surface.note {
-            let place = geometry.place_near(source.id());
-            self.say_of_face(severity, source.id(), place, reason);
-        }
-        Ok((surface.surface, loops, !same))
+        let surface = match surface {
+            Ok(Stated { surface, note, .. }) => {
+                if let Some((severity, reason)) = note {
+                    let place = geometry.place_near(source.id());
+                    self.say_of_face(severity, source.id(), place, reason);
+                }
+                Ok(surface)
+            }
+            Err(trouble) => Err(trouble.seen_from(source.id())),
+        };
+        Ok((surface, loops, !same))
     }
 
     fn coedges(&mut self, uses: Vec<Use>) -> Vec<Coedge> {
@@ -492,6 +530,7 @@ impl Assembly {
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
+        let straightened = draft.straightened.take();
         let (entity, gap, tolerance) = (draft.entity, draft.gap, draft.units.tolerance);
         let near = CORNER * tolerance;
         let draft = self.edges.get(&key)?.as_ref().ok()?;
@@ -500,6 +539,10 @@ impl Assembly {
         let gap = gap.max(curve.point(range.0).distance(ends[0])).max(curve.point(range.1).distance(ends[1]));
         let off = [range.0, range.1].map(|t| curve.point(t)).into_iter().zip(ends);
         let place = off.max_by(|(a, p), (b, q)| a.distance(*p).total_cmp(&b.distance(*q))).map(|(_, vertex)| vertex);
+        if let Some(reason) = straightened {
+            let reason = format!("an edge's curve was not read, and the edge became straight: {reason}");
+            self.say_of_face(Severity::Warning, entity, Some(ends[0]), reason);
+        }
         if gap > PULLED * self.size {
             // Too far off for the mesh to bridge: the curve gives way, in its first and last span.
             curve = spline::piece(&curve, range.0, range.1);

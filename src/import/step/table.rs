@@ -21,6 +21,11 @@ impl Trouble {
     pub(super) fn new(entity: u64, reason: impl Into<String>) -> Self {
         Self { entity, reason: reason.into() }
     }
+
+    /// What is wrong, told of instance `id`.
+    pub(super) fn seen_from(&self, id: u64) -> String {
+        if self.entity == id { self.reason.clone() } else { format!("#{}: {}", self.entity, self.reason) }
+    }
 }
 
 pub(super) type Read<T> = Result<T, Trouble>;

@@ -9,6 +9,9 @@ use glam::{DVec2, DVec3};
 
 /// Share of the profile's size within which it meets the axis: axis directions are printed with as few as seven digits.
 const ON_AXIS: f64 = 1e-7;
+/// Share of the profile's size within which one that changes sides of the axis passes it, for an offset: rounded points leave
+/// them skew, and turn the normal around within that.
+const PASSING: f64 = 1e-3;
 /// Share of the boundary's size within which it lies on a sheet as well as on another one.
 const SAME_SHEET: f64 = 1e-3;
 /// Share of the profile's size within which two of its sheets are the same surface.
@@ -98,10 +101,12 @@ fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
     curve.points.iter().map(away).fold(0.0, f64::max)
 }
 
-/// The parameters inside a profile's domain where it meets the axis, in order: where its distance from it is smallest.
-fn axis_points(curve: &NurbsCurve3, frame: &Frame3) -> Vec<f64> {
+/// The parameters inside a profile's domain where it meets the axis, in order: where its distance from it is smallest. Within
+/// `share` of its size, if it changes sides there.
+fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
     let (a, b) = curve.domain();
-    let near = ON_AXIS * size(curve, frame);
+    let size = size(curve, frame);
+    let (on, near) = (ON_AXIS * size, share * size);
     let flat = |v: DVec3| v - frame.z * v.dot(frame.z);
     let slope = |t: f64| {
         let [point, tangent] = curve.tangent(t);
@@ -126,22 +131,28 @@ fn axis_points(curve: &NurbsCurve3, frame: &Frame3) -> Vec<f64> {
         let knot = curve.knots.iter().copied().find(|k| (k - high).abs() <= 1e-9 * (b - a));
         let t = knot.unwrap_or(high);
         let point = curve.point(t);
-        if meridian(frame, point).x <= near && ends.iter().all(|end| end.distance(point) > near) {
+        let passes = || {
+            let [before, after] = [at(i - 1), at(i)].map(|t| flat(curve.point(t) - frame.origin));
+            before.dot(after) < 0.0
+        };
+        let off = meridian(frame, point).x;
+        if off <= near && (off <= on || passes()) && ends.iter().all(|end| end.distance(point) > near) {
             found.push(t);
         }
     }
     found
 }
 
-/// A profile cut where it meets the axis, the piece with its start first; none if it does not meet the axis on the way.
-/// The cut ends lie on the axis exactly.
-fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3) -> Vec<NurbsCurve3> {
+/// A profile cut where it meets the axis, the piece with its start first; none if it does not meet the axis on the way, or
+/// pass it within `share` of its size. The cut ends lie on the axis exactly.
+fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurve3> {
     let (a, b) = curve.domain();
-    let mut cuts = axis_points(curve, frame);
+    let mut cuts = axis_points(curve, frame, share);
     let Some(&first) = cuts.first() else { return Vec::new() };
-    let near = ON_AXIS * size(curve, frame);
+    let size = size(curve, frame);
+    let near = share * size;
     let start = curve.point(a);
-    let through = start.distance(curve.point(b)) <= near && meridian(frame, start).x > near;
+    let through = start.distance(curve.point(b)) <= ON_AXIS * size && meridian(frame, start).x > near;
     let curve = if through {
         cuts.push(first + (b - a));
         spline::restart(curve, first)
@@ -205,7 +216,7 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
         let profile = Meridian::new(piece, frame);
         thinned(on).map(|p| profile.distance(meridian(frame, *p))).sum()
     };
-    let pieces = cut_at_axis(curve, frame).into_iter().map(|piece| (miss(&piece), piece));
+    let pieces = cut_at_axis(curve, frame, PASSING).into_iter().map(|piece| (miss(&piece), piece));
     pieces.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| curve.clone(), |(_, piece)| piece)
 }
 
@@ -217,7 +228,7 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// is refused there: nothing tells what of it is meant.
 pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Result<Stated, String> {
     let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
-    let pieces = cut_at_axis(curve, frame);
+    let pieces = cut_at_axis(curve, frame, ON_AXIS);
     if pieces.is_empty() {
         return Ok(stated);
     }

@@ -68,7 +68,18 @@ impl Body {
             };
             let loops = loops.into_iter().map(turned).collect();
             let (shell, name) = (self.shell, String::new());
-            self.part.face(Face { surface, loops, trims: None, reversed, shell, colour, name, entity: 0, lost: false });
+            self.part.face(Face {
+                surface,
+                loops,
+                trims: None,
+                reversed,
+                shell,
+                colour,
+                name,
+                entity: 0,
+                lost: false,
+                refused: None,
+            });
         }
         self.part.finish().expect("the brake's parts are stated soundly")
     }
