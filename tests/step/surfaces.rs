@@ -3,7 +3,7 @@
 use crate::{clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
-use trimtess::model::{Face, Loop, Severity, Surface};
+use trimtess::model::{Face, Loop, NurbsSurface, Severity, Surface};
 
 /// Reads a face on surface #60, bounded by a vertex loop at `anchor`.
 fn face_in(context: u32, anchor: [f64; 3], surface: &str) -> Face {
@@ -256,4 +256,16 @@ fn loose_surfaces_are_of_one_shell() {
     let part = only_part(&model);
     assert_eq!(part.faces.iter().map(|face| face.shell).collect::<Vec<_>>(), [0; 4]);
     assert_eq!((part.shells.len(), part.shells[0].entity), (1, 170));
+}
+
+#[test]
+fn a_row_of_points_rounded_apart_is_a_pole() {
+    let poles = |apart: f64| {
+        let knots = vec![0.0, 0.0, 1.0, 1.0];
+        let points = vec![DVec3::ZERO, DVec3::Y, DVec3::X * apart, DVec3::new(1.0, 1.0, 0.0)];
+        let (knots_u, knots_v) = (knots.clone(), knots);
+        let net = NurbsSurface { degree_u: 1, degree_v: 1, knots_u, knots_v, points, weights: Vec::new() };
+        Surface::Nurbs(net).poles().len()
+    };
+    assert_eq!([0.0, 1e-6, 1e-3].map(poles), [1, 1, 0]);
 }
