@@ -220,9 +220,8 @@ fn by_distinct(
     // The other rungs have proven that nothing is open; where points were left out that is not all.
     if out.stats.whole_tile || distinct.moves {
         close::close(input, out);
-        if !(out.closing.is_empty() && out.layers.is_empty()) && !matches!(outcome, TrimOutcome::Repaired { .. }) {
-            outcome = TrimOutcome::Repaired { split: 0 };
-        }
+        let is_simple = out.closing.is_empty() && out.layers.is_empty();
+        outcome = outcome.max(if is_simple { TrimOutcome::Certified } else { TrimOutcome::Repaired { split: 0 } });
     }
     out.stats.outcome = outcome;
     Ok(outcome)
