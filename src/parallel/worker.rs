@@ -98,7 +98,7 @@ impl<S: Stages> Worker<S> {
     /// Makes every tile and edge of the hand that is of the first `parts` parts by `plan`, in ascending order.
     ///
     /// A panic in a tile is a defect of this crate. It costs the inside of that tile: its boundary is filled, and it is
-    /// delivered as [`Degradation::Filled`] with what the panic said. One in an edge costs its polyline: a [`LostLine`].
+    /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with what the panic said. One in an edge costs its polyline: a [`LostLine`].
     pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan, parts: usize) -> Delivery {
         let hand = std::mem::take(&mut self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);

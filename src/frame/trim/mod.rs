@@ -11,7 +11,7 @@
 //! Computer-Aided Design 27(7), 1995, section 4; the certificate replaces its case analysis.
 //!
 //! Loops that cross themselves or each other are triangulated all the same, by winding numbers, and what then is missing for
-//! the boundary to be the loops is added in space ([`TrimOutput::closing`]): the boundary is the loops for every input.
+//! the boundary to be the loops is added in space (`TrimOutput::closing`): the boundary is the loops for every input.
 
 use std::fmt;
 
