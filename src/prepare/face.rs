@@ -13,7 +13,7 @@ use super::meeting::{Meeting, fold, touching};
 use super::mend::{self, MAX_TANGLES, Mend, Tangle, Way};
 use super::pcurve::Projector;
 use super::region::{Passages, Region, RegionError, region, trace_loop};
-use super::uv_loop::Along;
+use super::uv_loop::{Along, UvLoop};
 use super::wires::{Given, without_seams};
 use super::{BezierPatches, BezierSpline3, SurfaceBounds, UvCurve, UvSample};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
@@ -58,7 +58,8 @@ pub(super) fn draft(
     size: f64,
     shared: &[bool],
 ) -> Result<FaceDraft, FaceError> {
-    let stated = draft_with(part, face, free, size, Loops::Nested, &[]);
+    let traced = Traced::of(part, face, free, size);
+    let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| traced.draft(Loops::Nested, &[]));
     if free.is_some() {
         // Free trims were told apart already.
         return stated;
@@ -66,20 +67,21 @@ pub(super) fn draft(
     if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
         if let Some(loops) = without_seams(part, face) {
             let face = Face { loops, ..face.clone() };
-            let again = draft_with(part, &face, None, size, Loops::Nested, &[]);
-            if let Some(mut draft) = again.ok().filter(|draft| !draft.crosses) {
+            let again = Traced::of(part, &face, None, size).and_then(|traced| traced.draft(Loops::Nested, &[])).ok();
+            if let Some(mut draft) = again.filter(|draft| !draft.crosses) {
                 draft.notes.push("edges that a wire runs both ways were left out: they bound nothing".to_owned());
                 return Ok(draft);
             }
         }
-        if let Some(draft) = stated.as_ref().ok().and_then(|stated| mended(part, face, size, &stated.tangles)) {
-            return Ok(draft);
-        }
-        let few = stated.as_ref().is_ok_and(|draft| draft.joints.len() <= MAX_JOINTS);
-        if let Some(draft) =
-            few.then(|| draft_with(part, face, None, size, Loops::ByLobes(shared), &[])).and_then(Result::ok)
-        {
-            return Ok(draft);
+        if let (Ok(traced), Ok(stated)) = (&traced, &stated) {
+            if let Some(draft) = traced.mended(&stated.tangles) {
+                return Ok(draft);
+            }
+            // The faces beyond shared edges would not know of lobes that are turned.
+            let may_turn = stated.joints.len() <= MAX_JOINTS && traced.loops.iter().any(|l| !lobes::stays(l, shared));
+            if let Some(draft) = may_turn.then(|| traced.draft(Loops::ByLobes(shared), &[])).and_then(Result::ok) {
+                return Ok(draft);
+            }
         }
     }
     stated
@@ -87,25 +89,7 @@ pub(super) fn draft(
 
 /// Prepares a face by itself whose loops run as they are stated, whatever lies inside what.
 pub(super) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
-    draft_with(part, face, None, size, Loops::AsStated, &[])
-}
-
-/// A face with the images of its edges mended about `tangles`, where they meet; none where they still do then. Each time
-/// about all that were met so far, and farther.
-fn mended(part: &Part, face: &Face, size: f64, tangles: &[Tangle]) -> Option<FaceDraft> {
-    let mut tangles = tangles.to_vec();
-    for (way, reach) in [(Way::Straight, 4.0), (Way::Beside, 2.0), (Way::Straight, 16.0), (Way::Beside, 8.0)] {
-        if tangles.is_empty() || tangles.len() > MAX_TANGLES {
-            return None;
-        }
-        let mends = mend::about(part, &tangles, way, reach)?;
-        let draft = draft_with(part, face, None, size, Loops::Nested, &mends).ok()?;
-        if !draft.crosses {
-            return Some(draft);
-        }
-        tangles.extend(draft.tangles);
-    }
-    None
+    Traced::of(part, face, None, size)?.draft(Loops::AsStated, &[])
 }
 
 /// Which way loops run.
@@ -120,66 +104,118 @@ enum Loops<'a> {
     AsStated,
 }
 
-fn draft_with(
-    part: &Part,
-    face: &Face,
-    free: Option<&Result<FreeFace, FaceError>>,
-    size: f64,
-    way: Loops<'_>,
-    mends: &[Mend],
-) -> Result<FaceDraft, FaceError> {
-    if let Some(reason) = &face.refused {
-        return Err(FaceError::Refused(reason.clone()));
+/// A face whose loops are followed over its surface: what every way to prepare it starts from.
+struct Traced<'a> {
+    part: &'a Part,
+    face: &'a Face,
+    free: Option<&'a Result<FreeFace, FaceError>>,
+    projector: Projector<'a>,
+    passages: Passages,
+    /// Size of the face.
+    extent: f64,
+    loops: Vec<UvLoop>,
+    /// The pole at which the file puts a vertex loop.
+    named_pole: Option<usize>,
+    /// Largest distance between edges and surface.
+    gap: f64,
+    notes: Vec<String>,
+    repairs: Vec<Told>,
+}
+
+impl<'a> Traced<'a> {
+    fn of(
+        part: &'a Part,
+        face: &'a Face,
+        free: Option<&'a Result<FreeFace, FaceError>>,
+        size: f64,
+    ) -> Result<Self, FaceError> {
+        if let Some(reason) = &face.refused {
+            return Err(FaceError::Refused(reason.clone()));
+        }
+        // Models may be written into their open fields; and a number that is none hides in every comparison below.
+        face.surface.check().map_err(FaceError::Surface)?;
+        if !boundary_points(part, face).all(DVec3::is_finite) {
+            return Err(RegionError::NotFinite.into());
+        }
+        let extent = face_extent(part, face).unwrap_or(size);
+        let mut projector = Projector::new(&face.surface, 1e-6 * extent);
+        let passages = passages(part, face, &projector);
+        projector.adopt(boundary_points(part, face));
+        if let Some(Ok(free)) = free {
+            let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
+                Along::Edge(edge) => Some(&part.edges[edge as usize]),
+                Along::Pole(_) => None,
+            });
+            projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
+        }
+        projector.adopt(passages.values().flatten().map(|p| p.1));
+        let loops = Vec::with_capacity(face.loops.len());
+        let (notes, repairs) = (Vec::new(), Vec::new());
+        let mut out =
+            Self { part, face, free, projector, passages, extent, loops, named_pole: None, gap: 0.0, notes, repairs };
+        out.trace()?;
+        Ok(out)
     }
-    // Models may be written into their open fields; and a number that is none hides in every comparison below.
-    face.surface.check().map_err(FaceError::Surface)?;
-    if !boundary_points(part, face).all(DVec3::is_finite) {
-        return Err(RegionError::NotFinite.into());
+
+    fn trace(&mut self) -> Result<(), FaceError> {
+        let part = self.part;
+        let mut given = Given::default();
+        for l in &self.face.loops {
+            match l {
+                Loop::Edges(coedges) => {
+                    if !given.is_first(coedges) {
+                        let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
+                        let what = "a loop is given twice; it was taken once".to_owned();
+                        self.repairs.push(Told { place, what });
+                        continue;
+                    }
+                    let (traced, miss) = trace_loop(part, coedges, &self.projector, &mut self.gap, &self.passages)?;
+                    self.loops.push(traced);
+                    self.notes.extend(miss.map(|m| format!("the image of a loop misses its start by {m:.3e} mm")));
+                }
+                Loop::Vertex(v) => self.named_pole = self.projector.pole_at(part.vertices[v.index()]),
+            }
+        }
+        let near = self.gap <= LOST_SHARE * self.extent;
+        if !near {
+            return Err(FaceError::OffSurface { gap: self.gap, extent: self.extent });
+        }
+        Ok(())
     }
-    let extent = face_extent(part, face).unwrap_or(size);
-    let mut projector = Projector::new(&face.surface, 1e-6 * extent);
-    let passages = passages(part, face, &projector);
-    projector.adopt(boundary_points(part, face));
-    if let Some(Ok(free)) = free {
-        let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
-            Along::Edge(edge) => Some(&part.edges[edge as usize]),
-            Along::Pole(_) => None,
-        });
-        projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
+
+    /// The face with the images of its edges mended about `tangles`, where they meet; none where they still do then. Each time
+    /// about all that were met so far, and farther.
+    fn mended(&self, tangles: &[Tangle]) -> Option<FaceDraft> {
+        let mut tangles = tangles.to_vec();
+        for (way, reach) in [(Way::Straight, 4.0), (Way::Beside, 2.0), (Way::Straight, 16.0), (Way::Beside, 8.0)] {
+            if tangles.is_empty() || tangles.len() > MAX_TANGLES {
+                return None;
+            }
+            let mends = mend::about(self.part, &tangles, way, reach)?;
+            let draft = self.draft(Loops::Nested, &mends).ok()?;
+            if !draft.crosses {
+                return Some(draft);
+            }
+            tangles.extend(draft.tangles);
+        }
+        None
     }
-    projector.adopt(passages.values().flatten().map(|p| p.1));
-    let mut gap = 0.0;
-    let mut moved = 0.0_f64;
-    let mut loops = Vec::with_capacity(face.loops.len());
+
+    fn draft(&self, way: Loops<'_>, mends: &[Mend]) -> Result<FaceDraft, FaceError> {
+        draft_traced(self, way, mends)
+    }
+}
+
+fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<FaceDraft, FaceError> {
+    let Traced { part, face, free, projector, passages, extent, named_pole, .. } = traced;
+    let (part, face, free, extent) = (*part, *face, *free, *extent);
+    let (mut gap, mut notes, mut repairs) = (traced.gap, traced.notes.clone(), traced.repairs.clone());
     let mut breaks: Vec<(u32, f64)> =
         passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |p| (edge, p.0))).collect();
-    let mut named_pole = None;
-    let mut notes = Vec::new();
-    let mut repairs = Vec::new();
-    let mut given = Given::default();
-    for l in &face.loops {
-        match l {
-            Loop::Edges(coedges) => {
-                if !given.is_first(coedges) {
-                    let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
-                    let what = "a loop is given twice; it was taken once".to_owned();
-                    repairs.push(Told { place, what });
-                    continue;
-                }
-                let (mut traced, miss) = trace_loop(part, coedges, &projector, &mut gap, &passages)?;
-                moved = mend::mend(&mut traced, mends, MEND_SHARE * extent, &projector).max(moved);
-                loops.push(traced);
-                notes.extend(miss.map(|m| format!("the image of a loop misses its start by {m:.3e} mm")));
-            }
-            Loop::Vertex(v) => named_pole = projector.pole_at(part.vertices[v.index()]),
-        }
-    }
+    let mut loops = if free.is_some() { Vec::new() } else { traced.loops.clone() };
+    let moved = loops.iter_mut().map(|l| mend::mend(l, mends, MEND_SHARE * extent, projector)).fold(0.0, f64::max);
     if moved > 0.0 {
         notes.push(format!("images of edges crossed where the edges do not; they were moved apart, by {moved:.3e} mm"));
-    }
-    let near = gap <= LOST_SHARE * extent;
-    if !near {
-        return Err(FaceError::OffSurface { gap, extent });
     }
     let mut region = match free {
         Some(free) => {
@@ -189,7 +225,7 @@ fn draft_with(
             repairs.extend(free.repairs);
             free.region
         }
-        None => region(loops, named_pole, &projector, way != Loops::AsStated)?,
+        None => region(loops, *named_pole, projector, way != Loops::AsStated)?,
     };
     let chain = match free {
         Some(Ok(free)) => chains::of_boundary(&chains::boundary(face, Some(free))),
@@ -199,7 +235,7 @@ fn draft_with(
     let mut lobed = Vec::new();
     if let Loops::ByLobes(shared) = way {
         lobed.extend(chain.iter().map(|c| c.0).filter(|&edge| !shared[edge as usize]));
-        let turned = lobes::turn(&mut region, &projector, shared).ok_or(FaceError::NoLobes)?;
+        let turned = lobes::turn(&mut region, projector, shared).ok_or(FaceError::NoLobes)?;
         breaks.extend(turned.cuts.iter().map(|&(edge, t, _)| (edge, t)));
         let place = turned.cuts.first().map(|cut| projector.point(cut.2));
         joints.extend(turned.cuts.iter().filter_map(|&(edge, t, uv)| {
@@ -224,7 +260,7 @@ fn draft_with(
             format!("no loop bounds the face at {} = {at:.6}; it ends where its surface does", ['u', 'v'][across]);
         repairs.push(Told { place, what });
     }
-    let (grid, arranged) = cut(&region, &face.surface, &projector, &mut notes)?;
+    let (grid, arranged) = cut(&region, &face.surface, projector, &mut notes)?;
     let mut low = DVec2::INFINITY;
     let mut high = DVec2::NEG_INFINITY;
     for tile in &arranged.tiles {
@@ -261,11 +297,11 @@ fn draft_with(
     let maker = BorderMaker {
         arranged: &arranged,
         grid: &grid,
-        projector: &projector,
+        projector,
         patches: &patches,
         maps: &maps,
         creases: &creases,
-        passages: &passages,
+        passages,
     };
     let borders = arranged.borders.iter().map(|b| maker.make(b)).collect();
     let mut tiles: Vec<DraftTile> = arranged

@@ -36,6 +36,11 @@ struct At {
     t: f64,
 }
 
+/// Whether a loop stays as it is: one of its edges is `shared`.
+pub(super) fn stays(l: &UvLoop, shared: &[bool]) -> bool {
+    l.pieces.iter().any(|p| matches!(p.along, Along::Edge(edge) if shared[edge as usize]))
+}
+
 /// Turns lobes of a region's loops that run backwards, outside their others; none if there are none. Loops along edges that are
 /// `shared` stay as they are: the faces beyond would not know.
 pub(super) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[bool]) -> Option<Turned> {
@@ -46,7 +51,7 @@ pub(super) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[boo
     let mut loops = Vec::with_capacity(region.loops.len());
     let polygons: Vec<Vec<DVec2>> = region.loops.iter().map(UvLoop::polyline).collect();
     for (k, l) in std::mem::take(&mut region.loops).into_iter().enumerate() {
-        if l.pieces.iter().any(|p| matches!(p.along, Along::Edge(edge) if shared[edge as usize])) {
+        if stays(&l, shared) {
             loops.push(l);
             continue;
         }

@@ -8,7 +8,7 @@ use super::UvSample;
 use super::lead::{Lead, before_breaks, leads};
 use crate::model::{CurveKind, Edge, Pole, Surface};
 use glam::{DVec2, DVec3};
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 /// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000: an edge that needs
 /// more is noise, and its gap is reported.
@@ -25,6 +25,17 @@ const MAX_SAMPLES: usize = 20_000;
 /// Newton steps of one projection. Quadratic convergence needs 3–5 from a good seed; slow tangential ones about 30.
 const MAX_STEPS: u32 = 40;
 
+/// Searches of the whole surface, one after the other, that find nothing nearer than where a walk along an edge is, after which
+/// it goes on without: the edge lies off the surface there.
+const MAX_VAIN: u32 = 32;
+
+/// Distance between an edge and the surface, in tolerances, from which on the image need not be truer than a share of it. The edges
+/// of sound files lie nearer.
+const FAR_OFF: f64 = 3e3;
+
+/// That share.
+const SHARE_OF_GAP: f64 = 0.05;
+
 /// Finds the parameters of points on one surface.
 pub(super) struct Projector<'a> {
     surface: &'a Surface,
@@ -37,6 +48,8 @@ pub(super) struct Projector<'a> {
     /// Length below which points of this face are one.
     pub(super) tolerance: f64,
     seeds: OnceCell<Vec<(DVec2, DVec3)>>,
+    /// Searches in vain since the last that was not, or since an edge began.
+    vain: Cell<u32>,
 }
 
 /// The image of one edge in one face.
@@ -58,6 +71,7 @@ impl<'a> Projector<'a> {
             poles: surface.poles(),
             tolerance,
             seeds: OnceCell::new(),
+            vain: Cell::new(0),
         }
     }
 
@@ -126,11 +140,13 @@ impl<'a> Projector<'a> {
         }
         if let Some(s) = seed {
             let (uv, distance) = self.newton(p, s);
-            if distance <= 1e3 * self.tolerance {
+            if distance <= 1e3 * self.tolerance || self.vain.get() >= MAX_VAIN {
                 return uv;
             }
             let (far, better) = self.search(p);
-            return if better < 0.5 * distance { self.unwrap(far, s) } else { uv };
+            let found = better < 0.5 * distance;
+            self.vain.set(if found { 0 } else { self.vain.get() + 1 });
+            return if found { self.unwrap(far, s) } else { uv };
         }
         self.search(p).0
     }
@@ -317,6 +333,7 @@ impl<'a> Projector<'a> {
     /// The image of `edge` (its ends being `ends`), marched in loop direction from `seed`.
     pub(super) fn march(&self, edge: &Edge, ends: [DVec3; 2], reversed: bool, seed: Option<DVec2>) -> Marched {
         let (t0, t1) = edge.range;
+        self.vain.set(0);
         let end_poles = [self.pole_at(ends[0]), self.pole_at(ends[1])];
         let mut ts = self.first_parameters(edge);
         if reversed {
@@ -499,7 +516,10 @@ impl Walk<'_> {
         let guess = UvSample::between(&pair[0], &pair[1], t);
         let (mid, gap, speeds) = self.sample_with_speeds(t, Some(guess));
         let off = (mid.uv - guess).abs();
-        if speeds.x * off.x + speeds.y * off.y > 4.0 * self.projector.tolerance {
+        // What the derivative leaves out, how the surface bends below the edge, is in proportion to how far that is off.
+        let tolerance = self.projector.tolerance;
+        let may_be_off = if gap > FAR_OFF * tolerance { SHARE_OF_GAP * gap } else { 4.0 * tolerance };
+        if speeds.x * off.x + speeds.y * off.y > may_be_off {
             self.refine(a, &mid, depth + 1, out);
             out.push((mid, gap));
             self.refine(&mid, b, depth + 1, out);
