@@ -346,13 +346,12 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
         if tile.entangled || folded.is_some() {
             let middle = || projector.point(arranged_middle(tile, &maps));
             let place = Some(place.unwrap_or_else(middle));
-            let what = "the boundary crosses or overlaps itself; kept is what it winds around".to_owned();
+            let what = "the boundary crosses or overlaps itself; it is covered as often as it winds".to_owned();
             crossed.get_or_insert(Told { place, what });
         }
         if !all && scribble.is_none() {
             let place = Some(projector.point(arranged_middle(tile, &maps)));
-            let what =
-                "the boundary comes near to itself in too many places to find them all; kept is what it winds around";
+            let what = "the boundary comes near to itself in too many places to find them all; it is covered as often as it winds";
             scribble = Some(Told { place, what: what.to_owned() });
         }
         tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
