@@ -6,14 +6,13 @@ use crate::read::read;
 use crate::reference::{Corpus, corpora, value};
 use trimtess::mesh::check_scene;
 
-/// Files whose surfaces fold over themselves, so that their normals look both ways, or that are narrower than the tolerance.
-const FOLDED: [(&str, &str); 2] = [
-    ("supersonic_vsp.stp", "plane caps of wing tips run back by 5 mm in their last tenth"),
-    (
-        "cable_inlet_threads.stp",
-        "where threads run out, faces 62 and 64 are narrower than the chord between the points of an edge",
-    ),
-];
+/// Files whose surfaces fold over themselves, so that their normals look both ways.
+const FOLDED: [(&str, &str); 1] =
+    [("supersonic_vsp.stp", "plane caps of wing tips run back by 5 mm in their last tenth")];
+
+/// Faces (part, face) of which a triangle or two look inwards: where threads run out, between the last points of two edges.
+const NARROW: [(&str, &[(u32, u32)]); 1] =
+    [("cable_inlet_threads.stp", &[(0, 59), (0, 60), (0, 62), (0, 64), (0, 65), (0, 68)])];
 
 #[test]
 fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
@@ -31,7 +30,9 @@ fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
                 complain(format!("neighbours disagree about {disagreeing:?}"));
             }
             let folded = FOLDED.iter().any(|(name, _)| *name == file);
-            if let Some((count, worst)) = flipped(&prepared, &sink, &report.fills).filter(|_| !folded) {
+            let excused = NARROW.iter().find(|(name, _)| *name == file).map_or(&[][..], |(_, faces)| *faces);
+            let flipped = flipped(&prepared, &sink, &report.fills, excused);
+            if let Some((count, worst)) = flipped.filter(|_| !folded) {
                 complain(format!("{count} of {} triangles flipped, such as {worst}", total.triangles));
             }
         }

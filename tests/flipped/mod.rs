@@ -10,10 +10,17 @@ use trimtess::prepare::{Prepared, PreparedFace};
 
 /// How many triangles look to the other side than their face, and the largest of them; `None` if there are none. Not of faces
 /// with `fills`: where loops wind backwards triangles are reversed, and those that only close look anywhere.
-pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink, fills: &[FaceFill]) -> Option<(usize, String)> {
+/// Nor of the faces that are `excused`.
+pub(crate) fn flipped(
+    prepared: &Prepared,
+    sink: &MemorySink,
+    fills: &[FaceFill],
+    excused: &[(u32, u32)],
+) -> Option<(usize, String)> {
     let mut count = 0;
     let mut worst = (0.0, String::new());
-    for batch in sink.batches.iter().filter(|batch| !is_filled(batch, fills)) {
+    let is_judged = |batch: &&Batch| !is_filled(batch, fills) && !excused.contains(&(batch.part.0, batch.face.0));
+    for batch in sink.batches.iter().filter(is_judged) {
         let part = &prepared.parts[batch.part.index()];
         let Some(row) = part.face_rows[batch.face.index()] else { continue };
         for t in &batch.mesh.triangles {
