@@ -170,8 +170,8 @@ impl<'a> Web<'a> {
         self.mesh.triangles[t].into_iter().find(|&v| self.one(v) != a && self.one(v) != b)
     }
 
-    /// Whether the new triangles have the boundary of the old ones. Where more than two triangles meet in an edge, the one that
-    /// is found beside another is not always its neighbour.
+    /// Whether the new triangles have the boundary of the old ones. Where more than two triangles share an edge,
+    /// [`left_of`](Self::left_of) finds one of several, and a flip with the wrong one would open the mesh.
     pub(super) fn keeps_outline(&self, change: &Change) -> bool {
         let ones = |corners: [u32; 3]| corners.map(|v| self.one(v));
         let old = change.triangles.iter().filter_map(|(t, _)| self.mesh.triangles.get(*t).copied());

@@ -132,7 +132,7 @@ impl<'a> Traced<'a> {
         if let Some(reason) = &face.refused {
             return Err(FaceError::Refused(reason.clone()));
         }
-        // Models may be written into their open fields; and a number that is none hides in every comparison below.
+        // The fields of models are open, and NaN passes every comparison below.
         face.surface.check().map_err(FaceError::Surface)?;
         if !boundary_points(part, face).all(DVec3::is_finite) {
             return Err(RegionError::NotFinite.into());

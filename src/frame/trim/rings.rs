@@ -138,11 +138,11 @@ impl Rings {
 
     /// Whether the boundary of all rings and full cells, which [`build`](Self::build) found, is the loops.
     ///
-    /// A ring and its triangles have the same boundary, and the rings' chains sum to the loops. What is left are sides along
-    /// lattice edges, which crossings and corners cut into pieces. A piece next to a crossing belongs to the ring that leaves
-    /// or enters there, in both cells alike, since crossings alternate. A whole edge belongs to a ring or full cell where that
-    /// goes around its ends; so it has one on either side if all four cells at each kept corner go around it, and none at the
-    /// others. Rings go around kept corners only: it is enough to count.
+    /// A ring and its triangles have the same boundary. The chains of all rings sum to the loops; what remains are sides along
+    /// lattice edges, cut into pieces by crossings and corners. A piece next to a crossing belongs to the rings that leave and
+    /// enter there, one in either cell, since crossings alternate. A whole edge belongs to a ring or full cell that goes
+    /// around its ends. So all sides cancel if every kept corner is gone around in all of its four cells and no other corner
+    /// is. Rings go around kept corners only: counting is enough.
     pub(super) fn close(&self, trace: &Trace) -> bool {
         self.corners == 4 * trace.kept.count()
     }
