@@ -9,7 +9,7 @@ const MAY_USE: [(&str, &[&str]); 10] = [
     ("math", &[]),
     ("model", &["math"]),
     ("import", &["math", "model"]),
-    ("mesh", &["model"]),
+    ("mesh", &["math", "model"]),
     ("prepare", &["math", "model", "mesh"]),
     ("frame", &["math", "model", "mesh", "prepare"]),
     ("parallel", &["model", "mesh", "prepare", "frame"]),

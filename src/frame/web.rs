@@ -1,7 +1,8 @@
 //! Triangles that know their neighbours, and the changes that keep their outline.
 
 use super::trim::chain::same_boundary;
-use crate::mesh::{BitMix, Origin, PatchMesh};
+use crate::math::BitMix;
+use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;

@@ -1,5 +1,8 @@
 //! Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
 
+mod bit_mix;
+pub(crate) use bit_mix::BitMix;
+
 /// Products, elevation, subdivision and evaluation in the Bernstein basis.
 pub mod bernstein;
 

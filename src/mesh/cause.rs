@@ -1,6 +1,7 @@
 //! Unbalanced mesh edges -> why they are: the file ends there, faces cannot be oriented alike, or the mesh is at fault.
 
-use super::{BitMix, EdgeLine, ScenePart};
+use super::{EdgeLine, ScenePart};
+use crate::math::BitMix;
 use crate::model::EdgeId;
 use glam::DVec3;
 use std::collections::HashMap;

@@ -5,11 +5,12 @@
 
 use super::cause::{Excused, bits};
 use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
+use crate::math::BitMix;
 use crate::model::{FaceId, PartId};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::fmt;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::BuildHasherDefault;
 
 /// How many bad edges of a part are kept as examples: defects before others, longest first.
 const EXAMPLES: usize = 8;
@@ -428,32 +429,5 @@ impl Pieces {
     fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
-    }
-}
-
-/// A multiplicative hash for coordinate bits and numbers of vertices: the low bits of coordinates are often zero, so the high half
-/// is folded down at the end.
-#[derive(Default)]
-pub(crate) struct BitMix(u64);
-
-impl Hasher for BitMix {
-    fn finish(&self) -> u64 {
-        self.0 ^ (self.0 >> 32)
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for chunk in bytes.chunks(8) {
-            let mut word = [0; 8];
-            word[..chunk.len()].copy_from_slice(chunk);
-            self.write_u64(u64::from_le_bytes(word));
-        }
-    }
-
-    fn write_u32(&mut self, word: u32) {
-        self.write_u64(word.into());
-    }
-
-    fn write_u64(&mut self, word: u64) {
-        self.0 = (self.0.rotate_left(23) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
 }

@@ -16,7 +16,6 @@ mod cause;
 pub use cause::Cause;
 
 mod check;
-pub(crate) use check::BitMix;
 pub use check::{BadEdge, MeshFacts, SceneFacts, check_part, check_scene};
 
 mod stats;

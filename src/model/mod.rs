@@ -30,6 +30,9 @@ pub use axis_map::AxisMap;
 mod to_nurbs;
 pub(crate) use to_nurbs::homogeneous;
 
+mod spline_error;
+pub use spline_error::{MAX_DEGREE, SplineError, SurfaceError};
+
 mod part;
 pub use part::{
     Coedge, Colour, CurveKind, Diagnostic, Edge, Face, Instance, Loop, Model, Part, Severity, Shell, ShellKind,
@@ -39,10 +42,9 @@ mod trim;
 pub use trim::{FreeTrims, TrimCurve, TrimError, TrimPiece, TrimRule};
 
 mod error;
-pub use error::{ModelError, PartError, SplineError, SurfaceError};
+pub use error::{ModelError, PartError};
 
 mod validate;
-pub use validate::MAX_DEGREE;
 
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};

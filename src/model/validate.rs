@@ -4,14 +4,11 @@
 
 use super::nurbs_surface::extent;
 use super::{
-    Coedge, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, Model, ModelError, NurbsCurve, NurbsSurface,
-    Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
+    Coedge, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, MAX_DEGREE, Model, ModelError, NurbsCurve,
+    NurbsSurface, Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
 };
 use glam::{DMat3, DVec3};
 use std::f64::consts::FRAC_PI_2;
-
-/// Highest degree. CAD kernels write up to 25; cost grows with the square, binomials stay exact in f64 well beyond.
-pub const MAX_DEGREE: usize = 60;
 
 /// How far frames and placements may be from orthonormal: files print directions with as few as six digits.
 const NOT_ORTHONORMAL: f64 = 1e-4;

@@ -1,9 +1,9 @@
 //! Threads and queues of a session: hands out frames, takes back what the workers made, gives them used buffers again.
 
-use super::handoff::{Delivery, Order, Task, queues};
+use super::handoff::{Delivery, Hand, Order, Task, queues};
 use super::metrics::Laps;
 use super::render_thread::{Feed, FrameError, FrameReport, commit, gather};
-use super::worker::{Hand, Stages, Worker};
+use super::worker::{Stages, Worker};
 use crate::frame::Patch;
 use crate::mesh::{Batch, MeshSink, PatchMesh, Scene};
 use crossbeam::channel::{Receiver, Sender};

@@ -1,7 +1,6 @@
 //! What crosses threads, and nothing else does: orders to the workers, deliveries to the render thread.
 
 use super::metrics::WorkerMetrics;
-use super::worker::Hand;
 use crate::frame::{Degradation, Rung};
 use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
@@ -14,6 +13,33 @@ const ORDERS_AHEAD: usize = 1;
 
 /// Deliveries a worker may have waiting: the frame that the render thread commits next, and a late one.
 const DELIVERIES_AHEAD: usize = 2;
+
+/// What one worker owns, ascending.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Hand {
+    /// Tiles, and the faces that they belong to.
+    pub(super) tiles: Vec<(PartId, TileId, FaceId)>,
+    /// Edges whose polylines it makes.
+    pub(super) edges: Vec<(PartId, EdgeId)>,
+    /// Tiles of which it need keep nothing, before anything is made.
+    pub(super) gone: Gone,
+}
+
+/// Tiles that are not to be patched up from what they were.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Gone {
+    /// All that there are.
+    pub(super) all: bool,
+    /// These.
+    pub(super) tiles: Vec<(PartId, TileId)>,
+}
+
+impl Hand {
+    /// Whether there is nothing to make.
+    pub(super) fn is_empty(&self) -> bool {
+        self.tiles.is_empty() && self.edges.is_empty()
+    }
+}
 
 /// What an order asks for.
 pub(super) enum Task {

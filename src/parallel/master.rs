@@ -1,11 +1,12 @@
 //! Prepared model + worker count -> a session: tiles dealt once, plans broadcast, frames committed on the caller's thread.
 
 use super::crew::{Crew, StartError, Underway, Work};
+use super::handoff::Hand;
 use super::metrics::Laps;
 use super::owners::{Owners, hands};
 use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
-use super::worker::{Hand, Stages, Worker};
+use super::worker::{Stages, Worker};
 use crate::frame::{
     Levels, Patch, Plan, Planner, PlannerOptions, Scratch, TileMemory, TileOutcome, View, edge_line, fill_tile,
     patch_tile, tessellate_tile,

@@ -1,8 +1,8 @@
 //! Who makes which tile: dealt when the session starts, and again by what tiles took, if that is wanted.
 
 use super::distribute::{deal, loads};
+use super::handoff::{Gone, Hand};
 use super::upkeep::Due;
-use super::worker::{Gone, Hand};
 use crate::mesh::TileId;
 use crate::model::PartId;
 use crate::prepare::Prepared;

@@ -1,10 +1,11 @@
 //! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
 //! nothing that changes: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, Order, Task, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
 use crate::frame::{Patch, Rung, TileOutcome};
-use crate::mesh::{Batch, BitMix, EdgeLine, PatchMesh, TileId};
+use crate::math::BitMix;
+use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
 use crate::model::{EdgeId, FaceId, PartId};
 use crate::prepare::panic_message;
 use std::collections::HashMap;
@@ -43,33 +44,6 @@ pub(super) trait Stages: Send + Sync + 'static {
 
     /// Makes one edge's polyline.
     fn edge_line(&self, plan: &Self::Plan, part: PartId, edge: EdgeId) -> EdgeLine;
-}
-
-/// What one worker owns, ascending.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Hand {
-    /// Tiles, and the faces that they belong to.
-    pub(super) tiles: Vec<(PartId, TileId, FaceId)>,
-    /// Edges whose polylines it makes.
-    pub(super) edges: Vec<(PartId, EdgeId)>,
-    /// Tiles of which it need keep nothing, before anything is made.
-    pub(super) gone: Gone,
-}
-
-/// Tiles that are not to be patched up from what they were.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Gone {
-    /// All that there are.
-    pub(super) all: bool,
-    /// These.
-    pub(super) tiles: Vec<(PartId, TileId)>,
-}
-
-impl Hand {
-    /// Whether there is nothing to make.
-    pub(super) fn is_empty(&self) -> bool {
-        self.tiles.is_empty() && self.edges.is_empty()
-    }
 }
 
 /// Something for each of some tiles.

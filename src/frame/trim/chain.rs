@@ -4,7 +4,7 @@
 //! loops. A triangulation closes with its neighbours when the two are equal, whatever the vertices' coordinates.
 
 use super::TrimInput;
-use crate::mesh::BitMix;
+use crate::math::BitMix;
 use glam::DVec2;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;

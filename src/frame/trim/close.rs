@@ -7,7 +7,7 @@
 
 use super::chain::Chain;
 use super::{TrimInput, TrimOutput};
-use crate::mesh::BitMix;
+use crate::math::BitMix;
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};

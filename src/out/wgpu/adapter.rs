@@ -1,30 +1,8 @@
 //! The graphics adapters of this machine to a device on the best of them that draws.
 
+use super::error::NoAdapter;
+use super::formats::COLOUR_FORMAT;
 use super::gpu::{Gpu, WELCOME};
-use super::target::COLOUR_FORMAT;
-use std::fmt;
-
-/// No adapter that can draw.
-#[derive(Clone, Debug)]
-pub struct NoAdapter {
-    /// What was found and why it would not do; empty if nothing was found.
-    pub found: Vec<String>,
-}
-
-impl fmt::Display for NoAdapter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("no graphics adapter to draw with")?;
-        for refusal in &self.found {
-            write!(f, "; {refusal}")?;
-        }
-        f.write_str(
-            ". Install the graphics driver, or a software one: on Debian and Ubuntu `apt install mesa-vulkan-drivers`, \
-             on Fedora `dnf install mesa-vulkan-drivers`, on Arch `pacman -S vulkan-swrast`",
-        )
-    }
-}
-
-impl std::error::Error for NoAdapter {}
 
 /// A device on the first adapter that grants one and takes the pipelines, from the fastest kind to software. `WGPU_BACKEND` narrows the choice.
 pub(super) fn open() -> Result<(Gpu, ::wgpu::AdapterInfo), NoAdapter> {

@@ -1,6 +1,6 @@
 //! A device, its own or the caller's, with what every drawing on it shares.
 
-use super::RenderError;
+use super::error::RenderError;
 use super::pipelines::Pipelines;
 
 /// Cheap to clone: all of it is shared.

@@ -1,6 +1,6 @@
 //! Pixels to a PNG file.
 
-use super::RenderError;
+use super::error::RenderError;
 use super::target::read_back;
 use crate::mesh::SinkError;
 use crate::out::pending::PendingFile;

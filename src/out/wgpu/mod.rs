@@ -5,8 +5,13 @@ pub use options::{BadColourBy, ColourBy, RenderOptions};
 
 mod palette;
 
+mod error;
+pub use error::{NoAdapter, RenderError};
+
+mod formats;
+mod layout;
+
 mod adapter;
-pub use adapter::NoAdapter;
 
 mod gpu;
 
@@ -18,7 +23,7 @@ mod live;
 pub use live::{BytesHeld, Drew, LiveScene, Picked};
 
 mod renderer;
-pub use renderer::{RenderError, Renderer};
+pub use renderer::Renderer;
 
 mod image;
 pub use image::Image;

@@ -1,7 +1,7 @@
 //! The shader to pipelines: backdrop, tiles, their triangles' sides, edges, and what is under a pixel.
 
-use super::live::{CellPlace, Record, Vertex};
-use super::target::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
+use super::formats::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
+use super::layout::{CellPlace, Record, Vertex};
 use ::wgpu::{
     BindGroupLayout, BufferBindingType, ColorTargetState, CompareFunction, ShaderStages, TextureFormat,
     VertexBufferLayout, VertexStepMode,

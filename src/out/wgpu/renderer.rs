@@ -1,42 +1,16 @@
 //! A frame in memory to an image: everything onto the device, one picture, and back.
 
-use super::adapter::{self, NoAdapter};
+use super::adapter;
+use super::error::{NoAdapter, RenderError};
+use super::formats::COLOUR_FORMAT;
 use super::gpu::Gpu;
 use super::live::{Drew, LiveScene};
-use super::target::{COLOUR_FORMAT, texture, whole};
+use super::target::{texture, whole};
 use super::{Image, RenderOptions};
 use crate::mesh::{MemorySink, MeshSink, SinkError};
 use crate::out::ViewPoint;
 use crate::out::placed::{Placement, batches_by_part, placed};
 use ::wgpu::TextureUsages;
-use std::fmt;
-
-/// Why there is no picture.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub enum RenderError {
-    /// The picture has no pixels, or more in a row or column than the adapter allows.
-    Size {
-        /// What was asked for.
-        size: (u32, u32),
-        /// The longest side.
-        limit: u32,
-    },
-    /// The device failed, mostly for want of memory.
-    Device(String),
-}
-
-impl fmt::Display for RenderError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Size { size, limit } => {
-                write!(f, "cannot draw {} × {} pixels; each side may be 1 to {limit}", size.0, size.1)
-            }
-            Self::Device(cause) => write!(f, "the graphics device failed: {cause}"),
-        }
-    }
-}
-
-impl std::error::Error for RenderError {}
 
 /// A graphics device with its pipelines: made once, it draws any number of pictures.
 #[derive(Debug)]

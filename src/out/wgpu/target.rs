@@ -1,17 +1,9 @@
 //! Textures that are drawn to, and their pixels back in memory.
 
-use super::RenderError;
+use super::error::RenderError;
+use super::formats::{DEPTH_FORMAT, SAMPLES};
 use super::gpu::{Gpu, checked};
 use ::wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
-
-/// What pictures are read back from: shaders write linear light; the target encodes and resolves it.
-pub(super) const COLOUR_FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
-/// Floating point: with reversed depth its precision lies where perspective needs it.
-pub(super) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
-/// What is under a pixel: a number and a distance.
-pub(super) const PICK_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
-/// What every adapter offers, and enough for smooth edges.
-pub(super) const SAMPLES: u32 = 4;
 
 /// A texture of one level.
 pub(super) fn texture(

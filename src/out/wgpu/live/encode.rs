@@ -1,20 +1,8 @@
 //! Tiles to bytes: 16 a vertex (octahedral normals, Meyer et al.), 2 an index where a tile has no more than 65536 vertices.
 
+use super::super::layout::{CellPlace, Vertex};
 use crate::mesh::PatchMesh;
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec2, Vec3};
-
-/// Where a vertex is in its tile's lattice: cells and parts of cells from the first u-line and the first v-line.
-pub(in super::super) type CellPlace = [f32; 2];
-
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-pub(in super::super) struct Vertex {
-    /// Relative to the part's centre, millimetres.
-    pub(in super::super) position: [f32; 3],
-    /// On the octahedron unfolded to a square, -32767 to 32767.
-    pub(in super::super) normal: [i16; 2],
-}
 
 /// Bytes of a tile, in memory that is used again.
 #[derive(Default)]

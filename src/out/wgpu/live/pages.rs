@@ -1,6 +1,6 @@
 //! Units asked for to ranges of buffers: pages that are never moved, sub-allocated by Aaltonen's two-level bins.
 
-use super::super::RenderError;
+use super::super::error::RenderError;
 use super::super::gpu::Gpu;
 use ::wgpu::{Buffer, BufferDescriptor, BufferUsages};
 use offset_allocator::{Allocation, Allocator};

@@ -1,11 +1,13 @@
 //! A pixel to what is under it: the scene drawn into one pixel, numbers in place of colours.
 
-use super::LiveScene;
+use super::scene::LiveScene;
 use super::sight::Aim;
 use crate::mesh::TileId;
 use crate::model::{FaceId, PartId};
-use crate::out::wgpu::target::{DEPTH_FORMAT, PICK_FORMAT, read_back, texture, whole};
-use crate::out::wgpu::{RenderError, RenderOptions};
+use crate::out::wgpu::error::RenderError;
+use crate::out::wgpu::formats::{DEPTH_FORMAT, PICK_FORMAT};
+use crate::out::wgpu::options::RenderOptions;
+use crate::out::wgpu::target::{read_back, texture, whole};
 use ::wgpu::{LoadOp, Operations, StoreOp, TextureUsages};
 use glam::DVec3;
 

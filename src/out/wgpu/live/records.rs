@@ -1,21 +1,10 @@
 //! Tiles of instances to what their draws say: where the triangles are, which placement, which colour.
 
 use super::super::ColourBy;
+use super::super::layout::Record;
 use super::super::palette::{MARKED, Painted, Palette};
 use super::shown::Shown;
 use crate::model::FaceId;
-use bytemuck::{Pod, Zeroable};
-
-/// What a tile of an instance is drawn with: a row of a vertex buffer that the draw's instance number points to.
-#[repr(C)]
-#[derive(Clone, Copy, Default, PartialEq, Pod, Zeroable)]
-pub(in super::super) struct Record {
-    /// Its top bit says that indices have four bytes.
-    first_index: u32,
-    base_vertex: u32,
-    place: u32,
-    colour: [u8; 4],
-}
 
 /// The top bit of [`Record::first_index`].
 const WIDE: u32 = 1 << 31;

@@ -1,29 +1,11 @@
 //! Frames of triangles to the device: each is put beside the one that is drawn, and takes its place when it ends.
 
-use super::LiveScene;
-use super::shown::{Place, Shown};
-use super::store::{Line, Tile};
-use crate::mesh::{Batch, Drawn, EdgeLine, MeshSink, Scene, SinkError, TileId};
-use crate::model::EdgeId;
-use crate::out::wgpu::RenderError;
+use super::super::error::RenderError;
+use super::pending::{Base, Pending};
+use super::scene::LiveScene;
+use super::shown::Shown;
+use crate::mesh::{Batch, Drawn, EdgeLine, MeshSink, Scene, SinkError};
 use std::io;
-
-/// A frame that has begun.
-pub(super) struct Pending {
-    base: Base,
-    /// With the numbers of their parts.
-    tiles: Vec<(u32, TileId, Option<Tile>)>,
-    lines: Vec<(u32, EdgeId, Option<Line>)>,
-    drawn: Drawn,
-}
-
-/// What a frame's tiles are put into.
-enum Base {
-    /// Nothing.
-    Whole(Shown),
-    /// The frame that is drawn, with these instances.
-    Changes(Vec<Place>),
-}
 
 fn refusal(context: &str, kind: io::ErrorKind) -> SinkError {
     SinkError { context: context.to_owned(), cause: kind.into() }

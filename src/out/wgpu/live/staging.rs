@@ -1,6 +1,6 @@
 //! Pieces for many buffers to one write and a copy each: the way of changed tiles onto the device.
 
-use super::super::RenderError;
+use super::super::error::RenderError;
 use super::super::gpu::Gpu;
 use ::wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor};
 

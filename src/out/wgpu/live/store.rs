@@ -1,9 +1,10 @@
 //! Tiles and edges to ranges of pages, and which range is whose: what is on the device.
 
-use super::super::RenderError;
+use super::super::error::RenderError;
 use super::super::gpu::Gpu;
+use super::super::layout::{CellPlace, Vertex};
 use super::super::palette::rate;
-use super::encode::{CellPlace, Encoded, Vertex, cells};
+use super::encode::{Encoded, cells};
 use super::pages::{Pages, Range};
 use super::staging::Staging;
 use crate::mesh::Batch;
