@@ -1,61 +1,12 @@
 //! Solids that a file gives by a few numbers or by triangles, not by faces and edges, to faces and edges of a part.
 
-use super::part::Reader;
-use super::shells::{BodyUse, Gathered, ShellUse, Source};
-use super::table::{Instance, Read, Trouble};
+use super::gathered::{BodyUse, Gathered, ShellUse, Source};
+use super::kinds::BodyKind;
+use super::reader::Reader;
+use super::table::{Read, Trouble};
 use super::tessellated::Loss;
 use super::{csg, sweep, tessellated};
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, Shell, ShellKind, VertexId};
-
-/// How the faces of a body come about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum BodyKind {
-    /// A primitive of constructive solid geometry.
-    Primitive,
-    /// A plane area or face moved along a direction or turned about an axis.
-    Sweep,
-    /// Triangles.
-    Tessellated,
-}
-
-impl BodyKind {
-    pub(super) fn of(item: Instance<'_>) -> Option<Self> {
-        let any = |kinds: &[&str]| kinds.iter().any(|kind| item.is(kind));
-        if any(&csg::KINDS) {
-            Some(Self::Primitive)
-        } else if any(&sweep::KINDS) {
-            Some(Self::Sweep)
-        } else {
-            any(&tessellated::KINDS).then_some(Self::Tessellated)
-        }
-    }
-}
-
-/// Why a body of this type is not read, for those that are not.
-pub(super) fn refused(item: Instance<'_>) -> Option<&'static str> {
-    const INTERSECTS: &str =
-        "its faces would have to be found by intersecting surfaces; export a boundary representation";
-    const UNBOUNDED: &str = "it is not bounded by itself";
-    const NOT_EXACT: &str = "its faces have no exact form here; export a boundary representation";
-    const REFUSED: [(&str, &str); 15] = [
-        ("BOOLEAN_RESULT", INTERSECTS),
-        ("BOOLEAN_CLIPPING_RESULT", INTERSECTS),
-        ("HALF_SPACE_SOLID", UNBOUNDED),
-        ("BOXED_HALF_SPACE", UNBOUNDED),
-        ("POLYGONAL_BOUNDED_HALF_SPACE", UNBOUNDED),
-        ("SWEPT_DISK_SOLID", NOT_EXACT),
-        ("SURFACE_CURVE_SWEPT_AREA_SOLID", NOT_EXACT),
-        ("SURFACE_CURVE_SWEPT_FACE_SOLID", NOT_EXACT),
-        ("ECCENTRIC_CONE", NOT_EXACT),
-        ("ECCENTRIC_CONICAL_VOLUME", NOT_EXACT),
-        ("ELLIPSOID", NOT_EXACT),
-        ("CYCLIDE_SEGMENT_SOLID", NOT_EXACT),
-        ("TRIMMED_VOLUME", NOT_EXACT),
-        ("B_SPLINE_VOLUME", NOT_EXACT),
-        ("CUBIC_BEZIER_TRIANGULATED_FACE", NOT_EXACT),
-    ];
-    REFUSED.into_iter().find(|(name, _)| item.is(name)).map(|(_, reason)| reason)
-}
 
 impl Reader<'_> {
     /// The faces of a body, as a part of its own, and what was left out of it.

@@ -1,10 +1,11 @@
 //! Stated faces and the edges that were read -> the surface of each face. A surface that several faces lie on is read once.
 
+use super::draft::Draft;
+use super::gathered::{ShellUse, Source};
 use super::loops::{Bound, EdgeKey, StatedFace};
-use super::part::{Draft, Reader};
 use super::place::Geometry;
-use super::shells::{ShellUse, Source};
-use super::surface::{Reached, Stated};
+use super::reader::Reader;
+use super::stated::{Reached, Stated};
 use super::table::{Map, Read, Trouble};
 use super::turned::one_sheet;
 use crate::model::{Frame3, Severity, Surface};

@@ -7,19 +7,6 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
-/// What is read here.
-pub(super) const KINDS: [&str; 9] = [
-    "BLOCK",
-    "RIGHT_ANGULAR_WEDGE",
-    "RECTANGULAR_PYRAMID",
-    "TETRAHEDRON",
-    "CONVEX_HEXAHEDRON",
-    "SPHERE",
-    "TORUS",
-    "RIGHT_CIRCULAR_CYLINDER",
-    "RIGHT_CIRCULAR_CONE",
-];
-
 /// The faces of a primitive, as ISO 10303-42 places it.
 pub(super) fn primitive(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Part> {
     let id = item.id;

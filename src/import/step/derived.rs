@@ -5,7 +5,7 @@ use super::curve::Carrier;
 use super::offset::{breaks_of, fitted};
 use super::place::Geometry;
 use super::replica::Similarity;
-use super::surface::{Reached, Stated};
+use super::stated::{Reached, Stated};
 use super::table::{Instance, Read, Trouble};
 use super::units::Units;
 use crate::model::{AxisMap, CurveKind, NurbsCurve3, Surface};

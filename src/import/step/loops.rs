@@ -1,8 +1,9 @@
 //! Faces and their bounds as the file states them: which edges, which way, in which order.
 
 use super::curve::{Ends, Whole};
+use super::gathered::Source;
+use super::kinds::is_face;
 use super::place::Geometry;
-use super::shells::{Source, is_face};
 use super::table::{MAX_DEPTH, Read, Trouble};
 use glam::DVec3;
 use std::collections::HashSet;

@@ -1,6 +1,6 @@
 //! Offsets of surfaces: exact where the offset is of the same kind, else bicubic pieces refined until sampled errors pass.
 
-use super::surface::Reach;
+use super::stated::Reach;
 use super::turned::sheet;
 use crate::model::{NurbsCurve3, NurbsSurface, Surface};
 use glam::DVec3;
@@ -299,7 +299,7 @@ impl Off {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::step::surface::Reached;
+    use crate::import::step::stated::Reached;
 
     /// A plane net of 20 × 20 spans with one control point pulled out of it.
     fn bump(height: f64) -> Surface {

@@ -1,17 +1,17 @@
 //! Gathered shells to one part: every vertex and edge once, faces with oriented loops, what fails as diagnostics.
 
-use super::StepOptions;
 use super::body::append;
 use super::carried::Job;
 use super::corners::{Corners, head_to_tail};
 use super::curve::{Bounded, Carrier, Ends, Whole, straight};
+use super::draft::Draft;
+use super::gathered::{Gathered, ShellUse, Source};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
-use super::shells::{Gathered, ShellUse, Source};
+use super::reader::Reader;
 use super::spline;
-use super::style::Styles;
-use super::surface::Stated;
-use super::table::{Map, Read, Set, Table, Trouble};
+use super::stated::Stated;
+use super::table::{Map, Read, Set, Trouble};
 use super::units::Units;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, Surface,
@@ -20,32 +20,8 @@ use crate::model::{
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// An edge before its vertices have ids.
-pub(super) struct Draft {
-    ends: [VertexKey; 2],
-    points: [DVec3; 2],
-    /// None for an edge without length, and once the part has it.
-    pub(super) curve: Option<Bounded>,
-    /// Whether the edge has no length.
-    empty: bool,
-    /// Distance by which the curve misses its vertices.
-    gap: f64,
-    /// Why its curve was not read, if it became straight for that.
-    straightened: Option<String>,
-    units: Units,
-    entity: u64,
-}
-
 /// Curves by number: what their numbers mean, the carrier, and whether they run its way.
 type Carriers = Map<u64, (Units, (Carrier, bool))>;
-
-/// What all parts of a file are read with.
-#[derive(Clone, Copy)]
-pub(super) struct Reader<'a> {
-    pub(super) table: &'a Table,
-    pub(super) styles: &'a Styles,
-    pub(super) options: &'a StepOptions,
-}
 
 impl Reader<'_> {
     /// Reads the faces of shells and bodies. Diagnostics have no part yet.
@@ -122,10 +98,6 @@ impl Reader<'_> {
             }
         }
         assembly.finish()
-    }
-
-    pub(super) fn geometry(&self, units: Units) -> Geometry<'_> {
-        Geometry::new(self.table, units, self.options.fit_tolerance)
     }
 
     /// Every edge that the faces use, read once.
@@ -223,39 +195,6 @@ impl Reader<'_> {
         let at = Ends { start, end, whole: Whole::Never };
         let curve = geometry.between(curve, at, same).ok()?;
         Draft::new(id, [a, b], at, curve, draft.units).ok()
-    }
-}
-
-impl Draft {
-    fn new(entity: u64, ends: [VertexKey; 2], at: Ends, curve: Option<Bounded>, units: Units) -> Read<Self> {
-        let gap = curve.as_ref().map_or(0.0, |Bounded { curve, range, .. }| {
-            curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
-        });
-        if !gap.is_finite() {
-            return Err(Trouble::new(entity, "the edge's ends are not finite"));
-        }
-        if let Some(Err(error)) = curve.as_ref().map(|bounded| bounded.curve.check()) {
-            return Err(Trouble::new(entity, error.to_string()));
-        }
-        Ok(Self {
-            ends,
-            points: [at.start, at.end],
-            empty: curve.is_none(),
-            curve,
-            gap,
-            straightened: None,
-            units,
-            entity,
-        })
-    }
-
-    /// Points on the edge from its start to its end, a few between two control points; none without length.
-    pub(super) fn samples(&self) -> impl Iterator<Item = DVec3> + '_ {
-        const STEPS: usize = 4;
-        self.curve.iter().flat_map(|Bounded { curve, range: (a, b), .. }| {
-            let steps = STEPS * curve.points.len();
-            (0..=steps).map(move |i| curve.point(a + (b - a) * i as f64 / steps as f64))
-        })
     }
 }
 

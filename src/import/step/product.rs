@@ -4,9 +4,9 @@
 //! product owns. Occurrences come from NEXT_ASSEMBLY_USAGE_OCCURRENCE with its context-dependent representation, from
 //! relationships that carry a transformation by themselves, and from MAPPED_ITEM.
 
-use super::StepOptions;
+use super::kinds::{is_body, is_shapeless};
+use super::options::StepOptions;
 use super::place::Geometry;
-use super::shells::{is_body, is_shapeless};
 use super::style::Styles;
 use super::table::{Instance, MAX_DEPTH, Map, Read, Set, Table, Trouble};
 use super::units::Contexts;

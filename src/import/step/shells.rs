@@ -1,51 +1,15 @@
 //! Items of a representation to shells: lists of faces with the way each is used.
 
-use super::body::{BodyKind, refused};
+use super::gathered::{BodyUse, Gathered, ShellUse, Source};
+use super::kinds::{
+    BodyKind, has_parts, is_body, is_bounded, is_endless, is_face, is_shapeless, is_shell, is_solid, is_surface,
+    parts_of, profile, refused, stands_for,
+};
 use super::style::Styles;
-use super::sweep::profile;
 use super::table::{Instance, MAX_DEPTH, Read, Set, Table, Trouble};
-use super::tessellated::stands_for;
 use super::units::Units;
 use crate::model::{Colour, ShellKind};
 use std::collections::BTreeMap;
-
-/// Where a face comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Source {
-    /// An `ADVANCED_FACE` or `FACE_SURFACE`.
-    Face(u64),
-    /// A bounded surface without topology, as geometric sets hold them.
-    Surface(u64),
-}
-
-impl Source {
-    pub(super) fn id(self) -> u64 {
-        match self {
-            Self::Face(id) | Self::Surface(id) => id,
-        }
-    }
-}
-
-/// One shell as a body uses it.
-#[derive(Clone, Debug)]
-pub(super) struct ShellUse {
-    pub(super) kind: ShellKind,
-    pub(super) entity: u64,
-    /// The faces, and whether the use turns them over.
-    pub(super) faces: Vec<(Source, bool)>,
-    /// Colour of faces that have none.
-    pub(super) colour: Option<Colour>,
-    pub(super) units: Units,
-}
-
-/// A body without stated faces.
-#[derive(Clone, Debug)]
-pub(super) struct BodyUse {
-    pub(super) kind: BodyKind,
-    pub(super) entity: u64,
-    pub(super) colour: Option<Colour>,
-    pub(super) units: Units,
-}
 
 /// Gathers shells and remembers what is taken, so that leftovers can be found.
 pub(super) struct Gather<'a> {
@@ -65,30 +29,10 @@ pub(super) struct Gather<'a> {
     pub(super) aside: BTreeMap<u64, BTreeMap<u64, String>>,
 }
 
-/// What was gathered for one part.
-#[derive(Default)]
-pub(super) struct Gathered {
-    pub(super) shells: Vec<ShellUse>,
-    pub(super) bodies: Vec<BodyUse>,
-    /// Items, shells and faces in this part already: a part holds each once, however often its representations list it.
-    pub(super) held: Set<u64>,
-}
-
 /// What annotations draw.
 fn annotated(table: &Table) -> Set<u64> {
     let occurrences = table.of_types(|i| i.types().any(|name| name.ends_with("ANNOTATION_OCCURRENCE")));
     occurrences.filter_map(|i| i.fields("STYLED_ITEM", 1).optional(1)).collect()
-}
-
-impl Gathered {
-    pub(super) fn is_empty(&self) -> bool {
-        self.shells.is_empty() && self.bodies.is_empty()
-    }
-
-    /// What the numbers of the first shell or body mean.
-    pub(super) fn units(&self) -> Option<Units> {
-        self.shells.first().map(|shell| shell.units).or(self.bodies.first().map(|body| body.units))
-    }
 }
 
 impl<'a> Gather<'a> {
@@ -334,145 +278,4 @@ impl<'a> Gather<'a> {
         }
         found
     }
-}
-
-const BODIES: [&str; 5] =
-    ["MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP", "SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"];
-
-/// Whether an item may contribute faces to a part.
-pub(super) fn is_body(item: Instance<'_>) -> bool {
-    let tessellated = BodyKind::of(item) == Some(BodyKind::Tessellated);
-    is_solid(item) || tessellated || is_shell(item) || is_face(item) || item.is("GEOMETRIC_SET")
-}
-
-/// Whether an item is a body of faces, of a few numbers, or one of those that are refused.
-fn is_solid(item: Instance<'_>) -> bool {
-    let made = BodyKind::of(item).is_some_and(|kind| kind != BodyKind::Tessellated);
-    made || item.is("CSG_SOLID") || refused(item).is_some() || item.types().any(|name| BODIES.contains(&name))
-}
-
-const BOOLEANS: [&str; 2] = ["BOOLEAN_RESULT", "BOOLEAN_CLIPPING_RESULT"];
-const HOLDERS: [&str; 3] = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
-
-/// Whether an instance is of a type that makes a body of others, or holds some.
-fn has_parts(instance: Instance<'_>) -> bool {
-    let replicas = ["CSG_SOLID", "SOLID_REPLICA"];
-    BOOLEANS.into_iter().chain(HOLDERS).chain(replicas).any(|name| instance.is(name))
-}
-
-/// The bodies that an instance makes another one of, or holds.
-fn parts_of(instance: Instance<'_>) -> impl Iterator<Item = u64> {
-    let boolean = BOOLEANS.into_iter().any(|name| instance.is(name));
-    let held =
-        HOLDERS.into_iter().find(|name| instance.is(name)).and_then(|name| instance.fields(name, 1).links(0).ok());
-    let root = instance.is("CSG_SOLID").then(|| instance.fields("CSG_SOLID", 1).optional(0)).flatten();
-    let parent = instance.is("SOLID_REPLICA").then(|| instance.fields("SOLID_REPLICA", 1).optional(0)).flatten();
-    let operands = boolean.then(|| instance.fields("BOOLEAN_RESULT", 1));
-    let operands = operands.into_iter().flat_map(|own| [own.optional(1), own.optional(2)]).flatten();
-    operands.chain(root).chain(parent).chain(held.into_iter().flatten())
-}
-
-fn is_shell(instance: Instance<'_>) -> bool {
-    ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
-}
-
-/// Whether an instance is a face with a surface, or one that lies in the plane of its bounds.
-pub(super) fn is_face(instance: Instance<'_>) -> bool {
-    let of_others = || instance.is("ORIENTED_FACE") || instance.is("SUBFACE");
-    instance.is("ADVANCED_FACE") || instance.is("FACE_SURFACE") || instance.is("FACE") && !of_others()
-}
-
-fn is_surface(instance: Instance<'_>) -> bool {
-    let named = |name: &str| {
-        let one = name == "PLANE" || name == "B_SPLINE_SURFACE_WITH_KNOTS";
-        one || name.ends_with("_SURFACE") || name.starts_with("SURFACE_OF_")
-    };
-    instance.types().any(named) && !is_shapeless(instance)
-}
-
-/// Whether an instance is a surface that never ends by itself.
-pub(super) fn is_endless(instance: Instance<'_>) -> bool {
-    ["PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE"].into_iter().any(|name| instance.is(name))
-}
-
-/// Whether a surface ends by itself. Others are placed beside shapes for reference.
-fn is_bounded(surface: Instance<'_>) -> bool {
-    const UNBOUNDED: [&str; 7] = [
-        "PLANE",
-        "CYLINDRICAL_SURFACE",
-        "CONICAL_SURFACE",
-        "SURFACE_OF_LINEAR_EXTRUSION",
-        "SURFACE_OF_REVOLUTION",
-        "OFFSET_SURFACE",
-        "SURFACE_REPLICA",
-    ];
-    !UNBOUNDED.into_iter().any(|name| surface.is(name))
-}
-
-/// Whether an item is known to be no shape: placements, points, curves, wires, annotations, values. What is not known may be
-/// one.
-pub(super) fn is_shapeless(item: Instance<'_>) -> bool {
-    const NAMES: [&str; 15] = [
-        "COORDINATES_LIST",
-        "LINE",
-        "CIRCLE",
-        "ELLIPSE",
-        "HYPERBOLA",
-        "PARABOLA",
-        "CLOTHOID",
-        "POLYLINE",
-        "DIRECTION",
-        "VECTOR",
-        "COMPOSITE_CURVE_ON_SURFACE",
-        "POINT_ON_SURFACE",
-        "WIRE_SHELL",
-        "VERTEX_SHELL",
-        "SHELL_BASED_WIREFRAME_MODEL",
-    ];
-    const WORDS: [&str; 27] = [
-        "PLACEMENT",
-        "TRANSFORMATION",
-        "POINT",
-        "CURVE",
-        "PCURVE",
-        "EDGE",
-        "VERTEX",
-        "LOOP",
-        "PATH",
-        "WIRE",
-        "ANNOTATION",
-        "TEXT",
-        "CALLOUT",
-        "LEADER",
-        "TERMINATOR",
-        "DIMENSION",
-        "SYMBOL",
-        "STYLED",
-        "CAMERA",
-        "LIGHT",
-        "PLANAR",
-        "MEASURE",
-        "DRAUGHTING",
-        "MAPPED",
-        "KINEMATIC",
-        "STYLE",
-        "GLYPH",
-    ];
-    const SHAPES: [&str; 7] = ["SOLID", "BREP", "FACE", "SURFACE", "SHELL", "VOLUME", "BODY"];
-    let mut known = false;
-    for name in item.types() {
-        let has = |words: &[&str]| name.split('_').any(|word| words.contains(&word));
-        let value = name.ends_with("_REPRESENTATION_ITEM")
-            && !name.starts_with("GEOMETRIC_")
-            && !name.starts_with("TOPOLOGICAL_");
-        let curve = name.ends_with("_CURVE");
-        if NAMES.contains(&name) || value || curve {
-            known = true;
-        } else if has(&SHAPES) {
-            return false;
-        } else {
-            known |= has(&WORDS);
-        }
-    }
-    known
 }

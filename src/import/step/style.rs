@@ -1,6 +1,6 @@
 //! Styled items to colours of the things they style.
 
-use super::shells::is_face;
+use super::kinds::is_face;
 use super::table::{Instance, Map, Set, Table};
 use crate::model::Colour;
 

@@ -1,43 +1,15 @@
 //! Surfaces of ISO 10303-42 to the model's surfaces in natural parameters.
 
-use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::curve::{Carrier, Form, check_degree, check_weights, knots_of};
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::spline;
+use super::stated::{Reach, Reached, Stated, reaching};
 use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
 use super::turned;
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Severity, Surface};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
-
-/// Where a face's boundary is.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Reached {
-    /// Points whose hull covers the boundary.
-    pub(super) hull: Vec<DVec3>,
-    /// Points on the boundary.
-    pub(super) on: Vec<DVec3>,
-}
-
-/// Where the face is, asked for only where a sweep of an unbounded curve has to be bounded or one of several sheets meant.
-pub(super) type Reach<'a> = &'a dyn Fn() -> Reached;
-
-/// A surface and how it stands to what the file stated.
-#[derive(Clone, Debug)]
-pub(super) struct Stated {
-    pub(super) surface: Surface,
-    /// Whether its normal is opposite to the stated surface's.
-    pub(super) turned: bool,
-    /// What was not taken word for word, and how doubtful that is.
-    pub(super) note: Option<(Severity, String)>,
-}
-
-impl Stated {
-    fn exact(surface: Surface) -> Self {
-        Self { surface, turned: false, note: None }
-    }
-}
 
 const SPLINES: [&str; 6] = [
     "B_SPLINE_SURFACE",
@@ -275,38 +247,4 @@ fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
         onto_axis(last);
     }
     Surface::Revolution { curve, frame: *frame }
-}
-
-/// The part of an unbounded conic that sweeps over all of `reach`; `flat` moves a point into the conic's plane.
-pub(super) fn reaching(
-    carrier: &Carrier,
-    reach: &[DVec3],
-    flat: impl Fn(&DVec3, &Frame3) -> DVec3,
-) -> Option<NurbsCurve3> {
-    match carrier {
-        Carrier::Hyperbola { frame, a, b } => {
-            let (low, high) = extent(reach.iter().map(|p| (frame.local(flat(p, frame)).y / b).asinh()))?;
-            let range = widened(low, high)?;
-            Some(hyperbolic_arc(frame.origin, frame.x * *a, frame.y * *b, range))
-        }
-        Carrier::Parabola { frame, focal } => {
-            let (low, high) = extent(reach.iter().map(|p| frame.local(flat(p, frame)).y / (2.0 * focal)))?;
-            let range = widened(low, high)?;
-            Some(parabolic_arc(frame.origin, frame.x * *focal, frame.y * *focal, range))
-        }
-        _ => None,
-    }
-}
-
-/// The smallest and the largest of some parameters. `None` if there are none.
-pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
-    (low <= high).then_some((low, high))
-}
-
-/// A range a little widened. `None` if it is not finite or still empty.
-pub(super) fn widened(low: f64, high: f64) -> Option<(f64, f64)> {
-    let margin = 1e-3 * (high - low) + 4.0 * f64::EPSILON * low.abs().max(high.abs());
-    let range = (low - margin, high + margin);
-    (range.0 < range.1 && (range.1 - range.0).is_finite()).then_some(range)
 }

@@ -2,8 +2,9 @@
 //!
 //! A profile's vertices sweep edges, its edges sweep faces; the profile and its image at the far end close the solid.
 
+use super::gathered::Source;
+use super::kinds::{SWEEPS, profile};
 use super::place::Geometry;
-use super::shells::Source;
 use super::spline;
 use super::table::{Instance, Read, Trouble};
 use crate::model::{
@@ -12,10 +13,6 @@ use crate::model::{
 use glam::{DAffine3, DQuat, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-
-/// What is read here.
-pub(super) const KINDS: [&str; 4] =
-    ["EXTRUDED_AREA_SOLID", "EXTRUDED_FACE_SOLID", "REVOLVED_AREA_SOLID", "REVOLVED_FACE_SOLID"];
 
 /// Distance from the axis, as a share of the profile's, that counts as none.
 const ON_AXIS: f64 = 1e-9;
@@ -35,18 +32,10 @@ enum Motion {
     About { axis: Frame3, angle: f64 },
 }
 
-/// The area or face that a body sweeps, if it does.
-pub(super) fn profile(item: Instance<'_>) -> Option<u64> {
-    let name = KINDS.into_iter().find(|kind| item.is(kind))?;
-    // Name and profile stand in the supertype.
-    let swept = if name.contains("AREA") { "SWEPT_AREA_SOLID" } else { "SWEPT_FACE_SOLID" };
-    item.fields(swept, 1).optional(0)
-}
-
 impl Sweep {
     pub(super) fn read(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Self> {
         let entity = item.id;
-        let name = KINDS.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
+        let name = SWEEPS.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
         let profile = profile(item).ok_or_else(|| Trouble::new(entity, format!("a {name} of nothing")))?;
         let profile = if name.contains("AREA") { Source::Surface(profile) } else { Source::Face(profile) };
         let own = item.fields(name, 2);

@@ -4,40 +4,16 @@
 //! edges, so that the mesh is as closed as the file's, at any tolerance. Corners are one where their coordinates are the same
 //! numbers, since each tessellated face may list its own.
 
+use super::kinds::{HOLDERS, is_shapeless};
 use super::place::Geometry;
-use super::shells::is_shapeless;
 use super::table::{Fields, Instance, MAX_DEPTH, Map, Read, Trouble};
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 use std::collections::hash_map::Entry;
 use step_io::parser::Attribute;
 
-/// What is read here, bodies and loose faces.
-pub(super) const KINDS: [&str; 8] = [
-    "TESSELLATED_SOLID",
-    "TESSELLATED_SHELL",
-    "TESSELLATED_GEOMETRIC_SET",
-    "TRIANGULATED_FACE",
-    "COMPLEX_TRIANGULATED_FACE",
-    "TRIANGULATED_SURFACE_SET",
-    "COMPLEX_TRIANGULATED_SURFACE_SET",
-    "REPOSITIONED_TESSELLATED_ITEM",
-];
-
 const FACES: [&str; 4] =
     ["TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE", "TRIANGULATED_SURFACE_SET", "COMPLEX_TRIANGULATED_SURFACE_SET"];
-
-/// What holds the faces of a body, and in which attribute of which type.
-const HOLDERS: [&str; 3] = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
-
-/// The exact solid, shell or face that a tessellated one stands for.
-pub(super) fn stands_for(item: Instance<'_>) -> Option<u64> {
-    if let Some(name) = ["TESSELLATED_SOLID", "TESSELLATED_SHELL"].into_iter().find(|name| item.is(name)) {
-        return item.fields(name, 1).optional(1);
-    }
-    let face = item.is("TRIANGULATED_FACE") || item.is("COMPLEX_TRIANGULATED_FACE");
-    face.then(|| item.fields("TESSELLATED_FACE", 1).optional(3)).flatten()
-}
 
 /// Something of a body that was left out: why, and a place at it where one could be read.
 pub(super) type Loss = (Trouble, Option<DVec3>);

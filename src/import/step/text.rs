@@ -1,11 +1,11 @@
 //! Part 21 bytes to an instance table; instances that break the syntax are cut out one at a time, so that one bad line
 //! does not cost the file.
 
+use super::options::{StepError, StepOptions};
 use super::sections::{
     Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
 };
 use super::table::Table;
-use super::{StepError, StepOptions};
 use crate::model::{Diagnostic, Severity};
 use std::borrow::Cow;
 use step_io::{Error, parser};

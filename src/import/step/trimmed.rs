@@ -2,7 +2,7 @@
 
 use super::place::Geometry;
 use super::spline;
-use super::surface::{Reached, Stated};
+use super::stated::{Reached, Stated};
 use super::table::{Instance, Read, Trouble};
 use crate::model::{NurbsCurve3, NurbsSurface, Severity, Surface};
 

@@ -3,7 +3,7 @@
 
 use super::curve::Carrier;
 use super::spline;
-use super::surface::{Reached, Stated, extent, reaching, widened};
+use super::stated::{Reached, Stated, extent, reaching, widened};
 use crate::model::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 

@@ -1,0 +1,64 @@
+//! What representations hold for one part: shells of faces, and bodies without stated faces.
+
+use super::kinds::BodyKind;
+use super::table::Set;
+use super::units::Units;
+use crate::model::{Colour, ShellKind};
+
+/// Where a face comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Source {
+    /// An `ADVANCED_FACE` or `FACE_SURFACE`.
+    Face(u64),
+    /// A bounded surface without topology, as geometric sets hold them.
+    Surface(u64),
+}
+
+impl Source {
+    pub(super) fn id(self) -> u64 {
+        match self {
+            Self::Face(id) | Self::Surface(id) => id,
+        }
+    }
+}
+
+/// One shell as a body uses it.
+#[derive(Clone, Debug)]
+pub(super) struct ShellUse {
+    pub(super) kind: ShellKind,
+    pub(super) entity: u64,
+    /// The faces, and whether the use turns them over.
+    pub(super) faces: Vec<(Source, bool)>,
+    /// Colour of faces that have none.
+    pub(super) colour: Option<Colour>,
+    pub(super) units: Units,
+}
+
+/// A body without stated faces.
+#[derive(Clone, Debug)]
+pub(super) struct BodyUse {
+    pub(super) kind: BodyKind,
+    pub(super) entity: u64,
+    pub(super) colour: Option<Colour>,
+    pub(super) units: Units,
+}
+
+/// What was gathered for one part.
+#[derive(Default)]
+pub(super) struct Gathered {
+    pub(super) shells: Vec<ShellUse>,
+    pub(super) bodies: Vec<BodyUse>,
+    /// Items, shells and faces in this part already: a part holds each once, however often its representations list it.
+    pub(super) held: Set<u64>,
+}
+
+impl Gathered {
+    pub(super) fn is_empty(&self) -> bool {
+        self.shells.is_empty() && self.bodies.is_empty()
+    }
+
+    /// What the numbers of the first shell or body mean.
+    pub(super) fn units(&self) -> Option<Units> {
+        self.shells.first().map(|shell| shell.units).or(self.bodies.first().map(|body| body.units))
+    }
+}

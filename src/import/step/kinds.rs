@@ -1,0 +1,242 @@
+//! Types of instances to what they are: faces, shells, surfaces, bodies of each sort, or no shape at all.
+
+use super::table::Instance;
+
+/// Primitives of constructive solid geometry that are read.
+pub(super) const PRIMITIVES: [&str; 9] = [
+    "BLOCK",
+    "RIGHT_ANGULAR_WEDGE",
+    "RECTANGULAR_PYRAMID",
+    "TETRAHEDRON",
+    "CONVEX_HEXAHEDRON",
+    "SPHERE",
+    "TORUS",
+    "RIGHT_CIRCULAR_CYLINDER",
+    "RIGHT_CIRCULAR_CONE",
+];
+
+/// Swept solids that are read.
+pub(super) const SWEEPS: [&str; 4] =
+    ["EXTRUDED_AREA_SOLID", "EXTRUDED_FACE_SOLID", "REVOLVED_AREA_SOLID", "REVOLVED_FACE_SOLID"];
+
+/// Tessellated bodies and loose faces that are read.
+pub(super) const TESSELLATED: [&str; 8] = [
+    "TESSELLATED_SOLID",
+    "TESSELLATED_SHELL",
+    "TESSELLATED_GEOMETRIC_SET",
+    "TRIANGULATED_FACE",
+    "COMPLEX_TRIANGULATED_FACE",
+    "TRIANGULATED_SURFACE_SET",
+    "COMPLEX_TRIANGULATED_SURFACE_SET",
+    "REPOSITIONED_TESSELLATED_ITEM",
+];
+
+/// What holds the faces of a body, and in which attribute of which type.
+pub(super) const HOLDERS: [&str; 3] = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
+
+const BODIES: [&str; 5] =
+    ["MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP", "SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"];
+
+/// Whether an item may contribute faces to a part.
+pub(super) fn is_body(item: Instance<'_>) -> bool {
+    let tessellated = BodyKind::of(item) == Some(BodyKind::Tessellated);
+    is_solid(item) || tessellated || is_shell(item) || is_face(item) || item.is("GEOMETRIC_SET")
+}
+
+/// Whether an item is a body of faces, of a few numbers, or one of those that are refused.
+pub(super) fn is_solid(item: Instance<'_>) -> bool {
+    let made = BodyKind::of(item).is_some_and(|kind| kind != BodyKind::Tessellated);
+    made || item.is("CSG_SOLID") || refused(item).is_some() || item.types().any(|name| BODIES.contains(&name))
+}
+
+const BOOLEANS: [&str; 2] = ["BOOLEAN_RESULT", "BOOLEAN_CLIPPING_RESULT"];
+
+/// Whether an instance is of a type that makes a body of others, or holds some.
+pub(super) fn has_parts(instance: Instance<'_>) -> bool {
+    let replicas = ["CSG_SOLID", "SOLID_REPLICA"];
+    BOOLEANS.into_iter().chain(HOLDERS).chain(replicas).any(|name| instance.is(name))
+}
+
+/// The bodies that an instance makes another one of, or holds.
+pub(super) fn parts_of(instance: Instance<'_>) -> impl Iterator<Item = u64> {
+    let boolean = BOOLEANS.into_iter().any(|name| instance.is(name));
+    let held =
+        HOLDERS.into_iter().find(|name| instance.is(name)).and_then(|name| instance.fields(name, 1).links(0).ok());
+    let root = instance.is("CSG_SOLID").then(|| instance.fields("CSG_SOLID", 1).optional(0)).flatten();
+    let parent = instance.is("SOLID_REPLICA").then(|| instance.fields("SOLID_REPLICA", 1).optional(0)).flatten();
+    let operands = boolean.then(|| instance.fields("BOOLEAN_RESULT", 1));
+    let operands = operands.into_iter().flat_map(|own| [own.optional(1), own.optional(2)]).flatten();
+    operands.chain(root).chain(parent).chain(held.into_iter().flatten())
+}
+
+pub(super) fn is_shell(instance: Instance<'_>) -> bool {
+    ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
+}
+
+/// Whether an instance is a face with a surface, or one that lies in the plane of its bounds.
+pub(super) fn is_face(instance: Instance<'_>) -> bool {
+    let of_others = || instance.is("ORIENTED_FACE") || instance.is("SUBFACE");
+    instance.is("ADVANCED_FACE") || instance.is("FACE_SURFACE") || instance.is("FACE") && !of_others()
+}
+
+pub(super) fn is_surface(instance: Instance<'_>) -> bool {
+    let named = |name: &str| {
+        let one = name == "PLANE" || name == "B_SPLINE_SURFACE_WITH_KNOTS";
+        one || name.ends_with("_SURFACE") || name.starts_with("SURFACE_OF_")
+    };
+    instance.types().any(named) && !is_shapeless(instance)
+}
+
+/// Whether an instance is a surface that never ends by itself.
+pub(super) fn is_endless(instance: Instance<'_>) -> bool {
+    ["PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE"].into_iter().any(|name| instance.is(name))
+}
+
+/// Whether a surface ends by itself. Others are placed beside shapes for reference.
+pub(super) fn is_bounded(surface: Instance<'_>) -> bool {
+    const UNBOUNDED: [&str; 7] = [
+        "PLANE",
+        "CYLINDRICAL_SURFACE",
+        "CONICAL_SURFACE",
+        "SURFACE_OF_LINEAR_EXTRUSION",
+        "SURFACE_OF_REVOLUTION",
+        "OFFSET_SURFACE",
+        "SURFACE_REPLICA",
+    ];
+    !UNBOUNDED.into_iter().any(|name| surface.is(name))
+}
+
+/// Whether an item is known to be no shape: placements, points, curves, wires, annotations, values. What is not known may be
+/// one.
+pub(super) fn is_shapeless(item: Instance<'_>) -> bool {
+    const NAMES: [&str; 15] = [
+        "COORDINATES_LIST",
+        "LINE",
+        "CIRCLE",
+        "ELLIPSE",
+        "HYPERBOLA",
+        "PARABOLA",
+        "CLOTHOID",
+        "POLYLINE",
+        "DIRECTION",
+        "VECTOR",
+        "COMPOSITE_CURVE_ON_SURFACE",
+        "POINT_ON_SURFACE",
+        "WIRE_SHELL",
+        "VERTEX_SHELL",
+        "SHELL_BASED_WIREFRAME_MODEL",
+    ];
+    const WORDS: [&str; 27] = [
+        "PLACEMENT",
+        "TRANSFORMATION",
+        "POINT",
+        "CURVE",
+        "PCURVE",
+        "EDGE",
+        "VERTEX",
+        "LOOP",
+        "PATH",
+        "WIRE",
+        "ANNOTATION",
+        "TEXT",
+        "CALLOUT",
+        "LEADER",
+        "TERMINATOR",
+        "DIMENSION",
+        "SYMBOL",
+        "STYLED",
+        "CAMERA",
+        "LIGHT",
+        "PLANAR",
+        "MEASURE",
+        "DRAUGHTING",
+        "MAPPED",
+        "KINEMATIC",
+        "STYLE",
+        "GLYPH",
+    ];
+    const SHAPES: [&str; 7] = ["SOLID", "BREP", "FACE", "SURFACE", "SHELL", "VOLUME", "BODY"];
+    let mut known = false;
+    for name in item.types() {
+        let has = |words: &[&str]| name.split('_').any(|word| words.contains(&word));
+        let value = name.ends_with("_REPRESENTATION_ITEM")
+            && !name.starts_with("GEOMETRIC_")
+            && !name.starts_with("TOPOLOGICAL_");
+        let curve = name.ends_with("_CURVE");
+        if NAMES.contains(&name) || value || curve {
+            known = true;
+        } else if has(&SHAPES) {
+            return false;
+        } else {
+            known |= has(&WORDS);
+        }
+    }
+    known
+}
+
+/// How the faces of a body come about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BodyKind {
+    /// A primitive of constructive solid geometry.
+    Primitive,
+    /// A plane area or face moved along a direction or turned about an axis.
+    Sweep,
+    /// Triangles.
+    Tessellated,
+}
+
+impl BodyKind {
+    pub(super) fn of(item: Instance<'_>) -> Option<Self> {
+        let any = |kinds: &[&str]| kinds.iter().any(|kind| item.is(kind));
+        if any(&PRIMITIVES) {
+            Some(Self::Primitive)
+        } else if any(&SWEEPS) {
+            Some(Self::Sweep)
+        } else {
+            any(&TESSELLATED).then_some(Self::Tessellated)
+        }
+    }
+}
+
+/// Why a body of this type is not read, for those that are not.
+pub(super) fn refused(item: Instance<'_>) -> Option<&'static str> {
+    const INTERSECTS: &str =
+        "its faces would have to be found by intersecting surfaces; export a boundary representation";
+    const UNBOUNDED: &str = "it is not bounded by itself";
+    const NOT_EXACT: &str = "its faces have no exact form here; export a boundary representation";
+    const REFUSED: [(&str, &str); 15] = [
+        ("BOOLEAN_RESULT", INTERSECTS),
+        ("BOOLEAN_CLIPPING_RESULT", INTERSECTS),
+        ("HALF_SPACE_SOLID", UNBOUNDED),
+        ("BOXED_HALF_SPACE", UNBOUNDED),
+        ("POLYGONAL_BOUNDED_HALF_SPACE", UNBOUNDED),
+        ("SWEPT_DISK_SOLID", NOT_EXACT),
+        ("SURFACE_CURVE_SWEPT_AREA_SOLID", NOT_EXACT),
+        ("SURFACE_CURVE_SWEPT_FACE_SOLID", NOT_EXACT),
+        ("ECCENTRIC_CONE", NOT_EXACT),
+        ("ECCENTRIC_CONICAL_VOLUME", NOT_EXACT),
+        ("ELLIPSOID", NOT_EXACT),
+        ("CYCLIDE_SEGMENT_SOLID", NOT_EXACT),
+        ("TRIMMED_VOLUME", NOT_EXACT),
+        ("B_SPLINE_VOLUME", NOT_EXACT),
+        ("CUBIC_BEZIER_TRIANGULATED_FACE", NOT_EXACT),
+    ];
+    REFUSED.into_iter().find(|(name, _)| item.is(name)).map(|(_, reason)| reason)
+}
+
+/// The area or face that a body sweeps, if it does.
+pub(super) fn profile(item: Instance<'_>) -> Option<u64> {
+    let name = SWEEPS.into_iter().find(|kind| item.is(kind))?;
+    // Name and profile stand in the supertype.
+    let swept = if name.contains("AREA") { "SWEPT_AREA_SOLID" } else { "SWEPT_FACE_SOLID" };
+    item.fields(swept, 1).optional(0)
+}
+
+/// The exact solid, shell or face that a tessellated one stands for.
+pub(super) fn stands_for(item: Instance<'_>) -> Option<u64> {
+    if let Some(name) = ["TESSELLATED_SOLID", "TESSELLATED_SHELL"].into_iter().find(|name| item.is(name)) {
+        return item.fields(name, 1).optional(1);
+    }
+    let face = item.is("TRIANGULATED_FACE") || item.is("COMPLEX_TRIANGULATED_FACE");
+    face.then(|| item.fields("TESSELLATED_FACE", 1).optional(3)).flatten()
+}

@@ -1,0 +1,100 @@
+//! A file's bytes -> a model, by the steps of this folder.
+
+use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
+use super::product::Builder;
+use super::reader::Reader;
+use super::style::Styles;
+use super::text;
+use super::tree::Tree;
+use super::units::Contexts;
+use crate::model::{Diagnostic, Model, Part, PartId, Severity};
+use rayon::prelude::*;
+use std::io::Read as _;
+use std::path::Path;
+
+/// Reads a STEP file. The model's name is the file's, without extension.
+///
+/// # Errors
+/// As [`read`], and [`StepError::Io`] if the file cannot be read.
+pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError> {
+    let io = |error| StepError::Io { path: path.to_owned(), error };
+    let file = std::fs::File::open(path).map_err(io)?;
+    let bytes = file.metadata().map_err(io)?.len();
+    check_size(bytes, options)?;
+    let mut text = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
+    // Devices and pipes tell no length beforehand, and may have no end.
+    let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
+    file.take(most.saturating_add(1)).read_to_end(&mut text).map_err(io)?;
+    let mut model = read(&text, options)?;
+    model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(model)
+}
+
+fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
+    if bytes > options.max_bytes {
+        return Err(StepError::TooLarge { bytes, limit: options.max_bytes });
+    }
+    let needed = bytes.saturating_mul(BYTES_PER_BYTE);
+    if needed > options.max_memory {
+        return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
+    }
+    Ok(())
+}
+
+/// Reads the text of a STEP file.
+///
+/// Each product definition with geometry is one part, placed as often as the assembly says; geometry that no product owns
+/// makes parts of its own, placed once. What is not understood is named in [`Model::diagnostics`] and costs nothing else: a
+/// file without any face gives an empty model. Runs on the threads of the current rayon pool.
+///
+/// # Errors
+/// If the bytes are no STEP text, break the syntax beyond repair, or exceed one of the limits of `options`.
+pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
+    check_size(bytes.len() as u64, options)?;
+    let mut diagnostics = Vec::new();
+    let table = text::parse(bytes, options, &mut diagnostics)?;
+    let contexts = Contexts::read(&table);
+    let styles = Styles::read(&table);
+    let structure = Builder::build(&table, &contexts, &styles, options);
+    let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
+    tree.expand();
+    if tree.visits > options.max_instances {
+        return Err(StepError::TooManyInstances { limit: options.max_instances });
+    }
+    let reader = Reader { table: &table, styles: &styles, options };
+    // A file may mix units; the first part's are named.
+    let first = tree.planned.first().and_then(|plan| plan.gathered.units());
+    let millimetres_per_unit = first.unwrap_or(contexts.first).length;
+    let read: Vec<(Part, Vec<Diagnostic>)> = std::mem::take(&mut tree.planned)
+        .into_par_iter()
+        .map(|plan| reader.part(plan.name, &plan.gathered, plan.colour))
+        .collect();
+    let mut model = Model { millimetres_per_unit, ..Model::default() };
+    for (part, found) in read {
+        let id = Some(PartId::new(model.parts.len()));
+        diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));
+        model.parts.push(part);
+    }
+    model.instances = tree.instances;
+    diagnostics.extend(tree.diagnostics);
+    if !contexts.stated && !model.parts.is_empty() {
+        let reason = "the file names no length unit; millimetres assumed".to_owned();
+        diagnostics.push(of_file(reason));
+    }
+    if styles.along_paths > 0 {
+        let reason = format!("{} colours that hold along paths of occurrences are not applied", styles.along_paths);
+        diagnostics.push(of_file(reason));
+    }
+    let lost = diagnostics.iter().any(|d| d.severity == Severity::Error);
+    if !lost && model.parts.iter().all(|part| part.faces.is_empty()) {
+        let reason = format!("no faces among the file's {} instances", table.len());
+        diagnostics.push(of_file(reason));
+    }
+    model.diagnostics = diagnostics;
+    Ok(model)
+}
+
+/// A warning that concerns the file as a whole.
+fn of_file(reason: String) -> Diagnostic {
+    Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, place: None, reason }
+}

@@ -1,0 +1,22 @@
+//! What all parts of a file are read with.
+
+use super::options::StepOptions;
+use super::place::Geometry;
+use super::style::Styles;
+use super::table::Table;
+use super::units::Units;
+
+/// What all parts of a file are read with.
+#[derive(Clone, Copy)]
+pub(super) struct Reader<'a> {
+    pub(super) table: &'a Table,
+    pub(super) styles: &'a Styles,
+    pub(super) options: &'a StepOptions,
+}
+
+impl Reader<'_> {
+    /// Access to geometry whose numbers mean `units`.
+    pub(super) fn geometry(&self, units: Units) -> Geometry<'_> {
+        Geometry::new(self.table, units, self.options.fit_tolerance)
+    }
+}

@@ -1,0 +1,237 @@
+//! The assembly tree -> parts to read, and instances of them.
+
+use super::gathered::Gathered;
+use super::kinds::{is_endless, is_shapeless};
+use super::options::StepOptions;
+use super::place::Geometry;
+use super::product::{self, Doubt, Group, MAX_ASSEMBLY_DEPTH, Structure, is_supplemental};
+use super::shells::Gather;
+use super::style::Styles;
+use super::table::Table;
+use super::units::Contexts;
+use crate::model::{Colour, Diagnostic, Instance, PartId, Severity};
+use glam::{DAffine3, DVec3};
+use std::collections::{BTreeMap, HashSet};
+
+/// A part that will be read.
+pub(super) struct Plan {
+    pub(super) name: String,
+    pub(super) gathered: Gathered,
+    pub(super) colour: Option<Colour>,
+}
+
+/// The assembly tree while it is expanded into instances.
+pub(super) struct Tree<'a> {
+    table: &'a Table,
+    contexts: &'a Contexts,
+    options: &'a StepOptions,
+    groups: Vec<Group>,
+    gather: Gather<'a>,
+    /// For each group: not looked at yet, without geometry, or the part it makes.
+    parts: Vec<Option<Option<PartId>>>,
+    pub(super) planned: Vec<Plan>,
+    pub(super) instances: Vec<Instance>,
+    /// Occurrences walked through, assemblies included.
+    pub(super) visits: u64,
+    /// Groups from the root to here.
+    path: Vec<usize>,
+    /// Groups that have been reached.
+    reached: HashSet<usize>,
+    /// Occurrences left out because they would never end, each reported once.
+    cyclic: HashSet<(usize, usize)>,
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+impl<'a> Tree<'a> {
+    pub(super) fn new(
+        table: &'a Table,
+        contexts: &'a Contexts,
+        styles: &'a Styles,
+        options: &'a StepOptions,
+        structure: Structure,
+    ) -> Self {
+        let mut tree = Self {
+            table,
+            contexts,
+            options,
+            parts: vec![None; structure.groups.len()],
+            groups: structure.groups,
+            gather: Gather::new(table, styles, options.supplemental),
+            planned: Vec::new(),
+            instances: Vec::new(),
+            visits: 0,
+            path: Vec::new(),
+            reached: HashSet::new(),
+            cyclic: HashSet::new(),
+            diagnostics: Vec::new(),
+        };
+        for Doubt { severity, trouble, group } in structure.doubts {
+            let place = group.and_then(|group| tree.somewhere(group));
+            tree.say(severity, trouble.entity, place, trouble.reason);
+        }
+        tree
+    }
+
+    /// Takes what could not be placed, with all that is placed in it, so that it does not come out as something left over.
+    fn withhold(&mut self) {
+        let mut queue: Vec<usize> = (0..self.groups.len()).filter(|g| self.groups[*g].misplaced).collect();
+        while let Some(group) = queue.pop() {
+            if self.reached.insert(group) {
+                let mut withheld = Gathered::default();
+                self.gather_group(group, &mut withheld);
+                queue.extend(self.groups[group].children.iter().map(|child| child.group));
+            }
+        }
+    }
+
+    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
+        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place, reason });
+    }
+
+    /// A point of a group, in its own coordinates.
+    fn somewhere(&self, group: usize) -> Option<DVec3> {
+        self.groups[group].somewhere(self.table, self.contexts, self.options.fit_tolerance)
+    }
+
+    pub(super) fn expand(&mut self) {
+        // Products nobody uses are the roots; then representations outside products; then what is left in cycles.
+        let count = self.groups.len();
+        let roots = (0..count).filter(|g| self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
+        let bare = (0..count).filter(|g| !self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
+        self.walk_roots(roots.into_iter().chain(bare));
+        self.withhold();
+        self.walk_roots(0..count);
+        self.leave_out_supplemental();
+        let left = self.gather.leftovers(self.contexts.first);
+        if !left.is_empty() {
+            let part = PartId::new(self.planned.len());
+            self.planned.push(Plan { name: String::new(), gathered: left, colour: None });
+            let transform = DAffine3::IDENTITY;
+            self.instances.push(Instance { part, transform, colour: None, name: String::new() });
+        }
+        for (trouble, units) in std::mem::take(&mut self.gather.unread) {
+            let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
+            self.say(Severity::Error, trouble.entity, place, trouble.reason);
+        }
+        self.tell_aside();
+    }
+
+    /// Takes the items of supplemental representations that are not asked for, so that they do not come out as leftovers.
+    fn leave_out_supplemental(&mut self) {
+        if self.options.supplemental {
+            return;
+        }
+        for supplemental in self.table.of_types(is_supplemental) {
+            let Some((items, _)) = product::representation(self.table, supplemental.id) else { continue };
+            self.gather.leave_out(supplemental.id, items);
+        }
+    }
+
+    /// Tells what is no part of a shape: counts per representation, or each surface that was asked for and cannot be meshed.
+    fn tell_aside(&mut self) {
+        for (representation, items) in std::mem::take(&mut self.gather.aside) {
+            let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+            for (item, keyword) in items {
+                if self.options.supplemental && self.table.find(item).is_some_and(is_endless) {
+                    let reason = format!("a {keyword} without bounds cannot be meshed and was left out");
+                    self.say(Severity::Warning, item, None, reason);
+                } else {
+                    *counts.entry(keyword).or_default() += 1;
+                }
+            }
+            if counts.is_empty() {
+                continue;
+            }
+            let counts: Vec<String> = counts.into_iter().map(|(keyword, count)| format!("{count} {keyword}")).collect();
+            let why = if self.options.supplemental { "has no faces" } else { "was left out (see --supplemental)" };
+            let reason = format!("supplemental geometry {why}: {}", counts.join(", "));
+            self.say(Severity::Note, representation, None, reason);
+        }
+    }
+
+    fn walk_roots(&mut self, groups: impl Iterator<Item = usize>) {
+        for group in groups {
+            if !self.reached.contains(&group) {
+                let name = self.groups[group].name.clone();
+                self.walk(group, DAffine3::IDENTITY, name, None);
+            }
+        }
+    }
+
+    fn walk(&mut self, group: usize, transform: DAffine3, name: String, colour: Option<Colour>) {
+        self.visits += 1;
+        if self.visits > self.options.max_instances {
+            return;
+        }
+        self.reached.insert(group);
+        if let Some(part) = self.part(group) {
+            self.instances.push(Instance { part, transform, colour, name });
+        }
+        self.path.push(group);
+        for child in 0..self.groups[group].children.len() {
+            let child = self.groups[group].children[child].clone();
+            if self.path.contains(&child.group) || self.path.len() >= MAX_ASSEMBLY_DEPTH {
+                if self.cyclic.insert((group, child.group)) {
+                    let name = &self.groups[group].name;
+                    let reason = format!("assembly '{name}' contains itself; that occurrence was left out");
+                    self.say(Severity::Error, child.entity, self.somewhere(child.group), reason);
+                }
+                continue;
+            }
+            let name = if child.name.is_empty() { self.groups[child.group].name.clone() } else { child.name };
+            self.walk(child.group, transform * child.transform, name, colour.or(child.colour));
+        }
+        self.path.pop();
+    }
+
+    /// The part that a group's own items make; the same for all its occurrences.
+    fn part(&mut self, group: usize) -> Option<PartId> {
+        if let Some(known) = self.parts[group] {
+            return known;
+        }
+        let mut gathered = Gathered::default();
+        let colour = self.gather_group(group, &mut gathered);
+        let repeated = self.gather.repeated(&mut gathered);
+        if repeated > 0 {
+            let name = &self.groups[group].name;
+            let reason =
+                format!("{repeated} tessellated items of '{name}' repeat its exact geometry and were left out");
+            let entity = self.groups[group].representations.first().copied().unwrap_or(0);
+            self.say(Severity::Note, entity, self.somewhere(group), reason);
+        }
+        let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
+        if part.is_some() {
+            self.planned.push(Plan { name: self.groups[group].name.clone(), gathered, colour });
+        }
+        self.parts[group] = Some(part);
+        part
+    }
+
+    /// Adds the items of a group; its colour, if it has one as a whole.
+    fn gather_group(&mut self, group: usize, gathered: &mut Gathered) -> Option<Colour> {
+        let mut colour = None;
+        for id in &self.groups[group].representations {
+            let Some((items, context)) = product::representation(self.table, *id) else { continue };
+            let units = self.contexts.of(context);
+            colour = colour.or(self.gather.styles.of(*id));
+            let supplemental = self.table.find(*id).is_some_and(is_supplemental);
+            self.gather.within = *id;
+            for item in items {
+                if supplemental && self.table.find(item).is_some_and(is_shapeless) {
+                    self.gather.put_aside(item);
+                    continue;
+                }
+                // A representation that no product owns may only repeat what a product has.
+                if self.groups[group].product || !self.gather.taken.contains(&item) {
+                    self.gather.item(item, units, gathered);
+                }
+            }
+        }
+        for (item, representation) in &self.groups[group].solids {
+            let context = product::representation(self.table, *representation).and_then(|(_, context)| context);
+            self.gather.within = *representation;
+            self.gather.item(*item, self.contexts.of(context), gathered);
+        }
+        colour
+    }
+}
