@@ -1,5 +1,8 @@
 //! Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
 
+pub(crate) mod box_tree;
+pub(crate) mod boxes;
+
 mod bit_mix;
 pub(crate) use bit_mix::BitMix;
 

@@ -1,0 +1,106 @@
+//! Boxes -> the pairs of them that overlap: a tree of halves, joined with itself.
+
+use glam::DVec3;
+
+/// Lower and upper corner.
+pub(crate) type Aabb = [DVec3; 2];
+
+/// Boxes in a leaf of the tree.
+const LEAF: usize = 8;
+
+struct Node {
+    bounds: Aabb,
+    /// Its boxes, within the order of the tree.
+    from: usize,
+    to: usize,
+    /// The first of its two halves, which stand side by side; none for a leaf.
+    halves: Option<usize>,
+}
+
+/// Calls `each` for every pair of boxes that overlap or touch, each pair once and the lower number first, in an order that
+/// depends on the boxes alone.
+///
+/// Cost: n log n to sort, and about as much as there are pairs unless boxes are long and diagonal.
+pub(crate) fn overlapping(boxes: &[Aabb], each: &mut impl FnMut(usize, usize)) {
+    let mut order: Vec<usize> = (0..boxes.len()).collect();
+    let mut nodes = vec![Node { bounds: bounds(boxes, &order), from: 0, to: order.len(), halves: None }];
+    let mut next = 0;
+    while next < nodes.len() {
+        let (from, to) = (nodes[next].from, nodes[next].to);
+        if to - from > LEAF {
+            let middle = (from + to) / 2;
+            let centre = |k: usize| boxes[k][0] + boxes[k][1];
+            let of_node = &mut order[from..to];
+            let low = of_node.iter().fold(DVec3::INFINITY, |m, &k| m.min(centre(k)));
+            let spread = of_node.iter().fold(DVec3::NEG_INFINITY, |m, &k| m.max(centre(k))) - low;
+            let axis = (0..3).max_by(|&a, &b| spread[a].total_cmp(&spread[b])).unwrap_or(0);
+            of_node.select_nth_unstable_by(middle - from, |&a, &b| {
+                centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b))
+            });
+            nodes[next].halves = Some(nodes.len());
+            for (from, to) in [(from, middle), (middle, to)] {
+                nodes.push(Node { bounds: bounds(boxes, &order[from..to]), from, to, halves: None });
+            }
+        }
+        next += 1;
+    }
+    let mut pairs = vec![(0, 0)];
+    while let Some((a, b)) = pairs.pop() {
+        let [p, q] = [&nodes[a], &nodes[b]];
+        if !meet(&p.bounds, &q.bounds) {
+            continue;
+        }
+        match (p.halves, q.halves) {
+            (Some(half), _) if a == b => pairs.extend([(half, half), (half + 1, half + 1), (half, half + 1)]),
+            (Some(half), None) => pairs.extend([(half, b), (half + 1, b)]),
+            (Some(half), Some(_)) if p.to - p.from >= q.to - q.from => pairs.extend([(half, b), (half + 1, b)]),
+            (_, Some(half)) => pairs.extend([(a, half), (a, half + 1)]),
+            (None, None) => {
+                for i in p.from..p.to {
+                    let first = if a == b { i + 1 } else { q.from };
+                    for &l in &order[first..q.to] {
+                        let k = order[i];
+                        if meet(&boxes[k], &boxes[l]) {
+                            each(k.min(l), k.max(l));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn bounds(boxes: &[Aabb], of: &[usize]) -> Aabb {
+    let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    of.iter().fold(empty, |[low, high], &k| [low.min(boxes[k][0]), high.max(boxes[k][1])])
+}
+
+fn meet(a: &Aabb, b: &Aabb) -> bool {
+    a[0].cmple(b[1]).all() && b[0].cmple(a[1]).all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_those_that_brute_force_finds() {
+        let mut seed = 7_u64;
+        let mut draw = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        for count in [0, 1, 2, 9, 300] {
+            let mut point = || DVec3::new(draw(), draw(), draw());
+            let mut boxes: Vec<Aabb> = (0..count).map(|_| [point(), 0.2 * point()]).map(|[p, s]| [p, p + s]).collect();
+            // Many alike, so that halves cannot be told apart.
+            boxes.extend(boxes.first().copied().into_iter().cycle().take(count));
+            let mut found = Vec::new();
+            overlapping(&boxes, &mut |a, b| found.push((a, b)));
+            found.sort_unstable();
+            let all = (0..boxes.len()).flat_map(|a| (a + 1..boxes.len()).map(move |b| (a, b)));
+            let expected: Vec<_> = all.filter(|&(a, b)| meet(&boxes[a], &boxes[b])).collect();
+            assert_eq!(found, expected);
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Faces' chains -> what they sum to over each shell: whether the mesh can be closed at all.
+//!
+//! A chain counts for each edge how often it is used along its direction, less how often against it. A mesh is closed because the
+//! chains of its faces cancel, whatever its loops do in (u,v).
+
+use crate::model::EdgeId;
+use crate::prepare::regions::boundary::sign;
+use crate::prepare::wires::chain::Chain;
+
+/// What the faces of a shell sum to on an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sum {
+    pub(crate) shell: u32,
+    pub(crate) edge: u32,
+    pub(crate) sum: i32,
+    /// How often it is used, either way.
+    pub(super) uses: u32,
+    /// The first and the last face that use it.
+    pub(crate) faces: [u32; 2],
+}
+
+impl Sum {
+    /// Whether no orientation of the faces makes it 0.
+    pub(crate) fn is_free(&self) -> bool {
+        self.uses % 2 == 1
+    }
+}
+
+/// A face's chain, as its triangles are turned.
+pub(crate) struct Turned<'a> {
+    pub(crate) face: usize,
+    pub(crate) shell: u32,
+    pub(crate) reversed: bool,
+    pub(crate) chain: &'a [(u32, i32)],
+}
+
+/// What faces sum to on the edges of each shell, where that is not 0. Cost: a sort of all uses.
+pub(crate) fn sums<'a>(faces: impl Iterator<Item = Turned<'a>>) -> Vec<Sum> {
+    let of_face = |face: Turned<'a>| {
+        let Turned { face, shell, reversed, chain } = face;
+        let use_of = move |&(edge, count): &(u32, i32)| Sum {
+            shell,
+            edge,
+            sum: count * sign(reversed),
+            uses: count.unsigned_abs(),
+            faces: [u32::try_from(face).unwrap_or(u32::MAX); 2],
+        };
+        chain.iter().map(use_of)
+    };
+    let mut all: Vec<Sum> = faces.flat_map(of_face).collect();
+    all.sort_unstable_by_key(|s| (s.shell, s.edge, s.faces[0]));
+    all.dedup_by(|next, first| {
+        let same = (next.shell, next.edge) == (first.shell, first.edge);
+        if same {
+            first.sum += next.sum;
+            first.uses += next.uses;
+            first.faces[1] = next.faces[0];
+        }
+        same
+    });
+    all.retain(|s| s.sum != 0);
+    all
+}
+
+/// What is known of a part's closedness before any mesh is made.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Closedness {
+    /// Edges that their shell uses an odd number of times.
+    pub(crate) free_edges: Vec<EdgeId>,
+    /// Other edges on which the faces of a shell do not cancel.
+    pub(crate) not_orientable: Vec<EdgeId>,
+    /// Whether all shells' faces cancel on all edges, and all loops are closed chains of vertices.
+    pub(crate) closed: bool,
+}
+
+impl Closedness {
+    /// Of a part whose loops are closed, or not.
+    pub(crate) fn of(sums: &[Sum], loops_close: bool) -> Self {
+        let of_kind = |free: bool| {
+            let mut edges: Vec<EdgeId> = sums.iter().filter(|s| s.is_free() == free).map(|s| EdgeId(s.edge)).collect();
+            edges.sort_unstable();
+            edges.dedup();
+            edges
+        };
+        Self { free_edges: of_kind(true), not_orientable: of_kind(false), closed: loops_close && sums.is_empty() }
+    }
+
+    /// Leaves the edges of faces free that got no tiles after all.
+    pub(crate) fn lose(&mut self, faces: impl Iterator<Item = Chain>) {
+        for chain in faces {
+            self.closed = false;
+            self.free_edges.extend(chain.into_iter().map(|(edge, _)| EdgeId(edge)));
+        }
+        self.free_edges.sort_unstable();
+        self.free_edges.dedup();
+    }
+}

@@ -1,0 +1,193 @@
+//! A face whose surface gives no region -> a face filled in space: its loops as stated, seen in the plane that fits them best.
+//!
+//! The loops are what the neighbours have, so the mesh stays closed whatever became of the surface. Where triangles lie is decided
+//! by the loops' projections; nothing has to be simple, or apart, or on a surface.
+
+use crate::model::{Coedge, CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
+use crate::prepare::regions::boundary::of_boundary;
+use crate::prepare::surface::arc_bounds;
+use crate::prepare::surface::decompose::BezierPatches;
+use crate::prepare::surface::tables::SurfaceBounds;
+use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
+use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
+use glam::{DVec2, DVec3};
+use std::borrow::Cow;
+
+/// A filled face, and the area that its loops enclose in their plane, mm².
+pub(crate) struct Filled {
+    pub(crate) draft: FaceDraft,
+    pub(crate) area: f64,
+    /// How far its points are apart in the plane, mm.
+    pub(crate) size: f64,
+}
+
+/// Spans of an edge's curve that get more than one sample each, and samples of each of these.
+const FEW_SPANS: usize = 32;
+const SAMPLES: usize = 4;
+
+/// Fills loops of edges. `None` where they name an edge or a vertex that is not there or not finite, or where there are none.
+pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled> {
+    if boundary.is_empty() {
+        return None;
+    }
+    let mut outlines: Vec<Vec<Outline>> = Vec::with_capacity(boundary.len());
+    for l in boundary {
+        outlines.push(l.iter().map(|&(edge, reversed)| Outline::of(part, edge, reversed)).collect::<Option<_>>()?);
+    }
+    let polygons: Vec<Vec<DVec3>> = outlines.iter().map(|l| l.iter().flat_map(Outline::polyline).collect()).collect();
+    let (frame, area) = plane(&polygons)?;
+    let points = || polygons.iter().flatten().map(|&p| frame.local(p));
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for p in points() {
+        (low, high) = (low.min(p.truncate()), high.max(p.truncate()));
+    }
+    let gap = points().map(|p| p.z.abs()).fold(0.0, f64::max);
+    // Wide enough that the projections of curved edges between samples lie within, and a line or a point has a box.
+    let coordinates = polygons.iter().flatten().fold(0.0_f64, |most, p| most.max(p.abs().max_element()));
+    let longest = (high - low).max_element().max(1e-9 * coordinates);
+    let margin = 0.0625 * if longest > 0.0 { longest } else { 1.0 };
+    let (min, max) = (low - margin, high + margin);
+    let surface = Surface::Plane { frame };
+    let (nurbs, maps) = surface.to_nurbs((min.x, max.x), (min.y, max.y));
+    let patches = BezierPatches::over(&nurbs, (min.x, max.x), (min.y, max.y));
+    if !patches.control.iter().all(|c| c.is_finite()) {
+        return None;
+    }
+    let bounds = arc_bounds::analytic(&surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
+    let loops = outlines.iter().map(|l| l.iter().map(|o| o.seen_in(&frame)).collect()).collect();
+    let draft = FaceDraft {
+        patches,
+        bounds,
+        maps,
+        creases: [Vec::new(), Vec::new()],
+        gap,
+        critical: 0,
+        meetings: 0,
+        tiles: vec![DraftTile { min, max, loops, entangled: true }],
+        borders: Vec::new(),
+        chain: of_boundary(boundary),
+        breaks: Vec::new(),
+        joints: Vec::new(),
+        notes: Vec::new(),
+        repairs: Vec::new(),
+        crosses: false,
+        tangles: Vec::new(),
+        filled: true,
+        lobed: Vec::new(),
+        ends_with_surface: false,
+    };
+    Some(Filled { draft, area, size: (high - low).length() })
+}
+
+/// Makes those edges of a boundary straight whose curves cannot be asked for points.
+pub(crate) fn straighten(part: &mut Cow<'_, Part>, boundary: &[Vec<(u32, bool)>]) {
+    for &(edge, _) in boundary.iter().flatten() {
+        let Some(e) = part.edges.get(edge as usize) else { continue };
+        let (t0, t1) = e.range;
+        let sound = t0.is_finite() && t1.is_finite() && t0 < t1 && e.curve.check().is_ok() && {
+            let (low, high) = e.curve.domain();
+            t0 < high && t1 > low && [t0, 0.5 * (t0 + t1), t1].iter().all(|&t| e.curve.point(t).is_finite())
+        };
+        let ends = [e.start, e.end].map(|v| part.vertices.get(v.index()).copied());
+        let ([Some(a), Some(b)], false) = (ends, sound) else { continue };
+        let e = &mut part.to_mut().edges[edge as usize];
+        e.curve = NurbsCurve3::line(a, b);
+        e.range = e.curve.domain();
+        e.kind = CurveKind::Line;
+    }
+}
+
+/// Points along an edge, in order of its parameter.
+struct Outline {
+    edge: u32,
+    reversed: bool,
+    /// Parameter, point and derivative.
+    samples: Vec<(f64, DVec3, DVec3)>,
+}
+
+impl Outline {
+    fn of(part: &Part, edge: u32, reversed: bool) -> Option<Self> {
+        let ends =
+            crate::prepare::wires::ends::ends(part, &Coedge { edge: EdgeId(edge), reversed: false, pcurve: None })?;
+        let [start, end] = ends.map(|v| part.vertices.get(v.index()).copied().filter(|p| p.is_finite()));
+        let (start, end, e) = (start?, end?, part.edges.get(edge as usize)?);
+        let (t0, t1) = e.range;
+        let mut stops = vec![t0];
+        stops.extend(e.curve.knots.iter().copied().filter(|&t| t > t0 && t < t1));
+        stops.push(t1);
+        stops.dedup_by(|b, a| *b <= *a);
+        let parts = if stops.len() <= FEW_SPANS { SAMPLES } else { 1 };
+        let inner = |w: &[f64]| {
+            let (a, b) = (w[0], w[1]);
+            (0..parts).map(move |k| a + (b - a) * k as f64 / parts as f64)
+        };
+        let mut ts: Vec<f64> = stops.windows(2).flat_map(inner).collect();
+        ts.push(t1);
+        ts.dedup_by(|b, a| *b <= *a);
+        let mut samples: Vec<(f64, DVec3, DVec3)> = ts
+            .into_iter()
+            .map(|t| {
+                let [point, d] = e.curve.tangent(t);
+                (t, point, d)
+            })
+            .collect();
+        let last = samples.len().checked_sub(1).filter(|&last| last > 0)?;
+        // The mesh goes to the vertices.
+        (samples[0].1, samples[last].1) = (start, end);
+        samples.iter().all(|s| s.1.is_finite()).then_some(Self { edge, reversed, samples })
+    }
+
+    /// Points in loop direction, without the last.
+    fn polyline(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let n = self.samples.len();
+        (0..n - 1).map(move |k| self.samples[if self.reversed { n - 1 - k } else { k }].1)
+    }
+
+    /// The edge as a loop of a face in the plane uses it.
+    fn seen_in(&self, frame: &Frame3) -> DraftUse {
+        let samples: Box<[UvSample]> = self
+            .samples
+            .iter()
+            .map(|&(t, point, d)| {
+                let d = DVec2::new(d.dot(frame.x), d.dot(frame.y));
+                UvSample { t, uv: frame.local(point).truncate(), d: if d.is_finite() { d } else { DVec2::ZERO } }
+            })
+            .collect();
+        let ends = [samples[0].t, samples[samples.len() - 1].t];
+        let [from, to] = if self.reversed { [ends[1], ends[0]] } else { ends };
+        DraftUse { along: DraftAlong::Edge(self.edge), from, to, uv: UvCurve::Hermite(samples) }
+    }
+}
+
+/// The plane that loops enclose most area in, seen from the side from which they run counter-clockwise, and that area. Loops that
+/// enclose next to nothing lie along a line, or cancel: then the plane of the points that are furthest apart.
+fn plane(polygons: &[Vec<DVec3>]) -> Option<(Frame3, f64)> {
+    /// Share of the square of the loops' size above which their area says where they face.
+    const FLAT: f64 = 0.02;
+    let points = || polygons.iter().flatten();
+    let count = points().count() as f64;
+    let origin = points().map(|p| *p / count).sum::<DVec3>();
+    let size = points().map(|p| (*p - origin).abs().max_element()).fold(0.0, f64::max);
+    if !(origin.is_finite() && size.is_finite()) {
+        return None;
+    }
+    if size == 0.0 {
+        return Some((Frame3 { origin, ..Frame3::WORLD }, 0.0));
+    }
+    let unit = |p: DVec3| (p - origin) / size;
+    let sides = |l: &Vec<DVec3>| (0..l.len()).map(|k| unit(l[k]).cross(unit(l[(k + 1) % l.len()]))).sum::<DVec3>();
+    let enclosed = 0.5 * polygons.iter().map(sides).sum::<DVec3>();
+    let furthest = |off: &dyn Fn(DVec3) -> DVec3| {
+        points().map(|&p| off(unit(p))).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+    };
+    let along = furthest(&|p| p)?.normalize_or_zero();
+    let z = if enclosed.length() > FLAT {
+        enclosed.normalize()
+    } else {
+        let across = furthest(&|p| p - along * p.dot(along))?;
+        let z = if across.length() > 1e-9 { along.cross(across) } else { along.any_orthogonal_vector() };
+        if z.dot(enclosed) < 0.0 { -z } else { z }
+    };
+    let frame = Frame3::from_axis(origin, z, along)?;
+    Some((frame, enclosed.dot(frame.z).abs() * size * size))
+}

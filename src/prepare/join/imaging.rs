@@ -1,0 +1,94 @@
+//! Edges and their pcurves -> places along those curves, which every plan holds against its lattices.
+
+use super::images::{EdgeImages, Span};
+use super::prepared::{PreparedEdge, Tile};
+use crate::prepare::uv::uv_curve::UvCurve;
+use rayon::prelude::*;
+
+/// Steps per strip, at most: enough that a lattice denser at one end of the strip is seen.
+const STEPS: usize = 4;
+/// Share of the tile that a strip may cross for each of its steps; less is one step.
+const REACH: f64 = 1.0 / 32.0;
+
+impl EdgeImages {
+    /// Looks at all uses of an edge.
+    fn of(edge: &PreparedEdge, tiles: &[Tile]) -> Self {
+        let mut out = Self { cuts: dense(edge, tiles), spans: Vec::with_capacity(edge.uses.len()), places: Vec::new() };
+        for &(tile, l, u) in &edge.uses {
+            let tile = &tiles[tile.0 as usize];
+            let used = &tile.loops[l as usize][u as usize];
+            let (from, to) = (edge.breaks[used.from as usize].t, edge.breaks[used.to as usize].t);
+            let ends = [from.min(to), from.max(to)];
+            let mut hint = 0;
+            let mut place = |t: f64| {
+                let share = (used.uv.point(t, &mut hint) - tile.min) / (tile.max - tile.min);
+                share.as_vec2().to_array()
+            };
+            let breaks = if out.cuts.is_empty() { &edge.bounds.breaks } else { &out.cuts };
+            let range = |strip: &[f64]| (strip[0].max(ends[0]), strip[1].min(ends[1]));
+            let first = breaks.windows(2).position(|strip| range(strip).0 < range(strip).1).unwrap_or(0);
+            let strips: Vec<(f64, f64)> = breaks[first..].windows(2).map(range).take_while(|(a, b)| a < b).collect();
+            let (strip, at) = (first as u32, out.places.len());
+            out.places.extend(strips.first().map(|strip| place(strip.0)));
+            for &(a, b) in &strips {
+                let step = (b - a) / STEPS as f64;
+                out.places.extend((1..=STEPS).map(|i| place(a + step * i as f64)));
+            }
+            let steps = thin(&mut out.places, at);
+            out.spans.push(Span { ends, strip, place: at as u32, steps: steps as u32 });
+        }
+        out.places.shrink_to_fit();
+        out
+    }
+}
+
+/// Leaves as many of the places from `at` on as strips need that are so short; returns how many steps these are.
+fn thin(places: &mut Vec<[f32; 2]>, at: usize) -> usize {
+    let way = |strip: &[[f32; 2]]| {
+        let steps = strip.windows(2).map(|w| (w[1][0] - w[0][0]).abs().max((w[1][1] - w[0][1]).abs()));
+        f64::from(steps.sum::<f32>())
+    };
+    let starts = (at..places.len().saturating_sub(STEPS)).step_by(STEPS);
+    let longest = starts.map(|k| way(&places[k..=k + STEPS])).fold(0.0, f64::max);
+    let steps = [1, 2].into_iter().find(|&steps| longest <= steps as f64 * REACH).unwrap_or(STEPS);
+    let kept = (places.len() - at).div_ceil(STEPS / steps);
+    (0..kept).for_each(|k| places[at + k] = places[at + k * (STEPS / steps)]);
+    places.truncate(at + kept);
+    steps
+}
+
+/// Samples the images of all edges.
+pub(crate) fn sample(edges: &mut [PreparedEdge], tiles: &[Tile]) {
+    edges.par_iter_mut().for_each(|edge| edge.images = EdgeImages::of(edge, tiles));
+}
+
+/// Borders of an edge's strips, cut further where one of its images turns within a strip: beside a pole it runs over half a
+/// lattice in a thousandth of the edge, and only there segments have to be short. Empty where none does.
+fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
+    /// Samples of an image within a strip from which on it is cut at each of them. Ordinary edges have two to eight.
+    const MANY: usize = 16;
+    let breaks = &edge.bounds.breaks;
+    let mut cuts: Vec<f64> = Vec::new();
+    for &(tile, l, u) in &edge.uses {
+        let UvCurve::Hermite(samples) = &tiles[tile.0 as usize].loops[l as usize][u as usize].uv else { continue };
+        if samples.len() < MANY {
+            continue;
+        }
+        for w in breaks.windows(2) {
+            let first = samples.partition_point(|s| s.t <= w[0]);
+            let last = samples.partition_point(|s| s.t < w[1]);
+            if last >= first + MANY {
+                cuts.extend(samples[first..last].iter().map(|s| s.t));
+            }
+        }
+    }
+    if cuts.is_empty() {
+        return cuts;
+    }
+    cuts.extend_from_slice(breaks);
+    // A stretch of the edge ends at a break, and is sampled up to there.
+    cuts.extend(edge.breaks.iter().map(|b| b.t).filter(|&t| t > breaks[0] && t < breaks[breaks.len() - 1]));
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup();
+    cuts
+}

@@ -1,0 +1,122 @@
+//! What preparing a model may cost, counted face by face while it is done.
+
+use super::prepared::Tile;
+use crate::model::{Model, Surface};
+use crate::prepare::surface::tables::{BoundingBox, BoxBounds};
+use crate::prepare::tiles::draft::FaceDraft;
+use glam::DVec4;
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Most that [`prepare`](crate::prepare::prepare()) may make of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PrepareLimits {
+    /// Bézier patches of all faces together.
+    pub patches: u64,
+    /// Memory of patches, derivative bounds and tiles, bytes, as estimated from their counts.
+    pub bytes: u64,
+}
+
+impl PrepareLimits {
+    /// 16 million patches, 16 GiB. The largest real files have thousands of patches.
+    pub const DEFAULT: Self = Self { patches: 1 << 24, bytes: 16 << 30 };
+}
+
+impl Default for PrepareLimits {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// Why a model was not prepared: it costs more than [`PrepareLimits`] allow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PrepareError {
+    /// More patches than [`PrepareLimits::patches`].
+    TooManyPatches {
+        /// The limit.
+        limit: u64,
+        /// Knot spans of all its surfaces: what it would need if no face used only a part of its own.
+        needed: u64,
+    },
+    /// More memory than [`PrepareLimits::bytes`].
+    TooMuchMemory {
+        /// The limit, bytes.
+        limit: u64,
+        /// Knot spans of all its surfaces.
+        patches: u64,
+    },
+}
+
+impl fmt::Display for PrepareError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooManyPatches { limit, needed } => write!(
+                f,
+                "the model needs up to {needed} Bézier patches, the limit is {limit} (PrepareLimits::patches)"
+            ),
+            Self::TooMuchMemory { limit, patches } => write!(
+                f,
+                "preparing the model (up to {patches} Bézier patches) needs more than {limit} bytes of memory, which is the \
+                 limit (PrepareLimits::bytes)"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for PrepareError {}
+
+/// Memory of a tile beside its patches: loops, their images, what topology keeps for them.
+const BYTES_PER_TILE: u64 = 4096;
+
+/// What has been spent, on all threads together.
+pub(crate) struct Budget {
+    limits: PrepareLimits,
+    patches: AtomicU64,
+    bytes: AtomicU64,
+}
+
+impl Budget {
+    pub(crate) fn new(limits: PrepareLimits) -> Self {
+        Self { limits, patches: AtomicU64::new(0), bytes: AtomicU64::new(0) }
+    }
+
+    /// Books a face.
+    pub(crate) fn spend(&self, draft: &FaceDraft) {
+        let (u, v) = draft.patches.counts();
+        let table = draft.bounds.cells.len() * size_of::<(BoxBounds, BoundingBox)>();
+        let bytes = draft.patches.control.len() * size_of::<DVec4>() + table;
+        let tiles = draft.tiles.len() as u64 * (BYTES_PER_TILE + size_of::<Tile>() as u64);
+        self.patches.fetch_add(u as u64 * v as u64, Ordering::Relaxed);
+        self.bytes.fetch_add(bytes as u64 + tiles, Ordering::Relaxed);
+    }
+
+    /// Whether more was spent than there is: then no further face need be looked at.
+    pub(crate) fn exceeded(&self) -> bool {
+        self.patches.load(Ordering::Relaxed) > self.limits.patches
+            || self.bytes.load(Ordering::Relaxed) > self.limits.bytes
+    }
+
+    /// What to say of `model` when it was.
+    pub(crate) fn error(&self, model: &Model) -> PrepareError {
+        let faces = model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost && face.refused.is_none());
+        let needed = faces.map(|face| spans_of(&face.surface)).sum();
+        if self.patches.load(Ordering::Relaxed) > self.limits.patches {
+            return PrepareError::TooManyPatches { limit: self.limits.patches, needed };
+        }
+        PrepareError::TooMuchMemory { limit: self.limits.bytes, patches: needed }
+    }
+}
+
+/// Knot spans of a whole surface; quarter turns count as one.
+fn spans_of(surface: &Surface) -> u64 {
+    let spans = |knots: &[f64]| knots.windows(2).filter(|pair| pair[0] < pair[1]).count() as u64;
+    match surface {
+        Surface::Plane { .. } => 1,
+        Surface::Cylinder { .. } | Surface::Cone { .. } => 4,
+        Surface::Sphere { .. } => 8,
+        Surface::Torus { .. } => 16,
+        Surface::Extrusion { curve, .. } => spans(&curve.knots),
+        Surface::Revolution { curve, .. } => 4 * spans(&curve.knots),
+        Surface::Nurbs(net) => spans(&net.knots_u) * spans(&net.knots_v),
+    }
+}

@@ -1,0 +1,13 @@
+//! Faces by themselves -> parts: edges shared and numbered, faces turned alike and closed against each other.
+
+pub(super) mod chains;
+pub(super) mod closing;
+pub(super) mod filled;
+pub(super) mod images;
+pub(super) mod imaging;
+pub(super) mod limits;
+pub(super) mod orient;
+pub(super) mod part;
+pub(super) mod prepared;
+pub(super) mod shells;
+pub(super) mod topology;

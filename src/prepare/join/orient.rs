@@ -1,0 +1,199 @@
+//! Loops that run counter-clockwise in (u,v) to faces that all look outwards.
+//!
+//! Neighbours that run along their common edge in opposite directions are turned alike; that fixes connected groups up
+//! to one sign. For groups that bound a solid the volume decides it, for others the file's word.
+
+use crate::model::{Part, ShellKind};
+use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
+use crate::prepare::uv::inside::{Inside, points_along};
+use glam::{DVec2, DVec3};
+
+/// A group of faces that should bound a solid, and as stated does not.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turned {
+    /// One of its faces.
+    pub(crate) face: usize,
+    /// How many faces it has.
+    pub(crate) faces: usize,
+    /// Its volume as stated, mm³: with the sign that was wrong, and then it was turned over; none if it encloses nothing.
+    pub(crate) volume: Option<f64>,
+}
+
+/// For each face whether its outward normal is opposite to `S_u × S_v`.
+///
+/// Loops run counter-clockwise in (u,v) by now, so two faces are turned the same way exactly when they run along their
+/// common edge in opposite directions once turned.
+pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<Turned>) -> Vec<bool> {
+    let mut reversed: Vec<bool> = part.faces.iter().map(|f| f.reversed).collect();
+    let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.edges.len()];
+    for (k, draft) in drafts.iter().enumerate() {
+        let Some(draft) = draft else { continue };
+        // Each direction once, however many pieces the edge was cut into.
+        for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
+            if let DraftAlong::Edge(e) = u.along {
+                let entry = (k, u.from < u.to);
+                if !uses[e as usize].contains(&entry) {
+                    uses[e as usize].push(entry);
+                }
+            }
+        }
+    }
+    // (neighbour, whether both must be turned alike); and whether a face's edges all have their counterparts. Where bodies
+    // touch, an edge has more than two uses, but two in each shell.
+    let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.faces.len()];
+    let mut whole: Vec<bool> = drafts.iter().map(Option::is_some).collect();
+    for all in &mut uses {
+        all.sort_by_key(|&(face, _)| part.faces[face].shell);
+        for of_shell in all.chunk_by(|a, b| part.faces[a.0].shell == part.faces[b.0].shell) {
+            match *of_shell {
+                [(a, forward_a), (b, forward_b)] if a != b => {
+                    neighbours[a].push((b, forward_a != forward_b));
+                    neighbours[b].push((a, forward_a != forward_b));
+                }
+                [(a, _), (b, _)] if a == b => {}
+                _ => of_shell.iter().for_each(|&(face, _)| whole[face] = false),
+            }
+        }
+    }
+    let mut seen = vec![false; part.faces.len()];
+    for start in 0..part.faces.len() {
+        if seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let mut group = vec![(start, reversed[start])];
+        let mut next = 0;
+        while next < group.len() {
+            let (face, turned) = group[next];
+            next += 1;
+            for &(other, alike) in &neighbours[face] {
+                if !seen[other] {
+                    seen[other] = true;
+                    group.push((other, turned == alike));
+                }
+            }
+        }
+        let disagree = group.iter().filter(|(face, turned)| *turned != part.faces[*face].reversed).count();
+        let flip = 2 * disagree > group.len();
+        for (face, turned) in &group {
+            reversed[*face] = *turned != flip;
+        }
+        let wanted = match part.shells.get(part.faces[start].shell as usize).map(|s| s.kind) {
+            Some(ShellKind::Outer) => 1.0,
+            Some(ShellKind::Void) => -1.0,
+            _ => continue,
+        };
+        // Only a group without free edges has a volume.
+        let closed = group.iter().all(|(face, _)| whole[*face]);
+        if closed && let Some(volume) = wrong_volume(drafts, &group, &reversed, wanted) {
+            let volume = (volume != 0.0).then_some(volume);
+            told.push(Turned { face: start, faces: group.len(), volume });
+            for (face, _) in group.iter().filter(|_| volume.is_some()) {
+                reversed[*face] = !reversed[*face];
+            }
+        }
+    }
+    reversed
+}
+
+/// Share of what the faces contribute, sign apart, that a volume must have for its sign to be believed. Samples are good
+/// to a few per cent of that; a thin shell is the small difference of two large contributions, and keeps the file's word.
+const DECISIVE: f64 = 0.3;
+
+/// The volume of a closed group if its sign is not `wanted`; zero if it is nothing but rounding.
+///
+/// First the volume of the cone over each boundary, which costs next to nothing and has the right sign for all but
+/// strongly curved shapes; where it does not confirm the sign, the surfaces themselves are summed up.
+pub(crate) fn wrong_volume(
+    drafts: &[Option<FaceDraft>],
+    group: &[(usize, bool)],
+    reversed: &[bool],
+    wanted: f64,
+) -> Option<f64> {
+    /// Share of the cube of a group's size below which a volume is nothing but rounding.
+    const ROUNDING: f64 = 1e-9;
+    /// Share of what the faces contribute by which few samples may err where faces cancel each other.
+    const CLEAR: f64 = 1e-3;
+    const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
+    const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
+    let faces = || group.iter().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
+    let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
+    let polygons: Vec<(Vec<DVec3>, f64)> = faces()
+        .flat_map(|(draft, reversed)| draft.tiles.iter().flat_map(|t| &t.loops).map(move |l| (draft, l, reversed)))
+        .map(|(draft, l, reversed)| (space_polygon(draft, l), sign(reversed)))
+        .collect();
+    let points = || polygons.iter().flat_map(|p| &p.0);
+    let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
+    // The boundary of a surface kept whole runs forth and back, or is a single point: then nothing is left of the cones but
+    // the digits that the coordinates have too few of.
+    let size = points().map(|p| p.distance(origin)).fold(ROUNDING * origin.abs().max_element(), f64::max);
+    let (mut cones, mut parts) = (0.0, ROUNDING * size.powi(3));
+    for (polygon, sign) in &polygons {
+        let first = polygon[0] - origin;
+        let fan = |w: &[DVec3]| first.dot((w[0] - origin).cross(w[1] - origin)) / 6.0;
+        let cone: f64 = polygon.windows(2).map(fan).sum();
+        cones += sign * cone;
+        parts += cone.abs();
+    }
+    if cones * wanted > DECISIVE * parts {
+        return None;
+    }
+    let summed = |samples: Sampling| {
+        faces().fold((0.0, 0.0), |(volume, parts), (draft, reversed)| {
+            let v = sign(reversed) * flux(draft, origin, samples) / 3.0;
+            (volume + v, parts + v.abs())
+        })
+    };
+    // Nearly all solids are right. A few samples say so well enough: a volume that is wrong is so by far.
+    let (volume, parts) = summed(FEW);
+    if volume * wanted > CLEAR * parts {
+        return None;
+    }
+    let (volume, parts) = summed(MANY);
+    // What one face adds another takes away, or all lie in one plane.
+    if volume.abs() <= ROUNDING * parts.max(size.powi(3)) {
+        return Some(0.0);
+    }
+    (volume * wanted < -DECISIVE * parts).then_some(volume)
+}
+
+/// Points along a loop, on the surface.
+fn space_polygon(draft: &FaceDraft, uses: &[DraftUse]) -> Vec<DVec3> {
+    /// Points per use: a fan over them has a circle's area within 3 %.
+    const MOST: usize = 8;
+    plane_polygon(uses, MOST).into_iter().map(|p| draft.patches.point(p.x, p.y)).collect()
+}
+
+/// Points along a loop in (u,v), at most `most` per use.
+fn plane_polygon(uses: &[DraftUse], most: usize) -> Vec<DVec2> {
+    let mut out = Vec::new();
+    for u in uses {
+        points_along(&u.uv, u.from, u.to, most, &mut out);
+    }
+    out
+}
+
+/// How closely a face is sampled.
+#[derive(Clone, Copy)]
+struct Sampling {
+    /// Samples per Bézier piece and direction.
+    lattice: usize,
+    /// Points per edge of a loop, at most.
+    outline: usize,
+}
+
+/// The integral of (x - origin)·n over a face, by samples: with eight in a row good to a few per cent.
+fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> f64 {
+    draft.tiles.iter().map(|tile| tile_flux(draft, tile, origin, samples)).sum()
+}
+
+fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampling) -> f64 {
+    let loops = tile.loops.iter().map(|l| plane_polygon(l, samples.outline)).collect();
+    let inside = Inside { patches: &draft.patches, min: tile.min, max: tile.max, loops };
+    let (step, lattice) = inside.lattice(samples.lattice);
+    let at = |uv: DVec2| {
+        let d = draft.patches.derivatives(uv.x, uv.y);
+        (d.point - origin).dot(d.du.cross(d.dv))
+    };
+    lattice.filter(|&uv| inside.holds(uv)).map(at).sum::<f64>() * step.x * step.y
+}

@@ -1,0 +1,505 @@
+//! One part: each of its faces by itself, then all of them turned alike, closed against each other and told about.
+
+use super::chains::{Closedness, Sum, Turned};
+use super::limits::Budget;
+use super::orient::{self, orient, wrong_volume};
+use super::prepared::PreparedPart;
+use super::topology::{self, Closed};
+use super::{chains, filled, shells};
+use crate::model::{Diagnostic, Face, FaceId, Part, PartId, Severity, ShellKind};
+use crate::prepare::regions::boundary::{self, Boundary, boundary, is_closed, of_boundary};
+use crate::prepare::report::face_error::FaceError;
+use crate::prepare::report::guard::{guarded, panic_message};
+use crate::prepare::report::told::Told;
+use crate::prepare::sew::sew;
+use crate::prepare::sew::sew::Sewn;
+use crate::prepare::tiles::draft::FaceDraft;
+use crate::prepare::tiles::face;
+use crate::prepare::trims::free_edges;
+use crate::prepare::trims::free_faces::FreeFaces;
+use crate::prepare::wires::chain::{Chain, summed};
+use crate::prepare::wires::heal;
+use crate::prepare::wires::heal::Healing;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// What became of one part.
+#[derive(Default)]
+pub(crate) struct DonePart {
+    pub(crate) part: PreparedPart,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    pub(crate) without_area: Vec<FaceId>,
+    pub(crate) closedness: Closedness,
+}
+
+/// Share of a part's size within which borders are the same.
+const ROUNDING: f64 = 1e-9;
+
+/// Share of the square of a face's size that is no area.
+const NO_AREA: f64 = 1e-9;
+
+pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budget) -> DonePart {
+    let (low, high) = topology::control_box(stated);
+    let size = (high - low).length();
+    let (trimmed, mut free) = free_edges::free_faces(stated, size);
+    let mut healings = Vec::new();
+    let healed = heal::heal(&trimmed, size, &mut healings);
+    let gap_edges = trimmed.edges.len()..healed.edges.len();
+    let (part, borders) = sew::sew(healed, &mut free, border_tolerance * size, &mut healings);
+    healings.sort_by_key(|h| h.face);
+    // Edges of free trims come after the model's own, and what sewing makes of them after those.
+    let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
+    let mut maker = Maker { id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
+    let results = maker.draft(budget);
+    if budget.exceeded() {
+        // Nothing of this will be kept.
+        return DonePart::default();
+    }
+    let mut faces = maker.fill(results);
+    let mut directed = maker.direct(&mut faces);
+    let without_area = maker.tell_faces(&mut faces, healings);
+    let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
+    let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
+    if let Err(reason) = &assembled {
+        // It costs the regions of all faces; their loops are left.
+        let mut faces = maker.fill_all(&has_draft, reason);
+        directed = maker.direct(&mut faces);
+        assembled = maker.assemble(faces.drafts, &directed.reversed);
+    }
+    let Directed { sums, mut closedness, turned, .. } = directed;
+    let (part, lost) = assembled.unwrap_or_else(|reason| maker.nothing(&reason));
+    closedness.lose(lost.into_iter().map(|face| of_boundary(&maker.boundary(face))));
+    maker.tell_turned(&turned);
+    maker.tell_open(&part, &sums);
+    maker.tell_sewn(borders);
+    DonePart { part, diagnostics: maker.diagnostics, without_area, closedness }
+}
+
+/// A part on its way.
+struct Maker<'a> {
+    id: PartId,
+    /// As healed and sewn.
+    part: Cow<'a, Part>,
+    free: FreeFaces,
+    size: f64,
+    /// Edges that healing put into gaps.
+    gap_edges: Range<usize>,
+    /// From which edge on curves are cut much finer than they bend.
+    finely_cut: usize,
+    diagnostics: Vec<Diagnostic>,
+}
+
+/// What became of a part's faces.
+struct Faces {
+    drafts: Vec<Option<FaceDraft>>,
+    /// Why a face has no region.
+    causes: BTreeMap<usize, Cause>,
+}
+
+/// Why a face has no region, and what follows from that.
+struct Cause {
+    error: FaceError,
+    /// Nothing is lost: it has no area, or nothing of it is kept.
+    harmless: bool,
+}
+
+/// What is told of a face that is filled.
+fn told_filled(cause: &FaceError, area: f64) -> Told {
+    let what = format!("{cause}; its loops are filled in space, with about {area:.3e} mm²");
+    Told { place: cause.place(), what }
+}
+
+/// Which way faces look, and what they sum to.
+struct Directed {
+    reversed: Vec<bool>,
+    /// Where the sum is not 0.
+    sums: Vec<Sum>,
+    closedness: Closedness,
+    /// Groups that were turned over.
+    turned: Vec<orient::Turned>,
+}
+
+impl Maker<'_> {
+    /// Drafts each face by itself; none for those that were lost before, and have their diagnostic.
+    fn draft(&self, budget: &Budget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
+        let part = &*self.part;
+        let shared = boundary::shared_edges(part, &self.free);
+        let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
+            let span = || tracing::trace_span!("draft", part = self.id.0, face = k, entity = f.entity);
+            let work = || span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), self.size, &shared)));
+            let drafted = (!f.lost && !budget.exceeded()).then(work)?;
+            drafted.iter().for_each(|draft| budget.spend(draft));
+            Some(drafted)
+        };
+        part.faces.par_iter().zip(&self.free).enumerate().map(draft).collect()
+    }
+
+    /// A face's loops as edges.
+    fn boundary(&self, face: usize) -> Boundary {
+        boundary(&self.part.faces[face], self.free[face].as_ref().and_then(|free| free.as_ref().ok()))
+    }
+
+    /// A face filled in space: with its loops as they are stated, or each turned such that they sum to `chain`.
+    fn filled(&self, face: usize, chain: Option<&Chain>) -> Option<filled::Filled> {
+        let mut boundary = self.boundary(face);
+        if let Some(chain) = chain {
+            boundary::turn(&mut boundary, chain);
+        }
+        guarded(|| Ok(filled::fill(&self.part, &boundary))).ok().flatten()
+    }
+
+    /// Fills the faces that could not be drafted, other than those without edges, and those without area whose edges cancel.
+    fn fill(&mut self, results: Vec<Option<Result<FaceDraft, FaceError>>>) -> Faces {
+        let mut faces = Faces { drafts: Vec::with_capacity(results.len()), causes: BTreeMap::new() };
+        for (k, result) in results.into_iter().enumerate() {
+            faces.drafts.push(match result {
+                None => None,
+                Some(Ok(draft)) => Some(draft),
+                Some(Err(e)) => {
+                    let harmless = matches!(e, FaceError::NoArea { .. } | FaceError::NothingKept);
+                    faces.causes.insert(k, Cause { error: e, harmless });
+                    None
+                }
+            });
+        }
+        for (&k, Cause { error: e, harmless }) in &mut faces.causes {
+            let boundary = self.boundary(k);
+            // Nothing tells what lies between edges that cancel: a seam is all that bounds a sphere.
+            let unknown = matches!(e, FaceError::Refused(_)) && of_boundary(&boundary).is_empty();
+            if boundary.is_empty() || unknown {
+                continue;
+            }
+            let may_be_none = matches!(e, FaceError::NoArea { .. } | FaceError::Thin { .. });
+            if may_be_none && of_boundary(&boundary).is_empty() {
+                *harmless = true;
+                continue;
+            }
+            filled::straighten(&mut self.part, &boundary);
+            let Some(filled::Filled { mut draft, area, size }) = self.filled(k, None) else { continue };
+            *harmless = may_be_none && area <= NO_AREA * size * size;
+            if !*harmless {
+                draft.repairs.push(told_filled(e, area));
+            }
+            faces.drafts[k] = Some(draft);
+        }
+        faces
+    }
+
+    /// Turns the faces outwards. A shell whose faces do not cancel then, but do as the file runs its loops, is taken at its word.
+    fn direct(&self, faces: &mut Faces) -> Directed {
+        let mut turned = Vec::new();
+        let oriented = guarded(|| Ok(orient(&self.part, &faces.drafts, &mut turned)));
+        let mut reversed = oriented.unwrap_or_else(|_| self.part.faces.iter().map(|face| face.reversed).collect());
+        let mut sums = self.sums(&faces.drafts, &reversed);
+        if !sums.is_empty() {
+            for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
+                if of_shell.iter().any(|s| self.is_stuck(s)) {
+                    self.take_at_word(of_shell[0].shell, faces, &mut reversed);
+                }
+            }
+            sums = self.sums(&faces.drafts, &reversed);
+            if self.close_gaps(&sums, faces, &reversed) {
+                sums = self.sums(&faces.drafts, &reversed);
+            }
+        }
+        let mut loops_close = true;
+        for (k, face) in self.part.faces.iter().enumerate() {
+            let whole = faces.drafts[k].is_some() || faces.causes.get(&k).is_some_and(|cause| cause.harmless);
+            loops_close &= whole
+                && !face.lost
+                && is_closed(&self.part, face, self.free[k].as_ref().and_then(|free| free.as_ref().ok()));
+        }
+        let open: BTreeSet<u32> = sums.iter().map(|s| s.shell).collect();
+        for (face, draft) in self.part.faces.iter().zip(&mut faces.drafts) {
+            if let Some(draft) = draft {
+                draft.ends_with_surface &= open.contains(&face.shell);
+            }
+        }
+        let closedness = Closedness::of(&sums, loops_close);
+        Directed { reversed, sums, closedness, turned }
+    }
+
+    fn sums(&self, drafts: &[Option<FaceDraft>], reversed: &[bool]) -> Vec<Sum> {
+        chains::sums(drafts.iter().enumerate().filter_map(|(face, draft)| {
+            let chain = &draft.as_ref()?.chain[..];
+            Some(Turned { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
+        }))
+    }
+
+    /// Whether faces do not cancel on an edge though there are as many as could. Edges in gaps are not stated.
+    fn is_stuck(&self, sum: &Sum) -> bool {
+        !sum.is_free() && !self.gap_edges.contains(&(sum.edge as usize))
+    }
+
+    /// Runs the loops of a shell as the file does, if its faces cancel then.
+    fn take_at_word(&self, shell: u32, faces: &mut Faces, reversed: &mut [bool]) {
+        let part = &*self.part;
+        let of_shell = || (0..part.faces.len()).filter(|&k| part.faces[k].shell == shell);
+        let stated: Vec<(usize, Chain)> =
+            of_shell().filter(|&k| faces.drafts[k].is_some()).map(|k| (k, of_boundary(&self.boundary(k)))).collect();
+        let rows = stated.iter().map(|(k, chain)| Turned { face: *k, shell, reversed: part.faces[*k].reversed, chain });
+        if chains::sums(rows).iter().any(|s| self.is_stuck(s)) {
+            return;
+        }
+        for (k, chain) in stated {
+            reversed[k] = part.faces[k].reversed;
+            let turned = |draft: &FaceDraft| draft.chain != chain;
+            if faces.drafts[k].as_ref().is_none_or(|draft| !turned(draft)) {
+                continue;
+            }
+            let what = "a loop runs as the file states it; turned as it lies, the shell would be open there";
+            let told = Told { place: None, what: what.to_owned() };
+            let again = guarded(|| face::draft_as_stated(part, &part.faces[k], self.size));
+            let (mut draft, cause) = match again {
+                Ok(draft) if !turned(&draft) => (Some(draft), None),
+                Ok(_) => (None, None),
+                Err(e) => (None, Some(e)),
+            };
+            if draft.is_none()
+                && let Some(filled) = self.filled(k, None)
+            {
+                let cause = cause.unwrap_or(FaceError::Internal("its loops would not stay as they are".to_owned()));
+                draft = Some(filled.draft);
+                draft.iter_mut().for_each(|draft| draft.repairs.push(told_filled(&cause, filled.area)));
+            }
+            if let Some(mut draft) = draft {
+                draft.repairs.push(told);
+                faces.drafts[k] = Some(draft);
+            }
+        }
+        let wanted = match part.shells.get(shell as usize).map(|s| s.kind) {
+            Some(ShellKind::Outer) => 1.0,
+            Some(ShellKind::Void) => -1.0,
+            _ => return,
+        };
+        let group: Vec<(usize, bool)> = of_shell().map(|k| (k, reversed[k])).collect();
+        if wrong_volume(&faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
+            group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
+        }
+    }
+
+    /// Lets a face of each shell whose gap edges are left over, and form closed chains, fill these. Whether there are any.
+    fn close_gaps(&self, sums: &[Sum], faces: &mut Faces, reversed: &[bool]) -> bool {
+        let mut found = false;
+        for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
+            let gaps: Vec<&Sum> = of_shell.iter().filter(|s| self.gap_edges.contains(&(s.edge as usize))).collect();
+            let mut ends: BTreeMap<u32, i32> = BTreeMap::new();
+            for gap in &gaps {
+                let edge = &self.part.edges[gap.edge as usize];
+                *ends.entry(edge.start.0).or_default() -= gap.sum;
+                *ends.entry(edge.end.0).or_default() += gap.sum;
+            }
+            let Some(first) = gaps.first().filter(|_| ends.values().all(|&count| count == 0)) else { continue };
+            let face = first.faces[0] as usize;
+            let Some(draft) = &mut faces.drafts[face] else { continue };
+            let sign = if reversed[face] { 1 } else { -1 };
+            draft.chain.extend(gaps.iter().map(|gap| (gap.edge, sign * gap.sum)));
+            draft.chain = summed(std::mem::take(&mut draft.chain));
+            let place = self.part.vertices.get(self.part.edges[first.edge as usize].start.index()).copied();
+            let what = format!("{} edges across gaps of wires have no counterpart and were filled", gaps.len());
+            draft.repairs.push(Told { place, what });
+            found = true;
+        }
+        found
+    }
+
+    fn tell(&mut self, face: usize, severity: Severity, place: Option<DVec3>, reason: String) {
+        let stated = &self.part.faces[face];
+        let place = place.or_else(|| face::somewhere(&self.part, stated));
+        let (part, entity, face) = (Some(self.id), stated.entity, Some(FaceId::new(face)));
+        self.diagnostics.push(Diagnostic { severity, part, face, entity, place, reason });
+    }
+
+    /// Tells what became of each face, and returns those without area.
+    fn tell_faces(&mut self, faces: &mut Faces, healings: Vec<Healing>) -> Vec<FaceId> {
+        let mut without_area = Vec::new();
+        let mut healings = healings.into_iter().peekable();
+        for (k, draft) in faces.drafts.iter_mut().enumerate() {
+            let cause = faces.causes.get(&k);
+            if draft.is_none() && cause.is_none() {
+                // It was lost before it came here.
+                continue;
+            }
+            while let Some(healing) = healings.next_if(|h| h.face == k) {
+                match (&mut *draft, healing.severity) {
+                    (Some(draft), Severity::Warning) => draft.repairs.push(healing.told),
+                    _ => self.tell(k, healing.severity, healing.told.place, healing.told.what),
+                }
+            }
+            if let Some(draft) = draft {
+                for told in &draft.repairs {
+                    self.tell(k, Severity::Warning, told.place, told.what.clone());
+                }
+                if !draft.notes.is_empty() {
+                    self.tell(k, Severity::Note, None, draft.notes.join("; "));
+                }
+            }
+            match cause {
+                Some(Cause { error, harmless: true }) => {
+                    self.tell(k, Severity::Note, None, error.to_string());
+                    without_area.push(FaceId::new(k));
+                }
+                Some(Cause { error, .. }) if draft.is_none() => {
+                    self.tell(k, Severity::Error, error.place(), error.to_string());
+                }
+                _ => {}
+            }
+        }
+        without_area
+    }
+
+    /// Fills all faces that were drafted, since that was of no use.
+    fn fill_all(&mut self, has_draft: &[bool], reason: &str) -> Faces {
+        let mut faces = Faces { drafts: Vec::with_capacity(has_draft.len()), causes: BTreeMap::new() };
+        for (k, &has_draft) in has_draft.iter().enumerate() {
+            let boundary = self.boundary(k);
+            filled::straighten(&mut self.part, &boundary);
+            let cause = FaceError::Internal(reason.to_owned());
+            let filled = self.filled(k, None).filter(|_| has_draft);
+            let severity = if filled.is_some() { Severity::Warning } else { Severity::Error };
+            if has_draft {
+                let area = filled.as_ref().map_or(0.0, |filled| filled.area);
+                self.tell(k, severity, None, told_filled(&cause, area).what);
+            }
+            faces.drafts.push(filled.map(|filled::Filled { mut draft, area, .. }| {
+                draft.repairs.push(told_filled(&cause, area));
+                draft
+            }));
+        }
+        faces
+    }
+
+    /// Numbers everything in the part; and the faces that were lost with that.
+    ///
+    /// # Errors
+    /// What a panic said.
+    fn assemble(
+        &mut self,
+        drafts: Vec<Option<FaceDraft>>,
+        reversed: &[bool],
+    ) -> Result<(PreparedPart, Vec<usize>), String> {
+        let mut told = Vec::new();
+        let refill = |k: usize, chain: &Chain| {
+            let mut draft = self.filled(k, Some(chain))?.draft;
+            draft.chain.clone_from(chain);
+            Some(draft)
+        };
+        let assemble = || topology::assemble(&self.part, self.finely_cut, drafts, reversed, refill, &mut told);
+        let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic).to_owned())?;
+        let lost = told.iter().filter(|(_, closed)| *closed == Closed::Lost).map(|(k, _)| *k).collect();
+        self.tell_closed(told);
+        Ok((prepared, lost))
+    }
+
+    /// The part without tiles.
+    fn nothing(&mut self, reason: &str) -> (PreparedPart, Vec<usize>) {
+        let faces = self.part.faces.len();
+        let all: Vec<usize> = (0..faces).collect();
+        for &k in &all {
+            self.tell(k, Severity::Error, None, FaceError::Internal(reason.to_owned()).to_string());
+        }
+        (PreparedPart { face_rows: vec![None; faces], ..PreparedPart::default() }, all)
+    }
+
+    fn tell_closed(&mut self, told: Vec<(usize, Closed)>) {
+        for (k, closed) in told {
+            match closed {
+                Closed::Added(added) if added.loops > 0 => {
+                    let what = format!(
+                        "its tiles' loops do not sum to its own; {} loops and {} straight edges of up to {:.3e} mm close them",
+                        added.loops, added.joints, added.longest
+                    );
+                    self.tell(k, Severity::Warning, added.place, what);
+                }
+                Closed::Added(added) => {
+                    let what = format!(
+                        "ends of edges that lie up to {:.3e} mm apart are joined by {} straight edges",
+                        added.longest, added.joints
+                    );
+                    self.tell(k, Severity::Note, added.place, what);
+                }
+                Closed::Filled => {
+                    let what = "its tiles' loops cannot be closed; its own are filled in space".to_owned();
+                    self.tell(k, Severity::Warning, None, what);
+                }
+                Closed::Lost => {
+                    let what = "its tiles' loops cannot be closed, and it has none of its own".to_owned();
+                    self.tell(k, Severity::Error, None, what);
+                }
+            }
+        }
+    }
+
+    fn tell_turned(&mut self, turned: &[orient::Turned]) {
+        for t in turned {
+            let (severity, reason) = match t.volume {
+                Some(volume) => {
+                    let faces = t.faces;
+                    let reason =
+                        format!("{faces} connected faces were inside out (volume {volume:.3e} mm³) and were turned");
+                    (Severity::Note, reason)
+                }
+                None => (Severity::Warning, format!("{} connected faces of a solid enclose no volume", t.faces)),
+            };
+            let face = t.volume.is_none().then(|| FaceId::new(t.face));
+            let stated = &self.part.faces[t.face];
+            let (part, entity, place) = (Some(self.id), stated.entity, face::somewhere(&self.part, stated));
+            self.diagnostics.push(Diagnostic { severity, part, face, entity, place, reason });
+        }
+    }
+
+    /// Tells of shells that are open, and of edges that cannot be made to cancel.
+    fn tell_open(&mut self, prepared: &PreparedPart, sums: &[Sum]) {
+        let part = &*self.part;
+        let lost = |face: usize| prepared.face_rows[face].is_none();
+        let start = |edge: u32| part.vertices.get(part.edges[edge as usize].start.index()).copied();
+        let diagnostic = |severity, face, entity, place, reason| Diagnostic {
+            severity,
+            part: Some(self.id),
+            face: Some(FaceId::new(face)),
+            entity,
+            place,
+            reason,
+        };
+        let mut told: Vec<Diagnostic> = Vec::new();
+        told.extend(shells::open(part, &self.free, lost).into_iter().map(|open| {
+            let reason = format!(
+                "the shell of a solid is open: {} of its {} edges have a face on one side only",
+                open.free, open.edges
+            );
+            diagnostic(Severity::Warning, open.face, open.entity, start(open.edge), reason)
+        }));
+        for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
+            let solid = part.shells.get(of_shell[0].shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
+            // Where sheets meet in an edge of more than two, there is nothing to orient by.
+            let mut stuck = of_shell.iter().filter(|s| !s.is_free() && (solid || s.uses == 2));
+            let Some(first) = stuck.next() else { continue };
+            let severity = if solid { Severity::Warning } else { Severity::Note };
+            let [a, b] = first.faces;
+            let reason = format!(
+                "{} edges cannot be oriented: their faces run along them the same way, however they are turned; the first is edge \
+                 {} of faces {a} and {b}",
+                1 + stuck.count(),
+                first.edge
+            );
+            let face = a as usize;
+            told.push(diagnostic(severity, face, part.faces[face].entity, start(first.edge), reason));
+        }
+        self.diagnostics.append(&mut told);
+    }
+
+    fn tell_sewn(&mut self, borders: Sewn) {
+        if borders.width > ROUNDING * self.size {
+            let (pairs, width) = (borders.pairs, borders.width);
+            let reason = format!(
+                "{pairs} pairs of borders of faces without topology, up to {width:.3e} mm apart, became one edge each"
+            );
+            let (severity, part) = (Severity::Note, Some(self.id));
+            self.diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: None, reason });
+        }
+    }
+}

@@ -1,0 +1,306 @@
+//! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
+
+use super::closing::{Added, Span, Wanted, close};
+use super::images::EdgeImages;
+use super::imaging;
+use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::mesh::TileId;
+use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part, SurfaceKind};
+use crate::prepare::surface::decompose::BezierSpline3;
+use crate::prepare::surface::tables::CurveBounds;
+use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
+use crate::prepare::uv::uv_curve::SAME_SHARE;
+use crate::prepare::wires::chain::Chain;
+use glam::DVec3;
+
+/// What was done to a face for its loops to be closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Closed {
+    /// Something was added to them.
+    Added(Added),
+    /// They are its own, filled in space.
+    Filled,
+    /// Nothing helped.
+    Lost,
+}
+
+/// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
+/// finer than they bend. `reversed`: which faces are turned over. `refill`: what stands for a face of that chain whose loops cannot be closed.
+/// Faces to whose loops something was added are appended to `told`.
+pub(crate) fn assemble(
+    part: &Part,
+    finely_cut: usize,
+    drafts: Vec<Option<FaceDraft>>,
+    reversed: &[bool],
+    refill: impl Fn(usize, &Chain) -> Option<FaceDraft>,
+    told: &mut Vec<(usize, Closed)>,
+) -> PreparedPart {
+    let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
+    for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
+        wanted[*edge as usize].push(*t);
+    }
+    let used = used_edges(part.edges.len(), &drafts);
+    let mut edges: Vec<PreparedEdge> =
+        part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
+    for edge in edges.iter_mut().skip(finely_cut) {
+        edge.bounds = edge.bounds.merged();
+    }
+    for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
+        let breaks = &mut edges[*edge as usize].breaks;
+        let k = nearest_break(breaks, *t);
+        // Ends are vertices, and other faces know them.
+        if k > 0 && k + 1 < breaks.len() {
+            breaks[k].point = *point;
+        }
+    }
+    let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
+    let mut spans = Vec::new();
+    for (k, draft) in drafts.into_iter().enumerate() {
+        let Some(mut draft) = draft else {
+            out.face_rows.push(None);
+            continue;
+        };
+        let first = (out.tiles.len(), edges.len());
+        let mut closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
+        let refilled = closed.is_err();
+        if refilled {
+            out.tiles.truncate(first.0);
+            edges.truncate(first.1);
+            if let Some(filled) = refill(k, &draft.chain) {
+                draft = filled;
+                use_edges(part, &draft, &mut edges);
+                closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
+                told.push((k, if closed.is_ok() { Closed::Filled } else { Closed::Lost }));
+            } else {
+                told.push((k, Closed::Lost));
+            }
+        }
+        let Ok(added) = closed else {
+            out.tiles.truncate(first.0);
+            edges.truncate(first.1);
+            out.face_rows.push(None);
+            continue;
+        };
+        told.extend(added.map(|added| (k, Closed::Added(added))));
+        out.face_rows.push(Some(id(out.faces.len())));
+        out.faces.push(PreparedFace {
+            kind: if draft.filled { SurfaceKind::Plane } else { part.faces[k].surface.kind() },
+            entity: part.faces[k].entity,
+            repaired: refilled || !draft.repairs.is_empty() || added.is_some_and(|added| added.loops > 0),
+            filled: draft.filled,
+            crosses: draft.crosses,
+            patches: draft.patches,
+            bounds: draft.bounds,
+            maps: draft.maps,
+            creases: draft.creases,
+            reversed: reversed[k],
+            gap: draft.gap,
+            critical: draft.critical,
+            meetings: draft.meetings,
+            tiles: id(first.0)..id(out.tiles.len()),
+        });
+    }
+    for (k, tile) in out.tiles.iter().enumerate() {
+        for (l, uses) in tile.loops.iter().enumerate() {
+            for (u, edge_use) in uses.iter().enumerate() {
+                edges[edge_use.edge as usize].uses.push((TileId(id(k)), id(l), id(u)));
+            }
+        }
+    }
+    imaging::sample(&mut edges, &out.tiles);
+    out.edges = edges;
+    out
+}
+
+/// Gives the edges that a face uses their breaks where no face did so far.
+fn use_edges(part: &Part, draft: &FaceDraft, edges: &mut [PreparedEdge]) {
+    for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
+        let DraftAlong::Edge(e) = u.along else { continue };
+        if edges[e as usize].breaks.is_empty() {
+            edges[e as usize] = brep_edge(part, &part.edges[e as usize], Vec::new(), true);
+        }
+    }
+}
+
+/// Numbers the borders and breaks of face `k` and appends its tiles, their loops closed. What had to be added for that.
+///
+/// # Errors
+/// Where they cannot be: as [`close`].
+fn add_tiles(
+    k: usize,
+    draft: &mut FaceDraft,
+    edges: &mut Vec<PreparedEdge>,
+    tiles: &mut Vec<Tile>,
+    (brep_edges, spans): (usize, &mut Vec<Span>),
+) -> Result<Option<Added>, ()> {
+    let (first_tile, first_border) = (tiles.len(), edges.len());
+    for b in std::mem::take(&mut draft.borders) {
+        let border = border(b, edges);
+        edges.push(border);
+    }
+    for t in std::mem::take(&mut draft.tiles) {
+        let edge_use = |u: DraftUse| {
+            let edge = match u.along {
+                DraftAlong::Edge(e) => e as usize,
+                DraftAlong::Border(b) => first_border + b as usize,
+            };
+            let breaks = &edges[edge].breaks;
+            let (from, to) = (nearest_break(breaks, u.from), nearest_break(breaks, u.to));
+            (from != to).then_some(EdgeUse { edge: id(edge), from: id(from), to: id(to), uv: u.uv })
+        };
+        let loops = t.loops.into_iter().map(|l| l.into_iter().filter_map(edge_use).collect::<Vec<_>>());
+        let loops = loops.filter(|l| !l.is_empty()).collect();
+        let middle = draft.patches.point(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y));
+        tiles.push(Tile {
+            face: FaceId::new(k),
+            min: t.min,
+            max: t.max,
+            loops,
+            entangled: t.entangled,
+            // Weighed when the model's size is known.
+            weight: 0.0,
+            centre: middle,
+        });
+    }
+    end_poles(&tiles[first_tile..], edges);
+    let FaceDraft { chain, lobed, ends_with_surface: may_end, .. } = &*draft;
+    let wanted = Wanted { chain, brep_edges, lobed, may_end: *may_end };
+    close(&mut tiles[first_tile..], edges, &wanted, spans)
+}
+
+/// A border of a face, ending on the breaks of edges.
+fn border(b: DraftBorder, edges: &[PreparedEdge]) -> PreparedEdge {
+    let place = |end: DraftEnd| match end {
+        DraftEnd::Point(p) => p,
+        DraftEnd::OnEdge(e, t) => {
+            let breaks = &edges[e as usize].breaks;
+            breaks[nearest_break(breaks, t)].point
+        }
+    };
+    let ends = b.ends.map(place);
+    let (shape, bounds) = match b.shape {
+        DraftShape::Curve(c) => {
+            let bounds = CurveBounds::new(&c);
+            (EdgeShape::Curve(c), bounds)
+        }
+        DraftShape::Pole(end) => (EdgeShape::Point(place(end)), CurveBounds::none(b.range)),
+    };
+    let straight = bounds.is_straight();
+    let mut breaks = vec![Break { t: b.range.0, point: ends[0] }];
+    breaks.extend(b.creases.iter().map(|&t| match &shape {
+        EdgeShape::Curve(c) => Break { t, point: c.point(t) },
+        EdgeShape::Point(point) => Break { t, point: *point },
+    }));
+    breaks.push(Break { t: b.range.1, point: ends[1] });
+    PreparedEdge { shape, breaks, bounds, straight, uses: Vec::new(), images: EdgeImages::default() }
+}
+
+/// Lets borders along poles start and end where the edges beside them do: a file may have several vertices nearly at a pole, and
+/// the faces beyond those edges know theirs.
+fn end_poles(tiles: &[Tile], edges: &mut [PreparedEdge]) {
+    for uses in tiles.iter().flat_map(|tile| &tile.loops) {
+        for (before, after) in uses.iter().zip(uses.iter().cycle().skip(1)) {
+            let ends = [(before.edge as usize, before.to as usize), (after.edge as usize, after.from as usize)];
+            let along_pole = ends.map(|(edge, _)| matches!(edges[edge].shape, EdgeShape::Point(_)));
+            let (pole, beside) = match along_pole {
+                [true, _] => (ends[0], ends[1]),
+                [false, true] => (ends[1], ends[0]),
+                [false, false] => continue,
+            };
+            edges[pole.0].breaks[pole.1].point = edges[beside.0].breaks[beside.1].point;
+        }
+    }
+}
+
+fn id(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+fn used_edges(count: usize, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
+    let mut used = vec![false; count];
+    for u in drafts.iter().flatten().flat_map(|d| &d.tiles).flat_map(|t| &t.loops).flatten() {
+        if let DraftAlong::Edge(e) = u.along {
+            used[e as usize] = true;
+        }
+    }
+    for &(e, _) in drafts.iter().flatten().flat_map(|d| &d.chain) {
+        used[e as usize] = true;
+    }
+    used
+}
+
+/// Index of the break nearest to a parameter.
+fn nearest_break(breaks: &[Break], t: f64) -> usize {
+    let k = breaks.partition_point(|b| b.t < t);
+    if k == 0 {
+        0
+    } else if k == breaks.len() || t - breaks[k - 1].t <= breaks[k].t - t {
+        k - 1
+    } else {
+        k
+    }
+}
+
+fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdge {
+    let (t0, t1) = e.range;
+    if !used {
+        return PreparedEdge {
+            shape: EdgeShape::Point(part.vertices.get(e.start.index()).copied().unwrap_or_default()),
+            breaks: Vec::new(),
+            bounds: CurveBounds::none(e.range),
+            straight: true,
+            uses: Vec::new(),
+            images: EdgeImages::default(),
+        };
+    }
+    let curve = BezierSpline3::new(&e.curve, e.range);
+    let bounds = CurveBounds::new(&curve);
+    let straight = e.kind == CurveKind::Line || bounds.is_straight();
+    ts.extend(e.curve.kinks().into_iter().filter(|&k| k > t0 && k < t1));
+    let close = SAME_SHARE * (t1 - t0);
+    ts.retain(|t| t - t0 > close && t1 - t > close);
+    ts.sort_by(f64::total_cmp);
+    ts.dedup_by(|b, a| *b - *a <= close);
+    let mut breaks = Vec::with_capacity(ts.len() + 2);
+    breaks.push(Break { t: t0, point: part.vertices[e.start.index()] });
+    breaks.extend(ts.into_iter().map(|t| Break { t, point: curve.point(t) }));
+    breaks.push(Break { t: t1, point: part.vertices[e.end.index()] });
+    PreparedEdge {
+        shape: EdgeShape::Curve(curve),
+        breaks,
+        bounds,
+        straight,
+        uses: Vec::new(),
+        images: EdgeImages::default(),
+    }
+}
+
+/// Box of a part's vertices and control points, and of points of the whole surface where a face has no edges: a size, not
+/// a bound.
+pub(crate) fn control_box(part: &Part) -> (DVec3, DVec3) {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    let mut add = |p: DVec3| {
+        low = low.min(p);
+        high = high.max(p);
+    };
+    part.vertices.iter().for_each(|&p| add(p));
+    part.edges.iter().flat_map(|e| &e.curve.points).for_each(|&p| add(p));
+    for face in &part.faces {
+        if face.loops.iter().any(|l| matches!(l, Loop::Edges(_))) {
+            continue;
+        }
+        let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
+        if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
+            // Where the surface does not end, its trims do.
+            let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
+            (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
+        }
+        if [u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
+            let share = |k: u32| f64::from(k) / 8.0;
+            let uv = (0..=8).flat_map(|i| (0..=8).map(move |j| (share(i), share(j))));
+            uv.for_each(|(s, t)| add(face.surface.point(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t)));
+        }
+    }
+    (low, high)
+}

@@ -1,0 +1,114 @@
+//! A face's loops -> the edges that they use, as a chain, and whether they close.
+
+use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
+use crate::prepare::trims::free_faces::{FreeFace, FreeFaces};
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
+use crate::prepare::wires::chain::{Chain, summed};
+use crate::prepare::wires::ends::ends;
+use crate::prepare::wires::order::Given;
+
+/// A face's boundary, loop by loop, as the edges that it uses and whether against them.
+pub(crate) type Boundary = Vec<Vec<(u32, bool)>>;
+
+/// What loops in the unrolled plane use of edges: each coedge once, however many pieces poles part it into.
+pub(crate) fn of_region(part: &Part, loops: &[UvLoop]) -> Chain {
+    let use_of = |piece: &Piece| match piece.along {
+        Along::Edge(edge) if piece.samples[0].t == part.edges[edge as usize].range.0 => {
+            Some((edge, sign(piece.reversed)))
+        }
+        _ => None,
+    };
+    summed(loops.iter().flat_map(|l| &l.pieces).filter_map(use_of).collect())
+}
+
+/// A face's boundary. Loops given again are left out.
+pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
+    let of_piece = |piece: &Piece| match piece.along {
+        Along::Edge(edge) => Some((edge, piece.reversed)),
+        Along::Pole(_) => None,
+    };
+    if let Some(free) = free {
+        let loops = free.region.loops.iter().map(|l| l.pieces.iter().filter_map(of_piece).collect::<Vec<_>>());
+        return loops.filter(|l| !l.is_empty()).collect();
+    }
+    let mut given = Given::default();
+    let of_coedges = |coedges: &Vec<Coedge>| coedges.iter().map(|c| (c.edge.0, c.reversed)).collect::<Vec<_>>();
+    let wires = face.loops.iter().filter_map(|l| if let Loop::Edges(coedges) = l { Some(coedges) } else { None });
+    wires.filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
+}
+
+/// Turns the loops of a boundary that run against a chain.
+pub(crate) fn turn(boundary: &mut Boundary, chain: &Chain) {
+    for l in boundary {
+        let count = |edge: u32| chain.binary_search_by_key(&edge, |c| c.0).map_or(0, |k| chain[k].1);
+        if l.iter().map(|&(edge, reversed)| sign(reversed) * count(edge).signum()).sum::<i32>() < 0 {
+            l.reverse();
+            l.iter_mut().for_each(|use_| use_.1 = !use_.1);
+        }
+    }
+}
+
+/// The chain of a boundary.
+pub(crate) fn of_boundary(boundary: &[Vec<(u32, bool)>]) -> Chain {
+    summed(boundary.iter().flatten().map(|&(edge, reversed)| (edge, sign(reversed))).collect())
+}
+
+/// For each edge whether more than one face uses it.
+pub(crate) fn shared_edges(part: &Part, free: &FreeFaces) -> Vec<bool> {
+    const NONE: u32 = u32::MAX;
+    let mut first = vec![NONE; part.edges.len()];
+    let mut shared = vec![false; part.edges.len()];
+    let mut add = |face: usize, edge: u32| {
+        let face = u32::try_from(face).unwrap_or(NONE);
+        let Some(known) = first.get_mut(edge as usize) else { return };
+        shared[edge as usize] |= *known != NONE && *known != face;
+        *known = face;
+    };
+    for (k, face) in part.faces.iter().enumerate() {
+        let coedges = face.loops.iter().flat_map(|l| if let Loop::Edges(coedges) = l { &coedges[..] } else { &[] });
+        coedges.for_each(|c| add(k, c.edge.0));
+    }
+    for (k, made) in free.iter().enumerate() {
+        let Some(Ok(made)) = made else { continue };
+        for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
+            if let Along::Edge(edge) = piece.along {
+                add(k, edge);
+            }
+        }
+    }
+    shared
+}
+
+/// How a use counts in a chain.
+pub(crate) fn sign(reversed: bool) -> i32 {
+    if reversed { -1 } else { 1 }
+}
+
+/// Whether all edges of a face are there, each starts at the vertex where the one before it ends, and these are finite.
+pub(crate) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bool {
+    let vertices = |edge: u32, reversed: bool| -> Option<[VertexId; 2]> {
+        let ends = ends(part, &Coedge { edge: EdgeId(edge), reversed, pcurve: None })?;
+        ends.iter().all(|v| part.vertices.get(v.index()).is_some_and(|p| p.is_finite())).then_some(ends)
+    };
+    if free.is_some() {
+        let all = boundary(face, free);
+        return all.iter().all(|l| is_chain(l.iter().map(|&(edge, reversed)| vertices(edge, reversed))));
+    }
+    face.loops.iter().all(|l| match l {
+        Loop::Edges(coedges) => is_chain(coedges.iter().map(|c| vertices(c.edge.0, c.reversed))),
+        Loop::Vertex(_) => true,
+    })
+}
+
+/// Whether each starts where the one before it ends, the first where the last does.
+fn is_chain(mut all: impl Iterator<Item = Option<[VertexId; 2]>>) -> bool {
+    let Some(first) = all.next() else { return true };
+    let Some([start, mut at]) = first else { return false };
+    for ends in all {
+        match ends {
+            Some([from, to]) if from == at => at = to,
+            _ => return false,
+        }
+    }
+    at == start
+}

@@ -1,0 +1,257 @@
+//! Loops that cross themselves to loops of which every lobe is kept: lobes that run backwards, outside all others, are turned.
+//!
+//! A loop is cut at its crossings and joined there the other way, each end to the start beside it (Seifert's smoothing of a
+//! diagram), which leaves loops without crossings that wind as before. Of a figure eight these are its two lobes, one against
+//! the other; of a star its outline and its core, both alike.
+
+use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::region::Region;
+use crate::prepare::uv::uv_curve::{SAME_SHARE, UvSample};
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, area2, winding_about};
+use glam::{DMat2, DVec2};
+
+/// Segments of a loop beyond which it is left as it is: every pair whose boxes meet is looked at.
+const MAX_SEGMENTS: usize = 20_000;
+
+/// Crossings of a loop beyond which it is a scribble, of which no lobe means anything.
+const MAX_CROSSINGS: usize = 64;
+
+/// Newton steps to a crossing of two pcurves, from that of their chords.
+const STEPS: usize = 12;
+
+/// What was turned.
+pub(crate) struct Turned {
+    pub(crate) lobes: usize,
+    /// Their area, mm², to a few per cent.
+    pub(crate) area: f64,
+    /// Where loops were cut: edge, parameter and (u,v).
+    pub(crate) cuts: Vec<(u32, f64, DVec2)>,
+}
+
+/// A point of a loop.
+#[derive(Clone, Copy)]
+struct At {
+    piece: usize,
+    t: f64,
+}
+
+/// Whether a loop stays as it is: one of its edges is `shared`.
+pub(crate) fn stays(l: &UvLoop, shared: &[bool]) -> bool {
+    l.pieces.iter().any(|p| matches!(p.along, Along::Edge(edge) if shared[edge as usize]))
+}
+
+/// Turns lobes of a region's loops that run backwards, outside their others; none if there are none. Loops along edges that are
+/// `shared` stay as they are: the faces beyond would not know.
+pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[bool]) -> Option<Turned> {
+    if region.wraps != [false, false] {
+        return None;
+    }
+    let mut done = Turned { lobes: 0, area: 0.0, cuts: Vec::new() };
+    let mut loops = Vec::with_capacity(region.loops.len());
+    let polygons: Vec<Vec<DVec2>> = region.loops.iter().map(UvLoop::polyline).collect();
+    for (k, l) in std::mem::take(&mut region.loops).into_iter().enumerate() {
+        if stays(&l, shared) {
+            loops.push(l);
+            continue;
+        }
+        let extent = |axis: usize| region.bounds[axis].1 - region.bounds[axis].0;
+        let near = SAME_SHARE * extent(0).max(extent(1));
+        let outside = || {
+            let around = |o: &usize| *o != k && winding_about(&polygons[*o], polygons[k][polygons[k].len() / 2]) != 0;
+            (0..polygons.len()).filter(around).count() % 2 == 0
+        };
+        // Lobes as large as each other leave nothing of the area's sign.
+        let area = area2(&polygons[k]);
+        let positive = if area.abs() > near * near { area > 0.0 } else { outside() };
+        match lobes(&l, positive, near, projector, &mut done) {
+            Some(parts) => loops.extend(parts),
+            None => loops.push(l),
+        }
+    }
+    region.loops = loops;
+    (done.lobes > 0).then_some(done)
+}
+
+/// The simple loops of one loop, those that had to be turned turned; none if none had to.
+fn lobes(l: &UvLoop, positive: bool, near: f64, projector: &Projector<'_>, done: &mut Turned) -> Option<Vec<UvLoop>> {
+    let crossings = crossings(l, near)?;
+    // Both passes of every crossing, in loop order, with the number of the crossing.
+    let mut passes: Vec<(At, usize)> = crossings.iter().enumerate().flat_map(|(k, c)| c.at.map(|at| (at, k))).collect();
+    let along = |at: At| (at.piece, if l.pieces[at.piece].reversed { -at.t } else { at.t });
+    passes.sort_by(|a, b| {
+        let ((p, t), (q, s)) = (along(a.0), along(b.0));
+        p.cmp(&q).then(t.total_cmp(&s)).then(a.1.cmp(&b.1))
+    });
+    let count = passes.len();
+    let partner = |k: usize| (0..count).find(|&j| j != k && passes[j].1 == passes[k].1).unwrap_or(k);
+    let mut used = vec![false; count];
+    let mut parts: Vec<UvLoop> = Vec::new();
+    for first in 0..count {
+        let mut pieces = Vec::new();
+        let mut k = first;
+        while !used[k] {
+            used[k] = true;
+            let (from, to) = (&passes[k], &passes[(k + 1) % count]);
+            let ends = [crossings[from.1].uv, crossings[to.1].uv];
+            between(l, from.0, to.0, k + 1 == count, ends, &mut pieces);
+            k = partner((k + 1) % count);
+        }
+        if !pieces.is_empty() {
+            parts.push(UvLoop { pieces, winding: [0, 0] });
+        }
+    }
+    let polygons: Vec<Vec<DVec2>> = parts.iter().map(UvLoop::polyline).collect();
+    let areas: Vec<f64> = polygons.iter().map(|p| area2(p)).collect();
+    let alike = |k: usize| areas[k] == 0.0 || (areas[k] > 0.0) == positive;
+    let within = |k: usize| {
+        let probe = 0.5 * (polygons[k][0] + polygons[k][1 % polygons[k].len()]);
+        (0..parts.len()).any(|o| o != k && alike(o) && winding_about(&polygons[o], probe) != 0)
+    };
+    let backwards: Vec<usize> = (0..parts.len()).filter(|&k| !alike(k) && !within(k)).collect();
+    for &k in &backwards {
+        parts[k].reverse();
+        let middle = polygons[k].iter().sum::<DVec2>() / polygons[k].len() as f64;
+        done.lobes += 1;
+        done.area += 0.5 * areas[k].abs() * projector.area(middle);
+    }
+    if backwards.is_empty() {
+        return None;
+    }
+    let cut = |c: &Crossing| {
+        c.at.map(|at| match l.pieces[at.piece].along {
+            Along::Edge(edge) => Some((edge, at.t, c.uv)),
+            Along::Pole(_) => None,
+        })
+    };
+    done.cuts.extend(crossings.iter().flat_map(cut).flatten());
+    Some(parts)
+}
+
+/// A point that a loop passes twice.
+struct Crossing {
+    at: [At; 2],
+    uv: DVec2,
+}
+
+/// Where a loop crosses itself, or passes a vertex twice; none if nowhere, or too often.
+fn crossings(l: &UvLoop, near: f64) -> Option<Vec<Crossing>> {
+    let mut points: Vec<(At, DVec2)> = Vec::new();
+    for (piece, p) in l.pieces.iter().enumerate() {
+        let n = p.samples.len();
+        for k in 0..n - 1 {
+            let (a, b) = if p.reversed { (n - 1 - k, n - 2 - k) } else { (k, k + 1) };
+            let (from, to) = (&p.samples[a], &p.samples[b]);
+            points.push((At { piece, t: from.t }, from.uv));
+            let middle = 0.5 * (from.t + to.t);
+            points.push((At { piece, t: middle }, sample(p, middle).uv));
+        }
+    }
+    let count = points.len();
+    if count > MAX_SEGMENTS {
+        return None;
+    }
+    let end = |k: usize| points[(k + 1) % count].1;
+    let mut order: Vec<usize> = (0..count).collect();
+    let low = |k: usize| points[k].1.x.min(end(k).x);
+    order.sort_by(|&a, &b| low(a).total_cmp(&low(b)));
+    let mut out: Vec<Crossing> = Vec::new();
+    for (n, &i) in order.iter().enumerate() {
+        let (p, q) = (points[i].1, end(i));
+        for &j in order[n + 1..].iter().take_while(|&&j| low(j) <= p.x.max(q.x)) {
+            let (r, s) = (points[j].1, end(j));
+            let apart = p.y.min(q.y) > r.y.max(s.y) || r.y.min(s.y) > p.y.max(q.y);
+            let follows = (i + 1) % count == j || (j + 1) % count == i;
+            if apart {
+                continue;
+            }
+            if p.distance(r) <= near {
+                out.push(Crossing { at: [points[i].0, points[j].0], uv: p });
+            } else if !follows && let Some(shares) = cross([p, q], [r, s]) {
+                out.extend(settle(l, [i, j], shares, &points, near));
+            }
+            if out.len() > MAX_CROSSINGS {
+                return None;
+            }
+        }
+    }
+    (!out.is_empty()).then_some(out)
+}
+
+/// Shares at which two segments cross, other than at their ends.
+fn cross([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<[f64; 2]> {
+    let (d, e) = (q - p, s - r);
+    let at = [(r - p).perp_dot(e), (r - p).perp_dot(d)].map(|x| x / d.perp_dot(e));
+    at.iter().all(|x| *x > 0.0 && *x < 1.0).then_some(at)
+}
+
+/// The crossing of the pcurves near that of two of their chords; none where a chord's end stands on it, which counts as such.
+fn settle(l: &UvLoop, segments: [usize; 2], shares: [f64; 2], points: &[(At, DVec2)], near: f64) -> Option<Crossing> {
+    let piece = |k: usize| &l.pieces[points[segments[k]].0.piece];
+    let limits = [0, 1].map(|k| {
+        let (here, next) = (points[segments[k]].0, points[(segments[k] + 1) % points.len()].0);
+        let last = &piece(k).samples[if piece(k).reversed { 0 } else { piece(k).samples.len() - 1 }];
+        [here.t, if next.piece == here.piece && segments[k] + 1 < points.len() { next.t } else { last.t }]
+    });
+    let mut t = [0, 1].map(|k| limits[k][0] + (limits[k][1] - limits[k][0]) * shares[k]);
+    for _ in 0..STEPS {
+        let [x, y] = [0, 1].map(|k| sample(piece(k), t[k]));
+        let miss = y.uv - x.uv;
+        let step = DMat2::from_cols(x.d, -y.d).inverse() * miss;
+        if !step.is_finite() || miss.length() <= 1e-3 * near {
+            break;
+        }
+        t = [0, 1].map(|k| {
+            let [a, b] = limits[k];
+            (t[k] + step[k]).clamp(a.min(b), a.max(b))
+        });
+    }
+    let [x, y] = [0, 1].map(|k| sample(piece(k), t[k]).uv);
+    let at = [0, 1].map(|k| At { piece: points[segments[k]].0.piece, t: t[k] });
+    (x.distance(y) <= 10.0 * near).then_some(Crossing { at, uv: x })
+}
+
+/// A piece's point and slope.
+fn sample(p: &Piece, t: f64) -> UvSample {
+    let k = p.samples.partition_point(|s| s.t <= t).clamp(1, p.samples.len() - 1);
+    UvSample::at(&p.samples[k - 1], &p.samples[k], t)
+}
+
+/// The pieces of a loop from one point to the next, by way of its start if it `wraps`; the first and last point are `ends`.
+fn between(l: &UvLoop, from: At, to: At, wraps: bool, ends: [DVec2; 2], out: &mut Vec<Piece>) {
+    let mut index = from.piece;
+    let mut to_wrap = wraps;
+    let mut start = Some(from.t);
+    loop {
+        let p = &l.pieces[index];
+        let last = index == to.piece && !to_wrap;
+        let (first, end) = (p.samples[0].t, p.samples[p.samples.len() - 1].t);
+        let (stated_start, stated_end) = if p.reversed { (end, first) } else { (first, end) };
+        let (a, b) = (start.unwrap_or(stated_start), if last { to.t } else { stated_end });
+        if a != b {
+            let mut samples: Vec<UvSample> =
+                p.samples.iter().copied().filter(|s| s.t > a.min(b) && s.t < a.max(b)).collect();
+            let [mut x, mut y] = [a, b].map(|t| sample(p, t));
+            if start.is_some() {
+                x.uv = ends[0];
+            }
+            if last {
+                y.uv = ends[1];
+            }
+            if p.reversed {
+                std::mem::swap(&mut x, &mut y);
+            }
+            samples.insert(0, x);
+            samples.push(y);
+            out.push(Piece { along: p.along, reversed: p.reversed, samples });
+        }
+        if last {
+            return;
+        }
+        start = None;
+        index += 1;
+        if index == l.pieces.len() {
+            index = 0;
+            to_wrap = false;
+        }
+    }
+}

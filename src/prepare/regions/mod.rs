@@ -1,0 +1,6 @@
+//! A face's loops -> a region of its unrolled parameter plane.
+
+pub(super) mod boundary;
+pub(super) mod lobes;
+pub(super) mod mend;
+pub(super) mod unroll;

@@ -1,0 +1,16 @@
+//! A panic on one face -> an error of that face: a defect of this crate costs no other face.
+
+use super::face_error::FaceError;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Runs `draft`; a panic costs this face only.
+pub(crate) fn guarded<T>(draft: impl FnOnce() -> Result<T, FaceError>) -> Result<T, FaceError> {
+    catch_unwind(AssertUnwindSafe(draft)).unwrap_or_else(|panic| Err(FaceError::Internal(panic_message(&*panic))))
+}
+
+/// What a panic said, if it said it in text.
+pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str)).unwrap_or("a panic without a text").to_owned()
+}

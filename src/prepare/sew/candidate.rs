@@ -1,0 +1,23 @@
+//! An edge that may be one with another, before it is compared.
+
+use crate::model::{Edge, Part};
+
+/// An edge that may be one with another.
+pub(crate) struct Candidate {
+    pub(crate) edge: u32,
+    pub(crate) shell: u32,
+    pub(crate) tolerance: f64,
+    /// A face that uses it.
+    pub(crate) face: usize,
+    /// Whether it bounds a face without topology, and lies along a side of its domain.
+    pub(crate) untold: bool,
+    pub(crate) side: bool,
+}
+
+/// Whether an edge's curve and ends can be asked for.
+pub(crate) fn is_sound(part: &Part, e: &Edge) -> bool {
+    let stated = e.range.0 < e.range.1 && e.curve.check().is_ok();
+    let (low, high) = e.curve.domain();
+    let ends = [e.start, e.end].map(|v| part.vertices.get(v.index()));
+    stated && e.range.0 >= low && e.range.1 <= high && ends.iter().all(|p| p.is_some_and(|p| p.is_finite()))
+}

@@ -1,0 +1,140 @@
+//! A pcurve in the parameter of one curve -> the same pcurve in that of another curve that runs along it.
+//!
+//! The places correspond by feet: where the other curve is, the foot of its point is looked up. Cubics between such places are
+//! halved until they follow.
+
+use super::overlap::Course;
+use crate::prepare::uv::uv_curve::UvSample;
+use glam::DVec2;
+
+/// Share of the pcurve's extent to which cubic pieces follow.
+const FIT: f64 = 1e-8;
+
+/// Halvings of the stretch between two samples.
+const MAX_DEPTH: u32 = 7;
+
+/// The part of a pcurve between two parameters.
+pub(crate) fn between(samples: &[UvSample], [from, to]: [f64; 2]) -> Vec<UvSample> {
+    let margin = 1e-12 * (to - from);
+    let mut out = vec![at(samples, from)];
+    out.extend(samples.iter().filter(|s| s.t > from + margin && s.t < to - margin));
+    out.push(at(samples, to));
+    out
+}
+
+fn at(samples: &[UvSample], t: f64) -> UvSample {
+    let k = samples.partition_point(|s| s.t <= t).clamp(1, samples.len() - 1);
+    UvSample::at(&samples[k - 1], &samples[k], t)
+}
+
+/// A pcurve that runs along `own` in the parameter of `kept`, which is the same stretch of space within `tolerance`, perhaps run
+/// backwards. Ends keep their place to the bit.
+pub(crate) fn carry(samples: &[UvSample], own: &Course, kept: &Course, against: bool, tolerance: f64) -> Vec<UvSample> {
+    let ([a, b], [from, to]) = (own.range(), kept.range());
+    if own.same_net(kept, tolerance).is_some_and(|(_, turned)| turned == against) {
+        // One is the other, but for a scale.
+        let rate = (to - from) / (b - a) * if against { -1.0 } else { 1.0 };
+        let moved = |s: &UvSample| {
+            let t = if s.t == a {
+                if against { to } else { from }
+            } else if s.t == b {
+                if against { from } else { to }
+            } else {
+                (if against { to } else { from }) + (s.t - a) * rate
+            };
+            UvSample { t, uv: s.uv, d: s.d / rate }
+        };
+        let mut out: Vec<UvSample> = samples.iter().map(moved).collect();
+        if against {
+            out.reverse();
+        }
+        return out;
+    }
+    let extent = samples.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |m, s| (m.0.min(s.uv), m.1.max(s.uv)));
+    let bearer = Bearer { samples, own, kept, ends: if against { [b, a] } else { [a, b] } };
+    let mut stops = vec![from, to];
+    stops.extend(samples[1..samples.len() - 1].iter().map(|s| kept.foot(own.point(s.t)).0));
+    stops.retain(|&t| t >= from && t <= to);
+    stops.sort_by(f64::total_cmp);
+    stops.dedup_by(|t, before| *t - *before <= 1e-9 * (to - from));
+    if let Some(last) = stops.last_mut() {
+        *last = to;
+    }
+    let mut out = vec![bearer.sample(from)];
+    for w in stops.windows(2) {
+        let next = bearer.sample(w[1]);
+        let before = out[out.len() - 1];
+        bearer.follow(&before, &next, FIT * (extent.1 - extent.0).length(), 0, &mut out);
+    }
+    straighten(samples, &mut out);
+    out
+}
+
+struct Bearer<'a> {
+    samples: &'a [UvSample],
+    own: &'a Course,
+    kept: &'a Course,
+    /// Parameters of `own` where `kept` starts and ends.
+    ends: [f64; 2],
+}
+
+impl Bearer<'_> {
+    fn sample(&self, t: f64) -> UvSample {
+        let [from, to] = self.kept.range();
+        let foot = if t == from {
+            self.ends[0]
+        } else if t == to {
+            self.ends[1]
+        } else {
+            self.own.foot(self.kept.point(t)).0
+        };
+        let there = at(self.samples, foot);
+        let (own, kept) = (self.own.slope(foot), self.kept.slope(t));
+        let rate = kept.dot(own) / own.length_squared();
+        UvSample { t, uv: there.uv, d: there.d * rate }
+    }
+
+    /// Appends samples up to `b`, so that the cubics between them follow.
+    fn follow(&self, a: &UvSample, b: &UvSample, tolerance: f64, depth: u32, out: &mut Vec<UvSample>) {
+        let follows = a.d.is_finite()
+            && b.d.is_finite()
+            && [0.25, 0.5, 0.75].into_iter().all(|share| {
+                let t = a.t + (b.t - a.t) * share;
+                UvSample::between(a, b, t).distance(self.sample(t).uv) <= tolerance
+            });
+        if follows || depth == MAX_DEPTH {
+            out.push(*b);
+            return;
+        }
+        let middle = self.sample(0.5 * (a.t + b.t));
+        self.follow(a, &middle, tolerance, depth + 1, out);
+        self.follow(&middle, b, tolerance, depth + 1, out);
+    }
+}
+
+/// Slopes that are none (one of the curves stands still there), and along a line of constant parameter those that would make
+/// cubics turn back, are taken from the chords.
+fn straighten(stated: &[UvSample], samples: &mut [UvSample]) {
+    let first = stated[0].uv;
+    let on_line = [0, 1].map(|axis| stated.iter().all(|s| s.uv[axis] == first[axis]));
+    let chord = |a: &UvSample, b: &UvSample| (b.uv - a.uv) / (b.t - a.t);
+    let last = samples.len() - 1;
+    for k in 0..=last {
+        let beside = [k.saturating_sub(1), k].map(|k| k.min(last - 1));
+        let chords = beside.map(|k| chord(&samples[k], &samples[k + 1]));
+        let s = &mut samples[k];
+        if !s.d.is_finite() {
+            s.d = 0.5 * (chords[0] + chords[1]);
+        }
+        for axis in 0..2 {
+            if on_line[axis] {
+                (s.uv[axis], s.d[axis]) = (first[axis], 0.0);
+            } else if on_line[1 - axis] {
+                // Fritsch & Carlson's bound for monotone cubics.
+                let [c, d] = chords.map(|c| c[axis]);
+                let most = 3.0 * c.abs().min(d.abs());
+                s.d[axis] = if c * d <= 0.0 { 0.0 } else { (s.d[axis] * c.signum()).clamp(0.0, most) * c.signum() };
+            }
+        }
+    }
+}

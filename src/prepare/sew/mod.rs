@@ -1,0 +1,10 @@
+//! Faces that lie side by side with edges of their own -> faces that share edges.
+
+pub(super) mod candidate;
+pub(super) mod carry;
+pub(super) mod nearest;
+pub(super) mod overlap;
+pub(super) mod pairs;
+pub(super) mod sew;
+pub(super) mod thin;
+pub(super) mod uses;

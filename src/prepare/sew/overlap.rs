@@ -1,0 +1,284 @@
+//! Two curves in space -> the stretches along which they are one curve within a tolerance, whatever their parameters,
+//! degrees, knots and directions.
+//!
+//! A stretch ends where one of the curves ends, or at a knot beyond which they part. Between two such places it is one if
+//! points of each curve have feet on the other that are near, inside, and in order. Curves whose control points are
+//! the same need no feet: nowhere are they further apart than their control points.
+
+use super::nearest::Runs;
+use crate::model::{Edge, NurbsCurve3};
+use crate::prepare::surface::decompose::BezierSpline3;
+use glam::{DVec3, DVec4};
+
+/// Share of the shorter curve's length that is the largest tolerance: longer ones would call neighbours one.
+const SHORT: f64 = 0.125;
+
+/// Samples for each Bézier piece and in all, at least, from which the foot of a point is looked for; and Newton steps to it.
+const SEEDS: usize = 4;
+const LEAST_SEEDS: usize = 16;
+const STEPS: usize = 24;
+
+/// Share of a curve's length within which its ends are one point.
+const ROUNDING: f64 = 1e-9;
+
+/// Share of the distance between seeds that a step has when Newton's method is done.
+const CONVERGED: f64 = 1e-12;
+
+/// Sine of the angle between curves that do not run along each other.
+const ACROSS: f64 = 0.1;
+
+/// Points for each Bézier piece and in all, at least, whose feet are looked for.
+const PLACES: usize = 3;
+const LEAST_PLACES: usize = 5;
+
+/// An edge's curve over its range, ready for questions.
+pub(crate) struct Course {
+    spline: BezierSpline3,
+    /// Parameters and points, in order.
+    seeds: Vec<(f64, DVec3)>,
+    runs: Runs,
+    /// Of the polygon of these.
+    pub(crate) length: f64,
+}
+
+/// A stretch that two curves have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stretch {
+    /// From and to, in the first curve's parameter; increasing.
+    pub(crate) a: [f64; 2],
+    /// The same places in the second curve's: decreasing if it runs the other way.
+    pub(crate) b: [f64; 2],
+    /// How far apart they are.
+    pub(crate) width: f64,
+}
+
+impl Course {
+    /// The curve of a sound edge.
+    pub(crate) fn new(edge: &Edge) -> Self {
+        Self::over(&edge.curve, edge.range)
+    }
+
+    pub(crate) fn over(curve: &NurbsCurve3, range: (f64, f64)) -> Self {
+        let spline = BezierSpline3::new(curve, range);
+        let each = SEEDS.max(LEAST_SEEDS.div_ceil(spline.segments()));
+        let mut seeds: Vec<(f64, DVec3)> = Vec::with_capacity(each * spline.segments() + 1);
+        for w in spline.breaks.windows(2) {
+            let at = |k: usize| w[0] + (w[1] - w[0]) * k as f64 / each as f64;
+            seeds.extend((0..each).map(at).map(|t| (t, spline.point(t))));
+        }
+        let end = spline.range().1;
+        seeds.push((end, spline.point(end)));
+        let length = seeds.windows(2).map(|w| w[0].1.distance(w[1].1)).sum();
+        let runs = Runs::new(&seeds);
+        Self { spline, seeds, runs, length }
+    }
+
+    pub(crate) fn range(&self) -> [f64; 2] {
+        self.spline.range().into()
+    }
+
+    pub(crate) fn point(&self, t: f64) -> DVec3 {
+        self.spline.point(t)
+    }
+
+    /// Points along it, ends included.
+    pub(crate) fn samples(&self) -> impl Iterator<Item = DVec3> {
+        self.seeds.iter().map(|seed| seed.1)
+    }
+
+    pub(crate) fn slope(&self, t: f64) -> DVec3 {
+        self.spline.derivatives(t).d1
+    }
+
+    /// The parameter of the point nearest to `p`, and its distance.
+    pub(crate) fn foot(&self, p: DVec3) -> (f64, f64) {
+        let (k, last) = (self.runs.nearest(&self.seeds, p), self.seeds.len() - 1);
+        let found = self.foot_from(k, p);
+        // Where a closed curve ends, it is as near as where it starts.
+        let closed = || self.seeds[0].1.distance(self.seeds[last].1) <= ROUNDING * self.length;
+        if (k == 0 || k == last) && closed() {
+            let other = self.foot_from(last - k, p);
+            return if other.1 < found.1 { other } else { found };
+        }
+        found
+    }
+
+    /// The foot beside a seed.
+    fn foot_from(&self, k: usize, p: DVec3) -> (f64, f64) {
+        let seeds = &self.seeds;
+        let (low, high) = (seeds[k.saturating_sub(1)].0, seeds[(k + 1).min(seeds.len() - 1)].0);
+        let (mut t, mut best) = (seeds[k].0, (seeds[k].0, seeds[k].1.distance(p)));
+        for _ in 0..STEPS {
+            let d = self.spline.derivatives(t);
+            let off = d.point.distance(p);
+            if off < best.1 {
+                best = (t, off);
+            }
+            let step = (p - d.point).dot(d.d1) / d.d1.length_squared();
+            let next = (t + step).clamp(low, high);
+            let still = (next - t).abs() <= CONVERGED * (high - low);
+            if !step.is_finite() || still {
+                break;
+            }
+            t = next;
+        }
+        let off = self.point(t).distance(p);
+        if off < best.1 { (t, off) } else { best }
+    }
+
+    /// Whether nothing but a point lies between two places.
+    pub(crate) fn one_place(&self, s: f64, t: f64, tolerance: f64) -> bool {
+        let [p, q, middle] = [s, t, 0.5 * (s + t)].map(|t| self.point(t));
+        s == t || p.distance(q) <= 2.0 * tolerance && middle.distance(p) <= 2.0 * tolerance
+    }
+
+    /// Places between two parameters, without these: evenly in each Bézier piece, and the knots.
+    fn places(&self, from: f64, to: f64) -> Vec<f64> {
+        let mut stops = vec![from];
+        let margin = 1e-9 * (to - from);
+        let breaks = &self.spline.breaks;
+        let first = breaks.partition_point(|&t| t <= from + margin);
+        stops.extend(breaks[first..].iter().copied().take_while(|&t| t < to - margin));
+        stops.push(to);
+        let each = PLACES.max(LEAST_PLACES.div_ceil(stops.len() - 1)) + 1;
+        let within = |w: &[f64]| {
+            let (a, b) = (w[0], w[1]);
+            (0..each).map(move |k| a + (b - a) * k as f64 / each as f64)
+        };
+        stops.windows(2).flat_map(within).skip(1).collect()
+    }
+
+    /// How far the control points of another curve are off, if they say as much as these; and whether in the opposite order.
+    pub(crate) fn same_net(&self, other: &Self, tolerance: f64) -> Option<(f64, bool)> {
+        let [a, b] = [&self.spline, &other.spline];
+        if a.degree != b.degree || a.segments() != b.segments() {
+            return None;
+        }
+        let share = |s: &BezierSpline3, k: usize| {
+            let (from, to) = s.range();
+            (s.breaks[k] - from) / (to - from)
+        };
+        let point = |c: DVec4| c.truncate() / c.w;
+        [false, true].into_iter().find_map(|against| {
+            let last = a.segments();
+            let alike = (0..=last).all(|k| {
+                let of_b = if against { 1.0 - share(b, last - k) } else { share(b, k) };
+                (share(a, k) - of_b).abs() <= 1e-12
+            });
+            if !alike {
+                return None;
+            }
+            let count = a.control.len();
+            let pair = |k: usize| (a.control[k], b.control[if against { count - 1 - k } else { k }]);
+            // Weights may differ by a factor for each piece; with other ratios the parameters differ.
+            let per = a.degree + 1;
+            let ratios_alike = (0..count).all(|k| {
+                let ((p, q), (p0, q0)) = (pair(k), pair(k - k % per));
+                (p.w * q0.w - q.w * p0.w).abs() <= 1e-12 * (p.w * q0.w).abs()
+            });
+            let off = (0..count).map(pair).fold(0.0, |most: f64, (p, q)| most.max(point(p).distance(point(q))));
+            (ratios_alike && off <= tolerance).then_some((off, against))
+        })
+    }
+
+    /// The stretches that it has in common with another curve: not shorter than a few tolerances, and the tolerance no more than
+    /// an eighth of either's length.
+    pub(crate) fn common(&self, other: &Self, tolerance: f64) -> Vec<Stretch> {
+        let tolerance = tolerance.min(SHORT * self.length.min(other.length));
+        if let Some((width, against)) = self.same_net(other, tolerance) {
+            let [from, to] = other.range();
+            let b = if against { [to, from] } else { [from, to] };
+            return vec![Stretch { a: self.range(), b, width }];
+        }
+        let mut marks: Vec<f64> = Vec::new();
+        self.mark(other, &self.range(), &other.range(), tolerance, &mut marks);
+        let Some(&first) = marks.first() else { return Vec::new() };
+        if marks.iter().all(|&t| self.one_place(first, t, tolerance)) && self.crosses(other, first) {
+            return Vec::new();
+        }
+        let inner = |s: &BezierSpline3| s.breaks[1..s.segments()].to_vec();
+        self.mark(other, &inner(&self.spline), &inner(&other.spline), tolerance, &mut marks);
+        marks.sort_by(f64::total_cmp);
+        let end = self.range()[1];
+        marks.dedup_by(|t, before| {
+            let one = self.one_place(*before, *t, tolerance);
+            if one && *t == end {
+                *before = end;
+            }
+            one
+        });
+        let mut out: Vec<Stretch> = Vec::new();
+        for w in marks.windows(2) {
+            let Some(found) = self.coincides(other, [w[0], w[1]], tolerance) else { continue };
+            let along = |s: &Stretch| s.b[1] > s.b[0];
+            match out.last_mut() {
+                Some(before)
+                    if before.a[1] == found.a[0]
+                        && along(before) == along(&found)
+                        && other.one_place(before.b[1], found.b[0], tolerance) =>
+                {
+                    (before.a[1], before.b[1]) = (found.a[1], found.b[1]);
+                    before.width = before.width.max(found.width);
+                }
+                _ => out.push(found),
+            }
+        }
+        out
+    }
+
+    /// Whether another curve comes across at a place that both share.
+    fn crosses(&self, other: &Self, at: f64) -> bool {
+        let (a, b) = (self.slope(at), other.slope(other.foot(self.point(at)).0));
+        a.cross(b).length() > ACROSS * a.length() * b.length()
+    }
+
+    /// Appends those of the places on this curve, and of the feet of places on the other, at which both are.
+    fn mark(&self, other: &Self, own: &[f64], of_other: &[f64], tolerance: f64, marks: &mut Vec<f64>) {
+        marks.extend(own.iter().copied().filter(|&t| other.foot(self.point(t)).1 <= tolerance));
+        let feet = of_other.iter().map(|&t| self.foot(other.point(t)));
+        marks.extend(feet.filter(|foot| foot.1 <= tolerance).map(|foot| foot.0));
+    }
+
+    /// The stretch between two places, if it is one.
+    fn coincides(&self, other: &Self, a: [f64; 2], tolerance: f64) -> Option<Stretch> {
+        let places = self.places(a[0], a[1]);
+        let mut width = 0.0_f64;
+        let mut feet = Vec::with_capacity(places.len() + 2);
+        for &t in &places {
+            let (foot, off) = other.foot(self.point(t));
+            if off > tolerance {
+                return None;
+            }
+            width = width.max(off);
+            feet.push(foot);
+        }
+        let rising = feet[feet.len() - 1] > feet[0];
+        let ends = other.range();
+        let end = |t: f64, inner: f64, before: bool| -> Option<f64> {
+            let p = self.point(t);
+            // Of a closed curve's ends, which are one point, the one that this side runs to.
+            let own = ends.into_iter().filter(|&s| other.point(s).distance(p) <= 2.0 * tolerance);
+            let foot = Some(other.foot(p)).filter(|f| f.1 <= tolerance).map(|f| f.0);
+            let foot = foot.filter(|&f| ends.iter().all(|&s| !other.one_place(s, f, tolerance)));
+            let on_side = own.chain(foot).filter(|&s| s != inner && (s < inner) == (before == rising));
+            on_side.min_by(|s, t| (s - inner).abs().total_cmp(&(t - inner).abs()))
+        };
+        let from = end(a[0], feet[0], true)?;
+        let to = end(a[1], feet[feet.len() - 1], false)?;
+        feet.insert(0, from);
+        feet.push(to);
+        if !feet.windows(2).all(|w| (w[1] > w[0]) == rising && w[0] != w[1]) {
+            return None;
+        }
+        // And back.
+        for w in feet.windows(2) {
+            let (back, off) = self.foot(other.point(0.5 * (w[0] + w[1])));
+            if off > tolerance || back <= a[0] || back >= a[1] {
+                return None;
+            }
+            width = width.max(off);
+        }
+        let length: f64 = feet.windows(2).map(|w| other.point(w[0]).distance(other.point(w[1]))).sum();
+        (length > 4.0 * tolerance).then_some(Stretch { a, b: [from, to], width })
+    }
+}

@@ -1,0 +1,121 @@
+//! Edges that may be one with others -> the pairs of them that are worth a comparison.
+//!
+//! Boxes say which are near. Edges that are stated alike, number by number, are found by sorting, so that any number of them
+//! costs no more than as many edges apart.
+
+use super::candidate::Candidate;
+use crate::math::boxes::{Aabb, overlapping};
+use crate::model::{Edge, Part};
+use glam::DVec3;
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+
+/// Partners of an edge, above which it is compared with such edges only as have fewer.
+pub(crate) const MOST_PARTNERS: usize = 64;
+
+/// Pairs of a shell that were not looked at, since too many lie together.
+pub(crate) struct LeftOut {
+    /// A candidate among them.
+    pub(crate) first: usize,
+    pub(crate) count: usize,
+}
+
+/// Of candidates stated alike, the pairs of the first and each other; of all others those that may have a stretch in common: two
+/// ends that are two places lie in both boxes, or one and the curves have knots at which they may part. Also what was left out,
+/// by shell.
+pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, BTreeMap<u32, LeftOut>) {
+    let edge = |k: usize| &part.edges[candidates[k].edge as usize];
+    // What trims one face was told apart in its domain. Sides of a domain may meet in space.
+    let trims = |a: usize, b: usize| {
+        let [one, other] = [&candidates[a], &candidates[b]];
+        one.face == other.face && (one.untold || other.untold) && !(one.side && other.side)
+    };
+    let mut alike: Vec<usize> = (0..candidates.len()).collect();
+    let order = |&a: &usize, &b: &usize| {
+        candidates[a].shell.cmp(&candidates[b].shell).then_with(|| statement_order(edge(a), edge(b)))
+    };
+    alike.sort_by(order);
+    let mut out = Vec::new();
+    let mut firsts = Vec::new();
+    for of_kind in alike.chunk_by(|a, b| order(a, b) == Ordering::Equal) {
+        firsts.push(of_kind[0]);
+        for &k in &of_kind[1..] {
+            if trims(of_kind[0], k) { firsts.push(k) } else { out.push([of_kind[0], k]) }
+        }
+    }
+    firsts.sort_unstable();
+    let boxes: Vec<Aabb> = firsts
+        .iter()
+        .map(|&k| {
+            let (low, high) = edge(k)
+                .curve
+                .points
+                .iter()
+                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |m, &p| (m.0.min(p), m.1.max(p)));
+            // The distance may be had along each axis.
+            let slack = DVec3::splat(0.5 * candidates[k].tolerance);
+            [low - slack, high + slack]
+        })
+        .collect();
+    let ends: Vec<[DVec3; 2]> = firsts
+        .iter()
+        .map(|&k| {
+            let e = edge(k);
+            [e.range.0, e.range.1].map(|t| e.curve.point(t))
+        })
+        .collect();
+    let mut partners = vec![0; firsts.len()];
+    let mut left_out = BTreeMap::new();
+    overlapping(&boxes, &mut |a, b| {
+        let pair = [firsts[a], firsts[b]];
+        let one = &candidates[pair[0]];
+        if one.shell != candidates[pair[1]].shell || trims(pair[0], pair[1]) {
+            return;
+        }
+        let tolerance = one.tolerance;
+        let within = |p: DVec3, of: usize| {
+            let slack = DVec3::splat(0.5 * tolerance);
+            p.cmpge(boxes[of][0] - slack).all() && p.cmple(boxes[of][1] + slack).all()
+        };
+        let mut places: [Option<DVec3>; 2] = [None; 2];
+        let inside = ends[a].into_iter().filter(|&p| within(p, b)).chain(ends[b].into_iter().filter(|&p| within(p, a)));
+        for p in inside {
+            match places {
+                [None, _] => places[0] = Some(p),
+                [Some(q), None] if p.distance(q) > 2.0 * tolerance => places[1] = Some(p),
+                _ => {}
+            }
+        }
+        let simple = |k: usize| {
+            let c = &edge(firsts[k]).curve;
+            c.points.len() == c.degree + 1 && ends[k][0].distance(ends[k][1]) > 2.0 * tolerance
+        };
+        if places[0].is_none() || (places[1].is_none() && simple(a) && simple(b)) {
+            return;
+        }
+        // A long border may have any number of short ones along it; but many with many are quadratic.
+        if partners[a] >= MOST_PARTNERS && partners[b] >= MOST_PARTNERS {
+            left_out.entry(one.shell).or_insert(LeftOut { first: pair[0], count: 0 }).count += 1;
+            return;
+        }
+        partners[a] += 1;
+        partners[b] += 1;
+        out.push(pair);
+    });
+    out.sort_unstable();
+    (out, left_out)
+}
+
+/// An order in which edges that are stated alike, number by number, are equal.
+fn statement_order(a: &Edge, b: &Edge) -> Ordering {
+    fn points(e: &Edge) -> impl Iterator<Item = [f64; 3]> {
+        e.curve.points.iter().map(DVec3::to_array)
+    }
+    let or_equal = |order: Option<Ordering>| order.unwrap_or(Ordering::Equal);
+    (a.curve.degree, a.curve.points.len())
+        .cmp(&(b.curve.degree, b.curve.points.len()))
+        .then_with(|| or_equal(points(a).partial_cmp(points(b))))
+        .then_with(|| or_equal(a.range.partial_cmp(&b.range)))
+        .then_with(|| or_equal(a.curve.knots.partial_cmp(&b.curve.knots)))
+        .then_with(|| or_equal(a.curve.weights.partial_cmp(&b.curve.weights)))
+}

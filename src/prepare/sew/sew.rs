@@ -1,0 +1,479 @@
+//! Faces that lie side by side without a common edge -> faces that share it.
+//!
+//! Files of some writers give every face its own edges, and patches without topology have none but their own borders. Where free
+//! edges of one shell are one curve within the tolerance, along all of their length or a part of it, they are cut to pieces
+//! which each lie along one piece of every other, and the pieces become one edge: the first one's curve, with an image on
+//! each face. All their vertices follow.
+
+use super::candidate::{Candidate, is_sound};
+use super::carry::{between, carry};
+use super::overlap::{Course, Stretch};
+use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
+use super::thin::Thin;
+use super::uses::uses;
+use crate::model::{Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
+use crate::prepare::report::told::Told;
+use crate::prepare::trims::free_faces::FreeFaces;
+use crate::prepare::uv::uv_loop::{Along, Piece};
+use crate::prepare::wires::heal::Healing;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+
+/// Distance between the ends of edges of a solid, in tolerances, below which nothing of it is sewn: an edge might vanish.
+const SHORTEST: f64 = 8.0;
+
+/// Distance, in tolerances, between ends of pieces that are one: each may have been cut where another edge is.
+const SAME_END: f64 = 4.0;
+
+/// Edges of one face in a group of pieces that are one, which are compared with one more.
+const OF_ONE_FACE: usize = 8;
+
+/// Rounds in which cuts of one edge are handed on to those along it.
+const ROUNDS: usize = 16;
+
+/// What became one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sewn {
+    /// Pairs of borders of faces without topology.
+    pub(crate) pairs: usize,
+    /// How far apart the furthest were.
+    pub(crate) width: f64,
+}
+
+/// A stretch that two candidates have in common.
+struct Contact {
+    pair: [usize; 2],
+    stretch: Stretch,
+    tolerance: f64,
+}
+
+/// A piece of an edge, as those who used the edge use it from now on.
+struct Replaced {
+    /// Along which edge, and whether against it.
+    edge: u32,
+    against: bool,
+    /// Whether that edge has this edge's curve and parameter.
+    own: bool,
+    /// Which part of the old edge, in its parameter.
+    range: [f64; 2],
+    width: f64,
+}
+
+/// Makes edges that coincide one: those of solids within the part's own tolerance, those of faces without topology within the
+/// part's tolerance or, if it states none, within `reach`, millimetres.
+///
+/// Costs a count of the edges' uses where all are used in pairs. Else about 10 µs for each edge that has a neighbour, and 1 µs for
+/// each of its knots; edges that are stated alike count once, and others with at most [`MOST_PARTNERS`] of their like.
+pub(crate) fn sew<'a>(
+    part: Cow<'a, Part>,
+    free: &mut FreeFaces,
+    reach: f64,
+    done: &mut Vec<Healing>,
+) -> (Cow<'a, Part>, Sewn) {
+    let candidates = candidates(&part, free, reach);
+    let courses: Vec<OnceLock<Course>> = candidates.iter().map(|_| OnceLock::new()).collect();
+    let course = |k: usize| courses[k].get_or_init(|| Course::new(&part.edges[candidates[k].edge as usize]));
+    let (pairs, left_out) = pairs(&part, &candidates);
+    let mut contacts: Vec<Contact> = pairs
+        .into_par_iter()
+        .flat_map_iter(|pair| {
+            let [a, b] = pair.map(course);
+            let tolerance = candidates[pair[0]].tolerance;
+            a.common(b, tolerance).into_iter().map(move |stretch| Contact { pair, stretch, tolerance })
+        })
+        .collect();
+    let mut thin = Thin::new(&part, free);
+    let mut may_join = |pair: [usize; 2], width: f64| {
+        let [a, b] = pair.map(|k| &candidates[k]);
+        a.face != b.face || thin.may_join(a.face, [a.edge, b.edge], width, a.tolerance)
+    };
+    contacts.retain(|contact| may_join(contact.pair, contact.stretch.width));
+    // What is nearest becomes one first: beside a thin face what is further off is the wrong one.
+    contacts.sort_by(|a, b| a.stretch.width.total_cmp(&b.stretch.width));
+    let cuts = cuts(candidates.len(), &contacts, &course);
+    let mut pieces = Pieces::new(&part, &candidates, cuts, &course);
+    let mut sewn = Sewn::default();
+    // By shell of a solid.
+    let mut told: Vec<(u32, usize, usize, f64)> = Vec::new();
+    for contact in &contacts {
+        let count = pieces.join(contact, &course, &mut may_join);
+        let (first, width) = (&candidates[contact.pair[0]], contact.stretch.width);
+        if count > 0 && contact.pair.iter().any(|&k| candidates[k].untold) {
+            sewn = Sewn { pairs: sewn.pairs + count, width: sewn.width.max(width) };
+        } else if count > 0 {
+            match told.iter_mut().find(|t| t.0 == first.shell) {
+                Some(t) if t.3 >= width => t.2 += count,
+                Some(t) => *t = (first.shell, contact.pair[0], t.2 + count, width),
+                None => told.push((first.shell, contact.pair[0], count, width)),
+            }
+        }
+    }
+    for (_, widest, count, width) in told {
+        let Candidate { edge, face, tolerance, .. } = candidates[widest];
+        let what = format!(
+            "{count} pairs of edges of its shell, up to {width:.3e} mm apart, became one: gaps within the tolerance of \
+             {tolerance:.1e} mm"
+        );
+        let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
+        done.push(Healing { face, severity: Severity::Note, told: Told { place, what } });
+    }
+    done.extend(thin.kept.into_iter().map(|(face, tolerance)| {
+        let what = format!("edges on both sides of it, nearer than the tolerance of {tolerance:.1e} mm, are not one");
+        Healing { face, severity: Severity::Note, told: Told { place: None, what } }
+    }));
+    done.extend(left_out.into_values().map(|LeftOut { first, count }| {
+        let Candidate { edge, face, .. } = candidates[first];
+        let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
+        let what =
+            format!("{count} pairs of edges of its shell were not compared: more than {MOST_PARTNERS} lie together");
+        Healing { face, severity: Severity::Note, told: Told { place, what } }
+    }));
+    if contacts.is_empty() {
+        return (part, Sewn::default());
+    }
+    let mut part = part.into_owned();
+    let replaced = pieces.into_edges(&mut part, &candidates);
+    replace(&mut part, free, &replaced);
+    (Cow::Owned(part), sewn)
+}
+
+/// Free edges of solids, and all edges of faces without topology and free ones beside them.
+fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
+    let uses = uses(part, free);
+    let shell_of = |shell: u32| part.shells.get(shell as usize);
+    let ends = |e: &Edge| Some([*part.vertices.get(e.start.index())?, *part.vertices.get(e.end.index())?]);
+    let mut out = Vec::new();
+    for of_shell in uses.chunk_by(|a, b| a.shell == b.shell) {
+        let untold = of_shell.iter().any(|u| u.untold);
+        let solid = shell_of(of_shell[0].shell).is_some_and(|s| s.kind != ShellKind::Open);
+        let tolerance = if part.tolerance > 0.0 || !untold { part.tolerance } else { reach };
+        if !(tolerance > 0.0 && (solid || untold)) || of_shell.iter().all(|u| u.count != 1 && !u.untold) {
+            continue;
+        }
+        let length = |e: &Edge| ends(e).map_or(0.0, |[a, b]| a.distance(b));
+        let told = of_shell.iter().filter(|u| !u.untold).filter_map(|u| part.edges.get(u.edge as usize));
+        let shortest = told.filter(|e| e.start != e.end).map(length).fold(f64::INFINITY, f64::min);
+        if !untold && shortest <= SHORTEST * tolerance {
+            continue;
+        }
+        let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
+        out.extend(wanted.filter_map(|u| {
+            let e = part.edges.get(u.edge as usize)?;
+            let (edge, shell, face, untold, side) = (u.edge, u.shell, u.face, u.untold, u.side);
+            is_sound(part, e).then_some(Candidate { edge, shell, tolerance, face, untold, side })
+        }));
+    }
+    out
+}
+
+/// For each candidate the parameters at which it starts, is cut, and ends: wherever a stretch ends that it has in common with
+/// another, or where one of these is cut.
+fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c Course) -> Vec<Vec<f64>> {
+    let mut cuts: Vec<Vec<f64>> = vec![Vec::new(); count];
+    for &k in contacts.iter().flat_map(|c| &c.pair) {
+        if cuts[k].is_empty() {
+            cuts[k].extend(course(k).range());
+        }
+    }
+    for _ in 0..ROUNDS {
+        let mut grown = false;
+        for Contact { pair, stretch, tolerance } in contacts {
+            for (side, range) in [stretch.a, stretch.b].into_iter().enumerate() {
+                let [own, other] = [pair[side], pair[1 - side]];
+                let opposite = if side == 0 { stretch.b } else { stretch.a };
+                let (low, high) = (range[0].min(range[1]), range[0].max(range[1]));
+                let from = cuts[own].partition_point(|&t| t <= low);
+                let to = cuts[own].partition_point(|&t| t < high).max(from);
+                let feet = cuts[own][from..to].iter().map(|&t| course(other).foot(course(own).point(t)).0);
+                let marks: Vec<f64> = feet.chain(opposite).collect();
+                for t in marks {
+                    grown |= add_cut(&mut cuts[other], course(other), t, *tolerance);
+                }
+            }
+        }
+        if !grown {
+            break;
+        }
+    }
+    cuts
+}
+
+/// Adds a cut unless there is one at that place.
+fn add_cut(cuts: &mut Vec<f64>, course: &Course, t: f64, tolerance: f64) -> bool {
+    let k = cuts.partition_point(|&c| c < t);
+    let beside = [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| cuts.get(k));
+    if beside.into_iter().any(|&c| course.one_place(c, t, tolerance.min(course.length / 8.0))) {
+        return false;
+    }
+    cuts.insert(k, t);
+    true
+}
+
+/// The pieces between cuts, of which some are one.
+struct Pieces {
+    cuts: Vec<Vec<f64>>,
+    /// Number of each candidate's first piece.
+    first: Vec<usize>,
+    /// For each piece another that it is one with, if any, and whether they run in opposite directions; how far it is off.
+    same: Vec<(usize, bool, f64)>,
+    /// For the first of those that are one, the faces and candidates of all.
+    members: Vec<BTreeSet<(usize, usize)>>,
+    /// For each candidate the vertices at its cuts.
+    vertices: Vec<Vec<usize>>,
+    /// Points of all vertices, and for each another that it is one with.
+    points: Vec<DVec3>,
+    parent: Vec<usize>,
+}
+
+impl Pieces {
+    fn new<'c>(
+        part: &Part,
+        candidates: &[Candidate],
+        cuts: Vec<Vec<f64>>,
+        course: &impl Fn(usize) -> &'c Course,
+    ) -> Self {
+        let mut points = part.vertices.clone();
+        let mut first = Vec::with_capacity(cuts.len());
+        let mut vertices = Vec::with_capacity(cuts.len());
+        let mut count = 0;
+        for (k, of_edge) in cuts.iter().enumerate() {
+            first.push(count);
+            count += of_edge.len().saturating_sub(1);
+            let edge = &part.edges[candidates[k].edge as usize];
+            let last = of_edge.len().saturating_sub(1);
+            let vertex = |(i, &t): (usize, &f64)| {
+                if i == 0 {
+                    edge.start.index()
+                } else if i == last {
+                    edge.end.index()
+                } else {
+                    points.push(course(k).point(t));
+                    points.len() - 1
+                }
+            };
+            vertices.push(of_edge.iter().enumerate().map(vertex).collect());
+        }
+        let same = (0..count).map(|k| (k, false, 0.0)).collect();
+        let of_candidate = |(k, cuts): (usize, &Vec<f64>)| {
+            std::iter::repeat_n(BTreeSet::from([(candidates[k].face, k)]), cuts.len().saturating_sub(1))
+        };
+        let members = cuts.iter().enumerate().flat_map(of_candidate).collect();
+        let parent = (0..points.len()).collect();
+        Self { cuts, first, same, members, vertices, points, parent }
+    }
+
+    /// The first of the pieces that a piece is one with, and whether it runs against it.
+    fn root(&self, mut piece: usize) -> (usize, bool, f64) {
+        let (mut against, mut width) = (false, 0.0_f64);
+        while self.same[piece].0 != piece {
+            let (next, turned, off) = self.same[piece];
+            (piece, against, width) = (next, against != turned, width + off);
+        }
+        (piece, against, width)
+    }
+
+    fn vertex_root(&mut self, mut at: usize) -> usize {
+        while self.parent[at] != at {
+            self.parent[at] = self.parent[self.parent[at]];
+            at = self.parent[at];
+        }
+        at
+    }
+
+    /// Makes the members of two groups one group, unless it had edges of one face that may not be one.
+    fn unite(&mut self, [p, q]: [usize; 2], mut may_join: impl FnMut([usize; 2]) -> bool) -> bool {
+        let [small, large] = if self.members[p].len() <= self.members[q].len() { [p, q] } else { [q, p] };
+        let [few, mut many] = [small, large].map(|k| std::mem::take(&mut self.members[k]));
+        let may = few.iter().all(|&(face, k)| {
+            let of_face = many.range((face, 0)..=(face, usize::MAX)).take(OF_ONE_FACE);
+            of_face.copied().all(|(_, l)| may_join([k, l]))
+        });
+        if may {
+            many.extend(few);
+            self.members[p.min(q)] = many;
+        } else {
+            [self.members[small], self.members[large]] = [few, many];
+        }
+        may
+    }
+
+    /// Makes the pieces along a stretch one, each with the one beside it, where none of a face's edges become one that may not.
+    /// How many pairs there are.
+    fn join<'c>(
+        &mut self,
+        contact: &Contact,
+        course: &impl Fn(usize) -> &'c Course,
+        may_join: &mut impl FnMut([usize; 2], f64) -> bool,
+    ) -> usize {
+        let Contact { pair: [a, b], stretch, tolerance } = *contact;
+        let against = stretch.b[1] < stretch.b[0];
+        let middle = |cuts: &[f64], k: usize| 0.5 * (cuts[k] + cuts[k + 1]);
+        let within = |range: [f64; 2], t: f64| t > range[0].min(range[1]) && t < range[0].max(range[1]);
+        let of_range = |cuts: &[f64], range: [f64; 2]| -> Vec<usize> {
+            (0..cuts.len() - 1).filter(|&k| within(range, middle(cuts, k))).collect()
+        };
+        let [of_a, of_b] = [of_range(&self.cuts[a], stretch.a), of_range(&self.cuts[b], stretch.b)];
+        let mut count = 0;
+        for i in of_a {
+            let beside = || {
+                let foot = course(b).foot(course(a).point(middle(&self.cuts[a], i))).0;
+                of_b.iter().copied().find(|&j| within([self.cuts[b][j], self.cuts[b][j + 1]], foot))
+            };
+            let found = if let [only] = of_b[..] { Some(only) } else { beside() };
+            let Some(j) = found else { continue };
+            let ends = |k: usize, i: usize| [i, i + 1].map(|i| course(k).point(self.cuts[k][i]));
+            let ([s, e], [p, q]) = (ends(a, i), ends(b, j));
+            let apart = if against { s.distance(q).max(e.distance(p)) } else { s.distance(p).max(e.distance(q)) };
+            if apart > SAME_END * tolerance {
+                continue;
+            }
+            let (p, turned_p, off_p) = self.root(self.first[a] + i);
+            let (q, turned_q, off_q) = self.root(self.first[b] + j);
+            let width = |pair: [usize; 2]| if pair == [a, b] || pair == [b, a] { stretch.width } else { f64::INFINITY };
+            if p == q || !self.unite([p, q], |pair| may_join(pair, width(pair))) {
+                continue;
+            }
+            let turned = against != (turned_p != turned_q);
+            self.same[p.max(q)] = (p.min(q), turned, stretch.width + off_p + off_q);
+            let opposite = if against { [j + 1, j] } else { [j, j + 1] };
+            for (v, w) in [i, i + 1].into_iter().zip(opposite) {
+                let (v, w) = (self.vertices[a][v], self.vertices[b][w]);
+                let (v, w) = (self.vertex_root(v), self.vertex_root(w));
+                self.parent[v.max(w)] = v.min(w);
+            }
+            count += 1;
+        }
+        count
+    }
+
+    /// Puts vertices and edges in place: for each edge that is no longer used as it was, what is used instead.
+    fn into_edges(mut self, part: &mut Part, candidates: &[Candidate]) -> Vec<Option<Vec<Replaced>>> {
+        let stated = part.edges.len();
+        // The edge of each piece that is the first of its kind.
+        let mut numbers: Vec<u32> = Vec::with_capacity(self.same.len());
+        for (k, cuts) in self.cuts.iter().enumerate() {
+            let whole = candidates[k].edge;
+            for (i, w) in cuts.windows(2).enumerate() {
+                let piece = self.first[k] + i;
+                if cuts.len() == 2 || self.same[piece].0 != piece {
+                    numbers.push(whole);
+                    continue;
+                }
+                let edge = &part.edges[whole as usize];
+                let [start, end] = [i, i + 1].map(|i| VertexId::new(self.vertices[k][i]));
+                let curve = restricted(&edge.curve, (w[0], w[1]));
+                let edge = Edge { curve, range: (w[0], w[1]), start, end, kind: edge.kind, entity: edge.entity };
+                numbers.push(EdgeId::new(part.edges.len()).0);
+                part.edges.push(edge);
+            }
+        }
+        let mut out: Vec<Option<Vec<Replaced>>> = (0..stated).map(|_| None).collect();
+        for (k, cuts) in self.cuts.iter().enumerate() {
+            let whole = candidates[k].edge;
+            let replaced = cuts.windows(2).enumerate().map(|(i, w)| {
+                let piece = self.first[k] + i;
+                let (root, against, width) = self.root(piece);
+                Replaced { edge: numbers[root], against, own: root == piece, range: [w[0], w[1]], width }
+            });
+            let replaced: Vec<Replaced> = replaced.collect();
+            if replaced.len() > 1 || replaced.iter().any(|r| r.edge != whole) {
+                out[whole as usize] = Some(replaced);
+            }
+        }
+        part.vertices.clone_from(&self.points);
+        for e in 0..part.edges.len() {
+            let [start, end] = [part.edges[e].start, part.edges[e].end]
+                .map(|v| if v.index() < self.parent.len() { VertexId::new(self.vertex_root(v.index())) } else { v });
+            (part.edges[e].start, part.edges[e].end) = (start, end);
+        }
+        out
+    }
+}
+
+/// A curve over a part of its domain, and nothing more of it.
+fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
+    let spline = crate::prepare::surface::decompose::BezierSpline3::new(curve, range);
+    let n = spline.degree;
+    let last = spline.segments();
+    let knots = spline.breaks.iter().enumerate().flat_map(|(k, &t)| {
+        let ends = usize::from(k == 0 || k == last);
+        std::iter::repeat_n(t, n + ends)
+    });
+    let control = spline.control.iter().enumerate().filter(|(k, _)| *k == 0 || k % (n + 1) != 0).map(|(_, c)| *c);
+    let weights: Vec<f64> = control.clone().map(|c| c.w).collect();
+    let even = weights.iter().all(|&w| w == 1.0);
+    NurbsCurve3 {
+        degree: n,
+        knots: knots.collect(),
+        points: control.map(|c| c.truncate() / c.w).collect(),
+        weights: if even { Vec::new() } else { weights },
+    }
+}
+
+/// Lets all faces use the edges that are left.
+fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replaced>>]) {
+    let of = |edge: u32| replaced.get(edge as usize).and_then(Option::as_ref);
+    for l in part.faces.iter_mut().flat_map(|f: &mut Face| &mut f.loops) {
+        let Loop::Edges(coedges) = l else { continue };
+        if coedges.iter().all(|c| of(c.edge.0).is_none()) {
+            continue;
+        }
+        let mut all = Vec::with_capacity(coedges.len() + 1);
+        for c in coedges.drain(..) {
+            let Some(pieces) = of(c.edge.0) else {
+                all.push(c);
+                continue;
+            };
+            // A pcurve is in the parameter of the edge that is gone.
+            let own = |r: &Replaced| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against, pcurve: None };
+            let of_edge = pieces.iter().map(own);
+            if c.reversed { all.extend(of_edge.rev()) } else { all.extend(of_edge) }
+        }
+        *coedges = all;
+    }
+    let edges = &part.edges;
+    free.par_iter_mut().filter_map(|f| f.as_mut()?.as_mut().ok()).for_each(|face| {
+        for l in &mut face.region.loops {
+            let is_old = |piece: &Piece| matches!(piece.along, Along::Edge(e) if of(e).is_some());
+            if !l.pieces.iter().any(is_old) {
+                continue;
+            }
+            let mut all = Vec::with_capacity(l.pieces.len() + 1);
+            for piece in l.pieces.drain(..) {
+                let (Along::Edge(old), reversed) = (piece.along, piece.reversed) else {
+                    all.push(piece);
+                    continue;
+                };
+                let Some(pieces) = of(old) else {
+                    all.push(piece);
+                    continue;
+                };
+                let first = all.len();
+                for r in pieces {
+                    face.gap = face.gap.max(r.width);
+                    all.push(moved(edges, &piece, old, r));
+                }
+                if reversed {
+                    all[first..].reverse();
+                }
+            }
+            l.pieces = all;
+        }
+    });
+}
+
+/// What becomes of a piece of a loop along one piece of its edge.
+fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replaced) -> Piece {
+    /// Share of an edge's length within which its control points are the same.
+    const ROUNDING: f64 = 1e-9;
+    let mut samples = between(&piece.samples, r.range);
+    if !r.own {
+        let own = Course::over(&edges[old as usize].curve, (r.range[0], r.range[1]));
+        let kept = Course::new(&edges[r.edge as usize]);
+        samples = carry(&samples, &own, &kept, r.against, r.width + ROUNDING * own.length);
+    }
+    Piece { along: Along::Edge(r.edge), reversed: piece.reversed != r.against, samples }
+}

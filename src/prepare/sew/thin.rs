@@ -1,0 +1,95 @@
+//! Faces and two of their edges that coincide within the tolerance -> whether these may become one: not if the face lies
+//! between them.
+//!
+//! A seam stated as two edges coincides too. There the face goes far away from it, and not along all of its boundary is there
+//! another edge as near as that.
+
+use super::candidate::is_sound;
+use super::overlap::Course;
+use crate::model::{Loop, Part};
+use crate::prepare::trims::free_faces::FreeFaces;
+use crate::prepare::uv::uv_loop::Along;
+use std::collections::BTreeMap;
+
+/// How far a face must go, in tolerances, to be more than what lies between two of its edges.
+const FAR: f64 = 8.0;
+
+/// Share of an edge's length within which two edges have nothing between them.
+const ROUNDING: f64 = 1e-9;
+
+/// Answers for the faces of a part, each of which is looked at when it is asked for.
+pub(crate) struct Thin<'a> {
+    part: &'a Part,
+    free: &'a FreeFaces,
+    rims: BTreeMap<usize, Rim>,
+    /// Faces of which edges stay apart.
+    pub(crate) kept: BTreeMap<usize, f64>,
+}
+
+/// A face's boundary.
+struct Rim {
+    edges: Vec<(u32, Course)>,
+    /// Whether along all of it there is another edge near.
+    thin: bool,
+}
+
+impl<'a> Thin<'a> {
+    pub(crate) fn new(part: &'a Part, free: &'a FreeFaces) -> Self {
+        Self { part, free, rims: BTreeMap::new(), kept: BTreeMap::new() }
+    }
+
+    /// Whether two edges of a face that are so far apart may become one.
+    ///
+    /// Cost: feet of one edge's points on all others; for thin faces of all edges' points.
+    pub(crate) fn may_join(&mut self, face: usize, pair: [u32; 2], width: f64, tolerance: f64) -> bool {
+        let reach = FAR * tolerance;
+        let (part, free) = (self.part, self.free);
+        let rim = self.rims.entry(face).or_insert_with(|| Rim::new(part, free, face, reach));
+        let of_pair = || rim.edges.iter().filter(|e| pair.contains(&e.0)).map(|e| &e.1);
+        let coincide = of_pair().all(|course| width <= ROUNDING * course.length);
+        let goes_away = || {
+            let others = rim.edges.iter().filter(|e| !pair.contains(&e.0));
+            others.flat_map(|e| e.1.samples()).any(|p| of_pair().all(|course| course.foot(p).1 > reach))
+        };
+        let may = coincide || !rim.thin && goes_away();
+        if !may {
+            self.kept.insert(face, tolerance);
+        }
+        may
+    }
+}
+
+impl Rim {
+    fn new(part: &Part, free: &FreeFaces, face: usize, reach: f64) -> Self {
+        let told = part.faces[face].loops.iter().filter_map(|l| match l {
+            Loop::Edges(coedges) => Some(coedges),
+            Loop::Vertex(_) => None,
+        });
+        let untold = free.get(face).and_then(|f| f.as_ref()?.as_ref().ok());
+        let pieces = untold.iter().flat_map(|f| &f.region.loops).flat_map(|l| &l.pieces);
+        let of_pieces = pieces.filter_map(|piece| match piece.along {
+            Along::Edge(edge) => Some(edge),
+            Along::Pole(_) => None,
+        });
+        let mut numbers: Vec<u32> = told.flatten().map(|c| c.edge.0).chain(of_pieces).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let course = |number: u32| {
+            let edge = part.edges.get(number as usize).filter(|e| is_sound(part, e))?;
+            Some((number, Course::new(edge)))
+        };
+        let edges: Vec<(u32, Course)> = numbers.into_iter().filter_map(course).collect();
+        // The one that was near to the point before is tried first.
+        let mut last = 0;
+        let mut near = |k: usize, p| {
+            let beside = |j: usize| j != k && edges[j].1.foot(p).1 <= reach;
+            if !beside(last) {
+                let Some(found) = (0..edges.len()).find(|&j| beside(j)) else { return false };
+                last = found;
+            }
+            true
+        };
+        let thin = (0..edges.len()).all(|k| edges[k].1.samples().all(|p| near(k, p)));
+        Self { edges, thin }
+    }
+}

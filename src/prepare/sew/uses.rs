@@ -1,0 +1,62 @@
+//! Faces' loops -> which edges are in use, in which shell, and how often.
+
+use crate::model::{Loop, Part};
+use crate::prepare::trims::free_faces::FreeFaces;
+use crate::prepare::uv::uv_loop::{Along, Piece};
+use crate::prepare::wires::order::Given;
+
+/// What the faces of a shell make of an edge.
+pub(crate) struct Use {
+    pub(crate) shell: u32,
+    pub(crate) edge: u32,
+    /// How often they use it.
+    pub(crate) count: usize,
+    /// The first that does.
+    pub(crate) face: usize,
+    /// Whether it bounds a face whose edges were made for it, as it came without topology.
+    pub(crate) untold: bool,
+    /// Whether it lies along a side of such a face's domain.
+    pub(crate) side: bool,
+}
+
+/// The edges in use, by shell and edge.
+pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
+    let mut uses: Vec<Use> = Vec::with_capacity(2 * part.edges.len());
+    let mut add = |face: usize, edge: u32, untold: bool, side: bool| {
+        uses.push(Use { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
+    };
+    for (face, f) in part.faces.iter().enumerate() {
+        let mut given = Given::default();
+        for l in &f.loops {
+            let Loop::Edges(coedges) = l else { continue };
+            if given.is_first(coedges) {
+                coedges.iter().for_each(|c| add(face, c.edge.0, false, false));
+            }
+        }
+    }
+    for (face, made) in free.iter().enumerate() {
+        let Some(Ok(made)) = made else { continue };
+        let domain = part.faces[face].surface.natural_domain();
+        let on_side = |piece: &Piece| {
+            let first = piece.samples[0].uv;
+            let on_line = |axis: usize| piece.samples.iter().all(|s| s.uv[axis] == first[axis]);
+            (0..2).any(|axis| (first[axis] == domain[axis].0 || first[axis] == domain[axis].1) && on_line(axis))
+        };
+        for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
+            if let Along::Edge(edge) = piece.along {
+                add(face, edge, true, on_side(piece));
+            }
+        }
+    }
+    uses.sort_unstable_by_key(|u| (u.shell, u.edge, u.face));
+    uses.dedup_by(|next, first| {
+        let same = (next.shell, next.edge) == (first.shell, first.edge);
+        if same {
+            first.count += 1;
+            first.untold |= next.untold;
+            first.side |= next.side;
+        }
+        same
+    });
+    uses
+}

@@ -1,0 +1,483 @@
+//! A region and a grid of cut lines to tiles with closed trim loops.
+//!
+//! Loops are split where they cross the lines. Every line is cut at every crossing, and each stretch of it gets the
+//! winding number of the region there, counted once for both sides. A tile's loops are its strands and the stretches of
+//! its border, each as often as the region winds around it: so they wind around every point of the tile as the whole
+//! boundary does, also where that crosses or overlaps itself. Each stretch is made once and used by the tiles on both
+//! sides, so they share its points.
+
+use super::grid::{Crossing, Grid};
+use super::windings::Windings;
+use crate::prepare::regions::unroll::pole_sides;
+use crate::prepare::report::refusals::Tangled;
+use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::region::Region;
+use crate::prepare::uv::uv_curve::UvSample;
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// A point where borders meet edges or each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Node {
+    /// Lines `(u, v)` of the grid.
+    Corner(usize, usize),
+    /// The crossing of that number in [`Arranged::crossings`].
+    Crossing(usize),
+    /// The end of a pole stretch of a loop: nothing but the pole.
+    Pole(usize),
+}
+
+/// A kept stretch of a line, or of a pole.
+#[derive(Clone, Debug)]
+pub(crate) struct Border {
+    /// Which parameter is constant.
+    pub(crate) axis: usize,
+    /// Its value.
+    pub(crate) at: f64,
+    /// Range of the other parameter.
+    pub(crate) range: (f64, f64),
+    /// What stands at the ends of the range.
+    pub(crate) nodes: [Node; 2],
+    /// The pole, where the line is one.
+    pub(crate) pole: Option<usize>,
+}
+
+/// What a stretch of a tile's loop runs along.
+#[derive(Clone, Debug)]
+pub(crate) enum Stretch {
+    /// A B-rep edge from parameter `from` to `to`, with the pcurve moved into the tile.
+    Edge { edge: u32, from: f64, to: f64, samples: Vec<UvSample> },
+    /// A border, seen at `at` by this tile.
+    Border { border: usize, reversed: bool, at: f64 },
+}
+
+/// A tile in natural parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct ArrangedTile {
+    pub(crate) min: DVec2,
+    pub(crate) max: DVec2,
+    pub(crate) loops: Vec<Vec<Stretch>>,
+    /// Whether the region winds around a part of the tile's border more than once, or backwards.
+    pub(crate) layered: bool,
+}
+
+/// A face cut into tiles.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Arranged {
+    pub(crate) tiles: Vec<ArrangedTile>,
+    pub(crate) borders: Vec<Border>,
+    pub(crate) crossings: Vec<Crossing>,
+    /// Position of each grid corner that a border uses is the surface's, except on poles.
+    pub(crate) pole_corners: BTreeMap<(usize, usize), usize>,
+    /// Crossings that stand exactly on a corner: its position is theirs.
+    pub(crate) crossed_corners: BTreeMap<(usize, usize), usize>,
+}
+
+/// Parameter between `from` and `to` where coordinate `axis` of a Hermite piece is `x`; it is monotone there.
+fn crossing_parameter(piece: [&UvSample; 2], axis: usize, (from, to): (f64, f64), x: f64) -> f64 {
+    let at = |t: f64| UvSample::between(piece[0], piece[1], t)[axis];
+    let (mut lo, mut hi) = (from, to);
+    let rising = at(hi) > at(lo);
+    for _ in 0..60 {
+        let mid = 0.5 * (lo + hi);
+        if mid <= lo || mid >= hi {
+            break;
+        }
+        if (at(mid) < x) == rising {
+            lo = mid;
+        } else {
+            hi = mid;
+        }
+    }
+    0.5 * (lo + hi)
+}
+
+/// Crossings of a piece with the grid, in loop order.
+fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Crossing>) {
+    let first = out.len();
+    for w in piece.samples.windows(2) {
+        for axis in 0..2 {
+            if !grid.wraps[axis] && grid.count(axis) == 1 {
+                continue;
+            }
+            // Monotone stretches between the samples and the turning points of the cubic.
+            let mut stops = vec![w[0].t];
+            stops.extend(UvSample::extremes(&w[0], &w[1], axis));
+            stops.push(w[1].t);
+            stops.sort_by(f64::total_cmp);
+            let at = |t: f64| UvSample::between(&w[0], &w[1], t);
+            for s in stops.windows(2) {
+                let (a, b) = (at(s[0])[axis], at(s[1])[axis]);
+                for (line, x) in grid.between(axis, a, b) {
+                    let t = crossing_parameter([&w[0], &w[1]], axis, (s[0], s[1]), x);
+                    let other = at(t)[1 - axis];
+                    let (strip, by) = grid.reduce(1 - axis, grid.locate(1 - axis, other));
+                    let ends = [strip, strip + 1].map(|k| grid.lines[1 - axis][k]);
+                    out.push(Crossing {
+                        along: piece.along,
+                        t,
+                        axis,
+                        line,
+                        other,
+                        up: (b > a) != piece.reversed,
+                        piece: index,
+                        strip,
+                        at: (other + by).clamp(ends[0], ends[1]),
+                    });
+                }
+            }
+        }
+    }
+    out[first..].sort_by(|a, b| a.t.total_cmp(&b.t));
+    if piece.reversed {
+        out[first..].reverse();
+    }
+}
+
+/// A stretch of a loop inside one tile.
+struct Strand {
+    stretches: Vec<Stretch>,
+    /// Side of the tile and crossing where it enters and leaves; none for a loop that stays inside.
+    ports: Option<[(usize, usize); 2]>,
+}
+
+struct Builder<'a> {
+    grid: &'a Grid,
+    /// By axis and line: the pole that it runs along.
+    poles: [Vec<Option<usize>>; 2],
+    out: Arranged,
+    keys: BTreeMap<(usize, usize, Node, Node), usize>,
+    strands: Vec<Vec<Strand>>,
+}
+
+/// Cuts a region along a grid.
+pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -> Result<Arranged, Tangled> {
+    let sides = pole_sides(region, projector);
+    let poles = [0, 1].map(|axis| {
+        let lines = &grid.lines[axis];
+        let mut on_lines: Vec<Option<usize>> = vec![None; lines.len()];
+        for (pole, p) in projector.poles.iter().enumerate().filter(|(_, p)| p.axis == axis) {
+            // Lines through poles inside stand there to the bit.
+            lines.iter().zip(&mut on_lines).filter(|(x, _)| **x == p.at).for_each(|(_, on_line)| *on_line = Some(pole));
+        }
+        (on_lines[0], on_lines[lines.len() - 1]) = (sides[axis][0], sides[axis][1]);
+        on_lines
+    });
+    let tiles = grid.count(0) * grid.count(1);
+    let mut builder = Builder {
+        grid,
+        poles,
+        out: Arranged::default(),
+        keys: BTreeMap::new(),
+        strands: (0..tiles).map(|_| Vec::new()).collect(),
+    };
+    for l in &region.loops {
+        builder.split(l);
+    }
+    let windings = Windings::of(region, grid, &builder.out.crossings)?;
+    builder.join(&windings)?;
+    Ok(builder.out)
+}
+
+impl Builder<'_> {
+    fn split(&mut self, l: &UvLoop) {
+        let pieces = &l.pieces;
+        let first = self.out.crossings.len();
+        for (k, piece) in pieces.iter().enumerate() {
+            piece_crossings(piece, k, self.grid, &mut self.out.crossings);
+        }
+        let count = self.out.crossings.len() - first;
+        if count == 0 {
+            let uv = pieces[0].samples[0].uv + 1e-9 * (pieces[0].samples[1].uv - pieces[0].samples[0].uv);
+            let (column, du) = self.grid.reduce(0, self.grid.locate(0, uv.x));
+            let (row, dv) = self.grid.reduce(1, self.grid.locate(1, uv.y));
+            let by = DVec2::new(du, dv);
+            let stretches = pieces
+                .iter()
+                .map(|p| {
+                    let (a, b) = (p.samples[0].t, p.samples[p.samples.len() - 1].t);
+                    let (from, to) = if p.reversed { (b, a) } else { (a, b) };
+                    self.stretch(p, from, to, by, [None; 2])
+                })
+                .collect();
+            self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: None });
+            return;
+        }
+        for k in 0..count {
+            let (i, j) = (first + k, first + (k + 1) % count);
+            let (a, b) = (self.out.crossings[i], self.out.crossings[j]);
+            let mut strips = [0_i64; 2];
+            strips[a.axis] = if a.up { a.line } else { a.line - 1 };
+            strips[1 - a.axis] = self.grid.locate(1 - a.axis, a.other);
+            let (column, du) = self.grid.reduce(0, strips[0]);
+            let (row, dv) = self.grid.reduce(1, strips[1]);
+            let by = DVec2::new(du, dv);
+            let mut stretches = Vec::new();
+            let mut index = a.piece;
+            let mut from = a.t;
+            // The last strand passes the loop's start, where a loop that goes round continues a period further on.
+            let mut by_now = by;
+            let mut to_wrap = k + 1 == count;
+            loop {
+                let p = &pieces[index];
+                let last = index == b.piece && !to_wrap;
+                let end = p.samples[if p.reversed { 0 } else { p.samples.len() - 1 }].t;
+                let to = if last { b.t } else { end };
+                let nodes = [
+                    (from == a.t && index == a.piece && stretches.is_empty()).then_some(Node::Crossing(i)),
+                    last.then_some(Node::Crossing(j)),
+                ];
+                if from != to {
+                    let s = self.stretch(p, from, to, by_now, nodes);
+                    stretches.push(s);
+                }
+                if last {
+                    break;
+                }
+                index += 1;
+                if index == pieces.len() {
+                    index = 0;
+                    to_wrap = false;
+                    for axis in 0..2 {
+                        if self.grid.wraps[axis] {
+                            by_now[axis] += f64::from(l.winding[axis]) * self.grid.period(axis);
+                        }
+                    }
+                }
+                let p = &pieces[index];
+                from = p.samples[if p.reversed { p.samples.len() - 1 } else { 0 }].t;
+            }
+            let ports = [(a.side(true), i), (b.side(false), j)];
+            self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: Some(ports) });
+        }
+    }
+
+    fn stretch(&mut self, p: &Piece, from: f64, to: f64, by: DVec2, nodes: [Option<Node>; 2]) -> Stretch {
+        match p.along {
+            Along::Edge(edge) => {
+                // Those around the stretch: an edge may run through many tiles.
+                let (low, high) = (from.min(to), from.max(to));
+                let first = p.samples.partition_point(|s| s.t <= low).saturating_sub(1).min(p.samples.len() - 2);
+                let last = p.samples.partition_point(|s| s.t < high) + 1;
+                let around = &p.samples[first..last.clamp(first + 2, p.samples.len())];
+                let samples = around.iter().map(|s| UvSample { uv: s.uv + by, ..*s }).collect();
+                Stretch::Edge { edge, from, to, samples }
+            }
+            Along::Pole(pole) => {
+                let d = p.samples[0].d;
+                let axis = usize::from(d.x.abs() > d.y.abs());
+                let run = 1 - axis;
+                let at = p.samples[0].uv[axis] + by[axis];
+                let ends = nodes.map(|n| n.unwrap_or(Node::Pole(pole)));
+                let reversed = from > to;
+                let (lo, hi) = (from.min(to) + by[run], from.max(to) + by[run]);
+                let nodes = if reversed { [ends[1], ends[0]] } else { ends };
+                self.out.borders.push(Border { axis, at, range: (lo, hi), nodes, pole: Some(pole) });
+                Stretch::Border { border: self.out.borders.len() - 1, reversed, at }
+            }
+        }
+    }
+
+    fn join(&mut self, windings: &Windings) -> Result<(), Tangled> {
+        let (columns, rows) = (self.grid.count(0), self.grid.count(1));
+        for row in 0..rows {
+            for column in 0..columns {
+                let corner = |i: usize, j: usize| DVec2::new(self.grid.lines[0][i], self.grid.lines[1][j]);
+                let (min, max) = (corner(column, row), corner(column + 1, row + 1));
+                let perimeter = self.perimeter(column, row, windings);
+                let tangled = Tangled { at: 0.5 * (min + max) };
+                let mut loops = Vec::new();
+                // What leads from stop to stop of the perimeter: strands, then its own stretches.
+                let mut arcs: Vec<[usize; 2]> = Vec::new();
+                let mut inner: Vec<Vec<Stretch>> = Vec::new();
+                for s in std::mem::take(&mut self.strands[row * columns + column]) {
+                    let Some(ports) = s.ports else {
+                        loops.push(s.stretches);
+                        continue;
+                    };
+                    let stop = |port: (usize, usize)| perimeter.iter().position(|p| p.crossing == Some(port));
+                    let (Some(from), Some(to)) = (stop(ports[0]), stop(ports[1])) else { return Err(tangled) };
+                    arcs.push([from, to]);
+                    inner.push(s.stretches);
+                }
+                for (k, stop) in perimeter.iter().enumerate() {
+                    let next = (k + 1) % perimeter.len();
+                    let ends = if stop.winding > 0 { [k, next] } else { [next, k] };
+                    arcs.extend((0..stop.winding.unsigned_abs()).map(|_| ends));
+                }
+                let chains = closed_chains(&arcs, perimeter.len()).ok_or(tangled)?;
+                for chain in chains {
+                    let mut l = Vec::new();
+                    for k in chain {
+                        match inner.get_mut(k) {
+                            Some(stretches) => l.append(stretches),
+                            None => l.extend(self.border(column, row, &perimeter, arcs[k])),
+                        }
+                    }
+                    if !l.is_empty() {
+                        loops.push(l);
+                    }
+                }
+                if !loops.is_empty() {
+                    let layered = perimeter.iter().any(|p| !(0..=1).contains(&p.winding));
+                    self.out.tiles.push(ArrangedTile { min, max, loops, layered });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A tile's corners and the crossings on its sides, counter-clockwise.
+    fn perimeter(&mut self, column: usize, row: usize, windings: &Windings) -> Vec<Stop> {
+        let mut out = Vec::new();
+        for side in 0..4 {
+            let Side { axis, line, strip, reversed } = Side::of(side, column, row);
+            let key = self.grid.line_key(axis, line);
+            let on_line = &windings.crossings[axis][key * self.grid.count(1 - axis) + strip];
+            let ends = [strip, strip + 1].map(|k| self.grid.lines[1 - axis][k]);
+            let corners = [0, 1].map(|end| self.grid.corner(axis, line, strip + end));
+            let mut winding = windings.corners[&corners[0]];
+            let mut stops = vec![Stop { side, at: ends[0], node: corner(corners[0]), winding, crossing: None }];
+            for &k in on_line {
+                let c = &self.out.crossings[k];
+                winding += c.step();
+                let node = Node::Crossing(k);
+                stops.push(Stop { side, at: c.at, node, winding, crossing: Some((side, k)) });
+                if let Some(end) = (0..2).find(|&end| c.at == ends[end]) {
+                    self.out.crossed_corners.entry(corners[end]).or_insert(k);
+                }
+            }
+            if reversed {
+                // Each stop keeps the winding number of the stretch that follows it, which is now the one before.
+                stops.push(Stop { side, at: ends[1], node: corner(corners[1]), winding, crossing: None });
+                for k in (1..stops.len()).rev() {
+                    stops[k].winding = stops[k - 1].winding;
+                }
+                stops.reverse();
+                stops.pop();
+            }
+            out.extend(stops);
+        }
+        out
+    }
+
+    /// The border along one stretch of a perimeter; none where it has no length, as between a corner and a crossing that
+    /// stands on it.
+    fn border(&mut self, column: usize, row: usize, perimeter: &[Stop], ends: [usize; 2]) -> Option<Stretch> {
+        // Along the perimeter or, where the region winds backwards, against it.
+        let ahead = (ends[0] + 1) % perimeter.len() == ends[1];
+        let [first, last] = if ahead { ends } else { [ends[1], ends[0]] }.map(|k| &perimeter[k]);
+        let Side { axis, line, reversed, .. } = Side::of(first.side, column, row);
+        let across = Side::of(first.side, column, row).end(self.grid);
+        let end = if last.side == first.side { last.at } else { across };
+        let (mut range, mut nodes) = ((first.at, end), [first.node, last.node]);
+        if range.0 == range.1 {
+            return None;
+        }
+        if reversed {
+            range = (range.1, range.0);
+            nodes.reverse();
+        }
+        let key = self.grid.line_key(axis, line);
+        let at = self.grid.lines[axis][line];
+        let pole = self.poles[axis][line];
+        if let Some(pole) = pole {
+            for node in nodes {
+                if let Node::Corner(i, j) = node {
+                    self.out.pole_corners.insert((i, j), pole);
+                }
+            }
+        }
+        let borders = &mut self.out.borders;
+        let border = *self.keys.entry((axis, key, nodes[0], nodes[1])).or_insert_with(|| {
+            borders.push(Border { axis, at: self.grid.lines[axis][key], range, nodes, pole });
+            borders.len() - 1
+        });
+        Some(Stretch::Border { border, reversed: reversed == ahead, at })
+    }
+}
+
+impl Crossing {
+    /// The side of the tile that its loop comes in through here, or goes out of: bottom, right, top, left.
+    fn side(&self, enters: bool) -> usize {
+        match (self.axis, self.up == enters) {
+            (1, true) => 0,
+            (0, false) => 1,
+            (1, false) => 2,
+            _ => 3,
+        }
+    }
+
+    /// How the winding number changes along the line, in order of its parameter.
+    pub(crate) fn step(&self) -> i32 {
+        if (self.axis == 1) == self.up { -1 } else { 1 }
+    }
+}
+
+/// One side of a tile: a stretch of a line, and whether counter-clockwise runs against it.
+struct Side {
+    axis: usize,
+    line: usize,
+    strip: usize,
+    reversed: bool,
+}
+
+impl Side {
+    fn of(side: usize, column: usize, row: usize) -> Self {
+        let (axis, line, strip, reversed) =
+            [(1, row, column, false), (0, column + 1, row, false), (1, row + 1, column, true), (0, column, row, true)]
+                [side];
+        Self { axis, line, strip, reversed }
+    }
+
+    /// The running coordinate where it ends.
+    fn end(&self, grid: &Grid) -> f64 {
+        grid.lines[1 - self.axis][self.strip + usize::from(!self.reversed)]
+    }
+}
+
+/// A corner of a tile or a crossing on its border, and the winding number of the region on the stretch that follows.
+struct Stop {
+    side: usize,
+    /// The running coordinate.
+    at: f64,
+    node: Node,
+    winding: i32,
+    /// Side and number, where it is a crossing.
+    crossing: Option<(usize, usize)>,
+}
+
+fn corner((i, j): (usize, usize)) -> Node {
+    Node::Corner(i, j)
+}
+
+/// Arcs between stops, as many in as out at each, to closed chains of arcs.
+fn closed_chains(arcs: &[[usize; 2]], stops: usize) -> Option<Vec<Vec<usize>>> {
+    let mut out: Vec<Vec<usize>> = vec![Vec::new(); stops];
+    for (k, [from, _]) in arcs.iter().enumerate().rev() {
+        out[*from].push(k);
+    }
+    let mut used = vec![false; arcs.len()];
+    let mut chains = Vec::new();
+    for start in 0..arcs.len() {
+        if used[start] {
+            continue;
+        }
+        let mut chain = Vec::new();
+        let mut at = arcs[start][0];
+        let mut next = start;
+        loop {
+            used[next] = true;
+            chain.push(next);
+            out[at].retain(|&k| k != next);
+            at = arcs[next][1];
+            if at == arcs[start][0] {
+                break;
+            }
+            next = *out[at].first()?;
+        }
+        chains.push(chain);
+    }
+    Some(chains)
+}

@@ -1,0 +1,287 @@
+//! Trim arcs of a tile to critical parameters: tessellants without which coarse polylines could cross.
+//!
+//! If the hulls of two arcs' Bézier points are disjoint, so are the polylines through their ends and any points between
+//! (Li et al., JCDE 13(1), 2026, lemma on critical parameters). Arcs whose hulls meet are halved until they do not.
+//! Arcs that share an end are apart when the cones that they fill, seen from that end, are. Where arcs meet for good, the
+//! point becomes a common one of both: the faces beyond either edge then share it, and nothing has to be split later.
+//!
+//! Arcs of edges in space are halved at their samples first. There the hull of points, wider by how far the cubics between
+//! them bulge, bounds every polyline that a tolerance may ask for; below samples, Bézier points do. Pcurves are good to a few
+//! millionths of a face, so arcs that cannot be told apart touch. Arcs of free trims are exact and meet at their ends only: they
+//! are halved as far as it takes.
+
+use super::arcs::{Arc, MAX_DEPTH, Span, apart, arc, exactly_apart, shared_ends};
+use super::draft::DraftTile;
+use super::meeting::{Meeting, beside, meet, weld};
+use glam::DVec2;
+use std::f64::consts::TAU;
+
+/// Halvings of one arc of a free trim: two that run side by side at a billionth of the domain are apart.
+const MAX_DEPTH_EXACT: u32 = 16;
+
+/// The same for those that touch at a common end. No edge has so many segments that it gets more points in the last ones, of
+/// a 4096th of an arc, so that polylines fan out from there.
+const MAX_DEPTH_TANGENT: u32 = 12;
+
+/// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
+/// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
+const WORK: usize = 1 << 20;
+const WORK_PER_POINT: usize = 1000;
+
+/// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
+const WORK_EXACT: usize = 1 << 25;
+
+/// Points that looking for the meeting of two stretches counts for, curved or straight.
+const WORK_PER_MEETING: [usize; 2] = [1000, 10];
+
+/// Rounds of looking for places where arcs meet. Real faces need one; where arcs meet, each of the others finds what the
+/// one before could not tell apart from it.
+const ROUNDS: usize = 7;
+
+/// Pairs of stretches, halved below samples, of which one may still meet the other: around one crossing. More of them run along
+/// each other, and halving only makes points of them.
+const MAX_UNRESOLVED: usize = 4;
+
+/// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
+/// loops that cross each other is left to the trim stage.
+const MAX_MEETINGS: usize = 2000;
+
+type Pair<'a> = (Span<'a>, Span<'a>);
+
+/// Pairs of stretches that cannot be told apart, and the parts of them that cannot.
+type Close<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
+
+/// What is left of the work on a tile, in points.
+struct Work(usize);
+
+impl Work {
+    /// Whether there is so much left, and takes it.
+    fn takes(&mut self, points: usize) -> bool {
+        self.0 = self.0.saturating_sub(points);
+        self.0 > 0
+    }
+}
+
+/// What came of separating arcs.
+struct Found<'a, 'w> {
+    /// Edges, and parameters that they must contain.
+    breaks: Vec<(u32, f64)>,
+    close: Close<'a>,
+    work: &'w mut Work,
+}
+
+/// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
+/// themselves or each other other than at common ends: the pcurves have a common sample there now. Also whether that is all
+/// of it, and not just what was found until the work was too much. `exact`: they are free trims, which do not meet.
+pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
+    let mut meetings = Vec::new();
+    let mut more = Vec::new();
+    let mut work: Option<Work> = None;
+    for round in 1..=ROUNDS {
+        let arcs = arcs(tile, &meetings, &more, exact);
+        let points: usize = arcs.iter().map(|a| a.points.len()).sum();
+        let least = if exact { WORK_EXACT } else { WORK };
+        let work = work.get_or_insert_with(|| Work(least + WORK_PER_POINT * points));
+        let Found { breaks: found, close, .. } = separate_all(&arcs, work);
+        if exact {
+            breaks.extend(found);
+            return (meetings, work.0 > 0);
+        }
+        let mut new: Vec<Meeting> = Vec::new();
+        for (pair, parts) in &close {
+            for m in meet_near(tile, *pair, parts) {
+                let known =
+                    new.iter().any(|n| n.is(&m) || n.blurs(&m, tile)) || meetings.iter().any(|n| n.blurs(&m, tile));
+                if !known && meetings.len() + new.len() < MAX_MEETINGS {
+                    new.push(m);
+                }
+            }
+        }
+        if work.0 == 0 {
+            // Where so much comes near to so much, no set of points keeps it apart.
+            return (meetings, false);
+        }
+        if round == ROUNDS || new.is_empty() {
+            breaks.extend(found);
+            break;
+        }
+        weld(tile, &new);
+        meetings.extend(new);
+        more.extend(beside(tile, &meetings));
+    }
+    (meetings, true)
+}
+
+/// Where two stretches meet: where they touch, or else where parts of them do.
+fn meet_near(tile: &DraftTile, (a, b): Pair<'_>, parts: &[Pair<'_>]) -> Vec<Meeting> {
+    let mut found = meet(tile, a, b);
+    if !found.iter().any(|m| m.tangent) {
+        found.extend(parts.iter().flat_map(|&(a, b)| meet(tile, a, b)));
+    }
+    found
+}
+
+/// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at which
+/// they may be cut besides samples and the middles between them.
+fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], exact: bool) -> Vec<Arc> {
+    let scale = (tile.max - tile.min).recip();
+    let mut arcs = Vec::new();
+    for (l, uses) in tile.loops.iter().enumerate() {
+        for (k, u) in uses.iter().enumerate() {
+            let mut stops = vec![u.from.min(u.to)];
+            stops.extend(meetings.iter().flat_map(|m| m.at).filter(|at| at.0 == (l, k)).map(|at| at.1));
+            stops.push(u.from.max(u.to));
+            stops.sort_by(f64::total_cmp);
+            stops.dedup();
+            let more: Vec<f64> = more.iter().filter(|at| at.0 == (l, k)).map(|at| at.1).collect();
+            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), &more, (tile.min, scale), exact)));
+        }
+    }
+    arcs.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
+    arcs
+}
+
+/// Separates arcs from themselves and each other.
+fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
+    let mut found = Found { breaks: Vec::new(), close: Vec::new(), work };
+    arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
+    for (i, a) in arcs.iter().enumerate() {
+        for b in &arcs[i + 1..] {
+            if b.low.x > a.high.x || found.work.0 == 0 {
+                break;
+            }
+            if b.low.y > a.high.y || a.low.y > b.high.y {
+                continue;
+            }
+            if a.points.len() == 2 && b.points.len() == 2 {
+                if !a.exact && !a.only_joins(b) {
+                    found.keep((Span::of(a), Span::of(b)), Vec::new());
+                }
+            } else if !a.runs_along(b) {
+                separate(Span::of(a), Span::of(b), 0, &mut found);
+            }
+        }
+    }
+    found
+}
+
+impl<'a> Found<'a, '_> {
+    /// Adds a pair to those that cannot be told apart, with the parts of it that cannot if these are few: looking for its meeting
+    /// is work to come.
+    fn keep(&mut self, pair: Pair<'a>, parts: Vec<Pair<'a>>) {
+        let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
+        let work = WORK_PER_MEETING[usize::from(straight)] * (1 + parts.len());
+        if !pair.0.arc.exact && self.work.takes(work) {
+            self.close.push((pair, parts));
+        }
+    }
+}
+
+/// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
+/// stretches are separated like arcs.
+fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
+    const TURN: f64 = TAU / 3.0;
+    let most = if arc.exact { 512 } else { 64 };
+    let mut cuts = vec![0];
+    let mut start: Option<DVec2> = None;
+    for (k, w) in arc.points.windows(2).enumerate() {
+        let direction = w[1].1 - w[0].1;
+        let from = *start.get_or_insert(direction);
+        if from.angle_to(direction).abs() > TURN {
+            cuts.push(k);
+            start = Some(direction);
+        }
+    }
+    cuts.push(arc.points.len() - 1);
+    cuts.dedup();
+    let spans: Vec<Span<'a>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1], fine: None }).collect();
+    let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
+    if spans.len() > most
+        || !found.work.takes(spans.len() * arc.points.len())
+        || pairs().all(|(i, j)| apart(spans[i], spans[j], shared_ends(spans[i], spans[j])))
+    {
+        return;
+    }
+    found.breaks.extend(cuts[1..cuts.len() - 1].iter().map(|&k| (arc.edge, arc.points[k].0)));
+    for (i, j) in pairs() {
+        separate(spans[i], spans[j], 0, found);
+    }
+}
+
+/// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
+fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>) {
+    let shared = shared_ends(a, b);
+    if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
+        return;
+    }
+    let most = match (a.arc.exact, shared[0]) {
+        (false, _) => MAX_DEPTH,
+        (true, None) => MAX_DEPTH_EXACT,
+        (true, Some(_)) => MAX_DEPTH_TANGENT,
+    };
+    let can_split = [a, b].map(|s| s.can_split());
+    if depth >= 2 * most || can_split == [false; 2] {
+        separate_below_samples(a, b, found);
+        return;
+    }
+    let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
+    let (mid, halves) = halved.split();
+    found.breaks.push((halved.arc.edge, mid));
+    for half in halves {
+        separate(half, other, depth + 1, found);
+    }
+}
+
+/// The same for arcs of edges in space that cannot be halved at samples. Where they run along each other, nothing is gained by
+/// breaks, and the two are close as they are.
+fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
+    // Where they leave a common end side by side, each halving would only ask for the next.
+    let joined = shared_ends(a, b)[0].is_some();
+    if a.arc.exact || joined || (!a.is_curved() && !b.is_curved()) {
+        found.keep((a, b), Vec::new());
+        return;
+    }
+    let before = found.breaks.len();
+    let mut left = Vec::new();
+    halve([a.by_cubic(), b.by_cubic()], &mut left, found);
+    if left.is_empty() {
+        return;
+    }
+    found.breaks.truncate(before);
+    // Arcs that touch at a common end are not apart however often they are halved.
+    left.retain(|(a, b)| shared_ends(*a, *b)[0].is_none());
+    if left.len() > MAX_UNRESOLVED {
+        left.clear();
+    }
+    found.keep((a, b), left);
+}
+
+/// Whether the first of two arcs is to be halved: the one to whose hollow side the other lies, or else the fatter one.
+fn is_halved_first([a, b]: [Span<'_>; 2], can_split: [bool; 2], joined: bool) -> bool {
+    let hollow = [!joined && a.has_inside(b), !joined && b.has_inside(a)];
+    if can_split == [true; 2] && hollow[0] == hollow[1] {
+        a.fatness() >= b.fatness()
+    } else {
+        can_split[0] && (hollow[0] || !can_split[1])
+    }
+}
+
+/// Halves cubics until their hulls are apart. Those that are not are `left`; halving ends when these are too many.
+fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<'a, '_>) {
+    let shared = shared_ends(a, b);
+    let done = left.len() > MAX_UNRESOLVED || !found.work.takes(a.len() + b.len());
+    if done || if shared[0].is_none() { exactly_apart(a, b) } else { apart(a, b, shared) } {
+        return;
+    }
+    let can_split = [a, b].map(|s| s.can_be_halved());
+    if can_split == [false; 2] {
+        left.push((a, b));
+        return;
+    }
+    let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
+    let (mid, halves) = halved.split();
+    found.breaks.push((halved.arc.edge, mid));
+    for half in halves {
+        halve([half.by_cubic(), other], left, found);
+    }
+}

@@ -1,0 +1,172 @@
+//! Where a face is cut into tiles: seams where it goes round, and lines that cap a tile's cost.
+//!
+//! Cut lines may stand anywhere on a smooth surface, so they are put where they meet the loops cleanly: far from
+//! vertices and from places where a loop runs along them.
+
+use super::grid::Grid;
+use crate::model::Surface;
+use crate::prepare::uv::region::Region;
+use crate::prepare::uv::uv_loop::Along;
+use std::f64::consts::FRAC_PI_2;
+
+/// Spans (Bézier pieces or quarter turns) along one side of a tile. More make tiles so heavy that a few of them
+/// decide a frame's time; fewer add borders, and borders are triangles that the surface does not need.
+const SPANS_PER_TILE: usize = 12;
+
+/// Samples of a plane's boundary for which it gets a tile. What is triangulated there is nothing but the boundary, all of it again
+/// when one edge changes; and polygons of so many vertices are cut ear by ear, which larger ones are not. Planes of few loops have
+/// larger tiles: a cut through an outline is a point of it that the edge across a thin fillet does not have.
+const SAMPLES_PER_TILE: usize = 50;
+const MOST_SAMPLES_PER_TILE: usize = 400;
+/// Loops for which a plane gets a tile.
+const LOOPS_PER_TILE: usize = 3;
+
+/// Tiles along one side of a face at most. The largest real faces have 400 spans; more are noise, and every cut costs a
+/// search along all loops.
+const TILES_PER_SIDE: usize = 64;
+
+/// The grid with the tiles wanted.
+pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
+    let mut lines = [Vec::new(), Vec::new()];
+    let flat = is_flat(surface).then(|| tiles_of_plane(region));
+    for (axis, lines) in lines.iter_mut().enumerate() {
+        let (lo, hi) = region.bounds[axis];
+        let avoid = Avoid::new(region, axis);
+        let (lo, hi) = if region.wraps[axis] {
+            let c = avoid.best(lo, hi);
+            (c, c + (hi - lo))
+        } else {
+            (lo, hi)
+        };
+        lines.push(lo);
+        let tiles = flat.map_or_else(|| spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE), |tiles| tiles[axis]);
+        let tiles = tiles.min(TILES_PER_SIDE);
+        let width = (hi - lo) / tiles as f64;
+        for k in 1..tiles {
+            let x = lo + width * k as f64;
+            lines.push(avoid.best(x - 0.2 * width, x + 0.2 * width));
+        }
+        lines.push(hi);
+        lines.extend(poles_within(region, surface, axis, lo, hi));
+        lines.sort_by(f64::total_cmp);
+    }
+    Grid { lines, wraps: region.wraps }
+}
+
+/// Tiles in u and in v of a region of a plane: as square as may be, so many that each has about [`SAMPLES_PER_TILE`] and some loops.
+fn tiles_of_plane(region: &Region) -> [usize; 2] {
+    let samples: usize = region.loops.iter().flat_map(|l| &l.pieces).map(|p| p.samples.len()).sum();
+    let wanted = samples.div_ceil(SAMPLES_PER_TILE).min(region.loops.len() / LOOPS_PER_TILE);
+    let tiles = wanted.max(samples.div_ceil(MOST_SAMPLES_PER_TILE)) as f64;
+    let [width, height] = region.bounds.map(|(lo, hi)| hi - lo);
+    let across = (tiles * width / height).sqrt().round().clamp(1.0, tiles.max(1.0));
+    [across as usize, (tiles / across).round().max(1.0) as usize]
+}
+
+/// Poles inside a region, as of a cone kept on both sides of its apex: points there are one only where a line says so. Not
+/// where loops run along them already.
+fn poles_within(region: &Region, surface: &Surface, axis: usize, lo: f64, hi: f64) -> Vec<f64> {
+    let loops_know = region.loops.iter().flat_map(|l| &l.pieces).any(|p| matches!(p.along, Along::Pole(_)));
+    // The poles of others are at the ends of their domains.
+    let inside = matches!(surface, Surface::Cone { .. } | Surface::Torus { .. });
+    if !inside || region.wraps[axis] || loops_know {
+        return Vec::new();
+    }
+    let margin = 1e-6 * (hi - lo);
+    let poles = surface.poles().into_iter().filter(|p| p.axis == axis);
+    poles.map(|p| p.at).filter(|at| at - lo > margin && hi - at > margin).collect()
+}
+
+/// Grids with the least cuts that still open all wraps, which stand elsewhere in each.
+pub(crate) fn coarse_grids(region: &Region) -> impl Iterator<Item = Grid> + '_ {
+    /// Places tried. A boundary that cannot be cut at any of them cannot be cut.
+    const TRIES: usize = 6;
+    (0..TRIES).map(move |k| {
+        let lines = [0, 1].map(|axis| {
+            let (lo, hi) = region.bounds[axis];
+            if !region.wraps[axis] {
+                return vec![lo, hi];
+            }
+            // The cleanest line of all, then the cleanest of each part.
+            let share = |k: usize| lo + (hi - lo) * k as f64 / (TRIES - 1) as f64;
+            let (from, to) = if k == 0 { (lo, hi) } else { (share(k - 1), share(k)) };
+            let c = Avoid::new(region, axis).best(from, to);
+            vec![c, c + (hi - lo)]
+        });
+        Grid { lines, wraps: region.wraps }
+    })
+}
+
+/// How many Bézier pieces (or quarter turns) lie between two parameters.
+fn spans(surface: &Surface, axis: usize, lo: f64, hi: f64) -> usize {
+    let in_knots = |knots: &[f64]| {
+        let mut n = 1;
+        for w in knots.windows(2) {
+            n += usize::from(w[0] < w[1] && w[1] > lo && w[1] < hi);
+        }
+        n
+    };
+    match (surface, axis) {
+        (Surface::Nurbs(s), 0) => in_knots(&s.knots_u),
+        (Surface::Nurbs(s), _) => in_knots(&s.knots_v),
+        (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => in_knots(&curve.knots),
+        (Surface::Sphere { .. } | Surface::Torus { .. }, _)
+        | (Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Revolution { .. }, 0) => {
+            ((hi - lo) / FRAC_PI_2).ceil().max(1.0) as usize
+        }
+        _ => 1,
+    }
+}
+
+/// Coordinates at which a cut would meet a loop badly, and those where it would cross a hole.
+struct Avoid {
+    points: Vec<f64>,
+    holes: Vec<(f64, f64)>,
+    period: Option<f64>,
+}
+
+impl Avoid {
+    fn new(region: &Region, axis: usize) -> Self {
+        let mut points = Vec::new();
+        let mut holes = Vec::new();
+        for l in &region.loops {
+            let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+            for p in &l.pieces {
+                points.push(p.start()[axis]);
+                for w in p.samples.windows(2) {
+                    lo = lo.min(w[0].uv[axis]).min(w[1].uv[axis]);
+                    hi = hi.max(w[0].uv[axis]).max(w[1].uv[axis]);
+                    // A turning point, or a stretch along a would-be line.
+                    let steep = |d: glam::DVec2| d[axis].abs() > 0.02 * d[1 - axis].abs();
+                    if !steep(w[0].d) || !steep(w[1].d) || w[0].d[axis] * w[1].d[axis] <= 0.0 {
+                        points.extend([w[0].uv[axis], w[1].uv[axis]]);
+                    }
+                }
+            }
+            if l.winding == [0, 0] && region.wraps[axis] {
+                holes.push((lo, hi));
+            }
+        }
+        let period = region.wraps[axis].then(|| region.bounds[axis].1 - region.bounds[axis].0);
+        Self { points, holes, period }
+    }
+
+    /// The cleanest of 48 lines between `lo` and `hi`.
+    fn best(&self, lo: f64, hi: f64) -> f64 {
+        let n = 48;
+        let candidates = (0..n).map(|k| lo + (hi - lo) * (k as f64 + 0.5) / f64::from(n));
+        let score = |x: f64| {
+            let reduce = |d: f64| self.period.map_or(d, |p| d - p * (d / p).round());
+            let clear = self.points.iter().map(|&p| reduce(x - p).abs()).fold(hi - lo, f64::min);
+            let cuts = self.holes.iter().filter(|(a, b)| reduce(x - 0.5 * (a + b)).abs() <= 0.5 * (b - a)).count();
+            // A clean crossing of a hole is better than a line that grazes a vertex.
+            clear / (hi - lo) / (1.0 + cuts as f64)
+        };
+        candidates.max_by(|&a, &b| score(a).total_cmp(&score(b))).unwrap_or(lo)
+    }
+}
+
+/// Whether a surface is flat: its tiles need no cuts.
+pub(crate) fn is_flat(surface: &Surface) -> bool {
+    matches!(surface, Surface::Plane { .. })
+}

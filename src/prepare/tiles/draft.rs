@@ -1,0 +1,103 @@
+//! What a face comes to by itself, before its borders and breaks are numbered in the part.
+
+use crate::model::AxisMap;
+use crate::prepare::regions::mend::Tangle;
+use crate::prepare::report::told::Told;
+use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
+use crate::prepare::surface::tables::SurfaceBounds;
+use crate::prepare::uv::uv_curve::UvCurve;
+use crate::prepare::wires::chain::Chain;
+use glam::{DVec2, DVec3};
+
+/// A stretch of a tile's loop before breaks are numbered.
+#[derive(Clone, Debug)]
+pub(crate) struct DraftUse {
+    /// What it runs along.
+    pub(crate) along: DraftAlong,
+    /// Parameters where it starts and ends, in loop direction.
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    pub(crate) uv: UvCurve,
+}
+
+/// What a stretch runs along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DraftAlong {
+    /// B-rep edge of the part.
+    Edge(u32),
+    /// Border of the face.
+    Border(u32),
+}
+
+/// A border of a face before it is numbered in the part.
+#[derive(Clone, Debug)]
+pub(crate) struct DraftBorder {
+    pub(crate) shape: DraftShape,
+    pub(crate) range: (f64, f64),
+    pub(crate) ends: [DraftEnd; 2],
+    /// Parameters inside the range where the surface, and so the border, has a crease.
+    pub(crate) creases: Vec<f64>,
+}
+
+/// What a border's points are.
+#[derive(Clone, Debug)]
+pub(crate) enum DraftShape {
+    /// A curve in space.
+    Curve(BezierSpline3),
+    /// One point.
+    Pole(DraftEnd),
+}
+
+/// Where a border ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum DraftEnd {
+    /// At a point of the face's own.
+    Point(DVec3),
+    /// On a B-rep edge, at the break nearest to the parameter.
+    OnEdge(u32, f64),
+}
+
+/// A tile in patch parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct DraftTile {
+    pub(crate) min: DVec2,
+    pub(crate) max: DVec2,
+    pub(crate) loops: Vec<Vec<DraftUse>>,
+    /// See [`Tile::entangled`](crate::prepare::join::prepared::Tile::entangled).
+    pub(crate) entangled: bool,
+}
+
+/// A face on its own.
+#[derive(Clone, Debug)]
+pub(crate) struct FaceDraft {
+    pub(crate) patches: BezierPatches,
+    pub(crate) bounds: SurfaceBounds,
+    pub(crate) maps: [AxisMap; 2],
+    pub(crate) creases: [Vec<f64>; 2],
+    pub(crate) gap: f64,
+    /// How many critical parameters and meetings there are among `breaks`.
+    pub(crate) critical: u32,
+    pub(crate) meetings: u32,
+    pub(crate) tiles: Vec<DraftTile>,
+    pub(crate) borders: Vec<DraftBorder>,
+    /// What its loops use of the part's edges, as its tiles have them.
+    pub(crate) chain: Chain,
+    /// Parameters of B-rep edges where tile borders cross them, and critical ones.
+    pub(crate) breaks: Vec<(u32, f64)>,
+    /// Those of them at which two edges meet within the face, and the point that both have there.
+    pub(crate) joints: Vec<(u32, f64, DVec3)>,
+    /// What there is to tell, though the face is usable.
+    pub(crate) notes: Vec<String>,
+    /// What had to be repaired: the face is not as stated.
+    pub(crate) repairs: Vec<Told>,
+    /// Whether one of these is that the boundary crosses or overlaps itself.
+    pub(crate) crosses: bool,
+    /// Whether it is filled in space: the surface is a plane that the file does not state.
+    pub(crate) filled: bool,
+    /// Edges of loops of which lobes were turned, ascending: they have no other face.
+    pub(crate) lobed: Vec<u32>,
+    /// Whether it ends where its surface does, because no loop bounds it there.
+    pub(crate) ends_with_surface: bool,
+    /// Where edges meet within the face, other than at common ends.
+    pub(crate) tangles: Vec<Tangle>,
+}

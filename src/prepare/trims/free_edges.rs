@@ -1,0 +1,456 @@
+//! Faces with free trims -> the same faces bounded by edges: each arc of the kept region becomes an edge in space with its
+//! pcurve in the edge's own parameter.
+//!
+//! From here on nothing knows how a face was trimmed. Arcs that meet share a vertex, sides of the domain that are one line of the
+//! surface share their edges, sides that are a pole have none. An edge in space is the curve of the trimming curve's points on
+//! the surface: cubic pieces with its points and tangents, halved until they are as near to it as points of one curve are
+//! to each other. (The composition itself is of degree p(m + n), 18 for cubics on bicubics: not worth it.)
+
+use super::free_faces::{FreeFace, FreeFaces};
+use super::free_region::{Arc, BORDER, FreeRegion, TrimNote};
+use super::spans::{Span, UvDomain};
+use super::stretches::Part as ArcPart;
+use crate::model::{CurveKind, Edge, EdgeId, Face, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId};
+use crate::prepare::report::face_error::FaceError;
+use crate::prepare::report::guard::guarded;
+use crate::prepare::report::told::Told;
+use crate::prepare::uv::region::{Region, loops_box};
+use crate::prepare::uv::uv_curve::UvSample;
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Share of the domain (and of the part's size, in space) to which cubic pieces follow a curve.
+const FIT: f64 = 1e-8;
+
+/// Halvings of one arc: 4096 pieces. Curves that need more have no bounded derivatives.
+const MAX_DEPTH: u32 = 12;
+
+/// The part with vertices and edges for the free trims of its faces, which has the size `size`.
+pub(crate) fn free_faces<'a>(part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeFaces) {
+    let untrimmed = FreeTrims::default();
+    let trims_of = |face: &'a Face| {
+        let trims = face.trims.as_ref().or_else(|| ends(face).then_some(&untrimmed));
+        trims.filter(|_| !face.lost)
+    };
+    if part.faces.iter().all(|f| trims_of(f).is_none()) {
+        return (Cow::Borrowed(part), vec![None; part.faces.len()]);
+    }
+    let of_face = |face: &'a Face| {
+        let trims = trims_of(face)?;
+        Some(guarded(|| EdgeMaker::of(face, trims, size)))
+    };
+    let made: Vec<_> = part.faces.par_iter().map(of_face).collect();
+    let mut whole = part.clone();
+    let faces = made.into_iter().map(|made| {
+        let mut made = match made? {
+            Ok(made) => made,
+            Err(e) => return Some(Err(e)),
+        };
+        let first = [whole.vertices.len(), whole.edges.len()];
+        whole.vertices.append(&mut made.vertices);
+        whole.edges.extend(made.edges.drain(..).map(|e| {
+            let [start, end] = [e.start, e.end].map(|v| VertexId::new(first[0] + v.index()));
+            Edge { start, end, ..e }
+        }));
+        for piece in made.loops.iter_mut().flat_map(|l| &mut l.pieces) {
+            if let Along::Edge(e) = &mut piece.along {
+                *e = EdgeId::new(first[1] + *e as usize).0;
+            }
+        }
+        Some(Ok(made.into_face()))
+    });
+    let faces = faces.collect();
+    (Cow::Owned(whole), faces)
+}
+
+/// Whether a face is a whole surface that has borders of its own: sides of its domain that are neither a pole nor one line with
+/// the opposite side.
+fn ends(face: &Face) -> bool {
+    let surface = &face.surface;
+    if face.lost || !face.loops.is_empty() || face.trims.is_some() || surface.check().is_err() {
+        return false;
+    }
+    let domain = surface.natural_domain();
+    if domain.iter().any(|(a, b)| !(a.is_finite() && b.is_finite() && a < b)) {
+        return false;
+    }
+    let (period, poles) = (surface.period(), surface.poles());
+    let pole = |axis: usize, at: f64| poles.iter().any(|p| p.axis == axis && p.at == at);
+    (0..2).any(|axis| period[axis].is_none() && [domain[axis].0, domain[axis].1].iter().any(|&at| !pole(axis, at)))
+}
+
+/// The rectangle of a surface's parameters in which it is trimmed, and the sides (axis, and whether the upper one) on which
+/// the surface does not end: these are somewhat beyond the curves.
+fn domain(surface: &Surface, trims: &FreeTrims) -> Result<(UvDomain, Vec<(usize, bool)>), FaceError> {
+    /// Share of the curves' extent by which the rectangle is larger.
+    const BEYOND: f64 = 0.125;
+    let [(u0, u1), (v0, v1)] = surface.natural_domain();
+    let (mut low, mut high) = (DVec2::new(u0, v0), DVec2::new(u1, v1));
+    let [first, last] = trims.bounds();
+    let mut open_sides = Vec::new();
+    for axis in 0..2 {
+        let beyond = BEYOND * (last[axis] - first[axis]);
+        if low[axis] == f64::NEG_INFINITY {
+            low[axis] = first[axis] - beyond;
+            open_sides.push((axis, false));
+        }
+        if high[axis] == f64::INFINITY {
+            high[axis] = last[axis] + beyond;
+            open_sides.push((axis, true));
+        }
+    }
+    if !(low.is_finite() && high.is_finite() && low.cmplt(high).all()) {
+        return Err(FaceError::NoDomain { low, high });
+    }
+    Ok((UvDomain { low, high, periodic: surface.period().map(|p| p.is_some()) }, open_sides))
+}
+
+/// Makes the edges of one face, numbered from 0.
+struct EdgeMaker<'a> {
+    surface: &'a Surface,
+    domain: UvDomain,
+    poles: Vec<Pole>,
+    /// Inner knots: the curve in space is smooth between them.
+    knots: [Vec<f64>; 2],
+    tolerance: f64,
+    told: Vec<TrimNote>,
+    vertices: Vec<DVec3>,
+    edges: Vec<Edge>,
+    loops: Vec<UvLoop>,
+    /// By place in the unit square, sides that are one taken as the lower one.
+    known_vertices: BTreeMap<[u64; 2], VertexId>,
+    /// By the axis that is constant, its value, and the ends.
+    known_borders: BTreeMap<(usize, [u64; 3]), u32>,
+}
+
+impl<'a> EdgeMaker<'a> {
+    fn of(face: &'a Face, trims: &FreeTrims, size: f64) -> Result<Self, FaceError> {
+        let surface = &face.surface;
+        surface.check().map_err(FaceError::Surface)?;
+        for (curve, stated) in trims.curves.iter().enumerate() {
+            stated.check().map_err(|error| FaceError::Trim { curve, error })?;
+        }
+        let (domain, open_sides) = domain(surface, trims)?;
+        let mut region = FreeRegion::new(trims, &domain)
+            .map_err(|e| FaceError::Untold { place: surface.point(e.at.x, e.at.y), error: e })?;
+        if region.is_empty() {
+            return Err(FaceError::NothingKept);
+        }
+        if let Some(&(axis, _)) = open_sides.iter().find(|&&(axis, upper)| region.reaches(axis, upper)) {
+            return Err(FaceError::Unbounded { axis });
+        }
+        let mut maker = Self {
+            surface,
+            domain,
+            poles: surface.poles(),
+            knots: inner_knots(surface),
+            tolerance: FIT * size,
+            told: std::mem::take(&mut region.notes),
+            vertices: Vec::new(),
+            edges: Vec::new(),
+            loops: Vec::new(),
+            known_vertices: BTreeMap::new(),
+            known_borders: BTreeMap::new(),
+        };
+        for arcs in &region.loops {
+            let pieces: Vec<Piece> = arcs.iter().flat_map(|arc| maker.pieces(&region, arc)).collect();
+            if !pieces.is_empty() {
+                maker.loops.push(UvLoop { pieces, winding: [0, 0] });
+            }
+        }
+        Ok(maker)
+    }
+
+    fn into_face(self) -> FreeFace {
+        let bounds = loops_box(&self.loops);
+        let region = Region { loops: self.loops, wraps: [false; 2], bounds, base: 0, unbounded: None };
+        let (mut notes, mut repairs) = (Vec::new(), Vec::new());
+        for note in self.told {
+            if note.repaired {
+                let place = Some(self.surface.point(note.at.x, note.at.y));
+                repairs.push(Told { place, what: note.what });
+            } else {
+                notes.push(note.what);
+            }
+        }
+        FreeFace { region, gap: 0.0, notes, repairs }
+    }
+
+    /// The pieces of an arc, in loop order.
+    fn pieces(&mut self, region: &FreeRegion, arc: &Arc) -> Vec<Piece> {
+        let runs = runs(region, arc);
+        let count = runs.len();
+        let joint = |k: usize| -> DVec2 {
+            match arc.nodes {
+                Some([a, _]) if k == 0 => region.nodes[a],
+                Some([_, b]) if k == count => region.nodes[b],
+                _ => {
+                    let part = runs[k % count][0];
+                    region.span(arc.chain, part.span).point(part.from)
+                }
+            }
+        };
+        let mut out: Vec<Piece> = runs
+            .iter()
+            .enumerate()
+            .filter_map(|(k, parts)| {
+                let ends = [joint(k), joint(k + 1)];
+                if arc.chain == BORDER {
+                    return self.border(ends, region.span(BORDER, parts[0].span), arc.reversed);
+                }
+                let stretches: Vec<(&Span, ArcPart)> =
+                    parts.iter().map(|p| (region.span(arc.chain, p.span), *p)).collect();
+                Some(self.free(ends, &stretches, arc.reversed))
+            })
+            .collect();
+        if arc.reversed {
+            out.reverse();
+        }
+        out
+    }
+
+    /// An edge along a trimming curve.
+    fn free(&mut self, ends: [DVec2; 2], stretches: &[(&Span, ArcPart)], reversed: bool) -> Piece {
+        let size = self.domain.high - self.domain.low;
+        let mut samples: Vec<UvSample> = Vec::new();
+        let mut curve = Fit::default();
+        for &(span, part) in stretches {
+            let per = 1.0 / (span.range.1 - span.range.0);
+            let sample = |s: f64| {
+                let [_, d, _] = span.derivatives(s);
+                UvSample { t: span.parameter(s), uv: span.point(s), d: d * per }
+            };
+            let first = sample(part.from);
+            if samples.is_empty() {
+                samples.push(first);
+            }
+            sample_between(span, [part.from, part.to], &sample, 0, &mut samples);
+            let mut stops = vec![part.from, part.to];
+            for axis in 0..2 {
+                let (a, b) = (span.point(part.from)[axis], span.point(part.to)[axis]);
+                let knots = self.knots[axis].iter().map(|&k| (k - self.domain.low[axis]) / size[axis]);
+                stops.extend(knots.filter(|&x| x > a.min(b) && x < a.max(b)).map(|x| span.at(axis, x)));
+            }
+            stops.sort_by(f64::total_cmp);
+            stops.dedup_by(|b, a| *b - *a <= 1e-9 * (part.to - part.from));
+            if let Some(last) = stops.last_mut() {
+                *last = part.to;
+            }
+            let on_surface = |s: f64, inside: f64| {
+                let [_, d, _] = span.derivatives(s);
+                let [at, near] = [s, inside].map(|s| self.domain.of_unit(span.point(s)));
+                let slopes = self.surface.derivatives(near.x, near.y);
+                let d = d * size * per;
+                (self.surface.point(at.x, at.y), slopes.du * d.x + slopes.dv * d.y)
+            };
+            for w in stops.windows(2) {
+                curve.follow(&on_surface, &|s| span.parameter(s), [w[0], w[1]], self.tolerance, 0);
+            }
+        }
+        let last = samples.len() - 1;
+        samples[0].uv = ends[0];
+        samples[last].uv = ends[1];
+        for s in &mut samples {
+            s.uv = self.domain.of_unit(s.uv);
+            s.d *= size;
+        }
+        let [start, end] = ends.map(|p| self.vertex(p));
+        let edge = self.edge(curve, [start, end]);
+        Piece { along: Along::Edge(edge), reversed, samples }
+    }
+
+    /// An edge along a side of the domain, in the parameter of the coordinate that runs; none where it has no length.
+    fn border(&mut self, ends: [DVec2; 2], side: &Span, reversed: bool) -> Option<Piece> {
+        let axis = usize::from(side.ends[0].x != side.ends[1].x);
+        let run = 1 - axis;
+        let rising = ends[1][run] > ends[0][run];
+        let [low, high] = if rising { ends } else { [ends[1], ends[0]] };
+        let [from, to] = [low, high].map(|p| self.domain.of_unit(p));
+        if from[run] >= to[run] {
+            return None;
+        }
+        let mut d = DVec2::ZERO;
+        d[run] = 1.0;
+        let samples = [from, to].map(|uv| UvSample { t: uv[run], uv, d }).to_vec();
+        let reversed = rising == reversed;
+        if let Some(pole) = self.pole(low).filter(|&k| self.poles[k].axis == axis) {
+            return Some(Piece { along: Along::Pole(pole), reversed, samples });
+        }
+        let mut at = low[axis];
+        if self.domain.periodic[axis] {
+            at = 0.0;
+        }
+        let key = (axis, [at, from[run], to[run]].map(f64::to_bits));
+        if let Some(&edge) = self.known_borders.get(&key) {
+            return Some(Piece { along: Along::Edge(edge), reversed, samples });
+        }
+        let mut fixed = low;
+        fixed[axis] = at;
+        let fixed = self.domain.of_unit(fixed);
+        let mut stops = vec![from[run], to[run]];
+        stops.extend(self.knots[run].iter().copied().filter(|&k| k > from[run] && k < to[run]));
+        stops.sort_by(f64::total_cmp);
+        let on_surface = |t: f64, inside: f64| {
+            let [at, near] = [t, inside].map(|t| {
+                let mut uv = fixed;
+                uv[run] = t;
+                uv
+            });
+            let slopes = self.surface.derivatives(near.x, near.y);
+            (self.surface.point(at.x, at.y), if run == 0 { slopes.du } else { slopes.dv })
+        };
+        let mut curve = Fit::default();
+        for w in stops.windows(2) {
+            curve.follow(&on_surface, &|t| t, [w[0], w[1]], self.tolerance, 0);
+        }
+        let vertices = [low, high].map(|p| self.vertex(p));
+        let edge = self.edge(curve, vertices);
+        self.known_borders.insert(key, edge);
+        Some(Piece { along: Along::Edge(edge), reversed, samples })
+    }
+
+    fn edge(&mut self, mut curve: Fit, [start, end]: [VertexId; 2]) -> u32 {
+        let range = (curve.ts[0], curve.ts[curve.ts.len() - 1]);
+        let last = curve.points.len() - 1;
+        curve.points[0] = self.vertices[start.index()];
+        curve.points[last] = self.vertices[end.index()];
+        let knots = curve.ts.iter().flat_map(|&t| std::iter::repeat_n(t, 3));
+        let knots = std::iter::once(range.0).chain(knots).chain([range.1]).collect();
+        let curve = NurbsCurve3 { degree: 3, knots, points: curve.points, weights: Vec::new() };
+        self.edges.push(Edge { curve, range, start, end, kind: CurveKind::Spline, entity: 0 });
+        EdgeId::new(self.edges.len() - 1).0
+    }
+
+    /// The pole on whose line a point of the unit square lies.
+    fn pole(&self, p: DVec2) -> Option<usize> {
+        let uv = self.domain.of_unit(p);
+        let size = self.domain.high - self.domain.low;
+        self.poles.iter().position(|pole| (uv[pole.axis] - pole.at).abs() <= 1e-12 * size[pole.axis])
+    }
+
+    fn vertex(&mut self, mut p: DVec2) -> VertexId {
+        let pole = self.pole(p);
+        let key = match pole {
+            Some(pole) => [u64::MAX, pole as u64],
+            None => {
+                let wraps = |axis: usize| self.domain.periodic[axis] && p[axis] == 1.0;
+                let upper = [wraps(0), wraps(1)];
+                (0..2).filter(|&axis| upper[axis]).for_each(|axis| p[axis] = 0.0);
+                p.to_array().map(|x| (x + 0.0).to_bits())
+            }
+        };
+        let (poles, surface, uv, vertices) = (&self.poles, self.surface, self.domain.of_unit(p), &mut self.vertices);
+        *self.known_vertices.entry(key).or_insert_with(|| {
+            vertices.push(pole.map_or_else(|| surface.point(uv.x, uv.y), |k| poles[k].point));
+            VertexId::new(vertices.len() - 1)
+        })
+    }
+}
+
+/// The parts of an arc that are one smooth stretch of one piece of its curve.
+fn runs(region: &FreeRegion, arc: &Arc) -> Vec<Vec<ArcPart>> {
+    /// Share of a derivative by which it may differ on both sides of a point where the curve goes on smoothly.
+    const SMOOTH: f64 = 1e-9;
+    let mut out: Vec<Vec<ArcPart>> = Vec::new();
+    for &part in &arc.parts {
+        let span = region.span(arc.chain, part.span);
+        let slope = |span: &Span, s: f64| span.derivatives(s)[1] / (span.range.1 - span.range.0);
+        let goes_on = out.last().and_then(|run| run.last()).is_some_and(|before| {
+            let other = region.span(arc.chain, before.span);
+            let (d, e) = (slope(other, before.to), slope(span, part.from));
+            other.piece == span.piece
+                && other.parameter(before.to) == span.parameter(part.from)
+                && d.distance(e) <= SMOOTH * d.length().max(e.length())
+        });
+        match out.last_mut() {
+            Some(run) if goes_on => run.push(part),
+            _ => out.push(vec![part]),
+        }
+    }
+    out
+}
+
+/// Appends samples after the last one, so that the cubics between follow the span; the last is at the end.
+fn sample_between(
+    span: &Span,
+    [from, to]: [f64; 2],
+    sample: &impl Fn(f64) -> UvSample,
+    depth: u32,
+    out: &mut Vec<UvSample>,
+) {
+    let (a, b) = (sample(from), sample(to));
+    let follows = [0.25, 0.5, 0.75].into_iter().all(|share| {
+        let s = from + (to - from) * share;
+        UvSample::between(&a, &b, span.parameter(s)).distance(span.point(s)) <= FIT
+    });
+    if follows || depth == MAX_DEPTH {
+        out.push(b);
+        return;
+    }
+    let middle = 0.5 * (from + to);
+    sample_between(span, [from, middle], sample, depth + 1, out);
+    sample_between(span, [middle, to], sample, depth + 1, out);
+}
+
+/// A curve in space as cubic pieces.
+#[derive(Default)]
+struct Fit {
+    ts: Vec<f64>,
+    points: Vec<DVec3>,
+}
+
+impl Fit {
+    /// Appends pieces from one place to another. `at`: point and tangent at a place, the tangent as it is beside the place.
+    fn follow(
+        &mut self,
+        at: &impl Fn(f64, f64) -> (DVec3, DVec3),
+        parameter: &impl Fn(f64) -> f64,
+        [from, to]: [f64; 2],
+        tolerance: f64,
+        depth: u32,
+    ) {
+        /// How far inside tangents are taken, as a share: on a knot they would be those of the piece beyond.
+        const INSIDE: f64 = 1e-8;
+        let step = INSIDE * (to - from);
+        let ((p, d), (q, e)) = (at(from, from + step), at(to, to - step));
+        let [a, b] = [from, to].map(parameter);
+        let third = (b - a) / 3.0;
+        let (r, s) = (p + d * third, q - e * third);
+        let follows = [0.25, 0.5, 0.75].into_iter().all(|x| {
+            let y = 1.0 - x;
+            let cubic = p * (y * y * y) + (r * (3.0 * y) + s * (3.0 * x)) * (x * y) + q * (x * x * x);
+            let place = from + (to - from) * x;
+            cubic.distance(at(place, place).0) <= tolerance
+        });
+        if follows || depth == MAX_DEPTH {
+            if self.ts.is_empty() {
+                self.ts.push(a);
+                self.points.push(p);
+            }
+            self.ts.push(b);
+            self.points.extend([r, s, q]);
+            return;
+        }
+        let middle = 0.5 * (from + to);
+        self.follow(at, parameter, [from, middle], tolerance, depth + 1);
+        self.follow(at, parameter, [middle, to], tolerance, depth + 1);
+    }
+}
+
+/// Knots inside the domain, by direction.
+fn inner_knots(surface: &Surface) -> [Vec<f64>; 2] {
+    let distinct = |knots: &[f64]| {
+        let mut out = knots.to_vec();
+        out.dedup();
+        out
+    };
+    match surface {
+        Surface::Nurbs(s) => [distinct(&s.knots_u), distinct(&s.knots_v)],
+        Surface::Extrusion { curve, .. } => [distinct(&curve.knots), Vec::new()],
+        Surface::Revolution { curve, .. } => [Vec::new(), distinct(&curve.knots)],
+        _ => [Vec::new(), Vec::new()],
+    }
+}

@@ -1,0 +1,543 @@
+//! Free trimming curves and a rule -> the kept region of the domain, as closed loops of exact arcs.
+//!
+//! All curves, and the border of the domain, are cut where they meet. Each arc is labelled by what the rule says of the points
+//! just left and right of its middle: winding numbers, counted along a ray by exact arcs. An arc with the same answer on both
+//! sides bounds nothing and is dropped; so redundant loops, and stretches that two curves run in opposite directions, vanish
+//! by themselves. The others, kept side left, close to loops.
+
+use super::intersect::{Chain, Place, SAME, TOUCH, meetings};
+use super::spans::{Span, UvDomain};
+use super::stretches::{Part, between, green, whole};
+use super::wraps::copies;
+use crate::math::box_tree::BoxTree;
+use crate::model::{FreeTrims, TrimRule};
+use crate::prepare::report::refusals::NoRegion;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// Distance along a ray up to which a curve counts as running along the arc that the ray starts from.
+const ALONG: f64 = 4.0 * TOUCH;
+
+/// The chain that is the border of the domain.
+pub(crate) const BORDER: usize = 0;
+
+/// Curves closed to loops around what they keep.
+#[derive(Clone, Debug)]
+struct Wire {
+    /// The border is 0; curve `k` is `k + 1`, and so are its copies over seams.
+    owner: usize,
+    chain: Chain,
+    /// What closes an open chain along the border, or outside: it takes part in windings only.
+    closure: Vec<Span>,
+    /// Winding number from which on a point is inside: 1 for counter-clockwise loops, 0 for clockwise ones.
+    least: i32,
+}
+
+/// A stretch of a chain between two nodes, or a whole closed chain without nodes.
+#[derive(Clone, Debug)]
+pub(crate) struct Arc {
+    pub(crate) chain: usize,
+    /// In order of the chain.
+    pub(crate) parts: Vec<Part>,
+    /// Where it starts and ends; none for a whole chain.
+    pub(crate) nodes: Option<[usize; 2]>,
+    /// Whether its loop runs against the chain.
+    pub(crate) reversed: bool,
+}
+
+impl Arc {
+    /// Nodes in loop order.
+    fn ends(&self) -> Option<[usize; 2]> {
+        self.nodes.map(|[a, b]| if self.reversed { [b, a] } else { [a, b] })
+    }
+}
+
+/// The part of a domain that free trims keep.
+#[derive(Clone, Debug)]
+pub struct FreeRegion {
+    pub(crate) domain: UvDomain,
+    wires: Vec<Wire>,
+    /// In the unit square.
+    pub(crate) nodes: Vec<DVec2>,
+    pub(crate) loops: Vec<Vec<Arc>>,
+    /// Curves that leave the domain, cross themselves, or end inside.
+    pub notes: Vec<TrimNote>,
+}
+
+/// Something told of a trimming curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimNote {
+    /// Where.
+    pub at: DVec2,
+    /// Which curve, and what.
+    pub what: String,
+    /// Whether the curve had to be changed: it ended inside the domain.
+    pub repaired: bool,
+}
+
+impl FreeRegion {
+    /// The region that sound curves keep.
+    ///
+    /// Points nearer than a billionth of the domain are one. Over a seam of the surface closed curves, and those that end a
+    /// period from where they start, go on at the other side; other open ones are clipped. Cost: that of [`intersections`](super::intersect::intersections), and for
+    /// each arc between two meetings a look at the monotone arcs that a ray from its middle meets.
+    ///
+    /// # Errors
+    /// Curves that can neither be told apart nor taken as one.
+    pub fn new(trims: &FreeTrims, domain: &UvDomain) -> Result<Self, NoRegion> {
+        let mut region =
+            Self { domain: *domain, wires: vec![border()], nodes: Vec::new(), loops: Vec::new(), notes: Vec::new() };
+        for (k, curve) in trims.curves.iter().enumerate() {
+            let (chains, complete) = copies(Chain::of(curve, domain), domain.periodic);
+            for chain in chains {
+                let wire = region.wire(k, chain, complete);
+                region.wires.push(wire);
+            }
+        }
+        let events = region.events();
+        let arcs = region.arcs(events);
+        let kept = region.kept(arcs, trims.rule, trims.curves.is_empty());
+        region.loops = region.link(kept)?;
+        Ok(region)
+    }
+
+    /// Its exact area in the domain's (u,v), by Green's theorem.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        let size = self.domain.high - self.domain.low;
+        self.loops.iter().flatten().map(|arc| self.green(arc)).sum::<f64>() * size.x * size.y
+    }
+
+    /// Whether nothing is kept.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.loops.is_empty()
+    }
+
+    /// Whether the region touches the lower or upper side of the domain across coordinate `axis` along a stretch.
+    pub(crate) fn reaches(&self, axis: usize, upper: bool) -> bool {
+        let side = [[3, 1], [0, 2]][axis][usize::from(upper)];
+        let along = |arc: &Arc| arc.chain == BORDER && arc.parts.iter().any(|part| part.span == side);
+        self.loops.iter().flatten().any(along)
+    }
+
+    /// The loops as closed polygons with `per_arc` points for each stretch of a curve between its turns; kept side left.
+    #[must_use]
+    pub fn polygons(&self, per_arc: usize) -> Vec<Vec<DVec2>> {
+        let of_arc = |arc: &Arc| -> Vec<DVec2> {
+            let mut points: Vec<DVec2> = Vec::new();
+            for part in &arc.parts {
+                let span = self.span(arc.chain, part.span);
+                let n = if span.control.len() == 2 { 1 } else { per_arc };
+                points.extend((0..=n).map(|k| span.point(part.from + (part.to - part.from) * k as f64 / n as f64)));
+            }
+            if arc.reversed {
+                points.reverse();
+            }
+            points
+        };
+        let of_loop = |arcs: &Vec<Arc>| {
+            let mut points: Vec<DVec2> = arcs.iter().flat_map(of_arc).map(|p| self.domain.of_unit(p)).collect();
+            points.dedup();
+            points
+        };
+        self.loops.iter().map(of_loop).collect()
+    }
+
+    pub(crate) fn span(&self, chain: usize, span: usize) -> &Span {
+        &self.wires[chain].chain.spans[span]
+    }
+
+    fn tell(&mut self, p: DVec2, what: String, repaired: bool) {
+        self.notes.push(note(&self.domain, p, what, repaired));
+    }
+
+    /// Closes a copy of a curve. `complete`: directions in which what leaves the domain is in other copies.
+    fn wire(&mut self, curve: usize, mut chain: Chain, complete: [bool; 2]) -> Wire {
+        let owner = curve + 1;
+        let mut closure = Vec::new();
+        let spans = &mut chain.spans;
+        let leaves = |p: &DVec2| {
+            let beyond = (p.clamp(DVec2::ZERO, DVec2::ONE) - *p).abs();
+            (0..2).any(|axis| !complete[axis] && beyond[axis] > TOUCH)
+        };
+        let outside = spans.iter().flat_map(|s| s.ends).find(leaves);
+        if let Some(p) = outside {
+            let what = format!("trimming curve {curve} leaves the domain; it was clipped there");
+            self.tell(p, what, false);
+        }
+        if let (false, Some(first), Some(last)) = (chain.closed, spans.first(), spans.last()) {
+            let (start, end) = (first.ends[0], last.ends[1]);
+            let [from, to] = [end, start].map(on_border);
+            let piece = last.piece + 1;
+            // In order of the loop: from the curve's end to the border, and from there to its start.
+            for (p, q, at_end) in [(end, from, true), (to, start, false)] {
+                let inner = if at_end { p } else { q };
+                let is_inside = inner.cmpgt(DVec2::ZERO).all() && inner.cmplt(DVec2::ONE).all();
+                let missing = p.distance(q);
+                if missing <= TOUCH {
+                    // It ends on the border, but for rounding.
+                    if at_end {
+                        if let Some(last) = spans.last_mut() {
+                            last.ends[1] = q;
+                        }
+                    } else {
+                        spans[0].ends[0] = p;
+                    }
+                } else if is_inside {
+                    let which = if at_end { "ends" } else { "starts" };
+                    let what = format!(
+                        "open trimming curve {curve} {which} {missing:.3e} of the domain inside its border; it was \
+                         extended straight to it"
+                    );
+                    self.tell(inner, what, true);
+                    let line = Span::line(p, q, piece + usize::from(!at_end), (0.0, 1.0));
+                    if at_end { spans.push(line) } else { spans.insert(0, line) }
+                } else {
+                    closure.push(Span::line(p, q, piece, (0.0, 1.0)));
+                }
+            }
+            let mut path = vec![from];
+            let (a, mut b) = (perimeter(from), perimeter(to));
+            if b < a {
+                b += 4.0;
+            }
+            path.extend((1..8).filter(|&k| f64::from(k) > a && f64::from(k) < b).map(|k| CORNERS[k as usize % 4]));
+            path.push(to);
+            closure.extend(path.windows(2).map(|w| Span::line(w[0], w[1], piece, (0.0, 1.0))));
+            return Wire { owner, chain, closure, least: 1 };
+        }
+        let arc = Arc { chain: BORDER, parts: whole(&chain), nodes: None, reversed: false };
+        let area: f64 = arc.parts.iter().map(|p| green(&chain.spans[p.span], p)).sum();
+        Wire { owner, chain, closure, least: i32::from(area > 0.0) }
+    }
+
+    /// Cuts of each chain: place and node.
+    fn events(&mut self) -> Vec<Vec<(Place, usize)>> {
+        let chains: Vec<&Chain> = self.wires.iter().map(|w| &w.chain).collect();
+        let mut places: Vec<(Place, DVec2)> = Vec::new();
+        let mut met_itself = BTreeMap::new();
+        for m in meetings(&chains) {
+            let [owner, other] = m.at.map(|at| self.wires[at.chain].owner);
+            if owner == other {
+                met_itself.entry(owner).or_insert(m.point);
+            }
+            places.extend(m.at.map(|p| (p, m.point)));
+        }
+        for (owner, p) in met_itself {
+            let what = format!("trimming curve {} crosses or touches itself", owner.saturating_sub(1));
+            self.notes.push(note(&self.domain, p, what, false));
+        }
+        for (k, chain) in chains.iter().enumerate().filter(|(_, c)| !c.closed && !c.spans.is_empty()) {
+            let last = chain.spans.len() - 1;
+            places.push((Place { chain: k, span: 0, s: 0.0 }, chain.spans[0].ends[0]));
+            places.push((Place { chain: k, span: last, s: 1.0 }, chain.spans[last].ends[1]));
+        }
+        // Sides that are one line of the surface are cut alike.
+        let mut twins: Vec<(Place, DVec2)> = Vec::new();
+        for (_, p) in &places {
+            for axis in (0..2).filter(|&axis| self.domain.periodic[axis]) {
+                for side in [0.0, 1.0] {
+                    if (p[axis] - side).abs() > TOUCH || p[1 - axis] < -TOUCH || p[1 - axis] > 1.0 + TOUCH {
+                        continue;
+                    }
+                    let mut twin = p.clamp(DVec2::ZERO, DVec2::ONE);
+                    twin[axis] = 1.0 - side;
+                    let span = [[3, 1], [0, 2]][axis][usize::from(side == 0.0)];
+                    let along = twin[1 - axis];
+                    let s = if span < 2 { along } else { 1.0 - along };
+                    twins.push((Place { chain: BORDER, span, s }, twin));
+                }
+            }
+        }
+        places.extend(twins);
+        // The border comes first wherever it takes part, so that nodes lie on it to the bit.
+        places.sort_by(|a, b| (a.1.x, a.1.y).partial_cmp(&(b.1.x, b.1.y)).unwrap_or(std::cmp::Ordering::Equal));
+        let mut events: Vec<Vec<(Place, usize)>> = vec![Vec::new(); chains.len()];
+        let mut open: Vec<usize> = Vec::new();
+        let mut found: Vec<DVec2> = Vec::new();
+        for (place, p) in places {
+            open.retain(|&n| found[n].x + SAME >= p.x);
+            let known = open.iter().copied().find(|&n| found[n].distance(p) <= SAME);
+            let node = known.unwrap_or_else(|| {
+                found.push(p);
+                self.nodes.push(p);
+                open.push(found.len() - 1);
+                found.len() - 1
+            });
+            if place.chain == BORDER {
+                let on = chains[BORDER].spans[place.span].point(place.s);
+                let corner = CORNERS.into_iter().find(|c| c.distance(on) <= SAME);
+                self.nodes[node] = corner.unwrap_or(on);
+            }
+            events[place.chain].push((place, node));
+        }
+        for axis in (0..2).filter(|&axis| self.domain.periodic[axis]) {
+            let on =
+                |nodes: &[DVec2], side: f64| (0..nodes.len()).filter(|&n| nodes[n][axis] == side).collect::<Vec<_>>();
+            let (low, mut high) = (on(&self.nodes, 0.0), on(&self.nodes, 1.0));
+            high.sort_by(|&a, &b| self.nodes[a][1 - axis].total_cmp(&self.nodes[b][1 - axis]));
+            for a in low {
+                let at = self.nodes[a][1 - axis];
+                let first = high.partition_point(|&b| self.nodes[b][1 - axis] < at - 2.0 * SAME);
+                if let Some(&b) = high.get(first).filter(|&&b| self.nodes[b][1 - axis] <= at + 2.0 * SAME) {
+                    self.nodes[b][1 - axis] = at;
+                }
+            }
+        }
+        events
+    }
+
+    /// The stretches of all chains between cuts.
+    fn arcs(&self, mut events: Vec<Vec<(Place, usize)>>) -> Vec<Arc> {
+        let mut out = Vec::new();
+        for (k, cuts) in events.iter_mut().enumerate() {
+            let chain = &self.wires[k].chain;
+            let count = chain.spans.len();
+            for (place, _) in cuts.iter_mut() {
+                // One name for the point between two spans.
+                if place.s >= 1.0 - 1e-12 && (chain.closed || place.span + 1 < count) {
+                    (place.span, place.s) = ((place.span + 1) % count, 0.0);
+                }
+            }
+            cuts.sort_by(|a, b| (a.0.span, a.0.s).partial_cmp(&(b.0.span, b.0.s)).unwrap_or(std::cmp::Ordering::Equal));
+            if cuts.is_empty() {
+                if count > 0 {
+                    out.push(Arc { chain: k, parts: whole(chain), nodes: None, reversed: false });
+                }
+                continue;
+            }
+            let pairs = if chain.closed { cuts.len() } else { cuts.len() - 1 };
+            for i in 0..pairs {
+                let ((from, a), (to, b)) = (cuts[i], cuts[(i + 1) % cuts.len()]);
+                let round = i + 1 == cuts.len();
+                let parts = between(chain, from, to, round);
+                let short = |p: &Part| {
+                    let span = &chain.spans[p.span];
+                    span.point(p.from).distance(span.point(p.to)) <= 4.0 * SAME
+                };
+                if a == b && parts.len() <= 2 && parts.iter().all(short) {
+                    continue;
+                }
+                out.push(Arc { chain: k, parts, nodes: Some([a, b]), reversed: false });
+            }
+        }
+        out
+    }
+
+    /// Those arcs that have the region on one side only, turned so that it is the left.
+    fn kept(&self, arcs: Vec<Arc>, rule: TrimRule, everything: bool) -> Vec<Arc> {
+        let rays = Rays::new(&self.wires);
+        let mut leasts = vec![0; self.wires.last().map_or(0, |wire| wire.owner) + 1];
+        self.wires.iter().skip(1).for_each(|wire| leasts[wire.owner] = wire.least);
+        let demanding = leasts.iter().filter(|&&least| least > 0).count();
+        // Curves that are not named wind zero times.
+        let keeps = |w: &[(usize, i32)]| {
+            let mut curves = w.iter().filter(|w| w.0 != 0);
+            let within = w.iter().any(|&(owner, w)| owner == 0 && w > 0);
+            within
+                && (everything
+                    || match rule {
+                        TrimRule::Handedness => {
+                            let met = curves.clone().filter(|&&(c, w)| leasts[c] > 0 && w >= leasts[c]).count();
+                            met == demanding && curves.all(|&(c, w)| w >= leasts[c])
+                        }
+                        TrimRule::NonZero => curves.map(|w| w.1).sum::<i32>() != 0,
+                        TrimRule::EvenOdd => curves.map(|w| w.1).sum::<i32>() % 2 != 0,
+                    })
+        };
+        let label = |mut arc: Arc| -> Option<Arc> {
+            let length = |p: &Part| {
+                let span = self.span(arc.chain, p.span);
+                span.point(p.from).distance(span.point(p.to))
+            };
+            let part = *arc.parts.iter().max_by(|a, b| length(a).total_cmp(&length(b)))?;
+            let span = self.span(arc.chain, part.span);
+            let [q, d, _] = span.derivatives(0.5 * (part.from + part.to));
+            let q = if span.control.len() == 2 { span.point(0.5 * (part.from + part.to)) } else { q };
+            // The ray runs across the arc.
+            let axis = usize::from(d.x.abs() > d.y.abs());
+            let (ahead, along) = rays.windings(&self.wires, q, axis);
+            let own = along.iter().find(|a| (a.0, a.1) == (arc.chain, part.span))?.2;
+            if along.iter().any(|a| (a.0, a.1) < (arc.chain, part.span)) {
+                // The other curve of this stretch speaks for it.
+                return None;
+            }
+            let behind =
+                sums(ahead.iter().copied().chain(along.iter().map(|a| (self.wires[a.0].owner, a.2))).collect());
+            let (ahead, behind) = (keeps(&ahead), keeps(&behind));
+            if ahead == behind {
+                return None;
+            }
+            let left = if own > 0 { behind } else { ahead };
+            arc.reversed = !left;
+            Some(arc)
+        };
+        arcs.into_par_iter().filter_map(label).collect()
+    }
+
+    /// Joins arcs to loops: at a node the way that turns left most, so that regions that touch there stay apart.
+    fn link(&self, arcs: Vec<Arc>) -> Result<Vec<Vec<Arc>>, NoRegion> {
+        /// Angle, radians, below which an arc turns back along another that it touches: then each goes on along its own curve.
+        const BACK: f64 = 0.01;
+        let mut leaving: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut loops = Vec::new();
+        let mut starts = Vec::new();
+        let mut arcs: Vec<Option<Arc>> = arcs.into_iter().map(Some).collect();
+        for (k, slot) in arcs.iter_mut().enumerate() {
+            match slot.as_ref().map(Arc::ends) {
+                Some(Some([from, _])) => {
+                    leaving.entry(from).or_default().push(k);
+                    starts.push(k);
+                }
+                _ => loops.extend(slot.take().map(|whole| vec![whole])),
+            }
+        }
+        for start in starts {
+            let Some(first) = arcs[start].take() else { continue };
+            let Some([from, mut at]) = first.ends() else { continue };
+            let mut chain = vec![first];
+            while at != from {
+                let back = chain.last().map_or(DVec2::ZERO, |arc| self.direction(arc, true));
+                let ways = leaving.get(&at).into_iter().flatten().copied();
+                let turn = |&k: &usize| {
+                    arcs[k].as_ref().map(|arc| {
+                        // Counter-clockwise from where it came to where it goes: the least leaves nothing in between.
+                        let to = self.direction(arc, false);
+                        let wedge = to.angle_to(back).rem_euclid(TAU);
+                        if wedge < BACK { TAU } else { wedge }
+                    })
+                };
+                let next = ways.filter_map(|k| turn(&k).map(|angle| (k, angle))).min_by(|a, b| a.1.total_cmp(&b.1));
+                let Some(arc) = next.and_then(|(k, _)| arcs[k].take()) else {
+                    return Err(NoRegion { at: self.domain.of_unit(self.nodes[at]) });
+                };
+                at = arc.ends().map_or(from, |ends| ends[1]);
+                chain.push(arc);
+            }
+            loops.push(chain);
+        }
+        Ok(loops)
+    }
+
+    /// From the node where an arc starts in loop order (or where it ends) into the arc.
+    fn direction(&self, arc: &Arc, at_end: bool) -> DVec2 {
+        const STEP: f64 = 1e-3;
+        let first = at_end == arc.reversed;
+        let part = if first { arc.parts[0] } else { arc.parts[arc.parts.len() - 1] };
+        let span = self.span(arc.chain, part.span);
+        let (from, to) = if first { (part.from, part.to) } else { (part.to, part.from) };
+        span.point(from + (to - from) * STEP) - span.point(from)
+    }
+
+    fn green(&self, arc: &Arc) -> f64 {
+        let sum: f64 = arc.parts.iter().map(|p| green(self.span(arc.chain, p.span), p)).sum();
+        if arc.reversed { -sum } else { sum }
+    }
+}
+
+/// A span that runs through a point: chain, span, and what it adds to the winding number behind the point.
+type Through = (usize, usize, i32);
+
+/// The spans of all wires, to be found along rays.
+struct Rays {
+    tree: BoxTree,
+    /// Chain and span of each box; spans of a wire's closure are numbered after its own.
+    names: Vec<(u32, u32)>,
+}
+
+impl Rays {
+    fn new(wires: &[Wire]) -> Self {
+        let mut names = Vec::new();
+        let mut boxes = Vec::new();
+        for (c, wire) in wires.iter().enumerate() {
+            for (k, span) in wire.chain.spans.iter().chain(&wire.closure).enumerate() {
+                names.push((c as u32, k as u32));
+                boxes.push([span.low(), span.high()]);
+            }
+        }
+        Self { tree: BoxTree::new(&boxes), names }
+    }
+
+    /// How often curves wind around the points just ahead of `q` on the ray that leaves it along coordinate `axis`, without those
+    /// that do not; and the spans that run through `q` with what they add behind it.
+    fn windings(&self, wires: &[Wire], q: DVec2, axis: usize) -> (Vec<(usize, i32)>, Vec<Through>) {
+        let across = 1 - axis;
+        let mut ahead = Vec::new();
+        let mut along = Vec::new();
+        let (mut low, mut high) = (q, q);
+        low[axis] -= ALONG;
+        high[axis] = f64::INFINITY;
+        self.tree.meeting([low, high], |number| {
+            let (c, k) = (self.names[number].0 as usize, self.names[number].1 as usize);
+            let spans = &wires[c].chain.spans;
+            let span = spans.get(k).unwrap_or_else(|| &wires[c].closure[k - spans.len()]);
+            let [a, b] = span.ends;
+            if (a[across] <= q[across]) == (b[across] <= q[across]) {
+                return;
+            }
+            // Counter-clockwise around what lies behind.
+            let sign = if (b[across] > a[across]) == (axis == 0) { 1 } else { -1 };
+            let far = if a[axis].min(b[axis]) > q[axis] + ALONG {
+                f64::INFINITY
+            } else {
+                span.point(span.at(across, q[across]))[axis] - q[axis]
+            };
+            if far > ALONG {
+                ahead.push((wires[c].owner, sign));
+            } else if far >= -ALONG {
+                along.push((c, k, sign));
+            }
+        });
+        (sums(ahead), along)
+    }
+}
+
+/// One entry for each owner.
+fn sums(mut windings: Vec<(usize, i32)>) -> Vec<(usize, i32)> {
+    windings.sort_unstable_by_key(|w| w.0);
+    windings.dedup_by(|b, a| {
+        let same = a.0 == b.0;
+        a.1 += if same { b.1 } else { 0 };
+        same
+    });
+    windings
+}
+
+const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+
+fn note(domain: &UvDomain, p: DVec2, what: String, repaired: bool) -> TrimNote {
+    TrimNote { at: domain.of_unit(p.clamp(DVec2::ZERO, DVec2::ONE)), what, repaired }
+}
+
+fn border() -> Wire {
+    let line = |k: usize| Span::line(CORNERS[k], CORNERS[(k + 1) % 4], k, (0.0, 1.0));
+    Wire { owner: 0, chain: Chain { spans: (0..4).map(line).collect(), closed: true }, closure: Vec::new(), least: 1 }
+}
+
+/// The point of the border nearest to `p`.
+fn on_border(p: DVec2) -> DVec2 {
+    let mut q = p.clamp(DVec2::ZERO, DVec2::ONE);
+    if q.cmpgt(DVec2::ZERO).all() && q.cmplt(DVec2::ONE).all() {
+        let sides = [(0, 0.0, q.x), (0, 1.0, 1.0 - q.x), (1, 0.0, q.y), (1, 1.0, 1.0 - q.y)];
+        if let Some((axis, at, _)) = sides.into_iter().min_by(|a, b| a.2.total_cmp(&b.2)) {
+            q[axis] = at;
+        }
+    }
+    q
+}
+
+/// Length of the border from the lower left corner counter-clockwise to a point on it.
+fn perimeter(p: DVec2) -> f64 {
+    if p.y == 0.0 {
+        p.x
+    } else if p.x == 1.0 {
+        1.0 + p.y
+    } else if p.y == 1.0 {
+        3.0 - p.x
+    } else {
+        4.0 - p.y
+    }
+}

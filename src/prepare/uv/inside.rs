@@ -1,0 +1,44 @@
+//! A tile's loops as polygons, and lattices of parameters inside them: what needs a few per cent, not exact signs.
+
+use super::uv_curve::UvCurve;
+use super::uv_loop::winding_about;
+use crate::prepare::surface::decompose::BezierPatches;
+use glam::DVec2;
+
+/// Points along a stretch of a pcurve from `from` to `to`, without the last: as many as it has samples, at most `most`.
+pub(crate) fn points_along(uv: &UvCurve, from: f64, to: f64, most: usize, out: &mut Vec<DVec2>) {
+    let n = match uv {
+        UvCurve::Hermite(samples) => (2 * (samples.len() - 1)).min(most),
+        UvCurve::Iso { .. } => 1,
+    };
+    let mut hint = 0;
+    out.extend((0..n).map(|k| uv.point(from + (to - from) * k as f64 / n as f64, &mut hint)));
+}
+
+/// The kept part of a tile, by polygons.
+pub(crate) struct Inside<'a> {
+    pub(crate) patches: &'a BezierPatches,
+    pub(crate) min: DVec2,
+    pub(crate) max: DVec2,
+    pub(crate) loops: Vec<Vec<DVec2>>,
+}
+
+impl Inside<'_> {
+    /// Whether the loops wind around a parameter.
+    pub(crate) fn holds(&self, uv: DVec2) -> bool {
+        self.loops.iter().map(|l| winding_about(l, uv)).sum::<i32>() > 0
+    }
+
+    /// Middles of an even lattice of `per_piece` cells per Bézier piece and direction, inside or not, and a cell's size.
+    pub(crate) fn lattice(&self, per_piece: usize) -> (DVec2, impl Iterator<Item = DVec2> + '_) {
+        let count = |breaks: &[f64], a: f64, b: f64| {
+            per_piece * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)
+        };
+        let nu = count(&self.patches.breaks_u, self.min.x, self.max.x);
+        let nv = count(&self.patches.breaks_v, self.min.y, self.max.y);
+        let step = (self.max - self.min) / DVec2::new(nu as f64, nv as f64);
+        let middles = (0..nu)
+            .flat_map(move |i| (0..nv).map(move |j| self.min + step * DVec2::new(i as f64 + 0.5, j as f64 + 0.5)));
+        (step, middles)
+    }
+}

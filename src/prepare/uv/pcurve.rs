@@ -1,0 +1,567 @@
+//! Edge curves to pcurves: the 3-D curve is the master, its image on the surface is marched along it.
+//!
+//! Each sample is projected from its predecessor's neighbourhood (march projection), so that the image stays on one
+//! sheet of a folded or periodic surface; the samples carry derivatives and become cubic Hermite pieces, refined until
+//! the image of the fit stays within a tolerance of the projection. The result has the edge's own parameter.
+
+use super::lead::{Lead, before_breaks, leads};
+use super::uv_curve::UvSample;
+use crate::model::{CurveKind, Edge, Pole, Surface};
+use glam::{DVec2, DVec3};
+use std::cell::{Cell, OnceCell};
+
+/// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000: an edge that needs
+/// more is noise, and its gap is reported.
+const MAX_DEPTH: u32 = 10;
+
+/// The same beside a pole, where the image turns by half a period within a few times the distance to the pole. That
+/// distance is 1e-5 of the face at least: nearer is a passage through the pole.
+const MAX_DEPTH_AT_POLE: u32 = 24;
+
+/// Samples of one pcurve beyond which it is not refined. Real ones have 2 to 500; a thousand times that is a curve of
+/// noise, and would take seconds.
+const MAX_SAMPLES: usize = 20_000;
+
+/// Newton steps of one projection. Quadratic convergence needs 3–5 from a good seed; slow tangential ones about 30.
+const MAX_STEPS: u32 = 40;
+
+/// Searches of the whole surface, one after the other, that find nothing nearer than where a walk along an edge is, after which
+/// it goes on without: the edge lies off the surface there.
+const MAX_VAIN: u32 = 32;
+
+/// Distance between an edge and the surface, in tolerances, from which on the image need not be truer than a share of it. The edges
+/// of sound files lie nearer.
+const FAR_OFF: f64 = 3e3;
+
+/// That share.
+const SHARE_OF_GAP: f64 = 0.05;
+
+/// Finds the parameters of points on one surface.
+pub(crate) struct Projector<'a> {
+    surface: &'a Surface,
+    /// Periods in u and v.
+    pub(crate) period: [Option<f64>; 2],
+    /// Natural domain; infinite where the surface is.
+    pub(crate) domain: [(f64, f64); 2],
+    /// Parameter lines that collapse to a point.
+    pub(crate) poles: Vec<Pole>,
+    /// Length below which points of this face are one.
+    pub(crate) tolerance: f64,
+    seeds: OnceCell<Vec<(DVec2, DVec3)>>,
+    /// Searches in vain since the last that was not, or since an edge began.
+    vain: Cell<u32>,
+}
+
+/// The image of one edge in one face.
+pub(crate) struct Marched {
+    /// In order of the edge's parameter.
+    pub(crate) samples: Vec<UvSample>,
+    /// Largest distance between edge and surface at the samples.
+    pub(crate) gap: f64,
+    /// Poles at the ends, in order of the edge's parameter.
+    pub(crate) poles: [Option<usize>; 2],
+}
+
+impl<'a> Projector<'a> {
+    pub(crate) fn new(surface: &'a Surface, tolerance: f64) -> Self {
+        Self {
+            surface,
+            period: surface.period(),
+            domain: surface.natural_domain(),
+            poles: surface.poles(),
+            tolerance,
+            seeds: OnceCell::new(),
+            vain: Cell::new(0),
+        }
+    }
+
+    /// Lets the nearest of the B-rep vertices at a pole stand for the pole's point, so that all faces there have the same one.
+    pub(crate) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>) {
+        let mut nearest = vec![(10.0 * self.tolerance, None); self.poles.len()];
+        for v in vertices {
+            for (pole, (least, found)) in self.poles.iter().zip(&mut nearest) {
+                let off = pole.point.distance(v);
+                if off <= *least {
+                    (*least, *found) = (off, Some(v));
+                }
+            }
+        }
+        for (pole, (_, found)) in self.poles.iter_mut().zip(nearest) {
+            pole.point = found.unwrap_or(pole.point);
+        }
+    }
+
+    /// Length in space of a small step in (u,v).
+    pub(crate) fn length(&self, at: DVec2, step: DVec2) -> f64 {
+        let w = self.wrap(at);
+        let [_, du, dv] = self.surface.tangents(w.x, w.y);
+        (du * step.x + dv * step.y).length()
+    }
+
+    /// Area in space of a small area in (u,v), as a multiple of that.
+    pub(crate) fn area(&self, at: DVec2) -> f64 {
+        let w = self.wrap(at);
+        let [_, du, dv] = self.surface.tangents(w.x, w.y);
+        du.cross(dv).length()
+    }
+
+    /// The surface's point at parameters of any period.
+    pub(crate) fn point(&self, at: DVec2) -> DVec3 {
+        let w = self.wrap(at);
+        self.surface.point(w.x, w.y)
+    }
+
+    /// The surface's point at parameters of any period, and its derivative along a step.
+    pub(crate) fn along(&self, at: DVec2, step: DVec2) -> (DVec3, DVec3) {
+        let w = self.wrap(at);
+        let [point, du, dv] = self.surface.tangents(w.x, w.y);
+        (point, du * step.x + dv * step.y)
+    }
+
+    /// The pole at a point, if it is one.
+    pub(crate) fn pole_at(&self, p: DVec3) -> Option<usize> {
+        self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)
+    }
+
+    /// `uv` moved by whole periods next to `near`.
+    pub(crate) fn unwrap(&self, mut uv: DVec2, near: DVec2) -> DVec2 {
+        for axis in 0..2 {
+            if let Some(p) = self.period[axis] {
+                uv[axis] += p * ((near[axis] - uv[axis]) / p).round();
+            }
+        }
+        uv
+    }
+
+    /// Parameters of the surface point nearest to `p`, on the sheet of `seed` where there is one.
+    pub(crate) fn project(&self, p: DVec3, seed: Option<DVec2>) -> DVec2 {
+        if let Some(uv) = self.surface.invert(p) {
+            return seed.map_or(uv, |s| self.unwrap(uv, s));
+        }
+        if let Some(s) = seed {
+            let (uv, distance) = self.newton(p, s);
+            if distance <= 1e3 * self.tolerance || self.vain.get() >= MAX_VAIN {
+                return uv;
+            }
+            let (far, better) = self.search(p);
+            let found = better < 0.5 * distance;
+            self.vain.set(if found { 0 } else { self.vain.get() + 1 });
+            return if found { self.unwrap(far, s) } else { uv };
+        }
+        self.search(p).0
+    }
+
+    fn search(&self, p: DVec3) -> (DVec2, f64) {
+        let seeds = self.seeds.get_or_init(|| self.seed_grid());
+        let sweep = match self.surface {
+            Surface::Extrusion { direction, .. } => direction.normalize_or_zero(),
+            _ => DVec3::ZERO,
+        };
+        let mut best = [(f64::INFINITY, DVec2::ZERO); 4];
+        for (uv, s) in seeds {
+            let d = p - *s;
+            let d = (d - sweep * d.dot(sweep)).length_squared();
+            if d < best[3].0 {
+                best[3] = (d, *uv);
+                best.sort_by(|a, b| a.0.total_cmp(&b.0));
+            }
+        }
+        let mut answer = (DVec2::ZERO, f64::INFINITY);
+        for (d, uv) in best {
+            if d.is_finite() {
+                let found = self.newton(p, uv);
+                if found.1 < answer.1 {
+                    answer = found;
+                }
+                if answer.1 <= self.tolerance {
+                    break;
+                }
+            }
+        }
+        answer
+    }
+
+    fn seed_grid(&self) -> Vec<(DVec2, DVec3)> {
+        /// Seeds in all: a search looks at every one of them.
+        const MOST: usize = 64 * 64;
+        let wanted = |axis: usize| -> usize {
+            let spans = match (self.surface, axis) {
+                (Surface::Nurbs(s), 0) => s.count_u() * 2,
+                (Surface::Nurbs(s), _) => s.count_v() * 2,
+                (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
+                    curve.points.len() * 3
+                }
+                (Surface::Extrusion { .. }, _) => return 1,
+                _ => 16,
+            };
+            spans.clamp(8, 1024)
+        };
+        // What one direction does not need, the other may have: a spring has many turns and one round section.
+        let n = [wanted(0), wanted(1)];
+        let n = [0, 1].map(|axis| n[axis].min((MOST / n[1 - axis].min(64)).max(64)));
+        let axis_values = |axis: usize| -> Vec<f64> {
+            let (a, b) = self.domain[axis];
+            if n[axis] == 1 {
+                return vec![0.0];
+            }
+            let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
+            // Midpoints: on a pole line the surface has no direction to go.
+            (0..n[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / n[axis] as f64).collect()
+        };
+        let [us, vs] = [0, 1].map(axis_values);
+        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v)));
+        match self.surface {
+            Surface::Nurbs(net) => pairs.zip(net.lattice(&us, &vs)).collect(),
+            surface => pairs.map(|uv| (uv, surface.point(uv.x, uv.y))).collect(),
+        }
+    }
+
+    /// Moves an evaluation parameter into the domain of a periodic surface.
+    fn wrap(&self, mut uv: DVec2) -> DVec2 {
+        for axis in 0..2 {
+            let (lo, hi) = self.domain[axis];
+            if let Some(p) = self.period[axis] {
+                if lo.is_finite() && (uv[axis] < lo || uv[axis] > hi) {
+                    uv[axis] = lo + (uv[axis] - lo).rem_euclid(p);
+                }
+            } else {
+                uv[axis] = uv[axis].clamp(lo, hi);
+            }
+        }
+        uv
+    }
+
+    /// Gauss–Newton to the foot point; the second value is its distance.
+    ///
+    /// Where that does not end, as across a crease between pieces of different speeds, once more from the nearest point
+    /// that was met, with steps halved until they bring nearer.
+    fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, f64) {
+        let mut uv = start;
+        for axis in 0..2 {
+            if self.period[axis].is_none() {
+                uv[axis] = uv[axis].clamp(self.domain[axis].0, self.domain[axis].1);
+            }
+        }
+        let mut best = (uv, f64::INFINITY);
+        for step in 0..2 * MAX_STEPS {
+            if step == MAX_STEPS {
+                uv = best.0;
+            }
+            let w = self.wrap(uv);
+            let [point, du, dv] = self.surface.tangents(w.x, w.y);
+            let r = p - point;
+            if r.length() < best.1 {
+                best = (uv, r.length());
+            } else if step > MAX_STEPS {
+                uv = 0.5 * (uv + best.0);
+                continue;
+            }
+            let step = least_squares(du, dv, r);
+            let mut next = uv + step;
+            for axis in 0..2 {
+                if self.period[axis].is_some() {
+                    let limit = 0.25 * self.period[axis].unwrap_or(f64::INFINITY);
+                    next[axis] = uv[axis] + (next[axis] - uv[axis]).clamp(-limit, limit);
+                    continue;
+                }
+                let (lo, hi) = self.domain[axis];
+                if next[axis] < lo || next[axis] > hi {
+                    next[axis] = next[axis].clamp(lo, hi);
+                    // The other coordinate goes its own way along the border.
+                    let other = 1 - axis;
+                    let (along, fixed) = if other == 0 { (du, dv) } else { (dv, du) };
+                    let rest = r - fixed * (next[axis] - uv[axis]);
+                    let g = along.length_squared();
+                    if g > 0.0 {
+                        next[other] = uv[other] + rest.dot(along) / g;
+                    }
+                }
+            }
+            for axis in 0..2 {
+                if self.period[axis].is_none() {
+                    next[axis] = next[axis].clamp(self.domain[axis].0, self.domain[axis].1);
+                }
+            }
+            let moved = next - uv;
+            uv = next;
+            if du.length() * moved.x.abs() + dv.length() * moved.y.abs() <= 1e-4 * self.tolerance {
+                let w = self.wrap(uv);
+                let r = self.surface.point(w.x, w.y).distance(p);
+                return if r <= best.1 { (uv, r) } else { best };
+            }
+        }
+        best
+    }
+
+    /// Interior parameters at which an edge runs through a pole, increasing; its image jumps there.
+    pub(crate) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
+        if self.poles.is_empty() || edge.kind == CurveKind::Line {
+            return Vec::new();
+        }
+        let ts = self.first_parameters(edge);
+        let ends = [edge.curve.point(edge.range.0), edge.curve.point(edge.range.1)];
+        let mut out = Vec::new();
+        for pole in &self.poles {
+            // Where the distance to the pole stops falling.
+            let slope = |t: f64| {
+                let [point, d1] = edge.curve.tangent(t);
+                (point - pole.point).dot(d1)
+            };
+            for w in ts.windows(2) {
+                if slope(w[0]) >= 0.0 || slope(w[1]) < 0.0 {
+                    continue;
+                }
+                let (mut lo, mut hi) = (w[0], w[1]);
+                for _ in 0..60 {
+                    let mid = 0.5 * (lo + hi);
+                    if slope(mid) < 0.0 { lo = mid } else { hi = mid }
+                }
+                // Not the ends: they are vertices, and the loop already knows what happens there.
+                let p = edge.curve.point(hi);
+                let near = 10.0 * self.tolerance;
+                let clear = ends.iter().all(|end| end.distance(p) > 10.0 * near);
+                if clear && p.distance(pole.point) <= near {
+                    out.push(hi);
+                }
+            }
+        }
+        out.sort_by(f64::total_cmp);
+        out.dedup_by(|b, a| *b - *a <= 1e-6 * (edge.range.1 - edge.range.0));
+        out
+    }
+
+    /// The image of `edge` (its ends being `ends`), marched in loop direction from `seed`.
+    pub(crate) fn march(&self, edge: &Edge, ends: [DVec3; 2], reversed: bool, seed: Option<DVec2>) -> Marched {
+        let (t0, t1) = edge.range;
+        self.vain.set(0);
+        let end_poles = [self.pole_at(ends[0]), self.pole_at(ends[1])];
+        let mut ts = self.first_parameters(edge);
+        if reversed {
+            ts.reverse();
+        }
+        let walk = Walk { projector: self, edge, ends, leads: leads(edge, ends, self.tolerance) };
+        let order = |pair: [Option<usize>; 2]| if reversed { [pair[1], pair[0]] } else { pair };
+        let [first_pole, last_pole] = order(end_poles);
+        let mut out: Vec<(UvSample, f64)> = Vec::with_capacity(2 * ts.len());
+        let span = (t1 - t0) * if reversed { -1.0 } else { 1.0 };
+        let near_end = |t: f64, inward: f64, pole: usize, seed: Option<DVec2>| {
+            let inner = walk.sample(t + inward, seed);
+            walk.at_pole(t, &self.poles[pole], &inner.0)
+        };
+        let first = match first_pole {
+            Some(pole) => near_end(ts[0], 1e-3 * span, pole, None),
+            None => walk.sample(ts[0], seed),
+        };
+        out.push(first);
+        for (k, &t) in ts.iter().enumerate().skip(1) {
+            let previous = out[out.len() - 1].0;
+            let slope = if previous.d.is_finite() { previous.d } else { DVec2::ZERO };
+            let guess = self.guess(previous.uv, slope * (t - previous.t));
+            let next = match last_pole {
+                Some(pole) if k + 1 == ts.len() => near_end(t, -1e-3 * span, pole, Some(previous.uv)),
+                _ => walk.sample(t, Some(guess)),
+            };
+            if self.is_exact(edge) {
+                out.push(next);
+            } else {
+                walk.refine(&previous, &next.0, 0, &mut out);
+                out.push(next);
+            }
+        }
+        let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
+        let mut samples: Vec<UvSample> = out.into_iter().map(|s| s.0).collect();
+        if !self.poles.is_empty() {
+            self.unwind(&mut samples);
+        }
+        if reversed {
+            samples.reverse();
+        }
+        fill_slopes(&mut samples);
+        Marched { samples, gap, poles: end_poles }
+    }
+
+    /// Moves samples by whole periods next to their predecessors. The first samples of an edge that passes a pole are too
+    /// far apart to tell on which side: what was guessed then shows as a jump between the last ones.
+    fn unwind(&self, samples: &mut [UvSample]) {
+        for axis in 0..2 {
+            let Some(p) = self.period[axis] else { continue };
+            let mut by = 0.0;
+            for k in 1..samples.len() {
+                samples[k].uv[axis] += by;
+                let (a, b) = (samples[k - 1], samples[k]);
+                let step = 0.5 * (a.d[axis] + b.d[axis]) * (b.t - a.t);
+                let step = if step.abs() < 0.5 * p { step } else { 0.0 };
+                let jump = p * ((b.uv[axis] - a.uv[axis] - step) / p).round();
+                samples[k].uv[axis] -= jump;
+                by -= jump;
+            }
+        }
+    }
+
+    /// Where to look next: a prediction, but never further than a quarter period away.
+    fn guess(&self, uv: DVec2, step: DVec2) -> DVec2 {
+        let mut scale = 1.0_f64;
+        for axis in 0..2 {
+            let (lo, hi) = self.domain[axis];
+            let room = self.period[axis].map_or(hi - lo, |p| 0.5 * p);
+            if room.is_finite() && step[axis].abs() > 0.5 * room {
+                scale = scale.min(0.5 * room / step[axis].abs());
+            }
+        }
+        uv + step * scale
+    }
+
+    /// A straight edge in a plane: two samples say it all.
+    fn is_exact(&self, edge: &Edge) -> bool {
+        edge.kind == CurveKind::Line && matches!(self.surface, Surface::Plane { .. })
+    }
+
+    fn first_parameters(&self, edge: &Edge) -> Vec<f64> {
+        let (t0, t1) = edge.range;
+        let margin = 1e-9 * (t1 - t0);
+        let knots = edge.curve.knots.iter().copied().filter(|&k| k > t0 + margin && k < t1 - margin);
+        let mut ts = vec![t0];
+        ts.extend(knots);
+        ts.push(t1);
+        ts.dedup();
+        let pieces = match edge.kind {
+            CurveKind::Line if self.is_exact(edge) => 1,
+            CurveKind::Line | CurveKind::Circle | CurveKind::Conic => 2,
+            CurveKind::Polyline => 1,
+            CurveKind::Spline if ts.len() > 32 => 1,
+            CurveKind::Spline => (8 / (ts.len() - 1).max(1)).max(2),
+        };
+        let mut fine = Vec::with_capacity(pieces * ts.len());
+        for w in ts.windows(2) {
+            fine.extend((0..pieces).map(|k| w[0] + (w[1] - w[0]) * k as f64 / pieces as f64));
+        }
+        if matches!(edge.kind, CurveKind::Spline | CurveKind::Polyline) {
+            fine.extend(before_breaks(edge));
+            fine.sort_by(f64::total_cmp);
+        }
+        fine.push(t1);
+        fine
+    }
+}
+
+/// One edge on one surface.
+struct Walk<'a> {
+    projector: &'a Projector<'a>,
+    edge: &'a Edge,
+    ends: [DVec3; 2],
+    leads: [Option<Lead>; 2],
+}
+
+impl Walk<'_> {
+    /// The sample at `t` and the gap there.
+    fn sample(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64) {
+        let (sample, gap, _) = self.sample_with_speeds(t, seed);
+        (sample, gap)
+    }
+
+    /// The same, and how fast the surface's point moves with u and with v.
+    fn sample_with_speeds(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64, DVec2) {
+        let [mut point, mut d1] = self.edge.curve.tangent(t);
+        for [off, slope] in self.leads.iter().flatten().map(|lead| lead.at(t)) {
+            point += off;
+            d1 += slope;
+        }
+        let p = if t == self.edge.range.0 {
+            self.ends[0]
+        } else if t == self.edge.range.1 {
+            self.ends[1]
+        } else {
+            point
+        };
+        let uv = self.projector.project(p, seed);
+        let w = self.projector.wrap(uv);
+        let [point, du, dv] = self.projector.surface.tangents(w.x, w.y);
+        let d = jacobian_solve(du, dv, d1);
+        (UvSample { t, uv, d }, point.distance(p), DVec2::new(du.length(), dv.length()))
+    }
+
+    /// The sample at a pole: the collapsed coordinate is the pole's, the other continues from `inner`.
+    fn at_pole(&self, t: f64, pole: &Pole, inner: &UvSample) -> (UvSample, f64) {
+        let step = inner.d * (t - inner.t);
+        let small = (0..2).all(|axis| {
+            let (lo, hi) = self.projector.domain[axis];
+            step[axis].abs() <= 0.1 * self.projector.period[axis].unwrap_or(hi - lo)
+        });
+        let mut uv = inner.uv + if step.is_finite() && small { step } else { DVec2::ZERO };
+        // The pole line, or image of one, nearest to where the edge comes from: a closed profile meets its axis twice.
+        let fixed = pole.axis;
+        let from = inner.uv[fixed];
+        let images = self.projector.poles.iter().filter(|p| p.axis == fixed && p.point == pole.point).map(|p| {
+            p.at + self.projector.period[fixed].map_or(0.0, |period| period * ((from - p.at) / period).round())
+        });
+        uv[fixed] = images.min_by(|a, b| (a - from).abs().total_cmp(&(b - from).abs())).unwrap_or(pole.at);
+        (UvSample { t, uv, d: DVec2::NAN }, 0.0)
+    }
+
+    /// Whether a pole lies so close to the edge between two samples that the image may turn about it unseen.
+    fn passes_pole(&self, a: &UvSample, b: &UvSample) -> bool {
+        let [p, q] = [a.t, b.t].map(|t| self.edge.curve.point(t));
+        let reach = p.distance(q);
+        self.projector.poles.iter().any(|pole| pole.point.distance(p).min(pole.point.distance(q)) < reach)
+    }
+
+    fn refine(&self, a: &UvSample, b: &UvSample, depth: u32, out: &mut Vec<(UvSample, f64)>) {
+        let deep = depth >= MAX_DEPTH && (depth >= MAX_DEPTH_AT_POLE || !self.passes_pole(a, b));
+        if deep || out.len() >= MAX_SAMPLES {
+            return;
+        }
+        let t = 0.5 * (a.t + b.t);
+        let mut pair = [*a, *b];
+        fill_slopes(&mut pair);
+        let guess = UvSample::between(&pair[0], &pair[1], t);
+        let (mid, gap, speeds) = self.sample_with_speeds(t, Some(guess));
+        let off = (mid.uv - guess).abs();
+        // What the derivative leaves out, how the surface bends below the edge, is in proportion to how far that is off.
+        let tolerance = self.projector.tolerance;
+        let may_be_off = if gap > FAR_OFF * tolerance { SHARE_OF_GAP * gap } else { 4.0 * tolerance };
+        if speeds.x * off.x + speeds.y * off.y > may_be_off {
+            self.refine(a, &mid, depth + 1, out);
+            out.push((mid, gap));
+            self.refine(&mid, b, depth + 1, out);
+        }
+    }
+}
+
+/// Slopes that could not be had from the surface (poles) are taken from the neighbours.
+fn fill_slopes(samples: &mut [UvSample]) {
+    for i in 0..samples.len() {
+        if samples[i].d.is_finite() {
+            continue;
+        }
+        let k = if i + 1 < samples.len() { i + 1 } else { i - 1 };
+        let chord = (samples[k].uv - samples[i].uv) / (samples[k].t - samples[i].t);
+        samples[i].d = if samples[k].d.is_finite() { 2.0 * chord - samples[k].d } else { chord };
+    }
+}
+
+/// The step (du, dv) that brings `a du + b dv` nearest to `r`; along one direction only where the other has none.
+fn least_squares(a: DVec3, b: DVec3, r: DVec3) -> DVec2 {
+    let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
+    let det = e * g - f * f;
+    if det > 1e-14 * e * g {
+        return DVec2::new((g * r.dot(a) - f * r.dot(b)) / det, (e * r.dot(b) - f * r.dot(a)) / det);
+    }
+    if e >= g && e > 0.0 {
+        DVec2::new(r.dot(a) / e, 0.0)
+    } else if g > 0.0 {
+        DVec2::new(0.0, r.dot(b) / g)
+    } else {
+        DVec2::ZERO
+    }
+}
+
+/// The velocity in (u,v) of a point that moves with velocity `c` in space; NaN where the surface is singular.
+fn jacobian_solve(a: DVec3, b: DVec3, c: DVec3) -> DVec2 {
+    let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
+    let det = e * g - f * f;
+    if det > 1e-12 * e * g && e > 1e-18 * g && g > 1e-18 * e {
+        DVec2::new((g * c.dot(a) - f * c.dot(b)) / det, (e * c.dot(b) - f * c.dot(a)) / det)
+    } else {
+        DVec2::NAN
+    }
+}

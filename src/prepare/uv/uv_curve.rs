@@ -1,0 +1,112 @@
+//! A coedge's pcurve in its edge's parameter: cubic Hermite pieces, or an isoparametric segment.
+
+use glam::DVec2;
+
+/// Points closer than this share of a tile, and parameters closer than this share of their range, are one: pcurves are marched
+/// to rounding, 1e-12 of a face, and what meets within a face is solved to the same.
+pub(crate) const SAME_SHARE: f64 = 1e-9;
+
+/// A curve in (u,v), in the parameter of the edge it belongs to.
+#[derive(Clone, Debug)]
+pub enum UvCurve {
+    /// Piecewise cubic Hermite through marched samples.
+    Hermite(Box<[UvSample]>),
+    /// An isoparametric line: the coordinate `axis` is `at`, the other is the edge's own parameter.
+    Iso {
+        /// 0: u is constant; 1: v is constant.
+        axis: u8,
+        /// The constant.
+        at: f64,
+    },
+}
+
+/// A sample of a pcurve.
+#[derive(Clone, Copy, Debug)]
+pub struct UvSample {
+    /// The edge's parameter.
+    pub t: f64,
+    /// Where the surface comes nearest to the edge there.
+    pub uv: DVec2,
+    /// Derivative of `uv` by `t`.
+    pub d: DVec2,
+}
+
+impl UvSample {
+    /// The Hermite cubic between two samples at parameter `t`.
+    #[must_use]
+    pub fn between(a: &Self, b: &Self, t: f64) -> DVec2 {
+        let h = b.t - a.t;
+        let s = (t - a.t) / h;
+        let r = 1.0 - s;
+        a.uv * (r * r * (1.0 + 2.0 * s))
+            + b.uv * (s * s * (3.0 - 2.0 * s))
+            + (a.d * (r * r * s) - b.d * (s * s * r)) * h
+    }
+
+    /// Point and slope of that cubic at `t`.
+    pub(crate) fn at(a: &Self, b: &Self, t: f64) -> Self {
+        let h = b.t - a.t;
+        let s = (t - a.t) / h;
+        let d =
+            (b.uv - a.uv) * (6.0 * s * (1.0 - s) / h) + a.d * ((3.0 * s - 4.0) * s + 1.0) + b.d * ((3.0 * s - 2.0) * s);
+        let uv = if t <= a.t {
+            a.uv
+        } else if t >= b.t {
+            b.uv
+        } else {
+            Self::between(a, b, t)
+        };
+        Self { t, uv, d }
+    }
+
+    /// Parameters strictly between two samples at which coordinate `axis` of the cubic turns; at most two.
+    pub(crate) fn extremes(a: &Self, b: &Self, axis: usize) -> impl Iterator<Item = f64> {
+        let h = b.t - a.t;
+        let (d0, d1, rise) = (a.d[axis] * h, b.d[axis] * h, b.uv[axis] - a.uv[axis]);
+        // The derivative's coefficients in the Bernstein basis: of one sign, so is the derivative.
+        let middle = 3.0 * rise - d0 - d1;
+        let roots = if d0.min(d1).min(middle) < 0.0 && d0.max(d1).max(middle) > 0.0 {
+            // The derivative by s in [0, 1]: d0 + 2 s q + s² p.
+            let (p, q) = (3.0 * (d0 + d1 - 2.0 * rise), 3.0 * rise - 2.0 * d0 - d1);
+            let root = (q * q - p * d0).sqrt();
+            let far = -(q + root.copysign(q));
+            [far / p, d0 / far]
+        } else {
+            [f64::NAN; 2]
+        };
+        let t = a.t;
+        roots.into_iter().filter(|s| *s > 0.0 && *s < 1.0).map(move |s| t + s * h)
+    }
+}
+
+impl UvCurve {
+    /// The point at `t`. At a sample's own parameter this is the sample, to the bit.
+    ///
+    /// `hint` is the piece used last; neighbours in order of `t` make the search constant time.
+    #[must_use]
+    pub fn point(&self, t: f64, hint: &mut usize) -> DVec2 {
+        match self {
+            Self::Iso { axis: 0, at } => DVec2::new(*at, t),
+            Self::Iso { at, .. } => DVec2::new(t, *at),
+            Self::Hermite(samples) => {
+                let last = samples.len() - 1;
+                let mut i = (*hint).min(last - 1);
+                while i > 0 && t < samples[i].t {
+                    i -= 1;
+                }
+                while i + 1 < last && t >= samples[i + 1].t {
+                    i += 1;
+                }
+                *hint = i;
+                let (a, b) = (&samples[i], &samples[i + 1]);
+                if t <= a.t {
+                    a.uv
+                } else if t >= b.t {
+                    b.uv
+                } else {
+                    UvSample::between(a, b, t)
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! The pcurves of a loop, one after the other -> a closed curve in the unrolled plane, with its area and windings.
+
+use super::uv_curve::UvSample;
+use glam::DVec2;
+
+/// What a piece of a loop runs along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Along {
+    /// A B-rep edge of the part.
+    Edge(u32),
+    /// A pole of the surface (index into the projector's poles); the parameter is the running coordinate.
+    Pole(usize),
+}
+
+/// A stretch of a loop with one pcurve.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub(crate) along: Along,
+    /// Whether the loop runs against the parameter.
+    pub(crate) reversed: bool,
+    /// In order of the parameter.
+    pub(crate) samples: Vec<UvSample>,
+}
+
+impl Piece {
+    pub(crate) fn start(&self) -> DVec2 {
+        self.samples[if self.reversed { self.samples.len() - 1 } else { 0 }].uv
+    }
+
+    pub(crate) fn end(&self) -> DVec2 {
+        self.samples[if self.reversed { 0 } else { self.samples.len() - 1 }].uv
+    }
+
+    pub(crate) fn shift(&mut self, by: DVec2) {
+        let Along::Edge(_) = self.along else {
+            for s in &mut self.samples {
+                s.uv += by;
+                s.t += by.dot(s.d);
+            }
+            return;
+        };
+        for s in &mut self.samples {
+            s.uv += by;
+        }
+    }
+
+    pub(crate) fn reverse(&mut self) {
+        self.reversed = !self.reversed;
+    }
+
+    /// Points in loop order, without the last.
+    fn polyline(&self) -> impl Iterator<Item = DVec2> + '_ {
+        let n = self.samples.len();
+        (0..n - 1).flat_map(move |k| {
+            let (a, b) = if self.reversed { (n - 1 - k, n - 2 - k) } else { (k, k + 1) };
+            let (lo, hi) = (&self.samples[a.min(b)], &self.samples[a.max(b)]);
+            [self.samples[a].uv, UvSample::between(lo, hi, 0.5 * (lo.t + hi.t))]
+        })
+    }
+}
+
+/// A loop in the unrolled plane.
+#[derive(Clone, Debug)]
+pub(crate) struct UvLoop {
+    pub(crate) pieces: Vec<Piece>,
+    /// Periods by which the end misses the start.
+    pub(crate) winding: [i32; 2],
+}
+
+impl UvLoop {
+    pub(crate) fn polyline(&self) -> Vec<DVec2> {
+        self.pieces.iter().flat_map(Piece::polyline).collect()
+    }
+
+    pub(crate) fn reverse(&mut self) {
+        self.pieces.reverse();
+        self.pieces.iter_mut().for_each(Piece::reverse);
+        self.winding = [-self.winding[0], -self.winding[1]];
+    }
+
+    pub(crate) fn shift(&mut self, by: DVec2) {
+        self.pieces.iter_mut().for_each(|p| p.shift(by));
+    }
+}
+
+/// Twice the signed area of a closed polygon.
+pub(crate) fn area2(p: &[DVec2]) -> f64 {
+    let Some(&o) = p.first() else { return 0.0 };
+    (0..p.len()).map(|i| (p[i] - o).perp_dot(p[(i + 1) % p.len()] - o)).sum()
+}
+
+/// Winding number of a closed polygon about `q`.
+pub(crate) fn winding_about(p: &[DVec2], q: DVec2) -> i32 {
+    (0..p.len()).map(|i| crossed([p[i], p[(i + 1) % p.len()]], q)).sum()
+}
+
+/// What a side adds to the winding number about `q`: 1 where it runs upwards to the right of it, -1 where downwards.
+pub(crate) fn crossed([a, b]: [DVec2; 2], q: DVec2) -> i32 {
+    if (a.y <= q.y) == (b.y <= q.y) {
+        return 0;
+    }
+    let left = (b - a).perp_dot(q - a);
+    if a.y <= q.y { i32::from(left > 0.0) } else { -i32::from(left < 0.0) }
+}

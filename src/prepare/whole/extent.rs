@@ -1,0 +1,130 @@
+//! Prepared parts and instances to the placed model's box: of what is kept, never of control points.
+
+use crate::mesh::SceneInstance;
+use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
+use crate::prepare::surface::tables::BoxBounds;
+use crate::prepare::uv::inside::{Inside, points_along};
+use glam::{DVec2, DVec3, DVec4};
+
+/// Samples per strip of an edge's bounds table and per span of a tile's side. Sixteen on a quarter turn find its extreme
+/// point to 0.1 % of the radius.
+const SAMPLES: usize = 4;
+
+/// Centre and half diagonal of a part's box, from its cloud.
+pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
+    let low = cloud.iter().copied().reduce(DVec3::min)?;
+    let high = cloud.iter().copied().reduce(DVec3::max)?;
+    Some((0.5 * (low + high), 0.5 * (high - low).length()))
+}
+
+/// Lower and upper corner of the box of all instances, given each part's cloud, within about 0.1 %; `None` for an empty model.
+pub(crate) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for i in instances {
+        for p in &clouds[i.part as usize] {
+            let p = i.transform.transform_point3(*p);
+            low = low.min(p);
+            high = high.max(p);
+        }
+    }
+    (high - low).is_finite().then_some([low, high])
+}
+
+/// Axes, face diagonals and corner diagonals: a part may be placed turned, and then its box shows other extremes.
+const DIRECTIONS: [DVec3; 13] = [
+    DVec3::X,
+    DVec3::Y,
+    DVec3::Z,
+    DVec3::new(1.0, 1.0, 0.0),
+    DVec3::new(1.0, -1.0, 0.0),
+    DVec3::new(1.0, 0.0, 1.0),
+    DVec3::new(1.0, 0.0, -1.0),
+    DVec3::new(0.0, 1.0, 1.0),
+    DVec3::new(0.0, 1.0, -1.0),
+    DVec3::new(1.0, 1.0, 1.0),
+    DVec3::new(1.0, 1.0, -1.0),
+    DVec3::new(1.0, -1.0, 1.0),
+    DVec3::new(-1.0, 1.0, 1.0),
+];
+
+/// What lies between the extremes of a set of points in thirteen directions.
+struct Hull([(f64, f64); 13]);
+
+impl Hull {
+    fn of(points: &[DVec3]) -> Self {
+        let mut hull = Self([(f64::INFINITY, f64::NEG_INFINITY); 13]);
+        points.iter().for_each(|p| hull.add(*p));
+        hull
+    }
+
+    fn add(&mut self, p: DVec3) {
+        for (range, d) in self.0.iter_mut().zip(DIRECTIONS) {
+            let x = d.dot(p);
+            *range = (range.0.min(x), range.1.max(x));
+        }
+    }
+
+    fn holds(&self, p: DVec3) -> bool {
+        let slack = 1e-9 * (self.0[0].1 - self.0[0].0).max(self.0[1].1 - self.0[1].0).max(self.0[2].1 - self.0[2].0);
+        self.0.iter().zip(DIRECTIONS).all(|(range, d)| (range.0 - slack..=range.1 + slack).contains(&d.dot(p)))
+    }
+}
+
+/// Points of a part that span its box.
+pub(crate) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
+    let mut out = Vec::new();
+    for edge in part.edges.iter().filter(|e| !e.uses.is_empty()) {
+        out.extend(edge.breaks.iter().map(|b| b.point));
+        if let (EdgeShape::Curve(curve), false) = (&edge.shape, edge.straight) {
+            let (a, b) = curve.range();
+            let n = SAMPLES * edge.bounds.breaks.len();
+            out.extend((1..n).map(|k| curve.point(a + (b - a) * k as f64 / n as f64)));
+        }
+    }
+    let mut bounds = Hull::of(&out);
+    for of_face in part.tiles.chunk_by(|a, b| a.face == b.face) {
+        let face = &part.faces[part.face_of(&of_face[0])];
+        // Along a straight line only the ends are extreme, and they are on edges.
+        let straight = |second: fn(&BoxBounds) -> f64| face.bounds.cells.iter().all(|b| second(b) == 0.0);
+        if straight(|b| b.uu.norm) || straight(|b| b.vv.norm) {
+            continue;
+        }
+        // What its control net cannot reach need not be looked for in a piece.
+        let size = (face.patches.degree_u + 1) * (face.patches.degree_v + 1);
+        let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
+        let reaching: Vec<bool> = face.patches.control.chunks_exact(size).map(beyond).collect();
+        if reaching.contains(&true) {
+            of_face.iter().for_each(|tile| out.extend(interior(part, face, tile, &reaching, &mut bounds)));
+        }
+    }
+    out
+}
+
+/// Points of a lattice over a tile that lie inside its loops and outside `bounds`, which they widen. Only pieces that are
+/// `reaching` have any.
+fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[bool], bounds: &mut Hull) -> Vec<DVec3> {
+    let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
+    let inside = Inside { patches: &face.patches, min: tile.min, max: tile.max, loops };
+    let mut out = Vec::new();
+    for uv in inside.lattice(4 * SAMPLES).1 {
+        if !reaching[face.patches.piece(uv.x, uv.y)] {
+            continue;
+        }
+        let p = face.patches.point(uv.x, uv.y);
+        if !bounds.holds(p) && inside.holds(uv) {
+            bounds.add(p);
+            out.push(p);
+        }
+    }
+    out
+}
+
+/// A loop as a polygon through points of its pcurves.
+fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
+    let mut out = Vec::new();
+    for u in uses {
+        let breaks = &part.edges[u.edge as usize].breaks;
+        points_along(&u.uv, breaks[u.from as usize].t, breaks[u.to as usize].t, usize::MAX, &mut out);
+    }
+    out
+}

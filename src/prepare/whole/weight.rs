@@ -1,0 +1,158 @@
+//! Prepared tiles -> what each is expected to cost: cells and tessellants of a mesh that is as fine as pictures are, counted without
+//! making a plan, times what they were measured to cost (`examples/tile_costs.rs` and docs/benchmarks.md).
+
+use crate::prepare::join::prepared::{EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::prepare::surface::tables::CurveBounds;
+use crate::prepare::uv::uv_curve::UvCurve;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::f64::consts::FRAC_PI_6;
+use std::ops::Range;
+
+/// The mesh that is counted: a chord of a thousandth of the model (half a pixel, where the model fills a screen) ...
+const CHORD: f64 = 1e-3;
+/// ... and cells over which normals turn by this much.
+const ANGLE: f64 = FRAC_PI_6;
+/// More lines than that are noise of bounds.
+const MOST_LINES: f64 = 4096.0;
+
+/// Nanoseconds of a tile.
+const TILE: f64 = 160.0;
+/// Of a cell of its lattice.
+const CELL: f64 = 36.0;
+/// Of a tessellant on its boundary.
+const TESSELLANT: f64 = 190.0;
+/// Of a tessellant more where there are more than [`CROWD`] for each cell: such polygons are left to a triangulation that takes longer.
+const CROWDED: f64 = 755.0;
+const CROWD: f64 = 32.0;
+
+/// Weighs all tiles of a part, given the diagonal of the model in the part's own millimetres.
+pub(crate) fn weigh(part: &mut PreparedPart, diagonal: f64) {
+    let chord = CHORD * diagonal;
+    let of_edge: Vec<Vec<f64>> = part.edges.par_iter().map(|edge| segments(edge, chord)).collect();
+    let of_tile = |tile: &Tile| {
+        let lines = lines(&part.faces[part.face_of(tile)], tile, chord);
+        let along = |u: &EdgeUse| tessellants(u, &part.edges[u.edge as usize], &of_edge[u.edge as usize], tile, lines);
+        let tessellants: f64 = tile.loops.iter().flatten().map(along).sum();
+        let cells = lines.x * lines.y;
+        nanoseconds(cells, tessellants)
+    };
+    let weights: Vec<f64> = part.tiles.par_iter().map(of_tile).collect();
+    part.tiles.iter_mut().zip(weights).for_each(|(tile, weight)| tile.weight = weight);
+}
+
+/// What a tile of so many cells with so many tessellants on its boundary takes.
+pub(crate) fn nanoseconds(cells: f64, tessellants: f64) -> f64 {
+    TILE + CELL * cells + TESSELLANT * tessellants + CROWDED * (tessellants - CROWD * cells).max(0.0)
+}
+
+/// How many of `n` equal steps a bend by `second` of its parameter's square over a step of `width` takes to keep the chord.
+fn bends(second: f64, width: f64, chord: f64) -> f64 {
+    if second > 0.0 { width * (second / (8.0 * chord)).sqrt() } else { 0.0 }
+}
+
+/// Strips that overlap a range, and the width of the overlap.
+fn overlaps(breaks: &[f64], from: f64, to: f64) -> impl Iterator<Item = (usize, f64)> {
+    let strips = breaks.len().saturating_sub(1);
+    let first = breaks.partition_point(|&x| x <= from).saturating_sub(1).min(strips);
+    let wide = move |k: usize| {
+        let low = if k == 0 { from } else { breaks[k].max(from) };
+        let high = if k + 1 == strips { to } else { breaks[k + 1].min(to) };
+        (k, high - low)
+    };
+    (first..strips).map(wide).take_while(|(_, width)| *width > 0.0)
+}
+
+/// Cells in u and in v.
+fn lines(face: &PreparedFace, tile: &Tile, chord: f64) -> DVec2 {
+    let table = &face.bounds;
+    let rows = table.breaks_v.len().saturating_sub(1);
+    let (us, vs): (Vec<_>, Vec<_>) = (
+        overlaps(&table.breaks_u, tile.min.x, tile.max.x).collect(),
+        overlaps(&table.breaks_v, tile.min.y, tile.max.y).collect(),
+    );
+    let (mut of_u, mut of_v) = (vec![0.0_f64; us.len()], vec![0.0_f64; vs.len()]);
+    for (a, &(i, wide)) in us.iter().enumerate() {
+        for (b, &(j, high)) in vs.iter().enumerate() {
+            let bounds = &table.cells[i * rows + j];
+            // A cell's chord is shared by its directions, where it bends in both.
+            let both = if bounds.uu.lift > 0.0 && bounds.vv.lift > 0.0 { 0.5 * chord } else { chord };
+            of_u[a] = of_u[a].max(bends(bounds.uu.lift, wide, both)).max(bounds.turn_u / ANGLE);
+            of_v[b] = of_v[b].max(bends(bounds.vv.lift, high, both)).max(bounds.turn_v / ANGLE);
+        }
+    }
+    let whole = |lines: Vec<f64>| lines.into_iter().sum::<f64>().ceil().clamp(1.0, MOST_LINES);
+    DVec2::new(whole(of_u), whole(of_v))
+}
+
+/// Segments between each two breaks of an edge, by its own bends.
+fn segments(edge: &PreparedEdge, chord: f64) -> Vec<f64> {
+    let CurveBounds { breaks, strips, .. } = &edge.bounds;
+    let between = |ends: &[crate::prepare::join::prepared::Break]| {
+        if edge.straight {
+            return 1.0;
+        }
+        let strip = |(k, width): (usize, f64)| {
+            let turn = strips[k].turn / ANGLE * (width / (breaks[k + 1] - breaks[k])).min(1.0);
+            bends(strips[k].second, width, chord).max(turn)
+        };
+        overlaps(breaks, ends[0].t, ends[1].t).map(strip).sum::<f64>().ceil().clamp(1.0, MOST_LINES)
+    };
+    edge.breaks.windows(2).map(between).collect()
+}
+
+/// Tessellants of a stretch: as many as its own bends need between breaks, and one in each cell that it crosses at least.
+fn tessellants(u: &EdgeUse, edge: &PreparedEdge, segments: &[f64], tile: &Tile, lines: DVec2) -> f64 {
+    let stretch: Range<usize> = u.from.min(u.to) as usize..u.from.max(u.to) as usize;
+    let own: f64 = segments[stretch.clone()].iter().sum();
+    let ends = [edge.breaks[stretch.start].t, edge.breaks[stretch.end].t];
+    let way = match &u.uv {
+        UvCurve::Iso { axis: 0, .. } => DVec2::Y * (ends[1] - ends[0]),
+        UvCurve::Iso { .. } => DVec2::X * (ends[1] - ends[0]),
+        UvCurve::Hermite(samples) => {
+            // The samples may be those of the whole edge.
+            let first = samples.partition_point(|s| s.t <= ends[0]).saturating_sub(1);
+            let last = samples.partition_point(|s| s.t < ends[1]).min(samples.len() - 1);
+            samples[first..=last.max(first)].windows(2).map(|w| (w[1].uv - w[0].uv).abs()).sum()
+        }
+    };
+    let crossed = way / (tile.max - tile.min) * lines;
+    own.max(crossed.max_element().min(MOST_LINES))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+    use glam::{DAffine3, DVec3};
+
+    fn weights(name: &str, scale: f64) -> Vec<f64> {
+        let mut model = shapes::by_name(name).unwrap();
+        for instance in &mut model.instances {
+            instance.transform = DAffine3::from_scale(DVec3::splat(scale)) * instance.transform;
+        }
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).unwrap();
+        prepared.tiles().map(|(_, _, tile)| tile.weight).collect()
+    }
+
+    #[test]
+    fn weights_are_costs_whatever_the_size() {
+        for name in shapes::NAMES {
+            let (plain, large) = (weights(name, 1.0), weights(name, 1000.0));
+            assert!(plain.iter().all(|weight| *weight > TILE && weight.is_finite()), "{name}: {plain:?}");
+            for (a, b) in plain.iter().zip(&large) {
+                assert!((a / b - 1.0).abs() < 1e-6, "{name}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_square_is_four_tessellants_and_what_bends_is_more() {
+        let square = weights("box", 1.0);
+        assert_eq!(square, [TILE + CELL + 4.0 * TESSELLANT; 6]);
+        assert!(weights("wave", 1.0)[0] > 3.0 * square[0]);
+        // A round hole in it is more, too.
+        assert!(weights("square", 1.0)[0] > 5.0 * square[0]);
+    }
+}

@@ -1,0 +1,288 @@
+//! A part whose loops leave gaps to one whose loops close, and what was done to each face.
+//!
+//! A gap within the file's own tolerance, or no wider than an edge may miss its vertex by, makes its two vertices one, for
+//! all faces alike. A wider one gets an edge: the image of the straight line in (u,v) on the surface of the first face that
+//! has the gap, shared by every other that has it. First of all, edges that chain when taken in another order are.
+
+use super::ends::ends;
+use super::order::in_order;
+use crate::model::{Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId};
+use crate::prepare::report::told::Told;
+use crate::prepare::uv::pcurve::Projector;
+use glam::DVec3;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+/// Tolerance of a part that states none, as a share of its size: what printing coordinates with eight digits leaves.
+const FLOOR: f64 = 1e-7;
+
+/// Share of a part's size by which an edge may end off its vertex before that is told: files print six digits and more.
+const OFF_VERTEX: f64 = 1e-4;
+
+/// Vertices of a loop that one is compared with, of those beside it.
+const MOST_BESIDE: usize = 64;
+
+/// Spans of the curve that closes a wide gap. Cubic, they follow a quarter turn to 1e-6 of its radius.
+const SPANS: usize = 16;
+
+/// Something done to a face.
+pub(crate) struct Healing {
+    pub(crate) face: usize,
+    pub(crate) severity: Severity,
+    pub(crate) told: Told,
+}
+
+/// Two neighbours of a loop that do not share a vertex.
+struct Gap {
+    face: usize,
+    index: usize,
+    /// The coedge before it.
+    after: usize,
+    width: f64,
+}
+
+impl Gap {
+    /// The vertices on both sides.
+    fn ends(&self, part: &Part) -> Option<[VertexId; 2]> {
+        let Loop::Edges(coedges) = &part.faces[self.face].loops[self.index] else { return None };
+        let next = &coedges[(self.after + 1) % coedges.len()];
+        Some([ends(part, &coedges[self.after])?[1], ends(part, next)?[0]])
+    }
+}
+
+/// Closes what is open in the loops of `part`, whose box has the diagonal `size`. Costs nothing but a look where all loops
+/// are closed.
+pub(crate) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Cow<'a, Part> {
+    tell_ends_off_vertices(part, OFF_VERTEX * size, done);
+    let mut gaps = gaps(part);
+    if gaps.is_empty() {
+        return Cow::Borrowed(part);
+    }
+    let tolerance = if part.tolerance > 0.0 { part.tolerance } else { FLOOR * size };
+    let near = tolerance.max(OFF_VERTEX * size);
+    let sorted = sort(part, &gaps, near, done);
+    let part = sorted.as_ref().unwrap_or(part);
+    if sorted.is_some() {
+        gaps = self::gaps(part);
+    }
+    let (narrow, wide): (Vec<Gap>, Vec<Gap>) = gaps.into_iter().partition(|gap| gap.width <= near);
+    let mut healed = part.clone();
+    let wide: Vec<Gap> = wide.into_iter().chain(unite(&mut healed, narrow, tolerance, done)).collect();
+    bridge(&mut healed, wide, done);
+    Cow::Owned(healed)
+}
+
+/// The part with those of the loops that have gaps put in order whose edges close in another one, if vertices up to `near` apart
+/// are one; none if there are none.
+fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option<Part> {
+    let mut sorted: Option<Part> = None;
+    // Back to front, so that the places of those still to come stand.
+    for of_loop in gaps.chunk_by(|a, b| (a.face, a.index) == (b.face, b.index)).rev() {
+        let Gap { face, index, .. } = of_loop[0];
+        let Loop::Edges(coedges) = &part.faces[face].loops[index] else { continue };
+        let all: Option<Vec<[VertexId; 2]>> = coedges.iter().map(|c| ends(part, c)).collect();
+        let wide = || of_loop.iter().any(|gap| gap.width > near);
+        let again = |ends: &Vec<[VertexId; 2]>| wide().then(|| in_order(&united(part, ends, near)))?;
+        let Some(wires) = all.and_then(|ends| in_order(&ends).or_else(|| again(&ends))) else { continue };
+        let turned = wires.iter().flatten().filter(|w| w.1).count();
+        let beside = if turned > 0 { format!(", {turned} of them turned") } else { String::new() };
+        let what =
+            format!("the {} edges of a wire close in another order{beside}; they were taken in that", coedges.len());
+        let place = of_loop[0].ends(part).and_then(|[v, _]| part.vertices.get(v.index()).copied());
+        done.push(Healing { face, severity: Severity::Warning, told: Told { place, what } });
+        let taken =
+            |&(k, turned): &(usize, bool)| Coedge { reversed: coedges[k].reversed != turned, ..coedges[k].clone() };
+        let wires = wires.iter().map(|wire| Loop::Edges(wire.iter().map(taken).collect()));
+        sorted.get_or_insert_with(|| part.clone()).faces[face].loops.splice(index..=index, wires);
+    }
+    sorted
+}
+
+/// Ends of a loop's edges, where those up to `near` apart are the first of them.
+fn united(part: &Part, ends: &[[VertexId; 2]], near: f64) -> Vec<[VertexId; 2]> {
+    let at = |v: VertexId| part.vertices.get(v.index()).copied().unwrap_or(DVec3::NAN);
+    let mut by_x: Vec<VertexId> = ends.iter().flatten().copied().collect();
+    by_x.sort_unstable_by(|a, b| at(*a).x.total_cmp(&at(*b).x).then(a.cmp(b)));
+    by_x.dedup();
+    let mut stands_for: BTreeMap<VertexId, VertexId> = BTreeMap::new();
+    for (k, &v) in by_x.iter().enumerate() {
+        let before = by_x[..k].iter().rev().take(MOST_BESIDE).take_while(|b| at(v).x - at(**b).x <= near);
+        let same = before.map(|b| stands_for.get(b).copied().unwrap_or(*b)).find(|b| at(*b).distance(at(v)) <= near);
+        stands_for.insert(v, same.unwrap_or(v));
+    }
+    ends.iter().map(|pair| pair.map(|v| stands_for.get(&v).copied().unwrap_or(v))).collect()
+}
+
+fn gaps(part: &Part) -> Vec<Gap> {
+    let mut out = Vec::new();
+    for (face, f) in part.faces.iter().enumerate().filter(|(_, f)| !f.lost) {
+        for (index, l) in f.loops.iter().enumerate() {
+            let Loop::Edges(coedges) = l else { continue };
+            for after in 0..coedges.len() {
+                let mut gap = Gap { face, index, after, width: 0.0 };
+                let Some([a, b]) = gap.ends(part).filter(|[a, b]| a != b) else { continue };
+                let (Some(p), Some(q)) = (part.vertices.get(a.index()), part.vertices.get(b.index())) else { continue };
+                gap.width = p.distance(*q);
+                if gap.width.is_finite() {
+                    out.push(gap);
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Makes the vertices on both sides of narrow gaps one, and returns the gaps that must stay: a short edge between both
+/// would vanish.
+fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Healing>) -> Vec<Gap> {
+    fn root(parent: &mut [usize], mut at: usize) -> usize {
+        while parent[at] != at {
+            parent[at] = parent[parent[at]];
+            at = parent[at];
+        }
+        at
+    }
+    let mut parent: Vec<usize> = (0..part.vertices.len()).collect();
+    let widest_gap = narrow.iter().map(|gap| gap.width).fold(0.0, f64::max);
+    let is_short = |&[s, t]: &[usize; 2]| {
+        let [p, q] = [s, t].map(|v| part.vertices.get(v));
+        s != t && p.zip(q).is_some_and(|(p, q)| p.distance(*q) <= 4.0 * widest_gap)
+    };
+    let short: Vec<[usize; 2]> = part.edges.iter().map(|e| [e.start.index(), e.end.index()]).filter(is_short).collect();
+    let mut left = Vec::new();
+    let mut widest: BTreeMap<usize, (f64, DVec3)> = BTreeMap::new();
+    for gap in narrow {
+        let Some(stated) = gap.ends(part) else { continue };
+        let [a, b] = stated.map(|v| root(&mut parent, v.index()));
+        let (keep, drop) = (a.min(b), a.max(b));
+        let joined = short.iter().any(|ends| {
+            let [s, t] = ends.map(|v| root(&mut parent, v));
+            [s.min(t), s.max(t)] == [keep, drop]
+        });
+        if keep != drop && joined {
+            left.push(gap);
+            continue;
+        }
+        parent[drop] = keep;
+        let place = part.vertices[stated[0].index()];
+        let known = widest.entry(gap.face).or_insert((gap.width, place));
+        if gap.width > known.0 {
+            *known = (gap.width, place);
+        }
+    }
+    for e in &mut part.edges {
+        for v in [&mut e.start, &mut e.end] {
+            if v.index() < parent.len() {
+                *v = VertexId::new(root(&mut parent, v.index()));
+            }
+        }
+    }
+    done.extend(widest.into_iter().map(|(face, (width, place))| {
+        let (severity, beside) =
+            if width <= tolerance { (Severity::Note, "within") } else { (Severity::Warning, "beyond") };
+        let what = format!(
+            "gaps of up to {width:.3e} mm in its wires were closed by moving vertices, {beside} the tolerance of \
+             {tolerance:.1e} mm"
+        );
+        Healing { face, severity, told: Told { place: Some(place), what } }
+    }));
+    left
+}
+
+/// Puts an edge into every gap.
+fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
+    let mut known: BTreeMap<[VertexId; 2], EdgeId> = BTreeMap::new();
+    let mut of_face: BTreeMap<usize, (usize, f64, DVec3)> = BTreeMap::new();
+    // Back to front, so that the places of those still to come stand.
+    gaps.sort_by_key(|gap| (gap.face, gap.index, std::cmp::Reverse(gap.after)));
+    for gap in gaps {
+        // Narrow gaps may have moved its ends.
+        let Some([a, b]) = gap.ends(part) else { continue };
+        if a == b {
+            continue;
+        }
+        let key = [a.min(b), a.max(b)];
+        let edge = *known.entry(key).or_insert_with(|| {
+            let [p, q] = key.map(|v| part.vertices[v.index()]);
+            let (curve, kind) = straight(&part.faces[gap.face], p, q);
+            let range = curve.domain();
+            part.edges.push(Edge { curve, range, start: key[0], end: key[1], kind, entity: 0 });
+            EdgeId::new(part.edges.len() - 1)
+        });
+        let Loop::Edges(coedges) = &mut part.faces[gap.face].loops[gap.index] else { continue };
+        coedges.insert(gap.after + 1, Coedge { edge, reversed: a != key[0], pcurve: None });
+        let place = part.vertices[a.index()];
+        let told = of_face.entry(gap.face).or_insert((0, 0.0, place));
+        told.0 += 1;
+        if gap.width > told.1 {
+            (told.1, told.2) = (gap.width, place);
+        }
+    }
+    done.extend(of_face.into_iter().map(|(face, (count, width, place))| {
+        let others = if count > 1 { format!(", the widest of {count}") } else { String::new() };
+        let what = format!("a wire leaves a gap of {width:.3e} mm{others}; it was closed straight in (u,v)");
+        Healing { face, severity: Severity::Warning, told: Told { place: Some(place), what } }
+    }));
+}
+
+/// The curve on a face's surface over the straight line in (u,v) between two points.
+fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
+    if matches!(face.surface, Surface::Plane { .. }) {
+        return (NurbsCurve3::line(p, q), CurveKind::Line);
+    }
+    let projector = Projector::new(&face.surface, 1e-6 * p.distance(q));
+    let from = projector.project(p, None);
+    let to = projector.unwrap(projector.project(q, None), from);
+    let at = |k: usize| from + (to - from) * (k as f64 / SPANS as f64);
+    let step = (to - from) / SPANS as f64;
+    // Cubic Bézier spans by their ends and derivatives; the ends are the vertices themselves.
+    let mut points = vec![p];
+    for k in 0..SPANS {
+        let [(a, da), (b, db)] = [k, k + 1].map(|k| projector.along(at(k), step));
+        let [a, b] = [if k == 0 { p } else { a }, if k + 1 == SPANS { q } else { b }];
+        points.extend([a + da / 3.0, b - db / 3.0, b]);
+    }
+    let mut knots = vec![0.0; 4];
+    for k in 1..SPANS {
+        knots.extend([k as f64; 3]);
+    }
+    knots.extend([SPANS as f64; 4]);
+    let sound = points.iter().all(|p| p.is_finite());
+    if !sound {
+        return (NurbsCurve3::line(p, q), CurveKind::Line);
+    }
+    (NurbsCurve3 { degree: 3, knots, points, weights: Vec::new() }, CurveKind::Spline)
+}
+
+/// Edges whose curves end off their vertices: the mesh goes to the vertices.
+fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
+    let off = |e: &Edge| {
+        let at = |v: VertexId, t: f64| Some((part.vertices.get(v.index())?.distance(e.curve.point(t)), v));
+        let worst = [at(e.start, e.range.0), at(e.end, e.range.1)].into_iter().flatten();
+        worst.filter(|(distance, _)| *distance > limit).max_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    // Most curves start and end in their first and last control points, which costs no evaluation.
+    let clamped = |e: &Edge| {
+        let at = |v: VertexId, p: Option<&DVec3>| {
+            part.vertices.get(v.index()).zip(p).is_some_and(|(v, p)| v.distance(*p) <= limit)
+        };
+        let (first, last) = (e.curve.knots.first(), e.curve.knots.last());
+        let whole = first == Some(&e.range.0) && last == Some(&e.range.1);
+        whole && at(e.start, e.curve.points.first()) && at(e.end, e.curve.points.last())
+    };
+    let sound = |e: &Edge| !clamped(e) && e.range.0 < e.range.1 && e.curve.check().is_ok();
+    let bad: BTreeMap<u32, (f64, VertexId)> =
+        (0..).zip(&part.edges).filter(|(_, e)| sound(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
+    if bad.is_empty() {
+        return;
+    }
+    for (face, f) in part.faces.iter().enumerate() {
+        let uses = f.loops.iter().flat_map(|l| if let Loop::Edges(coedges) = l { &coedges[..] } else { &[] });
+        let worst = uses.filter_map(|c| bad.get(&c.edge.0)).max_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some(&(distance, vertex)) = worst {
+            let what = format!("an edge ends {distance:.3e} mm off its vertex; the mesh goes to the vertex");
+            let told = Told { place: part.vertices.get(vertex.index()).copied(), what };
+            done.push(Healing { face, severity: Severity::Warning, told });
+        }
+    }
+}

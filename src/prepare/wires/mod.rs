@@ -1,0 +1,6 @@
+//! Wires that leave gaps, or are out of order -> wires that close.
+
+pub(super) mod chain;
+pub(super) mod ends;
+pub(super) mod heal;
+pub(super) mod order;
