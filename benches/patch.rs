@@ -15,7 +15,7 @@ use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
 use trimtess::frame::{
-    CameraPath, EdgePolyline, Patch, Picture, Plan, Scratch, TileLattice, TileMemory, patch_tile, plan_for_view,
+    CameraPath, EdgePolyline, Patch, PatchScratch, Picture, Plan, TileLattice, TileMemory, patch_tile, plan_for_view,
     tessellate_tile,
 };
 use trimtess::mesh::TileId;
@@ -90,14 +90,14 @@ impl Case {
         plan
     }
 
-    fn made(&self, plan: &Plan, scratch: &mut Scratch) -> usize {
-        let outcome = tessellate_tile(&self.prepared, plan, self.part, self.tile, scratch);
+    fn made(&self, plan: &Plan, scratch: &mut PatchScratch) -> usize {
+        let outcome = tessellate_tile(&self.prepared, plan, self.part, self.tile, scratch.tile());
         let triangles = outcome.mesh.triangles.len();
         scratch.reuse(black_box(outcome.mesh));
         triangles
     }
 
-    fn patched(&self, plan: &Plan, patch: Patch, memory: &mut TileMemory, scratch: &mut Scratch) -> usize {
+    fn patched(&self, plan: &Plan, patch: Patch, memory: &mut TileMemory, scratch: &mut PatchScratch) -> usize {
         let outcome = patch_tile((&self.prepared, plan), (self.part, self.tile), patch, memory, scratch);
         let triangles = outcome.mesh.triangles.len();
         scratch.reuse(black_box(outcome.mesh));
@@ -116,7 +116,7 @@ impl Case {
                 continue;
             }
             let plans = [&self.plan, &other];
-            let mut scratch = Scratch::default();
+            let mut scratch = PatchScratch::default();
             group.bench_function(BenchmarkId::new("made", share), |b| {
                 b.iter(|| plans.map(|plan| self.made(plan, &mut scratch)));
             });

@@ -1,72 +1,40 @@
 //! Per frame, one tile, one thread, no locks: from rates to triangles.
+//!
+//! The folders stand in the order of the work; each may name only those above it (`tests/layers.rs`). The last two, `live` and
+//! `update`, serve moving cameras: what makes a mesh for a tolerance names neither.
 
-/// Points and normals of lattices and tessellants.
-pub mod evaluate;
-
-mod asked;
-
-mod density;
-
-mod fill;
-pub use fill::fill_tile;
-
-mod ladder;
-pub use ladder::{Ladder, Rung};
-
-mod lattice;
-
-mod levels;
-pub use levels::Levels;
-
-mod lift;
-
-mod limits;
-pub use limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
-
-mod narrow;
-
-mod patch;
-pub use patch::{Patch, TileMemory, patch_tile};
-
-mod path;
-pub use path::{CameraPath, Picture, UnknownPath};
+mod view;
+pub use view::camera::{Projection, View};
+pub use view::path::{CameraPath, Picture, UnknownPath};
+pub use view::tolerance::Tolerance;
 
 mod plan;
-pub use plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate, plan, plan_within};
-
-mod planner;
-pub use planner::{PlanChanges, Planner, PlannerOptions};
-
-mod rate;
-
-mod record;
-pub use record::{TileRecord, record_tile};
-
-mod refill;
-
-mod resync;
-
-mod samples;
-
-mod shown;
-
-mod split;
-pub use split::{Intensive, Lines};
-
-mod tessellants;
-
-mod tile;
-pub use tile::{Degradation, Scratch, TileOutcome, edge_line, tessellate_tile};
-
-mod tolerance;
-pub use tolerance::Tolerance;
+pub use plan::for_view::{plan_for_view, plan_for_view_within};
+pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
+pub use plan::make::{plan, plan_within};
+pub use plan::plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate};
+pub use plan::split::{Intensive, Lines};
 
 /// Trim triangulation of one tile in cell units.
 pub mod trim;
 
-mod unfold;
+mod vertices;
+pub use vertices::boundary::edge_line;
+pub use vertices::evaluate;
+pub use vertices::scratch::Scratch;
 
-mod view;
-pub use view::{Projection, View, plan_for_view, plan_for_view_within};
+mod refine;
 
-mod web;
+mod tile;
+pub use tile::fill::fill_tile;
+pub use tile::job::tessellate_tile;
+pub use tile::ladder::{Ladder, Rung};
+pub use tile::outcome::{Degradation, TileOutcome};
+pub use tile::record::{TileRecord, record_tile};
+
+mod live;
+pub use live::levels::Levels;
+pub use live::planner::{PlanChanges, Planner, PlannerOptions};
+
+mod update;
+pub use update::patch::{Patch, PatchScratch, TileMemory, patch_tile};

@@ -8,7 +8,7 @@ use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Stages, Worker};
 use crate::frame::{
-    Levels, Patch, Plan, Planner, PlannerOptions, Scratch, TileMemory, TileOutcome, View, edge_line, fill_tile,
+    Levels, Patch, PatchScratch, Plan, Planner, PlannerOptions, TileMemory, TileOutcome, View, edge_line, fill_tile,
     patch_tile, tessellate_tile,
 };
 use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
@@ -104,15 +104,15 @@ impl Default for SessionOptions {
 
 impl Stages for Prepared {
     type Plan = Plan;
-    type Scratch = Scratch;
+    type Scratch = PatchScratch;
     type Memory = TileMemory;
 
-    fn reuse(scratch: &mut Scratch, mesh: PatchMesh) {
+    fn reuse(scratch: &mut PatchScratch, mesh: PatchMesh) {
         scratch.reuse(mesh);
     }
 
-    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut Scratch) -> TileOutcome {
-        tessellate_tile(self, plan, part, tile, scratch)
+    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut PatchScratch) -> TileOutcome {
+        tessellate_tile(self, plan, part, tile, scratch.tile())
     }
 
     fn patch(
@@ -121,7 +121,7 @@ impl Stages for Prepared {
         tile: (PartId, TileId),
         patch: Patch,
         memory: &mut TileMemory,
-        scratch: &mut Scratch,
+        scratch: &mut PatchScratch,
     ) -> (TileOutcome, usize) {
         let outcome = patch_tile((self, plan), tile, patch, memory, scratch);
         (outcome, memory.bytes())

@@ -6,7 +6,7 @@ use super::pixels::Draw;
 use super::{of_corpus, shape};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use trimtess::frame::{Patch, Planner, PlannerOptions, Scratch, TileMemory, patch_tile, tessellate_tile};
+use trimtess::frame::{Patch, PatchScratch, Planner, PlannerOptions, Scratch, TileMemory, patch_tile, tessellate_tile};
 use trimtess::mesh::{Batch, MemorySink, Origin, PatchMesh, TileId};
 use trimtess::model::{PartId, SurfaceKind};
 use trimtess::parallel::{Session, SessionOptions};
@@ -120,7 +120,7 @@ fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
         for (k, patch) in SOME.into_iter().enumerate() {
             let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
             let mut memories: HashMap<(PartId, TileId), TileMemory> = HashMap::new();
-            let (mut scratch, mut other) = (Scratch::default(), Scratch::default());
+            let (mut scratch, mut other) = (PatchScratch::default(), Scratch::default());
             for (f, view) in path(&mut Draw(k as u64), prepared.bounds.unwrap(), 50).into_iter().enumerate() {
                 let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
                 let all = prepared.tiles().map(|(part, tile, _)| (part, tile));

@@ -2,26 +2,26 @@
 
 /// Rows of bits, one row per lattice row.
 #[derive(Default)]
-pub(super) struct Bits {
+pub(crate) struct Bits {
     words_per_row: usize,
     words: Vec<u64>,
 }
 
 impl Bits {
-    pub(super) fn reset(&mut self, columns: usize, rows: usize) {
+    pub(crate) fn reset(&mut self, columns: usize, rows: usize) {
         self.words_per_row = columns.div_ceil(64);
         self.words.clear();
         self.words.resize(self.words_per_row * rows, 0);
     }
 
     #[inline(always)]
-    pub(super) fn get(&self, column: usize, row: usize) -> bool {
+    pub(crate) fn get(&self, column: usize, row: usize) -> bool {
         self.words[row * self.words_per_row + (column >> 6)] >> (column & 63) & 1 != 0
     }
 
     /// Sets the bit and returns its old value.
     #[inline(always)]
-    pub(super) fn set(&mut self, column: usize, row: usize) -> bool {
+    pub(crate) fn set(&mut self, column: usize, row: usize) -> bool {
         let word = &mut self.words[row * self.words_per_row + (column >> 6)];
         let old = *word >> (column & 63) & 1 != 0;
         *word |= 1 << (column & 63);
@@ -29,25 +29,25 @@ impl Bits {
     }
 
     #[inline(always)]
-    pub(super) fn flip(&mut self, column: usize, row: usize) {
+    pub(crate) fn flip(&mut self, column: usize, row: usize) {
         self.words[row * self.words_per_row + (column >> 6)] ^= 1 << (column & 63);
     }
 
     /// Bits `64 * word ..` of the row.
     #[inline(always)]
-    pub(super) fn word(&self, word: usize, row: usize) -> u64 {
+    pub(crate) fn word(&self, word: usize, row: usize) -> u64 {
         self.words[row * self.words_per_row + word]
     }
 
     /// Bits `64 * word + 1 ..` of the row.
     #[inline(always)]
-    pub(super) fn word_after(&self, word: usize, row: usize) -> u64 {
+    pub(crate) fn word_after(&self, word: usize, row: usize) -> u64 {
         let carry = if word + 1 < self.words_per_row { self.word(word + 1, row) << 63 } else { 0 };
         self.word(word, row) >> 1 | carry
     }
 
     /// Makes bit `c` of a row whether an odd number of the bits before `c` of `of` is set there; both are as wide.
-    pub(super) fn set_to_parity_before(&mut self, row: usize, of: &Self) {
+    pub(crate) fn set_to_parity_before(&mut self, row: usize, of: &Self) {
         let mut carry = 0u64;
         for word in 0..self.words_per_row {
             let mut parity = of.word(word, row);
@@ -62,11 +62,11 @@ impl Bits {
     }
 
     /// How many bits are set.
-    pub(super) fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.words.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 
-    pub(super) fn words_per_row(&self) -> usize {
+    pub(crate) fn words_per_row(&self) -> usize {
         self.words_per_row
     }
 }

@@ -1,43 +1,42 @@
 //! Directed segments with multiplicities -> triangles by their winding numbers, in a constrained Delaunay triangulation
 //! (`spade`). Segments that cross are split where they meet; where they do so too often, led around along edges.
 
-use std::collections::HashMap;
-
 use glam::DVec2;
 use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle, VertexHandle};
 use spade::{
     CdtEdge, ConstrainedDelaunayTriangulation, HasPosition, HierarchyHintGenerator, Intersection,
     LineIntersectionIterator, Point2, Triangulation,
 };
+use std::collections::HashMap;
 
 /// A constraint: crossing it from right to left raises the winding number by `weight`.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::frame) struct Segment {
+pub(crate) struct Segment {
     /// Vertex ids, indices into the site list.
-    pub(in crate::frame) ends: [u32; 2],
-    pub(in crate::frame) weight: i32,
+    pub(crate) ends: [u32; 2],
+    pub(crate) weight: i32,
 }
 
 /// What [`triangulate`] found out about the segments.
 #[derive(Clone, Default, Debug)]
-pub(in crate::frame) struct Region {
+pub(crate) struct Region {
     /// Counter-clockwise triangles of positive winding number, by site index; indices from the number of sites on count
     /// `crossings`.
-    pub(in crate::frame) triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Counter-clockwise triangles of winding numbers other than 0 and 1, and how often each must be used besides, reversed
     /// where that is negative.
-    pub(in crate::frame) layers: Vec<([u32; 3], i32)>,
+    pub(crate) layers: Vec<([u32; 3], i32)>,
     /// Points where segments had to be split.
-    pub(in crate::frame) crossings: Vec<DVec2>,
+    pub(crate) crossings: Vec<DVec2>,
     /// Segments that are not one edge.
-    pub(in crate::frame) split: u32,
+    pub(crate) split: u32,
     /// Pieces of them that were led around others, along edges nearby.
-    pub(in crate::frame) led: u32,
+    pub(crate) led: u32,
 }
 
 /// What to do where segments cross, or pass through a vertex.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(in crate::frame) enum AtCrossings {
+pub(crate) enum AtCrossings {
     /// Split them there.
     Split,
     /// Give up.
@@ -46,7 +45,7 @@ pub(in crate::frame) enum AtCrossings {
 
 /// The segments cross, or a coordinate lies outside the range of `spade`.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::frame) struct Refused;
+pub(crate) struct Refused;
 
 /// Triangulations until segments that still cross are led around each other. A round sees only crossings with segments that
 /// are already in, and the next ones those that rounding made; random self-crossing loops need three to seven, and dense scribbles a few more.
@@ -62,11 +61,7 @@ const SMALLEST: f64 = 1.8e-43;
 
 /// Triangulates what the segments wind around. `sites` may repeat coordinates (one vertex then carries several
 /// indices: a triangle names the one whose segment starts the sector it lies in), and may hold points without segments.
-pub(in crate::frame) fn triangulate(
-    sites: &[DVec2],
-    segments: &[Segment],
-    at_crossings: AtCrossings,
-) -> Result<Region, Refused> {
+pub(crate) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: AtCrossings) -> Result<Region, Refused> {
     let classes = Classes::of(sites);
     let mut positions: Vec<Point2<f64>> = classes.first.iter().map(|&s| snapped(sites[s as usize])).collect();
     let mut parts: Vec<Part> = Vec::with_capacity(segments.len());

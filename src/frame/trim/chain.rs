@@ -3,7 +3,7 @@
 //! A chain is a sum of directed edges in which an edge and its reverse cancel. The boundary of triangles is a chain, and so are
 //! loops. A triangulation closes with its neighbours when the two are equal, whatever the vertices' coordinates.
 
-use super::TrimInput;
+use super::input::TrimInput;
 use crate::math::BitMix;
 use glam::DVec2;
 use std::collections::HashMap;
@@ -11,26 +11,26 @@ use std::hash::BuildHasherDefault;
 
 /// A sum of directed edges.
 #[derive(Clone, Default)]
-pub(in crate::frame) struct Chain {
+pub(crate) struct Chain {
     /// By ends in rising order: uses in that direction less uses in the other.
     edges: HashMap<(u32, u32), i32, BuildHasherDefault<BitMix>>,
 }
 
 impl Chain {
     /// Adds an edge `times` times. An edge from a vertex to itself has no length and adds nothing.
-    pub(in crate::frame) fn add(&mut self, [from, to]: [u32; 2], times: i32) {
+    pub(crate) fn add(&mut self, [from, to]: [u32; 2], times: i32) {
         if from != to {
             *self.edges.entry((from.min(to), from.max(to))).or_default() += if from < to { times } else { -times };
         }
     }
 
     /// Adds the boundary of a triangle `times` times.
-    pub(in crate::frame) fn add_triangle(&mut self, [a, b, c]: [u32; 3], times: i32) {
+    pub(crate) fn add_triangle(&mut self, [a, b, c]: [u32; 3], times: i32) {
         [[a, b], [b, c], [c, a]].into_iter().for_each(|edge| self.add(edge, times));
     }
 
     /// Whether all edges cancel.
-    pub(in crate::frame) fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.edges.values().all(|&times| times == 0)
     }
 
@@ -40,7 +40,7 @@ impl Chain {
     /// Where several edges leave a vertex, a walk takes the one that leads back most nearly along the line it came by, as
     /// `point` places them: what closes a segment that was split lies along the segment. The walks depend on the chain alone,
     /// not on the order in which it was summed.
-    pub(super) fn walks(&self, point: impl Fn(u32) -> DVec2) -> Vec<Vec<u32>> {
+    pub(crate) fn walks(&self, point: impl Fn(u32) -> DVec2) -> Vec<Vec<u32>> {
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for (&(low, high), &times) in &self.edges {
             let edge = if times > 0 { [low, high] } else { [high, low] };
@@ -111,10 +111,7 @@ impl Unused {
 }
 
 /// Whether two sets of triangles have the same boundary.
-pub(in crate::frame) fn same_boundary(
-    old: impl Iterator<Item = [u32; 3]>,
-    new: impl Iterator<Item = [u32; 3]>,
-) -> bool {
+pub(crate) fn same_boundary(old: impl Iterator<Item = [u32; 3]>, new: impl Iterator<Item = [u32; 3]>) -> bool {
     let mut chain = Chain::default();
     old.for_each(|t| chain.add_triangle(t, 1));
     new.for_each(|t| chain.add_triangle(t, -1));
@@ -129,7 +126,7 @@ pub(in crate::frame) fn same_boundary(
 /// probabilistic algorithms for verification of polynomial identities*, 1980). It takes some twenty instructions a triangle
 /// to prove its boundary so, where cancelling edges in a table takes three hundred.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
-pub(super) struct Fingerprint(u64);
+pub(crate) struct Fingerprint(u64);
 
 /// A vertex's vector.
 type Mark = [u64; 2];
@@ -174,7 +171,7 @@ fn difference([a, b]: Mark, [c, d]: Mark) -> Mark {
 
 impl Fingerprint {
     /// Of the segments of a tile's loops.
-    pub(super) fn of_loops(tile: &TrimInput<'_>) -> Self {
+    pub(crate) fn of_loops(tile: &TrimInput<'_>) -> Self {
         let mut sum = 0_u64;
         for l in tile.loops().filter(|l| !l.is_empty()) {
             let mut from = mark(l.end - 1);
@@ -189,7 +186,7 @@ impl Fingerprint {
 
     /// Adds the boundary of a triangle.
     #[inline(always)]
-    pub(super) fn add_triangle(&mut self, corners: [u32; 3]) {
+    pub(crate) fn add_triangle(&mut self, corners: [u32; 3]) {
         let [a, b, c] = corners.map(mark);
         self.0 = self.0.wrapping_add(cross(difference(b, a), difference(c, a)));
     }

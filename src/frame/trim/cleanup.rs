@@ -4,16 +4,16 @@
 //! edges cancel) constrain a Delaunay triangulation, which is accepted if its region's boundary is exactly that. A refused
 //! cluster grows by its neighbours. Growth ends: the boundary of all pieces together is that of the tile's region.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::ops::Range;
-
 use super::cdt::{self, AtCrossings, Segment};
+use super::input::TrimInput;
+use super::output::TrimOutput;
 use super::rings::{Origin, Ring, Rings, corner_after, next_chain};
 use super::slits::Slits;
 use super::trace::{InCellLoop, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
-use super::{TrimInput, TrimOutput};
 use crate::math::predicates::orient2d;
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 
 /// Refusals after which a cluster takes in full cells at once, and after which the whole tile is triangulated instead: by then
 /// it holds most of the tile, or the loops are not simple.
@@ -25,7 +25,7 @@ const DEAD: [u32; 3] = [u32::MAX; 3];
 
 /// The pieces could not be joined to anything that triangulates: the loops are not simple.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NotSimple;
+pub(crate) struct NotSimple;
 
 /// The state of one tile's cleanup. Allocates: it runs for few tiles.
 struct Cleanup<'a> {
@@ -50,7 +50,7 @@ struct Cleanup<'a> {
 /// Solves all unsolved rings and in-cell loops. On failure `out` is in no useful state.
 #[cold]
 #[inline(never)]
-pub(super) fn clean_up(
+pub(crate) fn clean_up(
     tile: &TrimInput<'_>,
     trace: &Trace,
     rings: &mut Rings,
@@ -196,7 +196,7 @@ impl Cleanup<'_> {
                 let chain = if leaves { self.trace.chain_before(k) } else { k };
                 rings.push(self.rings.ring_of[chain as usize]);
                 let onward = if side < 2 { crossing.above } else { crossing.below };
-                next = (onward != super::trace::NONE).then_some(onward);
+                next = (onward != super::input::NONE).then_some(onward);
             }
         }
         rings.sort_unstable();

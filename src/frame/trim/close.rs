@@ -6,7 +6,8 @@
 //! (docs/decisions/028). On sound tiles R is zero and nothing is added; without any T the loops themselves are filled.
 
 use super::chain::Chain;
-use super::{TrimInput, TrimOutput};
+use super::input::TrimInput;
+use super::output::TrimOutput;
 use crate::math::BitMix;
 use glam::DVec3;
 use std::cmp::Reverse;
@@ -15,7 +16,7 @@ use std::hash::BuildHasherDefault;
 
 /// Appends to `out.closing` what its triangles lack. Points at equal `places` count as one vertex. Cost: about 100 ns for each
 /// edge of the triangles, and for each edge of R a logarithm of their number.
-pub(super) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
+pub(crate) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
     limit_layers(input, out);
     let one = Places::of(input);
     let rest = rest(input, out, &one);
@@ -29,7 +30,7 @@ pub(super) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
 }
 
 /// Whether the triangles' boundary is the loops, as chains over places.
-pub(super) fn is_closed(input: &TrimInput<'_>, out: &TrimOutput) -> bool {
+pub(crate) fn is_closed(input: &TrimInput<'_>, out: &TrimOutput) -> bool {
     rest(input, out, &Places::of(input)).is_zero()
 }
 

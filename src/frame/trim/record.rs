@@ -3,9 +3,12 @@
 //! Nothing is computed again, and nothing is kept for this while triangles are made: the trace and the cell polygons stand in
 //! the work space until the next tile.
 
+use super::climb::TrimScratch;
+use super::input::TrimInput;
+use super::output::TrimStats;
+use super::reference;
 use super::rings::Origin;
 use super::trace::InCellLoop;
-use super::{TrimInput, TrimScratch, TrimStats, reference};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -48,7 +51,7 @@ pub struct TracedCrossing {
 impl TrimScratch {
     /// What the last call of [`trim_tile`](super::trim_tile) did, which must have been with this input, in work space that no
     /// call before it had used.
-    pub(in crate::frame) fn record(&self, input: &TrimInput<'_>, stats: &TrimStats) -> TrimRecord {
+    pub(crate) fn record(&self, input: &TrimInput<'_>, stats: &TrimStats) -> TrimRecord {
         let repeats = !self.distinct.original.is_empty();
         let traced = if repeats { self.distinct.tile(input) } else { *input };
         let original = |v: u32| if repeats { self.distinct.original[v as usize] } else { v };

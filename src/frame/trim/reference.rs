@@ -5,14 +5,11 @@
 //! Conforming because an edge towards a full cell is touched by no segment and carries no vertex, and because corners close to
 //! a segment are no vertices, so that no lattice corner can split one.
 
-use glam::DVec2;
-
 use super::cdt::{self, AtCrossings, Segment};
-use super::{Distinct, TrimError, TrimInput, TrimOutcome, TrimOutput, by_distinct};
-
-/// Lattice corners nearer to a segment than this, in cells, are not vertices. It bounds the worst angle that a corner next to
-/// a segment can make; any positive value is correct.
-pub(super) const CORNER_CLEARANCE: f64 = 1e-3;
+use super::distinct::{Distinct, by_distinct};
+use super::input::{CORNER_CLEARANCE, TrimError, TrimInput};
+use super::output::{TrimOutcome, TrimOutput};
+use glam::DVec2;
 
 /// Cell and corner marks.
 const ZONE: i32 = i32::MIN;
@@ -29,7 +26,7 @@ pub fn trim_tile_reference(input: &TrimInput<'_>, out: &mut TrimOutput) -> Resul
 }
 
 /// The work of [`trim_tile_reference`] on valid input without repeated points; overwrites triangles, cells and extra points.
-pub(super) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
+pub(crate) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
     let zone = Zone::mark(input);
     let mut sites = input.points.to_vec();
     let mut ids: Vec<u32> = (0..sites.len() as u32).collect();
@@ -108,7 +105,7 @@ fn add_cell(input: &TrimInput<'_>, [i, j]: [u32; 2], number: i32, out: &mut Trim
 }
 
 /// The cells of a valid input that are not triangulated by a diagonal: those that segments touch.
-pub(super) fn zone(input: &TrimInput<'_>) -> Vec<[u32; 2]> {
+pub(crate) fn zone(input: &TrimInput<'_>) -> Vec<[u32; 2]> {
     let zone = Zone::mark(input);
     let cells = (0..input.cells.1).flat_map(|j| (0..input.cells.0).map(move |i| [i, j]));
     cells.filter(|&[i, j]| zone.cell(i, j) == ZONE).collect()

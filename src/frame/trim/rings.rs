@@ -4,19 +4,19 @@
 //! on the kept side or around kept corners, along the next chain, until it is back. Every crossing is met once from either
 //! cell, which is why the rings' boundaries cancel along lattice lines.
 
-use super::again::KeptRing;
+use super::input::{NONE, TrimInput};
+use super::output::TrimOutput;
 use super::slits::Slits;
-use super::trace::{NONE, Trace};
+use super::trace::Trace;
 use super::triangulate::{EAR_LIMIT, Polygon};
-use super::{TrimInput, TrimOutput};
 
 /// The loops contradict themselves: crossings do not alternate, or a region reaches beyond the tile.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Inconsistent;
+pub(crate) struct Inconsistent;
 
 /// Where a piece of the region comes from.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Origin {
+pub(crate) enum Origin {
     /// The ring that contains this chain.
     Chain(u32),
     /// The corners of this cell, of which all are kept and no edge is crossed.
@@ -27,32 +27,30 @@ pub(super) enum Origin {
 
 /// A piece of the region, and its triangles.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ring {
-    pub(super) origin: Origin,
+pub(crate) struct Ring {
+    pub(crate) origin: Origin,
     /// Range in the output's triangles; empty when they could not be made.
-    pub(super) triangles: [u32; 2],
-    pub(super) solved: bool,
+    pub(crate) triangles: [u32; 2],
+    pub(crate) solved: bool,
 }
 
 /// All rings of a tile.
 #[derive(Default)]
-pub(super) struct Rings {
-    pub(super) rings: Vec<Ring>,
+pub(crate) struct Rings {
+    pub(crate) rings: Vec<Ring>,
     /// By chain.
-    pub(super) ring_of: Vec<u32>,
+    pub(crate) ring_of: Vec<u32>,
     /// By ring, the ring that was solved in its place and that of its neighbours; empty where none was cleaned up.
-    pub(super) roots: Vec<u32>,
+    pub(crate) roots: Vec<u32>,
     /// Kept corners of cells with rings, once for each ring that goes around them, and of full cells.
     corners: u64,
-    pub(super) failed: u32,
-    /// Those that are as they were before.
-    pub(super) kept: Vec<KeptRing>,
+    pub(crate) failed: u32,
 }
 
 impl Rings {
     /// Finds and triangulates all rings, and lists the full cells. Rings that fail stay without triangles; those of cells that are `kept`
     /// are left out.
-    pub(super) fn build(
+    pub(crate) fn build(
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
@@ -61,7 +59,6 @@ impl Rings {
         kept: impl Fn([u16; 2]) -> bool,
     ) -> Result<(), Inconsistent> {
         self.rings.clear();
-        self.kept.clear();
         self.roots.clear();
         self.ring_of.clear();
         self.ring_of.resize(trace.crossings.len(), NONE);
@@ -82,7 +79,7 @@ impl Rings {
 
     /// A small region whose loops cross no lattice line, as most plane faces are, needs no rings. False if it has too many
     /// vertices or more than one part, or cannot be triangulated directly.
-    pub(super) fn build_one_cell(
+    pub(crate) fn build_one_cell(
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
@@ -143,12 +140,12 @@ impl Rings {
     /// enter there, one in either cell, since crossings alternate. A whole edge belongs to a ring or full cell that goes
     /// around its ends. So all sides cancel if every kept corner is gone around in all of its four cells and no other corner
     /// is. Rings go around kept corners only: counting is enough.
-    pub(super) fn close(&self, trace: &Trace) -> bool {
+    pub(crate) fn close(&self, trace: &Trace) -> bool {
         self.corners == 4 * trace.kept.count()
     }
 
     /// The polygon of a ring once more. Not for loops.
-    pub(super) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: Origin, polygon: &mut Polygon) {
+    pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: Origin, polygon: &mut Polygon) {
         match origin {
             Origin::Chain(k) => {
                 let again = walk(tile, trace, k, polygon, |_| ());
@@ -254,7 +251,7 @@ fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut Polygon
 /// From the crossing where a chain leaves its cell counter-clockwise to the chain that enters it next; kept corners passed on
 /// the way go to `corner`.
 #[inline(always)]
-pub(super) fn next_chain(
+pub(crate) fn next_chain(
     trace: &Trace,
     crossing: u32,
     mut corner: impl FnMut(usize, usize),
@@ -285,7 +282,7 @@ pub(super) fn next_chain(
 
 /// The corner at the counter-clockwise end of a cell's side.
 #[inline(always)]
-pub(super) fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
+pub(crate) fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
     match side {
         0 => (i + 1, j),
         1 => (i + 1, j + 1),

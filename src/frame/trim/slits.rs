@@ -4,14 +4,11 @@
 //! generalizations", 1957), so they are edges of the vertices' Delaunay triangulation. Whether a slit crosses something is not
 //! looked at: its two directions cancel, so if all triangles are positive the region is covered once, slit or no slit.
 
-use std::ops::Range;
-
-use glam::DVec2;
-
-use super::TrimInput;
-use super::trace::NONE;
+use super::input::{NONE, TrimInput};
 use super::triangulate::{EAR_LIMIT, Polygon};
 use crate::math::predicates::{Side, side_of};
+use glam::DVec2;
+use std::ops::Range;
 
 /// Largest polygon with holes, slits counted twice. With holes, ears cost 0.20 us per vertex at 28 vertices, 0.27 at 44 and 0.5
 /// at 80 (one or nine round holes in a plane), the constrained Delaunay triangulation 0.45 to 0.6.
@@ -19,7 +16,7 @@ const SLIT_LIMIT: usize = 72;
 
 /// Work space of [`Slits::join_holes`].
 #[derive(Default)]
-pub(super) struct Slits {
+pub(crate) struct Slits {
     holes: Vec<Range<u32>>,
     /// By hole vertex, in the order of `holes`: the nearest vertex of the polygon.
     nearest: Vec<Nearest>,
@@ -39,7 +36,7 @@ impl Slits {
     /// Joins the loops to the polygon that surrounds them. An empty polygon starts as the one loop that runs
     /// counter-clockwise. False if there is no such loop, another counter-clockwise one, or if it all has more vertices than
     /// ears are cut from; the polygon is in no useful state then.
-    pub(super) fn join_holes(
+    pub(crate) fn join_holes(
         &mut self,
         tile: &TrimInput<'_>,
         loops: impl Iterator<Item = u32>,

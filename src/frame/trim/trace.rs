@@ -4,16 +4,10 @@
 //! Neither the owner of a tessellant near a lattice line nor the order of crossings that nearly coincide has to be right: both
 //! cells see the same choice, and a wrong one ends in a triangle that is not positive, never in a wrong mesh.
 
-use glam::DVec2;
-
-use super::TrimInput;
-use super::again::{Crossed, Known};
 use super::bits::Bits;
-use super::reference::CORNER_CLEARANCE;
+use super::input::{CORNER_CLEARANCE, NONE, TrimInput};
 use crate::math::predicates::orient2d;
-
-/// No crossing, ring or cell.
-pub(super) const NONE: u32 = u32::MAX;
+use glam::DVec2;
 
 /// Positions along a lattice line, or parameters of a segment, closer than this are compared exactly. Rounding errors of
 /// positions are about 1e-12 on the largest lattice; beyond 1e-6 the exact path would show in the profile.
@@ -24,23 +18,30 @@ const DOUBTFUL: f64 = 1e-9;
 /// The part of the loop from one crossing to the next is a *chain*; it carries the index of the crossing it starts from, and
 /// lies in one cell.
 #[derive(Clone, Copy)]
-pub(super) struct Crossing {
+pub(crate) struct Crossing {
     /// Coordinate along the lattice line.
-    pub(super) position: f64,
+    pub(crate) position: f64,
     /// First tessellant of the segment.
-    pub(super) segment: u32,
+    pub(crate) segment: u32,
     /// The end of the segment that stands for the crossing: `segment` or `segment + 1`, which may be the loop's end index.
-    pub(super) snap: u32,
+    pub(crate) snap: u32,
     /// The next crossing of the loop.
-    pub(super) next: u32,
+    pub(crate) next: u32,
     /// Neighbours along the lattice edge, in rising and falling direction, or [`NONE`].
-    pub(super) above: u32,
-    pub(super) below: u32,
-    pub(super) loop_index: u32,
-    pub(super) cell: [u16; 2],
-    pub(super) side: u8,
+    pub(crate) above: u32,
+    pub(crate) below: u32,
+    pub(crate) loop_index: u32,
+    pub(crate) cell: [u16; 2],
+    pub(crate) side: u8,
     /// The chain from here passes the loop's first tessellant.
-    pub(super) wraps: bool,
+    pub(crate) wraps: bool,
+}
+
+/// What a segment crosses, where that is known.
+pub(crate) struct Crossed<'a> {
+    pub(crate) crossings: &'a [Crossing],
+    /// Columns and rows by which their cells moved.
+    pub(crate) move_by: [i32; 2],
 }
 
 /// The segment being traced.
@@ -71,32 +72,32 @@ struct EdgeList {
 
 /// A tile's loops seen from its lattice.
 #[derive(Default)]
-pub(super) struct Trace {
+pub(crate) struct Trace {
     nu: usize,
     nv: usize,
     /// Tessellants within this distance of a lattice line belong to the kept side of it.
     reach: f64,
-    pub(super) crossings: Vec<Crossing>,
+    pub(crate) crossings: Vec<Crossing>,
     /// By lattice edge; meaningful only where the bit in `crossed_h` or `crossed_v` is set, so it is never cleared.
     lists: Vec<EdgeList>,
     /// Horizontal lattice edges (i, j)-(i + 1, j) with crossings, and with an odd number of them.
-    pub(super) crossed_h: Bits,
+    pub(crate) crossed_h: Bits,
     odd_h: Bits,
     /// Vertical lattice edges (i, j)-(i, j + 1) with crossings.
-    pub(super) crossed_v: Bits,
+    pub(crate) crossed_v: Bits,
     /// Lattice corners inside the region.
-    pub(super) kept: Bits,
+    pub(crate) kept: Bits,
     /// Cells that are not plainly full even if nothing crosses their edges.
-    pub(super) special: Bits,
+    pub(crate) special: Bits,
     /// Kept corners replaced by a tessellant, and by which.
     snapped: Bits,
     replacement: Vec<u32>,
     /// Whether there are any.
-    pub(super) snaps: bool,
+    pub(crate) snaps: bool,
     /// Corners that a tessellant (distances scaled down, so that it wins) or a crossing lies close to.
     candidates: Vec<Candidate>,
     /// Loops that stay inside one cell, with that cell.
-    pub(super) in_cell_loops: Vec<InCellLoop>,
+    pub(crate) in_cell_loops: Vec<InCellLoop>,
 }
 
 struct Candidate {
@@ -107,21 +108,20 @@ struct Candidate {
 
 /// A loop without crossings.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct InCellLoop {
-    pub(super) cell: u32,
-    pub(super) loop_index: u32,
+pub(crate) struct InCellLoop {
+    pub(crate) cell: u32,
+    pub(crate) loop_index: u32,
 }
 
 impl Trace {
-    /// Traces all loops, after [`reset`](Self::reset); of segments that are known, what they cross is taken over.
-    pub(super) fn run(&mut self, tile: &TrimInput<'_>, known: Option<&Known<'_>>) {
+    /// Traces all loops, after [`reset`](Self::reset). `known` says what the segment that starts at a tessellant, in a cell,
+    /// crosses, where that is known.
+    #[inline(always)]
+    pub(crate) fn run<'k>(&mut self, tile: &TrimInput<'_>, known: impl Fn(usize, (i32, i32)) -> Option<Crossed<'k>>) {
         for (index, ends) in tile.loop_starts.windows(2).enumerate() {
             if ends[0] < ends[1] {
                 let ends = (ends[0] as usize, ends[1] as usize);
-                match known {
-                    None => self.trace_loop(tile, index as u32, ends, |_, _| None),
-                    Some(known) => self.trace_loop(tile, index as u32, ends, |v, from| known.of(v, from)),
-                }
+                self.trace_loop(tile, index as u32, ends, &known);
             }
         }
         self.keep_corners();
@@ -131,7 +131,7 @@ impl Trace {
     }
 
     /// Empty, for a tile. `reach` is [`CORNER_CLEARANCE`], or 0 to own tessellants exactly.
-    pub(super) fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
+    pub(crate) fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
         let (nu, nv) = (tile.cells.0 as usize, tile.cells.1 as usize);
         (self.nu, self.nv, self.reach) = (nu, nv, reach);
         for bits in [
@@ -403,7 +403,7 @@ impl Trace {
 
     /// Whether the point lies within the clearance of an inner lattice line.
     #[inline(always)]
-    pub(super) fn near_line(&self, p: DVec2) -> bool {
+    pub(crate) fn near_line(&self, p: DVec2) -> bool {
         let near = |coordinate: f64, limit: usize| {
             let (line, distance) = nearest_line(coordinate);
             distance < CORNER_CLEARANCE && line > 0 && line < limit as i32
@@ -483,7 +483,7 @@ impl Trace {
 
     /// The vertex that stands for a kept corner.
     #[inline(always)]
-    pub(super) fn corner(&self, tile: &TrimInput<'_>, i: usize, j: usize) -> (u32, DVec2) {
+    pub(crate) fn corner(&self, tile: &TrimInput<'_>, i: usize, j: usize) -> (u32, DVec2) {
         if self.snapped.get(i, j) {
             let vertex = self.replacement[j * (self.nu + 1) + i];
             (vertex, tile.points[vertex as usize])
@@ -513,7 +513,7 @@ impl Trace {
 
     /// The first crossing of the cell's side when going around the cell counter-clockwise.
     #[inline(always)]
-    pub(super) fn first_on_side(&self, i: usize, j: usize, side: u8) -> Option<u32> {
+    pub(crate) fn first_on_side(&self, i: usize, j: usize, side: u8) -> Option<u32> {
         let edge = self.edge(i, j, side);
         self.is_crossed(&edge).then(|| {
             let list = &self.lists[edge.index];
@@ -522,7 +522,7 @@ impl Trace {
     }
 
     /// The crossing that chain `k` started from was reached by this chain.
-    pub(super) fn chain_before(&self, k: u32) -> u32 {
+    pub(crate) fn chain_before(&self, k: u32) -> u32 {
         if k > 0 && self.crossings[k as usize - 1].next == k {
             return k - 1;
         }
@@ -534,7 +534,7 @@ impl Trace {
     }
 
     /// Where a crossing is, and the cell that its loop enters there.
-    pub(super) fn place(&self, crossing: &Crossing) -> (DVec2, [u32; 2]) {
+    pub(crate) fn place(&self, crossing: &Crossing) -> (DVec2, [u32; 2]) {
         let [i, j] = crossing.cell.map(usize::from);
         let edge = self.edge(i, j, crossing.side);
         let (column, row) = (edge.column as f64, edge.row as f64);
@@ -550,7 +550,7 @@ impl Trace {
     }
 
     /// Columns and rows of the lattice's cells.
-    pub(super) fn cells(&self) -> (usize, usize) {
+    pub(crate) fn cells(&self) -> (usize, usize) {
         (self.nu, self.nv)
     }
 }

@@ -4,14 +4,13 @@
 //! their best ear first, where an ear whose circumcircle holds another vertex waits. Both come close to the Delaunay
 //! triangulation at a small part of its cost.
 
-use glam::DVec2;
-
 use crate::math::predicates::orient2d;
+use glam::DVec2;
 
 /// Largest polygon for ear clipping, which takes quadratic time: 0.05 us per vertex at 16 vertices, 0.11 at 40, 0.27 to 0.44
 /// at 96 (bench `one_cell`, round and spiky polygons), while the constrained Delaunay triangulation takes 0.3 to 0.6 at any
 /// size. Half of it would double the time of polygons in between; twice as much would make spiky ones twice as slow as it.
-pub(super) const EAR_LIMIT: usize = 96;
+pub(crate) const EAR_LIMIT: usize = 96;
 
 /// Quality factor of an ear whose circumcircle is not empty: it waits for all ears that are Delaunay.
 const NOT_DELAUNAY: f64 = 1e-9;
@@ -21,11 +20,11 @@ const COCIRCULAR: f64 = 1e-12;
 
 /// A polygon under construction, and the work space to triangulate it.
 #[derive(Default)]
-pub(super) struct Polygon {
-    pub(super) ids: Vec<u32>,
-    pub(super) points: Vec<DVec2>,
+pub(crate) struct Polygon {
+    pub(crate) ids: Vec<u32>,
+    pub(crate) points: Vec<DVec2>,
     /// The first `zip` vertices and the others are two chains facing each other; 0 when they are not.
-    pub(super) zip: usize,
+    pub(crate) zip: usize,
     ears: Ears,
 }
 
@@ -49,7 +48,7 @@ const NO_EAR: f64 = -1.0;
 const BLOCKED: f64 = -2.0;
 
 impl Polygon {
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.ids.clear();
         self.points.clear();
         self.zip = 0;
@@ -57,7 +56,7 @@ impl Polygon {
 
     /// Appends a vertex; a repeated vertex is skipped, and a spike v, w, v becomes v. Neither changes the boundary as a chain.
     #[inline(always)]
-    pub(super) fn push(&mut self, id: u32, point: DVec2) {
+    pub(crate) fn push(&mut self, id: u32, point: DVec2) {
         let n = self.ids.len();
         if n > 0 && self.ids[n - 1] == id {
             return;
@@ -72,14 +71,14 @@ impl Polygon {
 
     /// Appends a vertex known to differ from the last two.
     #[inline(always)]
-    pub(super) fn push_distinct(&mut self, id: u32, point: DVec2) {
+    pub(crate) fn push_distinct(&mut self, id: u32, point: DVec2) {
         self.ids.push(id);
         self.points.push(point);
     }
 
     /// Removes repeated vertices and spikes across the closing edge. What has fewer than three vertices vanishes.
     #[inline(always)]
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         loop {
             let n = self.ids.len();
             if n < 3 {
@@ -106,7 +105,7 @@ impl Polygon {
     /// Appends strictly positive triangles whose boundary is the polygon's. False when that failed: nothing is appended. A
     /// polygon without vertices has no triangles.
     #[inline]
-    pub(super) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
+    pub(crate) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
         let n = self.ids.len();
         match n {
             0..=2 => return true,
@@ -314,7 +313,7 @@ fn quality(a: DVec2, b: DVec2, c: DVec2, turn: f64) -> f64 {
 
 /// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides quality.
 #[inline(always)]
-pub(super) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
+pub(crate) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
     let (a, b, c) = (a - p, b - p, c - p);
     a.length_squared() * b.perp_dot(c) - b.length_squared() * a.perp_dot(c) + c.length_squared() * a.perp_dot(b)
 }

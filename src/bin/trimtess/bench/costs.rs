@@ -8,7 +8,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::frame::{
-    Lines, Patch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within, tessellate_tile,
+    Lines, Patch, PatchScratch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within,
+    tessellate_tile,
 };
 use trimtess::mesh::{MemorySink, TileId};
 use trimtess::model::PartId;
@@ -58,7 +59,7 @@ pub(super) fn record_changes(
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let rows = Arc::clone(session.prepared());
     let mut sink = Uploads::of(&rows);
-    let mut scratch = Scratch::default();
+    let mut scratch = PatchScratch::default();
     let mut memories: HashMap<(PartId, TileId), TileMemory> = HashMap::new();
     let mut frames = Vec::with_capacity(views.len());
     for view in views {

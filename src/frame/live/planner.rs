@@ -1,0 +1,589 @@
+//! Views, frame after frame -> plans that differ from the last one only where the views ask for it.
+//!
+//! Each tile keeps a step of a row of rates ([`rate`](super::rate)), as seen through its own box; where it comes so close to the eye that
+//! its box says little, or reaches beside the picture, a step for each sub-box. An edge takes the finest step of its tiles, or
+//! of its own boxes beside a tile of the second kind. Tiles that no view shows keep what they have.
+
+use super::rate::{Rate, Step, Terms, band, step};
+use super::resync::{Kept, Turns, owner};
+use super::shown::{PartBoxes, Shown};
+use crate::frame::plan::budget::{Budget, cells, predicted};
+use crate::frame::plan::lattice::{lattice, places};
+use crate::frame::plan::limits::{PlanLimits, Shortfall};
+use crate::frame::plan::make::plan_parts;
+use crate::frame::plan::plan::Plan;
+use crate::frame::plan::split::Lines;
+use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
+use crate::frame::view::asked::Asked;
+use crate::frame::view::camera::View;
+use crate::frame::view::sight::Seen;
+use crate::frame::view::tolerance::Tolerance;
+use crate::mesh::{SceneInstance, ScenePart, TileId};
+use crate::model::{PartId, SurfaceKind};
+use crate::prepare::{BoundingBox, Prepared};
+use glam::DAffine3;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A tile whose box is seen at rates further apart than this gets a step for each of its sub-boxes. Not sooner, since it changes
+/// with each of them then: at 1.6 the trimmed teapot has a twentieth fewer triangles, and twice as many tiles are made.
+const APART: f64 = 4.0;
+/// Rates as close again as this are one step.
+const TOGETHER: f64 = 3.0;
+
+/// Knobs of a [`Planner`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlannerOptions {
+    /// What a plan may cost in all.
+    pub limits: PlanLimits,
+    /// Predicted time of one worker for the tiles of a frame, beyond which changes wait for the next frame; `None`: all are
+    /// made at once. What was never made is made at once in any case, at the rates it has.
+    pub budget: Option<Duration>,
+    /// Whether tiles of closed parts are left out where all of them turns its back to the camera. Right as long as the
+    /// near plane cuts nothing open and no camera is inside a part.
+    pub cull_backs: bool,
+    /// How lines follow rates that change.
+    pub lines: Lines,
+}
+
+impl PlannerOptions {
+    /// Default limits, no budget, no culling of backs, lines as even as they may be.
+    pub const DEFAULT: Self =
+        Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false, lines: Lines::Spread };
+}
+
+impl Default for PlannerOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// How a plan differs from the same planner's last one.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PlanChanges {
+    /// Tiles whose triangles depend on something that changed: their lattice, or the tessellants of an edge. Ascending.
+    pub tiles: Vec<(PartId, TileId)>,
+    /// Edges with other tessellants, as indices into [`PreparedPart::edges`](crate::prepare::PreparedPart::edges). Ascending.
+    pub edges: Vec<(PartId, u32)>,
+    /// Tiles with another lattice; they are among `tiles`. Ascending.
+    pub lattices: Vec<(PartId, TileId)>,
+    /// Tiles whose rates should have changed and wait, because the budget was spent.
+    pub deferred: u32,
+}
+
+/// What a planner keeps of one part.
+struct PartRates {
+    boxes: PartBoxes,
+    tiles: Vec<Rate>,
+    /// Densities that each tile's step serves; an empty band where it has a step for each sub-box, or none yet.
+    bands: Vec<(f64, f64)>,
+    edges: Vec<Rate>,
+    /// The terms by which each tile's and edge's row of the plan was made, by number; 0: none yet.
+    tile_terms: Vec<u32>,
+    edge_terms: Vec<u32>,
+    /// Whose lines are not those of its rate alone.
+    kept: Kept,
+    /// Cells of each tile.
+    cells: Vec<u64>,
+    /// What each tile shows in the frame that is planned.
+    seen: Vec<Seen>,
+}
+
+/// In no picture.
+const UNSEEN: Seen = Seen { most: -1.0, least: -1.0 };
+
+/// Makes the plans of consecutive frames. A function of the options and of all views so far: the same sequence gives the same
+/// plans, bit for bit.
+pub struct Planner {
+    prepared: Arc<Prepared>,
+    options: PlannerOptions,
+    parts: Vec<PartRates>,
+    terms: Terms,
+    /// Counts the terms there were.
+    term: u32,
+    turns: Turns,
+    pages: Pages,
+    changes: PlanChanges,
+    limited: Limited,
+    tessellants: Tessellants,
+    touched: Touched,
+    /// What the last plan was made for.
+    seen: Vec<View>,
+    placed: Vec<(u32, DAffine3)>,
+    unfinished: bool,
+}
+
+/// The last plan and the one before, which is brought up to date and used again, so that a frame costs what changes.
+struct Pages {
+    last: Arc<Plan>,
+    spare: Option<Arc<Plan>>,
+    /// How they differ.
+    lattices: Vec<(PartId, TileId)>,
+    edges: Vec<(PartId, u32)>,
+}
+
+impl Pages {
+    /// A page like the last one that nobody else has.
+    fn next(&mut self) -> Arc<Plan> {
+        let mut spare = self.spare.take();
+        let Some(page) = spare.as_mut().and_then(Arc::get_mut) else { return Arc::new(Plan::clone(&self.last)) };
+        for &(part, tile) in &self.lattices {
+            let (part, tile) = (part.index(), tile.0 as usize);
+            page.parts[part].tiles[tile] = Arc::clone(&self.last.parts[part].tiles[tile]);
+        }
+        for &(part, edge) in &self.edges {
+            let (part, edge) = (part.index(), edge as usize);
+            page.parts[part].edges[edge] = Arc::clone(&self.last.parts[part].edges[edge]);
+        }
+        spare.unwrap_or_default()
+    }
+
+    fn turn(&mut self, next: Arc<Plan>, changes: &PlanChanges) {
+        self.lattices.clone_from(&changes.lattices);
+        self.edges.clone_from(&changes.edges);
+        self.spare = Some(std::mem::replace(&mut self.last, next));
+    }
+}
+
+/// Tiles and edges that limits keep from what they need.
+#[derive(Default)]
+struct Limited {
+    tiles: BTreeSet<(PartId, TileId)>,
+    lines: BTreeSet<(PartId, TileId)>,
+    edges: BTreeSet<(PartId, u32)>,
+}
+
+fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
+    if is_in {
+        set.insert(row);
+    } else if !set.is_empty() {
+        set.remove(&row);
+    }
+}
+
+/// A stamp of an edge that is looked at.
+const TOUCHED: u8 = 1;
+/// A lattice beside it changed.
+const BESIDE_NEW: u8 = 2;
+/// It is placed anew.
+const ANEW: u8 = 4;
+
+/// Edges to look at, each once however many tiles ask for it.
+#[derive(Default)]
+struct Touched {
+    /// By part and edge: 0 where it is not among `rows`, else [`TOUCHED`] and why.
+    stamps: Vec<Vec<u8>>,
+    rows: Vec<(usize, u32)>,
+}
+
+impl Touched {
+    fn add(&mut self, part: usize, edge: u32, why: u8) {
+        let stamp = &mut self.stamps[part][edge as usize];
+        if *stamp == 0 {
+            self.rows.push((part, edge));
+        }
+        *stamp |= TOUCHED | why;
+    }
+
+    /// Calls `each` with every edge and its stamp, and forgets them.
+    fn drain(&mut self, mut each: impl FnMut(usize, u32, u8)) {
+        for (part, edge) in self.rows.drain(..) {
+            let stamp = std::mem::take(&mut self.stamps[part][edge as usize]);
+            each(part, edge, stamp);
+        }
+    }
+}
+
+/// A tile that should have another rate.
+struct Wanted {
+    /// How many times finer it should be; infinite for a tile that was never planned by the present terms.
+    urgency: f64,
+    part: usize,
+    tile: usize,
+    rate: Rate,
+    band: (f64, f64),
+    /// The chord tolerance that it is seen at, in the part's own millimetres.
+    chord: f64,
+    /// Whether all its lines are placed anew, and those of its edges.
+    anew: bool,
+}
+
+/// A frame's plan in the making.
+struct Draft<'a> {
+    page: &'a mut Plan,
+    sights: Vec<Vec<Shown>>,
+    wanted: Vec<Wanted>,
+    /// Tiles that are drawn with a step for each sub-box: their edges are looked at by their own boxes in every frame.
+    near: Vec<(usize, usize)>,
+    changes: PlanChanges,
+}
+
+impl Planner {
+    /// Starts with everything as coarse as angles allow. Cost: a few microseconds per tile and per edge.
+    #[must_use]
+    pub fn new(prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
+        let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
+        let everywhere = |part: &ScenePart| Asked::everywhere(&coarsest, part.radius);
+        let asked: Vec<Asked> = prepared.scene.parts.iter().map(everywhere).collect();
+        let plan = plan_parts(&prepared, &asked, &options.limits);
+        let parts = prepared.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
+            boxes: PartBoxes::of(part),
+            tiles: vec![Rate::Even(None); part.tiles.len()],
+            bands: vec![(0.0, 0.0); part.tiles.len()],
+            edges: vec![Rate::Even(None); part.edges.len()],
+            tile_terms: vec![0; part.tiles.len()],
+            edge_terms: vec![0; part.edges.len()],
+            kept: Kept::none(part),
+            cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
+            seen: vec![UNSEEN; part.tiles.len()],
+        });
+        Self {
+            parts: parts.collect(),
+            terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
+            term: 0,
+            turns: Turns::of(options.lines),
+            pages: Pages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
+            changes: PlanChanges::default(),
+            limited: Limited::default(),
+            tessellants: Tessellants::default(),
+            touched: Touched {
+                stamps: prepared.parts.iter().map(|part| vec![0; part.edges.len()]).collect(),
+                rows: Vec::new(),
+            },
+            seen: Vec::new(),
+            placed: Vec::new(),
+            unfinished: true,
+            options: *options,
+            prepared,
+        }
+    }
+
+    /// The last plan; the coarsest one if there was no view yet.
+    #[must_use]
+    pub fn last(&self) -> &Arc<Plan> {
+        &self.pages.last
+    }
+
+    /// How the last plan differs from the one before.
+    #[must_use]
+    pub fn changes(&self) -> &PlanChanges {
+        &self.changes
+    }
+
+    /// The plan for these views of the prepared model's parts, as `instances` place them. Where a place is in several
+    /// pictures, or several instances of its part are, the strictest counts.
+    ///
+    /// [`Plan::drawn`] says what is in the pictures. All of that keeps the tolerance, up to [`Plan::shortfall`] and
+    /// [`PlanChanges::deferred`]. Views that are no cameras (see [`plan_for_view`](crate::frame::plan_for_view())) show nothing, and
+    /// instances of parts that there are not are passed over.
+    ///
+    /// Cost: about 20 ns for each tile of each instance in each view, a few microseconds for each tile and edge that
+    /// changes, and a comparison if nothing moved.
+    pub fn plan(&mut self, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
+        let placed = instances.iter().map(|i| (i.part, i.transform));
+        let is_still = self.seen == views && self.placed.iter().copied().eq(placed.clone());
+        self.turns.pass(is_still);
+        if is_still && !self.unfinished && !self.turns.are_left() {
+            self.changes = PlanChanges::default();
+            return &self.pages.last;
+        }
+        let _span = tracing::debug_span!("plan").entered();
+        self.placed.clear();
+        self.placed.extend(placed);
+        self.seen.clear();
+        self.seen.extend_from_slice(views);
+        self.agree_on(views);
+
+        let mut next = self.pages.next();
+        let page = Arc::get_mut(&mut next).expect("a page that was just made has one owner");
+        let tiles = |i: &SceneInstance| self.parts.get(i.part as usize).map_or(0, |part| part.tiles.len());
+        page.drawn.reset(views.len(), &instances.iter().map(tiles).collect::<Vec<_>>());
+        let (sights, unusable) = self.sights(instances, views);
+        let mut draft = Draft { page, sights, wanted: Vec::new(), near: Vec::new(), changes: PlanChanges::default() };
+        loop {
+            for part in 0..self.parts.len() {
+                self.look(part, &mut draft);
+            }
+            self.defer(&mut draft);
+            self.apply(&mut draft);
+            if self.fits() {
+                break;
+            }
+        }
+        let mut changes = std::mem::take(&mut draft.changes);
+        for list in [&mut changes.tiles, &mut changes.lattices] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        changes.edges.sort_unstable();
+        changes.edges.dedup();
+        page.shortfall = self.shortfall(unusable);
+        self.unfinished |= changes.deferred > 0;
+        self.pages.turn(next, &changes);
+        self.changes = changes;
+        &self.pages.last
+    }
+
+    /// What all views agree on beside what they see.
+    fn agree_on(&mut self, views: &[View]) {
+        let strictest = |of: &dyn Fn(&View) -> Option<f64>| views.iter().filter_map(of).reduce(f64::min);
+        let terms = Terms {
+            angle: strictest(&|view| Some(view.angle)).unwrap_or(f64::INFINITY),
+            size: strictest(&|view| view.size_px.map(|size| size / view.deviation_px)),
+            coarser: self.terms.coarser,
+        };
+        if terms != self.terms || self.term == 0 {
+            self.terms = terms;
+            self.term += 1;
+        }
+    }
+
+    /// What sees each part; and whether a view is none.
+    fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<Shown>>, bool) {
+        let mut sights: Vec<Vec<Shown>> = vec![Vec::new(); self.parts.len()];
+        let mut unusable = false;
+        for (v, view) in views.iter().enumerate() {
+            let usable = view.deviation_px > 0.0 && view.angle > 0.0 && view.size_px.is_none_or(|size| size > 0.0);
+            let Some(lens) = view.lens().filter(|_| usable) else {
+                unusable = true;
+                continue;
+            };
+            for (i, instance) in instances.iter().enumerate() {
+                if let Some(sights) = sights.get_mut(instance.part as usize) {
+                    let sight = view.sight(lens, instance).weighed(1.0 / view.deviation_px);
+                    sights.push(Shown { view: v, instance: i, sight });
+                }
+            }
+        }
+        (sights, unusable)
+    }
+
+    /// Which tiles of a part are drawn, and which of these should have other rates.
+    fn look(&mut self, p: usize, draft: &mut Draft<'_>) {
+        let PartRates { boxes, tiles, bands, tile_terms, kept, seen, .. } = &mut self.parts[p];
+        seen.fill(UNSEEN);
+        for Shown { view, instance, sight } in &draft.sights[p] {
+            boxes.seen_by(sight, self.options.cull_backs, |t, now| {
+                draft.page.drawn.insert(*view, *instance, TileId(t as u32));
+                seen[t] = Seen { most: seen[t].most.max(now.most), least: seen[t].least.max(now.least) };
+            });
+        }
+        let part = &self.prepared.parts[p];
+        for (t, &Seen { most, least }) in seen.iter().enumerate() {
+            if most < 0.0 {
+                continue;
+            }
+            let due = kept.is_due(&self.turns, part, (p, t), |tile| seen[tile].most >= 0.0);
+            let planned = tile_terms[t] == self.term;
+            let (low, high) = bands[t];
+            if planned && !due && most >= low && most <= high && most <= APART * least {
+                continue;
+            }
+            let before = &tiles[t];
+            let even = most <= least * if matches!(before, Rate::Even(_)) { APART } else { TOGETHER };
+            let (rate, band) = if even {
+                let step = step(most, before.step(0));
+                (Rate::Even(step), band(step))
+            } else {
+                draft.near.push((p, t));
+                let face = &part.faces[part.face_of(&part.tiles[t])];
+                // A plane has one cell however it is seen; what bends there are its edges, which have boxes of their own.
+                let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
+                let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
+                if planned && !due && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
+                    continue;
+                }
+                (Rate::Each(each(boxes(), before, &draft.sights[p])), (0.0, 0.0))
+            };
+            if !planned || due || rate != *before {
+                let finer = |to: &Rate, from: &Rate| match (to.finest(), from.finest()) {
+                    (Some(to), Some(from)) => f64::from(to) - f64::from(from),
+                    _ => f64::INFINITY,
+                };
+                let urgency = match planned {
+                    true if rate == *before => 0.0,
+                    true => finer(&rate, before),
+                    false => f64::INFINITY,
+                };
+                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band, chord: 1.0 / most, anew: due });
+            }
+        }
+    }
+
+    /// Leaves for later what the budget does not allow: the tiles that are closest to their tolerance.
+    ///
+    /// A tile that waits keeps its rate, and the rates of edges follow from those of tiles: whatever waits, the plan is closed.
+    fn defer(&self, draft: &mut Draft<'_>) {
+        draft.changes.deferred = 0;
+        let Some(budget) = self.options.budget else { return };
+        draft.wanted.sort_by(|a, b| b.urgency.total_cmp(&a.urgency).then((a.part, a.tile).cmp(&(b.part, b.tile))));
+        let mut left = budget.as_secs_f64() * 1e9;
+        let mut made: BTreeSet<(usize, usize)> = BTreeSet::new();
+        let kept = draft.wanted.iter().take_while(|wanted| {
+            let part = &self.prepared.parts[wanted.part];
+            let uses = part.tiles[wanted.tile].loops.iter().flatten();
+            let beside = uses.flat_map(|u| part.edges[u.edge as usize].uses.iter().map(|(tile, _, _)| tile.0 as usize));
+            for tile in beside.chain([wanted.tile]) {
+                if made.insert((wanted.part, tile)) {
+                    let growth =
+                        if tile == wanted.tile { (0.5 * wanted.urgency).clamp(-20.0, 20.0).exp2() } else { 1.0 };
+                    left -= predicted(&draft.page.parts[wanted.part], &part.tiles[tile], tile, growth);
+                }
+            }
+            left > 0.0
+        });
+        // One at least, or nothing would ever be done.
+        let kept = kept.count().max(1).min(draft.wanted.len());
+        draft.changes.deferred = (draft.wanted.len() - kept) as u32;
+        draft.wanted.truncate(kept);
+    }
+
+    /// Lattices of the tiles that change, then tessellants of the edges along them.
+    fn apply(&mut self, draft: &mut Draft<'_>) {
+        let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
+        let mut touched = std::mem::take(&mut self.touched);
+        for Wanted { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
+            let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
+            let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
+            let face = &part.faces[part.face_of(tile)];
+            let need = self.terms.need(&rate, places(face, tile).len(), self.prepared.scene.parts[p].radius);
+            let old = &mut draft.page.parts[p].tiles[t];
+            let before = self.turns.follow(&**old, anew || rates.tile_terms[t] != self.term);
+            (rates.kept.tiles[t], rates.kept.due[t]) = (before.is_some(), false);
+            let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile, before);
+            let is_plane = face.kind == SurfaceKind::Plane;
+            // The lattice of a plane asks nothing, but what is thin is told from what is lost by its chord.
+            made.chord = Terms::settled(if is_plane { chord } else { made.chord });
+            mark(&mut self.limited.tiles, id, !kept.cells);
+            mark(&mut self.limited.lines, id, !kept.lines);
+            // What a stricter chord was measured against holds; on a plane nothing is measured, so that any will do.
+            let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
+            let as_before = old.us == made.us && old.vs == made.vs && holds;
+            if !as_before {
+                rates.cells[t] = cells(&made);
+                *old = Arc::new(made);
+                draft.changes.lattices.push(id);
+                draft.changes.tiles.push(id);
+            }
+            (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
+            let seen = &rates.seen;
+            let with_it = |e: u32| anew && owner(&part.edges[e as usize], |t| seen[t].most >= 0.0) == Some(t);
+            for u in tile.loops.iter().flatten() {
+                touched.add(p, u.edge, if as_before { 0 } else { BESIDE_NEW } | if with_it(u.edge) { ANEW } else { 0 });
+            }
+        }
+        for (p, t) in draft.near.drain(..) {
+            let uses = self.prepared.parts[p].tiles[t].loops.iter().flatten();
+            uses.for_each(|u| touched.add(p, u.edge, 0));
+        }
+        touched.drain(|p, e, why| self.tessellate_edge((p, e), why & BESIDE_NEW > 0, why & ANEW > 0, draft));
+        self.touched = touched;
+    }
+
+    fn tessellate_edge(&mut self, (p, e): (usize, u32), beside_new: bool, anew: bool, draft: &mut Draft<'_>) {
+        let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
+        let (edge, k) = (&part.edges[e as usize], e as usize);
+        let beside = || edge.uses.iter().map(|(tile, _, _)| &rates.tiles[tile.0 as usize]);
+        let planned = !beside_new && !anew && rates.edge_terms[k] == self.term;
+        let page = &mut draft.page.parts[p];
+        let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
+        if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|(tile, _, _)| single(*tile)) {
+            return;
+        }
+        let rate = if beside().any(Rate::is_each) {
+            let (places, before) = (edge.bounds.places.iter(), &rates.edges[k]);
+            if planned && before.is_each() && holds(places.clone(), before, &draft.sights[p]) {
+                return;
+            }
+            Rate::Each(each(places, before, &draft.sights[p]))
+        } else {
+            Rate::Even(beside().map(Rate::finest).max().flatten())
+        };
+        if planned && rates.edges[k] == rate {
+            return;
+        }
+        let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
+        // Nothing changed beside it, and nothing along it: lines of pins and holes are made by angles, at any distance.
+        if let (true, Rate::Even(now), Rate::Even(before)) =
+            (planned && need.tolerance.max_edge.is_none(), &rate, &rates.edges[k])
+        {
+            let finer = Rate::Even(*now.max(before));
+            let finer = self.terms.need(&finer, 0, self.prepared.scene.parts[p].radius);
+            if turns_more_than_bends(edge, &finer.tolerance) {
+                rates.edges[k] = rate;
+                return;
+            }
+        }
+        let before = self.turns.follow(&*page.edges[k], anew || rates.edge_terms[k] != self.term);
+        rates.kept.edges[k] = before.is_some();
+        let (line, kept) = self.tessellants.polyline(edge, &page.tiles, &need, 1.0, before);
+        mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
+        (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
+        if *page.edges[k] != line {
+            page.edges[k] = Arc::new(line);
+            draft.changes.edges.push((PartId::new(p), e));
+            draft.changes.tiles.extend(edge.uses.iter().map(|&(tile, _, _)| (PartId::new(p), tile)));
+        }
+    }
+
+    /// Whether what is drawn is within the limits; else all is planned a step coarser.
+    fn fits(&mut self) -> bool {
+        /// Steps after which everything is as coarse as angles allow, or nearly.
+        const COARSEST: i16 = 128;
+        let of_part = |part: &PartRates| -> u64 {
+            let drawn = part.cells.iter().zip(&part.seen).filter(|(_, seen)| seen.most >= 0.0);
+            drawn.map(|(cells, _)| cells).sum()
+        };
+        let spent: u64 = self.parts.iter().map(of_part).sum();
+        let allowed = Budget::of(&self.options.limits).left;
+        self.unfinished = false;
+        if spent > allowed && self.terms.coarser < COARSEST {
+            self.terms.coarser += 1;
+            self.term += 1;
+            return false;
+        }
+        // A step finer is at most twice as much; with less there would be no end of it.
+        if self.terms.coarser > 0 && spent < allowed / 4 {
+            self.terms.coarser -= 1;
+            self.term += 1;
+            self.unfinished = true;
+        }
+        true
+    }
+
+    fn shortfall(&self, unusable: bool) -> Option<Shortfall> {
+        let Limited { tiles, lines, edges } = &self.limited;
+        let mut shortfall = Shortfall::none(&self.options.limits);
+        shortfall.unusable = unusable;
+        shortfall.density = 1.0 / self.terms.coarsened();
+        if self.terms.coarser > 0 {
+            let drawn: u64 = self
+                .parts
+                .iter()
+                .flat_map(|part| part.cells.iter().zip(&part.seen))
+                .filter(|(_, s)| s.most >= 0.0)
+                .map(|(c, _)| c)
+                .sum();
+            shortfall.needed = (2.0 * drawn as f64 * self.terms.coarsened().powi(2)) as u64;
+        }
+        shortfall.tiles = tiles.iter().copied().collect();
+        shortfall.lines = lines.iter().copied().collect();
+        shortfall.edges = edges.iter().copied().collect();
+        shortfall.if_any()
+    }
+}
+
+/// Steps of boxes by what they show to whom.
+fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[Shown]) -> Box<[Step]> {
+    places.enumerate().map(|(k, place)| step(densest(place, sights), before.step(k))).collect()
+}
+
+/// Whether boxes keep their steps.
+fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[Shown]) -> bool {
+    places.enumerate().all(|(k, place)| step(densest(place, sights), before.step(k)) == before.step(k))
+}
+
+fn densest(place: &BoundingBox, sights: &[Shown]) -> f64 {
+    sights.iter().map(|s| s.sight.pixels_per_length(place)).fold(0.0, f64::max)
+}

@@ -1,0 +1,149 @@
+//! How many pixels a millimetre covers -> the step of a geometric row of rates that serves it, kept for as long as it may be.
+//!
+//! Between two frames the rates of everything change a little, and everything would be made anew. So rates are rounded up to
+//! steps, and lowered only when they are well below one: the master's only memory, and the only way in which a frame depends on
+//! earlier ones.
+
+use crate::frame::view::asked::Need;
+use crate::frame::view::tolerance::Tolerance;
+
+/// Steps per doubling of the pixels that a millimetre covers; lattices and polylines grow with its square root, so that a
+/// step is a factor of 2^(1/4) in lines: 9 % more than needed on the average, in each direction.
+const STEPS: f64 = 2.0;
+/// How far below a step the need must have fallen for it to be left, in steps.
+const SLACK: f64 = 1.5;
+
+/// A step of the row; the higher, the finer. `None`: not seen.
+pub(crate) type Step = Option<i16>;
+
+/// What a tile or edge keeps.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Rate {
+    /// The same everywhere.
+    Even(Step),
+    /// A step for each of its boxes: what comes close to the eye, or is partly out of the picture.
+    Each(Box<[Step]>),
+}
+
+impl Rate {
+    /// The finest step.
+    pub(crate) fn finest(&self) -> Step {
+        match self {
+            Self::Even(step) => *step,
+            Self::Each(steps) => steps.iter().copied().max().flatten(),
+        }
+    }
+
+    /// Whether each box has a step of its own.
+    pub(crate) fn is_each(&self) -> bool {
+        matches!(self, Self::Each(_))
+    }
+
+    /// The step of box `k`.
+    pub(crate) fn step(&self, k: usize) -> Step {
+        match self {
+            Self::Even(step) => *step,
+            Self::Each(steps) => steps.get(k).copied().flatten(),
+        }
+    }
+}
+
+/// Deviations asked for (one is a pixel's, in this row's measure) over the millimetre, as a step; the one before, if it still serves.
+pub(crate) fn step(density: f64, before: Step) -> Step {
+    if density <= 0.0 || density.is_nan() {
+        return None;
+    }
+    let exact = STEPS * density.log2();
+    let kept = before.filter(|&k| exact <= f64::from(k) && exact >= f64::from(k) - SLACK);
+    #[allow(clippy::cast_possible_truncation, reason = "clamped")]
+    kept.or_else(|| Some(exact.ceil().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16))
+}
+
+/// The densities that a step serves: above the first, up to the second.
+pub(crate) fn band(step: Step) -> (f64, f64) {
+    let Some(k) = step.map(f64::from) else { return (0.0, 0.0) };
+    (((k - SLACK) / STEPS).exp2(), (k / STEPS).exp2())
+}
+
+/// What all rates of a frame have in common beside the steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Terms {
+    /// Largest turning of the normal across a cell, radians.
+    pub(crate) angle: f64,
+    /// Largest length of edges, as a multiple of the deviation.
+    pub(crate) size: Option<f64>,
+    /// Steps by which everything is coarser, for the limits' sake.
+    pub(crate) coarser: i16,
+}
+
+impl Terms {
+    /// How many times fewer lines there are for the limits' sake.
+    pub(crate) fn coarsened(&self) -> f64 {
+        (0.5 * f64::from(self.coarser) / STEPS).exp2()
+    }
+
+    fn density(&self, step: i16) -> f64 {
+        ((f64::from(step) - f64::from(self.coarser)) / STEPS).exp2()
+    }
+
+    /// What keeping a rate asks of a tile or edge with `boxes` boxes, of a part of this radius.
+    pub(crate) fn need(&self, rate: &Rate, boxes: usize, radius: f64) -> Need {
+        let most = rate.finest();
+        let shares = match (rate, most) {
+            (Rate::Each(steps), Some(most)) => {
+                let share = |step: &Step| step.map_or(0.0, |k| self.density(k) / self.density(most));
+                steps.iter().map(share).collect()
+            }
+            _ => vec![1.0; boxes],
+        };
+        let density = most.map_or(0.0, |step| self.density(step));
+        let tolerance =
+            Tolerance { chord: 1.0 / density, angle: self.angle, max_edge: self.size.map(|size| size / density) };
+        Need { tolerance: tolerance.usable(radius), shares }
+    }
+
+    /// A chord tolerance at most as large, one for every two steps: what is measured against it changes half as often.
+    pub(crate) fn settled(chord: f64) -> f64 {
+        if chord > 0.0 && chord.is_finite() { chord.log2().floor().exp2() } else { chord }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_raised_at_once_and_left_late() {
+        assert_eq!(step(0.0, Some(3)), None);
+        assert_eq!([step(1.0, None), step(1.01, None), step(0.99, None)], [Some(0), Some(1), Some(0)]);
+        for k in -40..40_i16 {
+            let (low, high) = band(Some(k));
+            assert_eq!(step(high * 0.999_999, Some(k)), Some(k));
+            assert_eq!(step(high * 1.000_001, Some(k)), Some(k + 1));
+            assert_eq!(step(low * 1.000_001, Some(k)), Some(k));
+            assert_eq!(step(low * 0.999_999, Some(k)), Some(k - 1), "{k}");
+        }
+    }
+
+    #[test]
+    fn needs_are_at_least_as_strict_as_what_is_seen() {
+        let terms = Terms { angle: 0.3, size: Some(20.0), coarser: 0 };
+        for k in 0..60 {
+            let density = 1.13_f64.powi(k - 30);
+            let need = terms.need(&Rate::Even(step(density, None)), 2, 1.0);
+            assert!(need.tolerance.chord * density <= 1.0 && need.tolerance.chord * density > 0.7);
+            assert_eq!((need.tolerance.max_edge, need.shares), (Some(20.0 * need.tolerance.chord), vec![1.0; 2]));
+        }
+        let each = Rate::Each(Box::new([Some(-4), None, Some(-2)]));
+        let need = terms.need(&each, 3, 1.0);
+        assert_eq!((need.tolerance.chord, need.shares), (2.0, vec![0.5, 0.0, 1.0]));
+        let coarser = Terms { coarser: 2, ..terms };
+        assert_eq!(coarser.need(&each, 3, 1.0).tolerance.chord, 4.0);
+        let unseen = terms.need(&Rate::Each(Box::new([None; 2])), 2, 1.0);
+        assert_eq!((unseen.tolerance.chord, unseen.shares), (f64::INFINITY, vec![1.0; 2]));
+        assert_eq!(
+            [Terms::settled(0.3), Terms::settled(0.25), Terms::settled(f64::INFINITY)],
+            [0.25, 0.25, f64::INFINITY]
+        );
+    }
+}

@@ -1,0 +1,110 @@
+//! Frames, and tiles that kept lines in them -> those whose turn it is to have all lines placed anew.
+
+use crate::frame::plan::split::{Before, Intensive, Lines};
+use crate::prepare::{PreparedEdge, PreparedPart};
+use std::num::NonZeroU32;
+
+/// How lines follow, and which frame it is.
+pub(crate) struct Turns {
+    split: Option<(Intensive, f64)>,
+    every: Option<NonZeroU32>,
+    frame: u64,
+    /// Frames since something moved.
+    still: u64,
+}
+
+impl Turns {
+    pub(crate) fn of(lines: Lines) -> Self {
+        let (split, every) = match lines {
+            Lines::Spread => (None, None),
+            Lines::Split { intensive, most, resync } => (Some((intensive, most)), resync),
+        };
+        Self { split, every, frame: 0, still: 0 }
+    }
+
+    /// The next frame.
+    pub(crate) fn pass(&mut self, is_still: bool) {
+        self.frame += 1;
+        self.still = if is_still { self.still + 1 } else { 0 };
+    }
+
+    /// Whether turns are left though nothing moves. Every tile has two: its edges follow the lattices beside them, so that they are
+    /// as they would be without history once these are.
+    pub(crate) fn are_left(&self) -> bool {
+        self.every.is_some_and(|every| self.still < 2 * u64::from(every.get()))
+    }
+
+    fn has(&self, part: usize, tile: usize) -> bool {
+        // Multiples of the golden section are spread evenly.
+        let scattered = ((part as u64) << 32 | tile as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
+        self.every.is_some_and(|every| (self.frame + scattered).is_multiple_of(u64::from(every.get())))
+    }
+
+    /// What new lines follow, unless they are placed anew.
+    pub(crate) fn follow<'a, T: ?Sized>(&self, last: &'a T, anew: bool) -> Option<Before<'a, T>> {
+        self.split.filter(|_| !anew).map(|(intensive, most)| Before { last, intensive, most })
+    }
+}
+
+/// What of a part has kept lines since all of its lines were placed together.
+pub(crate) struct Kept {
+    pub(crate) tiles: Vec<bool>,
+    pub(crate) edges: Vec<bool>,
+    /// Tiles whose turn has come.
+    pub(crate) due: Vec<bool>,
+}
+
+impl Kept {
+    pub(crate) fn none(part: &PreparedPart) -> Self {
+        let (tiles, edges) = (part.tiles.len(), part.edges.len());
+        Self { tiles: vec![false; tiles], edges: vec![false; edges], due: vec![false; tiles] }
+    }
+
+    /// Whether it is the turn of a tile that is drawn. Once come, it stays until the tile is done.
+    pub(crate) fn is_due(
+        &mut self,
+        turns: &Turns,
+        part: &PreparedPart,
+        (p, t): (usize, usize),
+        is_drawn: impl Fn(usize) -> bool,
+    ) -> bool {
+        if turns.has(p, t) && !self.due[t] {
+            let mut uses = part.tiles[t].loops.iter().flatten().map(|u| u.edge as usize);
+            let edges = &self.edges;
+            self.due[t] = self.tiles[t] || uses.any(|e| edges[e] && owner(&part.edges[e], &is_drawn) == Some(t));
+        }
+        self.due[t]
+    }
+}
+
+/// The tile with which an edge is placed anew: the first that is drawn.
+pub(crate) fn owner(edge: &PreparedEdge, is_drawn: impl Fn(usize) -> bool) -> Option<usize> {
+    edge.uses.iter().map(|(tile, _, _)| tile.0 as usize).find(|&tile| is_drawn(tile))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn everyone_has_one_turn_in_so_many_frames_and_few_at_once() {
+        let mut turns =
+            Turns::of(Lines::Split { intensive: Intensive::Rendering, most: 2.0, resync: NonZeroU32::new(10) });
+        let mut count = vec![0; 1000];
+        for _ in 0..10 {
+            turns.pass(false);
+            let now: Vec<usize> = (0..1000).filter(|&tile| turns.has(3, tile)).collect();
+            assert!((80..120).contains(&now.len()), "{}", now.len());
+            now.into_iter().for_each(|tile| count[tile] += 1);
+        }
+        assert!(count.iter().all(|&turns| turns == 1));
+        let left = (0..100).take_while(|_| {
+            turns.pass(true);
+            turns.are_left()
+        });
+        assert_eq!(left.count(), 19);
+        let mut never = Turns::of(Lines::Split { intensive: Intensive::Criterion, most: 2.0, resync: None });
+        never.pass(true);
+        assert!(!never.are_left() && !never.has(0, 0) && !Turns::of(Lines::Spread).are_left());
+    }
+}

@@ -1,0 +1,98 @@
+//! A part's tiles, by their boxes and normals -> which of them a camera shows, and at what rates.
+
+use crate::frame::plan::lattice::{places, strips};
+use crate::frame::view::sight::{Seen, Sight};
+use crate::prepare::{BoundingBox, PreparedFace, PreparedPart, Tile};
+use glam::DVec3;
+use std::f64::consts::FRAC_PI_2;
+
+/// One instance in one view.
+#[derive(Clone, Debug)]
+pub(crate) struct Shown {
+    pub(crate) view: usize,
+    pub(crate) instance: usize,
+    /// With pixels as multiples of the view's deviation.
+    pub(crate) sight: Sight,
+}
+
+/// Directions around an axis.
+#[derive(Clone, Copy, Debug)]
+struct Cone {
+    axis: DVec3,
+    half_angle: f64,
+}
+
+impl Cone {
+    /// Holds any direction.
+    const ALL: Self = Self { axis: DVec3::Z, half_angle: f64::INFINITY };
+}
+
+/// Where a part and its tiles are, and where the tiles face.
+#[derive(Debug)]
+pub(crate) struct PartBoxes {
+    whole: BoundingBox,
+    tiles: Vec<BoundingBox>,
+    /// Of outward normals; empty for parts that are not closed, and may be seen from behind.
+    cones: Vec<Cone>,
+}
+
+impl PartBoxes {
+    /// Cost: a look at the table of bounds of each tile.
+    pub(crate) fn of(part: &PreparedPart) -> Self {
+        let face = |tile: &Tile| &part.faces[part.face_of(tile)];
+        let tiles: Vec<BoundingBox> = boxes(part).collect();
+        let whole = tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
+        let closed = part.open_edges().count == 0;
+        let cones = part.tiles.iter().filter(|_| closed).map(|tile| normals(face(tile), tile)).collect();
+        Self { whole, tiles, cones }
+    }
+
+    /// The box of all of a part's tiles.
+    pub(crate) fn whole(part: &PreparedPart) -> BoundingBox {
+        boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
+    }
+
+    /// Calls `each` with every tile that an instance shows, ascending; those of closed parts that face away are left out if
+    /// `cull_backs`.
+    pub(crate) fn seen_by(&self, sight: &Sight, cull_backs: bool, mut each: impl FnMut(usize, Seen)) {
+        if sight.look(&self.whole).is_none() {
+            return;
+        }
+        for (t, place) in self.tiles.iter().enumerate() {
+            let Some(seen) = sight.look(place) else { continue };
+            let cone = self.cones.get(t).filter(|_| cull_backs);
+            if cone.is_none_or(|cone| !sight.sees_back(place, cone.axis, cone.half_angle)) {
+                each(t, seen);
+            }
+        }
+    }
+}
+
+fn boxes(part: &PreparedPart) -> impl Iterator<Item = BoundingBox> + '_ {
+    part.tiles.iter().map(|tile| tile_box(&part.faces[part.face_of(tile)], tile))
+}
+
+/// The box of a tile's surface, and of its edges as far as these are off the surface.
+fn tile_box(face: &PreparedFace, tile: &Tile) -> BoundingBox {
+    let all = places(face, tile).fold(BoundingBox::EMPTY, |all, place| all.with(place));
+    BoundingBox { low: all.low - face.gap, high: all.high + face.gap }
+}
+
+/// Outward normals of a tile: that in the middle, and as far around it as bounds say that normals turn.
+fn normals(face: &PreparedFace, tile: &Tile) -> Cone {
+    if face.creases.iter().any(|creases| !creases.is_empty()) {
+        return Cone::ALL;
+    }
+    let table = &face.bounds;
+    let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
+    let most = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, f64::max);
+    let along_u: f64 = su.clone().map(|i| most(&mut sv.clone().map(|j| table.cell(i, j).turn_u))).sum();
+    let along_v: f64 = sv.clone().map(|j| most(&mut su.clone().map(|i| table.cell(i, j).turn_v))).sum();
+    let half_angle = along_u + along_v;
+    let middle = 0.5 * (tile.min + tile.max);
+    let d = face.patches.derivatives(middle.x, middle.y);
+    match (d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 }).try_normalize() {
+        Some(axis) if half_angle < FRAC_PI_2 => Cone { axis, half_angle },
+        _ => Cone::ALL,
+    }
+}

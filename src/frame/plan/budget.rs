@@ -1,0 +1,41 @@
+//! What is left of a plan's limits, and what tiles are expected to take.
+
+use super::limits::PlanLimits;
+use super::plan::{PartPlan, TileLattice};
+use crate::prepare::{EdgeUse, Tile, nanoseconds};
+
+/// What is left of the limits.
+pub(crate) struct Budget {
+    /// Cells and tessellants.
+    pub(crate) left: u64,
+    pub(crate) cells_per_tile: u64,
+}
+
+impl Budget {
+    pub(crate) fn of(limits: &PlanLimits) -> Self {
+        Self { left: limits.allowed() / 2, cells_per_tile: (limits.triangles_per_tile / 2).max(1) }
+    }
+
+    /// `None` when there is not as much.
+    pub(crate) fn spend(&mut self, cells: u64) -> Option<()> {
+        self.left = self.left.checked_sub(cells)?;
+        Some(())
+    }
+}
+
+/// Cells of a lattice.
+pub(crate) fn cells(lattice: &TileLattice) -> u64 {
+    let (nu, nv) = lattice.cells();
+    u64::from(nu) * u64::from(nv)
+}
+
+/// Nanoseconds that a tile takes, with `growth` times as many cells as it has, and as many tessellants as go with these.
+pub(crate) fn predicted(plan: &PartPlan, tile: &Tile, t: usize, growth: f64) -> f64 {
+    let tessellants = |u: &EdgeUse| {
+        let breaks = &plan.edges[u.edge as usize].breaks;
+        let at = |k: u32| breaks.get(k as usize).copied().unwrap_or(0);
+        f64::from(at(u.from).abs_diff(at(u.to)))
+    };
+    let boundary: f64 = tile.loops.iter().flatten().map(tessellants).sum();
+    nanoseconds(growth * cells(&plan.tiles[t]) as f64, growth.sqrt() * boundary)
+}

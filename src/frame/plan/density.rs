@@ -1,0 +1,323 @@
+//! A density of lines along a parameter -> the fewest lines that keep it, as even as it allows.
+
+/// A piecewise constant density of lines along one parameter.
+#[derive(Clone, Copy)]
+pub(crate) struct Density<'a> {
+    /// Strip borders, increasing; one more than there are strips. The outer strips go on beyond the first and the last.
+    pub(crate) breaks: &'a [f64],
+    /// Lines per unit of parameter in each strip, not negative.
+    pub(crate) rates: &'a [f64],
+}
+
+/// Share of a line that a gap may hold beyond its own: strips and breaks meet at the same knots, but for rounding.
+const HAIR: f64 = 1e-6;
+/// Share of a gap by which the last one may be less full than the others.
+const SHORT: f64 = 1.0 / 32.0;
+/// Scales of a density that are tried until the last gap is as full as that.
+const TRIALS: usize = 6;
+
+impl Density<'_> {
+    /// The strip in which `a` lies; at a border the one that begins there.
+    fn strip(&self, a: f64) -> usize {
+        self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1)
+    }
+
+    /// Strips between `a` and `b`: density and the part of the strip that lies there.
+    fn strips(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> {
+        let last = self.rates.len() - 1;
+        (self.strip(a)..=last).take_while(move |&k| k == 0 || self.breaks[k] < b).map(move |k| {
+            let from = if k == 0 { a } else { self.breaks[k].max(a) };
+            let to = if k == last { b } else { self.breaks[k + 1].min(b) };
+            (self.rates[k], to - from)
+        })
+    }
+
+    /// The integral of the density.
+    pub(crate) fn mass(&self, a: f64, b: f64) -> f64 {
+        self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
+    }
+
+    /// The largest density between `a` and `b`.
+    fn most(&self, a: f64, b: f64) -> f64 {
+        self.strips(a, b).fold(0.0, |most, (rate, _)| f64::max(most, rate))
+    }
+
+    /// How many lines of the density the gap from `a` to `b` holds where it is densest: at most 1 if it keeps the density.
+    pub(crate) fn fullness(&self, a: f64, b: f64) -> f64 {
+        let touched = self.strips(a, b).filter(|(rate, width)| rate * width > HAIR);
+        touched.fold(0.0, |most, (rate, _)| f64::max(most, rate)) * (b - a)
+    }
+
+    /// Strides from `a` to `b` at `scale` times the density, up to `limit`: the fewest gaps that keep it, and how full they are
+    /// together: as many, but that the last one counts by the share of a line in it. Beyond `limit`, what is left counts.
+    fn filled(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
+        let mut strides = Strides::new(self, a, scale);
+        let mut x = a;
+        for n in 0..limit {
+            let from = x;
+            x = strides.next(b);
+            if x >= b {
+                return (n + 1, n as f64 + (scale * self.most(from, b) * (b - from)).min(1.0));
+            }
+        }
+        (limit + 1, limit as f64 + scale * self.mass(x, b))
+    }
+
+    /// The fewest gaps from `a` to `b` that keep the density, counted up to `limit`: as many as [`spread`](Self::spread) makes.
+    pub(crate) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
+        let most = self.most(a, b);
+        let even = even_gaps(most, a, b).min(limit as f64) as usize;
+        if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit).0.min(even) }
+    }
+
+    /// Whether no gaps are fewer than even ones, given the largest density.
+    fn is_even(&self, most: f64, a: f64, b: f64) -> bool {
+        even_gaps(most, a, b) <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most)
+    }
+
+    /// Parameters from `a` to `b > a`, strictly increasing, so dense that no gap is longer than 1/ρ anywhere in it; as
+    /// few as that allows, and as even. Appends all but `a`.
+    ///
+    /// Where that takes more than `limit` gaps, the density is scaled down as a whole until it does not. Returns whether
+    /// it was kept. Cost: that of a handful of counts of the gaps; of even ones, one at most.
+    pub(crate) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
+        let most = self.most(a, b);
+        let even = even_gaps(most, a, b);
+        if self.is_even(most, a, b) {
+            evenly(a, b, even.min(limit as f64) as usize, out);
+            return even <= limit as f64;
+        }
+        let (asked, filled) = self.filled(a, b, 1.0, limit);
+        let (n, kept) = (asked.min(limit), asked <= limit);
+        let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
+        // Even gaps are as few, or nothing else can be reckoned with.
+        if kept && n as f64 >= even || !mass.is_finite() {
+            // Strides that add up rounding may be one more.
+            evenly(a, b, n.min(even as usize), out);
+            return kept && n as f64 >= even;
+        }
+        // The largest factor that takes no more gaps makes the last gap as full as the others. A gap holds at most one
+        // line of the density, and at most one gap per strip is not full: that bounds the factor from both sides.
+        let full = n as f64;
+        let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
+        let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
+        let (mut scale, mut filled) = (1.0, filled);
+        for _ in 0..TRIALS {
+            if scale == low && filled >= full - SHORT {
+                break;
+            }
+            // What is missing, over all gaps; exact where no border comes between.
+            let next = scale + (full - 0.5 * SHORT - filled) / mass;
+            scale = if low < next && next < high { next } else { 0.5 * (low + high) };
+            let tried = self.filled(a, b, scale, n);
+            filled = tried.1;
+            if tried.0 <= n { low = scale } else { high = scale }
+        }
+        let mut strides = Strides::new(self, a, low);
+        let mut x = a;
+        for _ in 1..n {
+            let before = x;
+            x = strides.next(b);
+            // A line a hair before the end would only be rounding: what is left holds a millionth of a line.
+            let hair = b - x <= 1e-6 * (x - before) && self.mass(x, b) <= HAIR;
+            if x >= b || hair {
+                break;
+            }
+            out.push(x);
+        }
+        out.push(b);
+        kept
+    }
+}
+
+/// The even gaps that keep a density.
+fn even_gaps(most: f64, a: f64, b: f64) -> f64 {
+    (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0)
+}
+
+/// Steps along a density, each as long as `scale` times its largest rate on the way allows.
+struct Strides<'a> {
+    density: &'a Density<'a>,
+    scale: f64,
+    x: f64,
+    /// The strip of `x`, or one before it.
+    at: usize,
+    /// Where that strip ends, and the longest step that it allows.
+    border: f64,
+    step: f64,
+}
+
+impl<'a> Strides<'a> {
+    fn new(density: &'a Density<'a>, from: f64, scale: f64) -> Self {
+        let mut new = Self { density, scale, x: from, at: 0, border: 0.0, step: 0.0 };
+        new.enter(density.strip(from));
+        new
+    }
+
+    fn rate(&self, k: usize) -> f64 {
+        self.density.rates[k] * self.scale
+    }
+
+    fn border(&self, k: usize) -> f64 {
+        if k + 1 == self.density.rates.len() { f64::INFINITY } else { self.density.breaks[k + 1] }
+    }
+
+    fn enter(&mut self, k: usize) {
+        (self.at, self.border, self.step) = (k, self.border(k), self.rate(k).recip());
+    }
+
+    /// The furthest `x ≤ end` with `(x − before)·ρ ≤ 1` for the largest ρ on the way; more than before in any case.
+    #[inline]
+    fn next(&mut self, end: f64) -> f64 {
+        let to = self.x + self.step;
+        self.x = if to <= self.border && to > self.x { to.min(end) } else { self.over_borders(end) };
+        self.x
+    }
+
+    fn over_borders(&mut self, end: f64) -> f64 {
+        let x = self.x;
+        // A step below the spacing of numbers is the next number: every stride gets on.
+        let reach = |rate: f64| {
+            let to = x + 1.0 / rate;
+            if to > x {
+                to
+            } else if rate > 0.0 {
+                x.next_up()
+            } else {
+                f64::INFINITY
+            }
+        };
+        while self.border <= x {
+            self.enter(self.at + 1);
+        }
+        let mut k = self.at;
+        let mut most = self.rate(k);
+        loop {
+            let (to, border) = (reach(most), self.border(k));
+            if to <= border || border >= end {
+                return to.min(end);
+            }
+            most = most.max(self.rate(k + 1));
+            // Too dense to be entered from here at all: the gap ends at the border.
+            if reach(most) <= border {
+                return border;
+            }
+            k += 1;
+        }
+    }
+}
+
+/// `n` even gaps, fewer where numbers are not that fine.
+fn evenly(a: f64, b: f64, n: usize, out: &mut Vec<f64>) {
+    let mut last = a;
+    for k in 1..n {
+        let x = a + (b - a) * (k as f64 / n as f64);
+        if x > last && x < b {
+            out.push(x);
+            last = x;
+        }
+    }
+    out.push(b);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::judge;
+    use arbitrary::Unstructured;
+
+    const LIMIT: usize = 4096;
+
+    fn spread(breaks: &[f64], rates: &[f64], a: f64, b: f64, limit: usize) -> (Vec<f64>, bool) {
+        let mut lines = vec![a];
+        let density = Density { breaks, rates };
+        let kept = density.spread(a, b, limit, &mut lines);
+        assert!(lines.is_sorted_by(|x, y| x < y), "{breaks:?} {rates:?} {a} {b}: {lines:?}");
+        assert!(lines[lines.len() - 1] == b && lines.len() - 1 <= limit, "{breaks:?} {rates:?}: {}", lines.len());
+        (lines, kept)
+    }
+
+    /// Most lines of the density in a gap.
+    fn fullest(breaks: &[f64], rates: &[f64], lines: &[f64]) -> f64 {
+        let density = Density { breaks, rates };
+        lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_density_over_the_limit_is_scaled_down_as_a_whole() {
+        let (breaks, rates) = ([0.0, 0.5, 1.0], [1e7, 1e6]);
+        let (lines, kept) = spread(&breaks, &rates, 0.0, 1.0, LIMIT);
+        assert!(!kept && lines.len() > LIMIT - 4);
+        // As many lines as the limit allows in each half, ten to one.
+        let left = lines.partition_point(|&x| x < 0.5) as f64;
+        assert!((left / (lines.len() as f64 - left) - 10.0).abs() < 0.2, "{left} of {}", lines.len());
+        let fair = 5.5e6 / LIMIT as f64;
+        assert!(fullest(&breaks, &rates, &lines) < 1.01 * fair);
+        // Even densities, and densities beyond numbers.
+        assert_eq!(spread(&[0.0, 1.0], &[1e9], 0.0, 1.0, LIMIT).0.len(), LIMIT + 1);
+        assert!(!spread(&[0.0, 0.5, 1.0], &[f64::INFINITY, 1.0], 0.0, 1.0, LIMIT).1);
+        assert!(!spread(&[0.0, 0.5, 1.0], &[1e300, 1.0], 0.0, 1.0, LIMIT).1);
+    }
+
+    #[test]
+    fn nothing_is_spent_where_the_density_is_zero() {
+        let breaks = [0.0, 1.0, 2.0, 3.0];
+        assert_eq!(spread(&breaks, &[0.0; 3], 0.0, 3.0, LIMIT), (vec![0.0, 3.0], true));
+        let (lines, kept) = spread(&breaks, &[0.0, 10.0, 0.0], 0.0, 3.0, LIMIT);
+        assert!(kept && lines.len() <= 13 && fullest(&breaks, &[0.0, 10.0, 0.0], &lines) <= 1.0 + 1e-9, "{lines:?}");
+    }
+
+    #[test]
+    fn a_denser_strip_is_entered_at_its_border_only() {
+        // From 0 the sparse strip allows 2, but the dense one, which begins at 1, allows 0.1 from there.
+        let (lines, _) = spread(&[0.0, 1.0, 2.0], &[0.5, 10.0], 0.0, 2.0, LIMIT);
+        assert!(lines[1] <= 1.0 && lines.len() == 12, "{lines:?}");
+    }
+
+    #[test]
+    fn even_gaps_are_not_one_more_for_rounding() {
+        // Ten tenths add up to less than 1.
+        assert_eq!(spread(&[0.0, 0.1, 1.0], &[0.1, 10.0], 0.0, 1.0, LIMIT).0.len(), 11);
+    }
+
+    #[test]
+    fn steps_below_the_spacing_of_numbers_end() {
+        let next = 1.0_f64.next_up();
+        let (lines, kept) = spread(&[1.0, next, 2.0], &[1e300, 3.0], 1.0, 2.0, LIMIT);
+        assert!(kept && (5..=6).contains(&lines.len()), "{lines:?}");
+        assert_eq!(spread(&[1.0, 2.0], &[1e300], 1.0, next, LIMIT).0, [1.0, next]);
+    }
+
+    #[test]
+    fn any_density_is_kept_or_said_not_to_be() {
+        let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
+            let strips = u.int_in_range(1..=6_usize)?;
+            let mut breaks = vec![f64::from(u.int_in_range(-1000..=1000_i32)?)];
+            let mut rates = Vec::new();
+            for k in 0..strips {
+                breaks.push(breaks[k] + 10.0_f64.powi(u.int_in_range(-9..=3)?) * f64::from(u.int_in_range(1..=9_u8)?));
+                let size = 10.0_f64.powi(u.int_in_range(-3..=8)?);
+                rates.push(size * f64::from(u.int_in_range(0..=9_u8)?));
+            }
+            let (first, last) = (breaks[0], breaks[strips]);
+            let share = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(0..=100_u8)?) / 100.0);
+            let (s, t) = (share(u)?, share(u)?);
+            let (a, b) = (first + (last - first) * f64::min(s, t), first + (last - first) * f64::max(s, t));
+            if a >= b {
+                return Ok(());
+            }
+            let limit = u.int_in_range(8..=200_usize)?;
+            let (lines, kept) = spread(&breaks, &rates, a, b, limit);
+            let full = fullest(&breaks, &rates, &lines);
+            let mass = Density { breaks: &breaks, rates: &rates }.mass(a, b);
+            // A gap is not shorter than numbers are apart, and its ends are rounded: that many lines at most.
+            let ulp = f64::EPSILON * f64::max(first.abs(), last.abs());
+            let rounding = 2.0 * HAIR + 4.0 * ulp * rates.iter().copied().fold(0.0, f64::max);
+            assert!(!kept || full <= 1.0 + rounding, "{breaks:?} {rates:?} {a} {b} {limit}: {full}");
+            assert!(!kept || (lines.len() - 1) as f64 <= mass + 2.0 * strips as f64, "{breaks:?} {rates:?}: {lines:?}");
+            assert!(kept || mass + strips as f64 >= limit as f64 * (1.0 - 1e-9), "{breaks:?} {rates:?}: {mass}");
+            Ok(())
+        };
+        judge!(10_000, 256, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
+    }
+}

@@ -1,0 +1,346 @@
+//! Derivative bounds and a tolerance to the lattice lines of a tile.
+//!
+//! Deviation: the theorem of Filip, Magedson and Markot (CAGD 3(4), 1986) in its form for any triangle whose box is
+//! h_u × h_v: ⅛ (M₁h_u² + 2M₂h_u h_v + M₃h_v²). The mixed term is split between the directions by
+//! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), r = h_v/h_u of the cheapest uniform lattice, so that each direction has a density of
+//! lines of its own that follows the bounds along it.
+
+use super::density::Density;
+use super::plan::{MAX_LINES, TileLattice};
+use super::split::{Before, Criteria};
+use crate::frame::view::asked::{Need, dilate, is_steep, most_touched};
+use crate::frame::view::tolerance::Tolerance;
+use crate::model::SurfaceKind;
+use crate::prepare::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
+use std::borrow::Cow;
+use std::f64::consts::FRAC_PI_2;
+
+/// Most lines of one tile in one direction, over all stretches between creases.
+const LINES_OF_TILE: f64 = 32768.0;
+/// Times that a lattice over its limits is made coarser; each time brings it down to about the limit.
+const COARSER: usize = 8;
+
+/// What a strip of a tile needs, from the bounds of the boxes under it.
+#[derive(Clone, Copy, Default)]
+struct Needs {
+    bounds: BoxBounds,
+    /// u-lines and v-lines per unit of parameter that keep the surface's parametrisation even within a cell.
+    even: [f64; 2],
+}
+
+/// Largest bounds of the boxes under a strip.
+fn worst(boxes: impl Iterator<Item = Needs>) -> Needs {
+    boxes.fold(Needs::default(), |m, n| {
+        let (a, b) = (&m.bounds, &n.bounds);
+        let bounds = BoxBounds {
+            uu: a.uu.max(b.uu),
+            uv: a.uv.max(b.uv),
+            vv: a.vv.max(b.vv),
+            u: a.u.max(b.u),
+            v: a.v.max(b.v),
+            turn_u: a.turn_u.max(b.turn_u),
+            turn_v: a.turn_v.max(b.turn_v),
+        };
+        Needs { bounds, even: [m.even[0].max(n.even[0]), m.even[1].max(n.even[1])] }
+    })
+}
+
+/// Across a cell no first derivative may change along the surface by more than this share of its largest length there:
+/// triangles that are positive in (u,v) would turn over where it runs backwards. At 1 a side shrinks to a point; the rest is
+/// for the slack of the bounds.
+const UNEVEN: f64 = 1.25;
+
+impl Needs {
+    /// `share`: the tile's tolerance as a share of the box's own.
+    fn of(bounds: BoxBounds, share: f64) -> Self {
+        let ratio = |change: f64, of: f64| if of > 0.0 { change / (UNEVEN * of) } else { 0.0 };
+        let along = |own: &Bend, speed: f64, other: f64| ratio(own.slide, speed).max(ratio(bounds.uv.slide, other));
+        let even = [along(&bounds.uu, bounds.u, bounds.v), along(&bounds.vv, bounds.v, bounds.u)];
+        // A box that may deviate more bends less by as much, and is shorter.
+        let BoxBounds { uu, uv, vv, u, v, .. } = bounds;
+        let [uu, uv, vv] = [uu, uv, vv].map(|bend| bend.scaled(share));
+        Self { bounds: BoxBounds { uu, uv, vv, u: u * share, v: v * share, ..bounds }, even }
+    }
+
+    /// Second derivatives as they count for the chord, where normals turn within a cell by the arc sine of `share`.
+    fn second(&self, share: f64) -> Second {
+        let BoxBounds { uu, uv, vv, .. } = &self.bounds;
+        Second { uu: uu.along(share), uv: uv.along(share), vv: vv.along(share) }
+    }
+}
+
+/// Bounds of what second derivatives lift the surface off its triangles.
+struct Second {
+    uu: f64,
+    uv: f64,
+    vv: f64,
+}
+
+/// The boxes of a face's table that lie under a tile, those of one strip in u after the other: places that [`Need`] has shares of.
+pub(crate) fn places<'a>(
+    face: &'a PreparedFace,
+    tile: &Tile,
+) -> impl ExactSizeIterator<Item = &'a BoundingBox> + use<'a> {
+    let table = &face.bounds;
+    let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
+    let (columns, first, rows) = (table.breaks_v.len() - 1, su.start, sv.len());
+    (0..su.len() * rows).map(move |k| &table.places[(first + k / rows) * columns + sv.start + k % rows])
+}
+
+/// Strips of the bounds table under `[lo, hi]`.
+pub(crate) fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize> {
+    let n = breaks.len() - 1;
+    let first = breaks.partition_point(|&x| x <= lo).saturating_sub(1).min(n - 1);
+    let last = breaks.partition_point(|&x| x < hi).clamp(first + 1, n);
+    first..last
+}
+
+/// Whether a lattice is as dense as it was asked to be, or what made it coarser.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kept {
+    /// The limits on lines did not.
+    pub(crate) lines: bool,
+    /// The limit on cells did not.
+    pub(crate) cells: bool,
+}
+
+/// Whether tiles have one cell whatever the tolerance: on planes, as long as edges may be of any length.
+pub(crate) fn is_single(face: &PreparedFace, max_edge: Option<f64>) -> bool {
+    face.kind == SurfaceKind::Plane && max_edge.is_none()
+}
+
+/// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense: they are
+/// not where [`MAX_LINES`] or `most_cells` forbid it. Lines `before` stay as far as they serve. A pure function of its arguments.
+pub(crate) fn lattice(
+    face: &PreparedFace,
+    tile: &Tile,
+    need: &Need,
+    factor: f64,
+    most_cells: u64,
+    before: Option<Before<'_, TileLattice>>,
+) -> (TileLattice, Kept) {
+    if is_single(face, need.tolerance.max_edge) {
+        let single = TileLattice {
+            us: vec![tile.min.x, tile.max.x],
+            vs: vec![tile.min.y, tile.max.y],
+            chord: need.tolerance.chord,
+        };
+        return (single, Kept { lines: true, cells: true });
+    }
+    let table = &face.bounds;
+    let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
+    let boxes: Vec<(usize, usize)> = su.clone().flat_map(|i| sv.clone().map(move |j| (i, j))).collect();
+    let mut shares = Vec::new();
+    // A cell that lies in several boxes has to keep the tolerances of all. Where these are far apart, as they are close to the
+    // eye, no cell does: lines run along the borders.
+    let steep = is_steep(&need.shares, sv.len());
+    let mut reach = usize::from(!steep);
+    loop {
+        dilate(&need.shares, sv.len(), reach, &mut shares);
+        let needs: Vec<Needs> =
+            boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
+        let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
+        let (lattice, kept) = spread(&under, steep, &need.tolerance, factor, most_cells, before);
+        let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
+        if touched <= reach + 1 || shares.iter().all(|&share| share == 1.0) {
+            return (lattice, kept);
+        }
+        reach = touched - 1;
+    }
+}
+
+/// The boxes under a tile.
+struct Under<'a> {
+    face: &'a PreparedFace,
+    tile: &'a Tile,
+    /// Their strips in u and in v.
+    strips: [std::ops::Range<usize>; 2],
+    /// What they need, those of one strip in u after the other.
+    needs: &'a [Needs],
+}
+
+/// Lattice lines that keep a tolerance; `split`: along the boxes' borders too.
+fn spread(
+    under: &Under<'_>,
+    split: bool,
+    tolerance: &Tolerance,
+    factor: f64,
+    most_cells: u64,
+    mut before: Option<Before<'_, TileLattice>>,
+) -> (TileLattice, Kept) {
+    let Under { face, tile, strips: [su, sv], needs } = under;
+    let table = &face.bounds;
+    let cell = |i: usize, j: usize| needs[(i - su.start) * sv.len() + (j - sv.start)];
+    let columns: Vec<Needs> = su.clone().map(|i| worst(sv.clone().map(|j| cell(i, j)))).collect();
+    let rows: Vec<Needs> = sv.clone().map(|j| worst(su.clone().map(|i| cell(i, j)))).collect();
+    let width = tile.max - tile.min;
+    let sides = [(&table.breaks_u, su.clone(), &columns), (&table.breaks_v, sv.clone(), &rows)];
+    let angle = tolerance.angle.min(FRAC_PI_2);
+    // How far the normal turns per unit of parameter, and the density that all but the chord needs.
+    let turning = |axis: usize| {
+        let (breaks, strips, needs) = &sides[axis];
+        let turn = |n: &Needs| if axis == 0 { n.bounds.turn_u } else { n.bounds.turn_v };
+        strips.clone().zip(needs.iter()).map(|(k, n)| turn(n) / (breaks[k + 1] - breaks[k])).collect::<Vec<f64>>()
+    };
+    let turning = [turning(0), turning(1)];
+    let rates = |share: f64| {
+        let chord = chord_rates(&columns, &rows, share, [width.x, width.y], 8.0 * tolerance.chord);
+        let finish = |axis: usize, chord: Vec<f64>| {
+            let speed = |n: &Needs| if axis == 0 { n.bounds.u } else { n.bounds.v };
+            let long = |n: &Needs| tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * speed(n) / m);
+            let all = chord.into_iter().zip(sides[axis].2).zip(&turning[axis]);
+            all.map(|((rate, n), turn)| rate.max(turn / angle).max(n.even[axis]).max(long(n))).collect::<Vec<f64>>()
+        };
+        [finish(0, chord.0), finish(1, chord.1)]
+    };
+    // On the largest cells that lifts alone would allow, normals turn the most. A part along the surface at one end of a cell
+    // counts at the other as far as they do, and half as far on the average.
+    let largest = rates(0.0);
+    let turn = |axis: usize| {
+        let (breaks, strips, _) = &sides[axis];
+        let mut all = 0.0;
+        let mut most = 0.0_f64;
+        for (k, (rate, per_unit)) in strips.clone().zip(largest[axis].iter().zip(&turning[axis])) {
+            let whole = per_unit * (breaks[k + 1] - breaks[k]);
+            all += whole;
+            // A box that turns by more than a right angle may do so at once: where a surface folds.
+            most = most.max(if whole > FRAC_PI_2 {
+                whole
+            } else if *per_unit > 0.0 {
+                per_unit / rate
+            } else {
+                0.0
+            });
+        }
+        most.min(all)
+    };
+    let share = (0.5 * turn(0).hypot(turn(1))).min(1.0);
+    let [mut ru, mut rv] = if share > 0.0 { rates(share) } else { largest };
+    ru.iter_mut().chain(&mut rv).for_each(|rate| *rate *= factor);
+    let (breaks_u, breaks_v) = (&table.breaks_u[su.start..=su.end], &table.breaks_v[sv.start..=sv.end]);
+    let mut creases = [Cow::Borrowed(&face.creases[0]), Cow::Borrowed(&face.creases[1])];
+    if split {
+        for (creases, breaks) in creases.iter_mut().zip([breaks_u, breaks_v]) {
+            let creases = creases.to_mut();
+            creases.extend(breaks);
+            creases.sort_by(f64::total_cmp);
+            creases.dedup();
+        }
+    }
+    // What triangles need in order not to turn over, however far they may deviate.
+    let least = |axis: usize| -> Vec<f64> {
+        let rates = sides[axis].2.iter().zip(&turning[axis]).map(|(n, turn)| (turn / FRAC_PI_2).max(n.even[axis]));
+        rates.map(|rate| rate * factor).collect()
+    };
+    let least = before.map(|_| [least(0), least(1)]);
+    let mut kept = Kept { lines: true, cells: true };
+    let mut round = 0;
+    loop {
+        let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
+        let least = least
+            .as_ref()
+            .map(|[u, v]| [Density { breaks: breaks_u, rates: u }, Density { breaks: breaks_v, rates: v }]);
+        let follow = |axis: usize| {
+            let (before, least) = (before?, least?[axis]);
+            Some((before.part(|last| if axis == 0 { &last.us[..] } else { &last.vs }), least))
+        };
+        let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
+        let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));
+        let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
+        // How much too dense in u and in v. A direction of one cell cannot give.
+        let over = nu * nv / most_cells as f64;
+        let share = |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);
+        let (too_u, too_v) = (share(nu, nv), share(nv, nu));
+        let fits = too_u <= 1.0 && too_v <= 1.0;
+        if !fits && before.take().is_some() {
+            // Lines that were there are no reason to ask for less.
+            continue;
+        }
+        kept.lines &= kept_u && kept_v;
+        if fits || round == COARSER {
+            return (TileLattice { us, vs, chord: tolerance.chord }, kept);
+        }
+        kept.cells &= over <= 1.0;
+        kept.lines &= nu.max(nv) <= LINES_OF_TILE;
+        round += 1;
+        let (by_u, by_v) =
+            (coarser(&u, (tile.min.x, tile.max.x), nu, too_u), coarser(&v, (tile.min.y, tile.max.y), nv, too_v));
+        ru.iter_mut().for_each(|rate| *rate *= by_u);
+        rv.iter_mut().for_each(|rate| *rate *= by_v);
+    }
+}
+
+/// What makes a density that gave `n` gaps as much coarser as they are `too_many` times too many: a little more, so that
+/// rounding up does not undo it, and from what the gaps are, since more may have been asked than lines are limited to.
+fn coarser(density: &Density<'_>, (lo, hi): (f64, f64), n: f64, too_many: f64) -> f64 {
+    let mass = density.mass(lo, hi);
+    let by = if mass > n { n / mass } else { 1.0 };
+    by / (1.01 * too_many)
+}
+
+fn lines(
+    density: &Density<'_>,
+    lo: f64,
+    hi: f64,
+    creases: &[f64],
+    follow: Option<(Before<'_, [f64]>, Density<'_>)>,
+) -> (Vec<f64>, bool) {
+    let mut out = vec![lo];
+    let mut from = lo;
+    let mut kept = true;
+    for &x in creases.iter().filter(|&&x| x > lo && x < hi).chain([&hi]) {
+        kept &= match follow {
+            Some((before, least)) => {
+                Criteria { density: *density, least }.follow(before, (from, x), MAX_LINES, &mut out)
+            }
+            None => density.spread(from, x, MAX_LINES, &mut out),
+        };
+        from = x;
+    }
+    (out, kept)
+}
+
+/// Densities of u- and v-lines that keep the deviation, per strip; `budget` is eight chord tolerances.
+fn chord_rates(columns: &[Needs], rows: &[Needs], share: f64, width: [f64; 2], budget: f64) -> (Vec<f64>, Vec<f64>) {
+    let all = worst(columns.iter().copied()).second(share);
+    let second = |needs: &[Needs]| needs.iter().map(|n| n.second(share)).collect::<Vec<_>>();
+    let (columns, rows) = (second(columns), second(rows));
+    let none = |strips: &[Second]| vec![0.0; strips.len()];
+    if budget == f64::INFINITY || all.uu == 0.0 && all.uv == 0.0 && all.vv == 0.0 {
+        return (none(&columns), none(&rows));
+    }
+    // Straight in one direction: one cell that way, and the other takes the whole budget.
+    let ruled = |bounds: &[Second], own: fn(&Second) -> f64, across: f64| -> Vec<f64> {
+        bounds
+            .iter()
+            .map(|b| {
+                let (m, c) = (own(b), b.uv * across);
+                if m > 0.0 { m / ((c * c + budget * m).sqrt() - c) } else { 2.0 * c / budget }
+            })
+            .collect()
+    };
+    if all.uu == 0.0 && all.vv > 0.0 {
+        return (none(&columns), ruled(&rows, |b| b.vv, width[0]));
+    }
+    if all.vv == 0.0 && all.uu > 0.0 {
+        return (ruled(&columns, |b| b.uu, width[1]), none(&rows));
+    }
+    let r = if all.uu > 0.0 { (all.uu / all.vv).sqrt() } else { width[1] / width[0] };
+    let need_u = |b: &Second| b.uu + r * b.uv;
+    let need_v = |b: &Second| b.vv + b.uv / r;
+    let part = |need: f64, width: f64| need * width * width / budget;
+    // A direction that one cell satisfies leaves the rest of the budget to the other.
+    let (one_u, one_v) = (part(need_u(&all), width[0]), part(need_v(&all), width[1]));
+    let share_u = if one_v <= 0.5 {
+        1.0 - one_v
+    } else if one_u <= 0.5 {
+        one_u.max(f64::MIN_POSITIVE)
+    } else {
+        0.5
+    };
+    let rate = |need: f64, share: f64| (need / (budget * share)).sqrt();
+    (
+        columns.iter().map(|b| rate(need_u(b), share_u)).collect(),
+        rows.iter().map(|b| rate(need_v(b), (1.0 - share_u).max(one_v.min(0.5)))).collect(),
+    )
+}

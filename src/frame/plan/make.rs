@@ -1,0 +1,121 @@
+//! What is asked of each part -> a plan within limits.
+
+use super::budget::Budget;
+use super::lattice::{lattice, places};
+use super::limits::{PlanLimits, Shortfall};
+use super::plan::{PartPlan, Plan};
+use super::tessellants::{Tessellants, bare};
+use crate::frame::view::asked::{Asked, Need};
+use crate::frame::view::tolerance::Tolerance;
+use crate::mesh::{Drawn, ScenePart, TileId};
+use crate::model::PartId;
+use crate::prepare::{Prepared, PreparedPart};
+use std::sync::Arc;
+
+/// Rates for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
+///
+/// A part that is placed at a scale is planned for the largest: its triangles keep the tolerance wherever it stands. Lines
+/// and tessellants are limited to 4096 between two creases of a tile, and between two breaks of an edge; with tolerances
+/// that ask for more, or that are no usable numbers (see [`Tolerance`]), the plan is coarser and says so in
+/// [`Plan::shortfall`]; [`Plan::as_asked`] refuses such a plan.
+/// Cost: about 1 µs per tile and per edge.
+#[must_use]
+pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
+    plan_within(prepared, tolerance, &PlanLimits::DEFAULT)
+}
+
+/// The same within limits of the caller's.
+#[must_use]
+pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
+    let scales = prepared.scene.largest_scales();
+    let of_part = |(part, &scale): (&ScenePart, &f64)| Asked::everywhere(&tolerance.within_part(scale), part.radius);
+    let asked: Vec<Asked> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
+    plan_parts(prepared, &asked, limits)
+}
+
+/// Rates for what is asked of each part, in the part's own millimetres.
+///
+/// While the whole does not fit the limits, all densities are lowered together: no face is favoured.
+pub(crate) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> Plan {
+    /// What a density is lowered to in one go: cells go down to about the half.
+    const LOWER: f64 = 0.75;
+    /// Then there is one cell per tile, and no plan is smaller: a factor of 1e-12.
+    const LOWEST: i32 = 96;
+    let mut shortfall = Shortfall::none(limits);
+    // A part without tiles is meshed at any tolerance.
+    let unusable = |(part, asked): (&Arc<PreparedPart>, &Asked)| asked.unusable && !part.tiles.is_empty();
+    shortfall.unusable = prepared.parts.iter().zip(asked).any(unusable);
+    let mut round = 0;
+    loop {
+        shortfall.density = LOWER.powi(round);
+        shortfall.tiles.clear();
+        shortfall.lines.clear();
+        shortfall.edges.clear();
+        let mut budget = Budget::of(limits);
+        if round == LOWEST {
+            budget.left = u64::MAX;
+        }
+        let parts = prepared.parts.iter().zip(asked).enumerate();
+        let parts: Option<Vec<PartPlan>> = parts
+            .map(|(k, (part, asked))| plan_part(PartId::new(k), part, asked, &mut budget, &mut shortfall))
+            .collect();
+        if let Some(parts) = parts {
+            return Plan { parts, drawn: Drawn::default(), shortfall: shortfall.if_any() };
+        }
+        if round == 0 {
+            shortfall.needed = triangles_asked(prepared, asked, limits);
+        }
+        round += 1;
+    }
+}
+
+/// Triangles that all cells and tessellants can make at the density that is asked, each tile within its limit.
+fn triangles_asked(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> u64 {
+    let mut budget = Budget { left: u64::MAX, ..Budget::of(limits) };
+    for (k, (part, asked)) in prepared.parts.iter().zip(asked).enumerate() {
+        // Lines and tessellants of one part at a time; there is room for all cells there are.
+        let _ = plan_part(PartId::new(k), part, asked, &mut budget, &mut Shortfall::none(limits));
+    }
+    2 * (u64::MAX - budget.left)
+}
+
+/// Rates of one part; `None` when the budget does not suffice.
+fn plan_part(
+    id: PartId,
+    part: &PreparedPart,
+    asked: &Asked,
+    budget: &mut Budget,
+    shortfall: &mut Shortfall,
+) -> Option<PartPlan> {
+    let mut need = Need::default();
+    let mut tiles = Vec::with_capacity(part.tiles.len());
+    for (k, tile) in part.tiles.iter().enumerate() {
+        let face = &part.faces[part.face_of(tile)];
+        asked.over(places(face, tile), &mut need);
+        let (lattice, kept) = lattice(face, tile, &need, shortfall.density, budget.cells_per_tile, None);
+        let (nu, nv) = lattice.cells();
+        budget.spend(u64::from(nu) * u64::from(nv))?;
+        if !kept.cells {
+            shortfall.tiles.push((id, TileId(k as u32)));
+        }
+        if !kept.lines {
+            shortfall.lines.push((id, TileId(k as u32)));
+        }
+        tiles.push(Arc::new(lattice));
+    }
+    let mut tessellants = Tessellants::default();
+    let mut edges = Vec::with_capacity(part.edges.len());
+    for (k, edge) in part.edges.iter().enumerate() {
+        let bare = if asked.limits_length() { None } else { bare(edge, &tiles) };
+        let (polyline, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
+            asked.over(edge.bounds.places.iter(), &mut need);
+            tessellants.polyline(edge, &tiles, &need, shortfall.density, None)
+        });
+        budget.spend(polyline.ts.len() as u64)?;
+        if !kept {
+            shortfall.edges.push((id, k as u32));
+        }
+        edges.push(Arc::new(polyline));
+    }
+    Some(PartPlan { tiles, edges })
+}

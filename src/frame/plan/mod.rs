@@ -1,0 +1,11 @@
+//! What is asked of each part -> lattice lines of every tile, tessellants of every edge.
+
+pub(super) mod budget;
+pub(super) mod density;
+pub(super) mod for_view;
+pub(super) mod lattice;
+pub(super) mod limits;
+pub(super) mod make;
+pub(super) mod plan;
+pub(super) mod split;
+pub(super) mod tessellants;

@@ -1,0 +1,137 @@
+//! What the master decides for a frame: lattice lines per tile, tessellants per edge. The only state both sides of an
+//! edge share.
+
+use super::limits::Shortfall;
+use crate::mesh::Drawn;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
+/// are cut so that real tolerances need tens; this only bounds memory when a tolerance is absurd for the model's size.
+pub(crate) const MAX_LINES: usize = 4096;
+
+/// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TileLattice {
+    /// u-lines, strictly increasing.
+    pub us: Vec<f64>,
+    /// v-lines, strictly increasing.
+    pub vs: Vec<f64>,
+    /// The strictest chord tolerance anywhere in the tile, in the part's own millimetres.
+    pub chord: f64,
+}
+
+impl TileLattice {
+    /// Number of cells in u and in v.
+    #[must_use]
+    pub fn cells(&self) -> (u32, u32) {
+        let count = |lines: &[f64]| u32::try_from(lines.len() - 1).unwrap_or(u32::MAX);
+        (count(&self.us), count(&self.vs))
+    }
+}
+
+/// Position of a parameter among lines, in cells: the integer part is the line below, the fraction linear to the next.
+/// Clamped to the lines' range.
+#[must_use]
+pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
+    let last = lines.len() - 1;
+    if x <= lines[0] {
+        return 0.0;
+    }
+    if x >= lines[last] {
+        return last as f64;
+    }
+    let k = lines.partition_point(|&l| l <= x) - 1;
+    k as f64 + (x - lines[k]) / (lines[k + 1] - lines[k])
+}
+
+/// Positions among lines, as [`cell_coordinate`], of parameters that are near the ones before: without a search.
+pub(crate) struct CellWalk<'a> {
+    lines: &'a [f64],
+    /// The line below the last parameter.
+    at: usize,
+}
+
+impl<'a> CellWalk<'a> {
+    pub(crate) fn new(lines: &'a [f64]) -> Self {
+        Self { lines, at: 0 }
+    }
+
+    /// From a share of the way from the first to the last line on.
+    pub(crate) fn from_share(lines: &'a [f64], share: f32) -> Self {
+        Self { lines, at: ((f64::from(share) * (lines.len() - 1) as f64) as usize).min(lines.len() - 2) }
+    }
+
+    /// The same number as [`cell_coordinate`].
+    #[inline]
+    pub(crate) fn cell(&mut self, x: f64) -> f64 {
+        let Self { lines, at } = self;
+        let last = lines.len() - 1;
+        if x <= lines[0] {
+            return 0.0;
+        }
+        if x >= lines[last] {
+            return last as f64;
+        }
+        // One of the two loops does nothing. What is no number stays where it is.
+        while x >= lines[*at + 1] {
+            *at += 1;
+        }
+        while x < lines[*at] {
+            *at -= 1;
+        }
+        *at as f64 + (x - lines[*at]) / (lines[*at + 1] - lines[*at])
+    }
+
+    /// Of a share of the way from the first to the last line.
+    #[inline]
+    pub(crate) fn at_share(&mut self, share: f64) -> f64 {
+        let (first, last) = (self.lines[0], self.lines[self.lines.len() - 1]);
+        self.cell(first + share * (last - first))
+    }
+}
+
+/// Tessellants of one edge.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EdgePolyline {
+    /// Parameters, strictly increasing; contains all breaks.
+    pub ts: Vec<f64>,
+    /// Where each break stands in `ts`.
+    pub breaks: Vec<u32>,
+}
+
+/// The plan of one part.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PartPlan {
+    /// One per tile.
+    pub tiles: Vec<Arc<TileLattice>>,
+    /// One per prepared edge (empty for edges that no tile uses).
+    pub edges: Vec<Arc<EdgePolyline>>,
+}
+
+/// The plan of a frame: all that workers are told.
+///
+/// With `serde` it can be kept and made again elsewhere, bit for bit ([`Session::frame`](crate::parallel::Session::frame)), in formats
+/// that keep numbers whole and know infinity: CBOR and the like, not JSON.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// One per part.
+    pub parts: Vec<PartPlan>,
+    /// What of it is drawn; everything, unless it is a [`Planner`](crate::frame::live::planner::Planner)'s.
+    pub drawn: Drawn,
+    /// What is coarser than the tolerance asks; `None` if nothing is.
+    pub shortfall: Option<Shortfall>,
+}
+
+impl Plan {
+    /// The plan, unless limits made it coarser than the tolerance asks: for those who want the tolerance or nothing.
+    ///
+    /// # Errors
+    /// [`Plan::shortfall`], where it comes [of limits](Shortfall::by_limits).
+    pub fn as_asked(self) -> Result<Self, Shortfall> {
+        match self.shortfall {
+            Some(shortfall) if shortfall.by_limits() => Err(shortfall),
+            shortfall => Ok(Self { shortfall, ..self }),
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! Lines that are there and a density that has changed -> lines that follow it, most of them the old ones.
+//!
+//! The incremental evaluation of Kumar and Manocha (*Efficient rendering of trimmed NURBS surfaces*, Computer-Aided Design
+//! 27(7), 1995): from n intervals to n̄ by the smallest K with K·n > n̄, K − 2 lines into each interval, and then one into intervals
+//! that fail the criteria: into all of them, or into the first n̄ − (K − 1)·n. How an interval is tested the paper leaves open. Here
+//! an interval passes if it keeps the density in every strip that it touches: strips have bounds of their own.
+
+use super::density::Density;
+use std::num::NonZeroU32;
+
+/// How lattice lines and tessellants follow rates that change from frame to frame.
+///
+/// Where what all views have in common changes (angle, size, limits), and for what was never planned, lines are placed anew.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Lines {
+    /// All lines of a tile and all tessellants of an edge are placed anew: as few as keep the tolerance, and as even.
+    #[default]
+    Spread,
+    /// Lines stay. New ones go between them, and one is removed when the interval without it keeps the tolerance. Where there
+    /// would be too many, they are placed anew.
+    Split {
+        /// Which intervals get new lines.
+        intensive: Intensive,
+        /// As many times the lines there may be that `Spread` would have: 1 to 2, which is as many as there can be. At 2 lines
+        /// always stay; at 1.25 hardly any interval is split, but what still serves is left alone for longer.
+        most: f64,
+        /// All lines of a tile in the picture are placed anew once in so many frames, if any was kept; tiles take turns, also while
+        /// nothing moves. An edge goes with the first of its tiles that is in a picture. `None`: never.
+        resync: Option<NonZeroU32>,
+    },
+}
+
+/// Which intervals are split when a rate rises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Intensive {
+    /// All that fail the criteria: the tolerance is kept in every frame.
+    Criterion,
+    /// As many as make up the number of lines that `Spread` would have, the longest first. The others are up to twice as long as
+    /// they should be: until the next resynchronisation, triangles may deviate and turn by up to four times and twice what is asked.
+    Rendering,
+}
+
+/// Lines that a tile or an edge has, and which intervals between them are split.
+pub(crate) struct Before<'a, T: ?Sized> {
+    pub(crate) last: &'a T,
+    pub(crate) intensive: Intensive,
+    /// As many times the gaps that are needed there may be.
+    pub(crate) most: f64,
+}
+
+impl<T: ?Sized> Clone for Before<'_, T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<T: ?Sized> Copy for Before<'_, T> {}
+
+impl<'a, T: ?Sized> Before<'a, T> {
+    /// Those of a part of it.
+    pub(crate) fn part<U: ?Sized>(self, part: impl FnOnce(&'a T) -> &'a U) -> Before<'a, U> {
+        Before { last: part(self.last), intensive: self.intensive, most: self.most }
+    }
+}
+
+/// What lines must keep.
+#[derive(Clone, Copy)]
+pub(crate) struct Criteria<'a> {
+    pub(crate) density: Density<'a>,
+    /// Nowhere denser: what is kept even where the number of lines decides.
+    pub(crate) least: Density<'a>,
+}
+
+/// An interval that is no fuller passes: what is spread is rounded.
+const FULL: f64 = 1.0 + 2e-6;
+/// As full may an interval be that waits to be split.
+const WAITS: f64 = 2.0 * FULL;
+/// An old line as close to an end goes, in lines of the density.
+const CLOSE: f64 = 1.0 / 16.0;
+
+impl Criteria<'_> {
+    /// Parameters from `a` to `b > a`, strictly increasing: the last lines that are between them and needed, and new ones.
+    /// Appends all but `a`.
+    ///
+    /// Criterion-intensive, they keep the density; rendering-intensive, half of it, and `least`. Where they would be more than
+    /// [`Before::most`] times what [`Density::spread`] places, or more than `limit`, it places them. Returns whether `limit` allows what is asked.
+    /// Cost: about three times the number of gaps.
+    pub(crate) fn follow(
+        &self,
+        before: Before<'_, [f64]>,
+        (a, b): (f64, f64),
+        limit: usize,
+        out: &mut Vec<f64>,
+    ) -> bool {
+        let needed = self.density.fewest(a, b, limit + 1);
+        if needed <= limit {
+            let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
+            let mut lines = self.joined(&split);
+            if before.intensive == Intensive::Rendering {
+                self.fill(&mut lines, needed);
+            }
+            if (lines.len() - 1) as f64 <= (before.most * needed as f64).min(limit as f64) {
+                out.extend_from_slice(&lines[1..]);
+                return true;
+            }
+        }
+        self.density.spread(a, b, limit, out)
+    }
+
+    /// The last lines from `a` to `b`, without those that all but meet an end that is new.
+    fn between(&self, last: &[f64], a: f64, b: f64) -> Vec<f64> {
+        let (from, to) = (last.partition_point(|&x| x <= a), last.partition_point(|&x| x < b));
+        let mut inside = &last[from..to];
+        let close = |end: f64, x: f64, beyond: f64| {
+            let (low, high) = (end.min(beyond), end.max(beyond));
+            self.density.fullness(low, high) * (x - end).abs() <= CLOSE * (high - low)
+        };
+        let is_new = |k: Option<usize>, end: f64| k.and_then(|k| last.get(k)) != Some(&end);
+        while is_new(from.checked_sub(1), a)
+            && let [x, rest @ ..] = inside
+            && close(a, *x, *rest.first().unwrap_or(&b))
+        {
+            inside = rest;
+        }
+        while is_new(Some(to), b)
+            && let [rest @ .., x] = inside
+            && close(b, *x, *rest.last().unwrap_or(&a))
+        {
+            inside = rest;
+        }
+        [&[a], inside, &[b]].concat()
+    }
+
+    /// Cuts each interval that fails into as few as pass; one fewer, K − 1 instead of K, where those may wait.
+    fn split(&self, lines: &[f64], intensive: Intensive, limit: usize) -> Vec<f64> {
+        let mut out = vec![lines[0]];
+        for ends in lines.windows(2) {
+            let (from, to, start) = (ends[0], ends[1], out.len());
+            let fullness = self.density.fullness(from, to);
+            if fullness <= FULL {
+                out.push(to);
+                continue;
+            }
+            if intensive == Intensive::Rendering {
+                let needed = self.density.fewest(from, to, limit);
+                // What holds exactly K − 1 lines is cut into as many.
+                let exactly = fullness / needed as f64;
+                let fewer = if (1.0 / FULL..=FULL).contains(&exactly) { needed } else { needed - 1 };
+                self.density.spread(from, to, fewer.max(1), &mut out);
+                if out[start - 1..].windows(2).all(|w| self.may_wait(w[0], w[1])) {
+                    continue;
+                }
+                out.truncate(start);
+            }
+            self.density.spread(from, to, limit, &mut out);
+        }
+        out
+    }
+
+    /// Without the lines that no interval fails without.
+    fn joined(&self, lines: &[f64]) -> Vec<f64> {
+        let mut out = vec![lines[0]];
+        for w in lines[1..].windows(2) {
+            if self.density.fullness(out[out.len() - 1], w[1]) > FULL {
+                out.push(w[0]);
+            }
+        }
+        out.push(lines[lines.len() - 1]);
+        out
+    }
+
+    fn may_wait(&self, from: f64, to: f64) -> bool {
+        self.density.fullness(from, to) <= WAITS && self.least.fullness(from, to) <= FULL
+    }
+
+    /// Halves intervals that fail, the fullest first and none twice, until there are as many as needed.
+    fn fill(&self, lines: &mut Vec<f64>, needed: usize) {
+        let missing = (needed + 1).saturating_sub(lines.len());
+        if missing == 0 {
+            return;
+        }
+        let fullness = lines.windows(2).map(|w| self.density.fullness(w[0], w[1])).enumerate();
+        let mut failing: Vec<(usize, f64)> = fullness.filter(|(_, fullness)| *fullness > FULL).collect();
+        failing.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        failing.truncate(missing);
+        let mut halved = vec![false; lines.len()];
+        failing.iter().for_each(|&(k, _)| halved[k] = true);
+        let mut out = vec![lines[0]];
+        for (ends, halved) in lines.windows(2).zip(halved) {
+            self.density.spread(ends[0], ends[1], if halved { 2 } else { 1 }, &mut out);
+        }
+        *lines = out;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::judge;
+    use arbitrary::Unstructured;
+
+    const LIMIT: usize = 4096;
+    const BOTH: [Intensive; 2] = [Intensive::Criterion, Intensive::Rendering];
+
+    /// One that lasts as long as the test runs.
+    fn dense(breaks: &[f64], rates: &[f64]) -> Density<'static> {
+        Density { breaks: breaks.to_vec().leak(), rates: rates.to_vec().leak() }
+    }
+
+    fn even(rate: f64) -> Density<'static> {
+        dense(&[0.0, 1.0], &[rate])
+    }
+
+    fn follow(last: &[f64], density: Density<'_>, least: Density<'_>, intensive: Intensive) -> Vec<f64> {
+        let (a, b) = (last[0], last[last.len() - 1]);
+        let mut lines = vec![a];
+        let kept = Criteria { density, least }.follow(Before { last, intensive, most: 2.0 }, (a, b), LIMIT, &mut lines);
+        assert!(kept && lines.is_sorted_by(|x, y| x < y) && lines[lines.len() - 1] == b, "{lines:?}");
+        lines
+    }
+
+    fn spread(density: Density<'_>, a: f64, b: f64) -> Vec<f64> {
+        let mut lines = vec![a];
+        density.spread(a, b, LIMIT, &mut lines);
+        lines
+    }
+
+    fn fullest(density: Density<'_>, lines: &[f64]) -> f64 {
+        lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
+    }
+
+    fn has_all(lines: &[f64], old: &[f64]) -> bool {
+        old.iter().all(|x| lines.contains(x))
+    }
+
+    #[test]
+    fn ten_intervals_become_fourteen_as_in_the_paper() {
+        let ten = spread(even(10.0), 0.0, 1.0);
+        let lines = follow(&ten, even(14.0), even(0.0), Intensive::Rendering);
+        // K = 2: no line into every interval, and four of the ten are split.
+        assert!(lines.len() == 15 && has_all(&lines, &ten), "{lines:?}");
+        let whole = lines.windows(2).filter(|w| (w[1] - w[0] - 0.1).abs() < 1e-12).count();
+        assert_eq!(whole, 6);
+        assert!((fullest(even(14.0), &lines).powi(2) - 1.96).abs() < 1e-9);
+        // The others come before any is split again.
+        let lines = follow(&lines, even(20.0), even(0.0), Intensive::Rendering);
+        assert!(lines.len() == 21 && has_all(&lines, &ten) && fullest(even(20.0), &lines) < 1.000_001, "{lines:?}");
+        // K = 4: two lines into each, and three more.
+        let lines = follow(&ten, even(33.0), even(0.0), Intensive::Rendering);
+        assert!(lines.len() == 34 && has_all(&lines, &ten), "{lines:?}");
+        assert!((fullest(even(33.0), &lines) - 1.1).abs() < 1e-9, "{lines:?}");
+        // All that fail are all there are.
+        assert_eq!(follow(&ten, even(14.0), even(0.0), Intensive::Criterion).len(), 21);
+    }
+
+    #[test]
+    fn what_must_be_kept_does_not_wait() {
+        let ten = spread(even(10.0), 0.0, 1.0);
+        for (least, count) in [(10.0, 14), (10.1, 20)] {
+            let lines = follow(&ten, even(14.0), even(least), Intensive::Rendering);
+            assert_eq!((lines.len() - 1, has_all(&lines, &ten)), (count, true), "{least}: {lines:?}");
+        }
+    }
+
+    #[test]
+    fn lines_go_when_the_interval_without_them_passes() {
+        let twenty = spread(even(20.0), 0.0, 1.0);
+        for intensive in BOTH {
+            assert_eq!(follow(&twenty, even(10.1), even(0.0), intensive), twenty);
+            let ten = follow(&twenty, even(10.0), even(0.0), intensive);
+            assert_eq!(ten, twenty.iter().copied().step_by(2).collect::<Vec<_>>());
+            assert_eq!(follow(&twenty, even(0.0), even(0.0), intensive), [0.0, 1.0]);
+        }
+    }
+
+    #[test]
+    fn what_is_piled_up_or_close_to_an_end_goes() {
+        // Two thirds of a gap are too many to be joined and three times as many as are needed: never by splitting.
+        let thirds: Vec<f64> = (0..=30).map(|k| f64::from(k) / 30.0).collect();
+        let density = dense(&[0.0, 1.0, 1.0 + 1e-3], &[14.9, 1.0]);
+        assert_eq!(follow(&thirds, density, even(0.0), Intensive::Criterion).len() - 1, 15);
+        let close = [-0.1, 1e-9, 0.5, 1.0 - 1e-9, 1.5];
+        let before = Before { last: &close[..], intensive: Intensive::Criterion, most: 2.0 };
+        let mut lines = vec![0.0];
+        assert!(Criteria { density: even(2.0), least: even(0.0) }.follow(before, (0.0, 1.0), LIMIT, &mut lines));
+        assert_eq!(lines, [0.0, 0.5, 1.0]);
+        // A border of a dense strip is not close.
+        let border = dense(&[0.0, 0.1, 1.0], &[0.1, 10.0]);
+        let lines = spread(border, 0.0, 1.0);
+        assert!(lines.contains(&0.1));
+        assert_eq!(follow(&lines, border, even(0.0), Intensive::Criterion), lines);
+    }
+
+    #[test]
+    fn lines_that_are_too_many_are_placed_anew() {
+        let thirteen = spread(even(13.0), 0.0, 1.0);
+        let follow = |rate: f64, most: f64| {
+            let (density, mut lines) = (even(rate), vec![0.0]);
+            let before = Before { last: &thirteen[..], intensive: Intensive::Criterion, most };
+            Criteria { density, least: density }.follow(before, (0.0, 1.0), LIMIT, &mut lines);
+            lines
+        };
+        for (rate, most, count) in
+            [(10.4, 1.1, 11), (10.4, 1.3, 13), (10.0, 1.3, 13), (9.9, 1.25, 10), (14.0, 1.25, 14), (14.0, 2.0, 26)]
+        {
+            assert_eq!(follow(rate, most).len() - 1, count, "{rate} {most}");
+        }
+    }
+
+    #[test]
+    fn over_the_limit_lines_are_spread() {
+        let ten = spread(even(10.0), 0.0, 1.0);
+        let (density, least) = (even(33.0), even(0.0));
+        for (limit, allowed) in [(20, false), (33, true), (40, true)] {
+            for intensive in BOTH {
+                let (mut lines, mut anew) = (vec![0.0], vec![0.0]);
+                let before = Before { last: &ten[..], intensive, most: 2.0 };
+                let kept = Criteria { density, least }.follow(before, (0.0, 1.0), limit, &mut lines);
+                assert_eq!(kept, density.spread(0.0, 1.0, limit, &mut anew));
+                assert!(kept == allowed && lines.len() - 1 <= limit, "{limit}: {lines:?}");
+                assert!(allowed || lines == anew);
+            }
+        }
+    }
+
+    #[test]
+    fn any_sequence_of_densities_is_followed() {
+        let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
+            let strips = u.int_in_range(1..=5_usize)?;
+            let mut breaks = vec![f64::from(u.int_in_range(-100..=100_i32)?)];
+            for k in 0..strips {
+                breaks.push(breaks[k] + 10.0_f64.powi(u.int_in_range(-3..=1)?) * f64::from(u.int_in_range(1..=9_u8)?));
+            }
+            let (a, b) = (breaks[0], breaks[strips]);
+            let intensive = BOTH[usize::from(u.arbitrary::<bool>()?)];
+            let mut lines: Option<Vec<f64>> = None;
+            let mut rates: Vec<f64> = Vec::new();
+            for _ in 0..12 {
+                // A step of all, or something else altogether.
+                if rates.is_empty() || u.ratio(1, 6)? {
+                    let rate = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(0..=999_u16)?) * 0.1 / (b - a));
+                    rates = (0..strips).map(|_| rate(u)).collect::<arbitrary::Result<_>>()?;
+                } else {
+                    let by = 2.0_f64.powf(f64::from(u.int_in_range(-6..=6_i8)?) / 4.0);
+                    rates.iter_mut().for_each(|rate| *rate = (*rate * by).min(300.0 / (b - a)));
+                }
+                let share = f64::from(u.int_in_range(0..=8_u8)?) / 8.0;
+                let density = dense(&breaks, &rates);
+                let least = dense(&breaks, &rates.iter().map(|r| share * r).collect::<Vec<_>>());
+                let needed = density.fewest(a, b, LIMIT);
+                let Some(old) = lines else {
+                    lines = Some(spread(density, a, b));
+                    continue;
+                };
+                let new = follow(&old, density, least, intensive);
+                let case = format!("{intensive:?} {breaks:?} {rates:?} {share}: {} {}", old.len(), new.len());
+                assert!(new.len() - 1 < 2 * needed, "{needed} {case}");
+                let (full, strict) = (fullest(density, &new), fullest(least, &new));
+                let most = if intensive == Intensive::Rendering { WAITS } else { FULL };
+                assert!(full <= most * FULL && strict <= FULL * FULL, "{full} {strict} {case}");
+                if new != spread(density, a, b) {
+                    // Who goes leaves an interval that passes, or only waited before; and no interval is cut that passes.
+                    let around = |x: f64| (new.partition_point(|y| *y < x), new.partition_point(|y| *y <= x));
+                    let gone = old.iter().map(|&x| around(x)).filter(|(k, next)| k == next);
+                    assert!(
+                        gone.into_iter().all(|(k, _)| density.fullness(new[k - 1], new[k]) <= most * FULL),
+                        "{case}"
+                    );
+                    let cut = |w: &[f64]| new.iter().any(|&x| x > w[0] && x < w[1]);
+                    let passes = |w: &&[f64]| density.fullness(w[0], w[1]) <= FULL && has_all(&new, w);
+                    let needless = old.windows(2).filter(passes).find(|w| cut(w));
+                    assert!(needless.is_none(), "{needless:?} {case}");
+                }
+                if full <= FULL {
+                    assert_eq!(follow(&new, density, least, intensive), new, "{case}");
+                }
+                lines = Some(new);
+            }
+            Ok(())
+        };
+        judge!(3_000, 400, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
+    }
+}

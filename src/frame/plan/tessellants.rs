@@ -1,0 +1,208 @@
+//! An edge, what it must keep and the lattices beside it -> its tessellants.
+
+use super::density::Density;
+use super::plan::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
+use super::split::{Before, Criteria};
+use crate::frame::view::asked::{Need, dilate, most_touched};
+use crate::frame::view::tolerance::Tolerance;
+use crate::mesh::TileId;
+use crate::prepare::{EdgeShape, Image, PreparedEdge, StripBounds};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+/// Segments of one edge, over all its breaks: what a curve whose speed varies by many decades would ask for is noise.
+const SEGMENTS_OF_EDGE: usize = 16_384;
+/// Segments between two breaks that an edge always may have.
+const LEAST_LIMIT: usize = 64;
+
+/// Makes polylines, in buffers that it keeps; they leave no trace in results.
+#[derive(Default)]
+pub(crate) struct Tessellants {
+    shares: Vec<f64>,
+    /// Densities, of the strips of the bounds and of those that are cut further.
+    of_bounds: Vec<f64>,
+    rates: Vec<f64>,
+    /// What is kept even where the number of lines decides.
+    least: Vec<f64>,
+    wanted: Vec<f64>,
+    ts: Vec<f64>,
+}
+
+/// The breaks of a straight edge between single cells, whatever its tolerance; `None` for others, and where they are not enough.
+pub(crate) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<EdgePolyline> {
+    let single = |tile: TileId| tiles[tile.0 as usize].cells() == (1, 1);
+    if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|(tile, ..)| single(*tile)) {
+        return None;
+    }
+    let ts: Vec<f64> = if edge.uses.is_empty() { Vec::new() } else { edge.breaks.iter().map(|b| b.t).collect() };
+    Some(EdgePolyline { breaks: (0..ts.len() as u32).collect(), ts })
+}
+
+/// Whether a chord tolerance asks for nothing that the angle does not ask for: then finer or coarser chords change nothing.
+pub(crate) fn turns_more_than_bends(edge: &PreparedEdge, tolerance: &Tolerance) -> bool {
+    let angle = tolerance.angle.min(FRAC_PI_2);
+    let mut strips = edge.bounds.strips.iter().zip(edge.bounds.breaks.windows(2));
+    edge.straight
+        || strips
+            .all(|(b, ends)| b.second * (angle * (ends[1] - ends[0])).powi(2) <= 8.0 * tolerance.chord * b.turn.powi(2))
+}
+
+/// Whether it is a curve that ends where it begins, with nothing fixed between.
+fn is_closed(edge: &PreparedEdge) -> bool {
+    let ends = if let [start, end] = &edge.breaks[..] { start.point == end.point } else { false };
+    ends && matches!(edge.shape, EdgeShape::Curve(_))
+}
+
+impl Tessellants {
+    /// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
+    /// it per segment. And whether they keep that. Tessellants `before` stay as far as they serve.
+    pub(crate) fn polyline(
+        &mut self,
+        edge: &PreparedEdge,
+        tiles: &[Arc<TileLattice>],
+        need: &Need,
+        factor: f64,
+        before: Option<Before<'_, EdgePolyline>>,
+    ) -> (EdgePolyline, bool) {
+        if edge.uses.is_empty() {
+            return (EdgePolyline::default(), true);
+        }
+        let mut shares = std::mem::take(&mut self.shares);
+        let mut reach = usize::from(!need.is_even());
+        let made = loop {
+            // A segment that lies in several strips has to keep the tolerances of all.
+            dilate(&need.shares, 1, reach, &mut shares);
+            let made = self.spread(edge, tiles, &need.tolerance, &shares, factor, before);
+            let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
+            if touched <= reach + 1 {
+                break made;
+            }
+            reach = touched - 1;
+        };
+        self.shares = shares;
+        made
+    }
+
+    /// Tessellants that keep a tolerance; of each strip it is given as a share of the strip's own.
+    fn spread(
+        &mut self,
+        edge: &PreparedEdge,
+        tiles: &[Arc<TileLattice>],
+        tolerance: &Tolerance,
+        shares: &[f64],
+        factor: f64,
+        before: Option<Before<'_, EdgePolyline>>,
+    ) -> (EdgePolyline, bool) {
+        let Self { of_bounds, rates, least, wanted, ts, .. } = self;
+        let bounds = &edge.bounds;
+        let angle = tolerance.angle.min(FRAC_PI_2);
+        let width = |k: usize| bounds.breaks[k + 1] - bounds.breaks[k];
+        // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
+        let shape = |k: usize, b: &StripBounds| if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width(k) };
+        let own = |k: usize, b: &StripBounds| {
+            let bend = b.second * shares[k];
+            let rate = if edge.straight {
+                0.0
+            } else {
+                (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width(k))
+            };
+            (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(shape(k, b))
+        };
+        of_bounds.clear();
+        of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)));
+        let breaks = edge.images.strips(bounds);
+        refine(&bounds.breaks, of_bounds, breaks, rates);
+        // Of what follows what was before, the least holds too: by its shape, and by the cells beside it.
+        of_bounds.clear();
+        of_bounds.extend(bounds.strips.iter().enumerate().filter(|_| before.is_some()).map(|(k, b)| shape(k, b)));
+        least.clear();
+        if before.is_some() {
+            refine(&bounds.breaks, of_bounds, breaks, least);
+        }
+        for (k, (tile, ..)) in edge.uses.iter().enumerate() {
+            let lattice = &tiles[tile.0 as usize];
+            if lattice.us.len() > 2 || lattice.vs.len() > 2 {
+                limit_to_cells(&edge.images.image(k), lattice, breaks, [&mut rates[..], &mut least[..]], wanted);
+            }
+        }
+        if is_closed(edge) {
+            // A triangle at least.
+            let closed = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
+            rates.iter_mut().chain(&mut *least).for_each(|rate| *rate = rate.max(closed));
+        }
+        let (density, least) = (Density { breaks, rates }, Density { breaks, rates: least });
+        ts.clear();
+        ts.push(edge.breaks[0].t);
+        let mut at = Vec::with_capacity(edge.breaks.len());
+        at.push(0);
+        let mut kept = true;
+        let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
+        for w in edge.breaks.windows(2) {
+            kept &= match before {
+                Some(before) => {
+                    let before = before.part(|last| &last.ts[..]);
+                    Criteria { density, least }.follow(before, (w[0].t, w[1].t), limit, ts)
+                }
+                None => density.spread(w[0].t, w[1].t, limit, ts),
+            };
+            at.push(u32::try_from(ts.len() - 1).unwrap_or(u32::MAX));
+        }
+        (EdgePolyline { ts: ts.clone(), breaks: at }, kept)
+    }
+}
+
+/// Rates of strips that are parts of others.
+fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
+    out.clear();
+    if into.len() == of.len() {
+        out.extend_from_slice(rates);
+        return;
+    }
+    let mut k = 0;
+    out.extend(into.windows(2).map(|strip| {
+        while k + 1 < rates.len() && of[k + 1] <= strip[0] {
+            k += 1;
+        }
+        rates[k]
+    }));
+}
+
+/// Raises rates so that a segment crosses at most one cell of `lattice` in each direction.
+///
+/// An image that runs to and fro over the lattice far more often than any real edge is noise; it gets as many segments
+/// as a busy one.
+fn limit_to_cells(
+    image: &Image<'_>,
+    lattice: &TileLattice,
+    breaks: &[f64],
+    rates: [&mut [f64]; 2],
+    wanted: &mut Vec<f64>,
+) {
+    /// Traversals of the lattice by one edge: an outline of a gear or a word as one spline makes a few dozen.
+    const TRAVERSALS: f64 = 64.0;
+    let Some((start, strips)) = image.steps() else { return };
+    let (mut along_u, mut along_v) =
+        (CellWalk::from_share(&lattice.us, start[0]), CellWalk::from_share(&lattice.vs, start[1]));
+    let mut at = |[u, v]: [f32; 2]| (along_u.at_share(f64::from(u)), along_v.at_share(f64::from(v)));
+    let mut from = at(start);
+    wanted.clear();
+    let mut total = 0.0;
+    for (steps, ends) in strips.zip(breaks[image.strip..].windows(2)) {
+        let mut most = 0.0_f64;
+        for &place in steps {
+            let to = at(place);
+            most = most.max((to.0 - from.0).abs()).max((to.1 - from.1).abs());
+            from = to;
+        }
+        let cells = steps.len() as f64 * most;
+        wanted.push(cells / (ends[1].min(image.ends[1]) - ends[0].max(image.ends[0])));
+        total += cells;
+    }
+    let (nu, nv) = lattice.cells();
+    let share = (TRAVERSALS * f64::from(nu + nv) / total).min(1.0);
+    for rates in rates {
+        for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
+            *rate = rate.max(*wanted * share);
+        }
+    }
+}

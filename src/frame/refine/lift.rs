@@ -1,0 +1,42 @@
+//! A triangle and the surface that it stands for -> how far they are apart.
+//!
+//! Measured in the middles of the triangle's sides, which is exact for surfaces of second degree.
+
+use crate::frame::vertices::evaluate::evaluate_three;
+use crate::mesh::PatchMesh;
+use crate::model::SurfaceDerivatives;
+use crate::prepare::PreparedFace;
+use glam::DVec2;
+
+/// The surface that triangles are compared with.
+pub(crate) struct Surface<'a> {
+    pub(crate) face: &'a PreparedFace,
+    /// Parameters of the vertices.
+    pub(crate) uvs: &'a mut Vec<DVec2>,
+}
+
+impl Surface<'_> {
+    /// The surface in the middle of an edge.
+    pub(crate) fn middle(&self, a: u32, b: u32) -> (DVec2, SurfaceDerivatives) {
+        let uv = self.uvs[a as usize].midpoint(self.uvs[b as usize]);
+        (uv, self.face.patches.derivatives(uv.x, uv.y))
+    }
+
+    /// How far the surface is above the middle of each of a triangle's sides, along its normals.
+    pub(crate) fn lifts(&self, mesh: &PatchMesh, [a, b, c]: [u32; 3]) -> [f64; 3] {
+        let sides = [(a, b), (b, c), (c, a)];
+        let middles = sides.map(|(a, b)| self.uvs[a as usize].midpoint(self.uvs[b as usize]));
+        let on = evaluate_three(&self.face.patches, middles);
+        [0, 1, 2].map(|k| {
+            let ((a, b), (point, normal)) = (sides[k], on[k]);
+            (point - mesh.positions[a as usize].midpoint(mesh.positions[b as usize])).dot(normal)
+        })
+    }
+
+    /// How far the triangle is from the surface, along its normals.
+    pub(crate) fn deviation(&self, mesh: &PatchMesh, corners: [u32; 3]) -> f64 {
+        let [x, y, z] = self.lifts(mesh, corners);
+        // A parabola that vanishes at the corners is four ninths of the three together in the centroid.
+        [x, y, z, (x + y + z) * 4.0 / 9.0].into_iter().fold(0.0, |most, lift| most.max(lift.abs()))
+    }
+}

@@ -1,0 +1,119 @@
+//! A tile's triangles -> the same without those that leave the surface by more than the chord tolerance because they are
+//! wider than a cell.
+//!
+//! Crossings are replaced by tessellants, so triangles between tessellants may reach from one cell into the next, where no
+//! bound of the lattice holds for them. How far such a triangle is from the surface is measured in the middles of its sides,
+//! which is exact for surfaces of second degree; while that is too far, the edges are flipped (C. L. Lawson, *Software for C1
+//! surface interpolation*, 1977) that bring it down. Where none does, the edge is split by a point of the surface: it lies
+//! within the tile, so that no neighbour has to know of it.
+
+use super::lift::Surface;
+use super::web::{Change, Shape, Web};
+use crate::mesh::{Origin, PatchMesh};
+use glam::{DVec2, Vec2};
+
+/// Cells by which a triangle may be wider than one: rounding.
+const HAIR: f64 = 1e-9;
+/// Share of the deviation that a flip has to gain, so that flips come to an end.
+const LEAST_GAIN: f64 = 1e-3;
+/// Flips and splits per wide triangle.
+const CHANGES: usize = 16;
+
+/// Changes the first `trimmed` triangles that are wider than a cell until none of them deviates by more than `chord`, or
+/// nothing helps. `cell` gives the places of vertices in cells. Returns
+/// whether any does.
+///
+/// Cost: a few nanoseconds for each of these triangles, half a microsecond for each that is wider than a cell; where one
+/// deviates too far, a few nanoseconds for all of the tile.
+pub(crate) fn narrow(
+    mesh: &mut PatchMesh,
+    trimmed: usize,
+    chord: f64,
+    surface: &mut Surface<'_>,
+    cell: impl Fn(&PatchMesh, u32) -> DVec2,
+) -> bool {
+    let is_wider = |mesh: &PatchMesh, t: usize| {
+        let [a, b, c] = mesh.triangles[t].map(|v| cell(mesh, v));
+        (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0 + HAIR
+    };
+    let far = |mesh: &PatchMesh, t: usize| surface.deviation(mesh, mesh.triangles[t]) > chord;
+    let mut wide: Vec<usize> =
+        (0..trimmed.min(mesh.triangles.len())).filter(|&t| is_wider(mesh, t) && far(mesh, t)).collect();
+    if wide.is_empty() {
+        return false;
+    }
+    let mut web = Web::new(mesh);
+    let mut left = CHANGES * wide.len();
+    while let (Some(t), 1..) = (wide.pop(), left) {
+        left -= 1;
+        if surface.deviation(web.mesh, web.mesh.triangles[t]) <= chord {
+            continue;
+        }
+        let best = web.flips(t).into_iter().filter_map(|flip| Some((surface.gain(&web, &flip)?, flip)));
+        let change = best.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, flip)| flip);
+        let Some(change) = change.or_else(|| surface.split(&mut web, t)) else { continue };
+        web.apply(&change);
+        wide.extend(change.triangles.iter().map(|(t, _)| *t));
+    }
+    true
+}
+
+impl Surface<'_> {
+    /// The edge of triangle `t` that is furthest from the surface, split in its middle by a new vertex; `None` where that is
+    /// the tile's boundary, or a triangle would look inwards.
+    fn split(&mut self, web: &mut Web<'_>, t: usize) -> Option<Change> {
+        let corners = web.mesh.triangles[t];
+        let edge = |k: usize| (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
+        let lifts = self.lifts(web.mesh, corners).map(f64::abs);
+        let (a, b, c) = edge((0..3).max_by(|&i, &j| lifts[i].total_cmp(&lifts[j]))?);
+        let other = web.left_of(b, a)?;
+        let d = web.third(other, a, b)?;
+        let (uv, at) = self.middle(a, b);
+        let mesh = &mut *web.mesh;
+        let m = mesh.positions.len() as u32;
+        let outwards = at.du.cross(at.dv).normalize_or_zero() * if self.face.reversed { -1.0 } else { 1.0 };
+        let natural = |axis: usize, x: f64| self.face.maps[axis].to_natural(x) as f32;
+        mesh.positions.push(at.point);
+        mesh.normals.push(outwards.as_vec3());
+        mesh.uvs.push(Vec2::new(natural(0, uv.x), natural(1, uv.y)));
+        mesh.origins.push(Origin::Inner { k: m });
+        self.uvs.push(uv);
+        let next = mesh.triangles.len();
+        let triangles = vec![(t, [a, m, c]), (other, [m, a, d]), (next, [m, b, c]), (next + 1, [b, m, d])];
+        let change = Change { triangles };
+        let follow = change.triangles.iter().all(|(_, corners)| follows(web.mesh, *corners));
+        if !(follow && web.keeps_outline(&change)) {
+            let mesh = &mut *web.mesh;
+            mesh.positions.pop();
+            mesh.normals.pop();
+            mesh.uvs.pop();
+            mesh.origins.pop();
+            self.uvs.pop();
+            return None;
+        }
+        Some(change)
+    }
+
+    /// By how much a flip brings the deviation down; `None` where it does not, or makes triangles that look inwards.
+    fn gain(&self, web: &Web<'_>, flip: &Change) -> Option<f64> {
+        if !web.keeps_outline(flip) {
+            return None;
+        }
+        let mesh = &*web.mesh;
+        let worst = |all: &mut dyn Iterator<Item = [u32; 3]>| {
+            all.map(|corners| self.deviation(mesh, corners)).fold(0.0, f64::max)
+        };
+        if !flip.triangles.iter().all(|(_, corners)| follows(mesh, *corners)) {
+            return None;
+        }
+        let before = worst(&mut flip.triangles.iter().map(|(t, _)| mesh.triangles[*t]));
+        let gain = before - worst(&mut flip.triangles.iter().map(|(_, corners)| *corners));
+        (gain > LEAST_GAIN * before).then_some(gain)
+    }
+}
+
+/// Whether a triangle looks outwards and has an area.
+fn follows(mesh: &PatchMesh, corners: [u32; 3]) -> bool {
+    let shape = Shape::of(mesh, corners);
+    shape.outwards > 0.0 && !shape.is_flat(mesh)
+}

@@ -1,0 +1,111 @@
+//! The triangles around a fold -> the polygon that they leave, triangulated anew as it is seen along the surface's normal.
+//!
+//! Some folds end only when several edges are flipped at once. Then triangles are taken out around it, wider and wider, and
+//! their outline is filled by a constrained Delaunay triangulation (L. P. Chew, *Constrained Delaunay triangulations*, 1989) of
+//! its projection. Points that are outside the outline there, as beyond a boundary's chord, drop out.
+
+use super::web::{Change, GONE, Web};
+use crate::frame::trim::cdt::{AtCrossings, Segment, triangulate};
+use crate::mesh::Origin;
+use glam::{DVec2, DVec3};
+
+/// Times that more triangles are taken out.
+const RINGS: usize = 6;
+/// Most triangles that are taken out.
+const MOST: usize = 256;
+/// Least cosine between the direction of view and the surface's normals.
+const LEAST_COSINE: f64 = 0.3;
+
+impl Web<'_> {
+    /// Ways to fill anew the surroundings of triangle `t`, the smallest first: with all triangles around the points that may
+    /// drop out, then with those beside them, and so on.
+    pub(crate) fn refills(&self, t: usize) -> impl Iterator<Item = Change> + '_ {
+        let mut patch = vec![t];
+        let grown = (0..RINGS).map(move |k| {
+            let found: Vec<usize> =
+                patch.iter().flat_map(|&t| if k % 2 == 0 { self.around(t) } else { self.beside(t) }).collect();
+            for other in found {
+                if !patch.contains(&other) {
+                    patch.push(other);
+                }
+            }
+            patch.clone()
+        });
+        grown.take_while(|patch| patch.len() <= MOST).filter_map(|patch| self.refill(&patch))
+    }
+
+    /// The triangles beside `t`.
+    pub(crate) fn beside(&self, t: usize) -> Vec<usize> {
+        let [a, b, c] = self.mesh.triangles[t];
+        [(b, a), (c, b), (a, c)].into_iter().filter_map(|(a, b)| self.left_of(a, b)).collect()
+    }
+
+    /// The triangles around the lattice points of `t`.
+    fn around(&self, t: usize) -> Vec<usize> {
+        let inner = |v: &u32| matches!(self.mesh.origins[*v as usize], Origin::Lattice { .. } | Origin::Inner { .. });
+        self.mesh.triangles[t]
+            .into_iter()
+            .filter(inner)
+            .filter_map(|v| self.fan(t, v))
+            .flatten()
+            .map(|(t, _)| t)
+            .collect()
+    }
+
+    /// The outline of `patch` filled anew; `None` where its projection crosses itself.
+    fn refill(&self, patch: &[usize]) -> Option<Change> {
+        let old = || patch.iter().flat_map(|&t| self.mesh.triangles[t]);
+        let normal = |v: u32| self.mesh.normals[v as usize].as_dvec3();
+        let view = old().map(normal).sum::<DVec3>().try_normalize()?;
+        if old().any(|v| normal(v).dot(view) < LEAST_COSINE) {
+            return None;
+        }
+        let mut vertices: Vec<u32> = old().map(|v| self.one(v)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let (x, y) = view.any_orthonormal_pair();
+        let origin = self.mesh.positions[vertices[0] as usize];
+        let seen = |v: u32| {
+            let p = self.mesh.positions[v as usize] - origin;
+            DVec2::new(p.dot(x), p.dot(y))
+        };
+        let sites: Vec<DVec2> = vertices.iter().map(|&v| seen(v)).collect();
+        let site = |v: u32| vertices.partition_point(|&other| other < v) as u32;
+        let within = |a: u32, b: u32| self.left_of(a, b).is_some_and(|t| patch.contains(&t));
+        let sides = patch.iter().flat_map(|&t| {
+            let [a, b, c] = self.mesh.triangles[t].map(|v| self.one(v));
+            [(a, b), (b, c), (c, a)]
+        });
+        let outline: Vec<Segment> = sides
+            .filter(|&(a, b)| !within(b, a))
+            .map(|(a, b)| Segment { ends: [site(a), site(b)], weight: 1 })
+            .collect();
+        let filled = triangulate(&sites, &outline, AtCrossings::Refuse).ok()?;
+        if !filled.layers.is_empty() || filled.triangles.len() > patch.len() {
+            return None;
+        }
+        let new: Vec<[u32; 3]> = filled.triangles.iter().map(|t| t.map(|site| vertices[site as usize])).collect();
+        // An edge that others have already would have more than two sides.
+        let taken = |a: u32, b: u32| self.left_of(a, b).is_some() && !within(a, b);
+        if new.iter().any(|&[a, b, c]| taken(a, b) || taken(b, c) || taken(c, a)) {
+            return None;
+        }
+        let new = new.into_iter().map(|corners| self.with_near_parameters(corners)).chain(std::iter::repeat(GONE));
+        Some(Change { triangles: patch.iter().copied().zip(new).collect() })
+    }
+
+    /// The same triangle; of a pole's vertices the one whose parameters are nearest to those of the other corners.
+    fn with_near_parameters(&self, corners: [u32; 3]) -> [u32; 3] {
+        let uv = |v: u32| self.mesh.uvs[v as usize];
+        let mut near = corners;
+        for k in 0..3 {
+            let others = 0.5 * (uv(corners[(k + 1) % 3]) + uv(corners[(k + 2) % 3]));
+            let distance = |v: &u32| uv(*v).distance_squared(others);
+            near[k] = self
+                .same(corners[k])
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
+                .unwrap_or(corners[k]);
+        }
+        near
+    }
+}

@@ -1,0 +1,286 @@
+//! A tile's triangles -> the same without folds: triangles that are positive in (u,v) but look inwards in space.
+//!
+//! Where parameter lines bend within the surface (the circles of a flat ring, the surroundings of a pole), three points may
+//! change sides between the parameter plane and space; and where a boundary is coarse, a lattice point that is inside in
+//! (u,v) may lie beyond the boundary's chord. Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*,
+//! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless that would take the triangles
+//! away from the surface by more than the chord tolerance; where no such step helps, the surroundings are triangulated anew
+//! (`refill`). The tile's boundary stays, so that nothing is seen from the neighbours.
+
+use super::lift::Surface;
+use super::web::{Change, GONE, Shape, Web};
+use crate::mesh::{Origin, PatchMesh};
+use glam::DVec3;
+use std::cell::Cell;
+use std::collections::{HashMap, HashSet, VecDeque};
+
+/// Changes per folded triangle: one is enough for most, a fan of n points needs about n.
+const CHANGES: usize = 16;
+/// Share of the area looking inwards that a change has to gain, so that changes come to an end.
+const LEAST_GAIN: f64 = 1e-3;
+
+/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays within the tolerance.
+/// Returns whether any does.
+///
+/// First all changes are taken, since triangles that stray for a while may be gone at the end; if some stray then, or no less
+/// looks inwards, once more with changes only that never stray.
+///
+/// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
+pub(crate) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) -> bool {
+    let least = Shape::clear_area(mesh);
+    let is_wrong =
+        |corners: [u32; 3]| !Shape::is_clearly_right(mesh, corners, least) && Shape::of(mesh, corners).is_wrong(mesh);
+    let folded: Vec<usize> = (0..trimmed).rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
+    if folded.is_empty() {
+        return false;
+    }
+    let stated = mesh.triangles.clone();
+    for least in [f64::INFINITY, chord] {
+        let mut web = Web::new(mesh);
+        web.unfold(folded.clone(), &Near { surface, chord: least, left: Cell::new(MOST_WEIGHED) });
+        if web.improves(&stated, &Near { surface, chord, left: Cell::new(0) }) {
+            mesh.triangles.retain(|t| *t != GONE);
+            break;
+        }
+        mesh.triangles.clone_from(&stated);
+    }
+    true
+}
+
+/// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.
+const MOST_FILLINGS: usize = 128;
+
+/// Triangles of changes that are weighed in one tile, at most: a sixth of a second. The corpus and the poles of the tests need a
+/// tenth; noise would take minutes.
+const MOST_WEIGHED: usize = 1 << 17;
+
+/// Changed triangles that are looked at one by one.
+const FEW: usize = 32;
+
+/// What triangles must stay near to.
+struct Near<'a> {
+    surface: &'a Surface<'a>,
+    chord: f64,
+    /// Triangles that may still be weighed.
+    left: Cell<usize>,
+}
+
+impl Near<'_> {
+    /// Whether there is time to weigh a change.
+    fn weighs(&self, change: &Change) -> bool {
+        let left = self.left.get().checked_sub(change.triangles.len());
+        self.left.set(left.unwrap_or(0));
+        left.is_some()
+    }
+}
+
+/// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
+/// the first does not help before the others are gone.
+const MOST_LOSS: f64 = 8.0;
+
+impl Web<'_> {
+    /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change beside them.
+    fn unfold(&mut self, folded: Vec<usize>, near: &Near<'_>) {
+        let mut left = CHANGES * folded.len();
+        let mut fillings = MOST_FILLINGS;
+        let mut folded = VecDeque::from(folded);
+        let mut waiting = Waiting::default();
+        while let (Some(t), 1..) = (folded.pop_back(), left) {
+            left -= 1;
+            let corners = self.mesh.triangles[t];
+            if corners == GONE || !Shape::of(self.mesh, corners).is_wrong(self.mesh) {
+                continue;
+            }
+            let (flips, merges) = (self.flips(t), self.merges(t));
+            let gaining = self.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN, near).cloned();
+            let change = gaining.or_else(|| self.best(merges.iter(), MOST_LOSS, near).cloned());
+            let anew = || {
+                fillings = fillings.checked_sub(1)?;
+                self.anew(t, near)
+            };
+            let Some(change) = change.or_else(anew) else {
+                let beside = self.beside(t).into_iter().map(|t| self.mesh.triangles[t]);
+                waiting.add(t, beside.chain([corners]).flatten().map(|v| self.one(v)));
+                continue;
+            };
+            let all = change.triangles.iter().flat_map(|(t, new)| [self.mesh.triangles.get(*t), Some(new)]);
+            for v in all.flatten().filter(|t| **t != GONE).flatten() {
+                waiting.leave(self.one(*v), |t| folded.push_front(t));
+            }
+            self.apply(&change);
+            let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_wrong(self.mesh);
+            folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
+        }
+    }
+
+    /// The surroundings of a folded triangle, triangulated anew so that less of them looks inwards, or else less is steep.
+    fn anew(&self, t: usize, near: &Near<'_>) -> Option<Change> {
+        let gain = |change: &Change| {
+            let old = self.wrong(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t]));
+            let new = self.wrong(change.triangles.iter().map(|(_, corners)| *corners));
+            is_less(new, old).then_some([old[0] - new[0], old[1] - new[1]])
+        };
+        let fitting = self.refills(t).filter(|change| near.weighs(change) && self.stays(change, near));
+        let gaining = fitting.filter_map(|change| Some((gain(&change)?, change)));
+        gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
+    }
+
+    /// Area that looks inwards, and that with what is steep, twice; and how many have no area.
+    fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 3] {
+        triangles.filter(|t| *t != GONE).map(|t| Shape::of(self.mesh, t)).fold([0.0; 3], |[inwards, all, flat], s| {
+            let is_flat = f64::from(u8::from(s.is_flat(self.mesh)));
+            [inwards - s.facing.min(0.0), all - s.outwards.min(0.0), flat + is_flat]
+        })
+    }
+
+    /// Whether less looks inwards than in the triangles as stated, and nothing strays.
+    fn improves(&self, stated: &[[u32; 3]], near: &Near<'_>) -> bool {
+        let changed = || stated.iter().zip(&self.mesh.triangles).filter(|(old, new)| old != new);
+        let deviation = |t: [u32; 3]| near.surface.deviation(self.mesh, t);
+        let before = changed().map(|(old, _)| deviation(*old)).fold(near.chord, f64::max);
+        changed().all(|(_, new)| *new == GONE || deviation(*new) <= before)
+            && self.covers(changed(), near.chord)
+            && is_less(self.wrong(changed().map(|(_, new)| *new)), self.wrong(changed().map(|(old, _)| *old)))
+    }
+
+    /// Whether new triangles, by the middles of their sides, are where old ones were, within a distance. The other way does not
+    /// count: what is cut off beyond a boundary's chord was no part of the face.
+    fn covers<'a>(&self, changed: impl Iterator<Item = (&'a [u32; 3], &'a [u32; 3])> + Clone, within: f64) -> bool {
+        let place = |t: &[u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
+        let old: Vec<[DVec3; 3]> = changed.clone().map(|(old, _)| place(old)).collect();
+        // Nearly all are found among those that had one of their ends; many changes have many others.
+        let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
+        if old.len() > FEW {
+            for (k, (corners, _)) in changed.clone().enumerate() {
+                corners.iter().for_each(|&v| around.entry(v).or_default().push(k));
+            }
+        }
+        let near = |[a, b]: [u32; 2]| {
+            let p = self.mesh.positions[a as usize].midpoint(self.mesh.positions[b as usize]);
+            let is_near = |triangle: &[DVec3; 3]| distance_to_triangle(p, triangle) <= within;
+            let of_ends = [a, b].into_iter().filter_map(|v| around.get(&v)).flatten();
+            of_ends.map(|&k| &old[k]).any(is_near) || old.iter().any(is_near)
+        };
+        let new = changed.map(|(_, new)| *new).filter(|new| *new != GONE);
+        new.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).all(near)
+    }
+
+    /// Area that looks inwards, twice and negative, and the least height of triangles: the larger the better.
+    fn score(&self, triangles: impl Iterator<Item = [u32; 3]>) -> (f64, f64) {
+        triangles
+            .filter(|t| *t != GONE)
+            .map(|t| Shape::of(self.mesh, t))
+            .fold((0.0, f64::INFINITY), |(area, height), s| {
+                (area + s.outwards.min(0.0), height.min(s.outwards / s.longest(self.mesh)))
+            })
+    }
+
+    /// The change that gains most of the area looking inwards, among those that leave `share` of it at most. Where several
+    /// gain the same, the one that leaves the widest triangles.
+    fn best<'a>(&self, changes: impl Iterator<Item = &'a Change>, share: f64, near: &Near<'_>) -> Option<&'a Change> {
+        let mut best: Option<((f64, f64), &Change)> = None;
+        for change in changes.filter(|change| near.weighs(change)) {
+            let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
+            let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
+            let score = (after - before, height);
+            // What has no area shows in no sum: without it is better, if nothing folds for that.
+            let flat =
+                change.triangles.iter().any(|(t, _)| Shape::of(self.mesh, self.mesh.triangles[*t]).is_flat(self.mesh));
+            let better = (after > share * before || flat && after >= before) && best.is_none_or(|(s, _)| score > s);
+            if better && self.stays(change, near) {
+                best = Some((score, change));
+            }
+        }
+        best.map(|(_, change)| change)
+    }
+
+    /// Whether the new triangles have an area and stay near the surface and the old ones.
+    fn stays(&self, change: &Change, to: &Near<'_>) -> bool {
+        let flat = |t: [u32; 3]| t != GONE && Shape::of(self.mesh, t).is_flat(self.mesh);
+        if change.triangles.iter().any(|(_, t)| flat(*t)) || !self.keeps_outline(change) {
+            return false;
+        }
+        let deviation = |t: [u32; 3]| to.surface.deviation(self.mesh, t);
+        let all = change.triangles.iter();
+        let before = all.clone().map(|(t, _)| deviation(self.mesh.triangles[*t])).fold(to.chord, f64::max);
+        if all.clone().any(|(_, t)| *t != GONE && deviation(*t) > before) {
+            return false;
+        }
+        let pairs: Vec<([u32; 3], [u32; 3])> = all.map(|(t, new)| (self.mesh.triangles[*t], *new)).collect();
+        self.covers(pairs.iter().map(|(old, new)| (old, new)), to.chord)
+    }
+
+    /// The lattice points of triangle `t`, merged into each of their neighbours.
+    fn merges(&self, t: usize) -> Vec<Change> {
+        let mut changes = Vec::new();
+        for v in self.mesh.triangles[t] {
+            if !matches!(self.mesh.origins[v as usize], Origin::Lattice { .. }) {
+                continue;
+            }
+            if let Some(fan) = self.fan(t, v) {
+                changes.extend(fan.iter().filter_map(|&(_, to)| self.merge(v, to, &fan)));
+            }
+        }
+        changes
+    }
+
+    /// `v` merged into `to`; `None` where that would join more than two triangles along an edge.
+    fn merge(&self, v: u32, to: u32, fan: &[(usize, u32)]) -> Option<Change> {
+        let one = self.one(to);
+        let common = fan.iter().filter(|&&(_, w)| self.one(w) != one && self.has_edge(w, to)).count();
+        (common == 2).then(|| {
+            let moved = |t: usize| {
+                let corners = self.mesh.triangles[t];
+                if corners.iter().any(|&c| self.one(c) == one) {
+                    GONE
+                } else {
+                    corners.map(|c| if c == v { to } else { c })
+                }
+            };
+            Change { triangles: fan.iter().map(|&(t, _)| (t, moved(t))).collect() }
+        })
+    }
+}
+
+/// Triangles that nothing helps, until triangles change at one of the points around them.
+#[derive(Default)]
+struct Waiting {
+    triangles: HashSet<usize>,
+    /// By point; some of them may have left already.
+    at: HashMap<u32, Vec<usize>>,
+}
+
+impl Waiting {
+    fn add(&mut self, t: usize, points: impl Iterator<Item = u32>) {
+        self.triangles.insert(t);
+        points.for_each(|v| self.at.entry(v).or_default().push(t));
+    }
+
+    /// Calls `each` with those at a point, in the order in which they came.
+    fn leave(&mut self, point: u32, mut each: impl FnMut(usize)) {
+        let there = self.at.remove(&point).unwrap_or_default();
+        there.into_iter().filter(|t| self.triangles.remove(t)).for_each(&mut each);
+    }
+}
+
+/// Whether less area looks inwards, or else less is steep, or else fewer have none.
+fn is_less(new: [f64; 3], old: [f64; 3]) -> bool {
+    let least = |old: f64| (1.0 - LEAST_GAIN) * old;
+    let as_much = |k: usize| new[k] <= old[k];
+    new[0] < least(old[0]) || as_much(0) && (new[1] < least(old[1]) || as_much(1) && new[2] < old[2])
+}
+
+/// Distance of `p` from a triangle.
+fn distance_to_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0);
+    if inside && normal != DVec3::ZERO {
+        return (p - a).dot(normal.normalize()).abs();
+    }
+    let to_side = |a: DVec3, b: DVec3| {
+        let (along, length) = (b - a, (b - a).length_squared());
+        let share = if length > 0.0 { ((p - a).dot(along) / length).clamp(0.0, 1.0) } else { 0.0 };
+        p.distance(a + along * share)
+    };
+    to_side(a, b).min(to_side(b, c)).min(to_side(c, a))
+}

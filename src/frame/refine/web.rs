@@ -1,0 +1,314 @@
+//! Triangles that know their neighbours, and the changes that keep their outline.
+
+use crate::frame::trim::chain::same_boundary;
+use crate::math::BitMix;
+use crate::mesh::{Origin, PatchMesh};
+use glam::DVec3;
+use std::collections::HashMap;
+use std::hash::BuildHasherDefault;
+
+/// Heights that are rounding, as a share of the coordinates' size.
+const ROUNDING: f64 = 1e-13;
+/// Cosine to the surface's normal below which a triangle counts as looking inwards: none that follows its surface stands
+/// as steep as this.
+const STEEP: f64 = 0.05;
+
+/// Factor by which a comparison must hold to be clear.
+const ROOM: f64 = 2.0;
+
+/// Triangles around a point that is merged or taken out; more are left alone.
+const MOST_AROUND: usize = 64;
+
+/// In place of a triangle that was merged away.
+pub(crate) const GONE: [u32; 3] = [u32::MAX; 3];
+
+/// What a triangle looks like in space.
+pub(crate) struct Shape {
+    corners: [u32; 3],
+    /// Twice the area, times the cosine to the mean of its corners' normals.
+    pub(crate) facing: f64,
+    /// The same with the cosine less [`STEEP`].
+    pub(crate) outwards: f64,
+    cross: DVec3,
+}
+
+impl Shape {
+    pub(crate) fn of(mesh: &PatchMesh, corners: [u32; 3]) -> Self {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        let cross = (b - a).cross(c - a);
+        let normal: DVec3 = corners.iter().map(|&v| mesh.normals[v as usize].as_dvec3()).sum();
+        let facing = cross.dot(normal.normalize_or_zero());
+        Self { corners, facing, outwards: facing - STEEP * cross.length(), cross }
+    }
+
+    pub(crate) fn longest(&self, mesh: &PatchMesh) -> f64 {
+        let [a, b, c] = self.corners.map(|v| mesh.positions[v as usize]);
+        a.distance(b).max(b.distance(c)).max(c.distance(a))
+    }
+
+    /// Whether it looks inwards, stands steep, or has no area.
+    pub(crate) fn is_wrong(&self, mesh: &PatchMesh) -> bool {
+        self.outwards < 0.0 || self.is_flat(mesh)
+    }
+
+    /// Whether a triangle certainly is not [wrong](Self::is_wrong): the same comparisons of squares, which take no root, with room for
+    /// rounding. `least` is [`Shape::clear_area`].
+    pub(crate) fn is_clearly_right(mesh: &PatchMesh, corners: [u32; 3], least: f64) -> bool {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        let cross = (b - a).cross(c - a);
+        let [n, o, p] = corners.map(|v| mesh.normals[v as usize].as_dvec3());
+        let normal = n + o + p;
+        let (facing, area) = (cross.dot(normal), cross.length_squared());
+        let steep = ROOM * STEEP;
+        facing > 0.0 && area > least && facing * facing > steep * steep * area * normal.length_squared()
+    }
+
+    /// The square of twice an area above which no triangle of a mesh is flat, however long.
+    pub(crate) fn clear_area(mesh: &PatchMesh) -> f64 {
+        let size = mesh.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
+        let height = ROOM * ROUNDING * size;
+        // No side is longer than the box is wide. Squares that underflow prove nothing.
+        (height * height * 12.0 * size * size).max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether its corners are in line but for rounding.
+    pub(crate) fn is_flat(&self, mesh: &PatchMesh) -> bool {
+        let size = self.corners.iter().map(|&v| mesh.positions[v as usize].abs().max_element()).fold(0.0, f64::max);
+        self.cross.length() <= ROUNDING * size * self.longest(mesh)
+    }
+}
+
+/// Triangles in place of others, some of them [`GONE`]; those that are more get the next numbers, in order.
+#[derive(Clone)]
+pub(crate) struct Change {
+    pub(crate) triangles: Vec<(usize, [u32; 3])>,
+}
+
+/// Triangles that know their neighbours.
+pub(crate) struct Web<'a> {
+    pub(crate) mesh: &'a mut PatchMesh,
+    around: Around,
+    /// The triangle left of each directed edge of triangles that changed, its ends as [`Web::one`] has them; none where there is
+    /// none now.
+    changed: HashMap<(u32, u32), Option<usize>, BuildHasherDefault<BitMix>>,
+    poles: Poles,
+}
+
+/// Triangles by corner ([`Web::one`] of it), as they were before any changed: a few changes in a large tile must not cost a hash
+/// of all its edges.
+struct Around {
+    /// Where the triangles of each vertex start.
+    starts: Vec<u32>,
+    /// In order for each vertex.
+    triangles: Vec<u32>,
+}
+
+impl Around {
+    fn new(mesh: &PatchMesh, poles: &Poles) -> Self {
+        let one = |v: u32| poles.one(v);
+        let mut starts = vec![0; mesh.positions.len() + 2];
+        // Counted one too far, so that filling moves each start to its place.
+        mesh.triangles.iter().flatten().for_each(|&v| starts[one(v) as usize + 2] += 1);
+        (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
+        let mut triangles = vec![0; 3 * mesh.triangles.len()];
+        for (t, &v) in (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.iter().map(move |v| (t, v))) {
+            let at = &mut starts[one(v) as usize + 1];
+            triangles[*at as usize] = t;
+            *at += 1;
+        }
+        Self { starts, triangles }
+    }
+
+    fn of(&self, v: u32) -> &[u32] {
+        let v = v as usize;
+        match self.starts.get(v..v + 2) {
+            Some(&[from, to]) => &self.triangles[from as usize..to as usize],
+            _ => &[],
+        }
+    }
+}
+
+impl<'a> Web<'a> {
+    /// Two passes over the triangles.
+    pub(crate) fn new(mesh: &'a mut PatchMesh) -> Self {
+        let poles = Poles::of(mesh);
+        let around = Around::new(mesh, &poles);
+        Self { mesh, around, changed: HashMap::default(), poles }
+    }
+
+    /// A vertex, or the one that stands for it.
+    pub(crate) fn one(&self, v: u32) -> u32 {
+        self.poles.one(v)
+    }
+
+    /// All vertices in the place of `v`.
+    pub(crate) fn same(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
+        let one = self.one(v);
+        let others = self.poles.rows.get(&one).into_iter().flatten().copied().filter(move |&other| other != v);
+        std::iter::once(v).chain(others)
+    }
+
+    /// The triangle left of a directed edge, if there is one.
+    pub(crate) fn left_of(&self, a: u32, b: u32) -> Option<usize> {
+        let edge = (self.one(a), self.one(b));
+        if let Some(now) = self.changed.get(&edge) {
+            return *now;
+        }
+        // No edge of a triangle that changed comes here.
+        let runs = |t: u32| {
+            let [p, q, r] = self.mesh.triangles[t as usize].map(|v| self.one(v));
+            [(p, q), (q, r), (r, p)].contains(&edge)
+        };
+        // The ends know the same triangles of it; a pole may know thousands of others.
+        let [here, there] = [edge.0, edge.1].map(|v| self.around.of(v));
+        let fewer = if there.len() < here.len() { there } else { here };
+        fewer.iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
+    }
+
+    /// The corner of triangle `t` that is neither `a` nor `b`.
+    pub(crate) fn third(&self, t: usize, a: u32, b: u32) -> Option<u32> {
+        let [a, b] = [a, b].map(|v| self.one(v));
+        self.mesh.triangles[t].into_iter().find(|&v| self.one(v) != a && self.one(v) != b)
+    }
+
+    /// Whether the new triangles have the boundary of the old ones. Where more than two triangles share an edge,
+    /// [`left_of`](Self::left_of) finds one of several, and a flip with the wrong one would open the mesh.
+    pub(crate) fn keeps_outline(&self, change: &Change) -> bool {
+        let ones = |corners: [u32; 3]| corners.map(|v| self.one(v));
+        let old = change.triangles.iter().filter_map(|(t, _)| self.mesh.triangles.get(*t).copied());
+        let new = change.triangles.iter().map(|(_, corners)| *corners);
+        same_boundary(old.filter(|t| *t != GONE).map(ones), new.filter(|t| *t != GONE).map(ones))
+    }
+
+    /// Puts the new triangles in place of the old ones, of which they must [keep the outline](Self::keeps_outline).
+    pub(crate) fn apply(&mut self, change: &Change) {
+        for &(t, _) in &change.triangles {
+            if t < self.mesh.triangles.len() {
+                self.leave(t);
+            }
+        }
+        for &(t, corners) in &change.triangles {
+            if t == self.mesh.triangles.len() {
+                self.mesh.triangles.push(corners);
+            }
+            self.mesh.triangles[t] = corners;
+            if corners != GONE {
+                self.enter(t);
+            }
+        }
+    }
+
+    fn enter(&mut self, t: usize) {
+        let corners = self.mesh.triangles[t].map(|v| self.one(v));
+        (0..3).for_each(|k| {
+            self.changed.insert((corners[k], corners[(k + 1) % 3]), Some(t));
+        });
+    }
+
+    fn leave(&mut self, t: usize) {
+        let corners = self.mesh.triangles[t].map(|v| self.one(v));
+        (0..3).for_each(|k| {
+            self.changed.insert((corners[k], corners[(k + 1) % 3]), None);
+        });
+    }
+
+    /// The triangles around `v` counter-clockwise from `t` on, each with the corner that follows `v` in it; `None` if there is
+    /// a gap.
+    pub(crate) fn fan(&self, t: usize, v: u32) -> Option<Vec<(usize, u32)>> {
+        let mut fan = Vec::new();
+        let mut at = t;
+        while fan.len() < MOST_AROUND {
+            let corners = self.mesh.triangles[at];
+            let k = corners.iter().position(|&c| self.one(c) == self.one(v))?;
+            fan.push((at, corners[(k + 1) % 3]));
+            at = self.left_of(v, corners[(k + 2) % 3])?;
+            if at == t {
+                return Some(fan);
+            }
+        }
+        None
+    }
+
+    pub(crate) fn has_edge(&self, a: u32, b: u32) -> bool {
+        self.left_of(a, b).is_some() || self.left_of(b, a).is_some()
+    }
+
+    /// The edges of triangle `t`, flipped.
+    pub(crate) fn flips(&self, t: usize) -> Vec<Change> {
+        let corners = self.mesh.triangles[t];
+        let flip = |k: usize| {
+            let [a, b, c] = [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]];
+            let other = self.left_of(b, a)?;
+            let d = self.third(other, a, b)?;
+            (self.one(c) != self.one(d) && !self.has_edge(c, d))
+                .then(|| Change { triangles: vec![(t, [a, d, c]), (other, [d, b, c])] })
+        };
+        (0..3).filter_map(flip).collect()
+    }
+}
+
+/// Vertices in one place: a pole is a row of tessellants, one for each parameter.
+#[derive(Default)]
+struct Poles {
+    /// The first of each row, for the vertices up to the last on a pole; the others stand for themselves.
+    first: Vec<u32>,
+    /// By the first of a row: all of it, in order.
+    rows: HashMap<u32, Vec<u32>>,
+}
+
+impl Poles {
+    fn of(mesh: &PatchMesh) -> Self {
+        let on_boundary = |o: &Origin| matches!(o, Origin::Edge { .. } | Origin::Border { .. });
+        let count = mesh.origins.iter().position(|o| !on_boundary(o)).unwrap_or(mesh.origins.len());
+        let place = |v: usize| mesh.positions[v].to_array().map(f64::to_bits);
+        let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+        for v in 1..count {
+            if mesh.positions[v] == mesh.positions[v - 1] {
+                places.entry(place(v)).or_insert(v as u32 - 1);
+            }
+        }
+        if places.is_empty() {
+            return Self::default();
+        }
+        let mut poles = Self { first: (0..count as u32).collect(), rows: HashMap::new() };
+        for v in 0..count {
+            if let Some(&first) = places.get(&place(v)) {
+                poles.first[v] = first;
+                poles.rows.entry(first).or_default().push(v as u32);
+            }
+        }
+        poles
+    }
+
+    fn one(&self, v: u32) -> u32 {
+        self.first.get(v as usize).copied().unwrap_or(v)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flips edges of a fan around its hub, a triangle pushed in between, and compares with the triangles themselves.
+    #[test]
+    fn neighbours_are_those_of_the_triangles_after_any_change() {
+        let mut mesh = PatchMesh { positions: vec![DVec3::ZERO; 7], ..PatchMesh::default() };
+        mesh.triangles = (0..6).map(|k| [0, 1 + k, 1 + (k + 1) % 6]).collect();
+        let mut web = Web::new(&mut mesh);
+        let changes: [&[(usize, [u32; 3])]; 3] = [
+            &[(0, [0, 1, 3]), (1, [1, 2, 3])],
+            &[(3, GONE)],
+            // A new vertex in the middle of an edge makes a triangle more on either side.
+            &[(2, [0, 3, 7]), (6, [7, 3, 4]), (4, [0, 5, 6])],
+        ];
+        for change in changes {
+            web.apply(&Change { triangles: change.to_vec() });
+            let triangles = web.mesh.triangles.clone();
+            for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))).filter(|(a, b)| a != b) {
+                let runs = |t: &[u32; 3]| (0..3).any(|k| (t[k], t[(k + 1) % 3]) == (a, b));
+                assert_eq!(web.left_of(a, b), triangles.iter().position(runs), "{a} to {b} after {change:?}");
+            }
+        }
+        assert_eq!(web.mesh.triangles.len(), 7);
+    }
+}

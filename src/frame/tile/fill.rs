@@ -1,0 +1,51 @@
+//! A tile's boundary -> triangles that close it, without its surface and its parameters: the last rung, which cannot fail.
+
+use super::ladder::Rung;
+use super::outcome::{Degradation, TileOutcome};
+use crate::frame::plan::plan::Plan;
+use crate::frame::trim::climb::fill_loops;
+use crate::frame::trim::input::TrimInput;
+use crate::frame::trim::output::TrimOutput;
+use crate::frame::vertices::boundary::{edge_point, origin, steps_with_breaks};
+use crate::mesh::{PatchMesh, TileId};
+use crate::model::PartId;
+use crate::prepare::Prepared;
+use glam::{DVec2, DVec3, Vec2};
+
+/// One tile whose loops are filled in space, for tiles at which [`tessellate_tile`](crate::frame::tessellate_tile) panics. `why` is
+/// what happened.
+///
+/// Looks at nothing but the points of edges. Normals are those of the triangles, parameters are zero.
+#[must_use]
+pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
+    let (rows, plan) = (&prepared.parts[part.index()], &plan.parts[part.index()]);
+    let tile = &rows.tiles[tile.0 as usize];
+    let reversed = rows.faces[rows.face_of(tile)].reversed;
+    let mut mesh = PatchMesh::default();
+    let mut loop_starts = vec![0];
+    for l in &tile.loops {
+        for used in l {
+            let (edge, polyline) = (&rows.edges[used.edge as usize], &plan.edges[used.edge as usize]);
+            for (k, at_break) in steps_with_breaks(used, &polyline.breaks) {
+                mesh.positions.push(edge_point(edge, at_break, polyline.ts[k]));
+                mesh.origins.push(origin(rows, used.edge, k as u32));
+            }
+        }
+        loop_starts.push(mesh.positions.len() as u32);
+    }
+    let points = vec![DVec2::ZERO; mesh.positions.len()];
+    let input = TrimInput { cells: (1, 1), points: &points, loop_starts: &loop_starts, places: &mesh.positions };
+    let mut filled = TrimOutput::default();
+    fill_loops(&input, &mut filled);
+    mesh.triangles = filled.closing.iter().map(|&[a, b, c]| if reversed { [a, c, b] } else { [a, b, c] }).collect();
+    mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
+    let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(c - a));
+    }
+    mesh.normals = normals.iter().map(|n| n.normalize_or(DVec3::Z).as_vec3()).collect();
+    let slivers = mesh.triangles.len() as u32;
+    let degradation = Some(Degradation::Filled(why));
+    TileOutcome { face: tile.face, mesh, rung: Rung::Filled, degradation, slivers, rewound: 0.0 }
+}

@@ -1,0 +1,252 @@
+//! One tile, one thread: prepared tile and plan in, triangles out.
+
+use super::ladder::Rung;
+use super::outcome::{Degradation, TileOutcome};
+use crate::frame::plan::plan::{PartPlan, Plan, TileLattice};
+use crate::frame::refine::lift::Surface;
+use crate::frame::refine::narrow::narrow;
+use crate::frame::refine::unfold::unfold;
+use crate::frame::trim::climb::{fill_loops, trim_tile};
+use crate::frame::trim::input::{NONE, TrimInput};
+use crate::frame::trim::output::TrimOutcome;
+use crate::frame::trim::reference::trim_tile_reference;
+use crate::frame::vertices::boundary::{cell_size, trace_loops};
+use crate::frame::vertices::places::evaluate_vertices;
+use crate::frame::vertices::scratch::Scratch;
+use crate::mesh::{Origin, PatchMesh, TileId};
+use crate::model::{PartId, SurfaceKind};
+use crate::prepare::{Prepared, PreparedFace, PreparedPart, Tile};
+use glam::{DVec2, DVec3, Vec2};
+use std::sync::Arc;
+
+/// Tessellates one tile under a plan.
+///
+/// Pure function of its arguments; `scratch` only saves allocations. Cost: tens of nanoseconds per boundary tessellant,
+/// about 10 ns per lattice point.
+#[must_use]
+pub fn tessellate_tile(
+    prepared: &Prepared,
+    plan: &Plan,
+    part: PartId,
+    tile: TileId,
+    scratch: &mut Scratch,
+) -> TileOutcome {
+    let job = Job::of(prepared, plan, part, tile);
+    let mut mesh = scratch.spare();
+    trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
+    let trimmed = job.trim(scratch, &mesh);
+    let vertices = |corners_used: usize, scratch: &mut Scratch, mesh: &mut PatchMesh| {
+        evaluate_vertices(job.face, job.lattice, corners_used, scratch, mesh);
+        usize::MAX
+    };
+    job.finish(trimmed, vertices, scratch, mesh).0
+}
+
+/// How a tile was triangulated.
+pub(crate) enum Trimmed {
+    /// From its loops.
+    By(TrimOutcome),
+    /// Not at all, for this reason: its boundary is filled.
+    Filled(String),
+}
+
+/// A tile and what it is made by.
+#[derive(Clone, Copy)]
+pub(crate) struct Job<'a> {
+    pub(crate) part: &'a PreparedPart,
+    pub(crate) plan: &'a PartPlan,
+    pub(crate) tile: &'a Tile,
+    pub(crate) lattice: &'a Arc<TileLattice>,
+    pub(crate) face: &'a PreparedFace,
+}
+
+impl<'a> Job<'a> {
+    pub(crate) fn of(prepared: &'a Prepared, plan: &'a Plan, part: PartId, tile: TileId) -> Self {
+        let rows = &prepared.parts[part.index()];
+        let plan = &plan.parts[part.index()];
+        let row = &rows.tiles[tile.0 as usize];
+        let face = &rows.faces[rows.face_of(row)];
+        Self { part: rows, plan, tile: row, lattice: &plan.tiles[tile.0 as usize], face }
+    }
+
+    /// Triangles of the loops that the scratch and the mesh have.
+    pub(crate) fn trim(&self, scratch: &mut Scratch, mesh: &PatchMesh) -> Trimmed {
+        let Scratch { cells, loop_starts, trim, trimmed, .. } = scratch;
+        let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: &mesh.positions };
+        // What loops that meet wind around otherwise than once is measured there.
+        let outcome =
+            if self.tile.entangled { trim_tile_reference(&input, trimmed) } else { trim_tile(&input, trim, trimmed) };
+        match outcome {
+            Ok(outcome) => Trimmed::By(outcome),
+            Err(refused) => {
+                fill_loops(&input, trimmed);
+                Trimmed::Filled(refused.to_string())
+            }
+        }
+    }
+
+    /// The rest of a tile whose loops were traced and triangulated; and whether its triangles are just those.
+    ///
+    /// `vertices` is given the number of lattice points in use. It appends their places and those of crossings, and the normals
+    /// of all vertices, and returns how many of the trim stage's triangles are new: those after them need no change.
+    pub(crate) fn finish(
+        &self,
+        trimmed: Trimmed,
+        vertices: impl FnOnce(usize, &mut Scratch, &mut PatchMesh) -> usize,
+        scratch: &mut Scratch,
+        mut mesh: PatchMesh,
+    ) -> (TileOutcome, bool) {
+        let Self { tile, lattice, face, .. } = *self;
+        let as_trimmed = finish(face, (tile, lattice), vertices, scratch, &mut mesh);
+        let rewound = add_layers(face, scratch, &mut mesh);
+        let before = mesh.triangles.len();
+        scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
+        let mut slivers = (mesh.triangles.len() - before) as u32;
+        if face.filled || !matches!(trimmed, Trimmed::By(outcome) if outcome < TrimOutcome::Repaired { split: 0 }) {
+            slivers += mesh.triangles[..before].iter().filter(|&&t| has_no_area(&mesh, t)).count() as u32;
+        }
+        let least = match face {
+            PreparedFace { filled: true, .. } => Rung::Filled,
+            PreparedFace { repaired: true, .. } => Rung::Repaired,
+            _ => Rung::Normal,
+        };
+        let (rung, degradation) = match trimmed {
+            _ if mesh.triangles.is_empty() => (Rung::NoArea, Some(Degradation::Empty)),
+            Trimmed::Filled(why) => (Rung::Filled, Some(Degradation::Filled(why))),
+            Trimmed::By(TrimOutcome::Repaired { split }) => {
+                let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
+                let place = first.map(|k| mesh.positions[k]);
+                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, place }))
+            }
+            Trimmed::By(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
+        };
+        (TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }, as_trimmed)
+    }
+}
+
+fn has_no_area(mesh: &PatchMesh, corners: [u32; 3]) -> bool {
+    let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+    (b - a).cross(c - a) == DVec3::ZERO
+}
+
+/// Appends what the loops wind around otherwise than once, and returns its area, mm².
+fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut PatchMesh) -> f64 {
+    let mut area = 0.0;
+    for &([a, b, c], times) in &s.trimmed.layers {
+        let [p, q, r] = [a, b, c].map(|v| mesh.positions[v as usize]);
+        area += 0.5 * (q - p).cross(r - p).length();
+        for _ in 0..times.unsigned_abs() {
+            push_triangle(mesh, [a, b, c], face.reversed != (times < 0));
+        }
+    }
+    area
+}
+
+/// Lattice points, normals and oriented triangles. Whether no triangle had to be changed. `vertices` as of [`Job::finish`].
+fn finish(
+    face: &PreparedFace,
+    (tile, lattice): (&Tile, &TileLattice),
+    vertices: impl FnOnce(usize, &mut Scratch, &mut PatchMesh) -> usize,
+    s: &mut Scratch,
+    mesh: &mut PatchMesh,
+) -> bool {
+    let tessellants = s.cells.len() as u32;
+    let (nu, nv) = lattice.cells();
+    let corners = (nu + 1) * (nv + 1);
+    s.corners.clear();
+    s.corners.resize(corners as usize, NONE);
+    let mut next = tessellants;
+    let mut use_corner = |c: u32, uvs: &mut Vec<DVec2>, origins: &mut Vec<Origin>| {
+        let slot = &mut s.corners[c as usize];
+        if *slot == NONE {
+            *slot = next;
+            next += 1;
+            let (i, j) = (c % (nu + 1), c / (nu + 1));
+            uvs.push(DVec2::new(lattice.us[i as usize], lattice.vs[j as usize]));
+            origins.push(Origin::Lattice { i, j });
+        }
+        *slot
+    };
+    s.trimmed.rename(|v| {
+        if v >= tessellants && v < tessellants + corners {
+            use_corner(v - tessellants, &mut s.uvs, &mut mesh.origins)
+        } else {
+            v
+        }
+    });
+    let corner = |i: u32, j: u32| j * (nu + 1) + i;
+    let mut quads = Vec::with_capacity(s.trimmed.full_cells.len());
+    for &[i, j] in &s.trimmed.full_cells {
+        quads.push(
+            [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]
+                .map(|c| use_corner(c, &mut s.uvs, &mut mesh.origins)),
+        );
+    }
+    let corners_used = next - tessellants;
+    for (k, p) in s.trimmed.extra_points.iter().enumerate() {
+        s.uvs.push(from_cells(lattice, *p / cell_size(face, tile, lattice)));
+        mesh.origins.push(Origin::Crossing { k: k as u32 });
+    }
+    if !s.trimmed.extra_points.is_empty() {
+        s.trimmed.rename(|v| if v >= tessellants + corners { v - corners + corners_used } else { v });
+    }
+    let fresh = vertices(corners_used as usize, s, mesh);
+    mesh.uvs.extend(
+        s.uvs.iter().map(|p| Vec2::new(face.maps[0].to_natural(p.x) as f32, face.maps[1].to_natural(p.y) as f32)),
+    );
+    for ((to, from), map) in mesh.lines.iter_mut().zip([&lattice.us, &lattice.vs]).zip(&face.maps) {
+        to.extend(from.iter().map(|&x| map.to_natural(x) as f32));
+    }
+    mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * quads.len());
+    let mut trimmed = 0;
+    for (k, t) in s.trimmed.triangles.iter().enumerate() {
+        push_triangle(mesh, *t, face.reversed);
+        if k < fresh {
+            trimmed = mesh.triangles.len();
+        }
+    }
+    for [a, b, c, d] in quads {
+        let p = |v: u32| mesh.positions[v as usize];
+        let halves = if p(a).distance_squared(p(c)) <= p(b).distance_squared(p(d)) {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[a, b, d], [b, c, d]]
+        };
+        for t in halves {
+            push_triangle(mesh, t, face.reversed);
+        }
+    }
+    if face.kind == SurfaceKind::Plane {
+        return true;
+    }
+    let mut as_trimmed = true;
+    let mut surface = Surface { face, uvs: &mut s.uvs };
+    // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
+    if face.creases.iter().all(Vec::is_empty) {
+        as_trimmed &= !unfold(mesh, trimmed, lattice.chord, &surface);
+    }
+    let cell = |mesh: &PatchMesh, v: u32| match mesh.origins[v as usize] {
+        Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
+        Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
+        _ => s.cells[v as usize],
+    };
+    as_trimmed & !narrow(mesh, trimmed, lattice.chord, &mut surface, cell)
+}
+
+/// Appends a triangle unless two of its corners are one point (a pole): both its other sides are the same edge.
+#[inline(always)]
+fn push_triangle(mesh: &mut PatchMesh, [a, b, c]: [u32; 3], reversed: bool) {
+    let p = |v: u32| mesh.positions[v as usize];
+    if p(a) != p(b) && p(b) != p(c) && p(c) != p(a) {
+        mesh.triangles.push(if reversed { [a, c, b] } else { [a, b, c] });
+    }
+}
+
+/// Parameters of a point in cell units.
+fn from_cells(lattice: &TileLattice, p: DVec2) -> DVec2 {
+    let at = |lines: &[f64], x: f64| {
+        let k = (x.max(0.0) as usize).min(lines.len() - 2);
+        lines[k] + (x - k as f64) * (lines[k + 1] - lines[k])
+    };
+    DVec2::new(at(&lattice.us, p.x), at(&lattice.vs, p.y))
+}

@@ -1,0 +1,118 @@
+//! What the trim stage works on: the loops of one tile in cell units.
+
+use glam::{DVec2, DVec3};
+use std::fmt;
+
+/// No vertex, crossing, ring or cell.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// Lattice corners nearer to a segment than this, in cells, are not vertices. It bounds the worst angle that a corner next to
+/// a segment can make; any positive value is correct.
+pub(crate) const CORNER_CLEARANCE: f64 = 1e-3;
+
+/// A tile's trim input in cell units: lattice lines are the integers `0..=cells.0` and `0..=cells.1`.
+///
+/// Loops of tessellants, closed implicitly, with the kept side on the left (x to the right, y up): outer loops run
+/// counter-clockwise, holes clockwise. All points lie in the closed box of the lattice. What surrounds the tile (its border)
+/// is a loop or part of one like any other; nothing is kept that no loop encloses.
+///
+/// Points with equal coordinates are one vertex of the domain. Points with equal places are one vertex of the output's boundary.
+#[derive(Clone, Copy, Debug)]
+pub struct TrimInput<'a> {
+    /// Number of cells in x and in y, both in 1..65535.
+    pub cells: (u32, u32),
+    /// The tessellants of all loops, one loop after the other.
+    pub points: &'a [DVec2],
+    /// Where each loop starts in `points`, and `points.len()` at the end: one entry more than there are loops.
+    pub loop_starts: &'a [u32],
+    /// Where the points are in space; equal bits are the same place. Empty: each has a place of its own.
+    pub places: &'a [DVec3],
+}
+
+/// Input that no rung can work on.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum TrimError {
+    /// A coordinate is not finite, or the point lies outside the lattice's box.
+    PointOutside {
+        /// Index into `points`.
+        index: u32,
+        /// The point, in cell units.
+        point: DVec2,
+        /// The box is (0, 0) to these numbers.
+        cells: (u32, u32),
+    },
+    /// `loop_starts` does not partition `points`.
+    LoopStarts {
+        /// First offending entry of `loop_starts`; its length when it is empty or ends early.
+        index: usize,
+    },
+    /// The lattice has no cells or 65535 or more in a row, or the vertex ids do not fit 31 bits.
+    Size {
+        /// Number of tessellants.
+        points: usize,
+        /// Number of cells in x and in y.
+        cells: (u32, u32),
+    },
+}
+
+impl fmt::Display for TrimError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PointOutside { index, point, cells } => {
+                write!(f, "tessellant {index} at {point} is not inside the lattice of {} x {} cells", cells.0, cells.1)
+            }
+            Self::LoopStarts { index } => write!(f, "entry {index} of the loop starts does not fit the tessellants"),
+            Self::Size { points, cells } => {
+                write!(f, "{points} tessellants on {} x {} cells: no cells, or too many", cells.0, cells.1)
+            }
+        }
+    }
+}
+
+impl std::error::Error for TrimError {}
+
+impl TrimInput<'_> {
+    /// Refuses what the stages cannot work on. After this no stage checks again.
+    pub(crate) fn validate(&self) -> Result<(), TrimError> {
+        let (nu, nv) = self.cells;
+        let vertices = (u64::from(nu) + 1) * (u64::from(nv) + 1) + self.points.len() as u64;
+        let cells = 1..u32::from(u16::MAX);
+        if !cells.contains(&nu) || !cells.contains(&nv) || vertices >= 1 << 31 {
+            return Err(TrimError::Size { points: self.points.len(), cells: self.cells });
+        }
+        let mut last = 0;
+        for (index, &start) in self.loop_starts.iter().enumerate() {
+            if start < last || (index == 0 && start != 0) {
+                return Err(TrimError::LoopStarts { index });
+            }
+            last = start;
+        }
+        if last as usize != self.points.len() || self.loop_starts.is_empty() {
+            return Err(TrimError::LoopStarts { index: self.loop_starts.len() });
+        }
+        let upper = DVec2::new(f64::from(nu), f64::from(nv));
+        // Written so that a NaN fails.
+        let inside = |p: &DVec2| p.x >= 0.0 && p.y >= 0.0 && p.x <= upper.x && p.y <= upper.y;
+        match self.points.iter().position(|p| !inside(p)) {
+            None => Ok(()),
+            Some(index) => {
+                Err(TrimError::PointOutside { index: index as u32, point: self.points[index], cells: self.cells })
+            }
+        }
+    }
+
+    /// The tessellant ids of each loop.
+    pub(crate) fn loops(&self) -> impl Iterator<Item = std::ops::Range<u32>> + '_ {
+        self.loop_starts.windows(2).map(|w| w[0]..w[1])
+    }
+
+    /// The directed segments (from, to), loop after loop.
+    pub(crate) fn segments(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        self.loops().flat_map(|l| l.clone().map(move |v| (v, if v + 1 == l.end { l.start } else { v + 1 })))
+    }
+
+    /// The id of lattice corner (i, j).
+    pub(crate) fn corner_id(&self, i: u32, j: u32) -> u32 {
+        self.points.len() as u32 + j * (self.cells.0 + 1) + i
+    }
+}

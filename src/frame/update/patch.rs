@@ -1,0 +1,279 @@
+//! One tile as it was and a plan -> the same tile by that plan, patched up where little of it changed (Kumar and Manocha 1995,
+//! §5.2): samples, crossings and triangles far from what changed are kept.
+//!
+//! Vertices, boundary edges and area are those of the tile made from nothing; how the inside is cut into triangles depends on
+//! what was there before. What is doubtful is made from nothing.
+
+use super::again::{AgainScratch, Cells, Moved, strips};
+use super::samples::Samples;
+use super::weave::{Changed, Weave, WeaveScratch};
+use crate::frame::plan::plan::Plan;
+use crate::frame::tile::job::{Job, Trimmed, tessellate_tile};
+use crate::frame::tile::outcome::TileOutcome;
+use crate::frame::trim::input::{NONE, TrimInput};
+use crate::frame::trim::output::{TrimOutcome, TrimStats};
+use crate::frame::vertices::boundary::trace_loops;
+use crate::frame::vertices::places::evaluate_vertices;
+use crate::frame::vertices::scratch::Scratch;
+use crate::mesh::{PatchMesh, TileId};
+use crate::model::{PartId, SurfaceKind};
+use crate::prepare::Prepared;
+
+/// What of tiles that change is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Patch {
+    /// Places and normals of the tessellants and lattice points that were there before.
+    pub samples: bool,
+    /// Crossings of segments with lattice lines where both were there before (§5.2.1).
+    pub trace: bool,
+    /// Triangles beside which nothing changed (§5.2.2).
+    pub triangles: bool,
+    /// Also of tiles where keeping is not faster (docs/decisions/027), or has not been measured to be.
+    pub everywhere: bool,
+}
+
+impl Patch {
+    /// Nothing: every tile is a function of model and plan alone.
+    pub const NONE: Self = Self { samples: false, trace: false, triangles: false, everywhere: false };
+    /// All of it, for tests and to measure.
+    pub const ALL: Self = Self { samples: true, trace: true, triangles: true, everywhere: true };
+    /// What is faster (docs/decisions/027).
+    pub const DEFAULT: Self = Self { samples: true, trace: false, triangles: true, everywhere: false };
+}
+
+impl Default for Patch {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// What is kept of a tile to patch it up with. Empty to begin with.
+#[derive(Default)]
+pub struct TileMemory {
+    /// There are samples.
+    holds: bool,
+    samples: Samples,
+    triangles: Triangles,
+    outcome: TrimOutcome,
+    stats: TrimStats,
+}
+
+/// Triangles of a tile that may be kept.
+#[derive(Default)]
+enum Triangles {
+    #[default]
+    None,
+    /// Of one cell, as they were made.
+    OneCell(Vec<[u32; 3]>),
+    /// Of one cell, with neighbours: it has been patched before.
+    Weave(Weave),
+    /// Of a lattice, cell by cell.
+    Cells(Cells),
+}
+
+impl TileMemory {
+    /// Bytes that it holds; 0 where nothing is kept, as of tiles that are made from nothing faster.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        if !self.holds {
+            return 0;
+        }
+        let triangles = match &self.triangles {
+            Triangles::None => 0,
+            Triangles::OneCell(triangles) => size_of::<[u32; 3]>() * triangles.capacity(),
+            Triangles::Weave(weave) => weave.bytes(),
+            Triangles::Cells(cells) => cells.bytes(),
+        };
+        size_of::<Self>() + self.samples.bytes() + triangles
+    }
+
+    /// Triangulates the loops in the scratch, as far as it can be from what is kept. Returns how that went and how many triangles are
+    /// new; `None` where all have to be made.
+    fn trim(
+        &mut self,
+        (job, patch): (&Job<'_>, Patch),
+        from: &[u32],
+        (s, b): (&mut Scratch, &mut Buffers),
+        mesh: &PatchMesh,
+    ) -> Option<(TrimOutcome, usize)> {
+        let (cells, places) = (job.lattice.cells(), &mesh.positions[..]);
+        let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts, places };
+        let old_starts = &self.samples.loop_starts[..];
+        let (old, new) = (*old_starts.last()? as usize, from.iter().filter(|&&v| v == NONE).count());
+        let changed = new.max(old + new - from.len());
+        let is_little = patch.everywhere || 100 * changed <= MOST_CHANGED * old.max(from.len());
+        let mut weave = match std::mem::take(&mut self.triangles) {
+            Triangles::Cells(kept) => {
+                let Buffers { columns, rows, again, .. } = b;
+                let [us, vs] = self.samples.lines();
+                strips(us, &job.lattice.us, columns);
+                strips(vs, &job.lattice.vs, rows);
+                let moved = Moved { tile, old_starts, from, columns, rows };
+                let made = kept.again(&moved, (&mut s.trim, again), (patch.trace, patch.triangles), &mut s.trimmed);
+                // Its memory is used again.
+                self.triangles = Triangles::Cells(kept);
+                let (outcome, fresh) = made?;
+                s.trimmed.stats.outcome = outcome;
+                // Where the chord is stricter now, those that are kept were held against another one.
+                let holds = job.lattice.chord >= self.samples.chord();
+                return Some((outcome, if holds { fresh } else { usize::MAX }));
+            }
+            Triangles::OneCell(triangles) if is_little => Weave::of(&triangles, old_starts)?,
+            Triangles::Weave(weave) if is_little => weave,
+            _ => return None,
+        };
+        let changed = Changed { tile, old_starts, from };
+        weave.patch(&changed, &mut s.trim, &mut b.weave)?;
+        s.trimmed.reset(self.stats);
+        s.trimmed.triangles.extend_from_slice(&weave.triangles);
+        self.triangles = Triangles::Weave(weave);
+        Some((self.outcome, usize::MAX))
+    }
+
+    /// Keeps triangles as the trim stage made them, if that is sound.
+    fn keep_triangles(
+        &mut self,
+        job: &Job<'_>,
+        patch: Patch,
+        (outcome, patched): (TrimOutcome, bool),
+        (s, b): (&Scratch, &Buffers),
+    ) {
+        let cells = job.lattice.cells();
+        let one_cell = cells == (1, 1);
+        if job.tile.entangled || matches!(outcome, TrimOutcome::Repaired { .. }) {
+            self.triangles = Triangles::None;
+        } else if one_cell && job.face.kind == SurfaceKind::Plane && patch.triangles {
+            if !patched {
+                self.triangles = Triangles::OneCell(s.trimmed.triangles.clone());
+            }
+        } else if !one_cell && (patch.triangles || patch.trace) {
+            let mut kept = match std::mem::take(&mut self.triangles) {
+                Triangles::Cells(kept) => kept,
+                _ => Cells::default(),
+            };
+            let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts, places: &[] };
+            if kept.keep((&s.trim, patched.then_some(&b.again)), &tile, &s.trimmed) {
+                self.triangles = Triangles::Cells(kept);
+            }
+        } else {
+            self.triangles = Triangles::None;
+        }
+    }
+}
+
+/// Percent of a plane's tessellants that may change: with more, what takes the place of its triangles costs what all do.
+const MOST_CHANGED: usize = 50;
+/// Vertices that a lattice has at least of which anything is kept: samples and triangles of smaller ones are made as fast as kept.
+const LEAST_LATTICE: usize = 256;
+
+/// Work space of [`patch_tile`]; leaves no trace in results.
+#[derive(Default)]
+pub struct PatchScratch {
+    tile: Scratch,
+    buffers: Buffers,
+}
+
+impl PatchScratch {
+    /// As [`Scratch::reuse`].
+    pub fn reuse(&mut self, mesh: PatchMesh) {
+        self.tile.reuse(mesh);
+    }
+
+    /// The part of it that tiles made from nothing use.
+    pub fn tile(&mut self) -> &mut Scratch {
+        &mut self.tile
+    }
+}
+
+/// What patching needs beside it.
+#[derive(Default)]
+struct Buffers {
+    from: Vec<u32>,
+    columns: Vec<u32>,
+    rows: Vec<u32>,
+    weave: WeaveScratch,
+    again: AgainScratch,
+}
+
+/// Tessellates one tile under a plan as [`tessellate_tile`] does, but starts from what `memory` has of it (made by
+/// another plan of the same model, from the same call), and leaves there what the next call starts from.
+///
+/// The vertices bit by bit, the order of the tessellants, the sides of triangles that are the tile's boundary and the area in (u,v)
+/// are the same as from nothing. The order of the lattice points, and in planes which vertices the triangles inside join, depend on the
+/// calls before.
+#[must_use]
+pub fn patch_tile(
+    (prepared, plan): (&Prepared, &Plan),
+    (part, tile): (PartId, TileId),
+    patch: Patch,
+    memory: &mut TileMemory,
+    scratch: &mut PatchScratch,
+) -> TileOutcome {
+    let job = Job::of(prepared, plan, part, tile);
+    let PatchScratch { tile: scratch, buffers } = scratch;
+    if patch == Patch::NONE {
+        *memory = TileMemory::default();
+        return tessellate_tile(prepared, plan, part, tile, scratch);
+    }
+    let mut mesh = scratch.spare();
+    let mut from = std::mem::take(&mut buffers.from);
+    let is_known = std::mem::take(&mut memory.holds);
+    let mut trimmed = None;
+    if is_known {
+        let row = (job.part, job.plan, job.tile, &**job.lattice, job.face);
+        memory.samples.trace_loops(row, patch.samples, &mut from, scratch, &mut mesh);
+        trimmed = memory.trim((&job, patch), &from, (scratch, buffers), &mesh);
+    } else {
+        trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
+    }
+    let patched = trimmed.is_some();
+    let (trimmed, fresh) = match trimmed {
+        Some((outcome, fresh)) => (Trimmed::By(outcome), fresh),
+        None => (job.trim(scratch, &mesh), usize::MAX),
+    };
+    let outcome = scratch.trimmed.stats.outcome;
+    let keeps = is_kept(&job, patch, &scratch.trimmed.stats);
+    if keeps {
+        memory.keep_triangles(&job, patch, (outcome, patched), (scratch, buffers));
+    }
+    let (face, lattice) = (job.face, &**job.lattice);
+    let (made, as_trimmed) = if is_known && patch.samples {
+        let vertices = |_: usize, s: &mut Scratch, mesh: &mut PatchMesh| {
+            memory.samples.find_corners(lattice, s, &mut from);
+            memory.samples.evaluate(face, lattice, &from, s, mesh);
+            fresh
+        };
+        job.finish(trimmed, vertices, scratch, mesh)
+    } else {
+        let vertices = |corners_used: usize, s: &mut Scratch, mesh: &mut PatchMesh| {
+            evaluate_vertices(face, lattice, corners_used, s, mesh);
+            usize::MAX
+        };
+        job.finish(trimmed, vertices, scratch, mesh)
+    };
+    buffers.from = from;
+    if !keeps {
+        *memory = TileMemory::default();
+        return made;
+    }
+    if !as_trimmed {
+        memory.triangles = Triangles::None;
+    }
+    (memory.outcome, memory.stats) = (outcome, scratch.trimmed.stats);
+    let is_plane = job.face.kind == SurfaceKind::Plane;
+    memory.samples.keep((job.plan, job.tile, job.lattice, is_plane), scratch, &made.mesh);
+    memory.holds = true;
+    made
+}
+
+/// Whether it is faster to keep something of a tile that was just made: of a plane from which ears cannot be cut, and of
+/// a large lattice.
+fn is_kept(job: &Job<'_>, patch: Patch, stats: &TrimStats) -> bool {
+    if patch.everywhere {
+        true
+    } else if job.lattice.cells() == (1, 1) {
+        job.face.kind == SurfaceKind::Plane && (stats.clusters > 0 || stats.whole_tile)
+    } else {
+        job.lattice.us.len() * job.lattice.vs.len() >= LEAST_LATTICE
+    }
+}

@@ -1,0 +1,145 @@
+//! A tile's loops under a plan -> tessellants: places in space, parameters, cell coordinates.
+
+use super::scratch::Scratch;
+use crate::frame::plan::plan::{CellWalk, PartPlan, Plan, TileLattice};
+use crate::mesh::{EdgeLine, Origin, PatchMesh};
+use crate::model::{EdgeId, PartId};
+use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use glam::{DVec2, DVec3};
+
+/// Cell coordinates this close to the tile's border are on it: parameters come from projections that are good to about
+/// 1e-12 of the domain, and a border that is almost straight would make slivers.
+const BORDER_SNAP: f64 = 1e-9;
+
+/// Point of an edge's tessellant at `t`: the break's own point where it is one, so that all faces have the same bits.
+pub(crate) fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
+    match (at_break, &edge.shape) {
+        (Some(k), _) => edge.breaks[k as usize].point,
+        (None, EdgeShape::Curve(c)) => c.point(t),
+        (None, EdgeShape::Point(p)) => *p,
+    }
+}
+
+/// Tessellants of the tile's loops: cell coordinates, parameters, positions.
+pub(crate) fn trace_loops(
+    part: &PreparedPart,
+    plan: &PartPlan,
+    tile: &Tile,
+    lattice: &TileLattice,
+    face: &PreparedFace,
+    s: &mut Scratch,
+    mesh: &mut PatchMesh,
+) {
+    s.cells.clear();
+    s.uvs.clear();
+    s.loop_starts.clear();
+    s.loop_starts.push(0);
+    let mut spot = Spot::of(face, tile, lattice);
+    for l in &tile.loops {
+        for u in l {
+            let edge = &part.edges[u.edge as usize];
+            let polyline = &plan.edges[u.edge as usize];
+            let mut hint = 0;
+            for (k, at_break) in steps_with_breaks(u, &polyline.breaks) {
+                let uv = u.uv.point(polyline.ts[k], &mut hint);
+                s.cells.push(spot.cell(uv));
+                s.uvs.push(uv);
+                mesh.positions.push(edge_point(edge, at_break, polyline.ts[k]));
+                mesh.origins.push(origin(part, u.edge, k as u32));
+            }
+        }
+        s.loop_starts.push(s.cells.len() as u32);
+    }
+}
+
+/// Where parameters are in a tile's cells: quickest for those that are near the ones before.
+pub(crate) struct Spot<'a> {
+    tile: &'a Tile,
+    cells: (u32, u32),
+    scale: DVec2,
+    along: [CellWalk<'a>; 2],
+}
+
+impl<'a> Spot<'a> {
+    pub(crate) fn of(face: &PreparedFace, tile: &'a Tile, lattice: &'a TileLattice) -> Self {
+        let along = [CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs)];
+        Self { tile, cells: lattice.cells(), scale: cell_size(face, tile, lattice), along }
+    }
+
+    #[inline(always)]
+    pub(crate) fn cell(&mut self, uv: DVec2) -> DVec2 {
+        let Self { tile, cells, scale, along: [u, v] } = self;
+        if *cells == (1, 1) {
+            return ((uv - tile.min) / (tile.max - tile.min)).clamp(DVec2::ZERO, DVec2::ONE) * *scale;
+        }
+        DVec2::new(snap(u.cell(uv.x), cells.0), snap(v.cell(uv.y), cells.1))
+    }
+}
+
+/// Tessellant numbers of a use, in loop order, without the last.
+pub(crate) fn steps(u: &EdgeUse, breaks: &[u32]) -> impl Iterator<Item = usize> + use<> {
+    let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
+    let count = a.abs_diff(b);
+    (0..count).map(move |i| if a < b { a + i } else { a - i })
+}
+
+/// The same, with the break that each is, if it is one.
+pub(crate) fn steps_with_breaks<'a>(
+    u: &'a EdgeUse,
+    breaks: &'a [u32],
+) -> impl Iterator<Item = (usize, Option<u32>)> + use<'a> {
+    let mut next = u.from;
+    steps(u, breaks).map(move |k| {
+        let at_break = (breaks[next as usize] as usize == k).then_some(next);
+        if at_break.is_some() {
+            next = if u.from < u.to { next + 1 } else { next.saturating_sub(1) };
+        }
+        (k, at_break)
+    })
+}
+
+pub(crate) fn origin(part: &PreparedPart, edge: u32, k: u32) -> Origin {
+    if (edge as usize) < part.brep_edges {
+        Origin::Edge { edge: EdgeId(edge), k }
+    } else {
+        Origin::Border { border: edge - part.brep_edges as u32, k }
+    }
+}
+
+fn snap(x: f64, cells: u32) -> f64 {
+    let last = f64::from(cells);
+    if x < BORDER_SNAP {
+        0.0
+    } else if x > last - BORDER_SNAP {
+        last
+    } else {
+        x
+    }
+}
+
+/// Size of the tile's cells in cell units. A single cell has no lines to respect: its coordinates keep the face's proportions,
+/// for better triangles.
+pub(crate) fn cell_size(face: &PreparedFace, tile: &Tile, lattice: &TileLattice) -> DVec2 {
+    if lattice.cells() == (1, 1) { proportions(face, tile) } else { DVec2::ONE }
+}
+
+/// Length of the tile in u and in v as shares of the longer one.
+fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
+    let middle = 0.5 * (tile.min + tile.max);
+    let d = face.patches.derivatives(middle.x, middle.y);
+    let size = DVec2::new(d.du.length(), d.dv.length()) * (tile.max - tile.min);
+    let longest = size.max_element();
+    if longest > 0.0 && longest.is_finite() { (size / longest).max(DVec2::splat(1e-6)) } else { DVec2::ONE }
+}
+
+/// The polyline of a B-rep edge under a plan. Empty for an edge that no tile uses.
+#[must_use]
+pub fn edge_line(prepared: &Prepared, plan: &Plan, part: PartId, edge: EdgeId) -> EdgeLine {
+    let row = &prepared.parts[part.index()].edges[edge.index()];
+    let line = &plan.parts[part.index()].edges[edge.index()];
+    let mut breaks = (0..).zip(&line.breaks).peekable();
+    let point =
+        |(k, &t): (usize, &f64)| edge_point(row, breaks.next_if(|&(_, &at)| at as usize == k).map(|(b, _)| b), t);
+    let points = line.ts.iter().enumerate().map(point).collect();
+    EdgeLine { part, edge, points }
+}

@@ -1,0 +1,8 @@
+//! A tile's loops and lattice -> vertices: tessellants, places, normals.
+
+/// Points and normals of lattices and tessellants.
+pub mod evaluate;
+
+pub(super) mod boundary;
+pub(super) mod places;
+pub(super) mod scratch;

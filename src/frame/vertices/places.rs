@@ -1,0 +1,66 @@
+//! Parameters of a tile's vertices -> places and normals.
+
+use super::evaluate::{evaluate_lattice, evaluate_points};
+use super::scratch::Scratch;
+use crate::frame::plan::plan::TileLattice;
+use crate::frame::trim::input::NONE;
+use crate::mesh::PatchMesh;
+use crate::prepare::PreparedFace;
+use glam::DVec3;
+
+/// Corners from which on a lattice is evaluated line by line: below, setting up the lines costs more than they save.
+pub(crate) const LATTICE_FROM: usize = 16;
+/// And the part of the lattice that must be used at least, as one over it.
+pub(crate) const LATTICE_SHARE: usize = 4;
+
+/// Places of the lattice points and crossings, and normals of all vertices, evaluated.
+pub(crate) fn evaluate_vertices(
+    face: &PreparedFace,
+    lattice: &TileLattice,
+    corners_used: usize,
+    s: &mut Scratch,
+    mesh: &mut PatchMesh,
+) {
+    evaluate(face, lattice, s.cells.len(), corners_used, s, &mut mesh.positions);
+    let side = if face.reversed { -1.0 } else { 1.0 };
+    mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
+}
+
+/// Normals of all vertices into `s.normals`, and positions of those that are not tessellants.
+///
+/// Lattices that are mostly used are evaluated line by line, all else one by one. Both give the same bits.
+fn evaluate(
+    face: &PreparedFace,
+    lattice: &TileLattice,
+    tessellants: usize,
+    corners_used: usize,
+    s: &mut Scratch,
+    positions: &mut Vec<DVec3>,
+) {
+    let Scratch { uvs, corners, normals, points, evaluate, lattice: on_lattice, .. } = s;
+    if corners_used < LATTICE_FROM || corners_used * LATTICE_SHARE < corners.len() {
+        evaluate_points(&face.patches, uvs, points, normals);
+        positions.extend_from_slice(&points[tessellants..]);
+        return;
+    }
+    let width = lattice.us.len();
+    let wanted = |i: usize, j: usize| corners[j * width + i] != NONE;
+    let (all_points, all_normals) = on_lattice;
+    evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, wanted, evaluate, all_points, all_normals);
+    evaluate_points(&face.patches, &uvs[..tessellants], points, normals);
+    positions.resize(tessellants + corners_used, DVec3::ZERO);
+    normals.resize(tessellants + corners_used, DVec3::Z);
+    let height = lattice.vs.len();
+    for (c, &vertex) in corners.iter().enumerate().filter(|&(_, &vertex)| vertex != NONE) {
+        let at = c % width * height + c / width;
+        positions[vertex as usize] = all_points[at];
+        normals[vertex as usize] = all_normals[at];
+    }
+    let crossings = &uvs[tessellants + corners_used..];
+    if !crossings.is_empty() {
+        let (all_points, all_normals) = on_lattice;
+        evaluate_points(&face.patches, crossings, all_points, all_normals);
+        positions.extend_from_slice(all_points);
+        normals.extend_from_slice(all_normals);
+    }
+}

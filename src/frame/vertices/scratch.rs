@@ -1,0 +1,39 @@
+//! Buffers that a worker reuses for all its tiles.
+
+use super::evaluate::EvaluateScratch;
+use crate::frame::trim::climb::TrimScratch;
+use crate::frame::trim::output::TrimOutput;
+use crate::mesh::PatchMesh;
+use glam::{DVec2, DVec3};
+
+/// Buffers that one worker reuses for all its tiles. Leaves no trace in results.
+#[derive(Default)]
+pub struct Scratch {
+    pub(crate) cells: Vec<DVec2>,
+    pub(crate) uvs: Vec<DVec2>,
+    pub(crate) loop_starts: Vec<u32>,
+    /// By lattice point: its vertex, or none.
+    pub(crate) corners: Vec<u32>,
+    pub(crate) normals: Vec<DVec3>,
+    pub(crate) points: Vec<DVec3>,
+    /// Points and normals of the whole lattice.
+    pub(crate) lattice: (Vec<DVec3>, Vec<DVec3>),
+    pub(crate) trim: TrimScratch,
+    pub(crate) trimmed: TrimOutput,
+    pub(crate) evaluate: EvaluateScratch,
+    /// Buffers for coming tiles.
+    spare: Vec<PatchMesh>,
+}
+
+impl Scratch {
+    /// A mesh without content.
+    pub(crate) fn spare(&mut self) -> PatchMesh {
+        self.spare.pop().unwrap_or_default()
+    }
+
+    /// Gives the buffers of a mesh that is no longer needed to tiles to come. What it holds is lost.
+    pub fn reuse(&mut self, mut mesh: PatchMesh) {
+        mesh.clear();
+        self.spare.push(mesh);
+    }
+}

@@ -1,0 +1,251 @@
+//! A model's box -> views along a path around, into or through it: what benches fly, and what a viewer may show.
+
+use crate::frame::{Projection, View};
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
+use std::fmt;
+use std::str::FromStr;
+
+/// Full angle between the picture's top and bottom, of every path.
+const FOV_Y: f64 = FRAC_PI_4;
+/// Depth from which on things are shown, as a share of the box's diagonal.
+const NEAR: f64 = 1e-3;
+
+/// A closed path of a camera, made for the box of a model. z is up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CameraPath {
+    /// Once around, all of the model in the picture.
+    Orbit,
+    /// From four times as far as shows all to an eighth of that and back, by the same factor each frame.
+    Zoom,
+    /// Once along an ellipse within the box (around, where that is flat), up and down twice, looking ahead.
+    Walk,
+    /// Once around, rising and sinking, nearer and further: the path of the comparison with libGLU (`docs/benchmarks.md`), which
+    /// was made for the Utah teapot. Other models get the teapot's path in their own box.
+    Glu,
+}
+
+/// What views along a path have in common: see [`View`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picture {
+    /// [`View::size`].
+    pub size: (u32, u32),
+    /// [`View::deviation_px`].
+    pub deviation_px: f64,
+    /// [`View::size_px`].
+    pub size_px: Option<f64>,
+    /// [`View::angle`].
+    pub angle: f64,
+}
+
+/// A camera's place, direction, and depth from which on things are shown.
+struct Pose {
+    eye: DVec3,
+    forward: DVec3,
+    near: f64,
+}
+
+impl CameraPath {
+    /// All paths by name, which [`CameraPath::from_str`] takes.
+    pub const NAMED: [(&'static str, Self); 4] =
+        [("orbit", Self::Orbit), ("zoom", Self::Zoom), ("walk", Self::Walk), ("glu", Self::Glu)];
+
+    /// View `k` of `frames` along the path; the one after the last is the first again. `bounds` are the lower and upper corner of
+    /// the box of the model ([`Prepared::bounds`](crate::prepare::Prepared::bounds)); one without extent is seen from a millimetre away.
+    #[must_use]
+    pub fn view(&self, bounds: [DVec3; 2], k: usize, frames: usize, picture: &Picture) -> View {
+        let turn = TAU * (k % frames.max(1)) as f64 / frames.max(1) as f64;
+        let Pose { eye, forward, near } = match self {
+            Self::Orbit => orbit(bounds, turn),
+            Self::Zoom => zoom(bounds, turn),
+            Self::Walk => walk(bounds, turn),
+            Self::Glu => glu(bounds, turn),
+        };
+        View {
+            eye,
+            forward,
+            up: DVec3::Z,
+            projection: Projection::Perspective { fov_y: FOV_Y, near },
+            size: picture.size,
+            deviation_px: picture.deviation_px,
+            size_px: picture.size_px,
+            angle: picture.angle,
+        }
+    }
+
+    /// All views of the path, in order.
+    #[must_use]
+    pub fn views(&self, bounds: [DVec3; 2], frames: usize, picture: &Picture) -> Vec<View> {
+        (0..frames).map(|k| self.view(bounds, k, frames, picture)).collect()
+    }
+}
+
+/// Middle and diagonal of a box.
+fn middle([low, high]: [DVec3; 2]) -> (DVec3, f64) {
+    let diagonal = (high - low).length();
+    (0.5 * (low + high), if diagonal > 0.0 { diagonal } else { 1.0 })
+}
+
+/// From a direction (turned about z, risen above the horizon) and a distance, looking at a target.
+fn towards(target: DVec3, [turned, risen]: [f64; 2], distance: f64, near: f64) -> Pose {
+    let ((turned_sin, turned_cos), (risen_sin, risen_cos)) = (turned.sin_cos(), risen.sin_cos());
+    let back = DVec3::new(turned_cos * risen_cos, turned_sin * risen_cos, risen_sin);
+    Pose { eye: target + distance * back, forward: -back, near }
+}
+
+/// The distance from which the ball around a box of this diagonal fills the picture's height.
+fn fitting(diagonal: f64) -> f64 {
+    0.5 * diagonal / (0.5 * FOV_Y).sin()
+}
+
+fn orbit(bounds: [DVec3; 2], turn: f64) -> Pose {
+    let (middle, diagonal) = middle(bounds);
+    towards(middle, [turn, FRAC_PI_6], fitting(diagonal), NEAR * diagonal)
+}
+
+fn zoom(bounds: [DVec3; 2], turn: f64) -> Pose {
+    /// Octaves from the furthest place to the nearest.
+    const OCTAVES: f64 = 5.0;
+    let (middle, diagonal) = middle(bounds);
+    // There and back at the same speed.
+    let way = 1.0 - (2.0 * turn / TAU - 1.0).abs();
+    let distance = 4.0 * fitting(diagonal) * (-OCTAVES * way).exp2();
+    towards(middle, [-FRAC_PI_4, FRAC_PI_6], distance, NEAR * diagonal)
+}
+
+fn walk(bounds: [DVec3; 2], turn: f64) -> Pose {
+    /// Radii of the ellipse, and how far it goes up and down, as shares of half the box.
+    const REACH: DVec3 = DVec3::new(0.7, 0.7, 0.5);
+    /// Least half of a box, as a share of its diagonal: ends of a longer ellipse are turned around in a frame.
+    const LEAST: f64 = 0.1;
+    /// How far up and down it looks: a slope.
+    const NOD: f64 = 0.3;
+    let (middle, diagonal) = middle(bounds);
+    let half = (0.5 * (bounds[1] - bounds[0])).max(DVec3::splat(LEAST * diagonal)) * REACH;
+    let eye = middle + half * DVec3::new(turn.cos(), turn.sin(), (2.0 * turn).sin());
+    let ahead = DVec3::new(-half.x * turn.sin(), half.y * turn.cos(), 0.0).normalize_or(DVec3::Y);
+    Pose { eye, forward: ahead + DVec3::Z * NOD * (2.0 * turn).cos(), near: NEAR * diagonal }
+}
+
+fn glu(bounds: [DVec3; 2], turn: f64) -> Pose {
+    /// The published teapot's unit as a share of the diagonal of its box, 164.096 mm where the unit is 20 mm.
+    const UNIT: f64 = 20.0 / 164.096_138;
+    /// Where the path's middle, 1.2 units above the middle of the teapot's bottom, is in the teapot's box.
+    const MIDDLE: DVec3 = DVec3::new(60.0 / 128.68, 0.5, 24.0 / 63.0);
+    let (_, diagonal) = middle(bounds);
+    let unit = UNIT * diagonal;
+    let target = bounds[0] + MIDDLE * (bounds[1] - bounds[0]);
+    let risen = 0.35 + 0.15 * (2.0 * turn).sin();
+    towards(target, [turn, risen], (8.0 + 3.0 * turn.cos()) * unit, 0.5 * unit)
+}
+
+/// What is no path's name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UnknownPath {
+    /// The text.
+    pub text: String,
+}
+
+impl fmt::Display for UnknownPath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
+        write!(f, "no camera path: {:?}; known are {known}", self.text)
+    }
+}
+
+impl std::error::Error for UnknownPath {}
+
+impl FromStr for CameraPath {
+    type Err = UnknownPath;
+
+    fn from_str(text: &str) -> Result<Self, UnknownPath> {
+        let named = Self::NAMED.into_iter().find(|(name, _)| *name == text);
+        named.map(|(_, path)| path).ok_or_else(|| UnknownPath { text: text.to_owned() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: 0.5 };
+    const FRAMES: usize = 300;
+
+    /// A box, a plate on each of its three sides, a rod, a point.
+    fn boxes() -> [[DVec3; 2]; 6] {
+        let high = [[9.0, 4.0, 2.0], [9.0, 4.0, 0.0], [9.0, 0.0, 2.0], [0.0, 4.0, 2.0], [0.0, 0.0, 7.0], [0.0; 3]];
+        high.map(|high| [DVec3::ZERO, DVec3::from(high)].map(|corner| corner + DVec3::new(100.0, -50.0, 3.0)))
+    }
+
+    #[test]
+    fn every_view_is_a_camera_and_every_path_is_closed_without_leaps() {
+        for bounds in boxes() {
+            for (name, path) in CameraPath::NAMED {
+                let views = path.views(bounds, FRAMES, &PICTURE);
+                assert_eq!(views.len(), FRAMES);
+                assert_eq!(path.view(bounds, FRAMES, FRAMES, &PICTURE), views[0], "{name}");
+                let reach = 12.0 * (bounds[1] - bounds[0]).length().max(1.0);
+                for (from, to) in views.iter().zip(views.iter().cycle().skip(1)) {
+                    assert!(from.eye.is_finite() && from.forward.is_finite(), "{name}: {from:?}");
+                    assert!(from.forward.normalize().cross(from.up).length() > 0.1, "{name}: {from:?}");
+                    assert!(from.eye.distance(to.eye) < 0.05 * reach, "{name}: {from:?} to {to:?}");
+                    assert!(from.forward.angle_between(to.forward) < 0.25, "{name}: {from:?} to {to:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_orbit_shows_the_whole_box_and_a_walk_stays_within_it() {
+        let bounds = boxes()[0];
+        let corners = |k: usize| DVec3::from([0, 1, 2].map(|axis| bounds[k >> axis & 1][axis]));
+        for view in CameraPath::Orbit.views(bounds, FRAMES, &PICTURE) {
+            for corner in (0..8).map(corners) {
+                let off = (corner - view.eye).angle_between(view.forward);
+                assert!(off <= 0.5 * FOV_Y + 1e-9, "{corner} is {off} off the axis of {view:?}");
+            }
+        }
+        let inside = |view: &View| view.eye.cmpgt(bounds[0]).all() && view.eye.cmplt(bounds[1]).all();
+        assert!(CameraPath::Walk.views(bounds, FRAMES, &PICTURE).iter().all(inside));
+    }
+
+    #[test]
+    fn a_zoom_is_by_the_same_factor_each_frame() {
+        let bounds = boxes()[0];
+        let (middle, diagonal) = middle(bounds);
+        let distances = CameraPath::Zoom.views(bounds, FRAMES, &PICTURE);
+        let distances: Vec<f64> = distances.iter().map(|view| view.eye.distance(middle)).collect();
+        let half = FRAMES / 2;
+        assert!((distances[0] / distances[half] - 32.0).abs() < 1e-9);
+        assert!((distances[0] / fitting(diagonal) - 4.0).abs() < 1e-9);
+        let factor = distances[1] / distances[0];
+        for (k, pair) in distances.windows(2).enumerate() {
+            let expected = if k < half { factor } else { 1.0 / factor };
+            assert!((pair[1] / pair[0] - expected).abs() < 1e-9, "frame {k}");
+        }
+    }
+
+    #[test]
+    fn the_path_of_the_comparison_is_the_one_made_for_the_teapot() {
+        // The box of builtin:teapot; the camera in the published teapot's units, 20 mm.
+        let teapot = [DVec3::new(-60.0, -40.0, 0.0), DVec3::new(68.68, 40.0, 63.0)];
+        for (k, view) in CameraPath::Glu.views(teapot, FRAMES, &PICTURE).iter().enumerate() {
+            let a = TAU * k as f64 / FRAMES as f64;
+            let (e, d) = (0.35 + 0.15 * (2.0 * a).sin(), 8.0 + 3.0 * a.cos());
+            let eye = DVec3::new(d * a.cos() * e.cos(), d * a.sin() * e.cos(), 1.2 + d * e.sin());
+            assert!(view.eye.distance(eye * 20.0) < 1e-3, "{k}: {} and {}", view.eye, eye * 20.0);
+            assert!((view.eye + view.forward * d * 20.0).distance(DVec3::Z * 24.0) < 1e-3);
+            let Projection::Perspective { fov_y, near } = view.projection else { panic!("{view:?}") };
+            assert!(fov_y == FRAC_PI_4 && (near - 10.0).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn names_are_read() {
+        for (name, path) in CameraPath::NAMED {
+            assert_eq!(name.parse(), Ok(path));
+        }
+        let error = "spiral".parse::<CameraPath>().unwrap_err();
+        assert_eq!(error.to_string(), "no camera path: \"spiral\"; known are orbit, zoom, walk, glu");
+    }
+}
