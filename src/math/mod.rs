@@ -3,6 +3,9 @@
 pub(crate) mod box_tree;
 pub(crate) mod boxes;
 
+pub(crate) mod buckets;
+pub(crate) mod sets;
+
 mod bit_mix;
 pub(crate) use bit_mix::BitMix;
 

@@ -6,6 +6,8 @@
 use super::cause::{Excused, bits};
 use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
 use crate::math::BitMix;
+use crate::math::buckets::Buckets;
+use crate::math::sets::Sets;
 use crate::model::{FaceId, PartId};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -284,7 +286,7 @@ impl<'a> Soup<'a> {
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &point| (low.min(point), high.max(point)));
         let centre = if self.points.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
-        let mut pieces = Pieces::new(self.points.len());
+        let mut pieces = Sets::new(self.points.len());
         for &[a, b, c] in &self.triangles {
             pieces.join(a, b);
             pieces.join(b, c);
@@ -314,35 +316,22 @@ impl<'a> Soup<'a> {
     fn pair_edges(&self, facts: &mut MeshFacts, excused: &Excused) {
         let uses = || {
             self.triangles.iter().enumerate().flat_map(|(index, &[a, b, c])| {
-                [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to, index))
+                [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), (from.max(to), from < to, index)))
             })
         };
-        let mut starts = vec![0_usize; self.points.len() + 1];
-        for (low, ..) in uses() {
-            starts[low as usize + 1] += 1;
-        }
-        for vertex in 1..starts.len() {
-            starts[vertex] += starts[vertex - 1];
-        }
-        let mut next = starts.clone();
-        let mut sorted = vec![(0_u32, false, 0_usize); 3 * self.triangles.len()];
-        for (low, high, forward, triangle) in uses() {
-            let slot = &mut next[low as usize];
-            sorted[*slot] = (high, forward, triangle);
-            *slot += 1;
-        }
+        let mut sorted = Buckets::of(self.points.len(), uses());
         let mut unbalanced = Vec::new();
-        for range in starts.windows(2) {
-            sorted[range[0]..range[1]].sort_unstable();
+        for low in 0..self.points.len() as u32 {
+            sorted.at_mut(low).sort_unstable();
         }
-        for (low, range) in starts.windows(2).enumerate() {
-            for group in sorted[range[0]..range[1]].chunk_by(|x, y| x.0 == y.0) {
+        for (low, &from) in (0..).zip(&self.points) {
+            for group in sorted.at(low).chunk_by(|x, y| x.0 == y.0) {
                 let forward = group.iter().filter(|(_, forward, _)| *forward).count();
                 let balance = (2 * forward).abs_diff(group.len());
                 facts.open_edges += u64::from(group.len() == 1);
                 facts.nonmanifold_edges += u64::from(group.len() > 2);
                 if balance != 0 {
-                    let (from, to) = (self.points[low], self.points[group[0].0 as usize]);
+                    let to = self.points[group[0].0 as usize];
                     let (from, to) = if 2 * forward > group.len() { (from, to) } else { (to, from) };
                     unbalanced.push(Unbalanced { from, to, balance, cause: excused.cause(from, to), group });
                 }
@@ -406,28 +395,5 @@ struct Unbalanced<'a> {
 impl Unbalanced<'_> {
     fn length(&self) -> f64 {
         self.from.distance(self.to) * self.balance as f64
-    }
-}
-
-/// Disjoint sets of vertices: union by smaller index, path halving.
-struct Pieces(Vec<u32>);
-
-impl Pieces {
-    fn new(vertices: usize) -> Self {
-        Self((0..vertices as u32).collect())
-    }
-
-    fn root(&mut self, mut vertex: u32) -> u32 {
-        while self.0[vertex as usize] != vertex {
-            let parent = self.0[vertex as usize];
-            self.0[vertex as usize] = self.0[parent as usize];
-            vertex = parent;
-        }
-        vertex
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
     }
 }

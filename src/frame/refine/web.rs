@@ -2,6 +2,7 @@
 
 use crate::frame::trim::chain::same_boundary;
 use crate::math::BitMix;
+use crate::math::buckets::Buckets;
 use crate::mesh::{Origin, PatchMesh};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -87,52 +88,21 @@ pub(crate) struct Change {
 /// Triangles that know their neighbours.
 pub(crate) struct Web<'a> {
     pub(crate) mesh: &'a mut PatchMesh,
-    around: Around,
+    /// Triangles by corner ([`Web::one`] of it), as they were before any changed: a few changes in a large tile must not cost a hash
+    /// of all its edges.
+    around: Buckets<u32>,
     /// The triangle left of each directed edge of triangles that changed, its ends as [`Web::one`] has them; none where there is
     /// none now.
     changed: HashMap<(u32, u32), Option<usize>, BuildHasherDefault<BitMix>>,
     poles: Poles,
 }
 
-/// Triangles by corner ([`Web::one`] of it), as they were before any changed: a few changes in a large tile must not cost a hash
-/// of all its edges.
-struct Around {
-    /// Where the triangles of each vertex start.
-    starts: Vec<u32>,
-    /// In order for each vertex.
-    triangles: Vec<u32>,
-}
-
-impl Around {
-    fn new(mesh: &PatchMesh, poles: &Poles) -> Self {
-        let one = |v: u32| poles.one(v);
-        let mut starts = vec![0; mesh.positions.len() + 2];
-        // Counted one too far, so that filling moves each start to its place.
-        mesh.triangles.iter().flatten().for_each(|&v| starts[one(v) as usize + 2] += 1);
-        (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
-        let mut triangles = vec![0; 3 * mesh.triangles.len()];
-        for (t, &v) in (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.iter().map(move |v| (t, v))) {
-            let at = &mut starts[one(v) as usize + 1];
-            triangles[*at as usize] = t;
-            *at += 1;
-        }
-        Self { starts, triangles }
-    }
-
-    fn of(&self, v: u32) -> &[u32] {
-        let v = v as usize;
-        match self.starts.get(v..v + 2) {
-            Some(&[from, to]) => &self.triangles[from as usize..to as usize],
-            _ => &[],
-        }
-    }
-}
-
 impl<'a> Web<'a> {
     /// Two passes over the triangles.
     pub(crate) fn new(mesh: &'a mut PatchMesh) -> Self {
         let poles = Poles::of(mesh);
-        let around = Around::new(mesh, &poles);
+        let corners = (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.map(|v| (poles.one(v), t)));
+        let around = Buckets::of(mesh.positions.len(), corners);
         Self { mesh, around, changed: HashMap::default(), poles }
     }
 
@@ -160,7 +130,7 @@ impl<'a> Web<'a> {
             [(p, q), (q, r), (r, p)].contains(&edge)
         };
         // The ends know the same triangles of it; a pole may know thousands of others.
-        let [here, there] = [edge.0, edge.1].map(|v| self.around.of(v));
+        let [here, there] = [edge.0, edge.1].map(|v| self.around.at(v));
         let fewer = if there.len() < here.len() { there } else { here };
         fewer.iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
     }

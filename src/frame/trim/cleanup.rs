@@ -12,6 +12,7 @@ use super::slits::Slits;
 use super::trace::{InCellLoop, Trace};
 use super::triangulate::{EAR_LIMIT, Polygon};
 use crate::math::predicates::orient2d;
+use crate::math::sets::Sets;
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 
@@ -38,7 +39,7 @@ struct Cleanup<'a> {
     /// The in-cell loops, by cell.
     loops: Vec<InCellLoop>,
     /// Union-find over the rings (a cluster is a tree), and what the roots know.
-    parent: Vec<u32>,
+    sets: Sets,
     members: Vec<Vec<u32>>,
     refusals: Vec<u32>,
     /// Rings made of a cell's corners, by cell.
@@ -75,7 +76,7 @@ pub(crate) fn clean_up(
         polygon,
         out,
         loops,
-        parent: (0..count as u32).collect(),
+        sets: Sets::new(count),
         members: vec![Vec::new(); count],
         refusals: vec![0; count],
         cell_rings,
@@ -86,7 +87,7 @@ pub(crate) fn clean_up(
         cleanup.merge_with_neighbour(ring);
     }
     cleanup.solve_clusters()?;
-    let roots = (0..cleanup.parent.len() as u32).map(|piece| cleanup.root(piece)).collect();
+    let roots = (0..cleanup.sets.len() as u32).map(|piece| cleanup.sets.root(piece)).collect();
     let Cleanup { rings, out, taken_cells, .. } = cleanup;
     rings.roots = roots;
     out.triangles.retain(|t| *t != DEAD);
@@ -103,24 +104,15 @@ impl Cleanup<'_> {
     fn add_piece(&mut self, origin: Origin) -> u32 {
         let index = self.rings.rings.len() as u32;
         self.rings.rings.push(Ring { origin, triangles: [0, 0], solved: false });
-        self.parent.push(index);
+        self.sets.push();
         self.members.push(Vec::new());
         self.refusals.push(0);
         index
     }
 
-    fn root(&mut self, mut piece: u32) -> u32 {
-        while self.parent[piece as usize] != piece {
-            let grandparent = self.parent[self.parent[piece as usize] as usize];
-            self.parent[piece as usize] = grandparent;
-            piece = grandparent;
-        }
-        piece
-    }
-
     /// Joins two clusters into one without triangles. Whether they were two.
     fn join(&mut self, a: u32, b: u32) -> bool {
-        let (a, b) = (self.root(a), self.root(b));
+        let (a, b) = (self.sets.root(a), self.sets.root(b));
         if a == b {
             return false;
         }
@@ -136,13 +128,13 @@ impl Cleanup<'_> {
         let members = &mut self.members[large as usize];
         members.push(small);
         members.extend(moved);
-        self.parent[small as usize] = large;
+        self.sets.join_under(large, small);
         self.refusals[large as usize] = self.refusals[large as usize].max(self.refusals[small as usize]);
         true
     }
 
     fn is_alone(&mut self, piece: u32) -> bool {
-        self.parent[piece as usize] == piece && self.members[piece as usize].is_empty()
+        self.sets.is_root(piece) && self.members[piece as usize].is_empty()
     }
 
     // -- loops inside one cell
@@ -160,7 +152,7 @@ impl Cleanup<'_> {
                 self.join(piece, ring);
             }
             if let Some(triangles) = triangles {
-                let root = self.root(piece);
+                let root = self.sets.root(piece);
                 self.solve(root, &triangles);
             }
             from = to;
@@ -231,7 +223,7 @@ impl Cleanup<'_> {
         }
         if let Some((_, neighbour, triangles)) = best {
             self.join(ring, neighbour);
-            let root = self.root(ring);
+            let root = self.sets.root(ring);
             self.solve(root, &triangles);
             self.out.stats.merged_rings += 1;
         }
@@ -290,7 +282,7 @@ impl Cleanup<'_> {
         let mut queue: VecDeque<u32> =
             self.rings.rings.iter().enumerate().filter(unsolved).map(|(index, _)| index as u32).collect();
         while let Some(piece) = queue.pop_front() {
-            let root = self.root(piece);
+            let root = self.sets.root(piece);
             if self.rings.rings[root as usize].solved {
                 continue;
             }

@@ -12,6 +12,7 @@ use crate::frame::trim::climb::{TrimScratch, trim_tile};
 use crate::frame::trim::input::{NONE, TrimInput};
 use crate::frame::trim::output::{TrimOutcome, TrimOutput};
 use crate::frame::trim::triangulate::in_circle;
+use crate::math::buckets::Buckets;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
@@ -104,18 +105,12 @@ impl Weave {
     pub(crate) fn of(triangles: &[[u32; 3]], loop_starts: &[u32]) -> Option<Self> {
         let count = *loop_starts.last()? as usize;
         // Triangles by corner: sides are looked for at the end that has fewer.
-        let mut starts = vec![0_u32; count + 2];
-        for &v in triangles.iter().flatten() {
-            *starts.get_mut(v as usize + 2)? += 1;
+        if triangles.iter().flatten().any(|&v| v as usize >= count) {
+            return None;
         }
-        (2..starts.len()).for_each(|v| starts[v] += starts[v - 1]);
-        let mut around = vec![0_u32; 3 * triangles.len()];
-        for (t, &v) in (0..).zip(triangles).flat_map(|(t, corners)| corners.iter().map(move |v| (t, v))) {
-            let at = &mut starts[v as usize + 1];
-            around[*at as usize] = t;
-            *at += 1;
-        }
-        let of = |v: u32| &around[starts[v as usize] as usize..starts[v as usize + 1] as usize];
+        let corners = (0..).zip(triangles).flat_map(|(t, corners)| corners.map(|v| (v, t)));
+        let around = Buckets::of(count, corners);
+        let of = |v: u32| around.at(v);
         let mut weave = Self {
             triangles: triangles.to_vec(),
             beside: Vec::with_capacity(triangles.len()),

@@ -2,39 +2,35 @@
 
 use super::loops::VertexKey;
 use super::table::Map;
+use crate::math::sets::Sets;
 use glam::DVec3;
 
 /// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.
 #[derive(Default)]
 pub(super) struct Corners {
     index: Map<VertexKey, usize>,
-    parent: Vec<usize>,
+    merged: Sets,
     pub(super) points: Vec<DVec3>,
 }
 
 impl Corners {
     pub(super) fn of(&mut self, key: VertexKey, point: DVec3) -> usize {
-        let fresh = self.parent.len();
+        let fresh = self.merged.len();
         let at = *self.index.entry(key).or_insert(fresh);
         if at == fresh {
-            self.parent.push(fresh);
+            self.merged.push();
             self.points.push(point);
         }
         self.root(at)
     }
 
-    pub(super) fn root(&mut self, mut at: usize) -> usize {
-        while self.parent[at] != at {
-            self.parent[at] = self.parent[self.parent[at]];
-            at = self.parent[at];
-        }
-        at
+    pub(super) fn root(&mut self, at: usize) -> usize {
+        self.merged.root(at as u32) as usize
     }
 
     /// Makes two corners one; the one met first in the file stays.
     pub(super) fn unite(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b)] = a.min(b);
+        self.merged.join(a as u32, b as u32);
     }
 
     /// The two corners of a coedge, in loop order.

@@ -11,6 +11,7 @@ use super::overlap::{Course, Stretch};
 use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::thin::Thin;
 use super::uses::uses;
+use crate::math::sets::Sets;
 use crate::model::{Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
 use crate::prepare::report::told::Told;
 use crate::prepare::trims::free_faces::FreeFaces;
@@ -223,9 +224,9 @@ struct Pieces {
     members: Vec<BTreeSet<(usize, usize)>>,
     /// For each candidate the vertices at its cuts.
     vertices: Vec<Vec<usize>>,
-    /// Points of all vertices, and for each another that it is one with.
+    /// Points of all vertices, and which of these are one.
     points: Vec<DVec3>,
-    parent: Vec<usize>,
+    merged: Sets,
 }
 
 impl Pieces {
@@ -261,8 +262,8 @@ impl Pieces {
             std::iter::repeat_n(BTreeSet::from([(candidates[k].face, k)]), cuts.len().saturating_sub(1))
         };
         let members = cuts.iter().enumerate().flat_map(of_candidate).collect();
-        let parent = (0..points.len()).collect();
-        Self { cuts, first, same, members, vertices, points, parent }
+        let merged = Sets::new(points.len());
+        Self { cuts, first, same, members, vertices, points, merged }
     }
 
     /// The first of the pieces that a piece is one with, and whether it runs against it.
@@ -273,14 +274,6 @@ impl Pieces {
             (piece, against, width) = (next, against != turned, width + off);
         }
         (piece, against, width)
-    }
-
-    fn vertex_root(&mut self, mut at: usize) -> usize {
-        while self.parent[at] != at {
-            self.parent[at] = self.parent[self.parent[at]];
-            at = self.parent[at];
-        }
-        at
     }
 
     /// Makes the members of two groups one group, unless it had edges of one face that may not be one.
@@ -341,8 +334,7 @@ impl Pieces {
             let opposite = if against { [j + 1, j] } else { [j, j + 1] };
             for (v, w) in [i, i + 1].into_iter().zip(opposite) {
                 let (v, w) = (self.vertices[a][v], self.vertices[b][w]);
-                let (v, w) = (self.vertex_root(v), self.vertex_root(w));
-                self.parent[v.max(w)] = v.min(w);
+                self.merged.join(v as u32, w as u32);
             }
             count += 1;
         }
@@ -386,7 +378,7 @@ impl Pieces {
         part.vertices.clone_from(&self.points);
         for e in 0..part.edges.len() {
             let [start, end] = [part.edges[e].start, part.edges[e].end]
-                .map(|v| if v.index() < self.parent.len() { VertexId::new(self.vertex_root(v.index())) } else { v });
+                .map(|v| if v.index() < self.merged.len() { VertexId(self.merged.root(v.0)) } else { v });
             (part.edges[e].start, part.edges[e].end) = (start, end);
         }
         out

@@ -6,6 +6,7 @@
 
 use super::ends::ends;
 use super::order::in_order;
+use crate::math::sets::Sets;
 use crate::model::{Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId};
 use crate::prepare::report::told::Told;
 use crate::prepare::uv::pcurve::Projector;
@@ -135,14 +136,7 @@ fn gaps(part: &Part) -> Vec<Gap> {
 /// Makes the vertices on both sides of narrow gaps one, and returns the gaps that must stay: a short edge between both
 /// would vanish.
 fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Healing>) -> Vec<Gap> {
-    fn root(parent: &mut [usize], mut at: usize) -> usize {
-        while parent[at] != at {
-            parent[at] = parent[parent[at]];
-            at = parent[at];
-        }
-        at
-    }
-    let mut parent: Vec<usize> = (0..part.vertices.len()).collect();
+    let mut merged = Sets::new(part.vertices.len());
     let widest_gap = narrow.iter().map(|gap| gap.width).fold(0.0, f64::max);
     let is_short = |&[s, t]: &[usize; 2]| {
         let [p, q] = [s, t].map(|v| part.vertices.get(v));
@@ -153,17 +147,17 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
     let mut widest: BTreeMap<usize, (f64, DVec3)> = BTreeMap::new();
     for gap in narrow {
         let Some(stated) = gap.ends(part) else { continue };
-        let [a, b] = stated.map(|v| root(&mut parent, v.index()));
+        let [a, b] = stated.map(|v| merged.root(v.0));
         let (keep, drop) = (a.min(b), a.max(b));
         let joined = short.iter().any(|ends| {
-            let [s, t] = ends.map(|v| root(&mut parent, v));
+            let [s, t] = ends.map(|v| merged.root(v as u32));
             [s.min(t), s.max(t)] == [keep, drop]
         });
         if keep != drop && joined {
             left.push(gap);
             continue;
         }
-        parent[drop] = keep;
+        merged.join_under(keep, drop);
         let place = part.vertices[stated[0].index()];
         let known = widest.entry(gap.face).or_insert((gap.width, place));
         if gap.width > known.0 {
@@ -172,8 +166,8 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
     }
     for e in &mut part.edges {
         for v in [&mut e.start, &mut e.end] {
-            if v.index() < parent.len() {
-                *v = VertexId::new(root(&mut parent, v.index()));
+            if v.index() < merged.len() {
+                *v = VertexId(merged.root(v.0));
             }
         }
     }

@@ -1,0 +1,60 @@
+//! Values by small numbers, one list after the other: a counting sort.
+
+/// Values sorted by number; those of one number keep their order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Buckets<T> {
+    /// Where the values of each number start.
+    starts: Vec<u32>,
+    values: Vec<T>,
+}
+
+impl<T: Copy + Default> Buckets<T> {
+    /// Values with numbers below `count`; two passes over them.
+    pub(crate) fn of(count: usize, values: impl Iterator<Item = (u32, T)> + Clone) -> Self {
+        // Counted one too far, so that filling moves each start to its place.
+        let mut starts = vec![0_u32; count + 2];
+        values.clone().for_each(|(k, _)| starts[k as usize + 2] += 1);
+        (2..starts.len()).for_each(|k| starts[k] += starts[k - 1]);
+        let mut sorted = vec![T::default(); starts[count + 1] as usize];
+        for (k, value) in values {
+            let at = &mut starts[k as usize + 1];
+            sorted[*at as usize] = value;
+            *at += 1;
+        }
+        Self { starts, values: sorted }
+    }
+
+    /// The values of a number; none where it is beyond all.
+    #[inline]
+    pub(crate) fn at(&self, k: u32) -> &[T] {
+        match self.starts.get(k as usize..k as usize + 2) {
+            Some(&[from, to]) => &self.values[from as usize..to as usize],
+            _ => &[],
+        }
+    }
+
+    /// The values of a number, to be changed or sorted.
+    pub(crate) fn at_mut(&mut self, k: u32) -> &mut [T] {
+        match self.starts.get(k as usize..k as usize + 2) {
+            Some(&[from, to]) => &mut self.values[from as usize..to as usize],
+            _ => &mut [],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_keep_their_order() {
+        let mut buckets = Buckets::of(4, [(2, 'a'), (0, 'b'), (2, 'c'), (3, 'd')].into_iter());
+        assert_eq!(
+            [0, 1, 2, 3, 4].map(|k| buckets.at(k).to_vec()),
+            [vec!['b'], vec![], vec!['a', 'c'], vec!['d'], vec![]]
+        );
+        buckets.at_mut(2).reverse();
+        assert_eq!(buckets.at(2), ['c', 'a']);
+        assert!(Buckets::<u32>::of(0, std::iter::empty()).at(0).is_empty());
+    }
+}

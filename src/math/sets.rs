@@ -1,0 +1,67 @@
+//! Disjoint sets of numbers (Galler and Fischer 1964), with path halving.
+
+/// Sets of the numbers from 0 on; each starts alone.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sets(Vec<u32>);
+
+impl Sets {
+    /// As many sets as numbers.
+    pub(crate) fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    /// How many numbers there are.
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Adds the next number, alone.
+    pub(crate) fn push(&mut self) -> u32 {
+        let next = self.0.len() as u32;
+        self.0.push(next);
+        next
+    }
+
+    /// The number that stands for the set of `at`.
+    pub(crate) fn root(&mut self, at: u32) -> u32 {
+        let mut at = at;
+        while self.0[at as usize] != at {
+            let above = self.0[self.0[at as usize] as usize];
+            self.0[at as usize] = above;
+            at = above;
+        }
+        at
+    }
+
+    /// Whether a number stands for its set.
+    pub(crate) fn is_root(&self, at: u32) -> bool {
+        self.0[at as usize] == at
+    }
+
+    /// Makes two sets one, which the smaller of their roots stands for.
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+
+    /// Makes two sets one, which the root `keep` stands for; `gone` is a root too.
+    pub(crate) fn join_under(&mut self, keep: u32, gone: u32) {
+        self.0[gone as usize] = keep;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_were_joined_have_one_root() {
+        let mut sets = Sets::new(6);
+        sets.join(4, 2);
+        sets.join(5, 4);
+        assert_eq!((0..6).map(|k| sets.root(k)).collect::<Vec<_>>(), [0, 1, 2, 3, 2, 2]);
+        assert!(sets.is_root(2) && !sets.is_root(5));
+        sets.join_under(3, 2);
+        assert_eq!((sets.root(5), sets.push(), sets.len()), (3, 6, 7));
+    }
+}

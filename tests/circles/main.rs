@@ -1,0 +1,92 @@
+//! Sources -> circles of files, and names that point against the order of the rooms: docs/architecture.md, enforced.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod imports;
+
+use imports::{Module, imports};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+fn src() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// Modules that lead back to themselves, each with the others on its circles (Tarjan 1972, by reachability: the crate is small).
+fn circles(of: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
+    let mut reach = of.clone();
+    let all: Vec<&Module> = of.keys().collect();
+    for middle in &all {
+        let beyond = reach[*middle].clone();
+        for from in &all {
+            if reach[*from].contains(*middle) {
+                reach.get_mut(*from).unwrap().extend(beyond.iter().cloned());
+            }
+        }
+    }
+    let on_circle =
+        |from: &Module, to: &Module| reach[from].contains(to) && reach.get(to).is_some_and(|r| r.contains(from));
+    let describe = |from: &Module| {
+        let next: Vec<String> = of[from].iter().filter(|to| on_circle(from, to)).map(|to| to.join("/")).collect();
+        (!next.is_empty()).then(|| format!("{} -> {}", from.join("/"), next.join(", ")))
+    };
+    all.into_iter().filter_map(describe).collect()
+}
+
+#[test]
+fn no_file_takes_part_in_a_circle() {
+    let found = circles(&imports(&src()));
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn rooms_name_only_those_before_them() {
+    let all = imports(&src());
+    let mut bad = Vec::new();
+    for layer in ["prepare", "frame"] {
+        let order = rooms(layer);
+        let number = |of: &Module| order.iter().position(|room| of.get(1) == Some(room)).filter(|_| of[0] == layer);
+        for (from, named) in all.iter().filter(|(from, _)| from.len() > 1) {
+            let Some(here) = number(from) else { continue };
+            let later = named.iter().filter(|to| to.len() > 1 && number(to).is_some_and(|there| there > here));
+            bad.extend(later.map(|to| format!("{} names {}", from.join("/"), to.join("/"))));
+        }
+    }
+    assert!(bad.is_empty(), "{bad:#?}");
+}
+
+#[test]
+fn what_makes_a_mesh_for_a_tolerance_names_no_camera_in_motion_and_no_cache() {
+    let wings = ["live", "update"];
+    let is_wing = |of: &Module| of[0] == "frame" && of.get(1).is_some_and(|room| wings.contains(&room.as_str()));
+    let all = imports(&src());
+    let of_static = |from: &&Module| from.len() > 1 && from[0] == "frame" && !is_wing(from);
+    for from in all.keys().filter(of_static) {
+        assert!(!all[from].iter().any(|to| to.len() > 1 && is_wing(to)), "{} names a wing", from.join("/"));
+    }
+}
+
+#[test]
+fn a_circle_would_be_seen() {
+    let of = |names: &[(&str, &str)]| -> BTreeMap<Module, BTreeSet<Module>> {
+        let mut all: BTreeMap<Module, BTreeSet<Module>> = BTreeMap::new();
+        for (from, to) in names {
+            all.entry(vec![(*from).to_owned()]).or_default().insert(vec![(*to).to_owned()]);
+            all.entry(vec![(*to).to_owned()]).or_default();
+        }
+        all
+    };
+    assert!(circles(&of(&[("a", "b"), ("b", "c"), ("a", "c")])).is_empty());
+    assert_eq!(circles(&of(&[("a", "b"), ("b", "c"), ("c", "a"), ("d", "a")])).len(), 3);
+    // A file that is known to name others is seen to.
+    let lattice: Module = ["frame", "plan", "lattice"].map(str::to_owned).to_vec();
+    let density: Module = ["frame", "plan", "density"].map(str::to_owned).to_vec();
+    assert!(imports(&src())[&lattice].contains(&density));
+}
+
+/// The rooms of a layer, in the order in which its `mod.rs` lists them.
+fn rooms(layer: &str) -> Vec<String> {
+    let file = syn::parse_file(&fs::read_to_string(src().join(layer).join("mod.rs")).unwrap()).unwrap();
+    let modules = file.items.iter().filter_map(|item| if let syn::Item::Mod(item) = item { Some(item) } else { None });
+    modules.map(|item| item.ident.to_string()).collect()
+}
