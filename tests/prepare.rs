@@ -233,6 +233,39 @@ fn a_thin_crescent_survives_coarse_tolerances() {
     }
 }
 
+/// A ring cut open: between two arcs about the same centre, `gap` apart, and a line at either end.
+fn open_ring(radius: f64, gap: f64, turn: f64) -> Part {
+    let mut part = PartBuilder::new("ring");
+    let at = |radius: f64, angle: f64| Frame3::WORLD.place(DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0));
+    let radii = [radius, radius - gap];
+    let ends = radii.map(|r| [0.0, turn].map(|angle| part.vertex(at(r, angle))));
+    let arcs = [0, 1].map(|k| {
+        let curve = NurbsCurve3::arc(&Frame3::WORLD, radii[k], radii[k], 0.0, turn);
+        part.curve(curve, CurveKind::Circle, ends[k][0], ends[k][1])
+    });
+    let there = part.line(ends[0][1], ends[1][1]);
+    let back = part.line(ends[1][0], ends[0][0]);
+    let shell = part.plain_shell(ShellKind::Open);
+    let boundary = vec![Loop::Edges(vec![arcs[0].along(), there.along(), arcs[1].against(), back.along()])];
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
+    part.finish().expect("a valid part")
+}
+
+#[test]
+fn of_two_arcs_side_by_side_only_the_outer_one_has_critical_points() {
+    // The can of a capacitor: two micrometres of plane beside a rounded edge. The outer arc needs 70 chords, halved 128.
+    let (radius, gap, turn) = (5.25, 0.002, 3.82);
+    let prepared = prepare(model(open_ring(radius, gap, turn)), &PrepareOptions::DEFAULT).expect("within the limits");
+    let points = |edge: usize| prepared.parts[0].edges[edge].breaks.len();
+    assert!((71..=129).contains(&points(0)), "{} on the outer arc", points(0));
+    assert_eq!(points(1), 2, "on the inner arc");
+    let prepared = Arc::new(prepared);
+    for chord in CHORDS {
+        let facts = mesh(&prepared, chord);
+        assert!(facts.is_well_formed() && facts.area > 0.0, "chord {chord}: {facts}");
+    }
+}
+
 #[test]
 fn a_whole_turn_in_any_place_closes_on_itself() {
     // A closed circle edge whose vertex lies anywhere on the seam-free cylinder.

@@ -158,7 +158,7 @@ fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
                     found.keep((Span::of(a), Span::of(b)), Vec::new());
                 }
             } else if !a.runs_along(b) {
-                separate(Span::of(a), Span::of(b), 0, &mut found);
+                separate_by_few(Span::of(a), Span::of(b), &mut found);
             }
         }
     }
@@ -206,6 +206,43 @@ fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
     for (i, j) in pairs() {
         separate(spans[i], spans[j], 0, found);
     }
+}
+
+/// Separates two arcs. Where halvings of both do so, halvings of one alone may be fewer: of two arcs side by side, a chord of the
+/// inner one never comes near to the outer one.
+fn separate_by_few<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
+    let (before, close) = (found.breaks.len(), found.close.len());
+    separate(a, b, 0, found);
+    let by_both = found.breaks.split_off(before);
+    let on = |s: Span<'a>| by_both.iter().any(|&(edge, _)| edge == s.arc.edge);
+    let may_be_fewer = found.close.len() == close && !a.arc.exact && a.arc.edge != b.arc.edge && on(a) && on(b);
+    let mut fewest = by_both;
+    for (halved, other) in [(a, b), (b, a)] {
+        if may_be_fewer {
+            let mut alone = Vec::with_capacity(fewest.len());
+            if separate_alone(halved, other, &mut alone, fewest.len(), found.work) {
+                fewest = alone;
+            }
+        }
+    }
+    found.breaks.append(&mut fewest);
+}
+
+/// Halves one of two arcs, less than `most` times, until each piece lies beyond a line from the other arc. Whether that does it.
+fn separate_alone<'a>(a: Span<'a>, b: Span<'a>, breaks: &mut Vec<(u32, f64)>, most: usize, work: &mut Work) -> bool {
+    if !work.takes(a.len() + b.len()) {
+        return false;
+    }
+    if a.is_beyond(b) {
+        return true;
+    }
+    let whole = a.can_split();
+    if breaks.len() + 1 >= most || !whole && !a.by_cubic().can_be_halved() {
+        return false;
+    }
+    let (mid, halves) = if whole { a.split() } else { a.by_cubic().split() };
+    breaks.push((a.arc.edge, mid));
+    halves.into_iter().all(|half| separate_alone(half, b, breaks, most, work))
 }
 
 /// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
