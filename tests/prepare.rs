@@ -267,6 +267,34 @@ fn of_two_arcs_side_by_side_only_the_outer_one_has_critical_points() {
 }
 
 #[test]
+fn edges_that_are_noise_have_few_critical_points() {
+    // Two splines of which neither keeps to its side: no points keep their polylines apart.
+    let mut part = PartBuilder::new("noise");
+    let mut seed = 1_u32;
+    let mut noise = move || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(seed >> 8) / f64::from(1 << 24) - 0.5
+    };
+    let corners = [0.0, 100.0].map(|x| part.vertex(DVec3::X * x));
+    let mut spline = || {
+        let mut points: Vec<DVec3> = (0..100).map(|k| DVec3::new(f64::from(k) + noise(), noise(), 0.0)).collect();
+        (points[0], points[99]) = (DVec3::ZERO, DVec3::X * 100.0);
+        let inner = (1..97).map(f64::from);
+        let knots = [0.0; 4].into_iter().chain(inner).chain([97.0; 4]).collect();
+        let curve = NurbsCurve3 { degree: 3, knots, points, weights: Vec::new() };
+        part.curve(curve, CurveKind::Spline, corners[0], corners[1])
+    };
+    let (low, high) = (spline(), spline());
+    let shell = part.plain_shell(ShellKind::Open);
+    let boundary = vec![Loop::Edges(vec![low.along(), high.against()])];
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
+    let part = part.finish().expect("a valid part");
+    let prepared = prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits");
+    let breaks: usize = prepared.parts[0].edges.iter().map(|edge| edge.breaks.len()).sum();
+    assert!(breaks <= 1200, "{breaks} points");
+}
+
+#[test]
 fn a_whole_turn_in_any_place_closes_on_itself() {
     // A closed circle edge whose vertex lies anywhere on the seam-free cylinder.
     for start in [0.0, 1.0, 3.0, 6.0] {
