@@ -233,6 +233,67 @@ fn a_thin_crescent_survives_coarse_tolerances() {
     }
 }
 
+/// A ring cut open: between two arcs about the same centre, `gap` apart, and a line at either end.
+fn open_ring(radius: f64, gap: f64, turn: f64) -> Part {
+    let mut part = PartBuilder::new("ring");
+    let at = |radius: f64, angle: f64| Frame3::WORLD.place(DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0));
+    let radii = [radius, radius - gap];
+    let ends = radii.map(|r| [0.0, turn].map(|angle| part.vertex(at(r, angle))));
+    let arcs = [0, 1].map(|k| {
+        let curve = NurbsCurve3::arc(&Frame3::WORLD, radii[k], radii[k], 0.0, turn);
+        part.curve(curve, CurveKind::Circle, ends[k][0], ends[k][1])
+    });
+    let there = part.line(ends[0][1], ends[1][1]);
+    let back = part.line(ends[1][0], ends[0][0]);
+    let shell = part.plain_shell(ShellKind::Open);
+    let boundary = vec![Loop::Edges(vec![arcs[0].along(), there.along(), arcs[1].against(), back.along()])];
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
+    part.finish().expect("a valid part")
+}
+
+#[test]
+fn of_two_arcs_side_by_side_only_the_outer_one_has_critical_points() {
+    // The can of a capacitor: two micrometres of plane beside a rounded edge. The outer arc needs 70 chords, halved 128.
+    let (radius, gap, turn) = (5.25, 0.002, 3.82);
+    let prepared = prepare(model(open_ring(radius, gap, turn)), &PrepareOptions::DEFAULT).expect("within the limits");
+    let points = |edge: usize| prepared.parts[0].edges[edge].breaks.len();
+    assert!((71..=129).contains(&points(0)), "{} on the outer arc", points(0));
+    assert_eq!(points(1), 2, "on the inner arc");
+    let prepared = Arc::new(prepared);
+    for chord in CHORDS {
+        let facts = mesh(&prepared, chord);
+        assert!(facts.is_well_formed() && facts.area > 0.0, "chord {chord}: {facts}");
+    }
+}
+
+#[test]
+fn edges_that_are_noise_have_few_critical_points() {
+    // Two splines of which neither keeps to its side: no points keep their polylines apart.
+    let mut part = PartBuilder::new("noise");
+    let mut seed = 1_u32;
+    let mut noise = move || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(seed >> 8) / f64::from(1 << 24) - 0.5
+    };
+    let corners = [0.0, 100.0].map(|x| part.vertex(DVec3::X * x));
+    let mut spline = || {
+        let mut points: Vec<DVec3> = (0..100).map(|k| DVec3::new(f64::from(k) + noise(), noise(), 0.0)).collect();
+        (points[0], points[99]) = (DVec3::ZERO, DVec3::X * 100.0);
+        let inner = (1..97).map(f64::from);
+        let knots = [0.0; 4].into_iter().chain(inner).chain([97.0; 4]).collect();
+        let curve = NurbsCurve3 { degree: 3, knots, points, weights: Vec::new() };
+        part.curve(curve, CurveKind::Spline, corners[0], corners[1])
+    };
+    let (low, high) = (spline(), spline());
+    let shell = part.plain_shell(ShellKind::Open);
+    let boundary = vec![Loop::Edges(vec![low.along(), high.against()])];
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
+    let part = part.finish().expect("a valid part");
+    let prepared = prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits");
+    let breaks: usize = prepared.parts[0].edges.iter().map(|edge| edge.breaks.len()).sum();
+    assert!(breaks <= 1200, "{breaks} points");
+}
+
 #[test]
 fn a_whole_turn_in_any_place_closes_on_itself() {
     // A closed circle edge whose vertex lies anywhere on the seam-free cylinder.

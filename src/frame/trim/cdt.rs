@@ -53,8 +53,8 @@ const MAX_ROUNDS: usize = 12;
 
 /// Crossings that are split, for each segment and in all. Loops of real files have a handful; n segments of noise have n² of
 /// them, and are led along vertices nearby.
-const CROSSINGS_PER_SEGMENT: usize = 8;
-const FEW_CROSSINGS: usize = 4096;
+const CROSSINGS_PER_SEGMENT: usize = 1;
+const FEW_CROSSINGS: usize = 1024;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
@@ -74,9 +74,12 @@ pub(crate) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: A
     let (whole, real) = (parts.len(), positions.len());
     let most = FEW_CROSSINGS + CROSSINGS_PER_SEGMENT * whole;
     let (mut rounds, mut crossings, mut led) = (1, 0, 0);
+    let mut bare = Cdt::default();
     let cdt = loop {
-        let mut cdt = Cdt::of(&positions)?;
+        bare.insert(&positions)?;
         let last = rounds == MAX_ROUNDS || crossings >= most;
+        // Where nothing crosses, the first round is the last.
+        let mut cdt = if rounds == 1 || last { std::mem::take(&mut bare) } else { bare.clone() };
         let conflicts = add_constraints(&mut cdt, &mut parts, if last { 0 } else { most }, &mut crossings);
         if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
             return Err(Refused);
@@ -114,6 +117,7 @@ fn snapped(p: DVec2) -> Point2<f64> {
 }
 
 /// A position and its index.
+#[derive(Clone)]
 struct Vertex {
     at: Point2<f64>,
     index: u32,
@@ -131,25 +135,27 @@ type Spade = ConstrainedDelaunayTriangulation<Vertex, (), (), (), HierarchyHintG
 type EdgeHandle<'a> = DirectedEdgeHandle<'a, Vertex, (), CdtEdge<()>, ()>;
 
 /// The triangulation of positions, which knows vertices by their index there.
+#[derive(Clone, Default)]
 struct Cdt {
     spade: Spade,
     handle: Vec<FixedVertexHandle>,
 }
 
 impl Cdt {
+    /// Inserts the positions that it does not have yet.
+    ///
     /// Vertices are inserted one by one, in an order that has nothing to do with where they lie. Loading all of them along a
     /// sweep (`bulk_load`) is no faster at the sizes that occur, takes minutes where 30 000 lie along one curve, since each
     /// then flips most of the edges so far, and `bulk_load_cdt` ties cocircular ones by the order of a hash set.
-    fn of(positions: &[Point2<f64>]) -> Result<Self, Refused> {
-        let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    fn insert(&mut self, positions: &[Point2<f64>]) -> Result<(), Refused> {
+        let mut order: Vec<u32> = (self.handle.len() as u32..positions.len() as u32).collect();
         order.sort_unstable_by_key(|&index| shuffled(index));
-        let mut spade = Spade::new();
-        let mut handle = vec![FixedVertexHandle::from_index(0); positions.len()];
+        self.handle.resize(positions.len(), FixedVertexHandle::from_index(0));
         for index in order {
             let at = positions[index as usize];
-            handle[index as usize] = spade.insert(Vertex { at, index }).map_err(|_| Refused)?;
+            self.handle[index as usize] = self.spade.insert(Vertex { at, index }).map_err(|_| Refused)?;
         }
-        Ok(Self { spade, handle })
+        Ok(())
     }
 
     fn vertex(&self, index: u32) -> FixedVertexHandle {

@@ -237,6 +237,22 @@ impl<'a> Span<'a> {
         (c[0].min(c[3]).min(x).min(y), c[0].max(c[3]).max(x).max(y))
     }
 
+    /// The same of all cubics between its points.
+    fn extent_along(&self, n: DVec2) -> (f64, f64) {
+        if self.pieces().is_empty() {
+            return self.exact_range_along(n);
+        }
+        let each = (0..self.pieces().len()).filter_map(|k| self.cubic(k)).map(|cubic| cubic.exact_range_along(n));
+        each.fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x.0), r.1.max(x.1)))
+    }
+
+    /// Whether a line along its chord separates it from another stretch.
+    pub(super) fn is_beyond(&self, other: Self) -> bool {
+        let n = directions(*self)[0];
+        let (here, there) = (self.extent_along(n), other.extent_along(n));
+        here.1 < there.0 || there.1 < here.0
+    }
+
     /// Whether it may be halved below samples: [`MAX_DEPTH_BELOW`] times.
     pub(crate) fn can_be_halved(&self) -> bool {
         let [a, b] = self.range();

@@ -25,7 +25,7 @@ const MAX_DEPTH_TANGENT: u32 = 12;
 
 /// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
 /// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
-const WORK: usize = 1 << 20;
+const WORK: usize = 1 << 19;
 const WORK_PER_POINT: usize = 1000;
 
 /// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
@@ -34,9 +34,13 @@ const WORK_EXACT: usize = 1 << 25;
 /// Points that looking for the meeting of two stretches counts for, curved or straight.
 const WORK_PER_MEETING: [usize; 2] = [1000, 10];
 
+/// Breaks that come of separating arcs, for each use of an edge. Three arcs side by side, as near as a thousandth of their length,
+/// ask for 750; noise asks for tens of thousands, and every one is a point of an edge.
+const MAX_BREAKS: usize = 512;
+
 /// Rounds of looking for places where arcs meet. Real faces need one; where arcs meet, each of the others finds what the
-/// one before could not tell apart from it.
-const ROUNDS: usize = 7;
+/// one before could not tell apart from it. No file of the corpus needs a fourth.
+const ROUNDS: usize = 3;
 
 /// Pairs of stretches, halved below samples, of which one may still meet the other: around one crossing. More of them run along
 /// each other, and halving only makes points of them.
@@ -45,6 +49,9 @@ const MAX_UNRESOLVED: usize = 4;
 /// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
 /// loops that cross each other is left to the trim stage.
 const MAX_MEETINGS: usize = 2000;
+
+/// The same for each use of an edge; beyond it there is no telling one from the next.
+const MAX_MEETINGS_PER_USE: usize = 32;
 
 type Pair<'a> = (Span<'a>, Span<'a>);
 
@@ -66,6 +73,8 @@ impl Work {
 struct Found<'a, 'w> {
     /// Edges, and parameters that they must contain.
     breaks: Vec<(u32, f64)>,
+    /// Breaks beyond which no more work is left.
+    most: usize,
     close: Close<'a>,
     work: &'w mut Work,
 }
@@ -77,12 +86,13 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
     let mut meetings = Vec::new();
     let mut more = Vec::new();
     let mut work: Option<Work> = None;
+    let uses: usize = tile.loops.iter().map(Vec::len).sum();
     for round in 1..=ROUNDS {
         let arcs = arcs(tile, &meetings, &more, exact);
         let points: usize = arcs.iter().map(|a| a.points.len()).sum();
         let least = if exact { WORK_EXACT } else { WORK };
         let work = work.get_or_insert_with(|| Work(least + WORK_PER_POINT * points));
-        let Found { breaks: found, close, .. } = separate_all(&arcs, work);
+        let Found { breaks: found, close, .. } = separate_all(&arcs, MAX_BREAKS * uses, work);
         if exact {
             breaks.extend(found);
             return (meetings, work.0 > 0);
@@ -97,7 +107,7 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
                 }
             }
         }
-        if work.0 == 0 {
+        if work.0 == 0 || meetings.len() + new.len() > MAX_MEETINGS_PER_USE * uses {
             // Where so much comes near to so much, no set of points keeps it apart.
             return (meetings, false);
         }
@@ -141,9 +151,10 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
     arcs
 }
 
-/// Separates arcs from themselves and each other.
-fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
-    let mut found = Found { breaks: Vec::new(), close: Vec::new(), work };
+/// Separates arcs from themselves and each other, those of edges in space by `most` breaks.
+fn separate_all<'a, 'w>(arcs: &'a [Arc], most: usize, work: &'w mut Work) -> Found<'a, 'w> {
+    let most = if arcs.iter().any(|a| a.exact) { usize::MAX } else { most };
+    let mut found = Found { breaks: Vec::new(), most, close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
     for (i, a) in arcs.iter().enumerate() {
         for b in &arcs[i + 1..] {
@@ -158,7 +169,7 @@ fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
                     found.keep((Span::of(a), Span::of(b)), Vec::new());
                 }
             } else if !a.runs_along(b) {
-                separate(Span::of(a), Span::of(b), 0, &mut found);
+                separate_by_few(Span::of(a), Span::of(b), &mut found);
             }
         }
     }
@@ -166,6 +177,16 @@ fn separate_all<'a, 'w>(arcs: &'a [Arc], work: &'w mut Work) -> Found<'a, 'w> {
 }
 
 impl<'a> Found<'a, '_> {
+    /// Halves a stretch where it must have a break then.
+    fn halve(&mut self, span: &Span<'a>) -> [Span<'a>; 2] {
+        let (mid, halves) = span.split();
+        self.breaks.push((span.arc.edge, mid));
+        if self.breaks.len() > self.most {
+            self.work.0 = 0;
+        }
+        halves
+    }
+
     /// Adds a pair to those that cannot be told apart, with the parts of it that cannot if these are few: looking for its meeting
     /// is work to come.
     fn keep(&mut self, pair: Pair<'a>, parts: Vec<Pair<'a>>) {
@@ -208,6 +229,43 @@ fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
     }
 }
 
+/// Separates two arcs. Where halvings of both do so, halvings of one alone may be fewer: of two arcs side by side, a chord of the
+/// inner one never comes near to the outer one.
+fn separate_by_few<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
+    let (before, close) = (found.breaks.len(), found.close.len());
+    separate(a, b, 0, found);
+    let by_both = found.breaks.split_off(before);
+    let on = |s: Span<'a>| by_both.iter().any(|&(edge, _)| edge == s.arc.edge);
+    let may_be_fewer = found.close.len() == close && !a.arc.exact && a.arc.edge != b.arc.edge && on(a) && on(b);
+    let mut fewest = by_both;
+    for (halved, other) in [(a, b), (b, a)] {
+        if may_be_fewer {
+            let mut alone = Vec::with_capacity(fewest.len());
+            if separate_alone(halved, other, &mut alone, fewest.len(), found.work) {
+                fewest = alone;
+            }
+        }
+    }
+    found.breaks.append(&mut fewest);
+}
+
+/// Halves one of two arcs, less than `most` times, until each piece lies beyond a line from the other arc. Whether that does it.
+fn separate_alone<'a>(a: Span<'a>, b: Span<'a>, breaks: &mut Vec<(u32, f64)>, most: usize, work: &mut Work) -> bool {
+    if !work.takes(a.len() + b.len()) {
+        return false;
+    }
+    if a.is_beyond(b) {
+        return true;
+    }
+    let whole = a.can_split();
+    if breaks.len() + 1 >= most || !whole && !a.by_cubic().can_be_halved() {
+        return false;
+    }
+    let (mid, halves) = if whole { a.split() } else { a.by_cubic().split() };
+    breaks.push((a.arc.edge, mid));
+    halves.into_iter().all(|half| separate_alone(half, b, breaks, most, work))
+}
+
 /// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
 fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
@@ -225,9 +283,7 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>)
         return;
     }
     let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
-    let (mid, halves) = halved.split();
-    found.breaks.push((halved.arc.edge, mid));
-    for half in halves {
+    for half in found.halve(&halved) {
         separate(half, other, depth + 1, found);
     }
 }
@@ -279,9 +335,7 @@ fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<
         return;
     }
     let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
-    let (mid, halves) = halved.split();
-    found.breaks.push((halved.arc.edge, mid));
-    for half in halves {
+    for half in found.halve(&halved) {
         halve([half.by_cubic(), other], left, found);
     }
 }

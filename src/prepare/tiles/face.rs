@@ -362,6 +362,10 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
         tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }
     let crosses = crossed.is_some();
+    if scribble.is_some() {
+        // What cannot be told cannot be mended.
+        tangles.clear();
+    }
     tangles.retain(|tangle| tangle.iter().all(|side| (side.0 as usize) < part.edges.len()));
     repairs.extend(crossed.into_iter().chain(scribble));
     if gap > GAP_SHARE * extent {
