@@ -1,7 +1,8 @@
 //! Stated faces and the edges that were read -> the surface of each face. A surface that several faces lie on is read once.
 
+use super::draft::Draft;
 use super::loops::{Bound, EdgeKey, StatedFace};
-use super::part::{Draft, Reader};
+use super::part::Reader;
 use super::place::Geometry;
 use super::shells::{ShellUse, Source};
 use super::surface::{Reached, Stated};

@@ -23,6 +23,12 @@ impl Corners {
         self.root(at)
     }
 
+    /// The corner of a vertex that an edge ends at.
+    pub(super) fn find(&mut self, key: VertexKey) -> Option<usize> {
+        let at = *self.index.get(&key)?;
+        Some(self.root(at))
+    }
+
     pub(super) fn root(&mut self, mut at: usize) -> usize {
         while self.parent[at] != at {
             self.parent[at] = self.parent[self.parent[at]];

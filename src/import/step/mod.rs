@@ -27,6 +27,7 @@ mod corners;
 mod csg;
 mod curve;
 mod derived;
+mod draft;
 mod loops;
 mod offset;
 mod part;

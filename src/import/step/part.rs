@@ -5,9 +5,10 @@ use super::body::append;
 use super::carried::Job;
 use super::corners::{Corners, head_to_tail};
 use super::curve::{Bounded, Carrier, Ends, Whole, straight};
+use super::draft::Draft;
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
-use super::shells::{Gathered, ShellUse, Source};
+use super::shells::{Gathered, ShellUse, Source, distinct};
 use super::spline;
 use super::style::Styles;
 use super::surface::Stated;
@@ -19,22 +20,6 @@ use crate::model::{
 };
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// An edge before its vertices have ids.
-pub(super) struct Draft {
-    ends: [VertexKey; 2],
-    points: [DVec3; 2],
-    /// None for an edge without length, and once the part has it.
-    pub(super) curve: Option<Bounded>,
-    /// Whether the edge has no length.
-    empty: bool,
-    /// Distance by which the curve misses its vertices.
-    gap: f64,
-    /// Why its curve was not read, if it became straight for that.
-    straightened: Option<String>,
-    units: Units,
-    entity: u64,
-}
 
 /// Curves by number: what their numbers mean, the carrier, and whether they run its way.
 type Carriers = Map<u64, (Units, (Carrier, bool))>;
@@ -73,6 +58,7 @@ impl Reader<'_> {
             let place = assembly.edges.get(&EdgeKey::Curve(id)).and_then(|e| Some(e.as_ref().ok()?.points[0]));
             assembly.say(Severity::Warning, id, place, reason.to_owned());
         }
+        assembly.settle_closed(&stated);
         let surfaces = self.surfaces(&jobs, &stated, &assembly.edges);
         for (((shell_index, shell, source, turned), face), surface) in jobs.into_iter().zip(stated).zip(surfaces) {
             let geometry = self.geometry(shell.units);
@@ -226,62 +212,6 @@ impl Reader<'_> {
     }
 }
 
-impl Draft {
-    fn new(entity: u64, ends: [VertexKey; 2], at: Ends, curve: Option<Bounded>, units: Units) -> Read<Self> {
-        let gap = curve.as_ref().map_or(0.0, |Bounded { curve, range, .. }| {
-            curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
-        });
-        if !gap.is_finite() {
-            return Err(Trouble::new(entity, "the edge's ends are not finite"));
-        }
-        if let Some(Err(error)) = curve.as_ref().map(|bounded| bounded.curve.check()) {
-            return Err(Trouble::new(entity, error.to_string()));
-        }
-        Ok(Self {
-            ends,
-            points: [at.start, at.end],
-            empty: curve.is_none(),
-            curve,
-            gap,
-            straightened: None,
-            units,
-            entity,
-        })
-    }
-
-    /// Points on the edge from its start to its end, a few between two control points; none without length.
-    pub(super) fn samples(&self) -> impl Iterator<Item = DVec3> + '_ {
-        const STEPS: usize = 4;
-        self.curve.iter().flat_map(|Bounded { curve, range: (a, b), .. }| {
-            let steps = STEPS * curve.points.len();
-            (0..=steps).map(move |i| curve.point(a + (b - a) * i as f64 / steps as f64))
-        })
-    }
-}
-
-/// The shells that shells as stated become, and the number of each: surfaces and faces that are listed alone, or in sets, are of
-/// one shell, so that those side by side have their borders in common.
-fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
-    let loose = |of: &ShellUse| {
-        let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
-        of.faces.iter().all(|(source, _)| alone(source))
-    };
-    let mut shells = Vec::with_capacity(uses.len());
-    let mut first_loose = None;
-    let number = |of: &ShellUse| {
-        let known = first_loose.filter(|_| loose(of));
-        known.unwrap_or_else(|| {
-            let new = u32::try_from(shells.len()).unwrap_or(u32::MAX);
-            shells.push(Shell { kind: of.kind, entity: of.entity });
-            if loose(of) {
-                first_loose = Some(new);
-            }
-            new
-        })
-    };
-    (uses.iter().map(number).collect(), shells)
-}
-
 /// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.
 const CORNER: f64 = 10.0;
 
@@ -409,6 +339,32 @@ impl Assembly {
         against
     }
 
+    /// Moves vertices that only end one closed edge onto the edge's curve: nothing else is there that the curve has to meet.
+    fn settle_closed(&mut self, stated: &[Read<StatedFace>]) {
+        let mut uses: Map<usize, usize> = Map::default();
+        for draft in self.edges.values().flatten().filter(|draft| !draft.empty) {
+            let (start, end) = self.corners.ends(draft.ends, draft.points, false);
+            *uses.entry(start).or_default() += 1;
+            *uses.entry(end).or_default() += usize::from(start != end);
+        }
+        let bounds = stated.iter().flatten().flat_map(|face| &face.bounds);
+        let lone = bounds.filter_map(|bound| if let Bound::Vertex(id) = bound { Some(*id) } else { None });
+        let lone = lone.filter_map(|id| self.corners.find(VertexKey::Point(id))).collect::<Vec<_>>();
+        for corner in lone {
+            *uses.entry(corner).or_default() += 1;
+        }
+        for draft in self.edges.values_mut().flatten() {
+            let (start, end) = self.corners.ends(draft.ends, draft.points, false);
+            let Some(Bounded { curve, range, .. }) = &draft.curve else { continue };
+            let [first, last] = [range.0, range.1].map(|t| curve.point(t));
+            if start == end && uses.get(&start) == Some(&1) && first.distance(last) <= draft.units.tolerance {
+                draft.moved = first.distance(self.corners.points[start]);
+                draft.gap = first.distance(last);
+                self.corners.points[start] = first;
+            }
+        }
+    }
+
     /// The coedges of a loop, turned so that they run head to tail where they can; edges without length are passed over.
     fn chain(&mut self, uses: Vec<Use>, face: u64) -> Read<Vec<Use>> {
         let mut chain = Vec::with_capacity(uses.len());
@@ -531,7 +487,7 @@ impl Assembly {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
         let straightened = draft.straightened.take();
-        let (entity, gap, tolerance) = (draft.entity, draft.gap, draft.units.tolerance);
+        let Draft { entity, gap, moved, units: Units { tolerance, .. }, .. } = *draft;
         let near = CORNER * tolerance;
         let draft = self.edges.get(&key)?.as_ref().ok()?;
         let (start, end) = self.corners.ends(draft.ends, draft.points, false);
@@ -542,6 +498,11 @@ impl Assembly {
         if let Some(reason) = straightened {
             let reason = format!("an edge's curve was not read, and the edge became straight: {reason}");
             self.say_of_face(Severity::Warning, entity, Some(ends[0]), reason);
+        }
+        if moved > near {
+            let reason =
+                format!("the only vertex of a closed edge lies {moved:.3e} mm off its curve; it was moved there");
+            self.say_of_face(Severity::Note, entity, Some(ends[0]), reason);
         }
         if gap > PULLED * self.size {
             // Too far off for the mesh to bridge: the curve gives way, in its first and last span.

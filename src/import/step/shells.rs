@@ -6,7 +6,7 @@ use super::sweep::profile;
 use super::table::{Instance, MAX_DEPTH, Read, Set, Table, Trouble};
 use super::tessellated::stands_for;
 use super::units::Units;
-use crate::model::{Colour, ShellKind};
+use crate::model::{Colour, Shell, ShellKind};
 use std::collections::BTreeMap;
 
 /// Where a face comes from.
@@ -475,4 +475,27 @@ pub(super) fn is_shapeless(item: Instance<'_>) -> bool {
         }
     }
     known
+}
+
+/// The shells that shells as stated become, and the number of each: surfaces and faces that are listed alone, or in sets, are of
+/// one shell, so that those side by side have their borders in common.
+pub(super) fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
+    let loose = |of: &ShellUse| {
+        let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
+        of.faces.iter().all(|(source, _)| alone(source))
+    };
+    let mut shells = Vec::with_capacity(uses.len());
+    let mut first_loose = None;
+    let number = |of: &ShellUse| {
+        let known = first_loose.filter(|_| loose(of));
+        known.unwrap_or_else(|| {
+            let new = u32::try_from(shells.len()).unwrap_or(u32::MAX);
+            shells.push(Shell { kind: of.kind, entity: of.entity });
+            if loose(of) {
+                first_loose = Some(new);
+            }
+            new
+        })
+    };
+    (uses.iter().map(number).collect(), shells)
 }

@@ -1,0 +1,59 @@
+//! An edge as it is read, before its vertices are.
+
+use super::curve::{Bounded, Ends};
+use super::loops::VertexKey;
+use super::table::{Read, Trouble};
+use super::units::Units;
+use glam::DVec3;
+
+/// An edge before its vertices have ids.
+pub(super) struct Draft {
+    pub(super) ends: [VertexKey; 2],
+    pub(super) points: [DVec3; 2],
+    /// None for an edge without length, and once the part has it.
+    pub(super) curve: Option<Bounded>,
+    /// Whether the edge has no length.
+    pub(super) empty: bool,
+    /// Distance by which the curve misses its vertices.
+    pub(super) gap: f64,
+    /// Distance by which the vertex of a closed edge was moved onto the curve.
+    pub(super) moved: f64,
+    /// Why its curve was not read, if it became straight for that.
+    pub(super) straightened: Option<String>,
+    pub(super) units: Units,
+    pub(super) entity: u64,
+}
+
+impl Draft {
+    pub(super) fn new(entity: u64, ends: [VertexKey; 2], at: Ends, curve: Option<Bounded>, units: Units) -> Read<Self> {
+        let gap = curve.as_ref().map_or(0.0, |Bounded { curve, range, .. }| {
+            curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
+        });
+        if !gap.is_finite() {
+            return Err(Trouble::new(entity, "the edge's ends are not finite"));
+        }
+        if let Some(Err(error)) = curve.as_ref().map(|bounded| bounded.curve.check()) {
+            return Err(Trouble::new(entity, error.to_string()));
+        }
+        Ok(Self {
+            ends,
+            points: [at.start, at.end],
+            empty: curve.is_none(),
+            curve,
+            gap,
+            moved: 0.0,
+            straightened: None,
+            units,
+            entity,
+        })
+    }
+
+    /// Points on the edge from its start to its end, a few between two control points; none without length.
+    pub(super) fn samples(&self) -> impl Iterator<Item = DVec3> + '_ {
+        const STEPS: usize = 4;
+        self.curve.iter().flat_map(|Bounded { curve, range: (a, b), .. }| {
+            let steps = STEPS * curve.points.len();
+            (0..=steps).map(move |i| curve.point(a + (b - a) * i as f64 / steps as f64))
+        })
+    }
+}
