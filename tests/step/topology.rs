@@ -363,3 +363,42 @@ fn an_edge_off_its_vertex_is_told_once_with_face_and_place() {
     assert_eq!((told[0].face, told[0].place), (Some(FaceId::new(0)), Some(DVec3::X * 1.2)));
     assert!(told[0].reason.contains("2.000e-1 mm"), "{told:?}");
 }
+
+/// A disc of radius 2 whose circle #50 starts and ends at a vertex `off` inside of it; and further bounds and their entities.
+fn disc(off: f64, bounds: &str, rest: &str) -> Model {
+    let circle = "#60=CIRCLE('',#20,2.);#50=EDGE_CURVE('',#30,#30,#60,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);\
+                  #75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);";
+    let face = shell(&format!("ADVANCED_FACE('',(#76{bounds}),#77,.T.)"), 1);
+    model(&(world() + &vertex(30, [2.0 - off, 0.0, 0.0]) + circle + rest + &face))
+}
+
+#[test]
+fn a_vertex_that_ends_one_closed_edge_is_moved_onto_its_curve() {
+    let model = disc(0.01, "", "");
+    clean(&model);
+    let (part, edge) = (only_part(&model), edge_of(only_part(&model), 50));
+    near(part.vertices[edge.start.index()], DVec3::X * 2.0);
+    for i in 0..=20 {
+        let t = edge.range.0 + (edge.range.1 - edge.range.0) * f64::from(i) / 20.0;
+        assert!((edge.curve.point(t).length() - 2.0).abs() < 1e-12);
+    }
+    let told: Vec<_> = model.diagnostics.iter().filter(|d| d.entity == 50).collect();
+    assert!(told.len() == 1 && told[0].reason.contains("moved"), "{told:?}");
+}
+
+#[test]
+fn a_vertex_that_ends_another_edge_or_is_a_loop_stays_where_it_is() {
+    let slit = vertex(32, [1.0, 0.0, 0.0])
+        + "#51=EDGE_CURVE('',#30,#32,#63,.T.);#63=LINE('',#31,#61);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));\
+           #71=ORIENTED_EDGE('',*,*,#51,.T.);#72=ORIENTED_EDGE('',*,*,#51,.F.);#78=EDGE_LOOP('',(#71,#72));\
+           #79=FACE_BOUND('',#78,.T.);";
+    let point = "#78=VERTEX_LOOP('',#30);#79=FACE_BOUND('',#78,.T.);";
+    for rest in [slit.as_str(), point] {
+        let model = disc(0.01, ",#79", rest);
+        let (part, edge) = (only_part(&model), edge_of(only_part(&model), 50));
+        near(part.vertices[edge.start.index()], DVec3::X * 1.99);
+        near(edge.curve.point(edge.range.0), DVec3::X * 1.99);
+        let told: Vec<_> = model.diagnostics.iter().filter(|d| d.entity == 50).collect();
+        assert!(told.len() == 1 && told[0].reason.contains("pulled"), "{told:?}");
+    }
+}

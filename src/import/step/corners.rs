@@ -24,6 +24,12 @@ impl Corners {
         self.root(at)
     }
 
+    /// The corner of a vertex that an edge ends at.
+    pub(super) fn find(&mut self, key: VertexKey) -> Option<usize> {
+        let at = *self.index.get(&key)?;
+        Some(self.root(at))
+    }
+
     pub(super) fn root(&mut self, at: usize) -> usize {
         self.merged.root(at as u32) as usize
     }

@@ -16,6 +16,8 @@ pub(super) struct Draft {
     pub(super) empty: bool,
     /// Distance by which the curve misses its vertices.
     pub(super) gap: f64,
+    /// Distance by which the vertex of a closed edge was moved onto the curve.
+    pub(super) moved: f64,
     /// Why its curve was not read, if it became straight for that.
     pub(super) straightened: Option<String>,
     pub(super) units: Units,
@@ -39,6 +41,7 @@ impl Draft {
             empty: curve.is_none(),
             curve,
             gap,
+            moved: 0.0,
             straightened: None,
             units,
             entity,

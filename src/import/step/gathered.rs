@@ -3,7 +3,7 @@
 use super::kinds::BodyKind;
 use super::table::Set;
 use super::units::Units;
-use crate::model::{Colour, ShellKind};
+use crate::model::{Colour, Shell, ShellKind};
 
 /// Where a face comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,4 +61,27 @@ impl Gathered {
     pub(super) fn units(&self) -> Option<Units> {
         self.shells.first().map(|shell| shell.units).or(self.bodies.first().map(|body| body.units))
     }
+}
+
+/// The shells that shells as stated become, and the number of each: surfaces and faces that are listed alone, or in sets, are of
+/// one shell, so that those side by side have their borders in common.
+pub(super) fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
+    let loose = |of: &ShellUse| {
+        let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
+        of.faces.iter().all(|(source, _)| alone(source))
+    };
+    let mut shells = Vec::with_capacity(uses.len());
+    let mut first_loose = None;
+    let number = |of: &ShellUse| {
+        let known = first_loose.filter(|_| loose(of));
+        known.unwrap_or_else(|| {
+            let new = u32::try_from(shells.len()).unwrap_or(u32::MAX);
+            shells.push(Shell { kind: of.kind, entity: of.entity });
+            if loose(of) {
+                first_loose = Some(new);
+            }
+            new
+        })
+    };
+    (uses.iter().map(number).collect(), shells)
 }

@@ -5,7 +5,7 @@ use super::carried::Job;
 use super::corners::{Corners, head_to_tail};
 use super::curve::{Bounded, Carrier, Ends, Whole, straight};
 use super::draft::Draft;
-use super::gathered::{Gathered, ShellUse, Source};
+use super::gathered::{Gathered, ShellUse, Source, distinct};
 use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
 use super::place::Geometry;
 use super::reader::Reader;
@@ -49,6 +49,7 @@ impl Reader<'_> {
             let place = assembly.edges.get(&EdgeKey::Curve(id)).and_then(|e| Some(e.as_ref().ok()?.points[0]));
             assembly.say(Severity::Warning, id, place, reason.to_owned());
         }
+        assembly.settle_closed(&stated);
         let surfaces = self.surfaces(&jobs, &stated, &assembly.edges);
         for (((shell_index, shell, source, turned), face), surface) in jobs.into_iter().zip(stated).zip(surfaces) {
             let geometry = self.geometry(shell.units);
@@ -198,29 +199,6 @@ impl Reader<'_> {
     }
 }
 
-/// The shells that shells as stated become, and the number of each: surfaces and faces that are listed alone, or in sets, are of
-/// one shell, so that those side by side have their borders in common.
-fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
-    let loose = |of: &ShellUse| {
-        let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
-        of.faces.iter().all(|(source, _)| alone(source))
-    };
-    let mut shells = Vec::with_capacity(uses.len());
-    let mut first_loose = None;
-    let number = |of: &ShellUse| {
-        let known = first_loose.filter(|_| loose(of));
-        known.unwrap_or_else(|| {
-            let new = u32::try_from(shells.len()).unwrap_or(u32::MAX);
-            shells.push(Shell { kind: of.kind, entity: of.entity });
-            if loose(of) {
-                first_loose = Some(new);
-            }
-            new
-        })
-    };
-    (uses.iter().map(number).collect(), shells)
-}
-
 /// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.
 const CORNER: f64 = 10.0;
 
@@ -348,6 +326,32 @@ impl Assembly {
         against
     }
 
+    /// Moves vertices that only end one closed edge onto the edge's curve: nothing else is there that the curve has to meet.
+    fn settle_closed(&mut self, stated: &[Read<StatedFace>]) {
+        let mut uses: Map<usize, usize> = Map::default();
+        for draft in self.edges.values().flatten().filter(|draft| !draft.empty) {
+            let (start, end) = self.corners.ends(draft.ends, draft.points, false);
+            *uses.entry(start).or_default() += 1;
+            *uses.entry(end).or_default() += usize::from(start != end);
+        }
+        let bounds = stated.iter().flatten().flat_map(|face| &face.bounds);
+        let lone = bounds.filter_map(|bound| if let Bound::Vertex(id) = bound { Some(*id) } else { None });
+        let lone = lone.filter_map(|id| self.corners.find(VertexKey::Point(id))).collect::<Vec<_>>();
+        for corner in lone {
+            *uses.entry(corner).or_default() += 1;
+        }
+        for draft in self.edges.values_mut().flatten() {
+            let (start, end) = self.corners.ends(draft.ends, draft.points, false);
+            let Some(Bounded { curve, range, .. }) = &draft.curve else { continue };
+            let [first, last] = [range.0, range.1].map(|t| curve.point(t));
+            if start == end && uses.get(&start) == Some(&1) && first.distance(last) <= draft.units.tolerance {
+                draft.moved = first.distance(self.corners.points[start]);
+                draft.gap = first.distance(last);
+                self.corners.points[start] = first;
+            }
+        }
+    }
+
     /// The coedges of a loop, turned so that they run head to tail where they can; edges without length are passed over.
     fn chain(&mut self, uses: Vec<Use>, face: u64) -> Read<Vec<Use>> {
         let mut chain = Vec::with_capacity(uses.len());
@@ -470,7 +474,7 @@ impl Assembly {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
         let straightened = draft.straightened.take();
-        let (entity, gap, tolerance) = (draft.entity, draft.gap, draft.units.tolerance);
+        let Draft { entity, gap, moved, units: Units { tolerance, .. }, .. } = *draft;
         let near = CORNER * tolerance;
         let draft = self.edges.get(&key)?.as_ref().ok()?;
         let (start, end) = self.corners.ends(draft.ends, draft.points, false);
@@ -481,6 +485,11 @@ impl Assembly {
         if let Some(reason) = straightened {
             let reason = format!("an edge's curve was not read, and the edge became straight: {reason}");
             self.say_of_face(Severity::Warning, entity, Some(ends[0]), reason);
+        }
+        if moved > near {
+            let reason =
+                format!("the only vertex of a closed edge lies {moved:.3e} mm off its curve; it was moved there");
+            self.say_of_face(Severity::Note, entity, Some(ends[0]), reason);
         }
         if gap > PULLED * self.size {
             // Too far off for the mesh to bridge: the curve gives way, in its first and last span.
