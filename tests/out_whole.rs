@@ -75,7 +75,7 @@ fn leftovers_of_a_killed_process_are_no_obstacle() {
 #[test]
 fn a_full_disk_is_an_error_for_every_format() {
     let folder = folder("full");
-    for (extension, format) in Format::ALL {
+    for &(extension, format) in Format::ALL {
         let path = folder.join(format!("mesh.{extension}"));
         std::os::unix::fs::symlink("/dev/full", &path).unwrap();
         let error = save(&out_fixture::box_frame(DVec3::ONE, &[DAffine3::IDENTITY]), &path, format).unwrap_err();

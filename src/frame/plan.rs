@@ -9,7 +9,6 @@ use super::tolerance::Tolerance;
 use crate::mesh::{Drawn, ScenePart, TileId};
 use crate::model::PartId;
 use crate::prepare::{Prepared, PreparedPart};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
@@ -17,7 +16,8 @@ use std::sync::Arc;
 pub(super) const MAX_LINES: usize = 4096;
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TileLattice {
     /// u-lines, strictly increasing.
     pub us: Vec<f64>,
@@ -98,7 +98,8 @@ impl<'a> CellWalk<'a> {
 }
 
 /// Tessellants of one edge.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgePolyline {
     /// Parameters, strictly increasing; contains all breaks.
     pub ts: Vec<f64>,
@@ -107,7 +108,8 @@ pub struct EdgePolyline {
 }
 
 /// The plan of one part.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PartPlan {
     /// One per tile.
     pub tiles: Vec<Arc<TileLattice>>,
@@ -119,7 +121,8 @@ pub struct PartPlan {
 ///
 /// With `serde` it can be kept and made again elsewhere, bit for bit ([`Session::frame`](crate::parallel::Session::frame)), in formats
 /// that keep numbers whole and know infinity: CBOR and the like, not JSON.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,

@@ -11,15 +11,15 @@ use super::{Plan, PlanLimits, Tolerance};
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::prepare::{BoundingBox, Prepared};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 /// A box nearer than this fraction of half its diagonal (or around the camera) is planned as if it were so far away: finer would
 /// cost without end and show nothing but what is about to be passed.
 const NEAREST: f64 = 0.05;
 
 /// How a camera makes its picture.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Projection {
     /// Lines of sight meet in the eye.
     Perspective {
@@ -36,8 +36,9 @@ pub enum Projection {
 }
 
 /// A camera, and what its picture may show wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct View {
     /// Where the camera is, world, millimetres.
     pub eye: DVec3,

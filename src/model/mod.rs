@@ -47,10 +47,5 @@ pub use validate::MAX_DEGREE;
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
 
-mod teapot;
-mod trimmed_teapots;
-
-mod brake;
-
 /// Small models by name.
 pub mod shapes;
