@@ -19,7 +19,7 @@ use trimtess::frame::{
     tessellate_tile,
 };
 use trimtess::mesh::TileId;
-use trimtess::model::{PartId, SurfaceKind, shapes};
+use trimtess::model::{PartId, SurfaceKind};
 use trimtess::prepare::{PrepareOptions, Prepared, Tile, prepare};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
@@ -43,7 +43,7 @@ impl Case {
     /// The tile of a model that is best by a measure of its tessellants.
     fn of(name: &str, best: impl Fn(usize, SurfaceKind) -> Option<usize>) -> Self {
         let prepared =
-            prepare(shapes::by_name(name).expect("a named shape"), &PrepareOptions::DEFAULT).expect("within");
+            prepare(trimtess_models::by_name(name).expect("a named shape"), &PrepareOptions::DEFAULT).expect("within");
         let view = CameraPath::Glu.views(prepared.bounds.expect("a placed model"), 2, &PICTURE)[0];
         let plan = plan_for_view(&prepared, &view);
         let rated = |(part, tile, row): (PartId, TileId, &Tile)| {

@@ -8,7 +8,6 @@ use std::hint::black_box;
 use std::sync::Arc;
 use trimtess::frame::{CameraPath, Picture, Planner, PlannerOptions, View, plan_for_view};
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
-use trimtess::model::shapes;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -18,7 +17,7 @@ const STEPS: [Option<usize>; 4] = [None, Some(3600), Some(360), Some(36)];
 
 fn models() -> impl Iterator<Item = (&'static str, Arc<Prepared>)> {
     ["trimmed-teapot", "brake-assembly"].into_iter().map(|name| {
-        let model = shapes::by_name(name).expect("a named shape");
+        let model = trimtess_models::by_name(name).expect("a named shape");
         (name, Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits")))
     })
 }

@@ -2,7 +2,7 @@
 //! with a folder to compare (as CI does).
 //!
 //! ```sh
-//! cargo run --example figures [FOLDER]
+//! cargo run --features svg --example figures [FOLDER]
 //! ```
 
 use std::error::Error;

@@ -1,7 +1,7 @@
 //! A graphics device of your own, a session, and a scene that stays on the device: a camera goes round a model, and each
 //! frame sends what changed.
 //!
-//! Run with `cargo run --release --example own_device -- out.png`.
+//! Run with `cargo run --release --features wgpu --example own_device -- out.png`.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use trimtess::frame::{Projection, View};
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions};
 use trimtess::out::{Camera, ViewPoint};
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::{model::shapes, prepare};
+use trimtess::prepare;
 
 const SIZE: (u32, u32) = (960, 720);
 
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         view_formats: &[],
     });
 
-    let model = shapes::by_name("trimmed-teapot").ok_or("no teapot")?;
+    let model = trimtess_models::by_name("trimmed-teapot").ok_or("no teapot")?;
     let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
     let [low, high] = prepared.bounds.ok_or("nothing is placed")?;
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;

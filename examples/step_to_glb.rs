@@ -1,4 +1,4 @@
-//! A STEP file to a mesh file: `cargo run --release --example step_to_glb -- IN.step OUT.glb`
+//! A STEP file to a mesh file: `cargo run --release --features glb --example step_to_glb -- IN.step OUT.glb`
 
 use std::path::PathBuf;
 use std::sync::Arc;

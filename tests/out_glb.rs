@@ -1,4 +1,5 @@
 //! GLB files read back: chunks, JSON that the format's own rules accept, and the bytes behind every accessor.
+#![cfg(feature = "glb")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod out_fixture;

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use trimtess::frame::{self, Plan, Tolerance};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::{Model, shapes};
+use trimtess::model::Model;
 use trimtess::parallel::{FrameReport, Session, SessionOptions, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -31,7 +31,7 @@ fn bytes(sink: &MemorySink) -> Vec<u8> {
 
 fn models() -> Vec<(String, Model)> {
     let mut models: Vec<_> =
-        shapes::NAMES.iter().map(|name| ((*name).to_owned(), shapes::by_name(name).unwrap())).collect();
+        trimtess_models::names().map(|name| (name.to_owned(), trimtess_models::by_name(name).unwrap())).collect();
     #[cfg(feature = "step")]
     for name in ["red_cube_blue_cylinder", "nist_ctc05"] {
         use trimtess::import::step;

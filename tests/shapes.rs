@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::model::shapes;
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, prepare};
 
@@ -26,7 +25,7 @@ fn exact(name: &str) -> (Option<f64>, Option<f64>) {
 }
 
 fn mesh(name: &str, chord: f64) -> MeshFacts {
-    let model = shapes::by_name(name).unwrap_or_else(|| panic!("no shape {name}"));
+    let model = trimtess_models::by_name(name).unwrap_or_else(|| panic!("no shape {name}"));
     let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.is_empty(), "{name}: {:?}", prepared.diagnostics);
     let plan = frame::plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
@@ -39,7 +38,7 @@ fn mesh(name: &str, chord: f64) -> MeshFacts {
 #[test]
 fn meshes_have_the_area_and_volume_of_their_shape() {
     // The paper's models have tests of their own: tests/builtin.
-    for name in shapes::NAMES.into_iter().filter(|name| !name.contains('-')) {
+    for name in trimtess_models::names().filter(|name| !name.contains('-')) {
         for chord in [0.1, 0.01, 0.001] {
             let facts = mesh(name, chord);
             assert!(facts.is_well_formed(), "{name} at {chord}: {facts}");

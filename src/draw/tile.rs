@@ -8,7 +8,6 @@ use super::path::Path;
 use crate::frame::TileRecord;
 use crate::mesh::Origin;
 use glam::DVec2;
-use serde::Serialize;
 use std::collections::BTreeSet;
 
 /// The longer side of the drawing, pixels.
@@ -32,10 +31,11 @@ pub struct TileView {
 }
 
 /// A diagram, and how many things of each kind it shows.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TileDiagram {
     /// The document.
-    #[serde(skip)]
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub svg: String,
     /// Columns and rows of the lattice.
     pub cells: [u32; 2],

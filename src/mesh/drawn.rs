@@ -1,10 +1,10 @@
 //! Which tiles of which instances are drawn, view by view: a bit each.
 
 use super::TileId;
-use serde::{Deserialize, Serialize};
 
 /// Which tiles each instance shows in each view. Without rows (as made by default): everything is drawn in every view.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drawn {
     /// Where the words of each (view, instance) start in `words`, views after one another; and the end.
     starts: Vec<u32>,

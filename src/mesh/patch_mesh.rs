@@ -2,7 +2,6 @@
 
 use crate::model::{EdgeId, FaceId, PartId};
 use glam::{DVec3, Vec2, Vec3};
-use serde::{Deserialize, Serialize};
 
 /// Where a vertex came from. Vertices of one part with equal `edge` origins have bit-identical positions.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -73,7 +72,8 @@ impl PatchMesh {
 }
 
 /// Identity of a tile: its number in the part, counted over all faces.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TileId(pub u32);
 
 /// One tile's triangles on their way out.

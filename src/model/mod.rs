@@ -49,10 +49,5 @@ mod validate;
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
 
-mod teapot;
-mod trimmed_teapots;
-
-mod brake;
-
 /// Small models by name.
 pub mod shapes;

@@ -1,4 +1,5 @@
-//! Names to small models, stated by hand: for tests, examples, and `builtin:NAME` on the command line.
+//! Names to small models, stated by hand: for tests, examples, and `builtin:NAME` on the command line. The crate
+//! `trimtess-models` of this workspace adds larger ones.
 //!
 //! Together they hold every way of bounding a face: outer loops and holes, seams, two loops around a cylinder, an apex, a
 //! surface kept whole, free-form borders, several solids, instances with colours.
@@ -11,24 +12,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// What [`by_name`] knows, in the order of what they need.
-pub const NAMES: [&str; 16] = [
-    "square",
-    "box",
-    "cylinder",
-    "washer",
-    "cone",
-    "sphere",
-    "torus",
-    "wave",
-    "pair",
-    "flower",
-    "teapot",
-    "trimmed-teapot",
-    "flower-teapot",
-    "brake-hub",
-    "brake-rotor",
-    "brake-assembly",
-];
+pub const NAMES: [&str; 10] =
+    ["square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair", "flower"];
 
 /// The shape of that name; `None` if there is none.
 ///
@@ -49,13 +34,7 @@ pub fn by_name(name: &str) -> Option<Model> {
         "torus" => torus(),
         "wave" => wave(),
         "flower" => flower(),
-        "teapot" => super::teapot::teapot(),
-        "trimmed-teapot" => super::trimmed_teapots::unc(),
-        "flower-teapot" => super::trimmed_teapots::flowers(),
-        "brake-hub" => super::brake::hub(),
-        "brake-rotor" => super::brake::rotor(),
         "pair" => return Some(pair()),
-        "brake-assembly" => return Some(super::brake::assembly()),
         _ => return None,
     };
     let mut model = ModelBuilder::new(name);

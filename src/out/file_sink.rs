@@ -1,7 +1,9 @@
 //! Batches to a file: keeps what the formats need, writes when the frame is complete.
 
 use super::pending::PendingFile;
-use super::{write_glb, write_obj, write_ply, write_stl};
+#[cfg(feature = "glb")]
+use super::write_glb;
+use super::{write_obj, write_ply, write_stl};
 use crate::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use std::fmt;
 use std::io::{self, Write};
@@ -11,6 +13,7 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Format {
     /// Binary glTF, see [`write_glb`].
+    #[cfg(feature = "glb")]
     Glb,
     /// Binary STL, see [`write_stl`].
     Stl,
@@ -22,8 +25,13 @@ pub enum Format {
 
 impl Format {
     /// Every format, with the extension that chooses it.
-    pub const ALL: [(&'static str, Self); 4] =
-        [("glb", Self::Glb), ("stl", Self::Stl), ("ply", Self::Ply), ("obj", Self::Obj)];
+    pub const ALL: &'static [(&'static str, Self)] = &[
+        #[cfg(feature = "glb")]
+        ("glb", Self::Glb),
+        ("stl", Self::Stl),
+        ("ply", Self::Ply),
+        ("obj", Self::Obj),
+    ];
 
     /// The format that the extension of `path` names, in either case.
     ///
@@ -37,6 +45,7 @@ impl Format {
 
     fn write(self, frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
         match self {
+            #[cfg(feature = "glb")]
             Self::Glb => write_glb(frame, file),
             Self::Stl => write_stl(frame, file),
             Self::Ply => write_ply(frame, file),

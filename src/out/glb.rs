@@ -5,7 +5,7 @@
 //! (EXT_mesh_features), each point of the B-rep edges, which are lines, that of its edge.
 
 use super::colour;
-use super::placed::{batches_by_part, distinct, lines_by_part};
+use super::placed::{batches_by_part, by_part, distinct};
 use super::single::{BeyondSingle, single};
 use crate::mesh::{Batch, EdgeLine, MemorySink, SceneInstance, ScenePart};
 use crate::model::Colour;
@@ -37,7 +37,9 @@ const SHORT_VERTICES: usize = 65_535;
 pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let mut glb = Glb::default();
     let mut shapes = Vec::new();
-    for ((part, batches), lines) in frame.scene.parts.iter().zip(batches_by_part(frame)).zip(lines_by_part(frame)) {
+    for ((part, batches), lines) in
+        frame.scene.parts.iter().zip(batches_by_part(frame)).zip(by_part(frame, &frame.edge_lines, |line| line.part))
+    {
         shapes.push(glb.shape(part, &batches, &lines)?);
     }
     let mut meshes = HashMap::new();

@@ -10,6 +10,7 @@ mod placed;
 mod single;
 pub use single::BeyondSingle;
 
+#[cfg(any(feature = "glb", feature = "wgpu"))]
 mod colour;
 
 mod ply;
@@ -21,7 +22,9 @@ pub use stl::write_stl;
 mod obj;
 pub use obj::write_obj;
 
+#[cfg(feature = "glb")]
 mod glb;
+#[cfg(feature = "glb")]
 pub use glb::write_glb;
 
 mod file_sink;

@@ -1,6 +1,6 @@
 //! A frame's batches to placed batches: each instance's triangles in world coordinates.
 
-use crate::mesh::{Batch, EdgeLine, MemorySink, PatchMesh, SceneInstance};
+use crate::mesh::{Batch, MemorySink, PatchMesh, SceneInstance};
 use crate::model::PartId;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -9,12 +9,8 @@ pub(super) fn batches_by_part(frame: &MemorySink) -> Vec<Vec<&Batch>> {
     by_part(frame, &frame.batches, |batch| batch.part)
 }
 
-/// Edge polylines of each part, in the order they came.
-pub(super) fn lines_by_part(frame: &MemorySink) -> Vec<Vec<&EdgeLine>> {
-    by_part(frame, &frame.edge_lines, |line| line.part)
-}
-
-fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
+/// Items of each part, in the order they came.
+pub(super) fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
     let mut parts: Vec<Vec<&T>> = (0..frame.scene.parts.len()).map(|_| Vec::new()).collect();
     for item in items {
         if let Some(of_part) = parts.get_mut(part(item).index()) {

@@ -1,12 +1,13 @@
 //! Threads and queues of a session: hands out frames, takes back what the workers made, gives them used buffers again.
 
+use super::cores::{cores, stay_on};
 use super::handoff::{Delivery, Hand, Order, Task, queues};
 use super::metrics::Laps;
 use super::render_thread::{Feed, FrameError, FrameReport, commit, gather};
 use super::worker::{Stages, Worker};
 use crate::frame::Patch;
 use crate::mesh::{Batch, MeshSink, PatchMesh, Scene};
-use crossbeam::channel::{Receiver, Sender};
+use crossbeam_channel::{Receiver, Sender};
 use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -64,7 +65,7 @@ pub(super) struct Crew<S: Stages> {
 impl<S: Stages> Crew<S> {
     /// One thread per hand. Threads already started end when a later one is refused.
     pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, patch: Patch, pin: bool) -> Result<Self, StartError> {
-        let cores = if pin { core_affinity::get_core_ids().unwrap_or_default() } else { Vec::new() };
+        let cores = if pin { cores() } else { Vec::new() };
         let mut crew = Self {
             orders: Vec::new(),
             deliveries: Vec::new(),
@@ -83,8 +84,7 @@ impl<S: Stages> Crew<S> {
                 .name(format!("trimtess-worker-{worker}"))
                 .spawn(move || {
                     if let Some(core) = core {
-                        // Where that is refused, the system goes on choosing.
-                        core_affinity::set_for_current(core);
+                        stay_on(core);
                     }
                     worker_state.serve(&end);
                 })

@@ -37,7 +37,8 @@ pub struct SessionOptions {
     /// triangles between the vertices of a tile depend on the views before (and with [`redeal`](Self::redeal) on what was measured), though not on
     /// the number of workers.
     pub patch: Patch,
-    /// Whether each worker stays on one core, where the system allows that: for machines that do nothing else.
+    /// Whether each worker stays on one core, where the system allows that: for machines that do nothing else. Ignored
+    /// without the feature `affinity`.
     pub pin: bool,
 }
 

@@ -1,5 +1,6 @@
 //! What each worker spent on a frame: counts and nanoseconds, taken without shared state.
 
+#[cfg(feature = "cpu-time")]
 use cpu_time::ThreadTime;
 use std::time::{Duration, Instant};
 
@@ -19,7 +20,7 @@ pub struct WorkerMetrics {
     /// Time spent on edge polylines.
     pub lines_time: Duration,
     /// Processor time of its thread, from the order to the delivery: what [`busy`](Self::busy) would be on a machine that does
-    /// nothing else. Zero where the system does not tell.
+    /// nothing else. Zero without the feature `cpu-time`, and where the system does not tell.
     pub cpu: Duration,
 }
 
@@ -61,8 +62,10 @@ impl Laps {
 }
 
 /// Processor time of the thread that asks, since it was started.
+#[cfg(feature = "cpu-time")]
 pub(super) struct Processor(Option<ThreadTime>);
 
+#[cfg(feature = "cpu-time")]
 impl Processor {
     /// From now on.
     pub(super) fn start() -> Self {
@@ -73,6 +76,22 @@ impl Processor {
     pub(super) fn used(&self) -> Duration {
         let used = self.0.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
         used.unwrap_or_default()
+    }
+}
+
+/// Nobody tells.
+#[cfg(not(feature = "cpu-time"))]
+pub(super) struct Processor;
+
+#[cfg(not(feature = "cpu-time"))]
+impl Processor {
+    pub(super) fn start() -> Self {
+        Self
+    }
+
+    #[allow(clippy::unused_self, reason = "as with the feature")]
+    pub(super) fn used(&self) -> Duration {
+        Duration::ZERO
     }
 }
 

@@ -2,6 +2,8 @@
 
 pub mod distribute;
 
+mod cores;
+
 mod crew;
 pub use crew::StartError;
 

@@ -130,13 +130,18 @@ impl Owners {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::shapes;
+    use crate::model::{ModelBuilder, shapes};
     use crate::prepare::{PrepareOptions, prepare};
+    use glam::DAffine3;
 
     #[test]
     fn tiles_are_dealt_again_by_what_they_took() {
-        let model = shapes::by_name("brake-hub").unwrap();
-        let prepared = prepare(model, &PrepareOptions::DEFAULT).unwrap();
+        let mut model = ModelBuilder::new("boxes");
+        for _ in 0..20 {
+            let part = model.part(shapes::cuboid());
+            model.place(part, DAffine3::IDENTITY);
+        }
+        let prepared = prepare(model.finish().unwrap(), &PrepareOptions::DEFAULT).unwrap();
         let hands = hands(&prepared, 2, false);
         let mut owners = Owners::of(&prepared, &hands, NonZeroU32::new(3));
         let before = owners.parts.clone();

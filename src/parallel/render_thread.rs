@@ -5,7 +5,7 @@ use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
 use crate::mesh::{Batch, Drawn, MeshSink, PatchMesh, Scene, SinkError, TileId};
 use crate::model::{FaceId, PartId};
-use crossbeam::channel::Receiver;
+use crossbeam_channel::Receiver;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::time::Duration;

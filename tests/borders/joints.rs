@@ -4,7 +4,7 @@ use crate::patches::{
     bicubic, ends_where_it_is_open, mesh, open, part, prepared, reversed_v, shared, strip, transposed,
 };
 use glam::{DVec2, DVec3};
-use trimtess::model::{NurbsSurface, Part, shapes};
+use trimtess::model::{NurbsSurface, Part};
 
 fn left() -> NurbsSurface {
     bicubic(DVec2::ZERO, DVec2::new(3.0, 3.0))
@@ -78,7 +78,7 @@ fn three_faces_along_one_border_are_cut_alike() {
 
 /// The shape with its faces' surfaces and nothing else.
 fn untold(name: &str) -> Part {
-    let mut part = shapes::by_name(name).unwrap().parts.remove(0);
+    let mut part = trimtess_models::by_name(name).unwrap().parts.remove(0);
     part.faces.iter_mut().for_each(|f| f.loops.clear());
     part.edges.clear();
     part.vertices.clear();
@@ -93,7 +93,7 @@ fn the_teapot_without_topology_is_the_teapot() {
     // halves of four sections. Poles of lid and bottom are no edges.
     assert_eq!(open.count, 8 + 8, "{open:?}");
     ends_where_it_is_open(&prepared);
-    let mut stated = shapes::by_name("teapot").unwrap();
+    let mut stated = trimtess_models::by_name("teapot").unwrap();
     let stated = crate::patches::prepared(stated.parts.remove(0));
     assert_eq!(shared(&prepared), shared(&stated));
     let told = stated.parts[0].open_edges();
@@ -109,7 +109,7 @@ fn the_teapot_without_topology_is_the_teapot() {
 #[test]
 fn faces_with_edges_and_faces_without_share_them() {
     // The sheet of the wave, bounded by edges, and a patch beside it without.
-    let mut part = shapes::by_name("wave").unwrap().parts.remove(0);
+    let mut part = trimtess_models::by_name("wave").unwrap().parts.remove(0);
     let mut beside = part.faces[0].clone();
     beside.loops.clear();
     if let trimtess::model::Surface::Nurbs(s) = &mut beside.surface {

@@ -7,7 +7,7 @@ use syn::visit::{self, Visit};
 use syn::{Attribute, File, Item, ItemMod, ItemUse, UseTree, Visibility};
 
 /// A module's path below the crate, `["frame", "plan", "lattice"]`.
-pub type Module = Vec<String>;
+pub(crate) type Module = Vec<String>;
 
 /// One file: what it names, and what it hands on under which name.
 #[derive(Default)]
@@ -18,7 +18,7 @@ struct Names {
 }
 
 /// Every file of a crate, by its module, with the modules that it names: those that declare what it uses.
-pub fn imports(src: &Path) -> BTreeMap<Module, BTreeSet<Module>> {
+pub(crate) fn imports(src: &Path) -> BTreeMap<Module, BTreeSet<Module>> {
     let mut files = BTreeMap::new();
     read(src, &mut Vec::new(), &mut files);
     let resolved = |module: &Module, names: &Names| {

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 use trimtess::frame::{PlanLimits, Tolerance, plan, plan_within};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::{Frame3, Part, Surface, shapes};
+use trimtess::model::{Frame3, Part, Surface};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, prepare};
 
@@ -83,9 +83,10 @@ fn a_tolerance_far_larger_than_the_part() {
 #[test]
 fn no_tolerance_at_all_keeps_every_face_of_every_shape() {
     // Infinite chord, any angle: the coarsest mesh there is.
-    for name in shapes::NAMES {
+    for name in trimtess_models::names() {
         let prepared = Arc::new(
-            prepare(shapes::by_name(name).expect("a shape"), &PrepareOptions::DEFAULT).expect("within the limits"),
+            prepare(trimtess_models::by_name(name).expect("a shape"), &PrepareOptions::DEFAULT)
+                .expect("within the limits"),
         );
         let plan = plan(&prepared, &Tolerance { chord: f64::INFINITY, angle: 9.0, max_edge: None });
         let mut sink = MemorySink::default();

@@ -16,9 +16,9 @@
 //!
 //! A mutant depends on the file's name, the noise and its number alone. Times are printed and never judged.
 
-use crate::mutate::Random;
 use crate::parts::{CORPORA, Made, closed_by_reference, is_asked, make, name, number, on_all_cores, said, step_files};
 use crate::points::Points;
+use crate::random::Random;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! The bytes of a STEP file -> the same file with its points elsewhere: every CARTESIAN_POINT moved at random, or those of
 //! edges rounded. All other bytes stay.
 
-use crate::mutate::Random;
+use crate::random::Random;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 

@@ -19,7 +19,7 @@ pub(crate) const CORPORA: [&str; 2] = ["../shared/corpus", "../shared/corpus-clo
 /// The STEP files of some folders, in a fixed order. Says which folders are absent. Relative paths start at the
 /// checkout.
 pub(crate) fn step_files(folders: &[impl AsRef<Path>]) -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = checkout();
     let mut files = Vec::new();
     for folder in folders.iter().map(|folder| root.join(folder)) {
         let Ok(entries) = std::fs::read_dir(&folder) else {
@@ -33,6 +33,12 @@ pub(crate) fn step_files(folders: &[impl AsRef<Path>]) -> Vec<PathBuf> {
         files.extend(found);
     }
     files
+}
+
+/// The checkout: the package's folder, or the one above it that holds `tests/data`.
+pub(crate) fn checkout() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().find(|folder| folder.join("tests/data").is_dir()).unwrap_or(package)
 }
 
 /// A file's name without its folder.

@@ -8,7 +8,7 @@ use glam::DVec2;
 use trimtess::frame::trim::{TrimOutput, TrimScratch, trim_tile};
 use trimtess::frame::{self, PartPlan, Plan, TileLattice, Tolerance, cell_coordinate};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::{SurfaceKind, shapes};
+use trimtess::model::SurfaceKind;
 use trimtess::parallel::serial;
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, UvCurve, prepare};
 
@@ -19,7 +19,7 @@ use crate::sequence::judge;
 /// no segment of an edge crosses more than a cell along it.
 #[derive(Clone, PartialEq, Debug)]
 struct Rates {
-    /// Index into [`shapes::NAMES`].
+    /// Index into [`trimtess_models::names`].
     shape: usize,
     /// Cells between two creases in u and in v.
     cells: Vec<[u8; 2]>,
@@ -32,7 +32,7 @@ struct Rates {
 fn prepared(shape: usize) -> Arc<Prepared> {
     static ALL: OnceLock<Vec<Arc<Prepared>>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
-        let models = shapes::NAMES.iter().filter_map(|name| shapes::by_name(name));
+        let models = trimtess_models::names().filter_map(trimtess_models::by_name);
         models.map(|model| Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))).collect()
     });
     Arc::clone(&all[shape % all.len()])
@@ -40,7 +40,7 @@ fn prepared(shape: usize) -> Arc<Prepared> {
 
 impl Rates {
     fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
-        let shape = u.int_in_range(0..=shapes::NAMES.len() - 1)?;
+        let shape = u.int_in_range(0..=trimtess_models::names().count() - 1)?;
         let most = *u.choose(&[4, 1, 12, 40])?;
         let number = |u: &mut Unstructured<'_>| u.int_in_range(1..=most);
         let cells = (0..u.int_in_range(1..=7)?).map(|_| Ok([number(u)?, number(u)?])).collect::<Result<_>>()?;

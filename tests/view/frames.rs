@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use trimtess::frame::{Patch, Plan, Planner, PlannerOptions, Projection, View, edge_line};
 use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileId};
-use trimtess::model::{EdgeId, ModelBuilder, PartId, shapes};
+use trimtess::model::{EdgeId, ModelBuilder, PartId};
 use trimtess::parallel::{Session, SessionOptions, serial};
 use trimtess::prepare::Prepared;
 
@@ -308,7 +308,7 @@ fn instances_come_move_and_go() {
 /// Rows of a part, away from the camera.
 fn crowd(name: &str) -> Arc<Prepared> {
     let mut model = ModelBuilder::new("crowd");
-    let part = model.part(shapes::by_name(name).unwrap().parts.swap_remove(0));
+    let part = model.part(trimtess_models::by_name(name).unwrap().parts.swap_remove(0));
     for k in 0..60 {
         let place = DVec3::new(40.0 * f64::from(k % 4), 60.0 * f64::from(k / 4), 0.0);
         model.place(part, DAffine3::from_translation(place));
@@ -456,7 +456,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
 
 #[test]
 fn views_that_are_no_cameras_show_nothing() {
-    let prepared = prepared(shapes::by_name("torus").unwrap());
+    let prepared = prepared(trimtess_models::by_name("torus").unwrap());
     let good = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
     let mut session = Session::start(Arc::clone(&prepared), &options(1)).unwrap();
     let mut sink = MemorySink::default();

@@ -9,6 +9,7 @@ mod frames;
 mod lines;
 mod patched;
 mod pixels;
+#[cfg(feature = "serde")]
 mod recorded;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
@@ -16,7 +17,7 @@ use pixels::{Draw, measured};
 use std::sync::Arc;
 use trimtess::frame::{Plan, Projection, View, plan_for_view};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::{Instance, Model, ModelBuilder, shapes};
+use trimtess::model::{Instance, Model, ModelBuilder};
 use trimtess::parallel::{Session, SessionOptions, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -39,13 +40,13 @@ fn of_corpus(_: &str) -> Option<Arc<Prepared>> {
 }
 
 fn shape(name: &str) -> Arc<Prepared> {
-    prepared(shapes::by_name(name).unwrap())
+    prepared(trimtess_models::by_name(name).unwrap())
 }
 
 /// A part twice, once turned and three times as large.
 fn two_sizes(name: &str) -> Arc<Prepared> {
     let mut model = ModelBuilder::new("two");
-    let part = model.part(shapes::by_name(name).unwrap().parts.swap_remove(0));
+    let part = model.part(trimtess_models::by_name(name).unwrap().parts.swap_remove(0));
     model.place(part, DAffine3::IDENTITY);
     let turn = DQuat::from_rotation_y(1.0);
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), turn, DVec3::new(60.0, 10.0, -20.0));

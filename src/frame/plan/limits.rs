@@ -2,7 +2,6 @@
 
 use crate::mesh::TileId;
 use crate::model::PartId;
-use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Memory of one triangle on its way to a file: its corners' numbers, its share of the vertices with their normals, and the
@@ -11,7 +10,8 @@ pub const BYTES_PER_TRIANGLE: u64 = 128;
 
 /// Most that a plan may hold. Triangles are counted as two per cell of a lattice, kept or trimmed away, and two per tessellant;
 /// each part counts once, however often it is placed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlanLimits {
     /// Triangles of one tile.
     pub triangles_per_tile: u64,
@@ -38,7 +38,8 @@ impl Default for PlanLimits {
 }
 
 /// In what a plan is coarser than its tolerance asks, and because of which limits.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Shortfall {
     /// The limits of the plan.
     pub limits: PlanLimits,

@@ -3,7 +3,6 @@
 
 use super::limits::Shortfall;
 use crate::mesh::Drawn;
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
@@ -11,7 +10,8 @@ use std::sync::Arc;
 pub(crate) const MAX_LINES: usize = 4096;
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TileLattice {
     /// u-lines, strictly increasing.
     pub us: Vec<f64>,
@@ -92,7 +92,8 @@ impl<'a> CellWalk<'a> {
 }
 
 /// Tessellants of one edge.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgePolyline {
     /// Parameters, strictly increasing; contains all breaks.
     pub ts: Vec<f64>,
@@ -101,7 +102,8 @@ pub struct EdgePolyline {
 }
 
 /// The plan of one part.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PartPlan {
     /// One per tile.
     pub tiles: Vec<Arc<TileLattice>>,
@@ -113,7 +115,8 @@ pub struct PartPlan {
 ///
 /// With `serde` it can be kept and made again elsewhere, bit for bit ([`Session::frame`](crate::parallel::Session::frame)), in formats
 /// that keep numbers whole and know infinity: CBOR and the like, not JSON.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,

@@ -1,11 +1,11 @@
 //! Cameras, and what their pictures may show wrong.
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 /// How a camera makes its picture.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Projection {
     /// Lines of sight meet in the eye.
     Perspective {
@@ -22,8 +22,9 @@ pub enum Projection {
 }
 
 /// A camera, and what its picture may show wrong.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct View {
     /// Where the camera is, world, millimetres.
     pub eye: DVec3,

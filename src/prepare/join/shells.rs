@@ -8,7 +8,8 @@ use std::collections::{BTreeSet, HashSet};
 
 /// A part's shells by what they bound, and whether their loops cancel on every edge: what the part states, before anything is
 /// repaired or lost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Shells {
     /// Shells whose loops can be turned so that they sum to 0 on every edge; those without edges are closed surfaces.
     pub closed: usize,

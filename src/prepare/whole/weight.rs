@@ -1,5 +1,5 @@
 //! Prepared tiles -> what each is expected to cost: cells and tessellants of a mesh that is as fine as pictures are, counted without
-//! making a plan, times what they were measured to cost (`examples/tile_costs.rs` and docs/benchmarks.md).
+//! making a plan, times what they were measured to cost (`trimtess bench tile-costs` and docs/benchmarks.md).
 
 use crate::prepare::join::prepared::{EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::CurveBounds;

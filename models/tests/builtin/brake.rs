@@ -4,7 +4,6 @@ use crate::volumes::{Section, frustum, integral, ring, rounding};
 use crate::{alone, meshed, patches, prepared};
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_6, PI, TAU};
-use trimtess::model::shapes;
 
 #[test]
 fn brakes_are_closed_at_every_tolerance() {
@@ -174,7 +173,7 @@ fn the_other_parts_have_their_volume() {
         let chamfer = 0.5 * 1.5 * 1.5 * block.outline - PI * 1.5_f64.powi(3) / 3.0;
         Section::rounded(&plate).prism(6.0, 2.0, 1.0) + 2.0 * (10.0 * block.area - chamfer)
     };
-    let model = shapes::by_name("brake-assembly").unwrap();
+    let model = trimtess_models::by_name("brake-assembly").unwrap();
     for (name, exact) in
         [("wheel washer", washer), ("wheel nut", nut), ("piston", piston), ("pad", pad), ("caliper", caliper())]
     {

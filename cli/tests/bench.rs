@@ -1,6 +1,5 @@
 //! `trimtess bench` as others rely on it: the fields of its JSON, paths that are written and read again, a timeline that holds every stage.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-#![cfg(feature = "cli")]
 
 use serde_json::Value;
 use std::fs;

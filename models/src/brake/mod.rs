@@ -11,13 +11,13 @@ mod hub;
 mod path;
 mod rotor;
 
-pub(super) use hub::hub;
-pub(super) use rotor::rotor;
+pub(crate) use hub::hub;
+pub(crate) use rotor::rotor;
 
-use super::{Colour, Instance, Model, ModelBuilder, Part};
 use fasteners::Thread;
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use trimtess::model::{Colour, Instance, Model, ModelBuilder, Part};
 
 const CAST: Colour = [0.62, 0.63, 0.65, 1.0];
 const FORGED: Colour = [0.42, 0.46, 0.52, 1.0];
@@ -30,7 +30,7 @@ const BOLTS: u32 = 5;
 const BOLT_CIRCLE: f64 = 57.0;
 
 /// The brake about z: hub, rotor, caliper, two pads, four pistons, and bolts with nuts and washers.
-pub(super) fn assembly() -> Model {
+pub(crate) fn assembly() -> Model {
     const WHEEL: Thread = Thread { radius: 6.0, pitch: 1.75 };
     const SCREW: Thread = Thread { radius: 5.0, pitch: 1.5 };
     /// Heights of the washers.

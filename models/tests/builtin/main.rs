@@ -11,13 +11,13 @@ use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
-use trimtess::model::{Model, ModelBuilder, Part, Severity, shapes};
+use trimtess::model::{Model, ModelBuilder, Part, Severity};
 use trimtess::parallel::serial;
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
 
 /// The model of that name, prepared without complaints: notes tell of borders that patches share.
 fn prepared(name: &str) -> Arc<Prepared> {
-    of_model(shapes::by_name(name).unwrap())
+    of_model(trimtess_models::by_name(name).unwrap())
 }
 
 fn of_model(model: Model) -> Arc<Prepared> {

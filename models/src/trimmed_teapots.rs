@@ -4,14 +4,13 @@
 //! The patches are given without topology. A loop that runs over a common border is given as one open curve for each side;
 //! both end in the same parameters of the border.
 
-use super::curve::ArcNet;
-use super::teapot::nets;
-use super::{
-    FreeTrims, NurbsCurve, NurbsCurve2, NurbsSurface, Part, PartBuilder, ShellKind, Surface, TrimCurve, TrimPiece,
-    TrimRule,
-};
+use crate::teapot::nets;
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use trimtess::model::{
+    Frame3, FreeTrims, NurbsCurve, NurbsCurve2, NurbsCurve3, NurbsSurface, Part, PartBuilder, ShellKind, Surface,
+    TrimCurve, TrimPiece, TrimRule,
+};
 
 /// Millimetres to the published unit.
 const SCALE: f64 = 20.0;
@@ -21,7 +20,7 @@ const QUARTERS: usize = 4;
 
 /// The teapot with U, N and C cut out of both sides of the body, four ellipses out of its lower half, four across the
 /// borders of the lid's patches, and two out of the spout. The N lies across the border of two patches.
-pub(super) fn unc() -> Part {
+pub(crate) fn unc() -> Part {
     trimmed("trimmed-teapot", |patch, _| match (patch / QUARTERS, patch % QUARTERS) {
         (1, quarter) => letters(quarter % 2),
         (2, _) => vec![ellipse(DVec2::new(0.36, 0.5), DVec2::new(0.24, 0.34))],
@@ -33,7 +32,7 @@ pub(super) fn unc() -> Part {
 
 /// The teapot with flowers cut out of all its patches, on each some of polylines and some of Bézier curves or a closed
 /// B-spline; many cross each other, and four lie across the border of two patches.
-pub(super) fn flowers() -> Part {
+pub(crate) fn flowers() -> Part {
     trimmed("flower-teapot", |patch, surface| {
         let bed = Bed { surface };
         let mut curves = match patch % 4 {
@@ -205,9 +204,9 @@ fn petal(k: usize, count: usize) -> TrimPiece {
 
 /// A circular arc, run backwards if `back`.
 fn arc(centre: DVec2, radius: f64, from: f64, to: f64, back: bool) -> TrimPiece {
-    let net = ArcNet::new(from, to);
-    let points = net.rays.iter().map(|&ray| centre + ray * radius).collect();
-    let curve = NurbsCurve2 { degree: 2, knots: net.knots, points, weights: net.weights };
+    let unit = NurbsCurve3::arc(&Frame3::WORLD, 1.0, 1.0, from, to);
+    let points = unit.points.iter().map(|ray| centre + ray.truncate() * radius).collect();
+    let curve = NurbsCurve2 { degree: unit.degree, knots: unit.knots, points, weights: unit.weights };
     TrimPiece::Nurbs(if back { curve.reversed() } else { curve })
 }
 

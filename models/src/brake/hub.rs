@@ -1,12 +1,12 @@
 //! Dimensions -> a wheel hub: a lobed flange for the bolts on a turned body with a splined bore and a toothed ring.
 
-use super::super::{Frame3, Part};
 use super::body::Body;
 use super::path::Path;
 use super::rotor::{BELL, BORE};
 use super::{BOLT_CIRCLE, BOLTS, FORGED};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
+use trimtess::model::{Frame3, Part};
 
 /// Heights of the ends of the hub.
 const ENDS: [f64; 2] = [-12.0, 66.0];
@@ -22,7 +22,7 @@ const NECK: f64 = 33.0;
 const PILOT: f64 = BORE - 0.05;
 
 /// The hub about z.
-pub(in crate::model) fn hub() -> Part {
+pub(crate) fn hub() -> Part {
     let mut body = Body::new("brake hub", FORGED);
     let frame = Frame3::WORLD;
     let plane = |body: &mut Body, z: f64, outwards: DVec3| body.flat(DVec3::Z * z, outwards);

@@ -116,7 +116,7 @@ impl Command {
             Self::Render(args) => Some(&args.input),
             #[cfg(feature = "view")]
             Self::View(args) => args.input.as_ref(),
-            Self::Bench(args) => Some(&args.input),
+            Self::Bench(args) => args.input.as_ref(),
         }
     }
 }

@@ -1,12 +1,13 @@
 //! The command line as others rely on it: exit statuses, report keys, files that appear whole or not at all.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-#![cfg(feature = "cli")]
 
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+/// Where the files are.
+const CHECKOUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
 const FORMS: &str = "tests/fuzz/seeds/forms.step";
 
@@ -21,7 +22,7 @@ fn folder(test: &str) -> PathBuf {
 fn trimtess(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trimtess"))
         .args(args)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(CHECKOUT)
         .env_remove("RUST_LOG")
         .output()
         .unwrap()
@@ -112,7 +113,7 @@ fn a_report_has_the_promised_keys_and_its_seconds_sum() {
 fn check(test: &str, change: impl Fn(&str) -> String) -> (Option<i32>, Value, String) {
     let folder = folder(test);
     let (file, mesh) = (folder.join("part.step"), folder.join("part.ply"));
-    let whole = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(CUBE)).unwrap();
+    let whole = fs::read_to_string(Path::new(CHECKOUT).join(CUBE)).unwrap();
     fs::write(&file, change(&whole)).unwrap();
     let args = ["tessellate", file.to_str().unwrap(), "-o", mesh.to_str().unwrap()];
     let output = trimtess(&[&args[..], &["--check", "--json"]].concat());
@@ -325,7 +326,7 @@ fn every_builtin_can_be_tessellated() {
 #[test]
 fn truncated_files_are_no_disaster() {
     let folder = folder("truncated");
-    let whole = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(CUBE)).unwrap();
+    let whole = fs::read(Path::new(CHECKOUT).join(CUBE)).unwrap();
     let (file, mesh) = (folder.join("cut.step"), folder.join("cut.ply"));
     for tenths in 0..10 {
         fs::write(&file, &whole[..whole.len() * tenths / 10]).unwrap();
@@ -343,7 +344,7 @@ fn limits_are_errors_that_name_the_option() {
     let folder = folder("limits");
     let mesh = folder.join("mesh.ply");
     let out = mesh.to_str().unwrap();
-    let bytes = fs::metadata(Path::new(env!("CARGO_MANIFEST_DIR")).join(CUBE)).unwrap().len();
+    let bytes = fs::metadata(Path::new(CHECKOUT).join(CUBE)).unwrap().len();
     let refused = |option: &str, value: &str, why: &str| {
         let args = ["tessellate", CUBE, "-o", out, "--chord-rel", "1e-3", option, value];
         refuses(&args, 1, why);
@@ -517,7 +518,7 @@ fn open_edges_are_those_of_faces_with_common_borders() {
 
 #[test]
 fn supplemental_geometry_is_read_on_demand() {
-    let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(FORMS)).unwrap();
+    let text = fs::read_to_string(Path::new(CHECKOUT).join(FORMS)).unwrap();
     let ball = "#95=SPHERICAL_SURFACE('',#20,9.)";
     let path = folder("supplemental").join("ball.step");
     fs::write(&path, text.replace("#95=PLANE('',#20)", ball)).unwrap();

@@ -492,7 +492,7 @@ mod tests {
         let trouble = viewer.told.trouble.clone().unwrap_or_default();
         assert!(trouble.contains("no such file"), "{trouble}");
         assert_eq!((viewer.told.name.as_str(), viewer.told.costs.drew.triangles), ("builtin:torus", drawn));
-        let cube = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/red_cube_blue_cylinder.step");
+        let cube = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/red_cube_blue_cylinder.step");
         step(&mut viewer, &target, &mut time, Vec::new(), &[cube]);
         settle(&mut viewer, &target, &mut time);
         assert_eq!((viewer.told.name.as_str(), &viewer.told.trouble), ("red_cube_blue_cylinder.step", &None));

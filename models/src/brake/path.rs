@@ -1,8 +1,8 @@
 //! Corners with radii, or points and arcs -> plane paths of lines, circular arcs and cubic Bézier pieces: what is turned, swept
 //! and extruded.
 
-use super::super::{CurveKind, Frame3, NurbsCurve3};
 use glam::{DVec2, DVec3};
+use trimtess::model::{CurveKind, Frame3, NurbsCurve3};
 
 /// How a path goes on from one point to the next.
 #[derive(Clone, Copy, Debug)]

@@ -3,14 +3,14 @@
 use crate::Failure;
 use std::path::{Path, PathBuf};
 use trimtess::import::step::{self, StepError, StepOptions};
-use trimtess::model::{Model, shapes};
+use trimtess::model::Model;
 
 /// What FILE names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Input {
     /// A file on disk.
     File(PathBuf),
-    /// A shape that the crate makes.
+    /// A model of `trimtess-models`.
     Builtin(String),
 }
 
@@ -47,11 +47,11 @@ impl Input {
 
 /// The names of the built-in shapes, one a line.
 pub(crate) fn builtin_list() -> String {
-    shapes::NAMES.iter().map(|name| format!("builtin:{name}\n")).collect()
+    trimtess_models::names().map(|name| format!("builtin:{name}\n")).collect()
 }
 
 fn builtin(name: &str) -> Result<Model, Failure> {
-    shapes::by_name(name)
+    trimtess_models::by_name(name)
         .ok_or_else(|| Failure::Usage(format!("there is no builtin:{name}; `builtin:list` as FILE lists them")))
 }
 

@@ -3,11 +3,11 @@
 //! Everything is oriented as seen from outside: a path has the material on its left, a ring that is handed back is what the
 //! neighbour's boundary needs. Sides turn their loops over themselves where their surface looks inwards.
 
-use super::super::{
-    Coedge, Colour, CurveKind, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
-};
 use super::path::{Path, Piece, lifted, meridian, right};
 use glam::{DVec2, DVec3};
+use trimtess::model::{
+    Coedge, Colour, CurveKind, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
+};
 
 /// Lengths below are rounding, millimetres.
 const ROUNDING: f64 = 1e-9;

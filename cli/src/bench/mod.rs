@@ -2,11 +2,13 @@
 
 mod costs;
 mod flight;
+mod glu_scene;
 mod kept;
 mod plot;
 mod replay;
 mod route;
 mod summary;
+mod tile_costs;
 mod uploads;
 
 use crate::input::{self, Input};
@@ -26,10 +28,13 @@ use trimtess::prepare::{Prepared, prepare};
 
 /// `trimtess bench`
 #[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, disable_help_subcommand = true)]
 pub(crate) struct BenchArgs {
+    #[command(subcommand)]
+    other: Option<Other>,
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
-    pub(crate) input: Input,
+    #[arg(value_name = "FILE", value_parser = input::parse, required = true)]
+    pub(crate) input: Option<Input>,
     /// Where the camera goes: orbit, zoom, walk, glu (the path of the comparison with libGLU), or a file that --save-path wrote.
     #[arg(long, value_name = "PATH", value_parser = route::parse, default_value = "orbit")]
     path: Route,
@@ -77,12 +82,31 @@ pub(crate) struct BenchArgs {
     save_path: Option<PathBuf>,
 }
 
+/// What is measured without a path over a file.
+#[derive(clap::Subcommand)]
+enum Other {
+    /// The trimmed teapot of the comparison with libGLU: triangles, error in pixels, cracks, time of one thread.
+    GluScene(glu_scene::GluSceneArgs),
+    /// What tiles cost by what is in them: the weights that `prepare` gives, fitted to times of this machine.
+    TileCosts(tile_costs::TileCostsArgs),
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
+    match (&args.other, &args.input) {
+        (Some(Other::GluScene(scene)), _) => glu_scene::run(scene, common),
+        (Some(Other::TileCosts(files)), _) => tile_costs::run(files, common),
+        (None, Some(input)) => along_a_path(input, args, common),
+        (None, None) => Err(Failure::Usage("FILE is missing".into())),
+    }
+}
+
+/// Flies a path over a model.
+fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
     [&args.json, &args.plot, &args.save_path].into_iter().flatten().try_for_each(|path| require_folder(path))?;
     let progress = Progress::start(common);
-    progress.stage(format!("reading {}", args.input.name()));
-    let model = args.input.read(&common.limits.step())?;
+    progress.stage(format!("reading {}", input.name()));
+    let model = input.read(&common.limits.step())?;
     progress.stage("preparing");
     let prepared = Arc::new(prepare(model, &common.prepare()).map_err(unprepared)?);
     let asked = Asked { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
@@ -129,7 +153,7 @@ pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
     drop(progress);
 
     let report = Report {
-        model: args.input.name(),
+        model: input.name(),
         machine: Machine::this(),
         tiles: prepared.tiles().count(),
         size: views[0].size,

@@ -1,5 +1,6 @@
 //! The bytes of a file -> the bytes of a broken one.
 
+use crate::random::Random;
 use std::ops::Range;
 
 /// What is done to a file.
@@ -15,37 +16,6 @@ pub(crate) enum Mutation {
     References,
     /// Some numbers are others.
     Numbers,
-}
-
-/// Xorshift64*: good enough to choose places, and the same everywhere.
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(name: &str, number: u64) -> Self {
-        // FNV-1a: the same for every release of the compiler.
-        let bytes = name.bytes().chain(number.to_le_bytes());
-        let hash =
-            bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
-        Self(hash | 1)
-    }
-
-    /// A number below `n`, which is not 0.
-    pub(crate) fn below(&mut self, n: u64) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 1) % n
-    }
-
-    /// From -1 to 1, evenly.
-    pub(crate) fn signed(&mut self) -> f64 {
-        const STEPS: u64 = 1 << 53;
-        2.0 * self.below(STEPS) as f64 / STEPS as f64 - 1.0
-    }
-
-    fn choose<'a, T>(&mut self, all: &'a [T]) -> Option<&'a T> {
-        all.get(self.below(all.len().max(1) as u64) as usize)
-    }
 }
 
 /// Numbers that ask for trouble.

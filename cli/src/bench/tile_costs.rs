@@ -1,20 +1,20 @@
 //! What tiles cost, by what is in them: the model of `prepare::Tile::weight`, fitted to times of this machine.
 //!
-//! `cargo run --release --features step --example tile_costs -- FILE...` (STEP files, or builtin:NAME) makes each tile alone, on one thread,
-//! for six views around each model at half a pixel of 1920 × 1080, takes the least of four times, and prints the nanoseconds for a tile,
-//! a cell, a boundary tessellant, and a tessellant beyond 32 per cell that have the least relative error over all tiles; then, for
-//! each file, how well these and the weights that `prepare` gives (which knows no view) go with what was measured.
+//! Each tile is made alone, on one thread, for six views around each model at half a pixel of 1920 × 1080. The least of four
+//! times counts. Told are the nanoseconds for a tile, a cell, a boundary tessellant, and a tessellant beyond 32 per cell that
+//! have the least relative error over all tiles; then, for each file, how well these and the weights that `prepare` gives
+//! (which knows no view) go with what was measured.
 
-use faer::Mat;
-use faer::prelude::Solve;
-use std::error::Error;
+use crate::input::{self, Input};
+use crate::limits::unprepared;
+use crate::{Common, Done, Failure};
+use glam::{DMat4, DVec4};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
 use trimtess::frame::{CameraPath, Picture, Plan, Scratch, plan_for_view, tessellate_tile};
-use trimtess::import::step::{StepOptions, read_file};
 use trimtess::mesh::TileId;
-use trimtess::model::{PartId, shapes};
-use trimtess::prepare::{PrepareOptions, Prepared, Tile, prepare};
+use trimtess::model::PartId;
+use trimtess::prepare::{Prepared, Tile, prepare};
 
 /// Views around each model.
 const VIEWS: usize = 6;
@@ -33,37 +33,35 @@ struct Sample {
     weight: f64,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// `trimtess bench tile-costs`
+#[derive(clap::Args)]
+pub(super) struct TileCostsArgs {
+    /// STEP files, or builtin:NAME.
+    #[arg(value_name = "FILES", value_parser = input::parse, required = true)]
+    files: Vec<Input>,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &TileCostsArgs, common: &Common) -> Result<Done, Failure> {
     let mut files = Vec::new();
-    for name in std::env::args().skip(1) {
-        let model = match name.strip_prefix("builtin:") {
-            Some(shape) => shapes::by_name(shape).ok_or_else(|| format!("no {name}"))?,
-            None => read_file(name.as_ref(), &StepOptions::default())?,
-        };
-        let prepared = prepare(model, &PrepareOptions::DEFAULT)?;
-        let short = name.rsplit('/').next().unwrap_or(&name).to_owned();
-        files.push((short, samples(&prepared)));
+    for input in &args.files {
+        let model = input.read(&common.limits.step())?;
+        let prepared = prepare(model, &common.prepare()).map_err(unprepared)?;
+        files.push((input.name(), samples(&prepared)));
     }
     let all: Vec<&Sample> = files.iter().flat_map(|(_, samples)| samples).collect();
     if all.len() < TERMS {
-        return Err("usage: tile_costs FILE...: STEP files, or builtin:NAME".into());
+        return Err(Failure::Cannot(format!("{} tiles are too few to fit {TERMS} numbers to", all.len())));
     }
     let fit = fit(&all);
-    println!(
-        "{} tiles: ns for a tile {:.0}, a cell {:.0}, a tessellant {:.0}, one in a crowd {:.0} more",
+    let [tile, cell, tessellant, crowd] = fit;
+    crate::tell(&format!(
+        "{} tiles: ns for a tile {tile:.0}, a cell {cell:.0}, a tessellant {tessellant:.0}, one in a crowd {crowd:.0} more\n\
+         \x20                          file  samples   ms | correlation of costs with the fit, weights | of their logarithms\n",
         all.len(),
-        fit[0],
-        fit[1],
-        fit[2],
-        fit[3]
-    );
-    println!(
-        "                           file  samples   ms | correlation of costs with the fit, weights | of their logarithms"
-    );
-    for (name, samples) in &files {
-        tell(name, samples, &fit);
-    }
-    Ok(())
+    ))?;
+    files.iter().try_for_each(|(name, samples)| crate::tell(&row(name, samples, &fit)))?;
+    Ok(Done::Clean)
 }
 
 fn samples(prepared: &Prepared) -> Vec<Sample> {
@@ -116,40 +114,36 @@ fn fit(samples: &[&Sample]) -> [f64; TERMS] {
     const USUAL: f64 = 0.3;
     let mut fit = [0.0; TERMS];
     for round in 0..ROUNDS {
-        let mut normal = Mat::<f64>::zeros(TERMS, TERMS);
-        let mut right = Mat::<f64>::zeros(TERMS, 1);
+        let (mut normal, mut right) = (DMat4::ZERO, DVec4::ZERO);
         for sample in samples {
             let off = predicted(&sample.terms, &fit) - sample.cost;
             let off = (off / sample.cost.max(predicted(&sample.terms, &fit))).abs();
             let trust = if round == 0 || off <= USUAL { 1.0 } else { USUAL / off };
             let scale = trust / (sample.cost * sample.cost);
-            for i in 0..TERMS {
-                right[(i, 0)] += scale * sample.terms[i] * sample.cost;
-                for j in 0..TERMS {
-                    normal[(i, j)] += scale * sample.terms[i] * sample.terms[j];
-                }
-            }
+            let terms = DVec4::from_array(sample.terms);
+            right += scale * sample.cost * terms;
+            normal += DMat4::from_cols_array_2d(&sample.terms.map(|term| (scale * term * terms).to_array()));
         }
-        let solution = normal.partial_piv_lu().solve(&right);
-        fit = std::array::from_fn(|i| solution[(i, 0)]);
+        fit = (normal.inverse() * right).to_array();
     }
     fit
 }
 
-fn tell(name: &str, samples: &[Sample], fit: &[f64; TERMS]) {
+/// How well the fit and the weights go with what a file's tiles cost.
+fn row(name: &str, samples: &[Sample], fit: &[f64; TERMS]) -> String {
     let costs: Vec<f64> = samples.iter().map(|s| s.cost).collect();
     let fitted: Vec<f64> = samples.iter().map(|s| predicted(&s.terms, fit)).collect();
     let weights: Vec<f64> = samples.iter().map(|s| s.weight).collect();
     let logs = |of: &[f64]| of.iter().map(|x| x.max(1.0).ln()).collect::<Vec<f64>>();
     let whole = 1e-6 * costs.iter().sum::<f64>() / VIEWS as f64;
-    println!(
-        "{name:>31} {:8} {whole:7.2} | {:6.3} {:6.3} | {:6.3} {:6.3}",
+    format!(
+        "{name:>31} {:8} {whole:7.2} | {:6.3} {:6.3} | {:6.3} {:6.3}\n",
         samples.len(),
         correlation(&costs, &fitted),
         correlation(&costs, &weights),
         correlation(&logs(&costs), &logs(&fitted)),
         correlation(&logs(&costs), &logs(&weights))
-    );
+    )
 }
 
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
@@ -160,4 +154,22 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let spread = product(a, middle_a, a, middle_a) * product(b, middle_b, b, middle_b);
     // What does not vary goes with nothing.
     if spread.is_normal() { product(a, middle_a, b, middle_b) / spread.sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_costs_are_fitted_exactly() {
+        let truth = [160.0, 36.0, 190.0, 755.0];
+        let sample = |k: u32| {
+            let (cells, tessellants) = (f64::from(1 + k % 7), f64::from(4 + k * k % 400));
+            let terms = [1.0, cells, tessellants, (tessellants - CROWD * cells).max(0.0)];
+            Sample { terms, cost: predicted(&terms, &truth), weight: 0.0 }
+        };
+        let samples: Vec<Sample> = (0..200).map(sample).collect();
+        let fit = fit(&samples.iter().collect::<Vec<_>>());
+        assert!(fit.iter().zip(truth).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{fit:?}");
+    }
 }

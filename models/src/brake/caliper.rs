@@ -1,11 +1,11 @@
 //! Dimensions -> a caliper around the rotor's edge, with bores for four pistons, and the pistons and pads in it.
 
-use super::super::{Frame3, Part};
 use super::body::{Body, SideId};
 use super::path::Path;
 use super::rotor::FACES;
 use super::{CAST_PAINTED, LINING, STEEL};
 use glam::DVec3;
+use trimtess::model::{Frame3, Part};
 
 /// Distances from the rotor's faces outwards: the lining, its plate, the gap to the caliper.
 pub(super) const LINING_DEPTH: f64 = 10.0;

@@ -4,11 +4,11 @@
 //! Body, rim, lid and bottom are profiles swept by a quarter turn four times; handle and spout are half tubes and their mirror
 //! images. All that is stored are the profiles and the tubes' sections.
 
-use super::{
-    Coedge, CurveKind, EdgeId, Loop, NurbsCurve, NurbsSurface, Part, PartBuilder, ShellKind, Surface, VertexId,
-};
 use glam::DVec3;
 use std::collections::BTreeMap;
+use trimtess::model::{
+    Coedge, CurveKind, EdgeId, Loop, NurbsCurve, NurbsSurface, Part, PartBuilder, ShellKind, Surface, VertexId,
+};
 
 /// Distance from the axis and height of four rows of control points, and the share of the distance that stands for the arc
 /// in the second row (it differs in one patch of the lid).
@@ -66,10 +66,10 @@ const TUBES: [Tube; 4] = [
 ];
 
 /// Control points of a patch, rows along u, and whether its outward normal is opposite to `S_u × S_v`.
-pub(super) type Net = ([[DVec3; 4]; 4], bool);
+pub(crate) type Net = ([[DVec3; 4]; 4], bool);
 
 /// The 32 patches, in the published unit: the body is 4 wide.
-pub(super) fn nets() -> Vec<Net> {
+pub(crate) fn nets() -> Vec<Net> {
     let mut out = Vec::with_capacity(32);
     for profile in &PROFILES {
         let mut net = [[DVec3::ZERO; 4]; 4];
@@ -96,7 +96,7 @@ pub(super) fn nets() -> Vec<Net> {
 
 /// The teapot, 20 mm to the published unit. Open where the original is: between lid and rim, and where handle and spout run
 /// through the body.
-pub(super) fn teapot() -> Part {
+pub(crate) fn teapot() -> Part {
     const SCALE: f64 = 20.0;
     let mut maker = Maker { part: PartBuilder::new("teapot"), vertices: BTreeMap::new(), edges: BTreeMap::new() };
     let shell = maker.part.plain_shell(ShellKind::Open);

@@ -1,12 +1,12 @@
 //! Dimensions -> bolts, nuts, washers and pins: hexagons whose chamfers are cut exactly (a cone meets a plane in a hyperbola),
 //! threads as rings.
 
-use super::super::{CurveKind, Frame3, NurbsCurve3, Part, Surface};
 use super::STEEL;
 use super::body::{Body, Ring, SideId};
 use super::path::{Path, lifted};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
+use trimtess::model::{CurveKind, Frame3, NurbsCurve3, Part, Surface};
 
 /// What a bolt and its nut share.
 #[derive(Clone, Copy)]

@@ -1,11 +1,11 @@
 //! Dimensions -> a ventilated brake disc: two friction rings with drilled channels and curved vanes between them, and a bell.
 
-use super::super::{Frame3, Part};
 use super::body::{Body, SideId};
 use super::path::Path;
 use super::{BOLT_CIRCLE, BOLTS, CAST};
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
+use trimtess::model::{Frame3, Part};
 
 /// Radius of the disc.
 pub(super) const RADIUS: f64 = 150.0;
@@ -24,7 +24,7 @@ const HALF: f64 = 2.5;
 const DRILLED: [f64; 3] = [112.0, 126.0, 140.0];
 
 /// The rotor about z; the inboard friction face is in the plane z = 0, the bell is above.
-pub(in crate::model) fn rotor() -> Part {
+pub(crate) fn rotor() -> Part {
     let mut body = Body::new("brake rotor", CAST);
     let frame = Frame3::WORLD;
     let [low, inner, upper, high] = FACES;

@@ -1,15 +1,15 @@
 //! The Utah teapot with three holes in each of its 32 patches, seen from four sides: triangles, error in pixels, cracks and time of
-//! one thread, for several tolerances.
+//! one thread, for several tolerances; or what frames along 300 views of that path take.
 //!
-//! `cargo run --release --example teapot_view` prints the table, `teapot_view PIXELS...` the lines for other tolerances;
-//! `teapot_view path PIXELS...` what frames along 300 views of that path take, each made anew or after the one before. Another program's triangles for the same scene are measured by
-//! `teapot_view triangles FILE...`, one file a view, 16 little-endian f32 a triangle: its patch, then x y z u v of each corner;
-//! `teapot_view points` prints the scene's control points, in millimetres: their number and that of the patches, the points, then
-//! 16 numbers of points a patch, u-major.
+//! It also judges another program's triangles for the same scene, and prints the scene's control points for it
+//! (docs/benchmarks.md: libGLU).
 
+use crate::limits::unprepared;
+use crate::tessellate::positive;
+use crate::{Common, Done, Failure};
 use std::collections::HashMap;
-use std::error::Error;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 use trimtess::frame::{Plan, Projection, Scratch, View, plan_for_view, tessellate_tile};
@@ -26,32 +26,68 @@ const SIZE: (u32, u32) = (1920, 1080);
 const UNIT: f64 = 20.0;
 const VIEWS: usize = 4;
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let args: Vec<String> = std::env::args().skip(1).collect();
-    let args: Vec<&str> = args.iter().map(String::as_str).collect();
+/// `trimtess bench glu-scene`
+#[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, disable_help_subcommand = true)]
+pub(super) struct GluSceneArgs {
+    #[command(subcommand)]
+    other: Option<Other>,
+    /// Tolerances, a line each.
+    #[arg(value_name = "PIXELS", value_parser = positive,
+          default_values_t = [4.0, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.1])]
+    pixels: Vec<f64>,
+}
+
+/// What is told instead of the table.
+#[derive(clap::Subcommand)]
+enum Other {
+    /// What frames along 300 views of the path take, each made anew or after the one before.
+    Path {
+        /// Tolerances.
+        #[arg(value_name = "PIXELS", value_parser = positive, required = true)]
+        pixels: Vec<f64>,
+    },
+    /// The same measures of another program's triangles.
+    Triangles {
+        /// A file for each view: 16 little-endian f32 a triangle, its patch, then x y z u v of each corner.
+        #[arg(value_name = "FILES", required = true)]
+        files: Vec<PathBuf>,
+    },
+    /// The scene's control points, in millimetres: how many, and how many patches; the points; 16 numbers of points a patch,
+    /// u-major.
+    Points,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure> {
     let (model, patches) = scene()?;
-    match args[..] {
-        [] => print_table(model, &patches, &[4.0, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.1])?,
-        ["points"] => print_points(&patches),
-        ["path", ref px @ ..] => {
-            let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
-            px.iter().try_for_each(|px| print_path(&prepared, px.parse()?))?;
+    match &args.other {
+        None => table(model, &patches, &args.pixels, common)?,
+        Some(Other::Path { pixels }) => {
+            let prepared = Arc::new(prepare(model, &common.prepare()).map_err(unprepared)?);
+            pixels.iter().try_for_each(|&px| path(&prepared, px))?;
         }
-        ["triangles", ref files @ ..] => {
+        Some(Other::Triangles { files }) => {
             let mut judged = Judged::default();
             for (k, file) in files.iter().enumerate() {
-                judged.add(&read_triangles(&std::fs::read(file)?), &patches, &Camera::of_view(k));
+                let bytes = std::fs::read(file).map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
+                judged.add(&read_triangles(&bytes, patches.len())?, &patches, &Camera::of_view(k));
             }
-            println!("{}", judged.row());
+            crate::tell(&format!("{}\n", judged.row()))?;
         }
-        _ => print_table(model, &patches, &args.iter().map(|px| px.parse()).collect::<Result<Vec<f64>, _>>()?)?,
+        Some(Other::Points) => crate::tell(&points(&patches))?,
     }
-    Ok(())
+    Ok(Done::Clean)
+}
+
+/// A failure in another's words.
+fn cannot(error: impl std::fmt::Display) -> Failure {
+    Failure::Cannot(error.to_string())
 }
 
 /// The teapot with two circles and a flower of 48 straight pieces cut out of each patch; and its patches.
-fn scene() -> Result<(Model, Vec<NurbsSurface>), Box<dyn Error>> {
-    let teapot = trimtess::model::shapes::by_name("teapot").ok_or("no teapot")?;
+fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
+    let teapot = trimtess_models::by_name("teapot").ok_or_else(|| cannot("no teapot"))?;
     let flower = |k: u32| {
         let angle = TAU * f64::from(k) / 48.0;
         DVec2::new(0.5, 0.7) + DVec2::from_angle(angle) * 0.22 * (0.75 + 0.25 * (5.0 * angle).cos())
@@ -66,21 +102,24 @@ fn scene() -> Result<(Model, Vec<NurbsSurface>), Box<dyn Error>> {
     let shell = part.plain_shell(ShellKind::Open);
     let mut patches = Vec::new();
     for face in &teapot.parts[0].faces {
-        let Surface::Nurbs(patch) = &face.surface else { return Err("the teapot is NURBS".into()) };
+        let Surface::Nurbs(patch) = &face.surface else { return Err(cannot("the teapot is NURBS")) };
         part.trimmed_face(face.surface.clone(), shell, trims.clone(), face.reversed);
         patches.push(patch.clone());
     }
     let mut model = ModelBuilder::new("trimmed teapot");
-    let part = model.part(part.finish()?);
+    let part = model.part(part.finish().map_err(cannot)?);
     model.place(part, DAffine3::IDENTITY);
-    Ok((model.finish()?, patches))
+    Ok((model.finish().map_err(cannot)?, patches))
 }
 
-fn print_table(model: Model, patches: &[NurbsSurface], tolerances: &[f64]) -> Result<(), Box<dyn Error>> {
+fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
-    let prepared = prepare(model, &PrepareOptions { threads: Some(1), ..PrepareOptions::DEFAULT })?;
-    println!("prepared in {:.1} ms; {} tiles", 1e3 * start.elapsed().as_secs_f64(), prepared.tiles().count());
-    println!("    px | {}| plan ms | tiles ms | Mtri/s", Judged::HEAD);
+    let prepared = prepare(model, &PrepareOptions { threads: Some(1), ..common.prepare() }).map_err(unprepared)?;
+    let (ms, tiles) = (1e3 * start.elapsed().as_secs_f64(), prepared.tiles().count());
+    crate::tell(&format!(
+        "prepared in {ms:.1} ms; {tiles} tiles\n    px | {}| plan ms | tiles ms | Mtri/s\n",
+        Judged::HEAD
+    ))?;
     for &px in tolerances {
         let mut judged = Judged::default();
         let (mut planning, mut making) = (Duration::ZERO, Duration::ZERO);
@@ -93,7 +132,7 @@ fn print_table(model: Model, patches: &[NurbsSurface], tolerances: &[f64]) -> Re
         }
         let [planning, making] = [planning, making].map(|t| 1e3 * t.as_secs_f64() / VIEWS as f64);
         let rate = judged.count as f64 / VIEWS as f64 / (planning + making) * 1e-3;
-        println!("{px:6.2} | {}| {planning:7.3} | {making:8.3} | {rate:6.2}", judged.row());
+        crate::tell(&format!("{px:6.2} | {}| {planning:7.3} | {making:8.3} | {rate:6.2}\n", judged.row()))?;
     }
     Ok(())
 }
@@ -119,8 +158,8 @@ fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
     (plan, least)
 }
 
-/// Flies the path with one worker, and prints processor time a frame: the caller's and the worker's.
-fn print_path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Box<dyn Error>> {
+/// Flies the path with one worker, and tells processor time a frame: the caller's and the worker's.
+fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
     const FRAMES: usize = 300;
     const ROUNDS: usize = 5;
     let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false);
@@ -128,7 +167,7 @@ fn print_path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Box<dyn Error>> {
         let mut least = Duration::MAX;
         let (mut triangles, mut tiles) = (0, 0);
         for _ in 0..ROUNDS {
-            let mut session = Session::start(Arc::clone(prepared), &options)?;
+            let mut session = Session::start(Arc::clone(prepared), &options).map_err(cannot)?;
             let mut sink = MemorySink::default();
             let mut took = Duration::ZERO;
             (triangles, tiles) = (0, 0);
@@ -136,10 +175,11 @@ fn print_path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Box<dyn Error>> {
                 let view = Camera::on_path(k, FRAMES).view(px);
                 let begun = time();
                 let report = if coherent {
-                    session.view(&[view], &mut sink)?
+                    session.view(&[view], &mut sink)
                 } else {
-                    session.frame(&Arc::new(plan_for_view(prepared, &view)), &mut sink)?
+                    session.frame(&Arc::new(plan_for_view(prepared, &view)), &mut sink)
                 };
+                let report = report.map_err(cannot)?;
                 took += time() - begun + report.workers.iter().map(|w| w.cpu).sum::<Duration>();
                 tiles += report.tiles;
                 triangles += sink.batches.iter().map(|batch| batch.mesh.triangles.len()).sum::<usize>();
@@ -149,10 +189,10 @@ fn print_path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Box<dyn Error>> {
         let ms = 1e3 * least.as_secs_f64() / FRAMES as f64;
         let [triangles, tiles] = [triangles, tiles].map(|n| n as f64 / FRAMES as f64);
         let how = if coherent { "coherent" } else { "anew    " };
-        println!(
-            "{px:6.2} px, {how} | {ms:7.3} ms a frame, {:8.1} frames/s | {triangles:7.0} triangles, {tiles:5.1} tiles made",
-            1e3 / ms
-        );
+        let rate = 1e3 / ms;
+        crate::tell(&format!(
+            "{px:6.2} px, {how} | {ms:7.3} ms a frame, {rate:8.1} frames/s | {triangles:7.0} triangles, {tiles:5.1} tiles made\n"
+        ))?;
     }
     Ok(())
 }
@@ -191,25 +231,31 @@ fn triangles(prepared: &Prepared, plan: &Plan) -> Vec<Triangle> {
     out
 }
 
-fn read_triangles(bytes: &[u8]) -> Vec<Triangle> {
+fn read_triangles(bytes: &[u8], patches: usize) -> Result<Vec<Triangle>, Failure> {
     let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect();
     let corner = |x: &[f64]| Corner { point: DVec3::new(x[0], x[1], x[2]), uv: DVec2::new(x[3], x[4]) };
     let triangle = |x: &[f64; 16]| Triangle {
         patch: x[0] as usize,
         corners: [corner(&x[1..6]), corner(&x[6..11]), corner(&x[11..16])],
     };
-    numbers.as_chunks().0.iter().map(triangle).collect()
+    let triangles: Vec<Triangle> = numbers.as_chunks().0.iter().map(triangle).collect();
+    match triangles.iter().find(|triangle| triangle.patch >= patches) {
+        Some(wrong) => Err(cannot(format!("a triangle of patch {}; there are {patches}", wrong.patch))),
+        None => Ok(triangles),
+    }
 }
 
-fn print_points(patches: &[NurbsSurface]) {
-    println!("{} {}", 16 * patches.len(), patches.len());
+/// The scene's control points, and the numbers of each patch's.
+fn points(patches: &[NurbsSurface]) -> String {
+    let mut text = format!("{} {}\n", 16 * patches.len(), patches.len());
     for p in patches.iter().flat_map(|patch| &patch.points) {
-        println!("{} {} {}", p.x, p.y, p.z);
+        text += &format!("{} {} {}\n", p.x, p.y, p.z);
     }
     for k in 0..patches.len() {
         let numbers: Vec<String> = (0..16).map(|i| (16 * k + i).to_string()).collect();
-        println!("{}", numbers.join(" "));
+        text += &format!("{}\n", numbers.join(" "));
     }
+    text
 }
 
 /// One of the cameras on a path around the teapot.
