@@ -12,7 +12,7 @@ const MAY_USE: [(&str, &[&str]); 10] = [
     ("mesh", &["math", "model"]),
     ("prepare", &["math", "model", "mesh"]),
     ("frame", &["math", "model", "mesh", "prepare"]),
-    ("parallel", &["model", "mesh", "prepare", "frame"]),
+    ("parallel", &["math", "model", "mesh", "prepare", "frame"]),
     ("audit", &["math", "model", "mesh", "prepare", "frame"]),
     ("draw", &["model", "mesh", "prepare", "frame"]),
     ("out", &["model", "mesh"]),

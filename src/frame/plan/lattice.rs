@@ -159,6 +159,76 @@ struct Under<'a> {
     needs: &'a [Needs],
 }
 
+/// Densities of lines that keep a tolerance, strip by strip of a tile, in u and in v.
+struct Densities {
+    wanted: [Vec<f64>; 2],
+    /// What triangles need in order not to turn over, however far they may deviate; for lines that follow others.
+    least: Option<[Vec<f64>; 2]>,
+}
+
+impl Densities {
+    fn of(under: &Under<'_>, tolerance: &Tolerance, factor: f64, follows: bool) -> Self {
+        let Under { face, tile, strips: [su, sv], needs } = under;
+        let table = &face.bounds;
+        let cell = |i: usize, j: usize| needs[(i - su.start) * sv.len() + (j - sv.start)];
+        let columns: Vec<Needs> = su.clone().map(|i| worst(sv.clone().map(|j| cell(i, j)))).collect();
+        let rows: Vec<Needs> = sv.clone().map(|j| worst(su.clone().map(|i| cell(i, j)))).collect();
+        let width = tile.max - tile.min;
+        let sides = [(&table.breaks_u, su.clone(), &columns), (&table.breaks_v, sv.clone(), &rows)];
+        let angle = tolerance.angle.min(FRAC_PI_2);
+        // How far the normal turns per unit of parameter.
+        let turning = [0, 1].map(|axis: usize| {
+            let (breaks, strips, needs) = &sides[axis];
+            let turn = |n: &Needs| if axis == 0 { n.bounds.turn_u } else { n.bounds.turn_v };
+            strips.clone().zip(needs.iter()).map(|(k, n)| turn(n) / (breaks[k + 1] - breaks[k])).collect::<Vec<f64>>()
+        });
+        let rates = |share: f64| {
+            let chord = chord_rates(&columns, &rows, share, [width.x, width.y], 8.0 * tolerance.chord);
+            let finish = |axis: usize, chord: Vec<f64>| {
+                let speed = |n: &Needs| if axis == 0 { n.bounds.u } else { n.bounds.v };
+                let long = |n: &Needs| tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * speed(n) / m);
+                let all = chord.into_iter().zip(sides[axis].2).zip(&turning[axis]);
+                all.map(|((rate, n), turn)| rate.max(turn / angle).max(n.even[axis]).max(long(n))).collect::<Vec<f64>>()
+            };
+            [finish(0, chord.0), finish(1, chord.1)]
+        };
+        // On the largest cells that lifts alone would allow, normals turn the most. A part along the surface at one end of a
+        // cell counts at the other as far as they do, and half as far on the average.
+        let largest = rates(0.0);
+        let turn = |axis: usize| {
+            let (breaks, strips, _) = &sides[axis];
+            most_turn((breaks, strips.clone()), &largest[axis], &turning[axis])
+        };
+        let share = (0.5 * turn(0).hypot(turn(1))).min(1.0);
+        let mut wanted = if share > 0.0 { rates(share) } else { largest };
+        wanted.iter_mut().flatten().for_each(|rate| *rate *= factor);
+        let least = |axis: usize| -> Vec<f64> {
+            let rates = sides[axis].2.iter().zip(&turning[axis]).map(|(n, turn)| (turn / FRAC_PI_2).max(n.even[axis]));
+            rates.map(|rate| rate * factor).collect()
+        };
+        Self { wanted, least: follows.then(|| [0, 1].map(least)) }
+    }
+}
+
+/// How far the normal turns at most across a cell of these densities, by how far it turns per unit of parameter in each strip.
+fn most_turn((breaks, strips): (&[f64], std::ops::Range<usize>), rates: &[f64], turning: &[f64]) -> f64 {
+    let mut all = 0.0;
+    let mut most = 0.0_f64;
+    for (k, (rate, per_unit)) in strips.zip(rates.iter().zip(turning)) {
+        let whole = per_unit * (breaks[k + 1] - breaks[k]);
+        all += whole;
+        // A box that turns by more than a right angle may do so at once: where a surface folds.
+        most = most.max(if whole > FRAC_PI_2 {
+            whole
+        } else if *per_unit > 0.0 {
+            per_unit / rate
+        } else {
+            0.0
+        });
+    }
+    most.min(all)
+}
+
 /// Lattice lines that keep a tolerance; `split`: along the boxes' borders too.
 fn spread(
     under: &Under<'_>,
@@ -168,56 +238,9 @@ fn spread(
     most_cells: u64,
     mut before: Option<Before<'_, TileLattice>>,
 ) -> (TileLattice, Kept) {
-    let Under { face, tile, strips: [su, sv], needs } = under;
-    let table = &face.bounds;
-    let cell = |i: usize, j: usize| needs[(i - su.start) * sv.len() + (j - sv.start)];
-    let columns: Vec<Needs> = su.clone().map(|i| worst(sv.clone().map(|j| cell(i, j)))).collect();
-    let rows: Vec<Needs> = sv.clone().map(|j| worst(su.clone().map(|i| cell(i, j)))).collect();
-    let width = tile.max - tile.min;
-    let sides = [(&table.breaks_u, su.clone(), &columns), (&table.breaks_v, sv.clone(), &rows)];
-    let angle = tolerance.angle.min(FRAC_PI_2);
-    // How far the normal turns per unit of parameter, and the density that all but the chord needs.
-    let turning = |axis: usize| {
-        let (breaks, strips, needs) = &sides[axis];
-        let turn = |n: &Needs| if axis == 0 { n.bounds.turn_u } else { n.bounds.turn_v };
-        strips.clone().zip(needs.iter()).map(|(k, n)| turn(n) / (breaks[k + 1] - breaks[k])).collect::<Vec<f64>>()
-    };
-    let turning = [turning(0), turning(1)];
-    let rates = |share: f64| {
-        let chord = chord_rates(&columns, &rows, share, [width.x, width.y], 8.0 * tolerance.chord);
-        let finish = |axis: usize, chord: Vec<f64>| {
-            let speed = |n: &Needs| if axis == 0 { n.bounds.u } else { n.bounds.v };
-            let long = |n: &Needs| tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * speed(n) / m);
-            let all = chord.into_iter().zip(sides[axis].2).zip(&turning[axis]);
-            all.map(|((rate, n), turn)| rate.max(turn / angle).max(n.even[axis]).max(long(n))).collect::<Vec<f64>>()
-        };
-        [finish(0, chord.0), finish(1, chord.1)]
-    };
-    // On the largest cells that lifts alone would allow, normals turn the most. A part along the surface at one end of a cell
-    // counts at the other as far as they do, and half as far on the average.
-    let largest = rates(0.0);
-    let turn = |axis: usize| {
-        let (breaks, strips, _) = &sides[axis];
-        let mut all = 0.0;
-        let mut most = 0.0_f64;
-        for (k, (rate, per_unit)) in strips.clone().zip(largest[axis].iter().zip(&turning[axis])) {
-            let whole = per_unit * (breaks[k + 1] - breaks[k]);
-            all += whole;
-            // A box that turns by more than a right angle may do so at once: where a surface folds.
-            most = most.max(if whole > FRAC_PI_2 {
-                whole
-            } else if *per_unit > 0.0 {
-                per_unit / rate
-            } else {
-                0.0
-            });
-        }
-        most.min(all)
-    };
-    let share = (0.5 * turn(0).hypot(turn(1))).min(1.0);
-    let [mut ru, mut rv] = if share > 0.0 { rates(share) } else { largest };
-    ru.iter_mut().chain(&mut rv).for_each(|rate| *rate *= factor);
-    let (breaks_u, breaks_v) = (&table.breaks_u[su.start..=su.end], &table.breaks_v[sv.start..=sv.end]);
+    let Under { face, tile, strips: [su, sv], .. } = under;
+    let (breaks_u, breaks_v) = (&face.bounds.breaks_u[su.start..=su.end], &face.bounds.breaks_v[sv.start..=sv.end]);
+    let Densities { wanted: [mut ru, mut rv], least } = Densities::of(under, tolerance, factor, before.is_some());
     let mut creases = [Cow::Borrowed(&face.creases[0]), Cow::Borrowed(&face.creases[1])];
     if split {
         for (creases, breaks) in creases.iter_mut().zip([breaks_u, breaks_v]) {
@@ -227,22 +250,14 @@ fn spread(
             creases.dedup();
         }
     }
-    // What triangles need in order not to turn over, however far they may deviate.
-    let least = |axis: usize| -> Vec<f64> {
-        let rates = sides[axis].2.iter().zip(&turning[axis]).map(|(n, turn)| (turn / FRAC_PI_2).max(n.even[axis]));
-        rates.map(|rate| rate * factor).collect()
-    };
-    let least = before.map(|_| [least(0), least(1)]);
     let mut kept = Kept { lines: true, cells: true };
     let mut round = 0;
     loop {
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
-        let least = least
-            .as_ref()
-            .map(|[u, v]| [Density { breaks: breaks_u, rates: u }, Density { breaks: breaks_v, rates: v }]);
         let follow = |axis: usize| {
-            let (before, least) = (before?, least?[axis]);
-            Some((before.part(|last| if axis == 0 { &last.us[..] } else { &last.vs }), least))
+            let (before, least) = (before?, least.as_ref()?);
+            let last = before.part(|last| if axis == 0 { &last.us[..] } else { &last.vs });
+            Some((last, Density { breaks: [breaks_u, breaks_v][axis], rates: &least[axis] }))
         };
         let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
         let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));

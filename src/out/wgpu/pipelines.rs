@@ -35,6 +35,43 @@ struct Kind<'a> {
     samples: u32,
 }
 
+impl Kind<'_> {
+    fn pipeline(&self, device: &::wgpu::Device, shader: &::wgpu::ShaderModule) -> ::wgpu::RenderPipeline {
+        let layout = device.create_pipeline_layout(&::wgpu::PipelineLayoutDescriptor {
+            label: Some("trimtess"),
+            bind_group_layouts: self.groups,
+            immediate_size: 0,
+        });
+        device.create_render_pipeline(&::wgpu::RenderPipelineDescriptor {
+            label: Some(self.vertex),
+            layout: Some(&layout),
+            vertex: ::wgpu::VertexState {
+                module: shader,
+                entry_point: Some(self.vertex),
+                compilation_options: ::wgpu::PipelineCompilationOptions::default(),
+                buffers: self.buffers,
+            },
+            primitive: ::wgpu::PrimitiveState::default(), // triangle list, counter-clockwise in front, nothing culled
+            depth_stencil: Some(::wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(self.depth == CompareFunction::Greater),
+                depth_compare: Some(self.depth),
+                stencil: ::wgpu::StencilState::default(),
+                bias: ::wgpu::DepthBiasState::default(),
+            }),
+            multisample: ::wgpu::MultisampleState { count: self.samples, ..::wgpu::MultisampleState::default() },
+            fragment: Some(::wgpu::FragmentState {
+                module: shader,
+                entry_point: Some(self.fragment),
+                compilation_options: ::wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(self.target.clone())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
 impl Pipelines {
     pub(super) fn new(device: &::wgpu::Device, format: TextureFormat) -> Self {
         let shader = device.create_shader_module(::wgpu::ShaderModuleDescriptor {
@@ -58,40 +95,7 @@ impl Pipelines {
             attributes: &record,
         };
         let lit = ColorTargetState { blend: Some(::wgpu::BlendState::ALPHA_BLENDING), ..format.into() }; // only lines have alpha
-        let pipeline = |kind: &Kind<'_>| {
-            let layout = device.create_pipeline_layout(&::wgpu::PipelineLayoutDescriptor {
-                label: Some("trimtess"),
-                bind_group_layouts: kind.groups,
-                immediate_size: 0,
-            });
-            device.create_render_pipeline(&::wgpu::RenderPipelineDescriptor {
-                label: Some(kind.vertex),
-                layout: Some(&layout),
-                vertex: ::wgpu::VertexState {
-                    module: &shader,
-                    entry_point: Some(kind.vertex),
-                    compilation_options: ::wgpu::PipelineCompilationOptions::default(),
-                    buffers: kind.buffers,
-                },
-                primitive: ::wgpu::PrimitiveState::default(), // triangle list, counter-clockwise in front, nothing culled
-                depth_stencil: Some(::wgpu::DepthStencilState {
-                    format: DEPTH_FORMAT,
-                    depth_write_enabled: Some(kind.depth == CompareFunction::Greater),
-                    depth_compare: Some(kind.depth),
-                    stencil: ::wgpu::StencilState::default(),
-                    bias: ::wgpu::DepthBiasState::default(),
-                }),
-                multisample: ::wgpu::MultisampleState { count: kind.samples, ..::wgpu::MultisampleState::default() },
-                fragment: Some(::wgpu::FragmentState {
-                    module: &shader,
-                    entry_point: Some(kind.fragment),
-                    compilation_options: ::wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(kind.target.clone())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        };
+        let pipeline = |kind: &Kind<'_>| kind.pipeline(device, &shader);
         let cells = ::wgpu::vertex_attr_array![6 => Float32x2];
         let cells = VertexBufferLayout {
             array_stride: size_of::<CellPlace>() as u64,
