@@ -18,8 +18,7 @@ use trimtess::frame::{
     CameraPath, EdgePolyline, Patch, PatchScratch, Picture, Plan, TileLattice, TileMemory, patch_tile, plan_for_view,
     tessellate_tile,
 };
-use trimtess::mesh::TileId;
-use trimtess::model::{PartId, SurfaceKind};
+use trimtess::model::{PartId, SurfaceKind, TileId};
 use trimtess::prepare::{PrepareOptions, Prepared, Tile, prepare};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
@@ -64,7 +63,7 @@ impl Case {
         let all = tessellants(&plan, self.part, self.row());
         let mut changed = 0;
         for u in self.row().loops.iter().flatten() {
-            let line = &mut plan.parts[self.part.index()].edges[u.edge as usize];
+            let line = &mut plan.parts[self.part.index()].edges[u.edge.index()];
             let count = line.breaks[u.from as usize].abs_diff(line.breaks[u.to as usize]) as usize;
             if count < 2 || 100 * (changed + count / 2) > percent * all {
                 continue;
@@ -135,7 +134,7 @@ impl Case {
 fn tessellants(plan: &Plan, part: PartId, tile: &Tile) -> usize {
     let edges = &plan.parts[part.index()].edges;
     let count = |breaks: &[u32], from: u32, to: u32| breaks[from as usize].abs_diff(breaks[to as usize]) as usize;
-    tile.loops.iter().flatten().map(|u| count(&edges[u.edge as usize].breaks, u.from, u.to)).sum()
+    tile.loops.iter().flatten().map(|u| count(&edges[u.edge.index()].breaks, u.from, u.to)).sum()
 }
 
 /// A quarter more tessellants between any two breaks, evenly.

@@ -4,8 +4,8 @@
 
 use glam::{DAffine3, DVec3};
 use std::error::Error;
-use trimtess::mesh::{Batch, EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, ScenePart, SinkError, TileId};
-use trimtess::model::{FaceId, PartId};
+use trimtess::mesh::{Batch, EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, ScenePart, SinkError};
+use trimtess::model::{FaceId, PartId, TileId};
 
 /// Sums up each part's area, then lets another sink have the frame.
 struct Measure<S> {
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let part =
         ScenePart { name: "octahedron".into(), face_colours: vec![None; 8], radius: 10.0, ..ScenePart::default() };
     let transform = DAffine3::from_translation(DVec3::new(0.0, 0.0, 10.0));
-    let instance = SceneInstance { part: 0, transform, colour: None, name: String::new(), first_face: 0 };
+    let instance = SceneInstance { part: PartId(0), transform, colour: None, name: String::new(), first_face: 0 };
     sink.begin(&Scene { name: "example".into(), parts: vec![part], instances: vec![instance] })?;
     for face in 0..8 {
         if let Err(error) = sink.batch(&mut octant(face)) {

@@ -11,8 +11,7 @@ use std::path::{Path, PathBuf};
 use trimtess::draw::{RegionPanel, TileView, regions, tile};
 use trimtess::frame::{self, TileRecord, Tolerance, record_tile};
 use trimtess::glam::{DAffine3, DVec2};
-use trimtess::mesh::TileId;
-use trimtess::model::{FreeTrims, ModelBuilder, PartId, TrimCurve, TrimRule, shapes};
+use trimtess::model::{FreeTrims, ModelBuilder, PartId, TileId, TrimCurve, TrimRule, shapes};
 use trimtess::prepare::{self, PrepareOptions, UvDomain};
 
 fn main() -> Result<(), Box<dyn Error>> {

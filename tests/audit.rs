@@ -6,10 +6,10 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, PatchMesh, TileId};
+use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, PatchMesh};
 use trimtess::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Instance, Loop, Model, NurbsCurve3, NurbsSurface, Part,
-    PartId, Shell, ShellKind, Surface, SurfaceKind, VertexId,
+    PartId, Shell, ShellKind, Surface, SurfaceKind, TileId, VertexId,
 };
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, PreparedFace, prepare};

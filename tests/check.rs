@@ -4,8 +4,8 @@ mod out_fixture;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use out_fixture::{box_batches, box_frame};
-use trimtess::mesh::{Batch, Cause, EdgeLine, MeshFacts, MeshStats, PatchMesh, TileId, check_part, check_scene};
-use trimtess::model::{EdgeId, FaceId, PartId};
+use trimtess::mesh::{Batch, Cause, EdgeLine, MeshFacts, MeshStats, PatchMesh, check_part, check_scene};
+use trimtess::model::{EdgeId, FaceId, PartId, TileId};
 
 fn cube() -> Vec<Batch> {
     box_batches(DVec3::ONE)

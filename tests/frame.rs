@@ -6,8 +6,8 @@ use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
 use trimtess::frame::evaluate::evaluate_points;
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Scratch, Tolerance, tessellate_tile};
-use trimtess::mesh::{Batch, MemorySink, Origin, TileId, check_part, check_scene};
-use trimtess::model::{Model, ModelBuilder, PartId, shapes};
+use trimtess::mesh::{Batch, MemorySink, Origin, check_part, check_scene};
+use trimtess::model::{Model, ModelBuilder, PartId, TileId, shapes};
 use trimtess::parallel::distribute::{Load, deal, loads};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -148,7 +148,7 @@ fn a_tile_whose_boundary_cancels_is_empty() {
     };
     // The first face folded to its diagonal: its parameters enclose an area, its edges cancel.
     let part = Arc::make_mut(&mut prepared.parts[0]);
-    let uses: Vec<usize> = part.tiles[0].loops.iter().flatten().map(|u| u.edge as usize).collect();
+    let uses: Vec<usize> = part.tiles[0].loops.iter().flatten().map(|u| u.edge.index()).collect();
     for edge in uses {
         let breaks = &mut part.edges[edge].breaks;
         breaks.iter_mut().for_each(|b| b.point = if b.point == DVec3::ZERO { DVec3::X } else { DVec3::ONE });
@@ -157,7 +157,7 @@ fn a_tile_whose_boundary_cancels_is_empty() {
     // Without loops there is nothing to lose.
     let part = Arc::make_mut(&mut prepared.parts[0]);
     part.tiles[0].loops.clear();
-    part.edges.iter_mut().for_each(|e| e.uses.retain(|u| u.0 != TileId(0)));
+    part.edges.iter_mut().for_each(|e| e.uses.retain(|u| u.tile != TileId(0)));
     assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
 }
 

@@ -8,9 +8,9 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};
 use std::sync::OnceLock;
 use trimtess::mesh::{
-    Batch, Drawn, EdgeLine, MemorySink, MeshSink, Origin, PatchMesh, Scene, SceneInstance, ScenePart, SinkError, TileId,
+    Batch, Drawn, EdgeLine, MemorySink, MeshSink, Origin, PatchMesh, Scene, SceneInstance, ScenePart, SinkError,
 };
-use trimtess::model::{EdgeId, FaceId, PartId};
+use trimtess::model::{EdgeId, FaceId, InstanceId, PartId, TileId};
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions, Renderer};
 use trimtess::out::{Camera, Lens, ViewPoint};
 
@@ -85,8 +85,8 @@ fn scene() -> Scene {
         radius: side,
         ..ScenePart::default()
     };
-    let instance = |part, offset: DVec3, scale: DVec3| SceneInstance {
-        part,
+    let instance = |part: u32, offset: DVec3, scale: DVec3| SceneInstance {
+        part: trimtess::model::PartId(part),
         transform: DAffine3::from_translation(offset) * DAffine3::from_scale(scale),
         colour: (part == 0).then_some([0.3, 0.5, 0.8, 1.0]),
         name: String::new(),
@@ -341,7 +341,7 @@ fn a_pixel_tells_what_it_shows() {
                 let local = DVec3::new(f64::from(tile % SIDE) + 0.4, f64::from(tile / SIDE) + 0.6, 0.0);
                 let point = placed.transform.transform_point3(local);
                 let picked = live.pick(pixel_of(&camera, point), 0, &view).unwrap().unwrap();
-                assert_eq!((picked.instance, picked.part), (instance as u32, PartId(placed.part)));
+                assert_eq!((picked.instance, picked.part), (InstanceId(instance as u32), placed.part));
                 assert_eq!((picked.tile, picked.face, picked.triangles), (TileId(tile), FaceId(tile / 4), 18));
                 assert!(picked.point.distance(point) < 0.5, "{} is not {point}", picked.point);
                 assert!(picked.point.z.abs() < 1e-4, "{} is off the sheet", picked.point);
@@ -374,7 +374,7 @@ fn a_face_stands_out_and_no_other() {
     send(&whole(&scene, 2), &mut live);
     let view = options(ColourBy::Model);
     let plain = picture(renderer, &mut live, &view);
-    live.highlight(Some((2, FaceId(3))));
+    live.highlight(Some((InstanceId(2), FaceId(3))));
     let marked = picture(renderer, &mut live, &view);
     let camera = view.camera.unwrap();
     for (instance, placed) in scene.instances.iter().enumerate() {

@@ -6,8 +6,7 @@ use serde::Serialize;
 use std::path::PathBuf;
 use trimtess::draw::{TileDiagram, TileView, tile};
 use trimtess::frame::{plan_within, record_tile};
-use trimtess::mesh::TileId;
-use trimtess::model::PartId;
+use trimtess::model::{PartId, TileId};
 use trimtess::out;
 use trimtess::prepare::Prepared;
 

@@ -23,7 +23,7 @@ pub(crate) struct Fill {
 
 /// All such faces, instance by instance.
 pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
-    let fills = |part: u32| made.fills.iter().filter(move |fill| fill.part.0 == part);
+    let fills = |part: PartId| made.fills.iter().filter(move |fill| fill.part == part);
     let placed = scene.instances.iter().flat_map(|instance| {
         fills(instance.part).map(|&FaceFill { face, slivers, rewound, .. }| Fill {
             face: u64::from(instance.first_face) + u64::from(face.0),

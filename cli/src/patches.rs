@@ -214,7 +214,7 @@ impl FaceRow {
             };
         };
         let tiles = &of.tiles[row.tiles.start as usize..row.tiles.end as usize];
-        let uses = || tiles.iter().flat_map(|t| &t.loops).flatten().filter(|u| (u.edge as usize) < of.brep_edges);
+        let uses = || tiles.iter().flat_map(|t| &t.loops).flatten().filter(|u| u.edge.index() < of.brep_edges);
         let (nu, nv) = row.patches.counts();
         let counts = Counts {
             patches: nu * nv,

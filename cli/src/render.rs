@@ -96,8 +96,8 @@ fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<C
     make(prepared, &plan, common, false, &mut scout)?;
     let points = scout.scene.instances.iter().flat_map(|instance| {
         // Batches come sorted by part.
-        let from = scout.batches.partition_point(|batch| batch.part.0 < instance.part);
-        let of_part = scout.batches[from..].iter().take_while(|batch| batch.part.0 == instance.part);
+        let from = scout.batches.partition_point(|batch| batch.part < instance.part);
+        let of_part = scout.batches[from..].iter().take_while(|batch| batch.part == instance.part);
         of_part.flat_map(|batch| &batch.mesh.positions).map(|&point| instance.transform.transform_point3(point))
     });
     Ok(args.picture.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))

@@ -113,7 +113,7 @@ impl Report {
         add_unexplained(&mut all, &meshed, prepared);
         let mut report = Self { parts: scene.parts.len(), instances: scene.instances.len(), ..Self::default() };
         for instance in &scene.instances {
-            let part = instance.part as usize;
+            let part = instance.part.index();
             report.faces += meshed[part].len() as u64;
             report.faces_without_triangles += meshed[part].iter().filter(|meshed| !**meshed).count() as u64;
             report.triangles += sizes[part].0;
@@ -354,7 +354,7 @@ fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prep
     for lost in &made.lost_lines {
         let rows = prepared.parts.get(lost.part.index());
         let edge = rows.and_then(|rows| rows.edges.get(lost.edge.index()));
-        let tile = edge.and_then(|edge| edge.uses.first()).map(|used| used.0);
+        let tile = edge.and_then(|edge| edge.uses.first()).map(|used| used.tile);
         let face = tile.and_then(|tile| Some(rows?.tiles.get(tile.0 as usize)?.face));
         all.push(Diagnostic {
             severity: Severity::Error,
@@ -406,7 +406,7 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
         };
         match (diagnostic.part, diagnostic.face) {
             (Some(part), Some(face)) => {
-                let of_part = scene.instances.iter().filter(|instance| instance.part == part.0);
+                let of_part = scene.instances.iter().filter(|instance| instance.part == part);
                 entries.extend(of_part.map(|i| entry(Some(u64::from(i.first_face) + u64::from(face.0)))));
             }
             _ => entries.push(entry(None)),
@@ -420,15 +420,16 @@ mod tests {
     use super::*;
     use glam::DAffine3;
     use std::sync::Arc;
-    use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart, TileId};
+    use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart};
     use trimtess::model::EdgeId;
+    use trimtess::model::TileId;
     use trimtess::prepare::PreparedPart;
 
     /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a triangle.
     fn frame() -> MemorySink {
         let part = |faces: usize| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
         let instance = |part: u32, first_face: u32| SceneInstance {
-            part,
+            part: PartId(part),
             transform: DAffine3::IDENTITY,
             colour: None,
             name: String::new(),
@@ -520,7 +521,7 @@ mod tests {
         let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
         let (part, face, tile) = (PartId(0), FaceId(4), TileId(4));
         assert_eq!(prepared.parts[0].tiles[4].face, face);
-        let edge = EdgeId(prepared.parts[0].tiles[4].loops[0][0].edge);
+        let edge = EdgeId(prepared.parts[0].tiles[4].loops[0][0].edge.0);
         let degradation = Degradation::Failed("internal error: bad".into());
         let made = FrameReport {
             degraded: vec![DegradedTile { part, face, tile, degradation }],

@@ -60,7 +60,7 @@ pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> Deviatio
             Some((part.faces.get(row as usize)?, part.tiles.get(batch.tile.0 as usize)?))
         });
         if let Some((face, tile)) = found {
-            let edges = tile.loops.iter().flatten().map(|edge_use| edge_use.edge as usize);
+            let edges = tile.loops.iter().flatten().map(|edge_use| edge_use.edge.index());
             let miss = edges.fold(0.0_f64, |most, edge| most.max(misses[batch.part.index()][edge]));
             audit.chord = chords.get(batch.part.index()).copied().unwrap_or(chord);
             audit.batch(batch, face, face.gap + miss);

@@ -1,8 +1,8 @@
 //! Triangles made -> how many a uniform lattice would need for the same tolerance, tile by tile, by trying lattices out.
 
 use super::foot::walk_surface;
-use crate::mesh::{Batch, MemorySink, TileId};
-use crate::model::{FaceId, PartId, SurfaceKind};
+use crate::mesh::{Batch, MemorySink};
+use crate::model::{FaceId, PartId, SurfaceKind, TileId};
 use crate::prepare::{BezierPatches, Prepared, PreparedFace, Tile};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};

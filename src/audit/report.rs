@@ -1,8 +1,7 @@
 //! What the deviation audit found, for programs and as a table.
 
 use super::Spread;
-use crate::mesh::TileId;
-use crate::model::{EdgeId, FaceId, PartId, SurfaceKind};
+use crate::model::{EdgeId, FaceId, PartId, SurfaceKind, TileId};
 use glam::DVec3;
 use std::fmt;
 

@@ -207,9 +207,9 @@ pub fn check_scene(frame: &MemorySink) -> SceneFacts {
         facts.parts.push(check_batches(batches, &Excused::of(part, lines)));
     }
     for SceneInstance { part, transform, .. } in &frame.scene.instances {
-        if let Some(part_facts) = facts.parts.get(*part as usize) {
+        if let Some(part_facts) = facts.parts.get(part.index()) {
             facts.total.add_placed(part_facts, transform.matrix3.determinant());
-            facts.placed_faces_without_triangles += missing[*part as usize];
+            facts.placed_faces_without_triangles += missing[part.index()];
         }
     }
     let examples = facts.parts.iter().flat_map(|part| &part.examples).take(EXAMPLES).cloned();

@@ -1,6 +1,6 @@
 //! Which tiles of which instances are drawn, view by view: a bit each.
 
-use super::TileId;
+use crate::model::TileId;
 
 /// Which tiles each instance shows in each view. Without rows (as made by default): everything is drawn in every view.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

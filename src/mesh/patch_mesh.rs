@@ -1,6 +1,6 @@
 //! The triangles of one tile.
 
-use crate::model::{EdgeId, FaceId, PartId};
+use crate::model::{EdgeId, FaceId, PartId, TileId};
 use glam::{DVec3, Vec2, Vec3};
 
 /// Where a vertex came from. Vertices of one part with equal `edge` origins have bit-identical positions.
@@ -70,11 +70,6 @@ impl PatchMesh {
         triangles.clear();
     }
 }
-
-/// Identity of a tile: its number in the part, counted over all faces.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct TileId(pub u32);
 
 /// One tile's triangles on their way out.
 #[derive(Clone, Debug, PartialEq)]

@@ -32,7 +32,7 @@ pub struct ScenePart {
 #[derive(Clone, Debug)]
 pub struct SceneInstance {
     /// Index into [`Scene::parts`].
-    pub part: u32,
+    pub part: PartId,
     /// Part to world, millimetres.
     pub transform: DAffine3,
     /// Overrides all face colours.
@@ -68,7 +68,7 @@ impl Scene {
     pub fn largest_scales(&self) -> Vec<f64> {
         let mut scales = vec![0.0_f64; self.parts.len()];
         for instance in &self.instances {
-            if let Some(scale) = scales.get_mut(instance.part as usize) {
+            if let Some(scale) = scales.get_mut(instance.part.index()) {
                 *scale = scale.max(instance.scale());
             }
         }

@@ -45,3 +45,11 @@ id!(
     /// An instance (placed part) of a model.
     InstanceId
 );
+id!(
+    /// A tile of a prepared part: a rectangle of a face's parameters.
+    TileId
+);
+id!(
+    /// An edge of a prepared part: the part's own first, in the order of [`EdgeId`], then the borders between tiles.
+    RowId
+);

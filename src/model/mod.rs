@@ -1,7 +1,7 @@
 //! What the user said: parts made of faces, edges and vertices, and where they are placed.
 
 mod ids;
-pub use ids::{EdgeId, FaceId, InstanceId, PartId, VertexId};
+pub use ids::{EdgeId, FaceId, InstanceId, PartId, RowId, TileId, VertexId};
 
 mod frame3;
 pub use frame3::Frame3;

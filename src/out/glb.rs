@@ -45,7 +45,7 @@ pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let mut meshes = HashMap::new();
     let mut children = Vec::new();
     for instance in &frame.scene.instances {
-        let place = instance.part as usize;
+        let place = instance.part.index();
         if let (Some(part), Some(shape)) = (frame.scene.parts.get(place), shapes.get(place)) {
             let key = (instance.part, instance.colour.map(|colour| colour.map(f32::to_bits)));
             let mesh = match meshes.get(&key) {

@@ -54,9 +54,9 @@ fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
 }
 
 fn object_name(scene: &Scene, instance: &SceneInstance) -> String {
-    let part = scene.parts.get(instance.part as usize).map_or("", |part| part.name.as_str());
+    let part = scene.parts.get(instance.part.index()).map_or("", |part| part.name.as_str());
     match word(if instance.name.is_empty() { part } else { &instance.name }) {
-        name if name.is_empty() => format!("part_{}", instance.part),
+        name if name.is_empty() => format!("part_{}", instance.part.0),
         name => name,
     }
 }

@@ -25,11 +25,7 @@ pub(super) fn placed<'a>(
     frame: &'a MemorySink,
     by_part: &'a [Vec<&'a Batch>],
 ) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a Batch])> {
-    frame
-        .scene
-        .instances
-        .iter()
-        .filter_map(|instance| Some((instance, by_part.get(instance.part as usize)?.as_slice())))
+    frame.scene.instances.iter().filter_map(|instance| Some((instance, by_part.get(instance.part.index())?.as_slice())))
 }
 
 /// Part to world, for positions, normals and windings.

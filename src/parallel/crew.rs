@@ -205,7 +205,8 @@ mod tests {
     use super::super::handoff::FaceRung;
     use super::*;
     use crate::frame::{Degradation, Rung, TileOutcome};
-    use crate::mesh::{EdgeLine, MemorySink, SinkError, TileId};
+    use crate::mesh::{EdgeLine, MemorySink, SinkError};
+    use crate::model::TileId;
     use crate::model::{EdgeId, FaceId, PartId};
     use glam::DVec3;
     use std::sync::atomic::AtomicU32;

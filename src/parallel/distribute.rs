@@ -6,8 +6,7 @@
 //! A zoom into one corner is a stretch of the curve and thus loads every worker.
 //! Hilbert index: J. Skilling, *Programming the Hilbert curve*, AIP Conf. Proc. 707 (2004), 381.
 
-use crate::mesh::TileId;
-use crate::model::PartId;
+use crate::model::{PartId, TileId};
 use crate::prepare::{Prepared, Tile};
 use glam::DVec3;
 
@@ -28,7 +27,7 @@ pub struct Load {
 pub fn loads(prepared: &Prepared) -> Vec<Load> {
     let mut place = vec![None; prepared.parts.len()];
     for instance in &prepared.scene.instances {
-        if let Some(place) = place.get_mut(instance.part as usize) {
+        if let Some(place) = place.get_mut(instance.part.index()) {
             place.get_or_insert(instance.transform);
         }
     }

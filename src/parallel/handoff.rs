@@ -2,8 +2,8 @@
 
 use super::metrics::WorkerMetrics;
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
-use crate::model::{EdgeId, FaceId, PartId};
+use crate::mesh::{Batch, EdgeLine, PatchMesh};
+use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
 use std::time::Duration;

@@ -11,8 +11,8 @@ use crate::frame::{
     Levels, Patch, PatchScratch, Plan, Planner, PlannerOptions, TileMemory, TileOutcome, View, edge_line, fill_tile,
     patch_tile, tessellate_tile,
 };
-use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, TileId};
-use crate::model::{EdgeId, PartId};
+use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance};
+use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use std::num::NonZeroU32;
 use std::sync::Arc;
@@ -262,13 +262,13 @@ impl Session {
     /// The part of the model that an instance is of; `None` if there is no such row.
     #[must_use]
     pub fn part_of(&self, row: usize) -> Option<PartId> {
-        self.levels.part_of(row).map(PartId)
+        self.levels.part_of(row)
     }
 
     /// Places a part of the model once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
     /// no such part.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
-        self.model.parts.get(instance.part as usize)?;
+        self.model.parts.get(instance.part.index())?;
         self.levels.push(instance.part);
         self.scene.instances.push(instance);
         self.number_faces();
@@ -294,7 +294,7 @@ impl Session {
         let mut first = 0;
         for instance in &mut self.scene.instances {
             instance.first_face = first;
-            first += self.scene.parts[instance.part as usize].face_colours.len() as u32;
+            first += self.scene.parts[instance.part.index()].face_colours.len() as u32;
         }
     }
 

@@ -3,8 +3,7 @@
 use super::distribute::{deal, loads};
 use super::handoff::{Gone, Hand};
 use super::upkeep::Due;
-use crate::mesh::TileId;
-use crate::model::PartId;
+use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use std::num::NonZeroU32;
 use std::time::Duration;

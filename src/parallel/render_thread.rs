@@ -3,8 +3,8 @@
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
-use crate::mesh::{Batch, Drawn, MeshSink, PatchMesh, Scene, SinkError, TileId};
-use crate::model::{FaceId, PartId};
+use crate::mesh::{Batch, Drawn, MeshSink, PatchMesh, Scene, SinkError};
+use crate::model::{FaceId, PartId, TileId};
 use crossbeam_channel::Receiver;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;

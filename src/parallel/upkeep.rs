@@ -2,8 +2,8 @@
 //! tile by tile: a frame that is left costs nothing but its time.
 
 use crate::frame::PlanChanges;
-use crate::mesh::{Drawn, SceneInstance, TileId};
-use crate::model::{EdgeId, FaceId, PartId};
+use crate::mesh::{Drawn, SceneInstance};
+use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
 use crate::prepare::{Prepared, PreparedPart};
 use glam::DAffine3;
 use std::collections::BTreeSet;
@@ -62,12 +62,12 @@ pub(super) struct Upkeep {
     whole: bool,
     /// What the sink was told to draw, and where.
     shown: Drawn,
-    placed: Vec<(u32, DAffine3)>,
+    placed: Vec<(PartId, DAffine3)>,
     /// Frames of this epoch.
     frames: u32,
 }
 
-fn placed(instances: &[SceneInstance]) -> impl Iterator<Item = (u32, DAffine3)> + '_ {
+fn placed(instances: &[SceneInstance]) -> impl Iterator<Item = (PartId, DAffine3)> + '_ {
     instances.iter().map(|instance| (instance.part, instance.transform))
 }
 
@@ -102,8 +102,8 @@ impl Upkeep {
         for &(part, TileId(tile)) in &changes.tiles {
             self.parts[part.index()].stale[tile as usize >> 6] |= 1 << (tile & 63);
         }
-        let of_model = |&&(part, edge): &&(PartId, u32)| (edge as usize) < prepared.parts[part.index()].brep_edges;
-        self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge))));
+        let of_model = |&&(part, edge): &&(PartId, RowId)| edge.index() < prepared.parts[part.index()].brep_edges;
+        self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge.0))));
     }
 
     /// What the sink needs to draw.
@@ -113,7 +113,7 @@ impl Upkeep {
         }
         for view in 0..drawn.views() {
             for (i, instance) in instances.iter().enumerate() {
-                let Some(part) = self.parts.get_mut(instance.part as usize) else { continue };
+                let Some(part) = self.parts.get_mut(instance.part.index()) else { continue };
                 for (k, word) in part.drawn.iter_mut().enumerate() {
                     *word |= drawn.word(view, i, k);
                 }

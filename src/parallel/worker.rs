@@ -5,8 +5,8 @@ use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine,
 use super::metrics::{Laps, Processor};
 use crate::frame::{Patch, Rung, TileOutcome};
 use crate::math::BitMix;
-use crate::mesh::{Batch, EdgeLine, PatchMesh, TileId};
-use crate::model::{EdgeId, FaceId, PartId};
+use crate::mesh::{Batch, EdgeLine, PatchMesh};
+use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crate::prepare::panic_message;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;

@@ -33,7 +33,7 @@ pub use join::images::EdgeImages;
 pub(crate) use join::images::Image;
 pub use join::limits::{PrepareError, PrepareLimits};
 pub use join::prepared::{
-    Break, EdgeShape, EdgeUse, OpenEdges, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile,
+    Break, EdgeShape, EdgeUse, OpenEdges, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,
 };
 pub use join::shells::Shells;
 

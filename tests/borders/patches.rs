@@ -137,8 +137,8 @@ pub(crate) fn open(prepared: &Prepared) -> OpenEdges {
 /// Edges with a face on both sides, or more.
 pub(crate) fn shared(prepared: &Prepared) -> usize {
     let part = &prepared.parts[0];
-    let faces = |uses: &[(trimtess::mesh::TileId, u32, u32)]| {
-        let mut faces: Vec<_> = uses.iter().map(|u| part.tiles[u.0.0 as usize].face).collect();
+    let faces = |uses: &[trimtess::prepare::TileUse]| {
+        let mut faces: Vec<_> = uses.iter().map(|u| part.tiles[u.tile.index()].face).collect();
         faces.sort_unstable();
         faces.dedup();
         faces.len()

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use trimtess::mesh::ScenePart;
-use trimtess::model::EdgeId;
+use trimtess::model::{EdgeId, RowId};
 use trimtess::prepare::{EdgeShape, Prepared, PreparedPart};
 
 /// Fails where [`chain_faults`] finds something.
@@ -29,22 +29,23 @@ pub(crate) fn chain_faults(part: &PreparedPart, scene: &ScenePart) -> Vec<String
         let face = &part.faces[part.face_of(tile)];
         let sign = if face.reversed { -1 } else { 1 };
         for (index, l) in tile.loops.iter().enumerate() {
-            let point = |edge: u32, at: u32| part.edges[edge as usize].breaks[at as usize].point;
+            let point = |edge: RowId, at: u32| part.edges[edge.index()].breaks[at as usize].point;
             for (a, b) in l.iter().zip(l.iter().cycle().skip(1)) {
                 let (end, start) = (point(a.edge, a.to), point(b.edge, b.from));
                 if end != start {
                     let whose = format!("face {} tile {number} loop {index}", tile.face.0);
-                    faults.push(format!("{whose}: edge {} ends at {end}, edge {} starts at {start}", a.edge, b.edge));
+                    faults
+                        .push(format!("{whose}: edge {} ends at {end}, edge {} starts at {start}", a.edge.0, b.edge.0));
                 }
             }
             for u in l {
-                let breaks = &part.edges[u.edge as usize].breaks;
-                let is_pole = matches!(part.edges[u.edge as usize].shape, EdgeShape::Point(_));
+                let breaks = &part.edges[u.edge.index()].breaks;
+                let is_pole = matches!(part.edges[u.edge.index()].shape, EdgeShape::Point(_));
                 if is_pole && breaks[u.from as usize].point == breaks[u.to as usize].point {
                     continue;
                 }
                 let along = if u.from < u.to { sign } else { -sign };
-                (u.from.min(u.to)..u.from.max(u.to)).for_each(|k| *sums.entry((u.edge, k)).or_default() += along);
+                (u.from.min(u.to)..u.from.max(u.to)).for_each(|k| *sums.entry((u.edge.0, k)).or_default() += along);
             }
         }
     }
@@ -56,7 +57,7 @@ pub(crate) fn chain_faults(part: &PreparedPart, scene: &ScenePart) -> Vec<String
         let is_border = edge as usize >= part.brep_edges;
         if scene.closed || !(is_border || listed(edge)) {
             let uses = &part.edges[edge as usize].uses;
-            let faces: Vec<u32> = uses.iter().map(|u| part.tiles[u.0.0 as usize].face.0).collect();
+            let faces: Vec<u32> = uses.iter().map(|u| part.tiles[u.tile.index()].face.0).collect();
             faults.push(format!("edge {edge} interval {interval} sums to {sum}; its faces are {faces:?}"));
         }
     }

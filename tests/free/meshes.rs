@@ -56,8 +56,8 @@ fn outline(prepared: &Prepared, plan: &Plan) -> (f64, f64) {
     for uses in part.tiles.iter().flat_map(|tile| &tile.loops) {
         let mut polygon: Vec<DVec2> = Vec::new();
         for u in uses {
-            let points = edge_line(prepared, plan, PartId(0), EdgeId(u.edge)).points;
-            let breaks = &plan.parts[0].edges[u.edge as usize].breaks;
+            let points = edge_line(prepared, plan, PartId(0), EdgeId(u.edge.0)).points;
+            let breaks = &plan.parts[0].edges[u.edge.index()].breaks;
             let [from, to] = [u.from, u.to].map(|k| breaks[k as usize] as usize);
             let steps: Vec<usize> = if from < to { (from..to).collect() } else { (to + 1..=from).rev().collect() };
             polygon.extend(steps.into_iter().map(|k| points[k].truncate()));

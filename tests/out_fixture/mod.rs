@@ -4,9 +4,9 @@
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use trimtess::mesh::{
-    Batch, EdgeLine, MemorySink, MeshSink, Origin, PatchMesh, Scene, SceneInstance, ScenePart, SinkError, TileId,
+    Batch, EdgeLine, MemorySink, MeshSink, Origin, PatchMesh, Scene, SceneInstance, ScenePart, SinkError,
 };
-use trimtess::model::{EdgeId, FaceId, PartId};
+use trimtess::model::{EdgeId, FaceId, PartId, TileId};
 
 /// Corner of the box: bit 0 is x, bit 1 y, bit 2 z.
 fn corner(size: DVec3, bits: usize) -> DVec3 {
@@ -51,7 +51,7 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
         ..ScenePart::default()
     };
     let instances = transforms.iter().enumerate().map(|(index, &transform)| SceneInstance {
-        part: 0,
+        part: trimtess::model::PartId(0),
         transform,
         colour: None,
         name: format!("box {index}"),

@@ -10,7 +10,7 @@ use trimtess::frame::{self, PartPlan, Plan, TileLattice, Tolerance, cell_coordin
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::SurfaceKind;
 use trimtess::parallel::serial;
-use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, UvCurve, prepare};
+use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, TileUse, UvCurve, prepare};
 
 use crate::checker::{Tile, check};
 use crate::sequence::judge;
@@ -99,7 +99,7 @@ impl Rates {
             let count = self.segments[k % self.segments.len()];
             let stops: Vec<f64> = edge.breaks.iter().map(|b| b.t).collect();
             let mut ts = self.spread(stops[0], stops[stops.len() - 1], &stops, count, &line.ts);
-            for &(tile, l, used) in &edge.uses {
+            for &TileUse { tile, of_loop: l, index: used } in &edge.uses {
                 let lattice = &plan.tiles[tile.0 as usize];
                 let used = &part.tiles[tile.0 as usize].loops[l as usize][used as usize];
                 let ends = [used.from, used.to].map(|k| stops[k as usize]);
@@ -185,7 +185,7 @@ fn trace(part: &PreparedPart, plan: &PartPlan, number: usize) -> Tile {
     for uses in &part.tiles[number].loops {
         let mut points = Vec::new();
         for used in uses {
-            let line = &plan.edges[used.edge as usize];
+            let line = &plan.edges[used.edge.index()];
             let (from, to) = (line.breaks[used.from as usize], line.breaks[used.to as usize]);
             let mut hint = 0;
             for k in 0..from.abs_diff(to) {

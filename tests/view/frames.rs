@@ -7,8 +7,8 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
 use trimtess::frame::{Patch, Plan, Planner, PlannerOptions, Projection, View, edge_line};
-use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileId};
-use trimtess::model::{EdgeId, ModelBuilder, PartId};
+use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions, serial};
 use trimtess::prepare::Prepared;
 
@@ -58,7 +58,7 @@ pub(crate) fn from_scratch(session: &Session) -> MemorySink {
 /// Batches that are drawn in some view, in the order of parts and tiles.
 pub(crate) fn drawn(sink: &MemorySink) -> Vec<Batch> {
     let shows = |batch: &&Batch| {
-        let instances = sink.scene.instances.iter().enumerate().filter(|(_, i)| i.part == batch.part.0);
+        let instances = sink.scene.instances.iter().enumerate().filter(|(_, i)| i.part == batch.part);
         let mut pairs = instances.flat_map(|(i, _)| (0..sink.drawn.views()).map(move |view| (view, i)));
         pairs.any(|(view, i)| sink.drawn.contains(view, i, batch.tile))
     };
@@ -90,7 +90,7 @@ pub(crate) fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case
         let line = |e: usize| edge_line(prepared, plan, PartId::new(p), EdgeId::new(e)).points;
         let is_all_there = |e: &usize| {
             let uses = &part.edges[*e].uses;
-            uses.len() >= 2 && uses.iter().all(|(tile, _, _)| there[tile.0 as usize])
+            uses.len() >= 2 && uses.iter().all(|place| there[place.tile.index()])
         };
         let (whole, cut): (Vec<usize>, Vec<usize>) = (0..part.edges.len()).partition(is_all_there);
         // Coarse edges with the same ends may be the same chord, which has the sides of both.
@@ -302,7 +302,7 @@ fn instances_come_move_and_go() {
     assert!(session.remove_instance(0).is_some() && session.remove_instance(1).is_none());
     session.view(&[view], &mut sink).unwrap();
     assert!(sink.scene.instances.len() == 1 && sink.drawn.tiles(0, 0).count() > 0);
-    assert!(session.add_instance(trimtess::mesh::SceneInstance { part: 9, ..nearer }).is_none());
+    assert!(session.add_instance(trimtess::mesh::SceneInstance { part: PartId(9), ..nearer }).is_none());
 }
 
 /// Rows of a part, away from the camera.
@@ -331,8 +331,8 @@ fn instances_far_away_have_a_mesh_of_their_own_where_that_is_much_coarser() {
             session.view(&[view], &mut sink).unwrap();
             assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{levels} {k}");
             assert!((0..60).all(|i| session.part_of(i) == Some(PartId(0))));
-            let of_row = |row: u32, instance: usize| -> usize {
-                let rows = sink.batches.iter().filter(|b| b.part.0 == row && sink.drawn.contains(0, instance, b.tile));
+            let of_row = |row: PartId, instance: usize| -> usize {
+                let rows = sink.batches.iter().filter(|b| b.part == row && sink.drawn.contains(0, instance, b.tile));
                 rows.map(|b| b.mesh.triangles.len()).sum()
             };
             let instances = sink.scene.instances.iter().enumerate();

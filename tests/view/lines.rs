@@ -7,7 +7,8 @@ use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use trimtess::frame::{Intensive, Lines, Plan, PlanLimits, Planner, PlannerOptions, View};
-use trimtess::mesh::{MemorySink, TileId};
+use trimtess::mesh::MemorySink;
+use trimtess::model::TileId;
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
 
@@ -121,7 +122,7 @@ fn others(prepared: &Prepared, plan: &Plan, even: &Plan) -> usize {
         let (plan_of, even) = (&plan.parts[p], &even.parts[p]);
         for (t, tile) in part.tiles.iter().enumerate().filter(|(t, _)| plan.drawn.contains(0, p, TileId(*t as u32))) {
             let is_other = plan_of.tiles[t].us != even.tiles[t].us || plan_of.tiles[t].vs != even.tiles[t].vs;
-            let edges = tile.loops.iter().flatten().map(|u| u.edge as usize);
+            let edges = tile.loops.iter().flatten().map(|u| u.edge.index());
             others += usize::from(is_other) + edges.filter(|&e| plan_of.edges[e] != even.edges[e]).count();
         }
     }

@@ -7,8 +7,8 @@ use super::{of_corpus, shape};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use trimtess::frame::{Patch, PatchScratch, Planner, PlannerOptions, Scratch, TileMemory, patch_tile, tessellate_tile};
-use trimtess::mesh::{Batch, MemorySink, Origin, PatchMesh, TileId};
-use trimtess::model::{PartId, SurfaceKind};
+use trimtess::mesh::{Batch, MemorySink, Origin, PatchMesh};
+use trimtess::model::{PartId, SurfaceKind, TileId};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 

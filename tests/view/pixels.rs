@@ -121,7 +121,7 @@ pub(crate) fn worst(
 pub(crate) fn measured(prepared: &Arc<Prepared>, view: &View, near: f64, frame: &MemorySink) -> (f64, usize) {
     let (mut most, mut seen) = (0.0_f64, 0);
     for instance in &frame.scene.instances {
-        for batch in frame.batches.iter().filter(|batch| batch.part.0 == instance.part) {
+        for batch in frame.batches.iter().filter(|batch| batch.part == instance.part) {
             let (pixels, points) = worst(prepared, view, near, batch, instance);
             most = most.max(pixels / view.deviation_px);
             seen += points;

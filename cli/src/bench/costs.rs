@@ -11,8 +11,8 @@ use trimtess::frame::{
     Lines, Patch, PatchScratch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within,
     tessellate_tile,
 };
-use trimtess::mesh::{MemorySink, TileId};
-use trimtess::model::PartId;
+use trimtess::mesh::MemorySink;
+use trimtess::model::{PartId, TileId};
 use trimtess::parallel::distribute::{Load, loads};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;

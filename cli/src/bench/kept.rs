@@ -3,8 +3,7 @@
 use serde::Serialize;
 use std::collections::HashSet;
 use trimtess::frame::{Plan, TileLattice};
-use trimtess::mesh::TileId;
-use trimtess::model::PartId;
+use trimtess::model::{PartId, TileId};
 use trimtess::prepare::Prepared;
 
 /// Shares of what tiles that were made again consist of that was there before; of all of them together, 0 to 1.
@@ -59,7 +58,7 @@ impl Counts {
             self.lattice(lattices[0], lattices[1]);
             for u in prepared.parts[p].tiles[t].loops.iter().flatten() {
                 let stretch = |plan: &Plan| {
-                    let edge = &plan.parts[p].edges[u.edge as usize];
+                    let edge = &plan.parts[p].edges[u.edge.index()];
                     let (a, b) = (edge.breaks[u.from as usize] as usize, edge.breaks[u.to as usize] as usize);
                     edge.ts[a.min(b)..=a.max(b)].to_vec()
                 };

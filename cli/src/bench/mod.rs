@@ -219,7 +219,7 @@ fn costly(prepared: &Prepared, costs: &Costs) -> Vec<Costly> {
     let work: Vec<f64> = costs.frames.iter().map(|frame| frame.iter().sum()).collect();
     let worst = |(number, (part, tile, row)): (usize, (_, _, &trimtess::prepare::Tile))| {
         let (frame, ms) = costs.frames.iter().map(|f| f[number]).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let (part, tile): (trimtess::model::PartId, trimtess::mesh::TileId) = (part, tile);
+        let (part, tile): (trimtess::model::PartId, trimtess::model::TileId) = (part, tile);
         let rows = &prepared.parts[part.index()];
         let entity = rows.faces[rows.face_of(row)].entity;
         Some(Costly { part: part.0, face: row.face.0, tile: tile.0, entity, us: 1e3 * ms, share: ms / work[frame] })

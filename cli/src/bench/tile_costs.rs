@@ -12,8 +12,7 @@ use glam::{DMat4, DVec4};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
 use trimtess::frame::{CameraPath, Picture, Plan, Scratch, plan_for_view, tessellate_tile};
-use trimtess::mesh::TileId;
-use trimtess::model::PartId;
+use trimtess::model::{PartId, TileId};
 use trimtess::prepare::{Prepared, Tile, prepare};
 
 /// Views around each model.
@@ -98,7 +97,7 @@ fn terms(plan: &Plan, part: PartId, tile: TileId, row: &Tile) -> [f64; TERMS] {
         let breaks = &plan.edges[edge as usize].breaks;
         breaks[from as usize].abs_diff(breaks[to as usize])
     };
-    let tessellants: u32 = row.loops.iter().flatten().map(|u| along(u.edge, u.from, u.to)).sum();
+    let tessellants: u32 = row.loops.iter().flatten().map(|u| along(u.edge.0, u.from, u.to)).sum();
     let tessellants = f64::from(tessellants);
     [1.0, cells, tessellants, (tessellants - CROWD * cells).max(0.0)]
 }

@@ -1,7 +1,7 @@
 //! Batches -> how many bytes a renderer would upload and hold. Keeps sizes and no mesh.
 
-use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError, TileId};
-use trimtess::model::PartId;
+use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
+use trimtess::model::{PartId, TileId};
 use trimtess::prepare::Prepared;
 
 /// A vertex on a GPU: a position relative to the part in three f32, and a packed normal.

@@ -12,7 +12,7 @@ pub(super) fn facts(picked: &Picked, scene: &Scene, prepared: &Prepared) -> Vec<
         _ => number.to_string(),
     };
     let part = picked.part.index();
-    let instance = picked.instance as usize;
+    let instance = picked.instance.index();
     rows.push(("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)));
     rows.push(("instance", named(scene.instances.get(instance).map(|placed| placed.name.as_str()), instance)));
     rows.push(("face", picked.face.index().to_string()));

@@ -26,13 +26,13 @@ pub struct Levels {
     /// By part of the model.
     parts: Vec<PartLevels>,
     /// The part of the model, and the band, of each instance.
-    instances: Vec<(u32, Band)>,
+    instances: Vec<(PartId, Band)>,
 }
 
 #[derive(Debug)]
 struct PartLevels {
     /// Rows in the prepared model; the part's own first.
-    rows: Vec<u32>,
+    rows: Vec<PartId>,
     /// The band that each row serves; `None` while it serves none.
     bands: Vec<Band>,
     place: BoundingBox,
@@ -47,14 +47,14 @@ impl Levels {
     pub fn of(prepared: &Arc<Prepared>, most: usize) -> (Arc<Prepared>, Self) {
         let mut placed = vec![0_usize; prepared.parts.len()];
         for instance in &prepared.scene.instances {
-            placed[instance.part as usize] += 1;
+            placed[instance.part.index()] += 1;
         }
         let mut out = Prepared::clone(prepared);
         let mut parts = Vec::with_capacity(placed.len());
         for (p, placed) in placed.into_iter().enumerate() {
-            let mut rows = vec![p as u32];
+            let mut rows = vec![PartId::new(p)];
             for _ in 1..placed.min(most) {
-                rows.push(out.parts.len() as u32);
+                rows.push(PartId::new(out.parts.len()));
                 out.parts.push(Arc::clone(&prepared.parts[p]));
                 out.scene.parts.push(ScenePart { mesh_of: Some(PartId::new(p)), ..prepared.scene.parts[p].clone() });
             }
@@ -72,12 +72,12 @@ impl Levels {
 
     /// The part of the model that an instance is of. `None` if there is no such instance.
     #[must_use]
-    pub fn part_of(&self, instance: usize) -> Option<u32> {
+    pub fn part_of(&self, instance: usize) -> Option<PartId> {
         self.instances.get(instance).map(|(part, _)| *part)
     }
 
     /// An instance was added after the others.
-    pub fn push(&mut self, part: u32) {
+    pub fn push(&mut self, part: PartId) {
         self.instances.push((part, None));
     }
 
@@ -98,7 +98,7 @@ impl Levels {
         let lenses: Vec<_> = views.iter().map(|view| (view, view.lens())).collect();
         let mut wanted: Vec<Vec<i32>> = vec![Vec::new(); self.parts.len()];
         for ((part, band), instance) in self.instances.iter_mut().zip(&*instances) {
-            let levels = &self.parts[*part as usize];
+            let levels = &self.parts[part.index()];
             if levels.rows.len() == 1 {
                 continue;
             }
@@ -109,7 +109,7 @@ impl Levels {
             let most = seen.fold(0.0, f64::max);
             if most > 0.0 && most.is_finite() {
                 *band = Some(band_of(most, *band));
-                wanted[*part as usize].extend(*band);
+                wanted[part.index()].extend(*band);
             }
         }
         for (levels, wanted) in self.parts.iter_mut().zip(&mut wanted) {
@@ -118,7 +118,7 @@ impl Levels {
             levels.serve(wanted);
         }
         for ((part, band), instance) in self.instances.iter().zip(instances) {
-            let levels = &self.parts[*part as usize];
+            let levels = &self.parts[part.index()];
             if let Some(row) = band.and_then(|band| levels.row(band)) {
                 instance.part = row;
             }
@@ -152,7 +152,7 @@ impl PartLevels {
     }
 
     /// The row of a band: its own, or that of the next finer one that has a row.
-    fn row(&self, band: i32) -> Option<u32> {
+    fn row(&self, band: i32) -> Option<PartId> {
         let served = self.bands.iter().zip(&self.rows).filter_map(|(served, row)| Some(((*served)?, *row)));
         served.filter(|(served, _)| *served >= band).min().map(|(_, row)| row)
     }
@@ -165,15 +165,18 @@ mod tests {
     #[test]
     fn rows_keep_their_bands_and_coarser_bands_share_the_next_finer_row() {
         let place = BoundingBox::EMPTY;
-        let mut levels = PartLevels { rows: vec![3, 7, 8], bands: vec![None; 3], place };
+        let mut levels = PartLevels { rows: [3, 7, 8].map(PartId).to_vec(), bands: vec![None; 3], place };
         levels.serve(&[]);
         assert_eq!(levels.row(0), None);
         levels.serve(&[2, 5]);
-        assert_eq!([levels.row(5), levels.row(2), levels.row(1), levels.row(6)], [Some(3), Some(7), Some(7), None]);
+        assert_eq!(
+            [levels.row(5), levels.row(2), levels.row(1), levels.row(6)],
+            [Some(3), Some(7), Some(7), None].map(|row| row.map(PartId))
+        );
         levels.serve(&[1, 2, 3, 4]);
         let rows = [1, 2, 3, 4].map(|band| levels.row(band).unwrap());
-        assert_eq!((rows[0], rows[1]), (7, 7));
-        assert!(rows[2] != rows[3] && rows[2] != 7 && rows[3] != 7);
+        assert_eq!((rows[0], rows[1]), (PartId(7), PartId(7)));
+        assert!(rows[2] != rows[3] && rows[2] != PartId(7) && rows[3] != PartId(7));
     }
 
     #[test]

@@ -18,8 +18,8 @@ use crate::frame::view::asked::Asked;
 use crate::frame::view::camera::View;
 use crate::frame::view::sight::Seen;
 use crate::frame::view::tolerance::Tolerance;
-use crate::mesh::{SceneInstance, ScenePart, TileId};
-use crate::model::{PartId, SurfaceKind};
+use crate::mesh::{SceneInstance, ScenePart};
+use crate::model::{PartId, RowId, SurfaceKind, TileId};
 use crate::prepare::{BoundingBox, Prepared};
 use glam::DAffine3;
 use std::collections::BTreeSet;
@@ -64,8 +64,8 @@ impl Default for PlannerOptions {
 pub struct PlanChanges {
     /// Tiles whose triangles depend on something that changed: their lattice, or the tessellants of an edge. Ascending.
     pub tiles: Vec<(PartId, TileId)>,
-    /// Edges with other tessellants, as indices into [`PreparedPart::edges`](crate::prepare::PreparedPart::edges). Ascending.
-    pub edges: Vec<(PartId, u32)>,
+    /// Edges with other tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges). Ascending.
+    pub edges: Vec<(PartId, RowId)>,
     /// Tiles with another lattice; they are among `tiles`. Ascending.
     pub lattices: Vec<(PartId, TileId)>,
     /// Tiles whose rates should have changed and wait, because the budget was spent.
@@ -110,7 +110,7 @@ pub struct Planner {
     touched: Touched,
     /// What the last plan was made for.
     seen: Vec<View>,
-    placed: Vec<(u32, DAffine3)>,
+    placed: Vec<(PartId, DAffine3)>,
     unfinished: bool,
 }
 
@@ -120,7 +120,7 @@ struct Pages {
     spare: Option<Arc<Plan>>,
     /// How they differ.
     lattices: Vec<(PartId, TileId)>,
-    edges: Vec<(PartId, u32)>,
+    edges: Vec<(PartId, RowId)>,
 }
 
 impl Pages {
@@ -133,7 +133,7 @@ impl Pages {
             page.parts[part].tiles[tile] = Arc::clone(&self.last.parts[part].tiles[tile]);
         }
         for &(part, edge) in &self.edges {
-            let (part, edge) = (part.index(), edge as usize);
+            let (part, edge) = (part.index(), edge.index());
             page.parts[part].edges[edge] = Arc::clone(&self.last.parts[part].edges[edge]);
         }
         spare.unwrap_or_default()
@@ -151,7 +151,7 @@ impl Pages {
 struct Limited {
     tiles: BTreeSet<(PartId, TileId)>,
     lines: BTreeSet<(PartId, TileId)>,
-    edges: BTreeSet<(PartId, u32)>,
+    edges: BTreeSet<(PartId, RowId)>,
 }
 
 fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
@@ -174,12 +174,12 @@ const ANEW: u8 = 4;
 struct Touched {
     /// By part and edge: 0 where it is not among `rows`, else [`TOUCHED`] and why.
     stamps: Vec<Vec<u8>>,
-    rows: Vec<(usize, u32)>,
+    rows: Vec<(usize, RowId)>,
 }
 
 impl Touched {
-    fn add(&mut self, part: usize, edge: u32, why: u8) {
-        let stamp = &mut self.stamps[part][edge as usize];
+    fn add(&mut self, part: usize, edge: RowId, why: u8) {
+        let stamp = &mut self.stamps[part][edge.index()];
         if *stamp == 0 {
             self.rows.push((part, edge));
         }
@@ -187,9 +187,9 @@ impl Touched {
     }
 
     /// Calls `each` with every edge and its stamp, and forgets them.
-    fn drain(&mut self, mut each: impl FnMut(usize, u32, u8)) {
+    fn drain(&mut self, mut each: impl FnMut(usize, RowId, u8)) {
         for (part, edge) in self.rows.drain(..) {
-            let stamp = std::mem::take(&mut self.stamps[part][edge as usize]);
+            let stamp = std::mem::take(&mut self.stamps[part][edge.index()]);
             each(part, edge, stamp);
         }
     }
@@ -297,7 +297,7 @@ impl Planner {
 
         let mut next = self.pages.next();
         let page = Arc::get_mut(&mut next).expect("a page that was just made has one owner");
-        let tiles = |i: &SceneInstance| self.parts.get(i.part as usize).map_or(0, |part| part.tiles.len());
+        let tiles = |i: &SceneInstance| self.parts.get(i.part.index()).map_or(0, |part| part.tiles.len());
         page.drawn.reset(views.len(), &instances.iter().map(tiles).collect::<Vec<_>>());
         let (sights, unusable) = self.sights(instances, views);
         let mut draft = Draft { page, sights, wanted: Vec::new(), near: Vec::new(), changes: PlanChanges::default() };
@@ -350,7 +350,7 @@ impl Planner {
                 continue;
             };
             for (i, instance) in instances.iter().enumerate() {
-                if let Some(sights) = sights.get_mut(instance.part as usize) {
+                if let Some(sights) = sights.get_mut(instance.part.index()) {
                     let sight = view.sight(lens, instance).weighed(1.0 / view.deviation_px);
                     sights.push(Shown { view: v, instance: i, sight });
                 }
@@ -423,7 +423,7 @@ impl Planner {
         let kept = draft.wanted.iter().take_while(|wanted| {
             let part = &self.prepared.parts[wanted.part];
             let uses = part.tiles[wanted.tile].loops.iter().flatten();
-            let beside = uses.flat_map(|u| part.edges[u.edge as usize].uses.iter().map(|(tile, _, _)| tile.0 as usize));
+            let beside = uses.flat_map(|u| part.edges[u.edge.index()].uses.iter().map(|place| place.tile.index()));
             for tile in beside.chain([wanted.tile]) {
                 if made.insert((wanted.part, tile)) {
                     let growth =
@@ -468,7 +468,7 @@ impl Planner {
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
             let seen = &rates.seen;
-            let with_it = |e: u32| anew && owner(&part.edges[e as usize], |t| seen[t].most >= 0.0) == Some(t);
+            let with_it = |e: RowId| anew && owner(&part.edges[e.index()], |t| seen[t].most >= 0.0) == Some(t);
             for u in tile.loops.iter().flatten() {
                 touched.add(p, u.edge, if as_before { 0 } else { BESIDE_NEW } | if with_it(u.edge) { ANEW } else { 0 });
             }
@@ -481,14 +481,14 @@ impl Planner {
         self.touched = touched;
     }
 
-    fn tessellate_edge(&mut self, (p, e): (usize, u32), beside_new: bool, anew: bool, draft: &mut Draft<'_>) {
+    fn tessellate_edge(&mut self, (p, e): (usize, RowId), beside_new: bool, anew: bool, draft: &mut Draft<'_>) {
         let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
-        let (edge, k) = (&part.edges[e as usize], e as usize);
-        let beside = || edge.uses.iter().map(|(tile, _, _)| &rates.tiles[tile.0 as usize]);
+        let (edge, k) = (&part.edges[e.index()], e.index());
+        let beside = || edge.uses.iter().map(|place| &rates.tiles[place.tile.index()]);
         let planned = !beside_new && !anew && rates.edge_terms[k] == self.term;
         let page = &mut draft.page.parts[p];
         let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
-        if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|(tile, _, _)| single(*tile)) {
+        if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|place| single(place.tile)) {
             return;
         }
         let rate = if beside().any(Rate::is_each) {
@@ -523,7 +523,7 @@ impl Planner {
         if *page.edges[k] != line {
             page.edges[k] = Arc::new(line);
             draft.changes.edges.push((PartId::new(p), e));
-            draft.changes.tiles.extend(edge.uses.iter().map(|&(tile, _, _)| (PartId::new(p), tile)));
+            draft.changes.tiles.extend(edge.uses.iter().map(|place| (PartId::new(p), place.tile)));
         }
     }
 

@@ -69,7 +69,7 @@ impl Kept {
         is_drawn: impl Fn(usize) -> bool,
     ) -> bool {
         if turns.has(p, t) && !self.due[t] {
-            let mut uses = part.tiles[t].loops.iter().flatten().map(|u| u.edge as usize);
+            let mut uses = part.tiles[t].loops.iter().flatten().map(|u| u.edge.index());
             let edges = &self.edges;
             self.due[t] = self.tiles[t] || uses.any(|e| edges[e] && owner(&part.edges[e], &is_drawn) == Some(t));
         }
@@ -79,7 +79,7 @@ impl Kept {
 
 /// The tile with which an edge is placed anew: the first that is drawn.
 pub(crate) fn owner(edge: &PreparedEdge, is_drawn: impl Fn(usize) -> bool) -> Option<usize> {
-    edge.uses.iter().map(|(tile, _, _)| tile.0 as usize).find(|&tile| is_drawn(tile))
+    edge.uses.iter().map(|place| place.tile.index()).find(|&tile| is_drawn(tile))
 }
 
 #[cfg(test)]

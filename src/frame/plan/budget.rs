@@ -32,7 +32,7 @@ pub(crate) fn cells(lattice: &TileLattice) -> u64 {
 /// Nanoseconds that a tile takes, with `growth` times as many cells as it has, and as many tessellants as go with these.
 pub(crate) fn predicted(plan: &PartPlan, tile: &Tile, t: usize, growth: f64) -> f64 {
     let tessellants = |u: &EdgeUse| {
-        let breaks = &plan.edges[u.edge as usize].breaks;
+        let breaks = &plan.edges[u.edge.index()].breaks;
         let at = |k: u32| breaks.get(k as usize).copied().unwrap_or(0);
         f64::from(at(u.from).abs_diff(at(u.to)))
     };

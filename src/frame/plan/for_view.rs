@@ -38,7 +38,7 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
     let lens = view.lens();
     let mut seen: Vec<Vec<Sight>> = vec![Vec::new(); prepared.parts.len()];
     for instance in &prepared.scene.instances {
-        seen[instance.part as usize].extend(lens.map(|lens| view.sight(lens, instance)));
+        seen[instance.part.index()].extend(lens.map(|lens| view.sight(lens, instance)));
     }
     let per_pixel = Tolerance { chord: view.deviation_px, angle: view.angle, max_edge: view.size_px };
     let unseen = Tolerance { chord: f64::INFINITY, angle: view.angle, max_edge: None };

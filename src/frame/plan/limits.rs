@@ -1,7 +1,6 @@
 //! What a plan may cost in all, and what it says when that is less than the tolerance asks for.
 
-use crate::mesh::TileId;
-use crate::model::PartId;
+use crate::model::{PartId, RowId, TileId};
 use std::fmt;
 
 /// Memory of one triangle on its way to a file: its corners' numbers, its share of the vertices with their normals, and the
@@ -55,9 +54,9 @@ pub struct Shortfall {
     /// Tiles with as many lines between two creases as there may be, 4096; ascending. Real shapes get there at tolerances of
     /// 1e-8 of their size; else the bounds of the surface's derivatives grow without limit, as they do towards some poles.
     pub lines: Vec<(PartId, TileId)>,
-    /// Edges limited in their tessellants, as indices into [`PreparedPart::edges`](crate::prepare::PreparedPart::edges);
+    /// Edges limited in their tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges);
     /// ascending.
-    pub edges: Vec<(PartId, u32)>,
+    pub edges: Vec<(PartId, RowId)>,
 }
 
 impl Shortfall {

@@ -7,8 +7,8 @@ use super::plan::{PartPlan, Plan};
 use super::tessellants::{Tessellants, bare};
 use crate::frame::view::asked::{Asked, Need};
 use crate::frame::view::tolerance::Tolerance;
-use crate::mesh::{Drawn, ScenePart, TileId};
-use crate::model::PartId;
+use crate::mesh::{Drawn, ScenePart};
+use crate::model::{PartId, RowId, TileId};
 use crate::prepare::{Prepared, PreparedPart};
 use std::sync::Arc;
 
@@ -113,7 +113,7 @@ fn plan_part(
         });
         budget.spend(polyline.ts.len() as u64)?;
         if !kept {
-            shortfall.edges.push((id, k as u32));
+            shortfall.edges.push((id, RowId(k as u32)));
         }
         edges.push(Arc::new(polyline));
     }

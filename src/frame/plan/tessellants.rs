@@ -5,8 +5,8 @@ use super::plan::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
 use super::split::{Before, Criteria};
 use crate::frame::view::asked::{Need, dilate, most_touched};
 use crate::frame::view::tolerance::Tolerance;
-use crate::mesh::TileId;
-use crate::prepare::{EdgeShape, Image, PreparedEdge, StripBounds};
+use crate::model::TileId;
+use crate::prepare::{EdgeShape, Image, PreparedEdge, StripBounds, TileUse};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ pub(crate) struct Tessellants {
 /// The breaks of a straight edge between single cells, whatever its tolerance; `None` for others, and where they are not enough.
 pub(crate) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<EdgePolyline> {
     let single = |tile: TileId| tiles[tile.0 as usize].cells() == (1, 1);
-    if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|(tile, ..)| single(*tile)) {
+    if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|place| single(place.tile)) {
         return None;
     }
     let ts: Vec<f64> = if edge.uses.is_empty() { Vec::new() } else { edge.breaks.iter().map(|b| b.t).collect() };
@@ -119,7 +119,7 @@ impl Tessellants {
         if before.is_some() {
             refine(&bounds.breaks, of_bounds, breaks, least);
         }
-        for (k, (tile, ..)) in edge.uses.iter().enumerate() {
+        for (k, TileUse { tile, .. }) in edge.uses.iter().enumerate() {
             let lattice = &tiles[tile.0 as usize];
             if lattice.us.len() > 2 || lattice.vs.len() > 2 {
                 limit_to_cells(&edge.images.image(k), lattice, breaks, [&mut rates[..], &mut least[..]], wanted);

@@ -7,8 +7,8 @@ use crate::frame::trim::climb::fill_loops;
 use crate::frame::trim::input::TrimInput;
 use crate::frame::trim::output::TrimOutput;
 use crate::frame::vertices::boundary::{edge_point, origin, steps_with_breaks};
-use crate::mesh::{PatchMesh, TileId};
-use crate::model::PartId;
+use crate::mesh::PatchMesh;
+use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use glam::{DVec2, DVec3, Vec2};
 
@@ -25,7 +25,7 @@ pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, w
     let mut loop_starts = vec![0];
     for l in &tile.loops {
         for used in l {
-            let (edge, polyline) = (&rows.edges[used.edge as usize], &plan.edges[used.edge as usize]);
+            let (edge, polyline) = (&rows.edges[used.edge.index()], &plan.edges[used.edge.index()]);
             for (k, at_break) in steps_with_breaks(used, &polyline.breaks) {
                 mesh.positions.push(edge_point(edge, at_break, polyline.ts[k]));
                 mesh.origins.push(origin(rows, used.edge, k as u32));

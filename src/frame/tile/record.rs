@@ -8,8 +8,8 @@ use crate::frame::trim::output::TrimStats;
 use crate::frame::trim::record::TrimRecord;
 use crate::frame::vertices::boundary::cell_size;
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::{Origin, TileId};
-use crate::model::{PartId, SurfaceKind};
+use crate::mesh::Origin;
+use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use glam::DVec2;
 

@@ -15,8 +15,8 @@ use crate::frame::trim::output::{TrimOutcome, TrimStats};
 use crate::frame::vertices::boundary::trace_loops;
 use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::{PatchMesh, TileId};
-use crate::model::{PartId, SurfaceKind};
+use crate::mesh::PatchMesh;
+use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 
 /// What of tiles that change is kept.

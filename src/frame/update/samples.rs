@@ -41,7 +41,7 @@ impl Samples {
     ) {
         self.lattice = Some(Arc::clone(lattice));
         self.lines.clear();
-        self.lines.extend(tile.loops.iter().flatten().map(|u| Arc::clone(&plan.edges[u.edge as usize])));
+        self.lines.extend(tile.loops.iter().flatten().map(|u| Arc::clone(&plan.edges[u.edge.index()])));
         keep(&mut self.loop_starts, &s.loop_starts);
         keep(&mut self.corners, &s.corners);
         let inner = |o: &Origin| matches!(o, Origin::Crossing { .. } | Origin::Inner { .. });
@@ -93,8 +93,8 @@ impl Samples {
         let (mut old, mut line) = (0_usize, 0);
         for l in &tile.loops {
             for u in l {
-                let edge = &part.edges[u.edge as usize];
-                let (is, was) = (&plan.edges[u.edge as usize], &self.lines[line]);
+                let edge = &part.edges[u.edge.index()];
+                let (is, was) = (&plan.edges[u.edge.index()], &self.lines[line]);
                 line += 1;
                 let all = steps(u, &was.breaks).count();
                 if Arc::ptr_eq(is, was) && keeps {

@@ -3,7 +3,7 @@
 use super::scratch::Scratch;
 use crate::frame::plan::plan::{CellWalk, PartPlan, Plan, TileLattice};
 use crate::mesh::{EdgeLine, Origin, PatchMesh};
-use crate::model::{EdgeId, PartId};
+use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3};
 
@@ -37,8 +37,8 @@ pub(crate) fn trace_loops(
     let mut spot = Spot::of(face, tile, lattice);
     for l in &tile.loops {
         for u in l {
-            let edge = &part.edges[u.edge as usize];
-            let polyline = &plan.edges[u.edge as usize];
+            let edge = &part.edges[u.edge.index()];
+            let polyline = &plan.edges[u.edge.index()];
             let mut hint = 0;
             for (k, at_break) in steps_with_breaks(u, &polyline.breaks) {
                 let uv = u.uv.point(polyline.ts[k], &mut hint);
@@ -98,11 +98,11 @@ pub(crate) fn steps_with_breaks<'a>(
     })
 }
 
-pub(crate) fn origin(part: &PreparedPart, edge: u32, k: u32) -> Origin {
-    if (edge as usize) < part.brep_edges {
-        Origin::Edge { edge: EdgeId(edge), k }
+pub(crate) fn origin(part: &PreparedPart, edge: RowId, k: u32) -> Origin {
+    if edge.index() < part.brep_edges {
+        Origin::Edge { edge: EdgeId(edge.0), k }
     } else {
-        Origin::Border { border: edge - part.brep_edges as u32, k }
+        Origin::Border { border: edge.0 - part.brep_edges as u32, k }
     }
 }
 

@@ -200,7 +200,16 @@ mod tests {
 
     fn sight(view: &View, transform: DAffine3) -> Sight {
         let lens = view.lens().unwrap_or_else(|| panic!("no camera: {view:?}"));
-        view.sight(lens, &SceneInstance { part: 0, transform, colour: None, name: String::new(), first_face: 0 })
+        view.sight(
+            lens,
+            &SceneInstance {
+                part: crate::model::PartId(0),
+                transform,
+                colour: None,
+                name: String::new(),
+                first_face: 0,
+            },
+        )
     }
 
     /// Pixels of a point's picture.

@@ -6,7 +6,7 @@
 
 use super::images::EdgeImages;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, Tile};
-use crate::model::NurbsCurve3;
+use crate::model::{NurbsCurve3, RowId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
@@ -82,8 +82,8 @@ pub(crate) fn close(
     Ok(Some(closer.added))
 }
 
-fn break_point(edges: &[PreparedEdge], edge: u32, at: u32) -> DVec3 {
-    edges[edge as usize].breaks[at as usize].point
+fn break_point(edges: &[PreparedEdge], edge: RowId, at: u32) -> DVec3 {
+    edges[edge.index()].breaks[at as usize].point
 }
 
 /// Whether each use starts at the point where the one before it ends.
@@ -102,7 +102,7 @@ fn are_joined(tiles: &[Tile], edges: &[PreparedEdge]) -> bool {
 fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &mut Vec<Span>) -> Vec<Run> {
     spans.clear();
     for u in tiles.iter().flat_map(|t| &t.loops).flatten() {
-        spans.push(if u.from < u.to { (u.edge, u.from, u.to, 1) } else { (u.edge, u.to, u.from, -1) });
+        spans.push(if u.from < u.to { (u.edge.0, u.from, u.to, 1) } else { (u.edge.0, u.to, u.from, -1) });
     }
     let last = |edge: u32| edges[edge as usize].breaks.len().saturating_sub(1) as u32;
     spans.extend(wanted.chain.iter().map(|&(edge, count)| (edge, 0, last(edge), -count)));
@@ -166,7 +166,7 @@ impl Closer<'_> {
         let mut out = Vec::with_capacity(l.len() + 1);
         for k in 0..l.len() {
             let [end, start] = [(&l[k], l[k].to), (&l[(k + 1) % l.len()], l[(k + 1) % l.len()].from)].map(|(u, at)| {
-                let Break { t, point } = self.edges[u.edge as usize].breaks[at as usize];
+                let Break { t, point } = self.edges[u.edge.index()].breaks[at as usize];
                 (point, u.uv.point(t, &mut 0))
             });
             out.push(l[k].clone());
@@ -201,12 +201,12 @@ impl Closer<'_> {
         let d = b.1 - a.1;
         let uv = UvCurve::Hermite([(0.0, a.1), (1.0, b.1)].map(|(t, uv)| UvSample { t, uv, d }).into());
         let [from, to] = if reversed { [1, 0] } else { [0, 1] };
-        EdgeUse { edge, from, to, uv }
+        EdgeUse { edge: RowId(edge), from, to, uv }
     }
 
     /// Runs to closed walks.
     fn walks(&self, runs: &[Run]) -> Vec<Vec<Run>> {
-        let end = |run: &Run, at: u32| key(break_point(self.edges, run.edge, at));
+        let end = |run: &Run, at: u32| key(break_point(self.edges, RowId(run.edge), at));
         let mut from: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
         for (k, run) in runs.iter().enumerate().rev() {
             from.entry(end(run, run.from)).or_default().push(k);
@@ -234,13 +234,13 @@ impl Closer<'_> {
 
     /// Adds a walk as a loop, where a tile has the first of its edges that any tile has.
     fn add(&mut self, tiles: &mut [Tile], walk: &[Run]) {
-        let has = |tile: &Tile, edge: u32| tile.loops.iter().flatten().any(|u| u.edge == edge);
+        let has = |tile: &Tile, edge: u32| tile.loops.iter().flatten().any(|u| u.edge.0 == edge);
         let found = walk.iter().find_map(|run| tiles.iter().position(|tile| has(tile, run.edge)));
         let tile = &mut tiles[found.unwrap_or(0)];
         let mut place = 0.5 * (tile.min + tile.max);
         let mut l = Vec::with_capacity(walk.len() + 1);
         for &Run { edge, from, to } in walk {
-            let known = tile.loops.iter().flatten().find(|u| u.edge == edge);
+            let known = tile.loops.iter().flatten().find(|u| u.edge.0 == edge);
             let breaks = &self.edges[edge as usize].breaks;
             let uv = known.map(|u| u.uv.clone()).unwrap_or_else(|| {
                 let sample = |t: f64| UvSample { t, uv: place, d: DVec2::ZERO };
@@ -248,7 +248,7 @@ impl Closer<'_> {
             });
             place = uv.point(breaks[to as usize].t, &mut 0);
             self.added.place.get_or_insert(breaks[from as usize].point);
-            l.push(EdgeUse { edge, from, to, uv });
+            l.push(EdgeUse { edge: RowId(edge), from, to, uv });
         }
         self.added.loops += 1;
         self.join(&mut l);

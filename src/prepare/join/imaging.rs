@@ -1,6 +1,7 @@
 //! Edges and their pcurves -> places along those curves, which every plan holds against its lattices.
 
 use super::images::{EdgeImages, Span};
+use super::prepared::TileUse;
 use super::prepared::{PreparedEdge, Tile};
 use crate::prepare::uv::uv_curve::UvCurve;
 use rayon::prelude::*;
@@ -14,7 +15,7 @@ impl EdgeImages {
     /// Looks at all uses of an edge.
     fn of(edge: &PreparedEdge, tiles: &[Tile]) -> Self {
         let mut out = Self { cuts: dense(edge, tiles), spans: Vec::with_capacity(edge.uses.len()), places: Vec::new() };
-        for &(tile, l, u) in &edge.uses {
+        for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
             let tile = &tiles[tile.0 as usize];
             let used = &tile.loops[l as usize][u as usize];
             let (from, to) = (edge.breaks[used.from as usize].t, edge.breaks[used.to as usize].t);
@@ -69,7 +70,7 @@ fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
     const MANY: usize = 16;
     let breaks = &edge.bounds.breaks;
     let mut cuts: Vec<f64> = Vec::new();
-    for &(tile, l, u) in &edge.uses {
+    for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
         let UvCurve::Hermite(samples) = &tiles[tile.0 as usize].loops[l as usize][u as usize].uv else { continue };
         if samples.len() < MANY {
             continue;

@@ -1,8 +1,8 @@
 //! What prepare leaves behind: faces cut into tiles, edges with their breaks, everything the frame needs and no more.
 
 use super::images::EdgeImages;
-use crate::mesh::{Scene, TileId};
-use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, SurfaceKind};
+use crate::mesh::Scene;
+use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, RowId, SurfaceKind, TileId};
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
 use crate::prepare::surface::tables::{CurveBounds, SurfaceBounds};
 use crate::prepare::uv::uv_curve::UvCurve;
@@ -60,6 +60,17 @@ pub struct Break {
     pub point: DVec3,
 }
 
+/// A place in a tile's loops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileUse {
+    /// The tile.
+    pub tile: TileId,
+    /// Which of its loops.
+    pub of_loop: u32,
+    /// Which stretch of the loop.
+    pub index: u32,
+}
+
 /// A B-rep edge, or a border between tiles: one curve, shared by the tiles along it.
 #[derive(Clone, Debug)]
 pub struct PreparedEdge {
@@ -71,8 +82,8 @@ pub struct PreparedEdge {
     pub bounds: CurveBounds,
     /// Straight: one segment between breaks keeps every tolerance.
     pub straight: bool,
-    /// The tiles that use it: (tile, loop, use within the loop).
-    pub uses: Vec<(TileId, u32, u32)>,
+    /// Where tiles use it.
+    pub uses: Vec<TileUse>,
     /// Where it runs in those tiles.
     pub images: EdgeImages,
 }
@@ -80,8 +91,8 @@ pub struct PreparedEdge {
 /// A stretch of an edge as one tile's trim loop uses it.
 #[derive(Clone, Debug)]
 pub struct EdgeUse {
-    /// Index into [`PreparedPart::edges`].
-    pub edge: u32,
+    /// A row of [`PreparedPart::edges`].
+    pub edge: RowId,
     /// Break where the stretch starts, in loop direction.
     pub from: u32,
     /// Break where it ends; less than `from` when the loop runs against the edge.
@@ -184,7 +195,7 @@ impl PreparedPart {
         for edge in &self.edges[..self.brep_edges] {
             let EdgeShape::Curve(curve) = &edge.shape else { continue };
             let mut odd = vec![false; edge.breaks.len().saturating_sub(1)];
-            for &(tile, l, u) in &edge.uses {
+            for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
                 let used = &self.tiles[tile.0 as usize].loops[l as usize][u as usize];
                 let (from, to) = (used.from.min(used.to), used.from.max(used.to));
                 odd[from as usize..to as usize].iter_mut().for_each(|o| *o = !*o);

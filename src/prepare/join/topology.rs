@@ -3,9 +3,9 @@
 use super::closing::{Added, Span, Wanted, close};
 use super::images::EdgeImages;
 use super::imaging;
+use super::prepared::TileUse;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
-use crate::mesh::TileId;
-use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part, SurfaceKind};
+use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part, RowId, SurfaceKind, TileId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
@@ -103,7 +103,7 @@ pub(crate) fn assemble(
     for (k, tile) in out.tiles.iter().enumerate() {
         for (l, uses) in tile.loops.iter().enumerate() {
             for (u, edge_use) in uses.iter().enumerate() {
-                edges[edge_use.edge as usize].uses.push((TileId(id(k)), id(l), id(u)));
+                edges[edge_use.edge.index()].uses.push(TileUse { tile: TileId(id(k)), of_loop: id(l), index: id(u) });
             }
         }
     }
@@ -146,7 +146,7 @@ fn add_tiles(
             };
             let breaks = &edges[edge].breaks;
             let (from, to) = (nearest_break(breaks, u.from), nearest_break(breaks, u.to));
-            (from != to).then_some(EdgeUse { edge: id(edge), from: id(from), to: id(to), uv: u.uv })
+            (from != to).then_some(EdgeUse { edge: RowId(id(edge)), from: id(from), to: id(to), uv: u.uv })
         };
         let loops = t.loops.into_iter().map(|l| l.into_iter().filter_map(edge_use).collect::<Vec<_>>());
         let loops = loops.filter(|l| !l.is_empty()).collect();
@@ -200,7 +200,7 @@ fn border(b: DraftBorder, edges: &[PreparedEdge]) -> PreparedEdge {
 fn end_poles(tiles: &[Tile], edges: &mut [PreparedEdge]) {
     for uses in tiles.iter().flat_map(|tile| &tile.loops) {
         for (before, after) in uses.iter().zip(uses.iter().cycle().skip(1)) {
-            let ends = [(before.edge as usize, before.to as usize), (after.edge as usize, after.from as usize)];
+            let ends = [(before.edge.index(), before.to as usize), (after.edge.index(), after.from as usize)];
             let along_pole = ends.map(|(edge, _)| matches!(edges[edge].shape, EdgeShape::Point(_)));
             let (pole, beside) = match along_pole {
                 [true, _] => (ends[0], ends[1]),

@@ -21,7 +21,7 @@ pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
 pub(crate) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for i in instances {
-        for p in &clouds[i.part as usize] {
+        for p in &clouds[i.part.index()] {
             let p = i.transform.transform_point3(*p);
             low = low.min(p);
             high = high.max(p);
@@ -123,7 +123,7 @@ fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[b
 fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
     let mut out = Vec::new();
     for u in uses {
-        let breaks = &part.edges[u.edge as usize].breaks;
+        let breaks = &part.edges[u.edge.index()].breaks;
         points_along(&u.uv, breaks[u.from as usize].t, breaks[u.to as usize].t, usize::MAX, &mut out);
     }
     out

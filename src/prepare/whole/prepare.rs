@@ -120,7 +120,7 @@ fn scene(model: &Model, clouds: &[Vec<DVec3>], facts: Vec<(Vec<FaceId>, Closedne
             let first = first_face;
             first_face += u32::try_from(model.parts[i.part.index()].faces.len()).unwrap_or(0);
             SceneInstance {
-                part: i.part.0,
+                part: i.part,
                 transform: i.transform,
                 colour: i.colour,
                 name: i.name.clone(),

@@ -32,7 +32,7 @@ pub(crate) fn weigh(part: &mut PreparedPart, diagonal: f64) {
     let of_edge: Vec<Vec<f64>> = part.edges.par_iter().map(|edge| segments(edge, chord)).collect();
     let of_tile = |tile: &Tile| {
         let lines = lines(&part.faces[part.face_of(tile)], tile, chord);
-        let along = |u: &EdgeUse| tessellants(u, &part.edges[u.edge as usize], &of_edge[u.edge as usize], tile, lines);
+        let along = |u: &EdgeUse| tessellants(u, &part.edges[u.edge.index()], &of_edge[u.edge.index()], tile, lines);
         let tessellants: f64 = tile.loops.iter().flatten().map(along).sum();
         let cells = lines.x * lines.y;
         nanoseconds(cells, tessellants)

@@ -2,8 +2,8 @@
 
 use super::shown::{Place, Shown};
 use super::store::{Line, Tile};
-use crate::mesh::{Drawn, TileId};
-use crate::model::EdgeId;
+use crate::mesh::Drawn;
+use crate::model::{EdgeId, TileId};
 
 /// A frame that has begun.
 pub(super) struct Pending {

@@ -2,8 +2,7 @@
 
 use super::scene::LiveScene;
 use super::sight::Aim;
-use crate::mesh::TileId;
-use crate::model::{FaceId, PartId};
+use crate::model::{FaceId, InstanceId, PartId, TileId};
 use crate::out::wgpu::error::RenderError;
 use crate::out::wgpu::formats::{DEPTH_FORMAT, PICK_FORMAT};
 use crate::out::wgpu::options::RenderOptions;
@@ -15,7 +14,7 @@ use glam::DVec3;
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Picked {
     /// Number of the instance in the scene.
-    pub instance: u32,
+    pub instance: InstanceId,
     /// Its part of the model.
     pub part: PartId,
     /// The face within the part.
@@ -84,7 +83,7 @@ impl LiveScene {
         let Some(of_tile) = part.tiles[tile as usize] else { return Ok(None) };
         let (start, direction) = camera.ray((x, y), options.size);
         Ok(Some(Picked {
-            instance: place.instance,
+            instance: InstanceId(place.instance),
             part: PartId(part.number),
             face: of_tile.face,
             tile: TileId(tile),

@@ -4,7 +4,7 @@ use super::super::ColourBy;
 use super::super::layout::Record;
 use super::super::palette::{MARKED, Painted, Palette};
 use super::shown::Shown;
-use crate::model::FaceId;
+use crate::model::{FaceId, InstanceId};
 
 /// The top bit of [`Record::first_index`].
 const WIDE: u32 = 1 << 31;
@@ -17,7 +17,7 @@ pub(super) struct Records {
     firsts: Vec<u32>,
     palette: Palette,
     /// The instance and the face that stand out.
-    marked: Option<(u32, FaceId)>,
+    marked: Option<(InstanceId, FaceId)>,
     all: bool,
     /// Parts and tiles whose rows are to be made again.
     stale: Vec<(u32, u32)>,
@@ -25,7 +25,7 @@ pub(super) struct Records {
 
 impl Records {
     /// Has a face of an instance stand out, and no other.
-    pub(super) fn mark(&mut self, face: Option<(u32, FaceId)>) {
+    pub(super) fn mark(&mut self, face: Option<(InstanceId, FaceId)>) {
         self.all |= self.marked != face;
         self.marked = face;
     }
@@ -102,7 +102,7 @@ impl Records {
         let at = &shown.places[place as usize];
         let part = &shown.parts[at.part as usize];
         let Some(tile) = &part.tiles[number as usize] else { return Record::default() };
-        let marked = self.marked == Some((at.instance, tile.face));
+        let marked = self.marked == Some((InstanceId(at.instance), tile.face));
         let painted = Painted {
             part: part.number,
             face: at.first_face.wrapping_add(tile.face.0),

@@ -10,7 +10,7 @@ use super::records::Records;
 use super::shown::Shown;
 use super::sight::{Aim, Sight};
 use super::store::Store;
-use crate::model::FaceId;
+use crate::model::{FaceId, InstanceId};
 use crate::out::{Camera, ViewPoint};
 use ::wgpu::{BindGroup, BufferUsages, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
 use std::fmt;
@@ -201,7 +201,7 @@ impl LiveScene {
 
     /// Has a face of an instance stand out in a colour of its own from the next picture on, as long as there are both; `None` for no
     /// face.
-    pub fn highlight(&mut self, face: Option<(u32, FaceId)>) {
+    pub fn highlight(&mut self, face: Option<(InstanceId, FaceId)>) {
         self.records.mark(face);
     }
 

@@ -73,7 +73,7 @@ impl Shown {
     pub(super) fn places_of(&self, scene: &Scene) -> Vec<Place> {
         let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| Place {
             instance: number as u32,
-            part: instance.part,
+            part: instance.part.0,
             transform: instance.transform,
             colour: instance.colour,
             first_face: instance.first_face,
