@@ -35,7 +35,7 @@ pub(crate) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
         return false;
     }
     let stated = mesh.triangles.clone();
-    let mut left = most_weighed(folded.len(), trimmed);
+    let mut left = MOST_WEIGHED;
     for least in [f64::INFINITY, chord] {
         let mut web = Web::new(mesh);
         let near = Near { surface, chord: least, left: Cell::new(left) };
@@ -53,18 +53,12 @@ pub(crate) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: 
 /// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.
 const MOST_FILLINGS: usize = 128;
 
-/// Triangles of changes that are weighed in one tile, at most, each about 0.15 µs: few folds may have far to go, many are to be
-/// undone where they are. Tiles of the corpus weigh up to 25 000 for one fold, 9 400 for three and 1 300 for twenty, and all that
-/// are left after a few thousand are noise.
-fn most_weighed(folded: usize, trimmed: usize) -> usize {
-    const FOR_ONE: usize = 1 << 15;
-    const FOR_MANY: usize = 1 << 12;
-    const PER_TRIANGLE: usize = 2;
-    FOR_ONE / folded + FOR_MANY + PER_TRIANGLE * trimmed
-}
+/// Triangles of changes that are weighed in one tile, at most, in both passes: each takes about 0.15 µs. Tiles of the corpus weigh up
+/// to 25 000; what is left then is noise.
+const MOST_WEIGHED: usize = 1 << 15;
 
 /// Triangles that a filling counts for besides those of the changes that it finds: most of its work is in those that it does not.
-const FILLING: usize = 128;
+const FILLING: usize = 32;
 
 /// Changed triangles that are looked at one by one.
 const FEW: usize = 32;
