@@ -177,3 +177,29 @@ fn a_timeline_holds_every_stage_of_every_frame() {
     assert_eq!([count("frame"), count("plan"), count("commit"), count("worker")], [3, 3, 3, 6]);
     assert_eq!(count("tile"), 3 * report["tiles"].as_u64().unwrap());
 }
+
+#[test]
+fn the_scene_of_the_comparison_and_the_costs_of_tiles_are_told() {
+    let folder = folder("other");
+    let told = |args: &[&str]| {
+        let output = bench(&folder, args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let points = told(&["glu-scene", "points"]);
+    assert!(points.starts_with("512 32\n"), "{}", points.lines().next().unwrap_or_default());
+    assert_eq!(points.lines().count(), 1 + 512 + 32);
+    let table = told(&["glu-scene", "4"]);
+    assert!(table.lines().last().unwrap().starts_with("  4.00 | "), "{table}");
+    let path = told(&["glu-scene", "path", "4"]);
+    assert_eq!(path.lines().count(), 2, "each made anew, and after the one before: {path}");
+    let costs = told(&["tile-costs", "builtin:washer", "builtin:brake-hub"]);
+    assert!(costs.lines().count() == 4 && costs.contains("builtin:brake-hub"), "{costs}");
+
+    for wrong in [&["tile-costs"][..], &["glu-scene", "path"], &["glu-scene", "-1"], &[]] {
+        assert_eq!(bench(&folder, wrong).status.code(), Some(2), "{wrong:?}");
+    }
+    // 16 numbers a triangle, the first of them a patch of the scene.
+    fs::write(folder.join("triangles"), [32.0_f32; 16].map(f32::to_le_bytes).as_flattened()).unwrap();
+    assert_eq!(bench(&folder, &["glu-scene", "triangles", "triangles"]).status.code(), Some(1));
+}

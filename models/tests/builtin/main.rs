@@ -6,7 +6,7 @@ mod brake;
 mod teapots;
 mod volumes;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
@@ -57,4 +57,23 @@ fn meshed(prepared: &Arc<Prepared>, share: f64) -> (f64, SceneFacts, DeviationRe
 fn patches(prepared: &Prepared) -> usize {
     let faces = prepared.parts.iter().flat_map(|part| &part.faces);
     faces.map(|face| (face.patches.breaks_u.len() - 1) * (face.patches.breaks_v.len() - 1)).sum()
+}
+
+/// What tiles are expected to cost, where the model is placed so many times as large.
+fn weights(name: &str, scale: f64) -> Vec<f64> {
+    let mut model = trimtess_models::by_name(name).unwrap();
+    for instance in &mut model.instances {
+        instance.transform = DAffine3::from_scale(DVec3::splat(scale)) * instance.transform;
+    }
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    prepared.tiles().map(|(_, _, tile)| tile.weight).collect()
+}
+
+#[test]
+fn weights_do_not_depend_on_the_size() {
+    for name in trimtess_models::NAMES {
+        let (plain, large) = (weights(name, 1.0), weights(name, 1000.0));
+        assert!(plain.iter().all(|weight| *weight > 0.0 && weight.is_finite()), "{name}: {plain:?}");
+        assert!(plain.iter().zip(&large).all(|(a, b)| (a / b - 1.0).abs() < 1e-6), "{name}");
+    }
 }
