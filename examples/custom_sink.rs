@@ -4,7 +4,7 @@
 
 use glam::{DAffine3, DVec3};
 use std::error::Error;
-use trimtess::mesh::{Batch, EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance, ScenePart, SinkError};
+use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SceneInstance, ScenePart, SinkError, TileMesh};
 use trimtess::model::{FaceId, PartId, TileId};
 
 /// Sums up each part's area, then lets another sink have the frame.
@@ -68,6 +68,6 @@ fn octant(face: u32) -> Batch {
     let outward = (positions[0] + positions[1] + positions[2]).normalize().as_vec3();
     // An odd number of mirrors turns the corners' order about.
     let triangles = vec![if face.count_ones().is_multiple_of(2) { [0, 1, 2] } else { [0, 2, 1] }];
-    let mesh = PatchMesh { positions, normals: vec![outward; 3], triangles, ..PatchMesh::default() };
+    let mesh = TileMesh { positions, normals: vec![outward; 3], triangles, ..TileMesh::default() };
     Batch { part: PartId(0), face: FaceId(face), tile: TileId(face), worker: 0, mesh }
 }

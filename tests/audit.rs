@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, PatchMesh};
+use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh};
 use trimtess::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Instance, Loop, Model, NurbsCurve3, NurbsSurface, Part,
     PartId, Shell, ShellKind, Surface, SurfaceKind, TileId, VertexId,
@@ -117,7 +117,7 @@ fn lattice(prepared: &Prepared, number: u32, surface: &Surface, n: u32, m: u32) 
     let part = &prepared.parts[0];
     let row = part.face_rows[number as usize].unwrap() as usize;
     let (low, high) = natural_box(&part.faces[row]);
-    let mut mesh = PatchMesh::default();
+    let mut mesh = TileMesh::default();
     for j in 0..=m {
         for i in 0..=n {
             let uv = low + (high - low) * DVec2::new(f64::from(i) / f64::from(n), f64::from(j) / f64::from(m));

@@ -4,7 +4,7 @@ mod out_fixture;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use out_fixture::{box_batches, box_frame};
-use trimtess::mesh::{Batch, Cause, EdgeLine, MeshFacts, MeshStats, PatchMesh, check_part, check_scene};
+use trimtess::mesh::{Batch, Cause, EdgeLine, MeshFacts, MeshStats, TileMesh, check_part, check_scene};
 use trimtess::model::{EdgeId, FaceId, PartId, TileId};
 
 fn cube() -> Vec<Batch> {
@@ -14,7 +14,7 @@ fn cube() -> Vec<Batch> {
 fn mesh(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Batch {
     let positions: Vec<_> = positions.iter().map(|&p| DVec3::from_array(p)).collect();
     let normals = vec![Vec3::Z; positions.len()];
-    let mesh = PatchMesh { positions, normals, triangles: triangles.to_vec(), ..PatchMesh::default() };
+    let mesh = TileMesh { positions, normals, triangles: triangles.to_vec(), ..TileMesh::default() };
     Batch { part: PartId(0), face: FaceId(0), tile: TileId(0), worker: 0, mesh }
 }
 

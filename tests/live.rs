@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};
 use std::sync::OnceLock;
 use trimtess::mesh::{
-    Batch, Drawn, EdgeLine, MemorySink, MeshSink, Origin, PatchMesh, Scene, SceneInstance, ScenePart, SinkError,
+    Batch, Drawn, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
 };
 use trimtess::model::{EdgeId, FaceId, InstanceId, PartId, TileId};
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions, Renderer};
@@ -57,7 +57,7 @@ fn square(part: u32, tile: u32, cells: u32) -> Batch {
         face: FaceId(tile / 4),
         tile: TileId(tile),
         worker: tile % 3,
-        mesh: PatchMesh {
+        mesh: TileMesh {
             normals: vec![Vec3::Z; positions.len()],
             uvs: positions.iter().map(|p| Vec2::new((p.x - x) as f32, (p.y - y) as f32)).collect(),
             lines: [0, 1].map(|_| lines().map(|k| at(k) as f32).collect()),

@@ -420,7 +420,7 @@ mod tests {
     use super::*;
     use glam::DAffine3;
     use std::sync::Arc;
-    use trimtess::mesh::{Batch, PatchMesh, SceneInstance, ScenePart};
+    use trimtess::mesh::{Batch, SceneInstance, ScenePart, TileMesh};
     use trimtess::model::EdgeId;
     use trimtess::model::TileId;
     use trimtess::prepare::PreparedPart;
@@ -440,11 +440,7 @@ mod tests {
             face: FaceId(face),
             tile: TileId(face),
             worker: 0,
-            mesh: PatchMesh {
-                positions: vec![glam::DVec3::ZERO; 4],
-                triangles: vec![[0, 1, 2]],
-                ..PatchMesh::default()
-            },
+            mesh: TileMesh { positions: vec![glam::DVec3::ZERO; 4], triangles: vec![[0, 1, 2]], ..TileMesh::default() },
         };
         let instances = vec![instance(0, 0), instance(1, 3), instance(0, 4)];
         let scene = Scene { name: String::new(), parts: vec![part(3), part(1)], instances };
@@ -535,7 +531,7 @@ mod tests {
             face,
             tile: TileId(face.0),
             worker: 0,
-            mesh: PatchMesh { triangles: vec![[0, 1, 2]], ..PatchMesh::default() },
+            mesh: TileMesh { triangles: vec![[0, 1, 2]], ..TileMesh::default() },
         };
         let sink = MemorySink::of(prepared.scene.clone(), faces.map(batch).collect(), Vec::new());
         let report = Report::of(&sink, &prepared, &made);

@@ -4,7 +4,7 @@ use super::edges;
 use super::foot::{parameter_box, search_surface, walk_surface};
 use super::report::{DeviationReport, EdgePlace, Place};
 use super::tally::Tally;
-use crate::mesh::{Batch, MemorySink, Origin, PatchMesh};
+use crate::mesh::{Batch, MemorySink, Origin, TileMesh};
 use crate::model::{FaceId, PartId, SurfaceKind};
 use crate::prepare::{BezierPatches, Prepared, PreparedFace};
 use glam::{DVec2, DVec3};
@@ -71,7 +71,7 @@ pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> Deviatio
 }
 
 /// Squares of longest sides.
-fn squared_sizes(mesh: &PatchMesh) -> impl Iterator<Item = f64> {
+fn squared_sizes(mesh: &TileMesh) -> impl Iterator<Item = f64> {
     mesh.triangles.iter().map(|t| squared_size(t.map(|v| mesh.positions[v as usize])))
 }
 

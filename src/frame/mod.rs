@@ -37,4 +37,4 @@ pub use live::levels::Levels;
 pub use live::planner::{PlanChanges, Planner, PlannerOptions};
 
 mod update;
-pub use update::patch::{Patch, PatchScratch, TileMemory, patch_tile};
+pub use update::tile::{Reuse, TileCache, UpdateScratch, update_tile};

@@ -1,7 +1,7 @@
 //! Output vocabulary: what leaves the engine, and the door it leaves through.
 
-mod patch_mesh;
-pub use patch_mesh::{Batch, EdgeLine, Origin, PatchMesh};
+mod tile_mesh;
+pub use tile_mesh::{Batch, EdgeLine, Origin, TileMesh};
 
 mod drawn;
 pub use drawn::Drawn;

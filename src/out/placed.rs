@@ -1,6 +1,6 @@
 //! A frame's batches to placed batches: each instance's triangles in world coordinates.
 
-use crate::mesh::{Batch, MemorySink, PatchMesh, SceneInstance};
+use crate::mesh::{Batch, MemorySink, SceneInstance, TileMesh};
 use crate::model::PartId;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -64,7 +64,7 @@ impl Placement {
 
 /// The triangles of `mesh` whose corners, as `rounded` has them, are three different points. Triangles that name a missing
 /// vertex are passed over.
-pub(super) fn distinct<'a, P: PartialEq>(mesh: &'a PatchMesh, rounded: &'a [P]) -> impl Iterator<Item = [u32; 3]> + 'a {
+pub(super) fn distinct<'a, P: PartialEq>(mesh: &'a TileMesh, rounded: &'a [P]) -> impl Iterator<Item = [u32; 3]> + 'a {
     mesh.triangles.iter().copied().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
         [Some(a), Some(b), Some(c)] => a != b && b != c && c != a,
         _ => false,

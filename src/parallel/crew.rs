@@ -1,12 +1,12 @@
 //! Threads and queues of a session: hands out frames, takes back what the workers made, gives them used buffers again.
 
+use super::commit::{Feed, FrameError, FrameReport, commit, gather};
 use super::cores::{cores, stay_on};
 use super::handoff::{Delivery, Hand, Order, Task, queues};
 use super::metrics::Laps;
-use super::render_thread::{Feed, FrameError, FrameReport, commit, gather};
 use super::worker::{Stages, Worker};
-use crate::frame::Patch;
-use crate::mesh::{Batch, MeshSink, PatchMesh, Scene};
+use crate::frame::Reuse;
+use crate::mesh::{Batch, MeshSink, Scene, TileMesh};
 use crossbeam_channel::{Receiver, Sender};
 use std::fmt;
 use std::sync::Arc;
@@ -56,7 +56,7 @@ pub(super) struct Crew<S: Stages> {
     deliveries: Vec<Receiver<Delivery>>,
     threads: Vec<JoinHandle<()>>,
     /// Buffers that each worker gets with its next order.
-    spare: Vec<Vec<PatchMesh>>,
+    spare: Vec<Vec<TileMesh>>,
     next_frame: u64,
     /// Frames before this one are not wanted any more. The master writes it, workers look at it between tiles.
     wanted_from: Arc<AtomicU64>,
@@ -64,7 +64,7 @@ pub(super) struct Crew<S: Stages> {
 
 impl<S: Stages> Crew<S> {
     /// One thread per hand. Threads already started end when a later one is refused.
-    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, patch: Patch, pin: bool) -> Result<Self, StartError> {
+    pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, reuse: Reuse, pin: bool) -> Result<Self, StartError> {
         let cores = if pin { cores() } else { Vec::new() };
         let mut crew = Self {
             orders: Vec::new(),
@@ -78,7 +78,7 @@ impl<S: Stages> Crew<S> {
             let (order, end, delivery) = queues();
             #[allow(clippy::cast_possible_truncation, reason = "threads are fewer than 2^32")]
             let worker_state =
-                Worker::new(worker as u32, Arc::clone(stages), hand, patch, Arc::clone(&crew.wanted_from));
+                Worker::new(worker as u32, Arc::clone(stages), hand, reuse, Arc::clone(&crew.wanted_from));
             let core = (!cores.is_empty()).then(|| cores[worker % cores.len()]);
             let thread = thread::Builder::new()
                 .name(format!("trimtess-worker-{worker}"))
@@ -220,9 +220,9 @@ mod tests {
     impl Stages for Fake {
         type Plan = f64;
         type Scratch = u32;
-        type Memory = ();
+        type Cache = ();
 
-        fn reuse(_: &mut u32, _: PatchMesh) {}
+        fn reuse(_: &mut u32, _: TileMesh) {}
 
         fn tile(&self, plan: &f64, _: PartId, tile: TileId, scratch: &mut u32) -> TileOutcome {
             *scratch += 1;
@@ -230,7 +230,7 @@ mod tests {
             assert!(self.panics_at != Some(tile.0), "tile {} is bad", tile.0);
             let x = f64::from(tile.0);
             let positions = vec![DVec3::new(x, *plan, 0.0), DVec3::X, DVec3::Y];
-            let mesh = PatchMesh { positions, triangles: vec![[0, 1, 2]], ..PatchMesh::default() };
+            let mesh = TileMesh { positions, triangles: vec![[0, 1, 2]], ..TileMesh::default() };
             TileOutcome {
                 face: FaceId(tile.0 / 2),
                 mesh,
@@ -241,11 +241,11 @@ mod tests {
             }
         }
 
-        fn patch(
+        fn update(
             &self,
             plan: &f64,
             (part, tile): (PartId, TileId),
-            _: Patch,
+            _: Reuse,
             (): &mut (),
             scratch: &mut u32,
         ) -> (TileOutcome, usize) {
@@ -272,7 +272,7 @@ mod tests {
             hand.tiles.push((PartId(k / 20), TileId(k), FaceId(k / 2)));
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
-        let crew = Crew::start(&fake, hands, Patch::NONE, false).unwrap();
+        let crew = Crew::start(&fake, hands, Reuse::NONE, false).unwrap();
         (fake, crew)
     }
 

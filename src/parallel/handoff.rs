@@ -2,7 +2,7 @@
 
 use super::metrics::WorkerMetrics;
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, PatchMesh};
+use crate::mesh::{Batch, EdgeLine, TileMesh};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
@@ -60,7 +60,7 @@ pub(super) struct Order<P> {
     /// Whether to take the time of each tile.
     pub(super) timed: bool,
     /// Buffers to make it in.
-    pub(super) spare: Vec<PatchMesh>,
+    pub(super) spare: Vec<TileMesh>,
 }
 
 /// Worker to render thread: everything that one worker made for one frame.

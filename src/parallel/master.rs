@@ -1,17 +1,17 @@
 //! Prepared model + worker count -> a session: tiles dealt once, plans broadcast, frames committed on the caller's thread.
 
+use super::commit::{Feed, FrameError, FrameReport, commit};
 use super::crew::{Crew, StartError, Underway, Work};
 use super::handoff::Hand;
 use super::metrics::Laps;
 use super::owners::{Owners, hands};
-use super::render_thread::{Feed, FrameError, FrameReport, commit};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Stages, Worker};
 use crate::frame::{
-    Levels, Patch, PatchScratch, Plan, Planner, PlannerOptions, TileMemory, TileOutcome, View, edge_line, fill_tile,
-    patch_tile, tessellate_tile,
+    Levels, Plan, Planner, PlannerOptions, Reuse, TileCache, TileOutcome, UpdateScratch, View, edge_line, fill_tile,
+    tessellate_tile, update_tile,
 };
-use crate::mesh::{EdgeLine, MeshSink, PatchMesh, Scene, SceneInstance};
+use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMesh};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use std::num::NonZeroU32;
@@ -33,10 +33,10 @@ pub struct SessionOptions {
     pub levels: usize,
     /// Frames of views after which the master deals the tiles anew, by the time that they took in these; `None`: never.
     pub redeal: Option<NonZeroU32>,
-    /// What workers keep of tiles in frames of views, to patch them up with when they change. With anything but [`Patch::NONE`] the
+    /// What workers keep of tiles in frames of views, to patch them up with when they change. With anything but [`Reuse::NONE`] the
     /// triangles between the vertices of a tile depend on the views before (and with [`redeal`](Self::redeal) on what was measured), though not on
     /// the number of workers.
-    pub patch: Patch,
+    pub reuse: Reuse,
     /// Whether each worker stays on one core, where the system allows that: for machines that do nothing else. Ignored
     /// without the feature `affinity`.
     pub pin: bool,
@@ -50,7 +50,7 @@ impl SessionOptions {
         planner: PlannerOptions::DEFAULT,
         levels: 4,
         redeal: None,
-        patch: Patch::DEFAULT,
+        reuse: Reuse::DEFAULT,
         pin: false,
     };
 
@@ -80,8 +80,8 @@ impl SessionOptions {
 
     /// The same, keeping of tiles what `patch` says.
     #[must_use]
-    pub const fn with_patch(self, patch: Patch) -> Self {
-        Self { patch, ..self }
+    pub const fn with_reuse(self, reuse: Reuse) -> Self {
+        Self { reuse, ..self }
     }
 
     /// The same with workers pinned to cores, or not.
@@ -105,26 +105,26 @@ impl Default for SessionOptions {
 
 impl Stages for Prepared {
     type Plan = Plan;
-    type Scratch = PatchScratch;
-    type Memory = TileMemory;
+    type Scratch = UpdateScratch;
+    type Cache = TileCache;
 
-    fn reuse(scratch: &mut PatchScratch, mesh: PatchMesh) {
+    fn reuse(scratch: &mut UpdateScratch, mesh: TileMesh) {
         scratch.reuse(mesh);
     }
 
-    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut PatchScratch) -> TileOutcome {
+    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut UpdateScratch) -> TileOutcome {
         tessellate_tile(self, plan, part, tile, scratch.tile())
     }
 
-    fn patch(
+    fn update(
         &self,
         plan: &Plan,
         tile: (PartId, TileId),
-        patch: Patch,
-        memory: &mut TileMemory,
-        scratch: &mut PatchScratch,
+        reuse: Reuse,
+        memory: &mut TileCache,
+        scratch: &mut UpdateScratch,
     ) -> (TileOutcome, usize) {
-        let outcome = patch_tile((self, plan), tile, patch, memory, scratch);
+        let outcome = update_tile((self, plan), tile, reuse, memory, scratch);
         (outcome, memory.bytes())
     }
 
@@ -229,7 +229,7 @@ impl Session {
         let (prepared, levels) = Levels::of(&prepared, options.levels);
         let hands = hands(&prepared, workers, options.edge_lines);
         let owners = Owners::of(&prepared, &hands, options.redeal);
-        let crew = Crew::start(&prepared, hands, options.patch, options.pin)?;
+        let crew = Crew::start(&prepared, hands, options.reuse, options.pin)?;
         let scene = prepared.scene.clone();
         Ok(Self { prepared, model, scene, levels, crew, owners, options: options.clone(), live: None })
     }
@@ -441,7 +441,7 @@ pub fn serial(
     let deliveries = hands(prepared, 1, edge_lines)
         .into_iter()
         .map(|hand| {
-            let mut worker = Worker::new(0, Arc::clone(prepared), hand, Patch::NONE, Arc::default());
+            let mut worker = Worker::new(0, Arc::clone(prepared), hand, Reuse::NONE, Arc::default());
             worker.make_all(0, plan, prepared.parts.len())
         })
         .collect();

@@ -18,8 +18,8 @@ pub use metrics::{WorkerMetrics, balance};
 
 mod owners;
 
-mod render_thread;
-pub use render_thread::{FrameError, FrameReport};
+mod commit;
+pub use commit::{FrameError, FrameReport};
 
 mod upkeep;
 

@@ -3,9 +3,9 @@
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
-use crate::frame::{Patch, Rung, TileOutcome};
+use crate::frame::{Reuse, Rung, TileOutcome};
 use crate::math::BitMix;
-use crate::mesh::{Batch, EdgeLine, PatchMesh};
+use crate::mesh::{Batch, EdgeLine, TileMesh};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crate::prepare::panic_message;
 use std::collections::HashMap;
@@ -21,21 +21,21 @@ pub(super) trait Stages: Send + Sync + 'static {
     /// What a worker keeps between tiles; its content never shows in a result.
     type Scratch: Default + Send;
     /// What a worker keeps of a tile to patch it up with.
-    type Memory: Default + Send;
+    type Cache: Default + Send;
 
     /// Gives a buffer that coming tiles may be made in.
-    fn reuse(scratch: &mut Self::Scratch, mesh: PatchMesh);
+    fn reuse(scratch: &mut Self::Scratch, mesh: TileMesh);
 
     /// Makes one tile.
     fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
 
     /// Makes one tile, starting from what it was the last time; and how many bytes are kept of it for the next.
-    fn patch(
+    fn update(
         &self,
         plan: &Self::Plan,
         tile: (PartId, TileId),
-        patch: Patch,
-        memory: &mut Self::Memory,
+        reuse: Reuse,
+        memory: &mut Self::Cache,
         scratch: &mut Self::Scratch,
     ) -> (TileOutcome, usize);
 
@@ -55,18 +55,18 @@ pub(super) struct Worker<S: Stages> {
     stages: Arc<S>,
     hand: Hand,
     scratch: S::Scratch,
-    patch: Patch,
+    reuse: Reuse,
     /// What is kept of tiles, and the bytes of that.
-    memories: ByTile<(S::Memory, usize)>,
+    memories: ByTile<(S::Cache, usize)>,
     kept: usize,
     wanted_from: Arc<AtomicU64>,
 }
 
 impl<S: Stages> Worker<S> {
     /// The worker `number` with its hand. Frames before `wanted_from` are left half done.
-    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, patch: Patch, wanted_from: Arc<AtomicU64>) -> Self {
+    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse, wanted_from: Arc<AtomicU64>) -> Self {
         let (scratch, memories) = (S::Scratch::default(), HashMap::default());
-        Self { number, stages, hand, scratch, patch, memories, kept: 0, wanted_from }
+        Self { number, stages, hand, scratch, reuse, memories, kept: 0, wanted_from }
     }
 
     /// Makes every tile and edge of the hand that is of the first `parts` parts by `plan`, in ascending order.
@@ -103,13 +103,13 @@ impl<S: Stages> Worker<S> {
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
             let clock = (some == Some(true)).then(Laps::start);
-            let patch = (some.is_some() && self.patch != Patch::NONE).then_some(self.patch);
-            let memory = patch.map(|patch| (patch, self.memories.entry((part, tile)).or_default()));
+            let reuse = (some.is_some() && self.reuse != Reuse::NONE).then_some(self.reuse);
+            let memory = reuse.map(|reuse| (reuse, self.memories.entry((part, tile)).or_default()));
             let (stages, scratch, kept) = (&*self.stages, &mut self.scratch, &mut self.kept);
             let outcome = catch_unwind(AssertUnwindSafe(|| match memory {
                 None => stages.tile(plan, part, tile, scratch),
-                Some((patch, (memory, bytes))) => {
-                    let (outcome, now) = stages.patch(plan, (part, tile), patch, memory, scratch);
+                Some((reuse, (memory, bytes))) => {
+                    let (outcome, now) = stages.update(plan, (part, tile), reuse, memory, scratch);
                     *kept = *kept - *bytes + now;
                     *bytes = now;
                     outcome

@@ -4,7 +4,7 @@
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use trimtess::mesh::{
-    Batch, EdgeLine, MemorySink, MeshSink, Origin, PatchMesh, Scene, SceneInstance, ScenePart, SinkError,
+    Batch, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
 };
 use trimtess::model::{EdgeId, FaceId, PartId, TileId};
 
@@ -29,7 +29,7 @@ pub(crate) fn box_batches(size: DVec3) -> Vec<Batch> {
         face: FaceId::new(index),
         tile: TileId(index as u32),
         worker: 0,
-        mesh: PatchMesh {
+        mesh: TileMesh {
             positions: corners.map(|bits| corner(size, bits)).to_vec(),
             normals: vec![*normal; 4],
             uvs: vec![Vec2::ZERO; 4],

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
-use trimtess::frame::{Patch, Plan, Planner, PlannerOptions, Projection, View, edge_line};
+use trimtess::frame::{Plan, Planner, PlannerOptions, Projection, Reuse, View, edge_line};
 use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions, serial};
@@ -113,7 +113,7 @@ fn bits(p: DVec3) -> [u64; 3] {
 
 /// Tiles are made from nothing, so that they are bit by bit what their plan says.
 pub(crate) fn options(workers: usize) -> SessionOptions {
-    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false).with_patch(Patch::NONE)
+    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false).with_reuse(Reuse::NONE)
 }
 
 #[test]

@@ -7,10 +7,10 @@ mod corpus;
 mod folder;
 mod frames;
 mod lines;
-mod patched;
 mod pixels;
 #[cfg(feature = "serde")]
 mod recorded;
+mod updated;
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use pixels::{Draw, measured};

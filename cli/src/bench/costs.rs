@@ -8,8 +8,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::frame::{
-    Lines, Patch, PatchScratch, Plan, PlannerOptions, Scratch, TileMemory, View, patch_tile, plan_for_view_within,
-    tessellate_tile,
+    Lines, Plan, PlannerOptions, Reuse, Scratch, TileCache, UpdateScratch, View, plan_for_view_within, tessellate_tile,
+    update_tile,
 };
 use trimtess::mesh::MemorySink;
 use trimtess::model::{PartId, TileId};
@@ -59,8 +59,8 @@ pub(super) fn record_changes(
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let rows = Arc::clone(session.prepared());
     let mut sink = Uploads::of(&rows);
-    let mut scratch = PatchScratch::default();
-    let mut memories: HashMap<(PartId, TileId), TileMemory> = HashMap::new();
+    let mut scratch = UpdateScratch::default();
+    let mut memories: HashMap<(PartId, TileId), TileCache> = HashMap::new();
     let mut frames = Vec::with_capacity(views.len());
     for view in views {
         sink.next_frame();
@@ -70,7 +70,7 @@ pub(super) fn record_changes(
             for &(part, tile) in &sink.sent {
                 let memory = memories.entry((part, tile)).or_default();
                 let (made, time) =
-                    timed(|| patch_tile((&rows, plan), (part, tile), Patch::DEFAULT, memory, &mut scratch));
+                    timed(|| update_tile((&rows, plan), (part, tile), Reuse::DEFAULT, memory, &mut scratch));
                 costs[sink.tile(part, tile)] = time;
                 scratch.reuse(made.mesh);
             }

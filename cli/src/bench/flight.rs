@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{Intensive, Lines, Patch, Plan, PlannerOptions, View, plan_for_view_within};
+use trimtess::frame::{Intensive, Lines, Plan, PlannerOptions, Reuse, View, plan_for_view_within};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
@@ -47,14 +47,14 @@ impl Coherence {
         }
     }
 
-    fn patch(self) -> Patch {
+    fn reuse(self) -> Reuse {
         match self {
-            Self::Off | Self::Plan | Self::Anew => Patch::NONE,
-            Self::On => Patch::DEFAULT,
-            Self::All => Patch::ALL,
-            Self::NoSamples => Patch { samples: false, ..Patch::ALL },
-            Self::NoTrace => Patch { trace: false, ..Patch::ALL },
-            Self::NoTriangles => Patch { triangles: false, ..Patch::ALL },
+            Self::Off | Self::Plan | Self::Anew => Reuse::NONE,
+            Self::On => Reuse::DEFAULT,
+            Self::All => Reuse::ALL,
+            Self::NoSamples => Reuse { samples: false, ..Reuse::ALL },
+            Self::NoTrace => Reuse { trace: false, ..Reuse::ALL },
+            Self::NoTriangles => Reuse { triangles: false, ..Reuse::ALL },
         }
     }
 }
@@ -191,7 +191,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     let start = Instant::now();
     let planner = PlannerOptions { limits: common.limits.plan(), lines: order.lines, ..PlannerOptions::DEFAULT };
     let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false).with_planner(planner);
-    let options = options.with_patch(order.coherence.patch());
+    let options = options.with_reuse(order.coherence.reuse());
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };

@@ -3,7 +3,7 @@
 //! Measured in the middles of the triangle's sides, which is exact for surfaces of second degree.
 
 use crate::frame::vertices::evaluate::evaluate_three;
-use crate::mesh::PatchMesh;
+use crate::mesh::TileMesh;
 use crate::model::SurfaceDerivatives;
 use crate::prepare::PreparedFace;
 use glam::DVec2;
@@ -23,7 +23,7 @@ impl Surface<'_> {
     }
 
     /// How far the surface is above the middle of each of a triangle's sides, along its normals.
-    pub(crate) fn lifts(&self, mesh: &PatchMesh, [a, b, c]: [u32; 3]) -> [f64; 3] {
+    pub(crate) fn lifts(&self, mesh: &TileMesh, [a, b, c]: [u32; 3]) -> [f64; 3] {
         let sides = [(a, b), (b, c), (c, a)];
         let middles = sides.map(|(a, b)| self.uvs[a as usize].midpoint(self.uvs[b as usize]));
         let on = evaluate_three(&self.face.patches, middles);
@@ -34,7 +34,7 @@ impl Surface<'_> {
     }
 
     /// How far the triangle is from the surface, along its normals.
-    pub(crate) fn deviation(&self, mesh: &PatchMesh, corners: [u32; 3]) -> f64 {
+    pub(crate) fn deviation(&self, mesh: &TileMesh, corners: [u32; 3]) -> f64 {
         let [x, y, z] = self.lifts(mesh, corners);
         // A parabola that vanishes at the corners is four ninths of the three together in the centroid.
         [x, y, z, (x + y + z) * 4.0 / 9.0].into_iter().fold(0.0, |most, lift| most.max(lift.abs()))

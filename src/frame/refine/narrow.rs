@@ -9,7 +9,7 @@
 
 use super::lift::Surface;
 use super::web::{Change, Shape, Web};
-use crate::mesh::{Origin, PatchMesh};
+use crate::mesh::{Origin, TileMesh};
 use glam::{DVec2, Vec2};
 
 /// Cells by which a triangle may be wider than one: rounding.
@@ -26,17 +26,17 @@ const CHANGES: usize = 16;
 /// Cost: a few nanoseconds for each of these triangles, half a microsecond for each that is wider than a cell; where one
 /// deviates too far, a few nanoseconds for all of the tile.
 pub(crate) fn narrow(
-    mesh: &mut PatchMesh,
+    mesh: &mut TileMesh,
     trimmed: usize,
     chord: f64,
     surface: &mut Surface<'_>,
-    cell: impl Fn(&PatchMesh, u32) -> DVec2,
+    cell: impl Fn(&TileMesh, u32) -> DVec2,
 ) -> bool {
-    let is_wider = |mesh: &PatchMesh, t: usize| {
+    let is_wider = |mesh: &TileMesh, t: usize| {
         let [a, b, c] = mesh.triangles[t].map(|v| cell(mesh, v));
         (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0 + HAIR
     };
-    let far = |mesh: &PatchMesh, t: usize| surface.deviation(mesh, mesh.triangles[t]) > chord;
+    let far = |mesh: &TileMesh, t: usize| surface.deviation(mesh, mesh.triangles[t]) > chord;
     let mut wide: Vec<usize> =
         (0..trimmed.min(mesh.triangles.len())).filter(|&t| is_wider(mesh, t) && far(mesh, t)).collect();
     if wide.is_empty() {
@@ -113,7 +113,7 @@ impl Surface<'_> {
 }
 
 /// Whether a triangle looks outwards and has an area.
-fn follows(mesh: &PatchMesh, corners: [u32; 3]) -> bool {
+fn follows(mesh: &TileMesh, corners: [u32; 3]) -> bool {
     let shape = Shape::of(mesh, corners);
     shape.outwards > 0.0 && !shape.is_flat(mesh)
 }

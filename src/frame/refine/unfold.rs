@@ -9,7 +9,7 @@
 
 use super::lift::Surface;
 use super::web::{Change, GONE, Shape, Web};
-use crate::mesh::{Origin, PatchMesh};
+use crate::mesh::{Origin, TileMesh};
 use glam::DVec3;
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -26,7 +26,7 @@ const LEAST_GAIN: f64 = 1e-3;
 /// looks inwards, once more with changes only that never stray.
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
-pub(crate) fn unfold(mesh: &mut PatchMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) -> bool {
+pub(crate) fn unfold(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) -> bool {
     let least = Shape::clear_area(mesh);
     let is_wrong =
         |corners: [u32; 3]| !Shape::is_clearly_right(mesh, corners, least) && Shape::of(mesh, corners).is_wrong(mesh);

@@ -3,7 +3,7 @@
 use crate::frame::trim::chain::same_boundary;
 use crate::math::BitMix;
 use crate::math::buckets::Buckets;
-use crate::mesh::{Origin, PatchMesh};
+use crate::mesh::{Origin, TileMesh};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
@@ -34,7 +34,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    pub(crate) fn of(mesh: &PatchMesh, corners: [u32; 3]) -> Self {
+    pub(crate) fn of(mesh: &TileMesh, corners: [u32; 3]) -> Self {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
         let cross = (b - a).cross(c - a);
         let normal: DVec3 = corners.iter().map(|&v| mesh.normals[v as usize].as_dvec3()).sum();
@@ -42,19 +42,19 @@ impl Shape {
         Self { corners, facing, outwards: facing - STEEP * cross.length(), cross }
     }
 
-    pub(crate) fn longest(&self, mesh: &PatchMesh) -> f64 {
+    pub(crate) fn longest(&self, mesh: &TileMesh) -> f64 {
         let [a, b, c] = self.corners.map(|v| mesh.positions[v as usize]);
         a.distance(b).max(b.distance(c)).max(c.distance(a))
     }
 
     /// Whether it looks inwards, stands steep, or has no area.
-    pub(crate) fn is_wrong(&self, mesh: &PatchMesh) -> bool {
+    pub(crate) fn is_wrong(&self, mesh: &TileMesh) -> bool {
         self.outwards < 0.0 || self.is_flat(mesh)
     }
 
     /// Whether a triangle certainly is not [wrong](Self::is_wrong): the same comparisons of squares, which take no root, with room for
     /// rounding. `least` is [`Shape::clear_area`].
-    pub(crate) fn is_clearly_right(mesh: &PatchMesh, corners: [u32; 3], least: f64) -> bool {
+    pub(crate) fn is_clearly_right(mesh: &TileMesh, corners: [u32; 3], least: f64) -> bool {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
         let cross = (b - a).cross(c - a);
         let [n, o, p] = corners.map(|v| mesh.normals[v as usize].as_dvec3());
@@ -65,7 +65,7 @@ impl Shape {
     }
 
     /// The square of twice an area above which no triangle of a mesh is flat, however long.
-    pub(crate) fn clear_area(mesh: &PatchMesh) -> f64 {
+    pub(crate) fn clear_area(mesh: &TileMesh) -> f64 {
         let size = mesh.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
         let height = ROOM * ROUNDING * size;
         // No side is longer than the box is wide. Squares that underflow prove nothing.
@@ -73,7 +73,7 @@ impl Shape {
     }
 
     /// Whether its corners are in line but for rounding.
-    pub(crate) fn is_flat(&self, mesh: &PatchMesh) -> bool {
+    pub(crate) fn is_flat(&self, mesh: &TileMesh) -> bool {
         let size = self.corners.iter().map(|&v| mesh.positions[v as usize].abs().max_element()).fold(0.0, f64::max);
         self.cross.length() <= ROUNDING * size * self.longest(mesh)
     }
@@ -87,7 +87,7 @@ pub(crate) struct Change {
 
 /// Triangles that know their neighbours.
 pub(crate) struct Web<'a> {
-    pub(crate) mesh: &'a mut PatchMesh,
+    pub(crate) mesh: &'a mut TileMesh,
     /// Triangles by corner ([`Web::one`] of it), as they were before any changed: a few changes in a large tile must not cost a hash
     /// of all its edges.
     around: Buckets<u32>,
@@ -99,7 +99,7 @@ pub(crate) struct Web<'a> {
 
 impl<'a> Web<'a> {
     /// Two passes over the triangles.
-    pub(crate) fn new(mesh: &'a mut PatchMesh) -> Self {
+    pub(crate) fn new(mesh: &'a mut TileMesh) -> Self {
         let poles = Poles::of(mesh);
         let corners = (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.map(|v| (poles.one(v), t)));
         let around = Buckets::of(mesh.positions.len(), corners);
@@ -227,7 +227,7 @@ struct Poles {
 }
 
 impl Poles {
-    fn of(mesh: &PatchMesh) -> Self {
+    fn of(mesh: &TileMesh) -> Self {
         let on_boundary = |o: &Origin| matches!(o, Origin::Edge { .. } | Origin::Border { .. });
         let count = mesh.origins.iter().position(|o| !on_boundary(o)).unwrap_or(mesh.origins.len());
         let place = |v: usize| mesh.positions[v].to_array().map(f64::to_bits);
@@ -262,7 +262,7 @@ mod tests {
     /// Flips edges of a fan around its hub, a triangle pushed in between, and compares with the triangles themselves.
     #[test]
     fn neighbours_are_those_of_the_triangles_after_any_change() {
-        let mut mesh = PatchMesh { positions: vec![DVec3::ZERO; 7], ..PatchMesh::default() };
+        let mut mesh = TileMesh { positions: vec![DVec3::ZERO; 7], ..TileMesh::default() };
         mesh.triangles = (0..6).map(|k| [0, 1 + k, 1 + (k + 1) % 6]).collect();
         let mut web = Web::new(&mut mesh);
         let changes: [&[(usize, [u32; 3])]; 3] = [

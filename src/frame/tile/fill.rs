@@ -7,7 +7,7 @@ use crate::frame::trim::climb::fill_loops;
 use crate::frame::trim::input::TrimInput;
 use crate::frame::trim::output::TrimOutput;
 use crate::frame::vertices::boundary::{edge_point, origin, steps_with_breaks};
-use crate::mesh::PatchMesh;
+use crate::mesh::TileMesh;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use glam::{DVec2, DVec3, Vec2};
@@ -21,7 +21,7 @@ pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, w
     let (rows, plan) = (&prepared.parts[part.index()], &plan.parts[part.index()]);
     let tile = &rows.tiles[tile.0 as usize];
     let reversed = rows.faces[rows.face_of(tile)].reversed;
-    let mut mesh = PatchMesh::default();
+    let mut mesh = TileMesh::default();
     let mut loop_starts = vec![0];
     for l in &tile.loops {
         for used in l {

@@ -13,7 +13,7 @@ use crate::frame::trim::reference::trim_tile_reference;
 use crate::frame::vertices::boundary::{cell_size, trace_loops};
 use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::{Origin, PatchMesh};
+use crate::mesh::{Origin, TileMesh};
 use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::{Prepared, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
@@ -35,7 +35,7 @@ pub fn tessellate_tile(
     let mut mesh = scratch.spare();
     trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
     let trimmed = job.trim(scratch, &mesh);
-    let vertices = |corners_used: usize, scratch: &mut Scratch, mesh: &mut PatchMesh| {
+    let vertices = |corners_used: usize, scratch: &mut Scratch, mesh: &mut TileMesh| {
         evaluate_vertices(job.face, job.lattice, corners_used, scratch, mesh);
         usize::MAX
     };
@@ -70,7 +70,7 @@ impl<'a> Job<'a> {
     }
 
     /// Triangles of the loops that the scratch and the mesh have.
-    pub(crate) fn trim(&self, scratch: &mut Scratch, mesh: &PatchMesh) -> Trimmed {
+    pub(crate) fn trim(&self, scratch: &mut Scratch, mesh: &TileMesh) -> Trimmed {
         let Scratch { cells, loop_starts, trim, trimmed, .. } = scratch;
         let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: &mesh.positions };
         // What loops that meet wind around otherwise than once is measured there.
@@ -92,9 +92,9 @@ impl<'a> Job<'a> {
     pub(crate) fn finish(
         &self,
         trimmed: Trimmed,
-        vertices: impl FnOnce(usize, &mut Scratch, &mut PatchMesh) -> usize,
+        vertices: impl FnOnce(usize, &mut Scratch, &mut TileMesh) -> usize,
         scratch: &mut Scratch,
-        mut mesh: PatchMesh,
+        mut mesh: TileMesh,
     ) -> (TileOutcome, bool) {
         let Self { tile, lattice, face, .. } = *self;
         let as_trimmed = finish(face, (tile, lattice), vertices, scratch, &mut mesh);
@@ -124,13 +124,13 @@ impl<'a> Job<'a> {
     }
 }
 
-fn has_no_area(mesh: &PatchMesh, corners: [u32; 3]) -> bool {
+fn has_no_area(mesh: &TileMesh, corners: [u32; 3]) -> bool {
     let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
     (b - a).cross(c - a) == DVec3::ZERO
 }
 
 /// Appends what the loops wind around otherwise than once, and returns its area, mm².
-fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut PatchMesh) -> f64 {
+fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
     let mut area = 0.0;
     for &([a, b, c], times) in &s.trimmed.layers {
         let [p, q, r] = [a, b, c].map(|v| mesh.positions[v as usize]);
@@ -146,9 +146,9 @@ fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut PatchMesh) -> f64 {
 fn finish(
     face: &PreparedFace,
     (tile, lattice): (&Tile, &TileLattice),
-    vertices: impl FnOnce(usize, &mut Scratch, &mut PatchMesh) -> usize,
+    vertices: impl FnOnce(usize, &mut Scratch, &mut TileMesh) -> usize,
     s: &mut Scratch,
-    mesh: &mut PatchMesh,
+    mesh: &mut TileMesh,
 ) -> bool {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
@@ -225,7 +225,7 @@ fn finish(
     if face.creases.iter().all(Vec::is_empty) {
         as_trimmed &= !unfold(mesh, trimmed, lattice.chord, &surface);
     }
-    let cell = |mesh: &PatchMesh, v: u32| match mesh.origins[v as usize] {
+    let cell = |mesh: &TileMesh, v: u32| match mesh.origins[v as usize] {
         Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
         Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
         _ => s.cells[v as usize],
@@ -235,7 +235,7 @@ fn finish(
 
 /// Appends a triangle unless two of its corners are one point (a pole): both its other sides are the same edge.
 #[inline(always)]
-fn push_triangle(mesh: &mut PatchMesh, [a, b, c]: [u32; 3], reversed: bool) {
+fn push_triangle(mesh: &mut TileMesh, [a, b, c]: [u32; 3], reversed: bool) {
     let p = |v: u32| mesh.positions[v as usize];
     if p(a) != p(b) && p(b) != p(c) && p(c) != p(a) {
         mesh.triangles.push(if reversed { [a, c, b] } else { [a, b, c] });

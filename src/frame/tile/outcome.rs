@@ -1,7 +1,7 @@
 //! What became of a tile: its triangles, the rung that they needed, and what went wrong.
 
 use super::ladder::Rung;
-use crate::mesh::PatchMesh;
+use crate::mesh::TileMesh;
 use crate::model::FaceId;
 use glam::DVec3;
 use std::fmt;
@@ -46,7 +46,7 @@ pub struct TileOutcome {
     /// The face.
     pub face: FaceId,
     /// The triangles.
-    pub mesh: PatchMesh,
+    pub mesh: TileMesh,
     /// How far down the ladder of fallbacks it went; [`Rung::Repaired`] at least where prepare repaired the face.
     pub rung: Rung,
     /// What went wrong, if anything did.
@@ -62,6 +62,6 @@ impl TileOutcome {
     #[must_use]
     pub fn lost(face: FaceId, why: String) -> Self {
         let degradation = Some(Degradation::Failed(why));
-        Self { face, mesh: PatchMesh::default(), rung: Rung::Lost, degradation, slivers: 0, rewound: 0.0 }
+        Self { face, mesh: TileMesh::default(), rung: Rung::Lost, degradation, slivers: 0, rewound: 0.0 }
     }
 }

@@ -2,6 +2,6 @@
 
 pub(super) mod again;
 pub(super) mod memory;
-pub(super) mod patch;
 pub(super) mod samples;
+pub(super) mod tile;
 pub(super) mod weave;

@@ -10,7 +10,7 @@ use crate::frame::vertices::boundary::{Spot, edge_point, origin, steps, steps_wi
 use crate::frame::vertices::evaluate::{evaluate_lattice, evaluate_points};
 use crate::frame::vertices::places::{LATTICE_FROM, LATTICE_SHARE};
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::{Origin, PatchMesh};
+use crate::mesh::{Origin, TileMesh};
 use crate::prepare::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec3};
 use std::sync::Arc;
@@ -37,7 +37,7 @@ impl Samples {
         &mut self,
         (plan, tile, lattice, is_plane): (&PartPlan, &Tile, &Arc<TileLattice>, bool),
         s: &Scratch,
-        mesh: &PatchMesh,
+        mesh: &TileMesh,
     ) {
         self.lattice = Some(Arc::clone(lattice));
         self.lines.clear();
@@ -82,7 +82,7 @@ impl Samples {
         keeps: bool,
         from: &mut Vec<u32>,
         s: &mut Scratch,
-        mesh: &mut PatchMesh,
+        mesh: &mut TileMesh,
     ) {
         s.cells.clear();
         s.uvs.clear();
@@ -161,7 +161,7 @@ impl Samples {
         lattice: &TileLattice,
         from: &[u32],
         s: &mut Scratch,
-        mesh: &mut PatchMesh,
+        mesh: &mut TileMesh,
     ) {
         let (tessellants, last) = (mesh.positions.len(), self.normals.len().saturating_sub(1));
         let side = if face.reversed { -1.0 } else { 1.0 };

@@ -154,7 +154,7 @@ impl Weave {
     /// Patches the triangles up for other tessellants. `None` where it cannot be done or is doubtful: then they are of no more use.
     ///
     /// Cost: about 30 ns for each tessellant, half a microsecond for each that comes or goes.
-    pub(crate) fn patch(&mut self, changed: &Changed<'_>, trim: &mut TrimScratch, s: &mut WeaveScratch) -> Option<()> {
+    pub(crate) fn update(&mut self, changed: &Changed<'_>, trim: &mut TrimScratch, s: &mut WeaveScratch) -> Option<()> {
         s.to.clear();
         s.to.resize(*changed.old_starts.last()? as usize, NONE);
         for (new, &old) in (0_u32..).zip(changed.from) {

@@ -2,7 +2,7 @@
 
 use super::scratch::Scratch;
 use crate::frame::plan::plan::{CellWalk, PartPlan, Plan, TileLattice};
-use crate::mesh::{EdgeLine, Origin, PatchMesh};
+use crate::mesh::{EdgeLine, Origin, TileMesh};
 use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3};
@@ -28,7 +28,7 @@ pub(crate) fn trace_loops(
     lattice: &TileLattice,
     face: &PreparedFace,
     s: &mut Scratch,
-    mesh: &mut PatchMesh,
+    mesh: &mut TileMesh,
 ) {
     s.cells.clear();
     s.uvs.clear();

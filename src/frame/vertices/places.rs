@@ -4,7 +4,7 @@ use super::evaluate::{evaluate_lattice, evaluate_points};
 use super::scratch::Scratch;
 use crate::frame::plan::plan::TileLattice;
 use crate::frame::trim::input::NONE;
-use crate::mesh::PatchMesh;
+use crate::mesh::TileMesh;
 use crate::prepare::PreparedFace;
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ pub(crate) fn evaluate_vertices(
     lattice: &TileLattice,
     corners_used: usize,
     s: &mut Scratch,
-    mesh: &mut PatchMesh,
+    mesh: &mut TileMesh,
 ) {
     evaluate(face, lattice, s.cells.len(), corners_used, s, &mut mesh.positions);
     let side = if face.reversed { -1.0 } else { 1.0 };

@@ -3,7 +3,7 @@
 use super::evaluate::EvaluateScratch;
 use crate::frame::trim::climb::TrimScratch;
 use crate::frame::trim::output::TrimOutput;
-use crate::mesh::PatchMesh;
+use crate::mesh::TileMesh;
 use glam::{DVec2, DVec3};
 
 /// Buffers that one worker reuses for all its tiles. Leaves no trace in results.
@@ -22,17 +22,17 @@ pub struct Scratch {
     pub(crate) trimmed: TrimOutput,
     pub(crate) evaluate: EvaluateScratch,
     /// Buffers for coming tiles.
-    spare: Vec<PatchMesh>,
+    spare: Vec<TileMesh>,
 }
 
 impl Scratch {
     /// A mesh without content.
-    pub(crate) fn spare(&mut self) -> PatchMesh {
+    pub(crate) fn spare(&mut self) -> TileMesh {
         self.spare.pop().unwrap_or_default()
     }
 
     /// Gives the buffers of a mesh that is no longer needed to tiles to come. What it holds is lost.
-    pub fn reuse(&mut self, mut mesh: PatchMesh) {
+    pub fn reuse(&mut self, mut mesh: TileMesh) {
         mesh.clear();
         self.spare.push(mesh);
     }

@@ -41,10 +41,10 @@ impl Plate {
     }
 
     /// Patches a weave of `old`'s up for this.
-    fn patch(&self, old: &Self, weave: &mut Weave) -> Option<()> {
+    fn update(&self, old: &Self, weave: &mut Weave) -> Option<()> {
         let from = self.from(old);
         let changed = Changed { tile: self.tile(), old_starts: &old.starts, from: &from };
-        weave.patch(&changed, &mut TrimScratch::default(), &mut WeaveScratch::default())
+        weave.update(&changed, &mut TrimScratch::default(), &mut WeaveScratch::default())
     }
 
     fn check(&self, weave: &Weave) {
@@ -91,7 +91,7 @@ fn what_changes_is_patched_and_the_rest_stays() {
         let new = Plate::of(&loops(counts));
         let from = new.from(&old);
         let before = weave.clone();
-        assert!(new.patch(&old, &mut weave).is_some(), "{step}: {counts:?}");
+        assert!(new.update(&old, &mut weave).is_some(), "{step}: {counts:?}");
         new.check(&weave);
         // Triangles between vertices of other loops than the changed one mostly stay.
         if l > 0 {
@@ -111,16 +111,16 @@ fn all_of_a_loop_but_one_tessellant_may_change() {
     let old = Plate::of(&loops([90, 20, 20, 20]));
     let mut weave = Weave::of(&old.made(), &old.starts).unwrap();
     let new = Plate::of(&loops([7, 3, 3, 31]));
-    new.patch(&old, &mut weave).unwrap();
+    new.update(&old, &mut weave).unwrap();
     new.check(&weave);
     // Nothing changes at all.
     let same = weave.clone();
-    new.patch(&new, &mut weave).unwrap();
+    new.update(&new, &mut weave).unwrap();
     assert_eq!((same.triangles, same.first), (weave.triangles.clone(), weave.first.clone()));
     // All but none: there is nothing to begin with.
     let (mut other, turned) = (loops([7, 3, 3, 31]), vec![0.1, 0.4, 0.8]);
     other[1].2 = turned;
-    assert!(Plate::of(&other).patch(&new, &mut weave).is_none());
+    assert!(Plate::of(&other).update(&new, &mut weave).is_none());
 }
 
 #[test]
@@ -132,9 +132,9 @@ fn loops_that_meet_are_refused() {
     };
     let fine = near(64);
     let mut weave = Weave::of(&fine.made(), &fine.starts).unwrap();
-    assert!(near(5).patch(&fine, &mut weave).is_none(), "the border's chord cuts the hole");
+    assert!(near(5).update(&fine, &mut weave).is_none(), "the border's chord cuts the hole");
     let mut weave = Weave::of(&fine.made(), &fine.starts).unwrap();
-    near(32).patch(&fine, &mut weave).unwrap();
+    near(32).update(&fine, &mut weave).unwrap();
     near(32).check(&weave);
     // There and back along one line.
     let tooth = |tip: f64| {
@@ -144,8 +144,8 @@ fn loops_that_meet_are_refused() {
     };
     let old = tooth(0.3);
     let mut weave = Weave::of(&old.made(), &old.starts).unwrap();
-    assert!(tooth(0.0).patch(&old, &mut weave.clone()).is_none(), "the tip stands on the border");
-    tooth(0.7).patch(&old, &mut weave).unwrap();
+    assert!(tooth(0.0).update(&old, &mut weave.clone()).is_none(), "the tip stands on the border");
+    tooth(0.7).update(&old, &mut weave).unwrap();
     tooth(0.7).check(&weave);
 }
 

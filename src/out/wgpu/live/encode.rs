@@ -1,7 +1,7 @@
 //! Tiles to bytes: 16 a vertex (octahedral normals, Meyer et al.), 2 an index where a tile has no more than 65536 vertices.
 
 use super::super::layout::{CellPlace, Vertex};
-use crate::mesh::PatchMesh;
+use crate::mesh::TileMesh;
 use glam::{DVec3, Vec2, Vec3};
 
 /// Bytes of a tile, in memory that is used again.
@@ -17,7 +17,7 @@ pub(super) struct Encoded {
 
 impl Encoded {
     /// Replaces what was there. Triangles that name a missing vertex are passed over.
-    pub(super) fn tile(&mut self, mesh: &PatchMesh, centre: DVec3) {
+    pub(super) fn tile(&mut self, mesh: &TileMesh, centre: DVec3) {
         let count = mesh.positions.len();
         self.vertices.clear();
         self.vertices.extend(mesh.positions.iter().enumerate().map(|(index, &position)| Vertex {
@@ -44,7 +44,7 @@ impl Encoded {
 }
 
 /// Where the vertices of a tile are in its lattice; all at its corner where it has none.
-pub(super) fn cells(mesh: &PatchMesh) -> impl Iterator<Item = CellPlace> {
+pub(super) fn cells(mesh: &TileMesh) -> impl Iterator<Item = CellPlace> {
     let at = |lines: &[f32], x: f32| {
         let upwards = lines.first() <= lines.last();
         let below = lines.partition_point(|&line| if upwards { line <= x } else { line >= x });
@@ -101,17 +101,17 @@ mod tests {
     fn places_in_the_lattice_are_counted_in_cells() {
         let uvs = [[0.0, 5.0], [1.0, 4.0], [2.0, 2.0], [10.0, 1.0], [11.0, 0.0]].map(Vec2::from).to_vec();
         let lines = [vec![0.0, 2.0, 10.0], vec![5.0, 3.0, 1.0]];
-        let mesh = PatchMesh { positions: vec![DVec3::ZERO; 5], uvs, lines, ..PatchMesh::default() };
+        let mesh = TileMesh { positions: vec![DVec3::ZERO; 5], uvs, lines, ..TileMesh::default() };
         let places: Vec<CellPlace> = cells(&mesh).collect();
         assert_eq!(places, [[0.0, 0.0], [0.5, 0.5], [1.0, 1.5], [2.0, 2.0], [2.0, 2.0]]);
-        let without = PatchMesh { lines: [vec![1.0], Vec::new()], ..mesh };
+        let without = TileMesh { lines: [vec![1.0], Vec::new()], ..mesh };
         assert_eq!(cells(&without).collect::<Vec<_>>(), [[0.0; 2]; 5]);
     }
 
     #[test]
     fn indices_come_in_pairs_and_bad_ones_are_passed_over() {
         let mut encoded = Encoded::default();
-        let mut mesh = PatchMesh { positions: vec![DVec3::ONE; 4], ..PatchMesh::default() };
+        let mut mesh = TileMesh { positions: vec![DVec3::ONE; 4], ..TileMesh::default() };
         mesh.triangles = vec![[0, 1, 2], [1, 2, 4], [3, 2, 1], [0, 2, 3]];
         encoded.tile(&mesh, DVec3::ONE);
         assert_eq!((encoded.triangles, encoded.wide, encoded.vertices.len()), (3, false, 4));

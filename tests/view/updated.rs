@@ -6,22 +6,24 @@ use super::pixels::Draw;
 use super::{of_corpus, shape};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use trimtess::frame::{Patch, PatchScratch, Planner, PlannerOptions, Scratch, TileMemory, patch_tile, tessellate_tile};
-use trimtess::mesh::{Batch, MemorySink, Origin, PatchMesh};
+use trimtess::frame::{
+    Planner, PlannerOptions, Reuse, Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile,
+};
+use trimtess::mesh::{Batch, MemorySink, Origin, TileMesh};
 use trimtess::model::{PartId, SurfaceKind, TileId};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
-const SOME: [Patch; 5] = [
-    Patch::DEFAULT,
-    Patch::ALL,
-    Patch { trace: false, triangles: false, ..Patch::ALL },
-    Patch { samples: false, triangles: false, ..Patch::ALL },
-    Patch { samples: false, trace: false, ..Patch::ALL },
+const SOME: [Reuse; 5] = [
+    Reuse::DEFAULT,
+    Reuse::ALL,
+    Reuse { trace: false, triangles: false, ..Reuse::ALL },
+    Reuse { samples: false, triangles: false, ..Reuse::ALL },
+    Reuse { samples: false, trace: false, ..Reuse::ALL },
 ];
 
 /// Sides of triangles that no other triangle runs along backwards, ascending.
-fn boundary(mesh: &PatchMesh) -> Vec<(u32, u32)> {
+fn boundary(mesh: &TileMesh) -> Vec<(u32, u32)> {
     let mut sides: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     for &[a, b, c] in &mesh.triangles {
         for (a, b) in [(a, b), (b, c), (c, a)] {
@@ -38,7 +40,7 @@ fn boundary(mesh: &PatchMesh) -> Vec<(u32, u32)> {
 }
 
 /// Twice the areas in space and in (u,v), the latter signed.
-fn areas(mesh: &PatchMesh) -> (f64, f64) {
+fn areas(mesh: &TileMesh) -> (f64, f64) {
     let p = |v: u32| mesh.positions[v as usize];
     let q = |v: u32| mesh.uvs[v as usize].as_dvec2();
     let area = |&[a, b, c]: &[u32; 3]| ((p(b) - p(a)).cross(p(c) - p(a)).length(), (q(b) - q(a)).perp_dot(q(c) - q(a)));
@@ -46,7 +48,7 @@ fn areas(mesh: &PatchMesh) -> (f64, f64) {
 }
 
 /// The same mesh with its lattice points in the order of the lattice: what is patched has them in another one.
-fn in_order(mesh: &PatchMesh) -> PatchMesh {
+fn in_order(mesh: &TileMesh) -> TileMesh {
     let key = |v: &usize| match mesh.origins[*v] {
         Origin::Edge { .. } | Origin::Border { .. } => (0, 0, *v as u32),
         Origin::Lattice { i, j } => (1, j, i),
@@ -57,7 +59,7 @@ fn in_order(mesh: &PatchMesh) -> PatchMesh {
     order.sort_by_key(key);
     let mut now = vec![0; order.len()];
     order.iter().enumerate().for_each(|(new, &old)| now[old] = new as u32);
-    PatchMesh {
+    TileMesh {
         positions: order.iter().map(|&v| mesh.positions[v]).collect(),
         normals: order.iter().map(|&v| mesh.normals[v]).collect(),
         uvs: order.iter().map(|&v| mesh.uvs[v]).collect(),
@@ -68,7 +70,7 @@ fn in_order(mesh: &PatchMesh) -> PatchMesh {
 }
 
 /// Asserts that two meshes of a tile differ in nothing but how their inside is cut into triangles. Whether they differ in that.
-fn same_but_inside(kind: SurfaceKind, patched: &PatchMesh, made: &PatchMesh, case: &str) -> bool {
+fn same_but_inside(kind: SurfaceKind, patched: &TileMesh, made: &TileMesh, case: &str) -> bool {
     let (patched, made) = (&in_order(patched), &in_order(made));
     assert!(
         patched.positions == made.positions
@@ -80,7 +82,7 @@ fn same_but_inside(kind: SurfaceKind, patched: &PatchMesh, made: &PatchMesh, cas
     );
     assert_eq!(patched.triangles.len(), made.triangles.len(), "{case}");
     assert_eq!(boundary(patched), boundary(made), "{case}");
-    let used = |mesh: &PatchMesh| {
+    let used = |mesh: &TileMesh| {
         let mut used = vec![false; mesh.positions.len()];
         mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
         used
@@ -96,7 +98,7 @@ fn same_but_inside(kind: SurfaceKind, patched: &PatchMesh, made: &PatchMesh, cas
             assert!(up > 0.0, "{case}: {up}");
         }
     }
-    let sorted = |mesh: &PatchMesh| {
+    let sorted = |mesh: &TileMesh| {
         let mut all = mesh.triangles.clone();
         all.iter_mut().for_each(|t| {
             let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
@@ -119,8 +121,8 @@ fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
         let prepared = shape(name);
         for (k, patch) in SOME.into_iter().enumerate() {
             let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
-            let mut memories: HashMap<(PartId, TileId), TileMemory> = HashMap::new();
-            let (mut scratch, mut other) = (PatchScratch::default(), Scratch::default());
+            let mut memories: HashMap<(PartId, TileId), TileCache> = HashMap::new();
+            let (mut scratch, mut other) = (UpdateScratch::default(), Scratch::default());
             for (f, view) in path(&mut Draw(k as u64), prepared.bounds.unwrap(), 50).into_iter().enumerate() {
                 let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
                 let all = prepared.tiles().map(|(part, tile, _)| (part, tile));
@@ -131,7 +133,7 @@ fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
                         continue;
                     }
                     let memory = memories.entry((part, tile)).or_default();
-                    let patched = patch_tile((&prepared, &plan), (part, tile), patch, memory, &mut scratch);
+                    let patched = update_tile((&prepared, &plan), (part, tile), patch, memory, &mut scratch);
                     let made = tessellate_tile(&prepared, &plan, part, tile, &mut other);
                     let case = format!("{name} {f} tile {tile:?} {patch:?}");
                     assert_eq!(patched.degradation, made.degradation, "{case}");
@@ -150,7 +152,7 @@ fn sessions_that_patch_have_no_cracks() {
     let mut differ = 0;
     let files = FILES.into_iter().filter_map(|name| Some((name, of_corpus(name)?)));
     for (name, prepared) in ["brake-hub", "trimmed-teapot"].map(|name| (name, shape(name))).into_iter().chain(files) {
-        let options = SessionOptions::DEFAULT.with_workers(2).with_edge_lines(false).with_patch(Patch::ALL);
+        let options = SessionOptions::DEFAULT.with_workers(2).with_edge_lines(false).with_reuse(Reuse::ALL);
         let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
         let mut sink = MemorySink::default();
         let (mut stretches, mut kept) = (0, 0);
@@ -178,7 +180,7 @@ fn neither_the_number_of_workers_nor_frames_that_are_left_show_in_what_is_patche
     let prepared = shape("brake-hub");
     let views = path(&mut Draw(23), prepared.bounds.unwrap(), 60);
     let frames = |workers: usize, pause: bool| {
-        let options = SessionOptions::DEFAULT.with_workers(workers).with_patch(Patch::ALL);
+        let options = SessionOptions::DEFAULT.with_workers(workers).with_reuse(Reuse::ALL);
         let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
         let mut sink = MemorySink::default();
         let mut frames = Vec::new();

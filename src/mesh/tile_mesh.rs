@@ -42,7 +42,7 @@ pub enum Origin {
 
 /// Triangles of one tile, in the part's coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PatchMesh {
+pub struct TileMesh {
     /// Positions, millimetres, f64: what all arithmetic of topology and the f64 file formats use.
     pub positions: Vec<DVec3>,
     /// Unit normals that point out of the face (face orientation applied).
@@ -58,7 +58,7 @@ pub struct PatchMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-impl PatchMesh {
+impl TileMesh {
     /// Empties all lists and keeps their memory.
     pub fn clear(&mut self) {
         let Self { positions, normals, uvs, lines, origins, triangles } = self;
@@ -83,7 +83,7 @@ pub struct Batch {
     /// Which worker made it (0 for the serial path). Not part of the result: it depends on the worker count.
     pub worker: u32,
     /// The triangles.
-    pub mesh: PatchMesh,
+    pub mesh: TileMesh,
 }
 
 /// The polyline of one B-rep edge: tessellants in order, from start to end.

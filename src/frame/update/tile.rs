@@ -15,13 +15,13 @@ use crate::frame::trim::output::{TrimOutcome, TrimStats};
 use crate::frame::vertices::boundary::trace_loops;
 use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::PatchMesh;
+use crate::mesh::TileMesh;
 use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 
 /// What of tiles that change is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Patch {
+pub struct Reuse {
     /// Places and normals of the tessellants and lattice points that were there before.
     pub samples: bool,
     /// Crossings of segments with lattice lines where both were there before (§5.2.1).
@@ -32,7 +32,7 @@ pub struct Patch {
     pub everywhere: bool,
 }
 
-impl Patch {
+impl Reuse {
     /// Nothing: every tile is a function of model and plan alone.
     pub const NONE: Self = Self { samples: false, trace: false, triangles: false, everywhere: false };
     /// All of it, for tests and to measure.
@@ -41,7 +41,7 @@ impl Patch {
     pub const DEFAULT: Self = Self { samples: true, trace: false, triangles: true, everywhere: false };
 }
 
-impl Default for Patch {
+impl Default for Reuse {
     fn default() -> Self {
         Self::DEFAULT
     }
@@ -49,7 +49,7 @@ impl Default for Patch {
 
 /// What is kept of a tile to patch it up with. Empty to begin with.
 #[derive(Default)]
-pub struct TileMemory {
+pub struct TileCache {
     /// There are samples.
     holds: bool,
     samples: Samples,
@@ -71,7 +71,7 @@ enum Triangles {
     Cells(Cells),
 }
 
-impl TileMemory {
+impl TileCache {
     /// Bytes that it holds; 0 where nothing is kept, as of tiles that are made from nothing faster.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -91,17 +91,17 @@ impl TileMemory {
     /// new; `None` where all have to be made.
     fn trim(
         &mut self,
-        (job, patch): (&Job<'_>, Patch),
+        (job, reuse): (&Job<'_>, Reuse),
         from: &[u32],
         (s, b): (&mut Scratch, &mut Buffers),
-        mesh: &PatchMesh,
+        mesh: &TileMesh,
     ) -> Option<(TrimOutcome, usize)> {
         let (cells, places) = (job.lattice.cells(), &mesh.positions[..]);
         let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts, places };
         let old_starts = &self.samples.loop_starts[..];
         let (old, new) = (*old_starts.last()? as usize, from.iter().filter(|&&v| v == NONE).count());
         let changed = new.max(old + new - from.len());
-        let is_little = patch.everywhere || 100 * changed <= MOST_CHANGED * old.max(from.len());
+        let is_little = reuse.everywhere || 100 * changed <= MOST_CHANGED * old.max(from.len());
         let mut weave = match std::mem::take(&mut self.triangles) {
             Triangles::Cells(kept) => {
                 let Buffers { columns, rows, again, .. } = b;
@@ -109,7 +109,7 @@ impl TileMemory {
                 strips(us, &job.lattice.us, columns);
                 strips(vs, &job.lattice.vs, rows);
                 let moved = Moved { tile, old_starts, from, columns, rows };
-                let made = kept.again(&moved, (&mut s.trim, again), (patch.trace, patch.triangles), &mut s.trimmed);
+                let made = kept.again(&moved, (&mut s.trim, again), (reuse.trace, reuse.triangles), &mut s.trimmed);
                 // Its memory is used again.
                 self.triangles = Triangles::Cells(kept);
                 let (outcome, fresh) = made?;
@@ -123,7 +123,7 @@ impl TileMemory {
             _ => return None,
         };
         let changed = Changed { tile, old_starts, from };
-        weave.patch(&changed, &mut s.trim, &mut b.weave)?;
+        weave.update(&changed, &mut s.trim, &mut b.weave)?;
         s.trimmed.reset(self.stats);
         s.trimmed.triangles.extend_from_slice(&weave.triangles);
         self.triangles = Triangles::Weave(weave);
@@ -134,7 +134,7 @@ impl TileMemory {
     fn keep_triangles(
         &mut self,
         job: &Job<'_>,
-        patch: Patch,
+        reuse: Reuse,
         (outcome, patched): (TrimOutcome, bool),
         (s, b): (&Scratch, &Buffers),
     ) {
@@ -142,11 +142,11 @@ impl TileMemory {
         let one_cell = cells == (1, 1);
         if job.tile.entangled || matches!(outcome, TrimOutcome::Repaired { .. }) {
             self.triangles = Triangles::None;
-        } else if one_cell && job.face.kind == SurfaceKind::Plane && patch.triangles {
+        } else if one_cell && job.face.kind == SurfaceKind::Plane && reuse.triangles {
             if !patched {
                 self.triangles = Triangles::OneCell(s.trimmed.triangles.clone());
             }
-        } else if !one_cell && (patch.triangles || patch.trace) {
+        } else if !one_cell && (reuse.triangles || reuse.trace) {
             let mut kept = match std::mem::take(&mut self.triangles) {
                 Triangles::Cells(kept) => kept,
                 _ => Cells::default(),
@@ -166,16 +166,16 @@ const MOST_CHANGED: usize = 50;
 /// Vertices that a lattice has at least of which anything is kept: samples and triangles of smaller ones are made as fast as kept.
 const LEAST_LATTICE: usize = 256;
 
-/// Work space of [`patch_tile`]; leaves no trace in results.
+/// Work space of [`update_tile`]; leaves no trace in results.
 #[derive(Default)]
-pub struct PatchScratch {
+pub struct UpdateScratch {
     tile: Scratch,
     buffers: Buffers,
 }
 
-impl PatchScratch {
+impl UpdateScratch {
     /// As [`Scratch::reuse`].
-    pub fn reuse(&mut self, mesh: PatchMesh) {
+    pub fn reuse(&mut self, mesh: TileMesh) {
         self.tile.reuse(mesh);
     }
 
@@ -202,17 +202,17 @@ struct Buffers {
 /// are the same as from nothing. The order of the lattice points, and in planes which vertices the triangles inside join, depend on the
 /// calls before.
 #[must_use]
-pub fn patch_tile(
+pub fn update_tile(
     (prepared, plan): (&Prepared, &Plan),
     (part, tile): (PartId, TileId),
-    patch: Patch,
-    memory: &mut TileMemory,
-    scratch: &mut PatchScratch,
+    reuse: Reuse,
+    memory: &mut TileCache,
+    scratch: &mut UpdateScratch,
 ) -> TileOutcome {
     let job = Job::of(prepared, plan, part, tile);
-    let PatchScratch { tile: scratch, buffers } = scratch;
-    if patch == Patch::NONE {
-        *memory = TileMemory::default();
+    let UpdateScratch { tile: scratch, buffers } = scratch;
+    if reuse == Reuse::NONE {
+        *memory = TileCache::default();
         return tessellate_tile(prepared, plan, part, tile, scratch);
     }
     let mut mesh = scratch.spare();
@@ -221,8 +221,8 @@ pub fn patch_tile(
     let mut trimmed = None;
     if is_known {
         let row = (job.part, job.plan, job.tile, &**job.lattice, job.face);
-        memory.samples.trace_loops(row, patch.samples, &mut from, scratch, &mut mesh);
-        trimmed = memory.trim((&job, patch), &from, (scratch, buffers), &mesh);
+        memory.samples.trace_loops(row, reuse.samples, &mut from, scratch, &mut mesh);
+        trimmed = memory.trim((&job, reuse), &from, (scratch, buffers), &mesh);
     } else {
         trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
     }
@@ -232,20 +232,20 @@ pub fn patch_tile(
         None => (job.trim(scratch, &mesh), usize::MAX),
     };
     let outcome = scratch.trimmed.stats.outcome;
-    let keeps = is_kept(&job, patch, &scratch.trimmed.stats);
+    let keeps = is_kept(&job, reuse, &scratch.trimmed.stats);
     if keeps {
-        memory.keep_triangles(&job, patch, (outcome, patched), (scratch, buffers));
+        memory.keep_triangles(&job, reuse, (outcome, patched), (scratch, buffers));
     }
     let (face, lattice) = (job.face, &**job.lattice);
-    let (made, as_trimmed) = if is_known && patch.samples {
-        let vertices = |_: usize, s: &mut Scratch, mesh: &mut PatchMesh| {
+    let (made, as_trimmed) = if is_known && reuse.samples {
+        let vertices = |_: usize, s: &mut Scratch, mesh: &mut TileMesh| {
             memory.samples.find_corners(lattice, s, &mut from);
             memory.samples.evaluate(face, lattice, &from, s, mesh);
             fresh
         };
         job.finish(trimmed, vertices, scratch, mesh)
     } else {
-        let vertices = |corners_used: usize, s: &mut Scratch, mesh: &mut PatchMesh| {
+        let vertices = |corners_used: usize, s: &mut Scratch, mesh: &mut TileMesh| {
             evaluate_vertices(face, lattice, corners_used, s, mesh);
             usize::MAX
         };
@@ -253,7 +253,7 @@ pub fn patch_tile(
     };
     buffers.from = from;
     if !keeps {
-        *memory = TileMemory::default();
+        *memory = TileCache::default();
         return made;
     }
     if !as_trimmed {
@@ -268,8 +268,8 @@ pub fn patch_tile(
 
 /// Whether it is faster to keep something of a tile that was just made: of a plane from which ears cannot be cut, and of
 /// a large lattice.
-fn is_kept(job: &Job<'_>, patch: Patch, stats: &TrimStats) -> bool {
-    if patch.everywhere {
+fn is_kept(job: &Job<'_>, reuse: Reuse, stats: &TrimStats) -> bool {
+    if reuse.everywhere {
         true
     } else if job.lattice.cells() == (1, 1) {
         job.face.kind == SurfaceKind::Plane && (stats.clusters > 0 || stats.whole_tile)

@@ -15,8 +15,8 @@ use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
 use trimtess::frame::{
-    CameraPath, EdgePolyline, Patch, PatchScratch, Picture, Plan, TileLattice, TileMemory, patch_tile, plan_for_view,
-    tessellate_tile,
+    CameraPath, EdgePolyline, Picture, Plan, Reuse, TileCache, TileLattice, UpdateScratch, plan_for_view,
+    tessellate_tile, update_tile,
 };
 use trimtess::model::{PartId, SurfaceKind, TileId};
 use trimtess::prepare::{PrepareOptions, Prepared, Tile, prepare};
@@ -24,11 +24,11 @@ use trimtess::prepare::{PrepareOptions, Prepared, Tile, prepare};
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
 /// Percent of what changes.
 const SHARES: [usize; 8] = [0, 5, 10, 20, 40, 60, 80, 100];
-const NO_SAMPLES: Patch = Patch { samples: false, ..Patch::ALL };
-const NO_TRACE: Patch = Patch { trace: false, ..Patch::ALL };
-const NO_TRIANGLES: Patch = Patch { triangles: false, ..Patch::ALL };
-const WAYS: [(&str, Patch); 4] =
-    [("all", Patch::ALL), ("no samples", NO_SAMPLES), ("no trace", NO_TRACE), ("no triangles", NO_TRIANGLES)];
+const NO_SAMPLES: Reuse = Reuse { samples: false, ..Reuse::ALL };
+const NO_TRACE: Reuse = Reuse { trace: false, ..Reuse::ALL };
+const NO_TRIANGLES: Reuse = Reuse { triangles: false, ..Reuse::ALL };
+const WAYS: [(&str, Reuse); 4] =
+    [("all", Reuse::ALL), ("no samples", NO_SAMPLES), ("no trace", NO_TRACE), ("no triangles", NO_TRIANGLES)];
 
 /// A tile and a plan for it.
 struct Case {
@@ -89,15 +89,15 @@ impl Case {
         plan
     }
 
-    fn made(&self, plan: &Plan, scratch: &mut PatchScratch) -> usize {
+    fn made(&self, plan: &Plan, scratch: &mut UpdateScratch) -> usize {
         let outcome = tessellate_tile(&self.prepared, plan, self.part, self.tile, scratch.tile());
         let triangles = outcome.mesh.triangles.len();
         scratch.reuse(black_box(outcome.mesh));
         triangles
     }
 
-    fn patched(&self, plan: &Plan, patch: Patch, memory: &mut TileMemory, scratch: &mut PatchScratch) -> usize {
-        let outcome = patch_tile((&self.prepared, plan), (self.part, self.tile), patch, memory, scratch);
+    fn patched(&self, plan: &Plan, patch: Reuse, memory: &mut TileCache, scratch: &mut UpdateScratch) -> usize {
+        let outcome = update_tile((&self.prepared, plan), (self.part, self.tile), patch, memory, scratch);
         let triangles = outcome.mesh.triangles.len();
         scratch.reuse(black_box(outcome.mesh));
         triangles
@@ -115,12 +115,12 @@ impl Case {
                 continue;
             }
             let plans = [&self.plan, &other];
-            let mut scratch = PatchScratch::default();
+            let mut scratch = UpdateScratch::default();
             group.bench_function(BenchmarkId::new("made", share), |b| {
                 b.iter(|| plans.map(|plan| self.made(plan, &mut scratch)));
             });
             for (way, patch) in WAYS {
-                let mut memory = TileMemory::default();
+                let mut memory = TileCache::default();
                 group.bench_function(BenchmarkId::new(way, share), |b| {
                     b.iter(|| plans.map(|plan| self.patched(plan, patch, &mut memory, &mut scratch)));
                 });

@@ -3,7 +3,7 @@
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
-use crate::mesh::{Batch, Drawn, MeshSink, PatchMesh, Scene, SinkError};
+use crate::mesh::{Batch, Drawn, MeshSink, Scene, SinkError, TileMesh};
 use crate::model::{FaceId, PartId, TileId};
 use crossbeam_channel::Receiver;
 use std::collections::{BTreeMap, BTreeSet};
@@ -141,7 +141,7 @@ pub(super) fn commit(
         if whole {
             batches.retain(|batch| !batch.mesh.triangles.is_empty());
         }
-        let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: PatchMesh::default() };
+        let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
         batches.extend(forgotten.iter().map(empty));
         report.forgotten = forgotten.len();
     }
