@@ -8,7 +8,7 @@ pub(crate) type Aabb = [DVec3; 2];
 /// Boxes in a leaf of the tree.
 const LEAF: usize = 8;
 
-struct Node {
+struct BoxNode {
     bounds: Aabb,
     /// Its boxes, within the order of the tree.
     from: usize,
@@ -23,7 +23,7 @@ struct Node {
 /// Cost: n log n to sort, and about as much as there are pairs unless boxes are long and diagonal.
 pub(crate) fn overlapping(boxes: &[Aabb], each: &mut impl FnMut(usize, usize)) {
     let mut order: Vec<usize> = (0..boxes.len()).collect();
-    let mut nodes = vec![Node { bounds: bounds(boxes, &order), from: 0, to: order.len(), halves: None }];
+    let mut nodes = vec![BoxNode { bounds: bounds(boxes, &order), from: 0, to: order.len(), halves: None }];
     let mut next = 0;
     while next < nodes.len() {
         let (from, to) = (nodes[next].from, nodes[next].to);
@@ -39,7 +39,7 @@ pub(crate) fn overlapping(boxes: &[Aabb], each: &mut impl FnMut(usize, usize)) {
             });
             nodes[next].halves = Some(nodes.len());
             for (from, to) in [(from, middle), (middle, to)] {
-                nodes.push(Node { bounds: bounds(boxes, &order[from..to]), from, to, halves: None });
+                nodes.push(BoxNode { bounds: bounds(boxes, &order[from..to]), from, to, halves: None });
             }
         }
         next += 1;

@@ -74,7 +74,7 @@ struct Pool {
 }
 
 /// A primitive without its material: what colour variants share.
-struct Shape {
+struct PartShape {
     faces: Vec<(Option<Colour>, Primitive)>,
     edges: Option<Primitive>,
 }
@@ -92,7 +92,7 @@ struct Glb {
 }
 
 impl Glb {
-    fn shape(&mut self, part: &ScenePart, batches: &[&Batch], lines: &[&EdgeLine]) -> io::Result<Shape> {
+    fn shape(&mut self, part: &ScenePart, batches: &[&Batch], lines: &[&EdgeLine]) -> io::Result<PartShape> {
         let round = |points: &[DVec3]| -> Result<Vec<Vec3>, BeyondSingle> {
             points.iter().map(|&point| single((point - part.centre) * METRES_PER_MILLIMETRE)).collect()
         };
@@ -141,7 +141,7 @@ impl Glb {
         } else {
             Some(self.primitive(&vertices, None, Mode::Lines, "edge")?)
         };
-        Ok(Shape { faces, edges })
+        Ok(PartShape { faces, edges })
     }
 
     fn primitive(
@@ -216,7 +216,7 @@ impl Glb {
     }
 
     /// The part's mesh in its own colours or all in `colour`; `None` when there is nothing to draw.
-    fn mesh(&mut self, part: &ScenePart, shape: &Shape, colour: Option<Colour>) -> Option<Index<Mesh>> {
+    fn mesh(&mut self, part: &ScenePart, shape: &PartShape, colour: Option<Colour>) -> Option<Index<Mesh>> {
         let mut primitives = Vec::new();
         for (own, primitive) in &shape.faces {
             let material = self.material(colour.or(*own).unwrap_or(colour::DEFAULT));

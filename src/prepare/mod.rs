@@ -29,8 +29,8 @@ mod regions;
 mod tiles;
 
 mod join;
+pub(crate) use join::images::EdgeImage;
 pub use join::images::EdgeImages;
-pub(crate) use join::images::Image;
 pub use join::limits::{PrepareError, PrepareLimits};
 pub use join::prepared::{
     Break, EdgeShape, EdgeUse, OpenEdges, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec2;
-use trimtess::frame::trim::{TrimError, TrimInput, TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
+use trimtess::frame::trim::{TrimInput, TrimInputError, TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
 
 use crate::checker::{Tile, check, check_boundary, check_cover, min_angles};
 
@@ -544,14 +544,14 @@ fn input_outside_the_contract_is_refused() {
     for bad in [f64::NAN, f64::INFINITY, -1e-9, 2.0 + 1e-9] {
         let mut points = square.clone();
         points[2].y = bad;
-        assert!(matches!(refuse((2, 2), &points, &[0, 4]), TrimError::PointOutside { index: 2, .. }));
+        assert!(matches!(refuse((2, 2), &points, &[0, 4]), TrimInputError::PointOutside { index: 2, .. }));
     }
-    assert_eq!(refuse((2, 2), &square, &[0, 3]), TrimError::LoopStarts { index: 2 });
-    assert_eq!(refuse((2, 2), &square, &[]), TrimError::LoopStarts { index: 0 });
-    assert_eq!(refuse((2, 2), &square, &[1, 4]), TrimError::LoopStarts { index: 0 });
-    assert_eq!(refuse((2, 2), &square, &[0, 3, 2, 4]), TrimError::LoopStarts { index: 2 });
+    assert_eq!(refuse((2, 2), &square, &[0, 3]), TrimInputError::LoopStarts { index: 2 });
+    assert_eq!(refuse((2, 2), &square, &[]), TrimInputError::LoopStarts { index: 0 });
+    assert_eq!(refuse((2, 2), &square, &[1, 4]), TrimInputError::LoopStarts { index: 0 });
+    assert_eq!(refuse((2, 2), &square, &[0, 3, 2, 4]), TrimInputError::LoopStarts { index: 2 });
     for cells in [(0, 2), (2, 0), (70_000, 2)] {
-        assert_eq!(refuse(cells, &[], &[0]), TrimError::Size { points: 0, cells });
+        assert_eq!(refuse(cells, &[], &[0]), TrimInputError::Size { points: 0, cells });
     }
 }
 

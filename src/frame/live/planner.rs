@@ -6,7 +6,7 @@
 
 use super::rate::{Rate, Step, Terms, band, step};
 use super::resync::{Kept, Turns, owner};
-use super::shown::{PartBoxes, Shown};
+use super::shown::{PartBoxes, ShownTile};
 use crate::frame::plan::budget::{Budget, cells, predicted};
 use crate::frame::plan::lattice::{lattice, places};
 use crate::frame::plan::limits::{PlanLimits, Shortfall};
@@ -103,7 +103,7 @@ pub struct Planner {
     /// Counts the terms there were.
     term: u32,
     turns: Turns,
-    pages: Pages,
+    pages: PlanPages,
     changes: PlanChanges,
     limited: Limited,
     tessellants: Tessellants,
@@ -115,7 +115,7 @@ pub struct Planner {
 }
 
 /// The last plan and the one before, which is brought up to date and used again, so that a frame costs what changes.
-struct Pages {
+struct PlanPages {
     last: Arc<Plan>,
     spare: Option<Arc<Plan>>,
     /// How they differ.
@@ -123,7 +123,7 @@ struct Pages {
     edges: Vec<(PartId, RowId)>,
 }
 
-impl Pages {
+impl PlanPages {
     /// A page like the last one that nobody else has.
     fn next(&mut self) -> Arc<Plan> {
         let mut spare = self.spare.take();
@@ -196,7 +196,7 @@ impl Touched {
 }
 
 /// A tile that should have another rate.
-struct Wanted {
+struct WantedRate {
     /// How many times finer it should be; infinite for a tile that was never planned by the present terms.
     urgency: f64,
     part: usize,
@@ -210,10 +210,10 @@ struct Wanted {
 }
 
 /// A frame's plan in the making.
-struct Draft<'a> {
+struct PlanDraft<'a> {
     page: &'a mut Plan,
-    sights: Vec<Vec<Shown>>,
-    wanted: Vec<Wanted>,
+    sights: Vec<Vec<ShownTile>>,
+    wanted: Vec<WantedRate>,
     /// Tiles that are drawn with a step for each sub-box: their edges are looked at by their own boxes in every frame.
     near: Vec<(usize, usize)>,
     changes: PlanChanges,
@@ -243,7 +243,7 @@ impl Planner {
             terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
             term: 0,
             turns: Turns::of(options.lines),
-            pages: Pages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
+            pages: PlanPages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
             changes: PlanChanges::default(),
             limited: Limited::default(),
             tessellants: Tessellants::default(),
@@ -300,7 +300,8 @@ impl Planner {
         let tiles = |i: &SceneInstance| self.parts.get(i.part.index()).map_or(0, |part| part.tiles.len());
         page.drawn.reset(views.len(), &instances.iter().map(tiles).collect::<Vec<_>>());
         let (sights, unusable) = self.sights(instances, views);
-        let mut draft = Draft { page, sights, wanted: Vec::new(), near: Vec::new(), changes: PlanChanges::default() };
+        let mut draft =
+            PlanDraft { page, sights, wanted: Vec::new(), near: Vec::new(), changes: PlanChanges::default() };
         loop {
             for part in 0..self.parts.len() {
                 self.look(part, &mut draft);
@@ -340,8 +341,8 @@ impl Planner {
     }
 
     /// What sees each part; and whether a view is none.
-    fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<Shown>>, bool) {
-        let mut sights: Vec<Vec<Shown>> = vec![Vec::new(); self.parts.len()];
+    fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<ShownTile>>, bool) {
+        let mut sights: Vec<Vec<ShownTile>> = vec![Vec::new(); self.parts.len()];
         let mut unusable = false;
         for (v, view) in views.iter().enumerate() {
             let usable = view.deviation_px > 0.0 && view.angle > 0.0 && view.size_px.is_none_or(|size| size > 0.0);
@@ -352,7 +353,7 @@ impl Planner {
             for (i, instance) in instances.iter().enumerate() {
                 if let Some(sights) = sights.get_mut(instance.part.index()) {
                     let sight = view.sight(lens, instance).weighed(1.0 / view.deviation_px);
-                    sights.push(Shown { view: v, instance: i, sight });
+                    sights.push(ShownTile { view: v, instance: i, sight });
                 }
             }
         }
@@ -360,10 +361,10 @@ impl Planner {
     }
 
     /// Which tiles of a part are drawn, and which of these should have other rates.
-    fn look(&mut self, p: usize, draft: &mut Draft<'_>) {
+    fn look(&mut self, p: usize, draft: &mut PlanDraft<'_>) {
         let PartRates { boxes, tiles, bands, tile_terms, kept, seen, .. } = &mut self.parts[p];
         seen.fill(UNSEEN);
-        for Shown { view, instance, sight } in &draft.sights[p] {
+        for ShownTile { view, instance, sight } in &draft.sights[p] {
             boxes.seen_by(sight, self.options.cull_backs, |t, now| {
                 draft.page.drawn.insert(*view, *instance, TileId(t as u32));
                 seen[t] = Seen { most: seen[t].most.max(now.most), least: seen[t].least.max(now.least) };
@@ -406,7 +407,7 @@ impl Planner {
                     true => finer(&rate, before),
                     false => f64::INFINITY,
                 };
-                draft.wanted.push(Wanted { urgency, part: p, tile: t, rate, band, chord: 1.0 / most, anew: due });
+                draft.wanted.push(WantedRate { urgency, part: p, tile: t, rate, band, chord: 1.0 / most, anew: due });
             }
         }
     }
@@ -414,7 +415,7 @@ impl Planner {
     /// Leaves for later what the budget does not allow: the tiles that are closest to their tolerance.
     ///
     /// A tile that waits keeps its rate, and the rates of edges follow from those of tiles: whatever waits, the plan is closed.
-    fn defer(&self, draft: &mut Draft<'_>) {
+    fn defer(&self, draft: &mut PlanDraft<'_>) {
         draft.changes.deferred = 0;
         let Some(budget) = self.options.budget else { return };
         draft.wanted.sort_by(|a, b| b.urgency.total_cmp(&a.urgency).then((a.part, a.tile).cmp(&(b.part, b.tile))));
@@ -440,10 +441,10 @@ impl Planner {
     }
 
     /// Lattices of the tiles that change, then tessellants of the edges along them.
-    fn apply(&mut self, draft: &mut Draft<'_>) {
+    fn apply(&mut self, draft: &mut PlanDraft<'_>) {
         let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
         let mut touched = std::mem::take(&mut self.touched);
-        for Wanted { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
+        for WantedRate { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
             let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
             let face = &part.faces[part.face_of(tile)];
@@ -481,7 +482,7 @@ impl Planner {
         self.touched = touched;
     }
 
-    fn tessellate_edge(&mut self, (p, e): (usize, RowId), beside_new: bool, anew: bool, draft: &mut Draft<'_>) {
+    fn tessellate_edge(&mut self, (p, e): (usize, RowId), beside_new: bool, anew: bool, draft: &mut PlanDraft<'_>) {
         let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
         let (edge, k) = (&part.edges[e.index()], e.index());
         let beside = || edge.uses.iter().map(|place| &rates.tiles[place.tile.index()]);
@@ -575,15 +576,15 @@ impl Planner {
 }
 
 /// Steps of boxes by what they show to whom.
-fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[Shown]) -> Box<[Step]> {
+fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[ShownTile]) -> Box<[Step]> {
     places.enumerate().map(|(k, place)| step(densest(place, sights), before.step(k))).collect()
 }
 
 /// Whether boxes keep their steps.
-fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[Shown]) -> bool {
+fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[ShownTile]) -> bool {
     places.enumerate().all(|(k, place)| step(densest(place, sights), before.step(k)) == before.step(k))
 }
 
-fn densest(place: &BoundingBox, sights: &[Shown]) -> f64 {
+fn densest(place: &BoundingBox, sights: &[ShownTile]) -> f64 {
     sights.iter().map(|s| s.sight.pixels_per_length(place)).fold(0.0, f64::max)
 }

@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// One instance in one view.
 #[derive(Clone, Debug)]
-pub(crate) struct Shown {
+pub(crate) struct ShownTile {
     pub(crate) view: usize,
     pub(crate) instance: usize,
     /// With pixels as multiples of the view's deviation.

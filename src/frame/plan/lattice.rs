@@ -97,7 +97,7 @@ pub(crate) fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize>
 
 /// Whether a lattice is as dense as it was asked to be, or what made it coarser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kept {
+pub(crate) struct LinesKept {
     /// The limits on lines did not.
     pub(crate) lines: bool,
     /// The limit on cells did not.
@@ -118,14 +118,14 @@ pub(crate) fn lattice(
     factor: f64,
     most_cells: u64,
     before: Option<Before<'_, TileLattice>>,
-) -> (TileLattice, Kept) {
+) -> (TileLattice, LinesKept) {
     if is_single(face, need.tolerance.max_edge) {
         let single = TileLattice {
             us: vec![tile.min.x, tile.max.x],
             vs: vec![tile.min.y, tile.max.y],
             chord: need.tolerance.chord,
         };
-        return (single, Kept { lines: true, cells: true });
+        return (single, LinesKept { lines: true, cells: true });
     }
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
@@ -237,7 +237,7 @@ fn spread(
     factor: f64,
     most_cells: u64,
     mut before: Option<Before<'_, TileLattice>>,
-) -> (TileLattice, Kept) {
+) -> (TileLattice, LinesKept) {
     let Under { face, tile, strips: [su, sv], .. } = under;
     let (breaks_u, breaks_v) = (&face.bounds.breaks_u[su.start..=su.end], &face.bounds.breaks_v[sv.start..=sv.end]);
     let Densities { wanted: [mut ru, mut rv], least } = Densities::of(under, tolerance, factor, before.is_some());
@@ -250,7 +250,7 @@ fn spread(
             creases.dedup();
         }
     }
-    let mut kept = Kept { lines: true, cells: true };
+    let mut kept = LinesKept { lines: true, cells: true };
     let mut round = 0;
     loop {
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });

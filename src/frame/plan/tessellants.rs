@@ -6,7 +6,7 @@ use super::split::{Before, Criteria};
 use crate::frame::view::asked::{Need, dilate, most_touched};
 use crate::frame::view::tolerance::Tolerance;
 use crate::model::TileId;
-use crate::prepare::{EdgeShape, Image, PreparedEdge, StripBounds, TileUse};
+use crate::prepare::{EdgeImage, EdgeShape, PreparedEdge, StripBounds, TileUse};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -172,7 +172,7 @@ fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
 /// An image that runs to and fro over the lattice far more often than any real edge is noise; it gets as many segments
 /// as a busy one.
 fn limit_to_cells(
-    image: &Image<'_>,
+    image: &EdgeImage<'_>,
     lattice: &TileLattice,
     breaks: &[f64],
     rates: [&mut [f64]; 2],

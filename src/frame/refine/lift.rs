@@ -9,13 +9,13 @@ use crate::prepare::PreparedFace;
 use glam::DVec2;
 
 /// The surface that triangles are compared with.
-pub(crate) struct Surface<'a> {
+pub(crate) struct FaceSurface<'a> {
     pub(crate) face: &'a PreparedFace,
     /// Parameters of the vertices.
     pub(crate) uvs: &'a mut Vec<DVec2>,
 }
 
-impl Surface<'_> {
+impl FaceSurface<'_> {
     /// The surface in the middle of an edge.
     pub(crate) fn middle(&self, a: u32, b: u32) -> (DVec2, SurfaceDerivatives) {
         let uv = self.uvs[a as usize].midpoint(self.uvs[b as usize]);

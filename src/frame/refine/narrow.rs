@@ -7,8 +7,8 @@
 //! surface interpolation*, 1977) that bring it down. Where none does, the edge is split by a point of the surface: it lies
 //! within the tile, so that no neighbour has to know of it.
 
-use super::lift::Surface;
-use super::web::{Change, Shape, Web};
+use super::lift::FaceSurface;
+use super::web::{Change, TriangleShape, Web};
 use crate::mesh::{Origin, TileMesh};
 use glam::{DVec2, Vec2};
 
@@ -29,7 +29,7 @@ pub(crate) fn narrow(
     mesh: &mut TileMesh,
     trimmed: usize,
     chord: f64,
-    surface: &mut Surface<'_>,
+    surface: &mut FaceSurface<'_>,
     cell: impl Fn(&TileMesh, u32) -> DVec2,
 ) -> bool {
     let is_wider = |mesh: &TileMesh, t: usize| {
@@ -58,7 +58,7 @@ pub(crate) fn narrow(
     true
 }
 
-impl Surface<'_> {
+impl FaceSurface<'_> {
     /// The edge of triangle `t` that is furthest from the surface, split in its middle by a new vertex; `None` where that is
     /// the tile's boundary, or a triangle would look inwards.
     fn split(&mut self, web: &mut Web<'_>, t: usize) -> Option<Change> {
@@ -114,6 +114,6 @@ impl Surface<'_> {
 
 /// Whether a triangle looks outwards and has an area.
 fn follows(mesh: &TileMesh, corners: [u32; 3]) -> bool {
-    let shape = Shape::of(mesh, corners);
+    let shape = TriangleShape::of(mesh, corners);
     shape.outwards > 0.0 && !shape.is_flat(mesh)
 }

@@ -7,8 +7,8 @@
 //! away from the surface by more than the chord tolerance; where no such step helps, the surroundings are triangulated anew
 //! (`refill`). The tile's boundary stays, so that nothing is seen from the neighbours.
 
-use super::lift::Surface;
-use super::web::{Change, GONE, Shape, Web};
+use super::lift::FaceSurface;
+use super::web::{Change, GONE, TriangleShape, Web};
 use crate::mesh::{Origin, TileMesh};
 use glam::DVec3;
 use std::cell::Cell;
@@ -26,10 +26,11 @@ const LEAST_GAIN: f64 = 1e-3;
 /// looks inwards, once more with changes only that never stray.
 ///
 /// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
-pub(crate) fn unfold(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &Surface<'_>) -> bool {
-    let least = Shape::clear_area(mesh);
-    let is_wrong =
-        |corners: [u32; 3]| !Shape::is_clearly_right(mesh, corners, least) && Shape::of(mesh, corners).is_wrong(mesh);
+pub(crate) fn unfold(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &FaceSurface<'_>) -> bool {
+    let least = TriangleShape::clear_area(mesh);
+    let is_wrong = |corners: [u32; 3]| {
+        !TriangleShape::is_clearly_right(mesh, corners, least) && TriangleShape::of(mesh, corners).is_wrong(mesh)
+    };
     let folded: Vec<usize> = (0..trimmed).rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
     if folded.is_empty() {
         return false;
@@ -65,7 +66,7 @@ const FEW: usize = 32;
 
 /// What triangles must stay near to.
 struct Near<'a> {
-    surface: &'a Surface<'a>,
+    surface: &'a FaceSurface<'a>,
     chord: f64,
     /// Triangles that may still be weighed.
     left: Cell<usize>,
@@ -97,7 +98,7 @@ impl Web<'_> {
                 break;
             }
             let corners = self.mesh.triangles[t];
-            if corners == GONE || !Shape::of(self.mesh, corners).is_wrong(self.mesh) {
+            if corners == GONE || !TriangleShape::of(self.mesh, corners).is_wrong(self.mesh) {
                 continue;
             }
             let (flips, merges) = (self.flips(t), self.merges(t));
@@ -117,7 +118,8 @@ impl Web<'_> {
                 waiting.leave(self.one(*v), |t| folded.push_front(t));
             }
             self.apply(&change);
-            let now_folded = |corners: [u32; 3]| corners != GONE && Shape::of(self.mesh, corners).is_wrong(self.mesh);
+            let now_folded =
+                |corners: [u32; 3]| corners != GONE && TriangleShape::of(self.mesh, corners).is_wrong(self.mesh);
             folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
         }
     }
@@ -137,10 +139,13 @@ impl Web<'_> {
 
     /// Area that looks inwards, and that with what is steep, twice; and how many have no area.
     fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 3] {
-        triangles.filter(|t| *t != GONE).map(|t| Shape::of(self.mesh, t)).fold([0.0; 3], |[inwards, all, flat], s| {
-            let is_flat = f64::from(u8::from(s.is_flat(self.mesh)));
-            [inwards - s.facing.min(0.0), all - s.outwards.min(0.0), flat + is_flat]
-        })
+        triangles.filter(|t| *t != GONE).map(|t| TriangleShape::of(self.mesh, t)).fold(
+            [0.0; 3],
+            |[inwards, all, flat], s| {
+                let is_flat = f64::from(u8::from(s.is_flat(self.mesh)));
+                [inwards - s.facing.min(0.0), all - s.outwards.min(0.0), flat + is_flat]
+            },
+        )
     }
 
     /// Whether less looks inwards than in the triangles as stated, and nothing strays.
@@ -179,7 +184,7 @@ impl Web<'_> {
     fn score(&self, triangles: impl Iterator<Item = [u32; 3]>) -> (f64, f64) {
         triangles
             .filter(|t| *t != GONE)
-            .map(|t| Shape::of(self.mesh, t))
+            .map(|t| TriangleShape::of(self.mesh, t))
             .fold((0.0, f64::INFINITY), |(area, height), s| {
                 (area + s.outwards.min(0.0), height.min(s.outwards / s.longest(self.mesh)))
             })
@@ -194,8 +199,10 @@ impl Web<'_> {
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
             // What has no area shows in no sum: without it is better, if nothing folds for that.
-            let flat =
-                change.triangles.iter().any(|(t, _)| Shape::of(self.mesh, self.mesh.triangles[*t]).is_flat(self.mesh));
+            let flat = change
+                .triangles
+                .iter()
+                .any(|(t, _)| TriangleShape::of(self.mesh, self.mesh.triangles[*t]).is_flat(self.mesh));
             let better = (after > share * before || flat && after >= before) && best.is_none_or(|(s, _)| score > s);
             if better && self.stays(change, near) {
                 best = Some((score, change));
@@ -206,7 +213,7 @@ impl Web<'_> {
 
     /// Whether the new triangles have an area and stay near the surface and the old ones.
     fn stays(&self, change: &Change, to: &Near<'_>) -> bool {
-        let flat = |t: [u32; 3]| t != GONE && Shape::of(self.mesh, t).is_flat(self.mesh);
+        let flat = |t: [u32; 3]| t != GONE && TriangleShape::of(self.mesh, t).is_flat(self.mesh);
         if change.triangles.iter().any(|(_, t)| flat(*t)) || !self.keeps_outline(change) {
             return false;
         }

@@ -24,7 +24,7 @@ const MOST_AROUND: usize = 64;
 pub(crate) const GONE: [u32; 3] = [u32::MAX; 3];
 
 /// What a triangle looks like in space.
-pub(crate) struct Shape {
+pub(crate) struct TriangleShape {
     corners: [u32; 3],
     /// Twice the area, times the cosine to the mean of its corners' normals.
     pub(crate) facing: f64,
@@ -33,7 +33,7 @@ pub(crate) struct Shape {
     cross: DVec3,
 }
 
-impl Shape {
+impl TriangleShape {
     pub(crate) fn of(mesh: &TileMesh, corners: [u32; 3]) -> Self {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
         let cross = (b - a).cross(c - a);
@@ -53,7 +53,7 @@ impl Shape {
     }
 
     /// Whether a triangle certainly is not [wrong](Self::is_wrong): the same comparisons of squares, which take no root, with room for
-    /// rounding. `least` is [`Shape::clear_area`].
+    /// rounding. `least` is [`TriangleShape::clear_area`].
     pub(crate) fn is_clearly_right(mesh: &TileMesh, corners: [u32; 3], least: f64) -> bool {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
         let cross = (b - a).cross(c - a);

@@ -3,7 +3,7 @@
 use super::ladder::Rung;
 use super::outcome::{Degradation, TileOutcome};
 use crate::frame::plan::plan::{PartPlan, Plan, TileLattice};
-use crate::frame::refine::lift::Surface;
+use crate::frame::refine::lift::FaceSurface;
 use crate::frame::refine::narrow::narrow;
 use crate::frame::refine::unfold::unfold;
 use crate::frame::trim::climb::{fill_loops, trim_tile};
@@ -220,7 +220,7 @@ fn finish(
         return true;
     }
     let mut as_trimmed = true;
-    let mut surface = Surface { face, uvs: &mut s.uvs };
+    let mut surface = FaceSurface { face, uvs: &mut s.uvs };
     // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
     if face.creases.iter().all(Vec::is_empty) {
         as_trimmed &= !unfold(mesh, trimmed, lattice.chord, &surface);

@@ -19,7 +19,7 @@ pub(crate) struct Segment {
 
 /// What [`triangulate`] found out about the segments.
 #[derive(Clone, Default, Debug)]
-pub(crate) struct Region {
+pub(crate) struct CdtRegion {
     /// Counter-clockwise triangles of positive winding number, by site index; indices from the number of sites on count
     /// `crossings`.
     pub(crate) triangles: Vec<[u32; 3]>,
@@ -61,14 +61,18 @@ const SMALLEST: f64 = 1.8e-43;
 
 /// Triangulates what the segments wind around. `sites` may repeat coordinates (one vertex then carries several
 /// indices: a triangle names the one whose segment starts the sector it lies in), and may hold points without segments.
-pub(crate) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: AtCrossings) -> Result<Region, Refused> {
+pub(crate) fn triangulate(
+    sites: &[DVec2],
+    segments: &[Segment],
+    at_crossings: AtCrossings,
+) -> Result<CdtRegion, Refused> {
     let classes = Classes::of(sites);
     let mut positions: Vec<Point2<f64>> = classes.first.iter().map(|&s| snapped(sites[s as usize])).collect();
-    let mut parts: Vec<Part> = Vec::with_capacity(segments.len());
+    let mut parts: Vec<SegmentPart> = Vec::with_capacity(segments.len());
     for (index, segment) in segments.iter().enumerate() {
         let ends = segment.ends.map(|v| classes.of_site[v as usize]);
         if ends[0] != ends[1] {
-            parts.push(Part { ends, weight: segment.weight, owner: index as u32 });
+            parts.push(SegmentPart { ends, weight: segment.weight, owner: index as u32 });
         }
     }
     let (whole, real) = (parts.len(), positions.len());
@@ -95,7 +99,7 @@ pub(crate) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: A
         split(&mut positions, &mut parts, &conflicts);
         rounds += 1;
     };
-    let mut region = Region { led, ..label(&cdt, &parts, segments.len()) };
+    let mut region = CdtRegion { led, ..label(&cdt, &parts, segments.len()) };
     region.crossings.extend(positions[real..].iter().map(|p| DVec2::new(p.x, p.y)));
     classes.name_corners(&mut region, &cdt, &parts, segments, sites.len());
     Ok(region)
@@ -103,7 +107,7 @@ pub(crate) fn triangulate(sites: &[DVec2], segments: &[Segment], at_crossings: A
 
 /// A piece of a segment between two vertices.
 #[derive(Clone, Copy)]
-struct Part {
+struct SegmentPart {
     ends: [u32; 2],
     weight: i32,
     /// Index of the segment.
@@ -118,12 +122,12 @@ fn snapped(p: DVec2) -> Point2<f64> {
 
 /// A position and its index.
 #[derive(Clone)]
-struct Vertex {
+struct CdtVertex {
     at: Point2<f64>,
     index: u32,
 }
 
-impl HasPosition for Vertex {
+impl HasPosition for CdtVertex {
     type Scalar = f64;
 
     fn position(&self) -> Point2<f64> {
@@ -131,8 +135,8 @@ impl HasPosition for Vertex {
     }
 }
 
-type Spade = ConstrainedDelaunayTriangulation<Vertex, (), (), (), HierarchyHintGenerator<f64>>;
-type EdgeHandle<'a> = DirectedEdgeHandle<'a, Vertex, (), CdtEdge<()>, ()>;
+type Spade = ConstrainedDelaunayTriangulation<CdtVertex, (), (), (), HierarchyHintGenerator<f64>>;
+type EdgeHandle<'a> = DirectedEdgeHandle<'a, CdtVertex, (), CdtEdge<()>, ()>;
 
 /// The triangulation of positions, which knows vertices by their index there.
 #[derive(Clone, Default)]
@@ -153,7 +157,7 @@ impl Cdt {
         self.handle.resize(positions.len(), FixedVertexHandle::from_index(0));
         for index in order {
             let at = positions[index as usize];
-            self.handle[index as usize] = self.spade.insert(Vertex { at, index }).map_err(|_| Refused)?;
+            self.handle[index as usize] = self.spade.insert(CdtVertex { at, index }).map_err(|_| Refused)?;
         }
         Ok(())
     }
@@ -168,10 +172,10 @@ impl Cdt {
 
     /// A part that crosses constraints, led along edges from its start to its end: by the nearer end of each edge that it
     /// crosses. Two edges crossed one after the other are sides of one triangle, so their ends have an edge in common.
-    fn lead(&self, part: &Part) -> Vec<Part> {
+    fn lead(&self, part: &SegmentPart) -> Vec<SegmentPart> {
         let [from, to] = part.ends;
         let [a, b] = part.ends.map(|v| self.spade.vertex(self.vertex(v)).position());
-        let off = |v: VertexHandle<'_, Vertex, (), CdtEdge<()>, ()>| {
+        let off = |v: VertexHandle<'_, CdtVertex, (), CdtEdge<()>, ()>| {
             let p = v.position();
             ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x)).abs()
         };
@@ -190,7 +194,7 @@ impl Cdt {
                 path.push(next);
             }
         }
-        path.windows(2).map(|w| Part { ends: [w[0], w[1]], ..*part }).collect()
+        path.windows(2).map(|w| SegmentPart { ends: [w[0], w[1]], ..*part }).collect()
     }
 }
 
@@ -201,7 +205,7 @@ fn shuffled(x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-fn index(vertex: VertexHandle<'_, Vertex, (), CdtEdge<()>, ()>) -> u32 {
+fn index(vertex: VertexHandle<'_, CdtVertex, (), CdtEdge<()>, ()>) -> u32 {
     vertex.data().index
 }
 
@@ -214,10 +218,10 @@ fn ends(edge: EdgeHandle<'_>) -> [u32; 2] {
 /// counts.
 fn add_constraints(
     cdt: &mut Cdt,
-    parts: &mut Vec<Part>,
+    parts: &mut Vec<SegmentPart>,
     most: usize,
     crossings: &mut usize,
-) -> Vec<(Part, Vec<[u32; 2]>)> {
+) -> Vec<(SegmentPart, Vec<[u32; 2]>)> {
     let mut conflicts = Vec::new();
     let mut done = Vec::with_capacity(parts.len());
     for &part in parts.iter() {
@@ -233,7 +237,7 @@ fn add_constraints(
             continue;
         }
         for edge in chain {
-            done.push(Part { ends: ends(cdt.spade.directed_edge(edge)), ..part });
+            done.push(SegmentPart { ends: ends(cdt.spade.directed_edge(edge)), ..part });
         }
     }
     *parts = done;
@@ -245,7 +249,7 @@ fn add_constraints(
 const CROSSING_GRAIN: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Splits the crossing parts and the parts they cross at new vertices.
-fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(Part, Vec<[u32; 2]>)]) {
+fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<SegmentPart>, conflicts: &[(SegmentPart, Vec<[u32; 2]>)]) {
     let grain = |x: f64| (x / CROSSING_GRAIN).round();
     let key = |p: Point2<f64>| (grain(p.x) as i64, grain(p.y) as i64);
     let mut known: HashMap<(i64, i64), u32> = HashMap::new();
@@ -290,7 +294,7 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(
         let mut from = part.ends[0];
         for to in at {
             if to != from {
-                done.push(Part { ends: [from, to], ..part });
+                done.push(SegmentPart { ends: [from, to], ..part });
                 from = to;
             }
         }
@@ -299,8 +303,8 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<Part>, conflicts: &[(
 }
 
 /// The triangles by their winding numbers, and how the segments fared.
-fn label(cdt: &Cdt, parts: &[Part], segments: usize) -> Region {
-    let mut region = Region::default();
+fn label(cdt: &Cdt, parts: &[SegmentPart], segments: usize) -> CdtRegion {
+    let mut region = CdtRegion::default();
     // By edge, in its normalized direction: the rise of the winding number from right to left.
     let mut rises = vec![0; cdt.spade.num_undirected_edges()];
     let mut pieces = vec![0_u32; segments];
@@ -413,7 +417,14 @@ impl Classes {
     }
 
     /// Replaces class indices in the triangles by site indices; crossings follow after the sites.
-    fn name_corners(&self, region: &mut Region, cdt: &Cdt, parts: &[Part], segments: &[Segment], sites: usize) {
+    fn name_corners(
+        &self,
+        region: &mut CdtRegion,
+        cdt: &Cdt,
+        parts: &[SegmentPart],
+        segments: &[Segment],
+        sites: usize,
+    ) {
         let real = self.first.len() as u32;
         let shared = |class: u32| class < real && self.shared[class as usize];
         // Outgoing constraint edges of shared vertices, and the site their segment starts from.

@@ -11,12 +11,12 @@ use std::hash::BuildHasherDefault;
 
 /// A sum of directed edges.
 #[derive(Clone, Default)]
-pub(crate) struct Chain {
+pub(crate) struct EdgeSum {
     /// By ends in rising order: uses in that direction less uses in the other.
     edges: HashMap<(u32, u32), i32, BuildHasherDefault<BitMix>>,
 }
 
-impl Chain {
+impl EdgeSum {
     /// Adds an edge `times` times. An edge from a vertex to itself has no length and adds nothing.
     pub(crate) fn add(&mut self, [from, to]: [u32; 2], times: i32) {
         if from != to {
@@ -112,7 +112,7 @@ impl Unused {
 
 /// Whether two sets of triangles have the same boundary.
 pub(crate) fn same_boundary(old: impl Iterator<Item = [u32; 3]>, new: impl Iterator<Item = [u32; 3]>) -> bool {
-    let mut chain = Chain::default();
+    let mut chain = EdgeSum::default();
     old.for_each(|t| chain.add_triangle(t, 1));
     new.for_each(|t| chain.add_triangle(t, -1));
     chain.is_zero()
@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn walks_sum_to_the_chain() {
         // Two triangles that share a vertex, one of them twice, and a square run backwards.
-        let mut chain = Chain::default();
+        let mut chain = EdgeSum::default();
         chain.add_triangle([0, 1, 2], 1);
         chain.add_triangle([2, 3, 4], 2);
         for (a, b) in [(8, 7), (7, 6), (6, 5), (5, 8)] {
@@ -229,7 +229,7 @@ mod tests {
             let [k, next] = [v % 5, (v + 1) % 5].map(|k| points[k as usize]);
             if v < 5 { k } else { k.midpoint(next) }
         };
-        let mut chain = Chain::default();
+        let mut chain = EdgeSum::default();
         for k in 0..5 {
             chain.add([k, (k + 1) % 5], 1);
             chain.add([k, k + 5], -1);

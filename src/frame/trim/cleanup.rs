@@ -7,10 +7,10 @@
 use super::cdt::{self, AtCrossings, Segment};
 use super::input::TrimInput;
 use super::output::TrimOutput;
-use super::rings::{Origin, Ring, Rings, corner_after, next_chain};
+use super::rings::{Ring, RingOrigin, Rings, corner_after, next_chain};
 use super::slits::Slits;
 use super::trace::{InCellLoop, Trace};
-use super::triangulate::{EAR_LIMIT, Polygon};
+use super::triangulate::{EAR_LIMIT, EarPolygon};
 use crate::math::predicates::orient2d;
 use crate::math::sets::Sets;
 use std::collections::{BTreeMap, VecDeque};
@@ -34,7 +34,7 @@ struct Cleanup<'a> {
     trace: &'a Trace,
     rings: &'a mut Rings,
     slits: &'a mut Slits,
-    polygon: &'a mut Polygon,
+    polygon: &'a mut EarPolygon,
     out: &'a mut TrimOutput,
     /// The in-cell loops, by cell.
     loops: Vec<InCellLoop>,
@@ -56,7 +56,7 @@ pub(crate) fn clean_up(
     trace: &Trace,
     rings: &mut Rings,
     slits: &mut Slits,
-    polygon: &mut Polygon,
+    polygon: &mut EarPolygon,
     out: &mut TrimOutput,
 ) -> Result<(), NotSimple> {
     let mut loops = trace.in_cell_loops.clone();
@@ -64,7 +64,7 @@ pub(crate) fn clean_up(
     let count = rings.rings.len();
     let mut cell_rings = BTreeMap::new();
     for (index, ring) in rings.rings.iter().enumerate() {
-        if let Origin::Cell(cell) = ring.origin {
+        if let RingOrigin::Cell(cell) = ring.origin {
             cell_rings.insert(cell, index as u32);
         }
     }
@@ -101,7 +101,7 @@ pub(crate) fn clean_up(
 impl Cleanup<'_> {
     // -- pieces and clusters
 
-    fn add_piece(&mut self, origin: Origin) -> u32 {
+    fn add_piece(&mut self, origin: RingOrigin) -> u32 {
         let index = self.rings.rings.len() as u32;
         self.rings.rings.push(Ring { origin, triangles: [0, 0], solved: false });
         self.sets.push();
@@ -146,7 +146,7 @@ impl Cleanup<'_> {
             let cell = self.loops[from].cell;
             let to = from + self.loops[from..].iter().take_while(|l| l.cell == cell).count();
             let surroundings = self.rings_of_cell(cell);
-            let piece = self.add_piece(Origin::Loops(from as u32, to as u32));
+            let piece = self.add_piece(RingOrigin::Loops(from as u32, to as u32));
             let triangles = self.triangulate_with_slits(from..to, &surroundings);
             for ring in surroundings {
                 self.join(piece, ring);
@@ -204,7 +204,7 @@ impl Cleanup<'_> {
 
     /// Merges a failed ring with the neighbour along its chains that gives the smallest largest triangle.
     fn merge_with_neighbour(&mut self, ring: u32) {
-        let Ring { origin: Origin::Chain(_), solved: false, .. } = self.rings.rings[ring as usize] else { return };
+        let Ring { origin: RingOrigin::Chain(_), solved: false, .. } = self.rings.rings[ring as usize] else { return };
         if !self.is_alone(ring) {
             return;
         }
@@ -333,12 +333,12 @@ impl Cleanup<'_> {
         let mut found = Vec::new();
         let mut edges: Vec<(usize, usize, u8)> = Vec::new();
         match self.rings.rings[piece as usize].origin {
-            Origin::Loops(..) => {}
-            Origin::Cell(cell) => {
+            RingOrigin::Loops(..) => {}
+            RingOrigin::Cell(cell) => {
                 let (i, j) = self.cell_position(cell);
                 edges.extend((0..4).map(|side| (i, j, side)));
             }
-            Origin::Chain(first) => {
+            RingOrigin::Chain(first) => {
                 let mut k = first;
                 loop {
                     found.push(self.rings.ring_of[self.trace.chain_before(k) as usize]);
@@ -394,7 +394,7 @@ impl Cleanup<'_> {
         if !full_cells {
             return None;
         }
-        let ring = self.add_piece(Origin::Cell(cell));
+        let ring = self.add_piece(RingOrigin::Cell(cell));
         self.cell_rings.insert(cell, ring);
         self.taken_cells.push(cell);
         Some(ring)
@@ -440,7 +440,7 @@ impl Cleanup<'_> {
     }
 
     fn append_edges(&mut self, piece: u32, edges: &mut Vec<[u32; 2]>) {
-        if let Origin::Loops(from, to) = self.rings.rings[piece as usize].origin {
+        if let RingOrigin::Loops(from, to) = self.rings.rings[piece as usize].origin {
             for index in from..to {
                 let [start, end] = self.loop_ends(index as usize);
                 edges.extend((start..end).map(|v| [v, if v + 1 == end { start } else { v + 1 }]));

@@ -5,7 +5,7 @@
 //! are cut off it, ear after ear. With these added the boundary is L, whatever the loops do in (u,v) and whatever T is
 //! (docs/decisions/028). On sound tiles R is zero and nothing is added; without any T the loops themselves are filled.
 
-use super::chain::Chain;
+use super::chain::EdgeSum;
 use super::input::TrimInput;
 use super::output::TrimOutput;
 use crate::math::BitMix;
@@ -35,8 +35,8 @@ pub(crate) fn is_closed(input: &TrimInput<'_>, out: &TrimOutput) -> bool {
 }
 
 /// The loops less the triangles' boundary.
-fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> Chain {
-    let mut rest = Chain::default();
+fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> EdgeSum {
+    let mut rest = EdgeSum::default();
     for (a, b) in input.segments() {
         rest.add([one.at(a), one.at(b)], 1);
     }
@@ -140,7 +140,7 @@ mod tests {
             let mut triangles = Vec::new();
             cut_ears(&ids, &points, &mut triangles);
             assert_eq!(triangles.len(), n as usize - 2);
-            let mut chain = Chain::default();
+            let mut chain = EdgeSum::default();
             triangles.iter().for_each(|&t| chain.add_triangle(t, 1));
             (0..n).for_each(|k| chain.add([7 * k, 7 * ((k + 1) % n)], -1));
             assert!(chain.is_zero());

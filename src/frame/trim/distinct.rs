@@ -1,7 +1,7 @@
 //! Loops with repeated points -> loops without, triangulated by some rung, and closed where points were left out.
 
 use super::close;
-use super::input::{TrimError, TrimInput};
+use super::input::{TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
 use glam::DVec2;
 
@@ -74,7 +74,7 @@ pub(crate) fn by_distinct(
     distinct: &mut Distinct,
     out: &mut TrimOutput,
     rung: impl FnOnce(&TrimInput<'_>, &mut TrimOutput) -> TrimOutcome,
-) -> Result<TrimOutcome, TrimError> {
+) -> Result<TrimOutcome, TrimInputError> {
     out.clear();
     input.validate()?;
     let mut outcome = if distinct.collect(input) {

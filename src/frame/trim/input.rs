@@ -31,7 +31,7 @@ pub struct TrimInput<'a> {
 
 /// Input that no rung can work on.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum TrimError {
+pub enum TrimInputError {
     /// A coordinate is not finite, or the point lies outside the lattice's box.
     PointOutside {
         /// Index into `points`.
@@ -55,7 +55,7 @@ pub enum TrimError {
     },
 }
 
-impl fmt::Display for TrimError {
+impl fmt::Display for TrimInputError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::PointOutside { index, point, cells } => {
@@ -69,26 +69,26 @@ impl fmt::Display for TrimError {
     }
 }
 
-impl std::error::Error for TrimError {}
+impl std::error::Error for TrimInputError {}
 
 impl TrimInput<'_> {
     /// Refuses what the stages cannot work on. After this no stage checks again.
-    pub(crate) fn validate(&self) -> Result<(), TrimError> {
+    pub(crate) fn validate(&self) -> Result<(), TrimInputError> {
         let (nu, nv) = self.cells;
         let vertices = (u64::from(nu) + 1) * (u64::from(nv) + 1) + self.points.len() as u64;
         let cells = 1..u32::from(u16::MAX);
         if !cells.contains(&nu) || !cells.contains(&nv) || vertices >= 1 << 31 {
-            return Err(TrimError::Size { points: self.points.len(), cells: self.cells });
+            return Err(TrimInputError::Size { points: self.points.len(), cells: self.cells });
         }
         let mut last = 0;
         for (index, &start) in self.loop_starts.iter().enumerate() {
             if start < last || (index == 0 && start != 0) {
-                return Err(TrimError::LoopStarts { index });
+                return Err(TrimInputError::LoopStarts { index });
             }
             last = start;
         }
         if last as usize != self.points.len() || self.loop_starts.is_empty() {
-            return Err(TrimError::LoopStarts { index: self.loop_starts.len() });
+            return Err(TrimInputError::LoopStarts { index: self.loop_starts.len() });
         }
         let upper = DVec2::new(f64::from(nu), f64::from(nv));
         // Written so that a NaN fails.
@@ -96,7 +96,7 @@ impl TrimInput<'_> {
         match self.points.iter().position(|p| !inside(p)) {
             None => Ok(()),
             Some(index) => {
-                Err(TrimError::PointOutside { index: index as u32, point: self.points[index], cells: self.cells })
+                Err(TrimInputError::PointOutside { index: index as u32, point: self.points[index], cells: self.cells })
             }
         }
     }

@@ -15,7 +15,7 @@
 
 pub(crate) mod bits;
 pub(crate) mod input;
-pub use input::{TrimError, TrimInput};
+pub use input::{TrimInput, TrimInputError};
 pub(crate) mod output;
 pub use output::{TrimOutcome, TrimOutput, TrimStats};
 pub(crate) mod cdt;

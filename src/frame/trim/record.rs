@@ -7,7 +7,7 @@ use super::climb::TrimScratch;
 use super::input::TrimInput;
 use super::output::TrimStats;
 use super::reference;
-use super::rings::Origin;
+use super::rings::RingOrigin;
 use super::trace::InCellLoop;
 use glam::DVec2;
 use std::collections::BTreeMap;
@@ -120,9 +120,9 @@ impl TrimScratch {
         let mut groups: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
         for (index, ring) in rings.rings.iter().enumerate() {
             let cell = match ring.origin {
-                Origin::Chain(k) => trace.crossings[trace.crossings[k as usize].next as usize].cell.map(u32::from),
-                Origin::Cell(cell) => cell_at(cell),
-                Origin::Loops(from, _) => cell_at(loops[from as usize].cell),
+                RingOrigin::Chain(k) => trace.crossings[trace.crossings[k as usize].next as usize].cell.map(u32::from),
+                RingOrigin::Cell(cell) => cell_at(cell),
+                RingOrigin::Loops(from, _) => cell_at(loops[from as usize].cell),
             };
             let vanished = ring.solved && ring.triangles[0] == ring.triangles[1];
             *cells.entry(cell).or_default() |= !vanished;

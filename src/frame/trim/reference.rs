@@ -7,7 +7,7 @@
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::distinct::{Distinct, by_distinct};
-use super::input::{CORNER_CLEARANCE, TrimError, TrimInput};
+use super::input::{CORNER_CLEARANCE, TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
 use glam::DVec2;
 
@@ -18,7 +18,7 @@ const ZONE: i32 = i32::MIN;
 ///
 /// # Errors
 /// Those of [`super::trim_tile`].
-pub fn trim_tile_reference(input: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, TrimError> {
+pub fn trim_tile_reference(input: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, TrimInputError> {
     by_distinct(input, &mut Distinct::default(), out, |tile, out| {
         out.stats.whole_tile = true;
         triangulate_tile(tile, out)

@@ -8,7 +8,7 @@ use super::input::{NONE, TrimInput};
 use super::output::TrimOutput;
 use super::slits::Slits;
 use super::trace::Trace;
-use super::triangulate::{EAR_LIMIT, Polygon};
+use super::triangulate::{EAR_LIMIT, EarPolygon};
 
 /// The loops contradict themselves: crossings do not alternate, or a region reaches beyond the tile.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +16,7 @@ pub(crate) struct Inconsistent;
 
 /// Where a piece of the region comes from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Origin {
+pub(crate) enum RingOrigin {
     /// The ring that contains this chain.
     Chain(u32),
     /// The corners of this cell, of which all are kept and no edge is crossed.
@@ -28,7 +28,7 @@ pub(crate) enum Origin {
 /// A piece of the region, and its triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ring {
-    pub(crate) origin: Origin,
+    pub(crate) origin: RingOrigin,
     /// Range in the output's triangles; empty when they could not be made.
     pub(crate) triangles: [u32; 2],
     pub(crate) solved: bool,
@@ -54,7 +54,7 @@ impl Rings {
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
-        polygon: &mut Polygon,
+        polygon: &mut EarPolygon,
         out: &mut TrimOutput,
         kept: impl Fn([u16; 2]) -> bool,
     ) -> Result<(), Inconsistent> {
@@ -70,7 +70,7 @@ impl Rings {
                 let ring = self.rings.len() as u32;
                 let corners = walk(tile, trace, k, polygon, |chain| self.ring_of[chain as usize] = ring)?;
                 self.corners += corners as u64;
-                self.add(Origin::Chain(k), polygon, out);
+                self.add(RingOrigin::Chain(k), polygon, out);
             }
         }
         self.list_full_cells(tile, trace, polygon, out);
@@ -84,7 +84,7 @@ impl Rings {
         tile: &TrimInput<'_>,
         trace: &Trace,
         slits: &mut Slits,
-        polygon: &mut Polygon,
+        polygon: &mut EarPolygon,
         out: &mut TrimOutput,
     ) -> bool {
         self.rings.clear();
@@ -101,7 +101,7 @@ impl Rings {
     }
 
     #[inline(always)]
-    fn add(&mut self, origin: Origin, polygon: &mut Polygon, out: &mut TrimOutput) {
+    fn add(&mut self, origin: RingOrigin, polygon: &mut EarPolygon, out: &mut TrimOutput) {
         let before = out.triangles.len() as u32;
         let solved = polygon.triangulate(&mut out.triangles);
         self.failed += u32::from(!solved);
@@ -109,7 +109,7 @@ impl Rings {
     }
 
     /// Cells with four kept corners and no crossing, 64 at a time.
-    fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut Polygon, out: &mut TrimOutput) {
+    fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut EarPolygon, out: &mut TrimOutput) {
         let (_, nv) = trace.cells();
         for row in 0..nv {
             for word in 0..trace.kept.words_per_row() {
@@ -127,7 +127,7 @@ impl Rings {
                 for bit in ones(special) {
                     let cell = row as u32 * tile.cells.0 + word as u32 * 64 + bit;
                     cell_polygon(tile, trace, cell, polygon);
-                    self.add(Origin::Cell(cell), polygon, out);
+                    self.add(RingOrigin::Cell(cell), polygon, out);
                 }
             }
         }
@@ -145,14 +145,14 @@ impl Rings {
     }
 
     /// The polygon of a ring once more. Not for loops.
-    pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: Origin, polygon: &mut Polygon) {
+    pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: RingOrigin, polygon: &mut EarPolygon) {
         match origin {
-            Origin::Chain(k) => {
+            RingOrigin::Chain(k) => {
                 let again = walk(tile, trace, k, polygon, |_| ());
                 debug_assert!(again.is_ok(), "a ring that was walked once can be walked again");
             }
-            Origin::Cell(cell) => cell_polygon(tile, trace, cell, polygon),
-            Origin::Loops(..) => polygon.clear(),
+            RingOrigin::Cell(cell) => cell_polygon(tile, trace, cell, polygon),
+            RingOrigin::Loops(..) => polygon.clear(),
         }
     }
 }
@@ -167,7 +167,7 @@ fn ones(mut word: u64) -> impl Iterator<Item = u32> {
 }
 
 /// The corners of a cell, snapped ones replaced.
-fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut Polygon) {
+fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut EarPolygon) {
     let (i, j) = ((cell % tile.cells.0) as usize, (cell / tile.cells.0) as usize);
     polygon.clear();
     for (a, b) in [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)] {
@@ -184,7 +184,7 @@ fn walk(
     tile: &TrimInput<'_>,
     trace: &Trace,
     first: u32,
-    polygon: &mut Polygon,
+    polygon: &mut EarPolygon,
     mut visit: impl FnMut(u32),
 ) -> Result<usize, Inconsistent> {
     polygon.clear();
@@ -219,7 +219,7 @@ fn walk(
 
 /// Pushes the tessellants of chain `k` and returns the crossing where it ends.
 #[inline(always)]
-fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut Polygon) -> u32 {
+fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut EarPolygon) -> u32 {
     let from = &trace.crossings[k as usize];
     let to = &trace.crossings[from.next as usize];
     let (start, end) = (tile.loop_starts[from.loop_index as usize], tile.loop_starts[from.loop_index as usize + 1]);

@@ -5,7 +5,7 @@
 //! looked at: its two directions cancel, so if all triangles are positive the region is covered once, slit or no slit.
 
 use super::input::{NONE, TrimInput};
-use super::triangulate::{EAR_LIMIT, Polygon};
+use super::triangulate::{EAR_LIMIT, EarPolygon};
 use crate::math::predicates::{Side, side_of};
 use glam::DVec2;
 use std::ops::Range;
@@ -40,7 +40,7 @@ impl Slits {
         &mut self,
         tile: &TrimInput<'_>,
         loops: impl Iterator<Item = u32>,
-        polygon: &mut Polygon,
+        polygon: &mut EarPolygon,
     ) -> bool {
         self.holes.clear();
         let mut vertices = polygon.ids.len();
@@ -82,7 +82,7 @@ impl Slits {
     }
 
     /// Compares the vertices of the remaining holes with the fresh part of the polygon, and returns the nearest of all.
-    fn shortest(&mut self, tile: &TrimInput<'_>, polygon: &Polygon, fresh: Range<usize>) -> Option<Nearest> {
+    fn shortest(&mut self, tile: &TrimInput<'_>, polygon: &EarPolygon, fresh: Range<usize>) -> Option<Nearest> {
         let mut shortest: Option<Nearest> = None;
         for nearest in &mut self.nearest {
             let from = tile.points[nearest.tessellant as usize];
@@ -102,7 +102,7 @@ impl Slits {
 
 /// Where the vertex stands in the polygon. Slits make it stand there several times: the place whose inner angle `towards` lies
 /// in.
-fn occurrence(polygon: &Polygon, id: u32, towards: DVec2) -> usize {
+fn occurrence(polygon: &EarPolygon, id: u32, towards: DVec2) -> usize {
     let n = polygon.ids.len();
     let faces = |at: usize| {
         let [prev, here, next] = [(at + n - 1) % n, at, (at + 1) % n].map(|k| polygon.points[k]);
@@ -116,7 +116,7 @@ fn occurrence(polygon: &Polygon, id: u32, towards: DVec2) -> usize {
 }
 
 /// Inserts the hole after vertex `at`: from its vertex `entry` around to `entry` and back to `at`. Returns where it stands.
-fn splice(tile: &TrimInput<'_>, polygon: &mut Polygon, at: usize, hole: Range<u32>, entry: u32) -> Range<usize> {
+fn splice(tile: &TrimInput<'_>, polygon: &mut EarPolygon, at: usize, hole: Range<u32>, entry: u32) -> Range<usize> {
     let (id, point) = (polygon.ids[at], polygon.points[at]);
     let around = (entry..hole.end).chain(hole.start..=entry);
     for v in around {

@@ -45,7 +45,7 @@ pub(crate) struct Crossed<'a> {
 }
 
 /// The segment being traced.
-struct Segment<'a> {
+struct TracedSegment<'a> {
     tile: &'a TrimInput<'a>,
     loop_index: u32,
     /// Its first tessellant.
@@ -54,7 +54,7 @@ struct Segment<'a> {
     d: DVec2,
 }
 
-impl Segment<'_> {
+impl TracedSegment<'_> {
     /// Which end stands for the point at parameter `t`.
     #[inline(always)]
     fn nearer_end(&self, t: f64) -> u32 {
@@ -95,12 +95,12 @@ pub(crate) struct Trace {
     /// Whether there are any.
     pub(crate) snaps: bool,
     /// Corners that a tessellant (distances scaled down, so that it wins) or a crossing lies close to.
-    candidates: Vec<Candidate>,
+    candidates: Vec<CornerCandidate>,
     /// Loops that stay inside one cell, with that cell.
     pub(crate) in_cell_loops: Vec<InCellLoop>,
 }
 
-struct Candidate {
+struct CornerCandidate {
     corner: u32,
     distance: f64,
     tessellant: u32,
@@ -180,7 +180,7 @@ impl Trace {
             let last = k + 1 == count;
             let d = if last { points[0] } else { points[k + 1] };
             if let Some(crossed) = known(start + k, from) {
-                let segment = Segment { tile, loop_index: index, first: (start + k) as u32, a, d };
+                let segment = TracedSegment { tile, loop_index: index, first: (start + k) as u32, a, d };
                 from = self.cross_again(&segment, from, &crossed);
                 a = d;
                 continue;
@@ -192,7 +192,7 @@ impl Trace {
                 self.note_near_corner(d, (start + if last { 0 } else { k + 1 }) as u32);
             }
             if from != to {
-                let segment = Segment { tile, loop_index: index, first: (start + k) as u32, a, d };
+                let segment = TracedSegment { tile, loop_index: index, first: (start + k) as u32, a, d };
                 self.step_through(&segment, from, to);
             }
             a = d;
@@ -211,7 +211,7 @@ impl Trace {
     }
 
     /// Adds the crossings of a segment that are known, and returns the cell where it ends.
-    fn cross_again(&mut self, segment: &Segment<'_>, from: (i32, i32), crossed: &Crossed<'_>) -> (i32, i32) {
+    fn cross_again(&mut self, segment: &TracedSegment<'_>, from: (i32, i32), crossed: &Crossed<'_>) -> (i32, i32) {
         let mut cell = from;
         for c in crossed.crossings {
             let [di, dj] = crossed.move_by;
@@ -231,7 +231,7 @@ impl Trace {
     /// Adds the crossings of a segment from cell `from` to cell `to`: as many steps in x and in y as the cells are apart,
     /// whatever the coordinates say.
     #[inline(always)]
-    fn step_through(&mut self, segment: &Segment<'_>, from: (i32, i32), to: (i32, i32)) {
+    fn step_through(&mut self, segment: &TracedSegment<'_>, from: (i32, i32), to: (i32, i32)) {
         let (a, d) = (segment.a, segment.d);
         let (di, dj) = (to.0 - from.0, to.1 - from.1);
         let direction = d - a;
@@ -272,7 +272,7 @@ impl Trace {
 
     /// Appends a crossing, puts it in order along its lattice edge, and returns its snap, which never falls along a segment.
     #[inline(always)]
-    fn push(&mut self, segment: &Segment<'_>, cell: [i32; 2], side: u8, position: f64, snap: u32) -> u32 {
+    fn push(&mut self, segment: &TracedSegment<'_>, cell: [i32; 2], side: u8, position: f64, snap: u32) -> u32 {
         let (i, j) = (cell[0] as usize, cell[1] as usize);
         let edge = self.edge(i, j, side);
         let seen = if edge.horizontal {
@@ -373,12 +373,12 @@ impl Trace {
 
     #[cold]
     #[inline(never)]
-    fn note_near_crossing(&mut self, segment: &Segment<'_>, (i, j): (usize, usize), distance: f64, snap: u32) {
+    fn note_near_crossing(&mut self, segment: &TracedSegment<'_>, (i, j): (usize, usize), distance: f64, snap: u32) {
         let ends = &segment.tile.loop_starts[segment.loop_index as usize..];
         let tessellant = if snap == ends[1] { ends[0] } else { snap };
         // A tessellant on the corner, at distance 0, comes before a crossing there.
         let distance = distance + f64::MIN_POSITIVE;
-        self.candidates.push(Candidate { corner: (j * (self.nu + 1) + i) as u32, distance, tessellant });
+        self.candidates.push(CornerCandidate { corner: (j * (self.nu + 1) + i) as u32, distance, tessellant });
     }
 
     /// Called for tessellants near a lattice line: near a corner as well?
@@ -391,7 +391,7 @@ impl Trace {
         if distance < CORNER_CLEARANCE && inner(corner.x, self.nu) && inner(corner.y, self.nv) {
             let corner = (corner.y as usize * (self.nu + 1) + corner.x as usize) as u32;
             // Scaled so that a tessellant wins over a crossing.
-            self.candidates.push(Candidate { corner, distance: distance * CORNER_CLEARANCE, tessellant });
+            self.candidates.push(CornerCandidate { corner, distance: distance * CORNER_CLEARANCE, tessellant });
         }
     }
 

@@ -20,7 +20,7 @@ const COCIRCULAR: f64 = 1e-12;
 
 /// A polygon under construction, and the work space to triangulate it.
 #[derive(Default)]
-pub(crate) struct Polygon {
+pub(crate) struct EarPolygon {
     pub(crate) ids: Vec<u32>,
     pub(crate) points: Vec<DVec2>,
     /// The first `zip` vertices and the others are two chains facing each other; 0 when they are not.
@@ -47,7 +47,7 @@ const NO_EAR: f64 = -1.0;
 /// A vertex lies in the ear; it becomes a candidate again when vertices have gone.
 const BLOCKED: f64 = -2.0;
 
-impl Polygon {
+impl EarPolygon {
     pub(crate) fn clear(&mut self) {
         self.ids.clear();
         self.points.clear();
@@ -322,8 +322,8 @@ pub(crate) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
 mod tests {
     use super::*;
 
-    fn polygon(points: &[(f64, f64)]) -> Polygon {
-        let mut polygon = Polygon::default();
+    fn polygon(points: &[(f64, f64)]) -> EarPolygon {
+        let mut polygon = EarPolygon::default();
         for (id, &(x, y)) in points.iter().enumerate() {
             polygon.push(id as u32, DVec2::new(x, y));
         }
@@ -333,7 +333,7 @@ mod tests {
 
     #[test]
     fn spikes_and_repeats_vanish() {
-        let mut polygon = Polygon::default();
+        let mut polygon = EarPolygon::default();
         for id in [3, 1, 1, 2, 1, 4, 5, 4, 3, 9, 3] {
             polygon.push(id, DVec2::new(f64::from(id), f64::from(id * id)));
         }
@@ -384,7 +384,7 @@ mod tests {
     #[test]
     fn chains_are_zipped_whatever_their_length() {
         let count = 4 * EAR_LIMIT;
-        let mut polygon = Polygon::default();
+        let mut polygon = EarPolygon::default();
         let half = count / 2;
         for k in 0..half {
             polygon.push(k as u32, DVec2::new(k as f64, 0.1 * (k as f64).sin()));

@@ -6,10 +6,10 @@
 
 use super::memory::keep;
 use crate::frame::trim::bits::Bits;
-use crate::frame::trim::climb::{Ladder, TrimScratch, certified};
+use crate::frame::trim::climb::{Rungs, TrimScratch, certified};
 use crate::frame::trim::input::{CORNER_CLEARANCE, NONE, TrimInput};
 use crate::frame::trim::output::{TrimOutcome, TrimOutput, TrimStats};
-use crate::frame::trim::rings::Origin;
+use crate::frame::trim::rings::RingOrigin;
 use crate::frame::trim::trace::{Crossed, Crossing, Trace};
 
 /// What is kept of a tile that was triangulated cell by cell.
@@ -260,7 +260,7 @@ impl Cells {
         tile: &TrimInput<'_>,
         out: &TrimOutput,
     ) -> bool {
-        let TrimScratch { ladder: Ladder { trace, rings, .. }, distinct } = trim;
+        let TrimScratch { ladder: Rungs { trace, rings, .. }, distinct } = trim;
         let kept = again.map_or(&[][..], |again| &again.kept);
         let cells = self;
         let TrimStats { failed_rings, retraced, whole_tile, .. } = out.stats;
@@ -274,7 +274,7 @@ impl Cells {
         cells.rings.shrink_to(2 * (rings.rings.len() + kept.len()));
         cells.rings.reserve_exact(rings.rings.len() + kept.len());
         for ring in &rings.rings {
-            let Origin::Chain(k) = ring.origin else { return false };
+            let RingOrigin::Chain(k) = ring.origin else { return false };
             let cell = trace.crossings[trace.crossings[k as usize].next as usize].cell;
             cells.rings.push(KeptRing { cell, triangles: ring.triangles });
         }
@@ -306,7 +306,7 @@ impl Cells {
         if distinct.collect(tile) || tile.loops().any(|l| l.len() < 3) {
             return None;
         }
-        let Ladder { trace, rings, polygon, .. } = ladder;
+        let Rungs { trace, rings, polygon, .. } = ladder;
         trace.reset(tile, CORNER_CLEARANCE);
         again.find_segments(cells, moved, trace);
         let known = Known {

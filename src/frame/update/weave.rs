@@ -54,13 +54,13 @@ pub(crate) struct WeaveScratch {
     seen: Vec<u32>,
     /// Tessellants that a run adds.
     added: Vec<DVec2>,
-    runs: Vec<Run>,
+    runs: Vec<BoundaryRun>,
     /// By triangle: sides of the outline that were walked along.
     walked: Vec<u8>,
     /// The region to be filled: tessellants, their places, what lies across the side that starts there.
     ids: Vec<u32>,
     points: Vec<DVec2>,
-    across: Vec<Side>,
+    across: Vec<TriangleSide>,
     starts: Vec<u32>,
     /// What fills all regions: triangles, and beside each the others of them or else what lies across.
     made: Vec<[u32; 3]>,
@@ -70,7 +70,7 @@ pub(crate) struct WeaveScratch {
 
 /// A stretch of a loop from one tessellant that stays to the next, which are not what they were to each other.
 #[derive(Clone, Copy)]
-struct Run {
+struct BoundaryRun {
     /// Where it starts, as it was.
     old: u32,
     /// And as it is, and how many tessellants there are between its ends now.
@@ -80,7 +80,7 @@ struct Run {
 
 /// A side of a triangle, or none.
 #[derive(Clone, Copy)]
-struct Side {
+struct TriangleSide {
     triangle: u32,
     corner: u8,
 }
@@ -90,7 +90,7 @@ enum Link {
     /// One of those made with it.
     Made(u32),
     /// One that stays.
-    Kept(Side),
+    Kept(TriangleSide),
     Boundary,
 }
 
@@ -195,7 +195,7 @@ impl Weave {
 
     /// Takes out the triangles along a run as it was, those around tessellants that go, and those near ones that come.
     fn take_out(&self, changed: &Changed<'_>, run: usize, s: &mut WeaveScratch) {
-        let Run { old, new, between } = s.runs[run];
+        let BoundaryRun { old, new, between } = s.runs[run];
         let l = changed.old_starts.partition_point(|&start| start <= old) - 1;
         let l_new = &changed.tile.loop_starts[l..];
         s.added.clear();
@@ -289,7 +289,7 @@ impl Weave {
                     } else if s.walked[t as usize] & (1 << corner) == 0
                         && s.to[self.triangles[t as usize][corner] as usize] != NONE
                     {
-                        self.walk(changed, Side { triangle: t, corner: corner as u8 }, s)?;
+                        self.walk(changed, TriangleSide { triangle: t, corner: corner as u8 }, s)?;
                     }
                 }
             }
@@ -299,7 +299,7 @@ impl Weave {
     }
 
     /// Walks once around an outline, the new runs in place of the old ones.
-    fn walk(&self, changed: &Changed<'_>, start: Side, s: &mut WeaveScratch) -> Option<()> {
+    fn walk(&self, changed: &Changed<'_>, start: TriangleSide, s: &mut WeaveScratch) -> Option<()> {
         let from = s.ids.len();
         let mut at = start;
         loop {
@@ -308,7 +308,7 @@ impl Weave {
             let (a, other) = (self.triangles[t][k], self.beside[t][k]);
             let mut v = s.to[a as usize];
             if other != NONE {
-                let side = Side { triangle: other, corner: self.side_towards(other, at.triangle)? };
+                let side = TriangleSide { triangle: other, corner: self.side_towards(other, at.triangle)? };
                 if v == NONE {
                     return None;
                 }
@@ -316,7 +316,7 @@ impl Weave {
             } else if v != NONE {
                 let l = changed.old_starts.partition_point(|&start| start <= a) - 1;
                 loop {
-                    s.add(changed, v, Side { triangle: NONE, corner: 0 });
+                    s.add(changed, v, TriangleSide { triangle: NONE, corner: 0 });
                     v = next_in(changed.tile.loop_starts, l, v);
                     if changed.from[v as usize] != NONE {
                         break;
@@ -332,7 +332,7 @@ impl Weave {
                 }
                 next = (other, self.corner(other, b)?);
             }
-            at = Side { triangle: next.0, corner: next.1 as u8 };
+            at = TriangleSide { triangle: next.0, corner: next.1 as u8 };
             if (at.triangle, at.corner) == (start.triangle, start.corner) {
                 break;
             }
@@ -428,7 +428,7 @@ impl WeaveScratch {
         }
     }
 
-    fn add(&mut self, changed: &Changed<'_>, v: u32, across: Side) {
+    fn add(&mut self, changed: &Changed<'_>, v: u32, across: TriangleSide) {
         self.ids.push(v);
         self.points.push(changed.tile.points[v as usize]);
         self.across.push(across);
@@ -461,7 +461,7 @@ impl WeaveScratch {
                 let length = if a == b { old_length } else { (b + old_length - a) % old_length };
                 passed += length;
                 if between > 0 || length != 1 {
-                    self.runs.push(Run { old: a, new: at, between });
+                    self.runs.push(BoundaryRun { old: a, new: at, between });
                 }
                 at = v;
                 if at == start {
@@ -488,7 +488,7 @@ impl WeaveScratch {
         for (corners, beside) in weave.triangles.iter().zip(&weave.beside) {
             self.made.push(corners.map(|v| self.ids[v as usize]));
             let link = |k: usize| match (beside[k], self.across[corners[k] as usize]) {
-                (NONE, Side { triangle: NONE, .. }) => Link::Boundary,
+                (NONE, TriangleSide { triangle: NONE, .. }) => Link::Boundary,
                 (NONE, side) => Link::Kept(side),
                 (other, _) => Link::Made(before + other),
             };
@@ -499,7 +499,7 @@ impl WeaveScratch {
 }
 
 /// Whether a segment of a run as it is now meets any other segment but at their common ends.
-fn meets_others(changed: &Changed<'_>, run: &Run) -> bool {
+fn meets_others(changed: &Changed<'_>, run: &BoundaryRun) -> bool {
     let tile = &changed.tile;
     let l = tile.loop_starts.partition_point(|&start| start <= run.new) - 1;
     let mut path = vec![run.new];

@@ -110,7 +110,7 @@ pub fn evaluate_lattice(
                 normals[at] = if points.regular[lane] {
                     points.normal(lane)
                 } else {
-                    let place = Place { patch: [patch_outer, block.patch], outer: x, inner: block.places[lane] };
+                    let place = LinePlace { patch: [patch_outer, block.patch], outer: x, inner: block.places[lane] };
                     limit_normal(patches, roles, place, &mut lost)
                 };
             }
@@ -133,7 +133,7 @@ pub fn evaluate_points(
     positions.clear();
     normals.clear();
     let mut lost = 0;
-    let mut rest = at.iter().map(|&p| Place::of(patches, roles, p)).peekable();
+    let mut rest = at.iter().map(|&p| LinePlace::of(patches, roles, p)).peekable();
     while let Some(first) = rest.next() {
         let (mut outer, mut inner) = ([first.outer; LANES], [first.inner; LANES]);
         let mut count = 1;
@@ -158,7 +158,7 @@ pub fn evaluate_points(
             normals.push(if points.regular[lane] {
                 points.normal(lane)
             } else {
-                let place = Place { outer: outer[lane], inner: inner[lane], ..first };
+                let place = LinePlace { outer: outer[lane], inner: inner[lane], ..first };
                 limit_normal(patches, roles, place, &mut lost)
             });
         }
@@ -169,13 +169,13 @@ pub fn evaluate_points(
 /// Points at up to three parameters with their unit normals; zero where there is none. Same bits as [`evaluate_points`].
 pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3, DVec3); 3] {
     let roles = Roles::of(patches);
-    let [a, b, c] = at.map(|p| Place::of(patches, roles, p));
+    let [a, b, c] = at.map(|p| LinePlace::of(patches, roles, p));
     let of = |points: &Points<4>, lane: usize| {
         let normal = if points.regular[lane] { points.normal(lane) } else { DVec3::ZERO };
         (points.position(lane), normal)
     };
-    let together = |[a, b, c]: [Place; 3]| {
-        let lanes = |x: fn(Place) -> f64| [x(a), x(b), x(c), x(c)];
+    let together = |[a, b, c]: [LinePlace; 3]| {
+        let lanes = |x: fn(LinePlace) -> f64| [x(a), x(b), x(c), x(c)];
         evaluate_lanes(patches, roles, a.patch, lanes(|p| p.outer), lanes(|p| p.inner))
     };
     if a.patch == b.patch && b.patch == c.patch {
@@ -187,14 +187,14 @@ pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3
 
 /// A parameter as a patch and a place in it, 0 to 1.
 #[derive(Clone, Copy)]
-struct Place {
+struct LinePlace {
     /// In the outer and in the inner direction.
     patch: [usize; 2],
     outer: f64,
     inner: f64,
 }
 
-impl Place {
+impl LinePlace {
     fn of(patches: &BezierPatches, roles: Roles, DVec2 { x: u, y: v }: DVec2) -> Self {
         let (in_u, in_v) = (locate(&patches.breaks_u, u), locate(&patches.breaks_v, v));
         let (outer, inner) = if roles.inner_is_v { (in_u, in_v) } else { (in_v, in_u) };
@@ -431,7 +431,7 @@ fn in_patch<const L: usize, const RATIONAL: bool>(
 /// The normal where the derivatives vanish or are parallel: that of the nearest regular point on the way to the patch's
 /// middle; +z, counted in `lost`, if there is none.
 #[cold]
-fn limit_normal(patches: &BezierPatches, roles: Roles, at: Place, lost: &mut usize) -> DVec3 {
+fn limit_normal(patches: &BezierPatches, roles: Roles, at: LinePlace, lost: &mut usize) -> DVec3 {
     let towards = |x: f64, step: f64| x + (0.5 - x) * step;
     let found = [1e-6, 1e-4, 1e-2, 0.3].into_iter().find_map(|step| {
         let points = evaluate_lanes(patches, roles, at.patch, [towards(at.outer, step)], [towards(at.inner, step)]);

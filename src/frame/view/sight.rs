@@ -23,7 +23,7 @@ pub(crate) struct Sight {
     origin: DVec3,
     /// How much larger the part is in the world.
     scale: f64,
-    lens: Lens,
+    lens: SightLens,
     /// Where the camera is and looks, in the part's coordinates.
     eye: DVec3,
     forward: DVec3,
@@ -31,7 +31,7 @@ pub(crate) struct Sight {
 
 /// A camera's numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Lens {
+pub(crate) enum SightLens {
     Perspective {
         /// Pixels of a millimetre on the axis, at a depth of one.
         focal: f64,
@@ -60,16 +60,16 @@ impl Sight {
     /// than the near plane or behind.
     pub(crate) fn pixels_per_length(&self, place: &BoundingBox) -> f64 {
         match self.lens {
-            Lens::Orthographic { pixels_per_length, .. } => self.scale * pixels_per_length,
-            Lens::Perspective { .. } => self.pixels(self.placed(place)),
+            SightLens::Orthographic { pixels_per_length, .. } => self.scale * pixels_per_length,
+            SightLens::Perspective { .. } => self.pixels(self.placed(place)),
         }
     }
 
     /// The same of a box along the camera's axes.
     fn pixels(&self, (middle, reach): (DVec3, DVec3)) -> f64 {
         let (focal, slopes, near) = match self.lens {
-            Lens::Orthographic { pixels_per_length, .. } => return self.scale * pixels_per_length,
-            Lens::Perspective { focal, slopes, near } => (focal, slopes, near),
+            SightLens::Orthographic { pixels_per_length, .. } => return self.scale * pixels_per_length,
+            SightLens::Perspective { focal, slopes, near } => (focal, slopes, near),
         };
         // A table's box without anything in it has no place.
         if middle.z + reach.z < near || middle.z + reach.z <= 0.0 || middle.is_nan() {
@@ -97,12 +97,12 @@ impl Sight {
         let (middle, reach) = self.placed(place);
         let beside = |axis: usize, side: f64| middle[axis].abs() - reach[axis] > side;
         match self.lens {
-            Lens::Orthographic { sides, .. } => {
+            SightLens::Orthographic { sides, .. } => {
                 let most = self.pixels((middle, reach));
                 let outside = beside(0, sides[0]) || beside(1, sides[1]) || middle.is_nan();
                 (!outside).then_some(Seen { most, least: most })
             }
-            Lens::Perspective { focal, slopes, near } => {
+            SightLens::Perspective { focal, slopes, near } => {
                 let furthest = middle.z + reach.z;
                 let outside = beside(0, slopes[0] * furthest) || beside(1, slopes[1] * furthest);
                 if outside {
@@ -130,8 +130,8 @@ impl Sight {
     pub(crate) fn sees_back(&self, place: &BoundingBox, axis: DVec3, half_angle: f64) -> bool {
         let (centre, radius) = (0.5 * (place.low + place.high), 0.5 * place.high.distance(place.low));
         let (line, spread) = match self.lens {
-            Lens::Orthographic { .. } => (self.forward, 0.0),
-            Lens::Perspective { .. } => {
+            SightLens::Orthographic { .. } => (self.forward, 0.0),
+            SightLens::Perspective { .. } => {
                 let line = centre - self.eye;
                 (line, (radius / line.length()).min(1.0).asin())
             }
@@ -143,7 +143,7 @@ impl Sight {
 
 impl View {
     /// The camera's axes and numbers; `None` where they are no camera's.
-    pub(crate) fn lens(&self) -> Option<([DVec3; 3], Lens)> {
+    pub(crate) fn lens(&self) -> Option<([DVec3; 3], SightLens)> {
         let forward = self.forward.try_normalize()?;
         // Two directions closer than rounding span no plane.
         let right = forward.cross(self.up.try_normalize()?);
@@ -155,18 +155,18 @@ impl View {
             Projection::Perspective { fov_y, near } => {
                 let slope = known((0.5 * fov_y).tan())?;
                 let near = (near >= 0.0 && near.is_finite()).then_some(near)?;
-                Lens::Perspective { focal: 0.5 * height / slope, slopes: [slope * aspect, slope], near }
+                SightLens::Perspective { focal: 0.5 * height / slope, slopes: [slope * aspect, slope], near }
             }
             Projection::Orthographic { height: shown } => {
                 let pixels_per_length = height / known(shown)?;
-                Lens::Orthographic { pixels_per_length, sides: [0.5 * shown * aspect, 0.5 * shown] }
+                SightLens::Orthographic { pixels_per_length, sides: [0.5 * shown * aspect, 0.5 * shown] }
             }
         };
         self.eye.is_finite().then_some(([right, right.cross(forward), forward], lens))
     }
 
     /// What an instance shows.
-    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], Lens), instance: &SceneInstance) -> Sight {
+    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> Sight {
         let back = instance.transform.inverse();
         let (to_part, place) = (instance.transform.matrix3.transpose(), instance.transform.translation - self.eye);
         Sight {

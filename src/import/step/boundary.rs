@@ -3,7 +3,7 @@
 
 use super::curve::{Bounded, Ends, WRAPPERS, Whole};
 use super::place::Geometry;
-use super::table::{Instance, Read, Trouble};
+use super::table::{Entity, Read, Trouble};
 use crate::model::CurveKind;
 use glam::DVec3;
 
@@ -47,7 +47,7 @@ impl Geometry<'_> {
     }
 
     /// The pcurve of a surface curve that lies on `surface`.
-    fn pcurve_on(&self, curve: Instance<'_>, surface: u64) -> Read<Option<Instance<'_>>> {
+    fn pcurve_on(&self, curve: Entity<'_>, surface: u64) -> Read<Option<Entity<'_>>> {
         if !WRAPPERS.into_iter().any(|kind| curve.is(kind)) {
             return Ok(None);
         }
@@ -61,7 +61,7 @@ impl Geometry<'_> {
     }
 
     /// Where in space a pcurve starts and ends.
-    fn pcurve_ends(&self, pcurve: Instance<'_>) -> Read<(DVec3, DVec3)> {
+    fn pcurve_ends(&self, pcurve: Entity<'_>) -> Read<(DVec3, DVec3)> {
         let (on, curve, [u, v]) = self.parameter_curve(pcurve, "PCURVE", 0)?;
         let at = |t: f64| {
             let p = curve.point(t);

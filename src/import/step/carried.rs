@@ -1,6 +1,6 @@
 //! Stated faces and the edges that were read -> the surface of each face. A surface that several faces lie on is read once.
 
-use super::draft::Draft;
+use super::draft::EdgeDraft;
 use super::gathered::{ShellUse, Source};
 use super::loops::{Bound, EdgeKey, StatedFace};
 use super::place::Geometry;
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use std::cell::Cell;
 
 /// A face to read: the number of its shell, the shell as it is used, the face, and whether the use turns it over.
-pub(super) type Job<'a> = (u32, &'a ShellUse, Source, bool);
+pub(super) type FaceJob<'a> = (u32, &'a ShellUse, Source, bool);
 
 /// How far, as a share of the face's size, its bounds may be off the plane that they imply: printed digits.
 const FLAT: f64 = 1e-6;
@@ -23,9 +23,9 @@ impl Reader<'_> {
     /// The surfaces of faces; `None` where the face was not read.
     pub(super) fn surfaces(
         &self,
-        jobs: &[Job<'_>],
+        jobs: &[FaceJob<'_>],
         stated: &[Read<StatedFace>],
-        edges: &Map<EdgeKey, Read<Draft>>,
+        edges: &Map<EdgeKey, Read<EdgeDraft>>,
     ) -> Vec<Option<Read<Stated>>> {
         let mut groups: Vec<Vec<usize>> = Vec::with_capacity(jobs.len());
         let mut known: Map<u64, usize> = Map::default();
@@ -87,7 +87,7 @@ fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DV
 }
 
 /// Where the face's boundary is.
-fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Reached {
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> Reached {
     let mut reached = Reached::default();
     for bound in &face.bounds {
         match bound {
@@ -108,7 +108,7 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<D
 }
 
 /// The plane that the bounds of a face without surface lie in, its normal such that they run counterclockwise.
-fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<Draft>>) -> Read<Stated> {
+fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> Read<Stated> {
     let (mut points, mut bounds) = (Vec::new(), Vec::new());
     for bound in &face.bounds {
         let Bound::Edges(uses) = bound else { continue };

@@ -1,14 +1,14 @@
 //! Primitives of constructive solid geometry to boundary representations, exactly.
 
 use super::place::Geometry;
-use super::table::{Instance, Read, Trouble};
+use super::table::{Entity, Read, Trouble};
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, VertexId};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 /// The faces of a primitive, as ISO 10303-42 places it.
-pub(super) fn primitive(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Part> {
+pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part> {
     let id = item.id;
     let length = geometry.units.length;
     let size = |name: &'static str, index: usize| -> Read<f64> {
@@ -82,7 +82,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Par
 }
 
 /// The points that a solid lists as its corners.
-fn corners(geometry: &Geometry<'_>, item: Instance<'_>, name: &'static str, count: usize) -> Read<Vec<DVec3>> {
+fn corners(geometry: &Geometry<'_>, item: Entity<'_>, name: &'static str, count: usize) -> Read<Vec<DVec3>> {
     let corners = geometry.points(item.fields(name, 1).links(0)?)?;
     if corners.len() == count {
         return Ok(corners);

@@ -6,7 +6,7 @@
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Instance, MAX_DEPTH, Read, Trouble, link, number};
+use super::table::{Entity, MAX_DEPTH, Read, Trouble, link, number};
 use crate::model::{CurveKind, Frame3, MAX_DEGREE, NurbsCurve3};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -213,7 +213,7 @@ impl Geometry<'_> {
     }
 
     /// Follows curves that only add pcurves to another one.
-    fn unwrap(&self, id: u64, depth: usize) -> Read<Instance<'_>> {
+    fn unwrap(&self, id: u64, depth: usize) -> Read<Entity<'_>> {
         let mut instance = self.get(id)?;
         for _ in depth..MAX_DEPTH {
             let Some(kind) = WRAPPERS.into_iter().find(|kind| instance.is(kind)) else { return Ok(instance) };
@@ -278,12 +278,12 @@ impl Geometry<'_> {
         Ok((carrier, true))
     }
 
-    fn conic_frame(&self, conic: Instance<'_>) -> Read<Frame3> {
+    fn conic_frame(&self, conic: Entity<'_>) -> Read<Frame3> {
         self.frame(conic.fields("CONIC", 1).reference(0)?)
     }
 
     /// A `TRIMMED_CURVE` as a curve from its first trim to its second.
-    fn trimmed(&self, instance: Instance<'_>, depth: usize) -> Read<NurbsCurve3> {
+    fn trimmed(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let id = instance.id;
         let fields = instance.fields("TRIMMED_CURVE", 1);
         let (carrier, same) = self.carrier(fields.reference(0)?, depth + 1)?;
@@ -363,7 +363,7 @@ impl Geometry<'_> {
         if t.is_finite() { Ok(t) } else { Err(Trouble::new(id, "a trim at infinity")) }
     }
 
-    fn composite(&self, instance: Instance<'_>, depth: usize) -> Read<NurbsCurve3> {
+    fn composite(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let mut pieces = Vec::new();
         for segment in instance.fields("COMPOSITE_CURVE", 1).links(0)? {
             let fields = self.get(segment)?.fields("COMPOSITE_CURVE_SEGMENT", 0);
@@ -374,7 +374,7 @@ impl Geometry<'_> {
     }
 
     /// A B-spline curve of any form.
-    fn b_spline(&self, instance: Instance<'_>) -> Read<NurbsCurve3> {
+    fn b_spline(&self, instance: Entity<'_>) -> Read<NurbsCurve3> {
         let id = instance.id;
         let shape = instance.fields("B_SPLINE_CURVE", 1);
         let degree = shape.count(0)?;
@@ -442,7 +442,7 @@ pub(super) enum Form {
 
 impl Form {
     /// The form of a curve or surface; `what` is `CURVE` or `SURFACE`.
-    pub(super) fn of(instance: Instance<'_>, what: &str) -> Self {
+    pub(super) fn of(instance: Entity<'_>, what: &str) -> Self {
         let is = |form: &str| instance.types().any(|name| name.strip_suffix(what) == Some(form));
         if is("UNIFORM_") {
             Self::Uniform

@@ -6,7 +6,7 @@ use super::offset::{breaks_of, fitted};
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::stated::{Reached, Stated};
-use super::table::{Instance, Read, Trouble};
+use super::table::{Entity, Read, Trouble};
 use super::units::Units;
 use crate::model::{AxisMap, CurveKind, NurbsCurve3, Surface};
 use glam::DVec3;
@@ -20,7 +20,7 @@ const TURN: AxisMap = AxisMap::Arc { start: 0.0, step: FRAC_PI_2, spans: 4 };
 
 impl Geometry<'_> {
     /// An `OFFSET_CURVE_3D`: the basis moved by `distance` along reference direction × tangent.
-    pub(super) fn offset_curve(&self, instance: Instance<'_>, depth: usize) -> Read<(Carrier, bool)> {
+    pub(super) fn offset_curve(&self, instance: Entity<'_>, depth: usize) -> Read<(Carrier, bool)> {
         let id = instance.id;
         let own = instance.fields("OFFSET_CURVE_3D", 1);
         let (basis, distance) = (own.reference(0)?, own.real(1)? * self.units.length);
@@ -66,7 +66,7 @@ impl Geometry<'_> {
     /// or a `DEGENERATE_PCURVE`.
     pub(super) fn parameter_curve(
         &self,
-        pcurve: Instance<'_>,
+        pcurve: Entity<'_>,
         name: &'static str,
         depth: usize,
     ) -> Read<(Surface, NurbsCurve3, [f64; 2])> {
@@ -103,7 +103,7 @@ impl Geometry<'_> {
     }
 
     /// A `PCURVE` as a curve in space: exact on a plane, else within the tolerance of approximations.
-    pub(super) fn image(&self, pcurve: Instance<'_>, depth: usize) -> Read<NurbsCurve3> {
+    pub(super) fn image(&self, pcurve: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let (surface, curve, [u, v]) = self.parameter_curve(pcurve, "PCURVE", depth)?;
         let at = |p: DVec3| surface.point(p.x * u, p.y * v);
         if let Surface::Plane { .. } = surface {
@@ -114,7 +114,7 @@ impl Geometry<'_> {
     }
 
     /// A point that is no `CARTESIAN_POINT`; `None` for an instance that is no point.
-    pub(super) fn derived_point(&self, instance: Instance<'_>) -> Read<Option<DVec3>> {
+    pub(super) fn derived_point(&self, instance: Entity<'_>) -> Read<Option<DVec3>> {
         const KINDS: [&str; 5] =
             ["POINT_REPLICA", "POINT_ON_CURVE", "POINT_ON_SURFACE", "DEGENERATE_PCURVE", "EVALUATED_DEGENERATE_PCURVE"];
         if !KINDS.into_iter().any(|kind| instance.is(kind)) {
@@ -150,7 +150,7 @@ impl Geometry<'_> {
         Ok(Some(point))
     }
 
-    fn point_on_curve(&self, instance: Instance<'_>) -> Read<DVec3> {
+    fn point_on_curve(&self, instance: Entity<'_>) -> Read<DVec3> {
         let own = instance.fields("POINT_ON_CURVE", 1);
         let (basis, t) = (own.reference(0)?, own.real(1)?);
         if self.is_composite(basis) {
@@ -170,7 +170,7 @@ impl Geometry<'_> {
     }
 
     /// A `CURVE_REPLICA` before its ends are known.
-    pub(super) fn curve_replica(&self, instance: Instance<'_>) -> Read<(u64, Similarity)> {
+    pub(super) fn curve_replica(&self, instance: Entity<'_>) -> Read<(u64, Similarity)> {
         let own = instance.fields("CURVE_REPLICA", 1);
         Ok((own.reference(0)?, Similarity::new(self.motion(own.reference(1)?)?)))
     }

@@ -7,7 +7,7 @@ use super::units::Units;
 use glam::DVec3;
 
 /// An edge before its vertices have ids.
-pub(super) struct Draft {
+pub(super) struct EdgeDraft {
     pub(super) ends: [VertexKey; 2],
     pub(super) points: [DVec3; 2],
     /// None for an edge without length, and once the part has it.
@@ -24,7 +24,7 @@ pub(super) struct Draft {
     pub(super) entity: u64,
 }
 
-impl Draft {
+impl EdgeDraft {
     pub(super) fn new(entity: u64, ends: [VertexKey; 2], at: Ends, curve: Option<Bounded>, units: Units) -> Read<Self> {
         let gap = curve.as_ref().map_or(0.0, |Bounded { curve, range, .. }| {
             curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))

@@ -1,6 +1,6 @@
 //! Types of instances to what they are: faces, shells, surfaces, bodies of each sort, or no shape at all.
 
-use super::table::Instance;
+use super::table::Entity;
 
 /// Primitives of constructive solid geometry that are read.
 pub(super) const PRIMITIVES: [&str; 9] = [
@@ -38,13 +38,13 @@ const BODIES: [&str; 5] =
     ["MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP", "SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"];
 
 /// Whether an item may contribute faces to a part.
-pub(super) fn is_body(item: Instance<'_>) -> bool {
+pub(super) fn is_body(item: Entity<'_>) -> bool {
     let tessellated = BodyKind::of(item) == Some(BodyKind::Tessellated);
     is_solid(item) || tessellated || is_shell(item) || is_face(item) || item.is("GEOMETRIC_SET")
 }
 
 /// Whether an item is a body of faces, of a few numbers, or one of those that are refused.
-pub(super) fn is_solid(item: Instance<'_>) -> bool {
+pub(super) fn is_solid(item: Entity<'_>) -> bool {
     let made = BodyKind::of(item).is_some_and(|kind| kind != BodyKind::Tessellated);
     made || item.is("CSG_SOLID") || refused(item).is_some() || item.types().any(|name| BODIES.contains(&name))
 }
@@ -52,13 +52,13 @@ pub(super) fn is_solid(item: Instance<'_>) -> bool {
 const BOOLEANS: [&str; 2] = ["BOOLEAN_RESULT", "BOOLEAN_CLIPPING_RESULT"];
 
 /// Whether an instance is of a type that makes a body of others, or holds some.
-pub(super) fn has_parts(instance: Instance<'_>) -> bool {
+pub(super) fn has_parts(instance: Entity<'_>) -> bool {
     let replicas = ["CSG_SOLID", "SOLID_REPLICA"];
     BOOLEANS.into_iter().chain(HOLDERS).chain(replicas).any(|name| instance.is(name))
 }
 
 /// The bodies that an instance makes another one of, or holds.
-pub(super) fn parts_of(instance: Instance<'_>) -> impl Iterator<Item = u64> {
+pub(super) fn parts_of(instance: Entity<'_>) -> impl Iterator<Item = u64> {
     let boolean = BOOLEANS.into_iter().any(|name| instance.is(name));
     let held =
         HOLDERS.into_iter().find(|name| instance.is(name)).and_then(|name| instance.fields(name, 1).links(0).ok());
@@ -69,17 +69,17 @@ pub(super) fn parts_of(instance: Instance<'_>) -> impl Iterator<Item = u64> {
     operands.chain(root).chain(parent).chain(held.into_iter().flatten())
 }
 
-pub(super) fn is_shell(instance: Instance<'_>) -> bool {
+pub(super) fn is_shell(instance: Entity<'_>) -> bool {
     ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
 }
 
 /// Whether an instance is a face with a surface, or one that lies in the plane of its bounds.
-pub(super) fn is_face(instance: Instance<'_>) -> bool {
+pub(super) fn is_face(instance: Entity<'_>) -> bool {
     let of_others = || instance.is("ORIENTED_FACE") || instance.is("SUBFACE");
     instance.is("ADVANCED_FACE") || instance.is("FACE_SURFACE") || instance.is("FACE") && !of_others()
 }
 
-pub(super) fn is_surface(instance: Instance<'_>) -> bool {
+pub(super) fn is_surface(instance: Entity<'_>) -> bool {
     let named = |name: &str| {
         let one = name == "PLANE" || name == "B_SPLINE_SURFACE_WITH_KNOTS";
         one || name.ends_with("_SURFACE") || name.starts_with("SURFACE_OF_")
@@ -88,12 +88,12 @@ pub(super) fn is_surface(instance: Instance<'_>) -> bool {
 }
 
 /// Whether an instance is a surface that never ends by itself.
-pub(super) fn is_endless(instance: Instance<'_>) -> bool {
+pub(super) fn is_endless(instance: Entity<'_>) -> bool {
     ["PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE"].into_iter().any(|name| instance.is(name))
 }
 
 /// Whether a surface ends by itself. Others are placed beside shapes for reference.
-pub(super) fn is_bounded(surface: Instance<'_>) -> bool {
+pub(super) fn is_bounded(surface: Entity<'_>) -> bool {
     const UNBOUNDED: [&str; 7] = [
         "PLANE",
         "CYLINDRICAL_SURFACE",
@@ -108,7 +108,7 @@ pub(super) fn is_bounded(surface: Instance<'_>) -> bool {
 
 /// Whether an item is known to be no shape: placements, points, curves, wires, annotations, values. What is not known may be
 /// one.
-pub(super) fn is_shapeless(item: Instance<'_>) -> bool {
+pub(super) fn is_shapeless(item: Entity<'_>) -> bool {
     const NAMES: [&str; 15] = [
         "COORDINATES_LIST",
         "LINE",
@@ -186,7 +186,7 @@ pub(super) enum BodyKind {
 }
 
 impl BodyKind {
-    pub(super) fn of(item: Instance<'_>) -> Option<Self> {
+    pub(super) fn of(item: Entity<'_>) -> Option<Self> {
         let any = |kinds: &[&str]| kinds.iter().any(|kind| item.is(kind));
         if any(&PRIMITIVES) {
             Some(Self::Primitive)
@@ -199,7 +199,7 @@ impl BodyKind {
 }
 
 /// Why a body of this type is not read, for those that are not.
-pub(super) fn refused(item: Instance<'_>) -> Option<&'static str> {
+pub(super) fn refused(item: Entity<'_>) -> Option<&'static str> {
     const INTERSECTS: &str =
         "its faces would have to be found by intersecting surfaces; export a boundary representation";
     const UNBOUNDED: &str = "it is not bounded by itself";
@@ -225,7 +225,7 @@ pub(super) fn refused(item: Instance<'_>) -> Option<&'static str> {
 }
 
 /// The area or face that a body sweeps, if it does.
-pub(super) fn profile(item: Instance<'_>) -> Option<u64> {
+pub(super) fn profile(item: Entity<'_>) -> Option<u64> {
     let name = SWEEPS.into_iter().find(|kind| item.is(kind))?;
     // Name and profile stand in the supertype.
     let swept = if name.contains("AREA") { "SWEPT_AREA_SOLID" } else { "SWEPT_FACE_SOLID" };
@@ -233,7 +233,7 @@ pub(super) fn profile(item: Instance<'_>) -> Option<u64> {
 }
 
 /// The exact solid, shell or face that a tessellated one stands for.
-pub(super) fn stands_for(item: Instance<'_>) -> Option<u64> {
+pub(super) fn stands_for(item: Entity<'_>) -> Option<u64> {
     if let Some(name) = ["TESSELLATED_SOLID", "TESSELLATED_SHELL"].into_iter().find(|name| item.is(name)) {
         return item.fields(name, 1).optional(1);
     }

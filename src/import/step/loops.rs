@@ -11,7 +11,7 @@ use step_io::parser::Attribute;
 
 /// One use of an edge by a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Use {
+pub(super) struct StatedUse {
     pub(super) edge: EdgeKey,
     pub(super) reversed: bool,
 }
@@ -38,7 +38,7 @@ pub(super) enum VertexKey {
 /// A stated bound.
 #[derive(Clone, Debug)]
 pub(super) enum Bound {
-    Edges(Vec<Use>),
+    Edges(Vec<StatedUse>),
     Vertex(u64),
 }
 
@@ -129,9 +129,9 @@ impl Geometry<'_> {
         stated.err().unwrap_or_else(|| Trouble::new(id, "the face is its own surface"))
     }
 
-    fn segment_use(&self, id: u64) -> Read<Use> {
+    fn segment_use(&self, id: u64) -> Read<StatedUse> {
         let same = self.get(id)?.fields("COMPOSITE_CURVE_SEGMENT", 0).flag(1, true);
-        Ok(Use { edge: EdgeKey::Segment(id), reversed: !same })
+        Ok(StatedUse { edge: EdgeKey::Segment(id), reversed: !same })
     }
 
     fn bound(&self, id: u64) -> Read<Bound> {
@@ -162,7 +162,7 @@ impl Geometry<'_> {
     }
 
     /// What a loop says of an edge in it that may be a whole turn.
-    pub(super) fn whole(&self, uses: &[Use]) -> Whole {
+    pub(super) fn whole(&self, uses: &[StatedUse]) -> Whole {
         let edges: HashSet<EdgeKey> = uses.iter().map(|edge| edge.edge).collect();
         match uses {
             [_] => Whole::Alone,
@@ -178,12 +178,12 @@ impl Geometry<'_> {
         self.edge_curve(id).and_then(|(curve, _)| self.get(curve)).is_ok_and(|curve| curve.is("LINE"))
     }
 
-    fn oriented_edge(&self, id: u64) -> Read<Use> {
+    fn oriented_edge(&self, id: u64) -> Read<StatedUse> {
         let (mut edge, mut reversed) = (self.get(id)?, false);
         for _ in 0..MAX_DEPTH {
             // One without a curve is straight, which is told.
             if edge.is("EDGE_CURVE") || edge.is("SUBEDGE") || edge.is("EDGE") {
-                return Ok(Use { edge: EdgeKey::Curve(edge.id), reversed });
+                return Ok(StatedUse { edge: EdgeKey::Curve(edge.id), reversed });
             }
             // A seam edge only adds which of the seam's two parameter curves is meant.
             if !(edge.is("ORIENTED_EDGE") || edge.is("SEAM_EDGE")) {
@@ -236,12 +236,12 @@ impl Geometry<'_> {
 }
 
 /// The sides of a polygon; a point repeated in a row makes none.
-fn sides(points: &[u64]) -> Vec<Use> {
+fn sides(points: &[u64]) -> Vec<StatedUse> {
     let next = points.iter().cycle().skip(1);
     points
         .iter()
         .zip(next)
         .filter(|(a, b)| a != b)
-        .map(|(a, b)| Use { edge: EdgeKey::Side(*a.min(b), *a.max(b)), reversed: a > b })
+        .map(|(a, b)| StatedUse { edge: EdgeKey::Side(*a.min(b), *a.max(b)), reversed: a > b })
         .collect()
 }

@@ -92,7 +92,7 @@ pub(super) fn fitted(
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, String>,
 ) -> Result<(NurbsCurve3, f64), String> {
-    let mut spans = Span::between(spans);
+    let mut spans = FitSpan::between(spans);
     loop {
         let breaks = breaks_at(&spans);
         let ts = thirds(&breaks);
@@ -122,8 +122,8 @@ fn approximate(
 ) -> Result<(Surface, Option<String>), String> {
     let at = |u: f64, v: f64| beside(base, u, v, distance);
     let (domain_u, domain_v) = net.domain();
-    let mut spans_u = Span::between(&breaks_of(&net.knots_u, domain_u));
-    let mut spans_v = Span::between(&breaks_of(&net.knots_v, domain_v));
+    let mut spans_u = FitSpan::between(&breaks_of(&net.knots_u, domain_u));
+    let mut spans_v = FitSpan::between(&breaks_of(&net.knots_v, domain_v));
     loop {
         let (breaks_u, breaks_v) = (breaks_at(&spans_u), breaks_at(&spans_v));
         if 9 * breaks_u.len() * breaks_v.len() > MAX_POINTS {
@@ -145,14 +145,14 @@ fn approximate(
 
 /// A piece of a knot span, as refinement goes.
 #[derive(Clone, Copy)]
-struct Span {
+struct FitSpan {
     from: f64,
     to: f64,
     /// Length below which it is not split.
     least: f64,
 }
 
-impl Span {
+impl FitSpan {
     fn between(breaks: &[f64]) -> Vec<Self> {
         let span = |ends: &[f64]| {
             let least = (ends[1] - ends[0]) / MAX_PIECES as f64;
@@ -163,13 +163,13 @@ impl Span {
 }
 
 /// Ends of spans, each once.
-fn breaks_at(spans: &[Span]) -> Vec<f64> {
+fn breaks_at(spans: &[FitSpan]) -> Vec<f64> {
     spans.iter().map(|span| span.from).chain(spans.last().map(|span| span.to)).collect()
 }
 
 /// Splits the spans whose error is too large, and no others: what is hard in one place is often easy everywhere else. False if
 /// none could be split.
-fn split(spans: &mut Vec<Span>, errors: &[f64], tolerance: f64) -> bool {
+fn split(spans: &mut Vec<FitSpan>, errors: &[f64], tolerance: f64) -> bool {
     let mut fine = Vec::with_capacity(2 * spans.len());
     for (span, error) in spans.iter().zip(errors) {
         // The error of a cubic falls with the fourth power of the length.
@@ -178,7 +178,7 @@ fn split(spans: &mut Vec<Span>, errors: &[f64], tolerance: f64) -> bool {
         let most = (2..=wanted).rev().find(|n| length / *n as f64 > 0.999 * span.least);
         let pieces = most.unwrap_or(1);
         let at = |i: usize| if i == pieces { span.to } else { span.from + length * i as f64 / pieces as f64 };
-        fine.extend((0..pieces).map(|i| Span { from: at(i), to: at(i + 1), ..*span }));
+        fine.extend((0..pieces).map(|i| FitSpan { from: at(i), to: at(i + 1), ..*span }));
     }
     let split = fine.len() > spans.len();
     *spans = fine;

@@ -1,12 +1,12 @@
 //! Gathered shells to one part: every vertex and edge once, faces with oriented loops, what fails as diagnostics.
 
 use super::body::append;
-use super::carried::Job;
+use super::carried::FaceJob;
 use super::corners::{Corners, head_to_tail};
 use super::curve::{Bounded, Carrier, Ends, Whole, straight};
-use super::draft::Draft;
+use super::draft::EdgeDraft;
 use super::gathered::{Gathered, ShellUse, Source, distinct};
-use super::loops::{Bound, EdgeKey, StatedFace, Use, VertexKey};
+use super::loops::{Bound, EdgeKey, StatedFace, StatedUse, VertexKey};
 use super::place::Geometry;
 use super::reader::Reader;
 use super::spline;
@@ -28,7 +28,7 @@ impl Reader<'_> {
     pub(super) fn part(&self, name: String, gathered: &Gathered, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
         let (numbers, distinct) = distinct(shells);
-        let jobs: Vec<Job<'_>> = numbers
+        let jobs: Vec<FaceJob<'_>> = numbers
             .into_iter()
             .zip(shells)
             .flat_map(|(i, shell)| shell.faces.iter().map(move |(source, turned)| (i, shell, *source, *turned)))
@@ -102,7 +102,7 @@ impl Reader<'_> {
     }
 
     /// Every edge that the faces use, read once.
-    fn edges(&self, jobs: &[Job<'_>], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<Draft>> {
+    fn edges(&self, jobs: &[FaceJob<'_>], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<EdgeDraft>> {
         let mut known: Map<EdgeKey, usize> = Map::default();
         let mut order: Vec<(EdgeKey, Units, u64, Whole)> = Vec::new();
         for ((_, shell, ..), face) in jobs.iter().zip(stated) {
@@ -143,7 +143,7 @@ impl Reader<'_> {
         shared.into_par_iter().with_min_len(32).filter_map(read).collect()
     }
 
-    fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole, shared: &Carriers) -> Read<Draft> {
+    fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole, shared: &Carriers) -> Read<EdgeDraft> {
         let geometry = self.geometry(units);
         let (entity, ends, at, curve) = match key {
             EdgeKey::Curve(id) => return self.curved_edge(id, units, whole, shared),
@@ -156,12 +156,12 @@ impl Reader<'_> {
                 (id, [VertexKey::End(id, false), VertexKey::End(id, true)], at, Some(curve))
             }
         };
-        Draft::new(entity, ends, at, curve, units)
+        EdgeDraft::new(entity, ends, at, curve, units)
     }
 
     /// An edge along a curve. One whose curve cannot be read is straight between its vertices, if these are apart: its loops stay
     /// whole, and so does what its faces bound.
-    fn curved_edge(&self, id: u64, units: Units, whole: Whole, shared: &Carriers) -> Read<Draft> {
+    fn curved_edge(&self, id: u64, units: Units, whole: Whole, shared: &Carriers) -> Read<EdgeDraft> {
         let geometry = self.geometry(units);
         let (ends, at) = geometry.edge_ends(id, whole)?;
         let ends = ends.map(VertexKey::Point);
@@ -171,7 +171,7 @@ impl Reader<'_> {
                 Some((of, carrier)) if *of == units => carrier.clone(),
                 _ => geometry.carrier(curve, 0)?,
             };
-            Draft::new(id, ends, at, geometry.along(carrier, at, same, curve)?, units)
+            EdgeDraft::new(id, ends, at, geometry.along(carrier, at, same, curve)?, units)
         };
         read().or_else(|trouble| {
             if at.start.distance(at.end) <= units.tolerance {
@@ -179,14 +179,14 @@ impl Reader<'_> {
             }
             let reason = trouble.seen_from(id);
             // Where it has no ends either, that is what there is to tell.
-            let straight = Draft::new(id, ends, at, straight(at), units).map_err(|_| trouble)?;
-            Ok(Draft { straightened: Some(reason), ..straight })
+            let straight = EdgeDraft::new(id, ends, at, straight(at), units).map_err(|_| trouble)?;
+            Ok(EdgeDraft { straightened: Some(reason), ..straight })
         })
     }
 
     /// An edge whose vertices the file states in the wrong order, with them in the other. On a closed curve that is the
     /// other arc; on an open one it is the same edge, and `None`.
-    fn exchanged(&self, id: u64, draft: &Draft) -> Option<Draft> {
+    fn exchanged(&self, id: u64, draft: &EdgeDraft) -> Option<EdgeDraft> {
         let geometry = self.geometry(draft.units);
         let (curve, same) = geometry.edge_curve(id).ok()?;
         if !geometry.is_closed(curve) {
@@ -195,7 +195,7 @@ impl Reader<'_> {
         let ([end, start], [b, a]) = (draft.points, draft.ends);
         let at = Ends { start, end, whole: Whole::Never };
         let curve = geometry.between(curve, at, same).ok()?;
-        Draft::new(id, [a, b], at, curve, draft.units).ok()
+        EdgeDraft::new(id, [a, b], at, curve, draft.units).ok()
     }
 }
 
@@ -210,7 +210,7 @@ struct Assembly {
     part: Part,
     /// Diagonal of the box of all curves' control points.
     size: f64,
-    edges: Map<EdgeKey, Read<Draft>>,
+    edges: Map<EdgeKey, Read<EdgeDraft>>,
     edge_ids: Map<EdgeKey, EdgeId>,
     corners: Corners,
     vertex_ids: Map<usize, VertexId>,
@@ -234,7 +234,7 @@ impl Assembly {
         uses: &[ShellUse],
         shells: Vec<Shell>,
         colour: Option<Colour>,
-        edges: Map<EdgeKey, Read<Draft>>,
+        edges: Map<EdgeKey, Read<EdgeDraft>>,
     ) -> Self {
         let tolerance = uses.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
         let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
@@ -353,7 +353,7 @@ impl Assembly {
     }
 
     /// The coedges of a loop, turned so that they run head to tail where they can; edges without length are passed over.
-    fn chain(&mut self, uses: Vec<Use>, face: u64) -> Read<Vec<Use>> {
+    fn chain(&mut self, uses: Vec<StatedUse>, face: u64) -> Read<Vec<StatedUse>> {
         let mut chain = Vec::with_capacity(uses.len());
         let mut ends = Vec::with_capacity(uses.len());
         for edge in uses {
@@ -407,8 +407,8 @@ impl Assembly {
                 bound.reverse();
             }
             let read = match bound {
-                Bound::Edges(uses) => self.chain(uses, source.id()).map(Chain::Edges),
-                Bound::Vertex(id) => geometry.vertex(id).map(|point| Chain::Vertex(VertexKey::Point(id), point)),
+                Bound::Edges(uses) => self.chain(uses, source.id()).map(ReadBound::Edges),
+                Bound::Vertex(id) => geometry.vertex(id).map(|point| ReadBound::Vertex(VertexKey::Point(id), point)),
             };
             match read {
                 Ok(chain) => chains.push(chain),
@@ -416,9 +416,9 @@ impl Assembly {
                 Err(trouble) => return Err(trouble),
             }
         }
-        let empty = |chain: &Chain| matches!(chain, Chain::Edges(uses) if uses.is_empty());
+        let empty = |chain: &ReadBound| matches!(chain, ReadBound::Edges(uses) if uses.is_empty());
         if let Err(trouble) = &surface
-            && chains.iter().all(|chain| empty(chain) || matches!(chain, Chain::Vertex(..)))
+            && chains.iter().all(|chain| empty(chain) || matches!(chain, ReadBound::Vertex(..)))
         {
             return Err(trouble.clone());
         }
@@ -433,15 +433,15 @@ impl Assembly {
         let mut loops = Vec::with_capacity(chains.len());
         for chain in chains {
             match chain {
-                Chain::Vertex(key, point) => {
+                ReadBound::Vertex(key, point) => {
                     let corner = self.corners.of(key, point);
                     loops.push(Loop::Vertex(self.vertex(corner)));
                 }
-                Chain::Edges(uses) if uses.is_empty() => {
+                ReadBound::Edges(uses) if uses.is_empty() => {
                     let reason = "a loop of edges without length was left out".to_owned();
                     self.say_of_face(Severity::Note, source.id(), None, reason);
                 }
-                Chain::Edges(uses) => loops.push(Loop::Edges(self.coedges(uses))),
+                ReadBound::Edges(uses) => loops.push(Loop::Edges(self.coedges(uses))),
             }
         }
         let surface = match surface {
@@ -457,7 +457,7 @@ impl Assembly {
         Ok((surface, loops, !same))
     }
 
-    fn coedges(&mut self, uses: Vec<Use>) -> Vec<Coedge> {
+    fn coedges(&mut self, uses: Vec<StatedUse>) -> Vec<Coedge> {
         uses.into_iter()
             .filter_map(|edge| {
                 let id = match self.edge_ids.get(&edge.edge) {
@@ -474,7 +474,7 @@ impl Assembly {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
         let straightened = draft.straightened.take();
-        let Draft { entity, gap, moved, units: Units { tolerance, .. }, .. } = *draft;
+        let EdgeDraft { entity, gap, moved, units: Units { tolerance, .. }, .. } = *draft;
         let near = CORNER * tolerance;
         let draft = self.edges.get(&key)?.as_ref().ok()?;
         let (start, end) = self.corners.ends(draft.ends, draft.points, false);
@@ -539,7 +539,7 @@ impl Assembly {
 }
 
 /// A bound that has passed its checks.
-enum Chain {
-    Edges(Vec<Use>),
+enum ReadBound {
+    Edges(Vec<StatedUse>),
     Vertex(VertexKey, DVec3),
 }

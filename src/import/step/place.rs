@@ -1,6 +1,6 @@
 //! Points, directions and placements of ISO 10303-42 to millimetre vectors and orthonormal frames.
 
-use super::table::{Instance, Read, Table, Trouble};
+use super::table::{Entity, Read, Table, Trouble};
 use super::units::Units;
 use crate::model::Frame3;
 use glam::{DAffine3, DMat3, DVec3};
@@ -22,7 +22,7 @@ impl<'a> Geometry<'a> {
         Self { table, units, fit, nesting: 0 }
     }
 
-    pub(super) fn get(&self, id: u64) -> Read<Instance<'a>> {
+    pub(super) fn get(&self, id: u64) -> Read<Entity<'a>> {
         self.table.get(id)
     }
 

@@ -8,7 +8,7 @@ use super::kinds::{is_body, is_shapeless};
 use super::options::StepOptions;
 use super::place::Geometry;
 use super::style::Styles;
-use super::table::{Instance, MAX_DEPTH, Map, Read, Set, Table, Trouble};
+use super::table::{Entity, MAX_DEPTH, Map, Read, Set, Table, Trouble};
 use super::units::Contexts;
 use crate::model::{Colour, Severity};
 use glam::{DAffine3, DVec3};
@@ -67,7 +67,7 @@ pub(super) struct Structure {
     pub(super) doubts: Vec<Doubt>,
 }
 
-pub(super) struct Builder<'a> {
+pub(super) struct StructureBuilder<'a> {
     table: &'a Table,
     contexts: &'a Contexts,
     styles: &'a Styles,
@@ -89,7 +89,7 @@ pub(super) fn representation<'a>(
     Some((fields.links(0).ok()?, fields.optional(1)))
 }
 
-impl<'a> Builder<'a> {
+impl<'a> StructureBuilder<'a> {
     pub(super) fn build(
         table: &'a Table,
         contexts: &'a Contexts,
@@ -131,7 +131,7 @@ impl<'a> Builder<'a> {
         self.table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
     }
 
-    fn product_name(&self, definition: Instance<'_>) -> String {
+    fn product_name(&self, definition: Entity<'_>) -> String {
         let product = || {
             let formation = definition.fields("PRODUCT_DEFINITION", 0).optional(2)?;
             let product = self.table.find(formation)?.fields("PRODUCT_DEFINITION_FORMATION", 0).optional(2)?;
@@ -468,7 +468,7 @@ impl Relations {
 const SUPPLEMENTS: &str = "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP";
 
 /// Whether an instance is a representation of supplemental geometry: what a shape was constructed from, not the shape.
-pub(super) fn is_supplemental(instance: Instance<'_>) -> bool {
+pub(super) fn is_supplemental(instance: Entity<'_>) -> bool {
     instance.is("CONSTRUCTIVE_GEOMETRY_REPRESENTATION")
 }
 

@@ -1,7 +1,7 @@
 //! A file's bytes -> a model, by the steps of this folder.
 
 use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
-use super::product::Builder;
+use super::product::StructureBuilder;
 use super::reader::Reader;
 use super::style::Styles;
 use super::text;
@@ -55,7 +55,7 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     let table = text::parse(bytes, options, &mut diagnostics)?;
     let contexts = Contexts::read(&table);
     let styles = Styles::read(&table);
-    let structure = Builder::build(&table, &contexts, &styles, options);
+    let structure = StructureBuilder::build(&table, &contexts, &styles, options);
     let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
     tree.expand();
     if tree.visits > options.max_instances {

@@ -6,7 +6,7 @@ use super::kinds::{
     parts_of, profile, refused, stands_for,
 };
 use super::style::Styles;
-use super::table::{Instance, MAX_DEPTH, Read, Set, Table, Trouble};
+use super::table::{Entity, MAX_DEPTH, Read, Set, Table, Trouble};
 use super::units::Units;
 use crate::model::{Colour, ShellKind};
 use std::collections::BTreeMap;
@@ -68,7 +68,7 @@ impl<'a> Gather<'a> {
         }
     }
 
-    fn try_item(&mut self, item: Instance<'_>, units: Units, into: &mut Gathered) -> Read<()> {
+    fn try_item(&mut self, item: Entity<'_>, units: Units, into: &mut Gathered) -> Read<()> {
         let colour = self.styles.of(item.id);
         if item.is("MANIFOLD_SOLID_BREP") || item.is("BREP_WITH_VOIDS") || item.is("FACETED_BREP") {
             if !self.take(item.id, into) {
@@ -149,7 +149,7 @@ impl<'a> Gather<'a> {
     }
 
     /// Marks a body and what it is made of as taken: with the body refused, its operands are no bodies of their own.
-    fn operands(&mut self, body: Instance<'_>, depth: usize) {
+    fn operands(&mut self, body: Entity<'_>, depth: usize) {
         if !self.taken.insert(body.id) || depth >= MAX_DEPTH {
             return;
         }
@@ -229,7 +229,7 @@ impl<'a> Gather<'a> {
         (at, over)
     }
 
-    fn set(&mut self, set: Instance<'_>, colour: Option<Colour>, units: Units, into: &mut Gathered) -> Read<()> {
+    fn set(&mut self, set: Entity<'_>, colour: Option<Colour>, units: Units, into: &mut Gathered) -> Read<()> {
         let mut faces = Vec::new();
         for element in set.fields("GEOMETRIC_SET", 1).links(0)? {
             match self.table.get(element) {
@@ -256,8 +256,8 @@ impl<'a> Gather<'a> {
     /// Bodies, then shells, then faces that nothing has taken.
     pub(super) fn leftovers(&mut self, units: Units) -> Gathered {
         let mut found = Gathered::default();
-        let of_kind = |wanted: fn(Instance<'_>) -> bool| self.table.of_types(wanted).map(|i| i.id);
-        let is_tessellated = |i: Instance<'_>| BodyKind::of(i) == Some(BodyKind::Tessellated);
+        let of_kind = |wanted: fn(Entity<'_>) -> bool| self.table.of_types(wanted).map(|i| i.id);
+        let is_tessellated = |i: Entity<'_>| BodyKind::of(i) == Some(BodyKind::Tessellated);
         let inner: Set<u64> = self.table.of_types(has_parts).flat_map(parts_of).collect();
         let bodies: Vec<u64> = of_kind(is_solid).filter(|id| !inner.contains(id)).collect();
         let tessellated: Vec<u64> = of_kind(is_tessellated).filter(|id| !inner.contains(id)).collect();

@@ -1,7 +1,7 @@
 //! Styled items to colours of the things they style.
 
 use super::kinds::is_face;
-use super::table::{Instance, Map, Set, Table};
+use super::table::{Entity, Map, Set, Table};
 use crate::model::Colour;
 
 /// Colours by the number of the styled instance.
@@ -61,7 +61,7 @@ const MAX_CHAIN: usize = 10;
 /// `known` holds what was found before: styles share what they refer to, and files may make that fan out without bound.
 fn surface_colour(
     table: &Table,
-    instance: Instance<'_>,
+    instance: Entity<'_>,
     depth: usize,
     known: &mut Map<u64, Option<Colour>>,
 ) -> Option<Colour> {
@@ -75,7 +75,7 @@ fn surface_colour(
     found
 }
 
-fn follow(table: &Table, instance: Instance<'_>, depth: usize, known: &mut Map<u64, Option<Colour>>) -> Option<Colour> {
+fn follow(table: &Table, instance: Entity<'_>, depth: usize, known: &mut Map<u64, Option<Colour>>) -> Option<Colour> {
     const SKIPPED: [&str; 5] =
         ["CURVE_STYLE", "POINT_STYLE", "TEXT_STYLE", "SURFACE_STYLE_BOUNDARY", "SURFACE_STYLE_PARAMETER_LINE"];
     if depth > MAX_CHAIN || SKIPPED.into_iter().any(|name| instance.is(name)) {

@@ -5,7 +5,7 @@ use super::place::Geometry;
 use super::replica::Similarity;
 use super::spline;
 use super::stated::{Reach, Reached, Stated, reaching};
-use super::table::{Fields, Instance, MAX_DEPTH, Read, Trouble};
+use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble};
 use super::turned;
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Severity, Surface};
 use glam::DVec3;
@@ -91,7 +91,7 @@ impl Geometry<'_> {
         }
     }
 
-    fn cone(&self, instance: Instance<'_>, frame: Frame3) -> Read<Stated> {
+    fn cone(&self, instance: Entity<'_>, frame: Frame3) -> Read<Stated> {
         let own = instance.fields("CONICAL_SURFACE", 2);
         let radius = own.real(0)? * self.units.length;
         let stated = own.real(1)?;
@@ -112,7 +112,7 @@ impl Geometry<'_> {
         Ok(Stated { surface: Surface::Cone { frame, radius, half_angle }, turned: false, note })
     }
 
-    fn extrusion(&self, instance: Instance<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
+    fn extrusion(&self, instance: Entity<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
         let own = instance.fields("SURFACE_OF_LINEAR_EXTRUSION", 1);
         let (swept, direction) = (own.reference(0)?, self.vector(own.reference(1)?)?);
         if direction == DVec3::ZERO {
@@ -141,7 +141,7 @@ impl Geometry<'_> {
         Ok(Stated::exact(Surface::Extrusion { curve, direction }))
     }
 
-    fn revolution(&self, instance: Instance<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
+    fn revolution(&self, instance: Entity<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
         let own = instance.fields("SURFACE_OF_REVOLUTION", 1);
         let (swept, frame) = (own.reference(0)?, self.frame(own.reference(1)?)?);
         let curve = match self.bounded(swept, depth + 1) {
@@ -159,7 +159,7 @@ impl Geometry<'_> {
         Ok(Stated::exact(Surface::Revolution { curve, frame }))
     }
 
-    fn b_spline_surface(&self, instance: Instance<'_>) -> Read<NurbsSurface> {
+    fn b_spline_surface(&self, instance: Entity<'_>) -> Read<NurbsSurface> {
         let id = instance.id;
         let shape = instance.fields("B_SPLINE_SURFACE", 1);
         let (degree_u, degree_v) = (shape.count(0)?, shape.count(1)?);

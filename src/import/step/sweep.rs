@@ -6,7 +6,7 @@ use super::gathered::Source;
 use super::kinds::{SWEEPS, profile};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Instance, Read, Trouble};
+use super::table::{Entity, Read, Trouble};
 use crate::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
 };
@@ -33,7 +33,7 @@ enum Motion {
 }
 
 impl Sweep {
-    pub(super) fn read(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<Self> {
+    pub(super) fn read(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Self> {
         let entity = item.id;
         let name = SWEEPS.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
         let profile = profile(item).ok_or_else(|| Trouble::new(entity, format!("a {name} of nothing")))?;

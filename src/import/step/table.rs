@@ -85,18 +85,18 @@ impl Table {
         self.rows.len()
     }
 
-    pub(super) fn find(&self, id: u64) -> Option<Instance<'_>> {
+    pub(super) fn find(&self, id: u64) -> Option<Entity<'_>> {
         let row = if self.dense.is_empty() {
             self.rows.binary_search_by_key(&id, RawEntity::id).ok()?
         } else {
             let slot = *usize::try_from(id).ok().and_then(|id| self.dense.get(id))?;
             (slot as usize).checked_sub(1)?
         };
-        self.rows.get(row).map(|raw| Instance { id, raw })
+        self.rows.get(row).map(|raw| Entity { id, raw })
     }
 
     /// The instance that `id` names, or the trouble that it is missing.
-    pub(super) fn get(&self, id: u64) -> Read<Instance<'_>> {
+    pub(super) fn get(&self, id: u64) -> Read<Entity<'_>> {
         self.find(id).ok_or_else(|| match self.elsewhere.get(&id) {
             Some(place) => Trouble::new(id, format!("#{id} is in another file, {place}, which is not read")),
             None => Trouble::new(id, format!("#{id} is referred to but not in the file")),
@@ -105,8 +105,8 @@ impl Table {
 
     /// The instances of whose types `wanted` is true, by their numbers. It may look at types only: instances of one type are
     /// asked about once, since a file has 10 to 100 types and up to millions of instances.
-    pub(super) fn of_types(&self, wanted: impl Fn(Instance<'_>) -> bool) -> impl Iterator<Item = Instance<'_>> {
-        let instance = |row: usize| Instance { id: self.rows[row].id(), raw: &self.rows[row] };
+    pub(super) fn of_types(&self, wanted: impl Fn(Entity<'_>) -> bool) -> impl Iterator<Item = Entity<'_>> {
+        let instance = |row: usize| Entity { id: self.rows[row].id(), raw: &self.rows[row] };
         let verdicts: Vec<bool> = self.first_of_type.iter().map(|row| wanted(instance(*row))).collect();
         let rows = self.types.iter().enumerate();
         rows.filter_map(move |(row, of)| match verdicts.get(*of as usize) {
@@ -119,12 +119,12 @@ impl Table {
 
 /// One instance of the file.
 #[derive(Clone, Copy)]
-pub(super) struct Instance<'a> {
+pub(super) struct Entity<'a> {
     pub(super) id: u64,
     raw: &'a RawEntity,
 }
 
-impl<'a> Instance<'a> {
+impl<'a> Entity<'a> {
     /// Whether its type is `name`, or one of its types if it is complex.
     pub(super) fn is(&self, name: &str) -> bool {
         match self.raw {

@@ -6,7 +6,7 @@
 
 use super::kinds::{HOLDERS, is_shapeless};
 use super::place::Geometry;
-use super::table::{Fields, Instance, MAX_DEPTH, Map, Read, Trouble};
+use super::table::{Entity, Fields, MAX_DEPTH, Map, Read, Trouble};
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 use std::collections::hash_map::Entry;
@@ -19,7 +19,7 @@ const FACES: [&str; 4] =
 pub(super) type Loss = (Trouble, Option<DVec3>);
 
 /// The triangles of a body as a part of plane faces, and what was left out of it.
-pub(super) fn triangles(geometry: &Geometry<'_>, item: Instance<'_>) -> Read<(Part, Vec<Loss>)> {
+pub(super) fn triangles(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<(Part, Vec<Loss>)> {
     let mut mesh = Mesh::default();
     mesh.holder(geometry, item, &DAffine3::IDENTITY, 0)?;
     if mesh.triangles.is_empty() {
@@ -56,7 +56,7 @@ struct Mesh {
 
 impl Mesh {
     /// Adds what a holder holds, or a face that stands by itself.
-    fn holder(&mut self, geometry: &Geometry<'_>, item: Instance<'_>, place: &DAffine3, depth: usize) -> Read<()> {
+    fn holder(&mut self, geometry: &Geometry<'_>, item: Entity<'_>, place: &DAffine3, depth: usize) -> Read<()> {
         if depth >= MAX_DEPTH {
             return Err(Trouble::new(item.id, "tessellated items hold one another too deeply"));
         }
@@ -94,7 +94,7 @@ impl Mesh {
         Ok(())
     }
 
-    fn face(&mut self, geometry: &Geometry<'_>, face: Instance<'_>, place: &DAffine3) -> Read<()> {
+    fn face(&mut self, geometry: &Geometry<'_>, face: Entity<'_>, place: &DAffine3) -> Read<()> {
         let set = face.is("TRIANGULATED_SURFACE_SET") || face.is("COMPLEX_TRIANGULATED_SURFACE_SET");
         let (base, inherited) = if set { ("TESSELLATED_SURFACE_SET", 4) } else { ("TESSELLATED_FACE", 5) };
         let list = face.fields(base, 1).reference(0)?;

@@ -14,7 +14,7 @@ use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
 
 /// A part that will be read.
-pub(super) struct Plan {
+pub(super) struct PlannedPart {
     pub(super) name: String,
     pub(super) gathered: Gathered,
     pub(super) colour: Option<Colour>,
@@ -29,7 +29,7 @@ pub(super) struct Tree<'a> {
     gather: Gather<'a>,
     /// For each group: not looked at yet, without geometry, or the part it makes.
     parts: Vec<Option<Option<PartId>>>,
-    pub(super) planned: Vec<Plan>,
+    pub(super) planned: Vec<PlannedPart>,
     pub(super) instances: Vec<Instance>,
     /// Occurrences walked through, assemblies included.
     pub(super) visits: u64,
@@ -105,7 +105,7 @@ impl<'a> Tree<'a> {
         let left = self.gather.leftovers(self.contexts.first);
         if !left.is_empty() {
             let part = PartId::new(self.planned.len());
-            self.planned.push(Plan { name: String::new(), gathered: left, colour: None });
+            self.planned.push(PlannedPart { name: String::new(), gathered: left, colour: None });
             let transform = DAffine3::IDENTITY;
             self.instances.push(Instance { part, transform, colour: None, name: String::new() });
         }
@@ -201,7 +201,7 @@ impl<'a> Tree<'a> {
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {
-            self.planned.push(Plan { name: self.groups[group].name.clone(), gathered, colour });
+            self.planned.push(PlannedPart { name: self.groups[group].name.clone(), gathered, colour });
         }
         self.parts[group] = Some(part);
         part

@@ -3,7 +3,7 @@
 use super::place::Geometry;
 use super::spline;
 use super::stated::{Reached, Stated};
-use super::table::{Instance, Read, Trouble};
+use super::table::{Entity, Read, Trouble};
 use crate::model::{NurbsCurve3, NurbsSurface, Severity, Surface};
 
 impl Geometry<'_> {
@@ -16,7 +16,7 @@ impl Geometry<'_> {
         self.surface(id, &Reached::default, 0)
     }
 
-    fn rectangle(&self, instance: Instance<'_>) -> Read<Stated> {
+    fn rectangle(&self, instance: Entity<'_>) -> Read<Stated> {
         let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
         let base = own.reference(0)?;
         let on = self.parametric(base, 1)?;

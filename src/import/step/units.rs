@@ -1,6 +1,6 @@
 //! Unit contexts of representations to factors: millimetres per length unit, radians per angle unit.
 
-use super::table::{Instance, MAX_DEPTH, Map, Table};
+use super::table::{Entity, MAX_DEPTH, Map, Table};
 
 /// What the numbers of one representation mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,13 +48,13 @@ impl Contexts {
 }
 
 /// `None` when the context names no length unit.
-fn units_of(table: &Table, context: Instance<'_>) -> Option<Units> {
+fn units_of(table: &Table, context: Entity<'_>) -> Option<Units> {
     let mut units = Units::DEFAULT;
     let mut length = None;
     for unit in context.fields("GLOBAL_UNIT_ASSIGNED_CONTEXT", 2).links(0).ok()? {
         match factor(table, unit, 0) {
-            Some((Kind::Length, metres)) if length.is_none() => length = Some(1e3 * metres),
-            Some((Kind::Angle, radians)) => units.angle = radians,
+            Some((UnitKind::Length, metres)) if length.is_none() => length = Some(1e3 * metres),
+            Some((UnitKind::Angle, radians)) => units.angle = radians,
             _ => {}
         }
     }
@@ -64,7 +64,7 @@ fn units_of(table: &Table, context: Instance<'_>) -> Option<Units> {
         list.find_map(|id| {
             let (value, unit) = measure(table, id)?;
             match factor(table, unit, 0) {
-                Some((Kind::Length, metres)) => Some(1e3 * metres * value),
+                Some((UnitKind::Length, metres)) => Some(1e3 * metres * value),
                 _ => None,
             }
         })
@@ -82,13 +82,13 @@ fn measure(table: &Table, id: u64) -> Option<(f64, u64)> {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum UnitKind {
     Length,
     Angle,
 }
 
 /// What a unit measures, and how many metres or radians it is.
-fn factor(table: &Table, id: u64, depth: usize) -> Option<(Kind, f64)> {
+fn factor(table: &Table, id: u64, depth: usize) -> Option<(UnitKind, f64)> {
     if depth > MAX_DEPTH {
         return None;
     }
@@ -103,8 +103,8 @@ fn factor(table: &Table, id: u64, depth: usize) -> Option<(Kind, f64)> {
     if unit.is("SI_UNIT") {
         let si = unit.fields("SI_UNIT", 1);
         let kind = match si.keyword(1) {
-            "METRE" => Kind::Length,
-            "RADIAN" => Kind::Angle,
+            "METRE" => UnitKind::Length,
+            "RADIAN" => UnitKind::Angle,
             _ => return None,
         };
         return Some((kind, prefix(si.keyword(0))));

@@ -25,7 +25,7 @@ pub(super) struct Pipelines {
 }
 
 /// What distinguishes a pipeline from the others.
-struct Kind<'a> {
+struct PipelineKind<'a> {
     vertex: &'a str,
     fragment: &'a str,
     groups: &'a [Option<&'a BindGroupLayout>],
@@ -35,7 +35,7 @@ struct Kind<'a> {
     samples: u32,
 }
 
-impl Kind<'_> {
+impl PipelineKind<'_> {
     fn pipeline(&self, device: &::wgpu::Device, shader: &::wgpu::ShaderModule) -> ::wgpu::RenderPipeline {
         let layout = device.create_pipeline_layout(&::wgpu::PipelineLayoutDescriptor {
             label: Some("trimtess"),
@@ -95,7 +95,7 @@ impl Pipelines {
             attributes: &record,
         };
         let lit = ColorTargetState { blend: Some(::wgpu::BlendState::ALPHA_BLENDING), ..format.into() }; // only lines have alpha
-        let pipeline = |kind: &Kind<'_>| kind.pipeline(device, &shader);
+        let pipeline = |kind: &PipelineKind<'_>| kind.pipeline(device, &shader);
         let cells = ::wgpu::vertex_attr_array![6 => Float32x2];
         let cells = VertexBufferLayout {
             array_stride: size_of::<CellPlace>() as u64,
@@ -103,7 +103,7 @@ impl Pipelines {
             attributes: &cells,
         };
         let tiles = [Some(vertex.clone()), Some(record.clone())];
-        let surface = Kind {
+        let surface = PipelineKind {
             vertex: "surface_vertex",
             fragment: "surface_fragment",
             groups: &[Some(&view)],
@@ -112,10 +112,14 @@ impl Pipelines {
             target: lit.clone(),
             samples: SAMPLES,
         };
-        let line =
-            Kind { fragment: "line_fragment", depth: CompareFunction::GreaterEqual, target: lit.clone(), ..surface };
+        let line = PipelineKind {
+            fragment: "line_fragment",
+            depth: CompareFunction::GreaterEqual,
+            target: lit.clone(),
+            ..surface
+        };
         Self {
-            backdrop: pipeline(&Kind {
+            backdrop: pipeline(&PipelineKind {
                 vertex: "backdrop_vertex",
                 fragment: "backdrop_fragment",
                 buffers: &[],
@@ -123,22 +127,27 @@ impl Pipelines {
                 target: lit.clone(),
                 ..surface
             }),
-            pick: pipeline(&Kind { fragment: "pick_fragment", target: PICK_FORMAT.into(), samples: 1, ..surface }),
-            lattice: pipeline(&Kind {
+            pick: pipeline(&PipelineKind {
+                fragment: "pick_fragment",
+                target: PICK_FORMAT.into(),
+                samples: 1,
+                ..surface
+            }),
+            lattice: pipeline(&PipelineKind {
                 vertex: "lattice_vertex",
                 fragment: "lattice_fragment",
                 buffers: &[Some(vertex), Some(record.clone()), Some(cells)],
                 target: lit.clone(),
                 ..line
             }),
-            wire: pipeline(&Kind {
+            wire: pipeline(&PipelineKind {
                 vertex: "wire_vertex",
                 groups: &[Some(&view), None, Some(&triangles)],
                 buffers: &[Some(record)],
                 target: lit.clone(),
                 ..line
             }),
-            edge: pipeline(&Kind {
+            edge: pipeline(&PipelineKind {
                 vertex: "edge_vertex",
                 groups: &[Some(&view), Some(&points)],
                 buffers: &[],

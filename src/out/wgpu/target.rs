@@ -31,13 +31,13 @@ pub(super) fn whole(texture: &Texture) -> TextureView {
 }
 
 /// What a frame is drawn to before its samples are averaged.
-pub(super) struct Samples {
+pub(super) struct SampleTargets {
     pub(super) size: (u32, u32),
     pub(super) colour: TextureView,
     pub(super) depth: TextureView,
 }
 
-impl Samples {
+impl SampleTargets {
     pub(super) fn new(gpu: &Gpu, size: (u32, u32)) -> Self {
         let of = |format| whole(&texture(gpu, size, format, SAMPLES, TextureUsages::empty()));
         Self { size, colour: of(gpu.format), depth: of(DEPTH_FORMAT) }

@@ -27,7 +27,7 @@ impl Sum {
 }
 
 /// A face's chain, as its triangles are turned.
-pub(crate) struct Turned<'a> {
+pub(crate) struct TurnedFace<'a> {
     pub(crate) face: usize,
     pub(crate) shell: u32,
     pub(crate) reversed: bool,
@@ -35,9 +35,9 @@ pub(crate) struct Turned<'a> {
 }
 
 /// What faces sum to on the edges of each shell, where that is not 0. Cost: a sort of all uses.
-pub(crate) fn sums<'a>(faces: impl Iterator<Item = Turned<'a>>) -> Vec<Sum> {
-    let of_face = |face: Turned<'a>| {
-        let Turned { face, shell, reversed, chain } = face;
+pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
+    let of_face = |face: TurnedFace<'a>| {
+        let TurnedFace { face, shell, reversed, chain } = face;
         let use_of = move |&(edge, count): &(u32, i32)| Sum {
             shell,
             edge,

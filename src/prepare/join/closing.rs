@@ -40,14 +40,14 @@ pub(crate) struct Added {
 
 /// A run of an edge's intervals from one break to another.
 #[derive(Clone, Copy)]
-struct Run {
+struct BreakRun {
     edge: u32,
     from: u32,
     to: u32,
 }
 
 /// A stretch of an edge: its first and last break, and how often it is used along it less how often against it.
-pub(crate) type Span = (u32, u32, u32, i32);
+pub(crate) type BreakSpan = (u32, u32, u32, i32);
 
 /// Closes the loops of a face's tiles; none where they are closed already. Cost of that: some 10 ns for each use.
 ///
@@ -57,7 +57,7 @@ pub(crate) fn close(
     tiles: &mut [Tile],
     edges: &mut Vec<PreparedEdge>,
     wanted: &Wanted<'_>,
-    spans: &mut Vec<Span>,
+    spans: &mut Vec<BreakSpan>,
 ) -> Result<Option<Added>, ()> {
     let joined = are_joined(tiles, edges);
     if joined && residue(tiles, edges, wanted, spans).is_empty() {
@@ -99,7 +99,7 @@ fn are_joined(tiles: &[Tile], edges: &[PreparedEdge]) -> bool {
 }
 
 /// What has to be added to the loops for their sum to be what is wanted.
-fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &mut Vec<Span>) -> Vec<Run> {
+fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &mut Vec<BreakSpan>) -> Vec<BreakRun> {
     spans.clear();
     for u in tiles.iter().flat_map(|t| &t.loops).flatten() {
         spans.push(if u.from < u.to { (u.edge.0, u.from, u.to, 1) } else { (u.edge.0, u.to, u.from, -1) });
@@ -136,16 +136,16 @@ fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &
             let ends = [at, at + of_run.len() as u32];
             at = ends[1];
             let [from, to] = if of_run[0] < 0 { ends } else { [ends[1], ends[0]] };
-            runs.extend((0..of_run[0].unsigned_abs()).map(|_| Run { edge: first.0, from, to }));
+            runs.extend((0..of_run[0].unsigned_abs()).map(|_| BreakRun { edge: first.0, from, to }));
         }
     }
     runs
 }
 
 /// Whether a border is a pole, and all of its stretches come back to where they start: nothing, or forth and back.
-fn is_closed(border: &PreparedEdge, stretches: &[Span]) -> bool {
+fn is_closed(border: &PreparedEdge, stretches: &[BreakSpan]) -> bool {
     let point = |at: u32| border.breaks[at as usize].point;
-    let whole = |s: &Span| s.1 == 0 && s.2 as usize + 1 == border.breaks.len();
+    let whole = |s: &BreakSpan| s.1 == 0 && s.2 as usize + 1 == border.breaks.len();
     let all_one = || border.breaks.iter().all(|b| b.point == point(0));
     matches!(border.shape, EdgeShape::Point(_))
         && stretches.iter().all(|s| point(s.1) == point(s.2))
@@ -205,8 +205,8 @@ impl Closer<'_> {
     }
 
     /// Runs to closed walks.
-    fn walks(&self, runs: &[Run]) -> Vec<Vec<Run>> {
-        let end = |run: &Run, at: u32| key(break_point(self.edges, RowId(run.edge), at));
+    fn walks(&self, runs: &[BreakRun]) -> Vec<Vec<BreakRun>> {
+        let end = |run: &BreakRun, at: u32| key(break_point(self.edges, RowId(run.edge), at));
         let mut from: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
         for (k, run) in runs.iter().enumerate().rev() {
             from.entry(end(run, run.from)).or_default().push(k);
@@ -233,13 +233,13 @@ impl Closer<'_> {
     }
 
     /// Adds a walk as a loop, where a tile has the first of its edges that any tile has.
-    fn add(&mut self, tiles: &mut [Tile], walk: &[Run]) {
+    fn add(&mut self, tiles: &mut [Tile], walk: &[BreakRun]) {
         let has = |tile: &Tile, edge: u32| tile.loops.iter().flatten().any(|u| u.edge.0 == edge);
         let found = walk.iter().find_map(|run| tiles.iter().position(|tile| has(tile, run.edge)));
         let tile = &mut tiles[found.unwrap_or(0)];
         let mut place = 0.5 * (tile.min + tile.max);
         let mut l = Vec::with_capacity(walk.len() + 1);
-        for &Run { edge, from, to } in walk {
+        for &BreakRun { edge, from, to } in walk {
             let known = tile.loops.iter().flatten().find(|u| u.edge.0 == edge);
             let breaks = &self.edges[edge as usize].breaks;
             let uv = known.map(|u| u.uv.clone()).unwrap_or_else(|| {

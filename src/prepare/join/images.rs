@@ -9,13 +9,13 @@ pub struct EdgeImages {
     /// Borders of strips, where these are not the bounds' own.
     pub(crate) cuts: Vec<f64>,
     /// One per use of the edge.
-    pub(crate) spans: Vec<Span>,
+    pub(crate) spans: Vec<ImageSpan>,
     pub(crate) places: Vec<[f32; 2]>,
 }
 
 /// The part of an edge that a use runs along.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span {
+pub(crate) struct ImageSpan {
     pub(crate) ends: [f64; 2],
     /// Its first strip, and its first place.
     pub(crate) strip: u32,
@@ -26,7 +26,7 @@ pub(crate) struct Span {
 
 /// An image of an edge.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Image<'a> {
+pub(crate) struct EdgeImage<'a> {
     /// First and last parameter.
     pub(crate) ends: [f64; 2],
     /// The first strip that it runs through.
@@ -37,7 +37,7 @@ pub(crate) struct Image<'a> {
     pub(crate) steps: usize,
 }
 
-impl<'a> Image<'a> {
+impl<'a> EdgeImage<'a> {
     /// Where it begins, and the steps of each strip; `None` where it is no longer than a point.
     pub(crate) fn steps(&self) -> Option<([f32; 2], std::slice::ChunksExact<'a, [f32; 2]>)> {
         let (first, rest) = self.places.split_first()?;
@@ -52,9 +52,9 @@ impl EdgeImages {
     }
 
     /// The image in the edge's use number `k`.
-    pub(crate) fn image(&self, k: usize) -> Image<'_> {
-        let Span { ends, strip, place, steps } = self.spans[k];
+    pub(crate) fn image(&self, k: usize) -> EdgeImage<'_> {
+        let ImageSpan { ends, strip, place, steps } = self.spans[k];
         let end = self.spans.get(k + 1).map_or(self.places.len(), |next| next.place as usize);
-        Image { ends, strip: strip as usize, places: &self.places[place as usize..end], steps: steps as usize }
+        EdgeImage { ends, strip: strip as usize, places: &self.places[place as usize..end], steps: steps as usize }
     }
 }

@@ -1,6 +1,6 @@
 //! Edges and their pcurves -> places along those curves, which every plan holds against its lattices.
 
-use super::images::{EdgeImages, Span};
+use super::images::{EdgeImages, ImageSpan};
 use super::prepared::TileUse;
 use super::prepared::{PreparedEdge, Tile};
 use crate::prepare::uv::uv_curve::UvCurve;
@@ -36,7 +36,7 @@ impl EdgeImages {
                 out.places.extend((1..=STEPS).map(|i| place(a + step * i as f64)));
             }
             let steps = thin(&mut out.places, at);
-            out.spans.push(Span { ends, strip, place: at as u32, steps: steps as u32 });
+            out.spans.push(ImageSpan { ends, strip, place: at as u32, steps: steps as u32 });
         }
         out.places.shrink_to_fit();
         out

@@ -69,13 +69,13 @@ impl std::error::Error for PrepareError {}
 const BYTES_PER_TILE: u64 = 4096;
 
 /// What has been spent, on all threads together.
-pub(crate) struct Budget {
+pub(crate) struct PrepareBudget {
     limits: PrepareLimits,
     patches: AtomicU64,
     bytes: AtomicU64,
 }
 
-impl Budget {
+impl PrepareBudget {
     pub(crate) fn new(limits: PrepareLimits) -> Self {
         Self { limits, patches: AtomicU64::new(0), bytes: AtomicU64::new(0) }
     }

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 
 /// A group of faces that should bound a solid, and as stated does not.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turned {
+pub(crate) struct Orientation {
     /// One of its faces.
     pub(crate) face: usize,
     /// How many faces it has.
@@ -23,7 +23,7 @@ pub(crate) struct Turned {
 ///
 /// Loops run counter-clockwise in (u,v) by now, so two faces are turned the same way exactly when they run along their
 /// common edge in opposite directions once turned.
-pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<Turned>) -> Vec<bool> {
+pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<Orientation>) -> Vec<bool> {
     let mut reversed: Vec<bool> = part.faces.iter().map(|f| f.reversed).collect();
     let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.edges.len()];
     for (k, draft) in drafts.iter().enumerate() {
@@ -87,7 +87,7 @@ pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<T
         let closed = group.iter().all(|(face, _)| whole[*face]);
         if closed && let Some(volume) = wrong_volume(drafts, &group, &reversed, wanted) {
             let volume = (volume != 0.0).then_some(volume);
-            told.push(Turned { face: start, faces: group.len(), volume });
+            told.push(Orientation { face: start, faces: group.len(), volume });
             for (face, _) in group.iter().filter(|_| volume.is_some()) {
                 reversed[*face] = !reversed[*face];
             }

@@ -1,7 +1,7 @@
 //! One part: each of its faces by itself, then all of them turned alike, closed against each other and told about.
 
-use super::chains::{Closedness, Sum, Turned};
-use super::limits::Budget;
+use super::chains::{Closedness, Sum, TurnedFace};
+use super::limits::PrepareBudget;
 use super::orient::{self, orient, wrong_volume};
 use super::prepared::PreparedPart;
 use super::topology::{self, Closed};
@@ -42,7 +42,7 @@ const ROUNDING: f64 = 1e-9;
 /// Share of the square of a face's size that is no area.
 const NO_AREA: f64 = 1e-9;
 
-pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &Budget) -> DonePart {
+pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &PrepareBudget) -> DonePart {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
     let (trimmed, mut free) = free_edges::free_faces(stated, size);
@@ -97,11 +97,11 @@ struct Maker<'a> {
 struct Faces {
     drafts: Vec<Option<FaceDraft>>,
     /// Why a face has no region.
-    causes: BTreeMap<usize, Cause>,
+    causes: BTreeMap<usize, OpenCause>,
 }
 
 /// Why a face has no region, and what follows from that.
-struct Cause {
+struct OpenCause {
     error: FaceError,
     /// Nothing is lost: it has no area, or nothing of it is kept.
     harmless: bool,
@@ -120,12 +120,12 @@ struct Directed {
     sums: Vec<Sum>,
     closedness: Closedness,
     /// Groups that were turned over.
-    turned: Vec<orient::Turned>,
+    turned: Vec<orient::Orientation>,
 }
 
 impl Maker<'_> {
     /// Drafts each face by itself; none for those that were lost before, and have their diagnostic.
-    fn draft(&self, budget: &Budget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
+    fn draft(&self, budget: &PrepareBudget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
         let part = &*self.part;
         let shared = boundary::shared_edges(part, &self.free);
         let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
@@ -161,12 +161,12 @@ impl Maker<'_> {
                 Some(Ok(draft)) => Some(draft),
                 Some(Err(e)) => {
                     let harmless = matches!(e, FaceError::NoArea { .. } | FaceError::NothingKept);
-                    faces.causes.insert(k, Cause { error: e, harmless });
+                    faces.causes.insert(k, OpenCause { error: e, harmless });
                     None
                 }
             });
         }
-        for (&k, Cause { error: e, harmless }) in &mut faces.causes {
+        for (&k, OpenCause { error: e, harmless }) in &mut faces.causes {
             let boundary = self.boundary(k);
             // Nothing tells what lies between edges that cancel: a seam is all that bounds a sphere.
             let unknown = matches!(e, FaceError::Refused(_)) && of_boundary(&boundary).is_empty();
@@ -226,7 +226,7 @@ impl Maker<'_> {
     fn sums(&self, drafts: &[Option<FaceDraft>], reversed: &[bool]) -> Vec<Sum> {
         chains::sums(drafts.iter().enumerate().filter_map(|(face, draft)| {
             let chain = &draft.as_ref()?.chain[..];
-            Some(Turned { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
+            Some(TurnedFace { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
         }))
     }
 
@@ -241,7 +241,8 @@ impl Maker<'_> {
         let of_shell = || (0..part.faces.len()).filter(|&k| part.faces[k].shell == shell);
         let stated: Vec<(usize, Chain)> =
             of_shell().filter(|&k| faces.drafts[k].is_some()).map(|k| (k, of_boundary(&self.boundary(k)))).collect();
-        let rows = stated.iter().map(|(k, chain)| Turned { face: *k, shell, reversed: part.faces[*k].reversed, chain });
+        let rows =
+            stated.iter().map(|(k, chain)| TurnedFace { face: *k, shell, reversed: part.faces[*k].reversed, chain });
         if chains::sums(rows).iter().any(|s| self.is_stuck(s)) {
             return;
         }
@@ -339,11 +340,11 @@ impl Maker<'_> {
                 }
             }
             match cause {
-                Some(Cause { error, harmless: true }) => {
+                Some(OpenCause { error, harmless: true }) => {
                     self.tell(k, Severity::Note, None, error.to_string());
                     without_area.push(FaceId::new(k));
                 }
-                Some(Cause { error, .. }) if draft.is_none() => {
+                Some(OpenCause { error, .. }) if draft.is_none() => {
                     self.tell(k, Severity::Error, error.place(), error.to_string());
                 }
                 _ => {}
@@ -434,7 +435,7 @@ impl Maker<'_> {
         }
     }
 
-    fn tell_turned(&mut self, turned: &[orient::Turned]) {
+    fn tell_turned(&mut self, turned: &[orient::Orientation]) {
         for t in turned {
             let (severity, reason) = match t.volume {
                 Some(volume) => {

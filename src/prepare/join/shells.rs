@@ -2,7 +2,7 @@
 
 use crate::model::{Face, Loop, Part, ShellKind};
 use crate::prepare::regions::boundary::boundary;
-use crate::prepare::sew::uses::{Use, uses};
+use crate::prepare::sew::uses::{EdgeInUse, uses};
 use crate::prepare::trims::free_faces::FreeFaces;
 use std::collections::{BTreeSet, HashSet};
 
@@ -143,7 +143,7 @@ pub(crate) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) 
         let number = of_shell[0].shell;
         let shell = part.shells.get(number as usize).filter(|s| s.kind != ShellKind::Open)?;
         let mut free = of_shell.iter().filter(|u| u.count % 2 == 1);
-        let Use { edge, face, .. } = *free.next()?;
+        let EdgeInUse { edge, face, .. } = *free.next()?;
         Some(Open { entity: shell.entity, free: 1 + free.count(), edges: of_shell.len(), edge, face })
             .filter(|_| !of_lost.contains(&number))
     });

@@ -1,6 +1,6 @@
 //! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
 
-use super::closing::{Added, Span, Wanted, close};
+use super::closing::{Added, BreakSpan, Wanted, close};
 use super::images::EdgeImages;
 use super::imaging;
 use super::prepared::TileUse;
@@ -131,7 +131,7 @@ fn add_tiles(
     draft: &mut FaceDraft,
     edges: &mut Vec<PreparedEdge>,
     tiles: &mut Vec<Tile>,
-    (brep_edges, spans): (usize, &mut Vec<Span>),
+    (brep_edges, spans): (usize, &mut Vec<BreakSpan>),
 ) -> Result<Option<Added>, ()> {
     let (first_tile, first_border) = (tiles.len(), edges.len());
     for b in std::mem::take(&mut draft.borders) {

@@ -20,7 +20,7 @@ const MAX_CROSSINGS: usize = 64;
 const STEPS: usize = 12;
 
 /// What was turned.
-pub(crate) struct Turned {
+pub(crate) struct TurnedLobes {
     pub(crate) lobes: usize,
     /// Their area, mm², to a few per cent.
     pub(crate) area: f64,
@@ -42,11 +42,11 @@ pub(crate) fn stays(l: &UvLoop, shared: &[bool]) -> bool {
 
 /// Turns lobes of a region's loops that run backwards, outside their others; none if there are none. Loops along edges that are
 /// `shared` stay as they are: the faces beyond would not know.
-pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[bool]) -> Option<Turned> {
+pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[bool]) -> Option<TurnedLobes> {
     if region.wraps != [false, false] {
         return None;
     }
-    let mut done = Turned { lobes: 0, area: 0.0, cuts: Vec::new() };
+    let mut done = TurnedLobes { lobes: 0, area: 0.0, cuts: Vec::new() };
     let mut loops = Vec::with_capacity(region.loops.len());
     let polygons: Vec<Vec<DVec2>> = region.loops.iter().map(UvLoop::polyline).collect();
     for (k, l) in std::mem::take(&mut region.loops).into_iter().enumerate() {
@@ -73,7 +73,13 @@ pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[boo
 }
 
 /// The simple loops of one loop, those that had to be turned turned; none if none had to.
-fn lobes(l: &UvLoop, positive: bool, near: f64, projector: &Projector<'_>, done: &mut Turned) -> Option<Vec<UvLoop>> {
+fn lobes(
+    l: &UvLoop,
+    positive: bool,
+    near: f64,
+    projector: &Projector<'_>,
+    done: &mut TurnedLobes,
+) -> Option<Vec<UvLoop>> {
     let crossings = crossings(l, near)?;
     // Both passes of every crossing, in loop order, with the number of the crossing.
     let mut passes: Vec<(At, usize)> = crossings.iter().enumerate().flat_map(|(k, c)| c.at.map(|at| (at, k))).collect();
@@ -117,7 +123,7 @@ fn lobes(l: &UvLoop, positive: bool, near: f64, projector: &Projector<'_>, done:
     if backwards.is_empty() {
         return None;
     }
-    let cut = |c: &Crossing| {
+    let cut = |c: &LobeCrossing| {
         c.at.map(|at| match l.pieces[at.piece].along {
             Along::Edge(edge) => Some((edge, at.t, c.uv)),
             Along::Pole(_) => None,
@@ -128,13 +134,13 @@ fn lobes(l: &UvLoop, positive: bool, near: f64, projector: &Projector<'_>, done:
 }
 
 /// A point that a loop passes twice.
-struct Crossing {
+struct LobeCrossing {
     at: [At; 2],
     uv: DVec2,
 }
 
 /// Where a loop crosses itself, or passes a vertex twice; none if nowhere, or too often.
-fn crossings(l: &UvLoop, near: f64) -> Option<Vec<Crossing>> {
+fn crossings(l: &UvLoop, near: f64) -> Option<Vec<LobeCrossing>> {
     let mut points: Vec<(At, DVec2)> = Vec::new();
     for (piece, p) in l.pieces.iter().enumerate() {
         let n = p.samples.len();
@@ -154,7 +160,7 @@ fn crossings(l: &UvLoop, near: f64) -> Option<Vec<Crossing>> {
     let mut order: Vec<usize> = (0..count).collect();
     let low = |k: usize| points[k].1.x.min(end(k).x);
     order.sort_by(|&a, &b| low(a).total_cmp(&low(b)));
-    let mut out: Vec<Crossing> = Vec::new();
+    let mut out: Vec<LobeCrossing> = Vec::new();
     for (n, &i) in order.iter().enumerate() {
         let (p, q) = (points[i].1, end(i));
         for &j in order[n + 1..].iter().take_while(|&&j| low(j) <= p.x.max(q.x)) {
@@ -165,7 +171,7 @@ fn crossings(l: &UvLoop, near: f64) -> Option<Vec<Crossing>> {
                 continue;
             }
             if p.distance(r) <= near {
-                out.push(Crossing { at: [points[i].0, points[j].0], uv: p });
+                out.push(LobeCrossing { at: [points[i].0, points[j].0], uv: p });
             } else if !follows && let Some(shares) = cross([p, q], [r, s]) {
                 out.extend(settle(l, [i, j], shares, &points, near));
             }
@@ -185,7 +191,13 @@ fn cross([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<[f64; 2]> {
 }
 
 /// The crossing of the pcurves near that of two of their chords; none where a chord's end stands on it, which counts as such.
-fn settle(l: &UvLoop, segments: [usize; 2], shares: [f64; 2], points: &[(At, DVec2)], near: f64) -> Option<Crossing> {
+fn settle(
+    l: &UvLoop,
+    segments: [usize; 2],
+    shares: [f64; 2],
+    points: &[(At, DVec2)],
+    near: f64,
+) -> Option<LobeCrossing> {
     let piece = |k: usize| &l.pieces[points[segments[k]].0.piece];
     let limits = [0, 1].map(|k| {
         let (here, next) = (points[segments[k]].0, points[(segments[k] + 1) % points.len()].0);
@@ -207,7 +219,7 @@ fn settle(l: &UvLoop, segments: [usize; 2], shares: [f64; 2], points: &[(At, DVe
     }
     let [x, y] = [0, 1].map(|k| sample(piece(k), t[k]).uv);
     let at = [0, 1].map(|k| At { piece: points[segments[k]].0.piece, t: t[k] });
-    (x.distance(y) <= 10.0 * near).then_some(Crossing { at, uv: x })
+    (x.distance(y) <= 10.0 * near).then_some(LobeCrossing { at, uv: x })
 }
 
 /// A piece's point and slope.

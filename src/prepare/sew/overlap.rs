@@ -43,7 +43,7 @@ pub(crate) struct Course {
 
 /// A stretch that two curves have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stretch {
+pub(crate) struct Overlap {
     /// From and to, in the first curve's parameter; increasing.
     pub(crate) a: [f64; 2],
     /// The same places in the second curve's: decreasing if it runs the other way.
@@ -183,12 +183,12 @@ impl Course {
 
     /// The stretches that it has in common with another curve: not shorter than a few tolerances, and the tolerance no more than
     /// an eighth of either's length.
-    pub(crate) fn common(&self, other: &Self, tolerance: f64) -> Vec<Stretch> {
+    pub(crate) fn common(&self, other: &Self, tolerance: f64) -> Vec<Overlap> {
         let tolerance = tolerance.min(SHORT * self.length.min(other.length));
         if let Some((width, against)) = self.same_net(other, tolerance) {
             let [from, to] = other.range();
             let b = if against { [to, from] } else { [from, to] };
-            return vec![Stretch { a: self.range(), b, width }];
+            return vec![Overlap { a: self.range(), b, width }];
         }
         let mut marks: Vec<f64> = Vec::new();
         self.mark(other, &self.range(), &other.range(), tolerance, &mut marks);
@@ -207,10 +207,10 @@ impl Course {
             }
             one
         });
-        let mut out: Vec<Stretch> = Vec::new();
+        let mut out: Vec<Overlap> = Vec::new();
         for w in marks.windows(2) {
             let Some(found) = self.coincides(other, [w[0], w[1]], tolerance) else { continue };
-            let along = |s: &Stretch| s.b[1] > s.b[0];
+            let along = |s: &Overlap| s.b[1] > s.b[0];
             match out.last_mut() {
                 Some(before)
                     if before.a[1] == found.a[0]
@@ -240,7 +240,7 @@ impl Course {
     }
 
     /// The stretch between two places, if it is one.
-    fn coincides(&self, other: &Self, a: [f64; 2], tolerance: f64) -> Option<Stretch> {
+    fn coincides(&self, other: &Self, a: [f64; 2], tolerance: f64) -> Option<Overlap> {
         let places = self.places(a[0], a[1]);
         let mut width = 0.0_f64;
         let mut feet = Vec::with_capacity(places.len() + 2);
@@ -279,6 +279,6 @@ impl Course {
             width = width.max(off);
         }
         let length: f64 = feet.windows(2).map(|w| other.point(w[0]).distance(other.point(w[1]))).sum();
-        (length > 4.0 * tolerance).then_some(Stretch { a, b: [from, to], width })
+        (length > 4.0 * tolerance).then_some(Overlap { a, b: [from, to], width })
     }
 }

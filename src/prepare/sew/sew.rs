@@ -7,7 +7,7 @@
 
 use super::candidate::{Candidate, is_sound};
 use super::carry::{between, carry};
-use super::overlap::{Course, Stretch};
+use super::overlap::{Course, Overlap};
 use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::thin::Thin;
 use super::uses::uses;
@@ -47,7 +47,7 @@ pub(crate) struct Sewn {
 /// A stretch that two candidates have in common.
 struct Contact {
     pair: [usize; 2],
-    stretch: Stretch,
+    stretch: Overlap,
     tolerance: f64,
 }
 

@@ -6,7 +6,7 @@ use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::order::Given;
 
 /// What the faces of a shell make of an edge.
-pub(crate) struct Use {
+pub(crate) struct EdgeInUse {
     pub(crate) shell: u32,
     pub(crate) edge: u32,
     /// How often they use it.
@@ -20,10 +20,10 @@ pub(crate) struct Use {
 }
 
 /// The edges in use, by shell and edge.
-pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<Use> {
-    let mut uses: Vec<Use> = Vec::with_capacity(2 * part.edges.len());
+pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
+    let mut uses: Vec<EdgeInUse> = Vec::with_capacity(2 * part.edges.len());
     let mut add = |face: usize, edge: u32, untold: bool, side: bool| {
-        uses.push(Use { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
+        uses.push(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
         let mut given = Given::default();

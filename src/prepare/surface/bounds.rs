@@ -268,9 +268,9 @@ struct Sample {
 }
 
 /// A sub-box's samples, (i, j) in u and v; none where the surface has no normal.
-struct Samples([[Option<Sample>; SAMPLES + 1]; SAMPLES + 1]);
+struct SurfaceSamples([[Option<Sample>; SAMPLES + 1]; SAMPLES + 1]);
 
-impl Samples {
+impl SurfaceSamples {
     /// The largest size of each number of [`Sample::bends`] between the samples too: what the largest sample may miss is an
     /// eighth of the second difference where the number is a parabola there; twice that is allowed for, along lines and
     /// across.
@@ -309,7 +309,7 @@ impl Sampler {
     }
 
     /// A net at the sample lines.
-    fn samples(&self, net: &[DVec4]) -> Samples {
+    fn samples(&self, net: &[DVec4]) -> SurfaceSamples {
         let nv = self.degree_v + 1;
         let mut out = [[None; SAMPLES + 1]; SAMPLES + 1];
         // Per column of the net, all orders in u; summed over the columns by orders in v.
@@ -337,7 +337,7 @@ impl Sampler {
                 }
             }
         }
-        Samples(out)
+        SurfaceSamples(out)
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) const MAX_DEPTH: u32 = 8;
 const MAX_DEPTH_BELOW: u32 = 3;
 
 /// An arc between two mandatory parameters.
-pub(crate) struct Arc {
+pub(crate) struct PcurveArc {
     pub(crate) edge: u32,
     /// Loop of the tile and use within the loop.
     pub(crate) of: (usize, usize),
@@ -28,7 +28,7 @@ pub(crate) struct Arc {
     /// Whether it is the former.
     pub(crate) exact: bool,
     /// If it is the latter, and it is not straight: what lies between each of `points` and the next.
-    pieces: Vec<Piece>,
+    pieces: Vec<ArcPiece>,
     /// The largest bulge of these.
     most: f64,
     pub(crate) low: DVec2,
@@ -36,7 +36,7 @@ pub(crate) struct Arc {
 }
 
 /// A cubic between two points of an arc.
-pub(crate) struct Piece {
+pub(crate) struct ArcPiece {
     /// Derivatives at both ends, over its range.
     steps: [DVec2; 2],
     /// How far it may be from its chord.
@@ -45,8 +45,8 @@ pub(crate) struct Piece {
 
 /// A stretch of an arc's points.
 #[derive(Clone, Copy)]
-pub(crate) struct Span<'a> {
-    pub(crate) arc: &'a Arc,
+pub(crate) struct ArcSpan<'a> {
+    pub(crate) arc: &'a PcurveArc,
     pub(crate) from: usize,
     pub(crate) to: usize,
     /// A part of the stretch between two neighbours of the arc's points.
@@ -68,7 +68,7 @@ pub(crate) fn arc(
     more: &[f64],
     (origin, scale): (DVec2, DVec2),
     exact: bool,
-) -> Option<Arc> {
+) -> Option<PcurveArc> {
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
     let mut ts = vec![a];
     for w in samples.windows(2) {
@@ -109,7 +109,7 @@ pub(crate) fn arc(
         if exact {
             hull.extend([from.uv + steps[0] / 3.0, to.uv - steps[1] / 3.0]);
         } else {
-            pieces.push(Piece { steps, bulge: bulge([from.uv, to.uv], steps) });
+            pieces.push(ArcPiece { steps, bulge: bulge([from.uv, to.uv], steps) });
         }
         hull.push(to.uv);
         from = to;
@@ -127,7 +127,7 @@ pub(crate) fn arc(
     let (low, high) =
         hull.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
     let most = pieces.iter().fold(0.0, |most, s| s.bulge.max(most));
-    Some(Arc {
+    Some(PcurveArc {
         edge,
         of,
         points,
@@ -148,10 +148,10 @@ fn bulge([p, q]: [DVec2; 2], steps: [DVec2; 2]) -> f64 {
     0.25 * a.length_squared().max(b.length_squared()).sqrt()
 }
 
-impl Arc {
+impl PcurveArc {
     /// Whether two straight arcs that have an end in common, to the bit, meet nowhere else.
     pub(crate) fn only_joins(&self, other: &Self) -> bool {
-        let ([p, q], [r, s]) = (Span::of(self).ends(), Span::of(other).ends());
+        let ([p, q], [r, s]) = (ArcSpan::of(self).ends(), ArcSpan::of(other).ends());
         let (d, e) = (q - p, s - r);
         (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME_SHARE * d.length() * e.length()
     }
@@ -163,8 +163,8 @@ impl Arc {
     }
 }
 
-impl<'a> Span<'a> {
-    pub(crate) fn of(arc: &'a Arc) -> Self {
+impl<'a> ArcSpan<'a> {
+    pub(crate) fn of(arc: &'a PcurveArc) -> Self {
         Self { arc, from: 0, to: arc.points.len() - 1, fine: None }
     }
 
@@ -197,7 +197,7 @@ impl<'a> Span<'a> {
     }
 
     /// The cubics between its points; none where it is one of them, straight, or exact.
-    fn pieces(&self) -> &'a [Piece] {
+    fn pieces(&self) -> &'a [ArcPiece] {
         if self.fine.is_some() { &[] } else { self.arc.pieces.get(self.from..self.to).unwrap_or(&[]) }
     }
 
@@ -308,7 +308,7 @@ impl<'a> Span<'a> {
 }
 
 /// Points at which two arcs both end: of free trims, to the bit.
-pub(crate) fn shared_ends(a: Span<'_>, b: Span<'_>) -> [Option<DVec2>; 2] {
+pub(crate) fn shared_ends(a: ArcSpan<'_>, b: ArcSpan<'_>) -> [Option<DVec2>; 2] {
     let others = b.ends();
     let near = if a.arc.exact { 0.0 } else { SAME_SHARE * SAME_SHARE };
     let mut shared = a.ends().into_iter().filter(|p| others.iter().any(|q| p.distance_squared(*q) <= near));
@@ -316,7 +316,7 @@ pub(crate) fn shared_ends(a: Span<'_>, b: Span<'_>) -> [Option<DVec2>; 2] {
 }
 
 /// Whether a line separates two arcs, or a wedge at an end that they share.
-pub(crate) fn apart(a: Span<'_>, b: Span<'_>, shared: [Option<DVec2>; 2]) -> bool {
+pub(crate) fn apart(a: ArcSpan<'_>, b: ArcSpan<'_>, shared: [Option<DVec2>; 2]) -> bool {
     match shared {
         [None, _] => separated_by_line(a, b) || separated_by_line(b, a),
         [Some(p), None] => cones_apart(a, b, p),
@@ -325,7 +325,7 @@ pub(crate) fn apart(a: Span<'_>, b: Span<'_>, shared: [Option<DVec2>; 2]) -> boo
 }
 
 /// Whether the direction across `a`'s chord, or along it, keeps the arcs apart.
-fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
+fn separated_by_line(a: ArcSpan<'_>, b: ArcSpan<'_>) -> bool {
     directions(a).into_iter().any(|n| {
         let (ra, rb) = (a.range_along(n), b.range_along(n));
         let apart = (rb.0 - ra.1).max(ra.0 - rb.1);
@@ -334,14 +334,14 @@ fn separated_by_line(a: Span<'_>, b: Span<'_>) -> bool {
 }
 
 /// The same of cubics themselves, for either's chord.
-pub(crate) fn exactly_apart(a: Span<'_>, b: Span<'_>) -> bool {
+pub(crate) fn exactly_apart(a: ArcSpan<'_>, b: ArcSpan<'_>) -> bool {
     [a, b].into_iter().flat_map(directions).any(|n| {
         let (ra, rb) = (a.exact_range_along(n), b.exact_range_along(n));
         ra.1 < rb.0 || rb.1 < ra.0
     })
 }
 
-fn directions(s: Span<'_>) -> [DVec2; 2] {
+fn directions(s: ArcSpan<'_>) -> [DVec2; 2] {
     let [p, q] = s.ends();
     let along = (q - p).normalize_or_zero();
     [along.perp(), along]
@@ -365,7 +365,7 @@ fn turns(c: [f64; 4]) -> [f64; 2] {
 ///
 /// Of arcs of edges these are samples. Two that leave `p` in one direction are apart beyond it, and their cones, filled by all of
 /// their points, would touch however often they are halved.
-fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
+fn cones_apart(a: ArcSpan<'_>, b: ArcSpan<'_>, p: DVec2) -> bool {
     let (Some((fa, la, ha)), Some((fb, lb, hb))) = (cone(a, p), cone(b, p)) else { return true };
     if ha - la > 3.0 || hb - lb > 3.0 {
         return false;
@@ -378,7 +378,7 @@ fn cones_apart(a: Span<'_>, b: Span<'_>, p: DVec2) -> bool {
 
 /// Directions from `p` in which the points of an arc that ends there are seen: one of them, and the least and largest angle from
 /// it; none if all of them are at `p`.
-fn cone(s: Span<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
+fn cone(s: ArcSpan<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
     let mut first: Option<DVec2> = None;
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
     for d in s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME_SHARE) {

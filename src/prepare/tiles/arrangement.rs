@@ -6,7 +6,7 @@
 //! boundary does, also where that crosses or overlaps itself. Each stretch is made once and used by the tiles on both
 //! sides, so they share its points.
 
-use super::grid::{Crossing, Grid};
+use super::grid::{Grid, LineCrossing};
 use super::windings::Windings;
 use crate::prepare::regions::unroll::pole_sides;
 use crate::prepare::report::refusals::Tangled;
@@ -19,11 +19,11 @@ use std::collections::BTreeMap;
 
 /// A point where borders meet edges or each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Node {
+pub(crate) enum GridNode {
     /// Lines `(u, v)` of the grid.
     Corner(usize, usize),
     /// The crossing of that number in [`Arranged::crossings`].
-    Crossing(usize),
+    LineCrossing(usize),
     /// The end of a pole stretch of a loop: nothing but the pole.
     Pole(usize),
 }
@@ -38,14 +38,14 @@ pub(crate) struct Border {
     /// Range of the other parameter.
     pub(crate) range: (f64, f64),
     /// What stands at the ends of the range.
-    pub(crate) nodes: [Node; 2],
+    pub(crate) nodes: [GridNode; 2],
     /// The pole, where the line is one.
     pub(crate) pole: Option<usize>,
 }
 
 /// What a stretch of a tile's loop runs along.
 #[derive(Clone, Debug)]
-pub(crate) enum Stretch {
+pub(crate) enum LoopStretch {
     /// A B-rep edge from parameter `from` to `to`, with the pcurve moved into the tile.
     Edge { edge: u32, from: f64, to: f64, samples: Vec<UvSample> },
     /// A border, seen at `at` by this tile.
@@ -57,7 +57,7 @@ pub(crate) enum Stretch {
 pub(crate) struct ArrangedTile {
     pub(crate) min: DVec2,
     pub(crate) max: DVec2,
-    pub(crate) loops: Vec<Vec<Stretch>>,
+    pub(crate) loops: Vec<Vec<LoopStretch>>,
     /// Whether the region winds around a part of the tile's border more than once, or backwards.
     pub(crate) layered: bool,
 }
@@ -67,7 +67,7 @@ pub(crate) struct ArrangedTile {
 pub(crate) struct Arranged {
     pub(crate) tiles: Vec<ArrangedTile>,
     pub(crate) borders: Vec<Border>,
-    pub(crate) crossings: Vec<Crossing>,
+    pub(crate) crossings: Vec<LineCrossing>,
     /// Position of each grid corner that a border uses is the surface's, except on poles.
     pub(crate) pole_corners: BTreeMap<(usize, usize), usize>,
     /// Crossings that stand exactly on a corner: its position is theirs.
@@ -94,7 +94,7 @@ fn crossing_parameter(piece: [&UvSample; 2], axis: usize, (from, to): (f64, f64)
 }
 
 /// Crossings of a piece with the grid, in loop order.
-fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Crossing>) {
+fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<LineCrossing>) {
     let first = out.len();
     for w in piece.samples.windows(2) {
         for axis in 0..2 {
@@ -114,7 +114,7 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Cross
                     let other = at(t)[1 - axis];
                     let (strip, by) = grid.reduce(1 - axis, grid.locate(1 - axis, other));
                     let ends = [strip, strip + 1].map(|k| grid.lines[1 - axis][k]);
-                    out.push(Crossing {
+                    out.push(LineCrossing {
                         along: piece.along,
                         t,
                         axis,
@@ -137,17 +137,17 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<Cross
 
 /// A stretch of a loop inside one tile.
 struct Strand {
-    stretches: Vec<Stretch>,
+    stretches: Vec<LoopStretch>,
     /// Side of the tile and crossing where it enters and leaves; none for a loop that stays inside.
     ports: Option<[(usize, usize); 2]>,
 }
 
-struct Builder<'a> {
+struct TileBuilder<'a> {
     grid: &'a Grid,
     /// By axis and line: the pole that it runs along.
     poles: [Vec<Option<usize>>; 2],
     out: Arranged,
-    keys: BTreeMap<(usize, usize, Node, Node), usize>,
+    keys: BTreeMap<(usize, usize, GridNode, GridNode), usize>,
     strands: Vec<Vec<Strand>>,
 }
 
@@ -165,7 +165,7 @@ pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -
         on_lines
     });
     let tiles = grid.count(0) * grid.count(1);
-    let mut builder = Builder {
+    let mut builder = TileBuilder {
         grid,
         poles,
         out: Arranged::default(),
@@ -180,7 +180,7 @@ pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -
     Ok(builder.out)
 }
 
-impl Builder<'_> {
+impl TileBuilder<'_> {
     fn split(&mut self, l: &UvLoop) {
         let pieces = &l.pieces;
         let first = self.out.crossings.len();
@@ -225,8 +225,8 @@ impl Builder<'_> {
                 let end = p.samples[if p.reversed { 0 } else { p.samples.len() - 1 }].t;
                 let to = if last { b.t } else { end };
                 let nodes = [
-                    (from == a.t && index == a.piece && stretches.is_empty()).then_some(Node::Crossing(i)),
-                    last.then_some(Node::Crossing(j)),
+                    (from == a.t && index == a.piece && stretches.is_empty()).then_some(GridNode::LineCrossing(i)),
+                    last.then_some(GridNode::LineCrossing(j)),
                 ];
                 if from != to {
                     let s = self.stretch(p, from, to, by_now, nodes);
@@ -253,7 +253,7 @@ impl Builder<'_> {
         }
     }
 
-    fn stretch(&mut self, p: &Piece, from: f64, to: f64, by: DVec2, nodes: [Option<Node>; 2]) -> Stretch {
+    fn stretch(&mut self, p: &Piece, from: f64, to: f64, by: DVec2, nodes: [Option<GridNode>; 2]) -> LoopStretch {
         match p.along {
             Along::Edge(edge) => {
                 // Those around the stretch: an edge may run through many tiles.
@@ -262,19 +262,19 @@ impl Builder<'_> {
                 let last = p.samples.partition_point(|s| s.t < high) + 1;
                 let around = &p.samples[first..last.clamp(first + 2, p.samples.len())];
                 let samples = around.iter().map(|s| UvSample { uv: s.uv + by, ..*s }).collect();
-                Stretch::Edge { edge, from, to, samples }
+                LoopStretch::Edge { edge, from, to, samples }
             }
             Along::Pole(pole) => {
                 let d = p.samples[0].d;
                 let axis = usize::from(d.x.abs() > d.y.abs());
                 let run = 1 - axis;
                 let at = p.samples[0].uv[axis] + by[axis];
-                let ends = nodes.map(|n| n.unwrap_or(Node::Pole(pole)));
+                let ends = nodes.map(|n| n.unwrap_or(GridNode::Pole(pole)));
                 let reversed = from > to;
                 let (lo, hi) = (from.min(to) + by[run], from.max(to) + by[run]);
                 let nodes = if reversed { [ends[1], ends[0]] } else { ends };
                 self.out.borders.push(Border { axis, at, range: (lo, hi), nodes, pole: Some(pole) });
-                Stretch::Border { border: self.out.borders.len() - 1, reversed, at }
+                LoopStretch::Border { border: self.out.borders.len() - 1, reversed, at }
             }
         }
     }
@@ -290,7 +290,7 @@ impl Builder<'_> {
                 let mut loops = Vec::new();
                 // What leads from stop to stop of the perimeter: strands, then its own stretches.
                 let mut arcs: Vec<[usize; 2]> = Vec::new();
-                let mut inner: Vec<Vec<Stretch>> = Vec::new();
+                let mut inner: Vec<Vec<LoopStretch>> = Vec::new();
                 for s in std::mem::take(&mut self.strands[row * columns + column]) {
                     let Some(ports) = s.ports else {
                         loops.push(s.stretches);
@@ -332,7 +332,7 @@ impl Builder<'_> {
     fn perimeter(&mut self, column: usize, row: usize, windings: &Windings) -> Vec<Stop> {
         let mut out = Vec::new();
         for side in 0..4 {
-            let Side { axis, line, strip, reversed } = Side::of(side, column, row);
+            let LineSide { axis, line, strip, reversed } = LineSide::of(side, column, row);
             let key = self.grid.line_key(axis, line);
             let on_line = &windings.crossings[axis][key * self.grid.count(1 - axis) + strip];
             let ends = [strip, strip + 1].map(|k| self.grid.lines[1 - axis][k]);
@@ -342,7 +342,7 @@ impl Builder<'_> {
             for &k in on_line {
                 let c = &self.out.crossings[k];
                 winding += c.step();
-                let node = Node::Crossing(k);
+                let node = GridNode::LineCrossing(k);
                 stops.push(Stop { side, at: c.at, node, winding, crossing: Some((side, k)) });
                 if let Some(end) = (0..2).find(|&end| c.at == ends[end]) {
                     self.out.crossed_corners.entry(corners[end]).or_insert(k);
@@ -364,12 +364,12 @@ impl Builder<'_> {
 
     /// The border along one stretch of a perimeter; none where it has no length, as between a corner and a crossing that
     /// stands on it.
-    fn border(&mut self, column: usize, row: usize, perimeter: &[Stop], ends: [usize; 2]) -> Option<Stretch> {
+    fn border(&mut self, column: usize, row: usize, perimeter: &[Stop], ends: [usize; 2]) -> Option<LoopStretch> {
         // Along the perimeter or, where the region winds backwards, against it.
         let ahead = (ends[0] + 1) % perimeter.len() == ends[1];
         let [first, last] = if ahead { ends } else { [ends[1], ends[0]] }.map(|k| &perimeter[k]);
-        let Side { axis, line, reversed, .. } = Side::of(first.side, column, row);
-        let across = Side::of(first.side, column, row).end(self.grid);
+        let LineSide { axis, line, reversed, .. } = LineSide::of(first.side, column, row);
+        let across = LineSide::of(first.side, column, row).end(self.grid);
         let end = if last.side == first.side { last.at } else { across };
         let (mut range, mut nodes) = ((first.at, end), [first.node, last.node]);
         if range.0 == range.1 {
@@ -384,7 +384,7 @@ impl Builder<'_> {
         let pole = self.poles[axis][line];
         if let Some(pole) = pole {
             for node in nodes {
-                if let Node::Corner(i, j) = node {
+                if let GridNode::Corner(i, j) = node {
                     self.out.pole_corners.insert((i, j), pole);
                 }
             }
@@ -394,11 +394,11 @@ impl Builder<'_> {
             borders.push(Border { axis, at: self.grid.lines[axis][key], range, nodes, pole });
             borders.len() - 1
         });
-        Some(Stretch::Border { border, reversed: reversed == ahead, at })
+        Some(LoopStretch::Border { border, reversed: reversed == ahead, at })
     }
 }
 
-impl Crossing {
+impl LineCrossing {
     /// The side of the tile that its loop comes in through here, or goes out of: bottom, right, top, left.
     fn side(&self, enters: bool) -> usize {
         match (self.axis, self.up == enters) {
@@ -416,14 +416,14 @@ impl Crossing {
 }
 
 /// One side of a tile: a stretch of a line, and whether counter-clockwise runs against it.
-struct Side {
+struct LineSide {
     axis: usize,
     line: usize,
     strip: usize,
     reversed: bool,
 }
 
-impl Side {
+impl LineSide {
     fn of(side: usize, column: usize, row: usize) -> Self {
         let (axis, line, strip, reversed) =
             [(1, row, column, false), (0, column + 1, row, false), (1, row + 1, column, true), (0, column, row, true)]
@@ -442,14 +442,14 @@ struct Stop {
     side: usize,
     /// The running coordinate.
     at: f64,
-    node: Node,
+    node: GridNode,
     winding: i32,
     /// Side and number, where it is a crossing.
     crossing: Option<(usize, usize)>,
 }
 
-fn corner((i, j): (usize, usize)) -> Node {
-    Node::Corner(i, j)
+fn corner((i, j): (usize, usize)) -> GridNode {
+    GridNode::Corner(i, j)
 }
 
 /// Arcs between stops, as many in as out at each, to closed chains of arcs.

@@ -10,7 +10,7 @@
 //! millionths of a face, so arcs that cannot be told apart touch. Arcs of free trims are exact and meet at their ends only: they
 //! are halved as far as it takes.
 
-use super::arcs::{Arc, MAX_DEPTH, Span, apart, arc, exactly_apart, shared_ends};
+use super::arcs::{ArcSpan, MAX_DEPTH, PcurveArc, apart, arc, exactly_apart, shared_ends};
 use super::draft::DraftTile;
 use super::meeting::{Meeting, beside, meet, weld};
 use glam::DVec2;
@@ -53,15 +53,15 @@ const MAX_MEETINGS: usize = 2000;
 /// The same for each use of an edge; beyond it there is no telling one from the next.
 const MAX_MEETINGS_PER_USE: usize = 32;
 
-type Pair<'a> = (Span<'a>, Span<'a>);
+type Pair<'a> = (ArcSpan<'a>, ArcSpan<'a>);
 
 /// Pairs of stretches that cannot be told apart, and the parts of them that cannot.
 type Close<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
 
 /// What is left of the work on a tile, in points.
-struct Work(usize);
+struct WorkLeft(usize);
 
-impl Work {
+impl WorkLeft {
     /// Whether there is so much left, and takes it.
     fn takes(&mut self, points: usize) -> bool {
         self.0 = self.0.saturating_sub(points);
@@ -76,7 +76,7 @@ struct Found<'a, 'w> {
     /// Breaks beyond which no more work is left.
     most: usize,
     close: Close<'a>,
-    work: &'w mut Work,
+    work: &'w mut WorkLeft,
 }
 
 /// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
@@ -85,13 +85,13 @@ struct Found<'a, 'w> {
 pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
     let mut meetings = Vec::new();
     let mut more = Vec::new();
-    let mut work: Option<Work> = None;
+    let mut work: Option<WorkLeft> = None;
     let uses: usize = tile.loops.iter().map(Vec::len).sum();
     for round in 1..=ROUNDS {
         let arcs = arcs(tile, &meetings, &more, exact);
         let points: usize = arcs.iter().map(|a| a.points.len()).sum();
         let least = if exact { WORK_EXACT } else { WORK };
-        let work = work.get_or_insert_with(|| Work(least + WORK_PER_POINT * points));
+        let work = work.get_or_insert_with(|| WorkLeft(least + WORK_PER_POINT * points));
         let Found { breaks: found, close, .. } = separate_all(&arcs, MAX_BREAKS * uses, work);
         if exact {
             breaks.extend(found);
@@ -133,7 +133,7 @@ fn meet_near(tile: &DraftTile, (a, b): Pair<'_>, parts: &[Pair<'_>]) -> Vec<Meet
 
 /// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at which
 /// they may be cut besides samples and the middles between them.
-fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], exact: bool) -> Vec<Arc> {
+fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], exact: bool) -> Vec<PcurveArc> {
     let scale = (tile.max - tile.min).recip();
     let mut arcs = Vec::new();
     for (l, uses) in tile.loops.iter().enumerate() {
@@ -152,7 +152,7 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
 }
 
 /// Separates arcs from themselves and each other, those of edges in space by `most` breaks.
-fn separate_all<'a, 'w>(arcs: &'a [Arc], most: usize, work: &'w mut Work) -> Found<'a, 'w> {
+fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLeft) -> Found<'a, 'w> {
     let most = if arcs.iter().any(|a| a.exact) { usize::MAX } else { most };
     let mut found = Found { breaks: Vec::new(), most, close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
@@ -166,10 +166,10 @@ fn separate_all<'a, 'w>(arcs: &'a [Arc], most: usize, work: &'w mut Work) -> Fou
             }
             if a.points.len() == 2 && b.points.len() == 2 {
                 if !a.exact && !a.only_joins(b) {
-                    found.keep((Span::of(a), Span::of(b)), Vec::new());
+                    found.keep((ArcSpan::of(a), ArcSpan::of(b)), Vec::new());
                 }
             } else if !a.runs_along(b) {
-                separate_by_few(Span::of(a), Span::of(b), &mut found);
+                separate_by_few(ArcSpan::of(a), ArcSpan::of(b), &mut found);
             }
         }
     }
@@ -178,7 +178,7 @@ fn separate_all<'a, 'w>(arcs: &'a [Arc], most: usize, work: &'w mut Work) -> Fou
 
 impl<'a> Found<'a, '_> {
     /// Halves a stretch where it must have a break then.
-    fn halve(&mut self, span: &Span<'a>) -> [Span<'a>; 2] {
+    fn halve(&mut self, span: &ArcSpan<'a>) -> [ArcSpan<'a>; 2] {
         let (mid, halves) = span.split();
         self.breaks.push((span.arc.edge, mid));
         if self.breaks.len() > self.most {
@@ -200,7 +200,7 @@ impl<'a> Found<'a, '_> {
 
 /// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
 /// stretches are separated like arcs.
-fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
+fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Found<'a, '_>) {
     const TURN: f64 = TAU / 3.0;
     let most = if arc.exact { 512 } else { 64 };
     let mut cuts = vec![0];
@@ -215,7 +215,7 @@ fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
     }
     cuts.push(arc.points.len() - 1);
     cuts.dedup();
-    let spans: Vec<Span<'a>> = cuts.windows(2).map(|w| Span { arc, from: w[0], to: w[1], fine: None }).collect();
+    let spans: Vec<ArcSpan<'a>> = cuts.windows(2).map(|w| ArcSpan { arc, from: w[0], to: w[1], fine: None }).collect();
     let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
     if spans.len() > most
         || !found.work.takes(spans.len() * arc.points.len())
@@ -231,11 +231,11 @@ fn separate_from_itself<'a>(arc: &'a Arc, found: &mut Found<'a, '_>) {
 
 /// Separates two arcs. Where halvings of both do so, halvings of one alone may be fewer: of two arcs side by side, a chord of the
 /// inner one never comes near to the outer one.
-fn separate_by_few<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
+fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<'a, '_>) {
     let (before, close) = (found.breaks.len(), found.close.len());
     separate(a, b, 0, found);
     let by_both = found.breaks.split_off(before);
-    let on = |s: Span<'a>| by_both.iter().any(|&(edge, _)| edge == s.arc.edge);
+    let on = |s: ArcSpan<'a>| by_both.iter().any(|&(edge, _)| edge == s.arc.edge);
     let may_be_fewer = found.close.len() == close && !a.arc.exact && a.arc.edge != b.arc.edge && on(a) && on(b);
     let mut fewest = by_both;
     for (halved, other) in [(a, b), (b, a)] {
@@ -250,7 +250,13 @@ fn separate_by_few<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
 }
 
 /// Halves one of two arcs, less than `most` times, until each piece lies beyond a line from the other arc. Whether that does it.
-fn separate_alone<'a>(a: Span<'a>, b: Span<'a>, breaks: &mut Vec<(u32, f64)>, most: usize, work: &mut Work) -> bool {
+fn separate_alone<'a>(
+    a: ArcSpan<'a>,
+    b: ArcSpan<'a>,
+    breaks: &mut Vec<(u32, f64)>,
+    most: usize,
+    work: &mut WorkLeft,
+) -> bool {
     if !work.takes(a.len() + b.len()) {
         return false;
     }
@@ -267,7 +273,7 @@ fn separate_alone<'a>(a: Span<'a>, b: Span<'a>, breaks: &mut Vec<(u32, f64)>, mo
 }
 
 /// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
-fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>) {
+fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
     if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
         return;
@@ -290,7 +296,7 @@ fn separate<'a>(a: Span<'a>, b: Span<'a>, depth: u32, found: &mut Found<'a, '_>)
 
 /// The same for arcs of edges in space that cannot be halved at samples. Where they run along each other, nothing is gained by
 /// breaks, and the two are close as they are.
-fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_>) {
+fn separate_below_samples<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<'a, '_>) {
     // Where they leave a common end side by side, each halving would only ask for the next.
     let joined = shared_ends(a, b)[0].is_some();
     if a.arc.exact || joined || (!a.is_curved() && !b.is_curved()) {
@@ -313,7 +319,7 @@ fn separate_below_samples<'a>(a: Span<'a>, b: Span<'a>, found: &mut Found<'a, '_
 }
 
 /// Whether the first of two arcs is to be halved: the one to whose hollow side the other lies, or else the fatter one.
-fn is_halved_first([a, b]: [Span<'_>; 2], can_split: [bool; 2], joined: bool) -> bool {
+fn is_halved_first([a, b]: [ArcSpan<'_>; 2], can_split: [bool; 2], joined: bool) -> bool {
     let hollow = [!joined && a.has_inside(b), !joined && b.has_inside(a)];
     if can_split == [true; 2] && hollow[0] == hollow[1] {
         a.fatness() >= b.fatness()
@@ -323,7 +329,7 @@ fn is_halved_first([a, b]: [Span<'_>; 2], can_split: [bool; 2], joined: bool) ->
 }
 
 /// Halves cubics until their hulls are apart. Those that are not are `left`; halving ends when these are too many.
-fn halve<'a>([a, b]: [Span<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<'a, '_>) {
+fn halve<'a>([a, b]: [ArcSpan<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
     let done = left.len() > MAX_UNRESOLVED || !found.work.takes(a.len() + b.len());
     if done || if shared[0].is_none() { exactly_apart(a, b) } else { apart(a, b, shared) } {

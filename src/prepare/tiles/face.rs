@@ -1,10 +1,10 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
-use super::arrangement::{Arranged, Border, Node, Stretch, arrange};
+use super::arrangement::{Arranged, Border, GridNode, LoopStretch, arrange};
 use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse, FaceDraft};
-use super::grid::{Crossing, Grid};
+use super::grid::{Grid, LineCrossing};
 use super::meeting::{Meeting, fold, touching};
 use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
@@ -564,9 +564,9 @@ fn face_extent(part: &Part, face: &Face) -> Option<f64> {
     (d.is_finite() && d > 0.0).then_some(d)
 }
 
-fn stretch(s: &Stretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
+fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
     match s {
-        Stretch::Edge { edge, from, to, samples } => {
+        LoopStretch::Edge { edge, from, to, samples } => {
             // It ends on the cuts that end it. Between samples the images of natural and of NURBS parameters differ by what
             // both may be off; what lies that near to a cut (the break of a neighbour's cut) would be beyond it.
             let (low, high, last) = (from.min(*to), from.max(*to), samples.len() - 1);
@@ -585,7 +585,7 @@ fn stretch(s: &Stretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
                 .collect();
             DraftUse { along: DraftAlong::Edge(*edge), from: *from, to: *to, uv: UvCurve::Hermite(samples) }
         }
-        Stretch::Border { border, reversed, at } => {
+        LoopStretch::Border { border, reversed, at } => {
             let b = &borders[*border];
             let run = &maps[1 - b.axis];
             let (lo, hi) = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
@@ -626,17 +626,17 @@ impl BorderMaker<'_> {
             None => DraftShape::Curve(self.patches.iso_curve(b.axis, at, range)),
         };
         let ends = b.nodes.map(|node| match node {
-            Node::Pole(pole) => pole_end(pole),
-            Node::Crossing(k) => match self.arranged.crossings[k] {
-                Crossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
-                Crossing { along: Along::Pole(pole), .. } => pole_end(pole),
+            GridNode::Pole(pole) => pole_end(pole),
+            GridNode::LineCrossing(k) => match self.arranged.crossings[k] {
+                LineCrossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
+                LineCrossing { along: Along::Pole(pole), .. } => pole_end(pole),
             },
-            Node::Corner(i, j) => {
+            GridNode::Corner(i, j) => {
                 let (pole, crossing) =
                     (self.arranged.pole_corners.get(&(i, j)), self.arranged.crossed_corners.get(&(i, j)));
                 match (pole, crossing.map(|&k| &self.arranged.crossings[k])) {
-                    (Some(&pole), _) | (_, Some(&Crossing { along: Along::Pole(pole), .. })) => pole_end(pole),
-                    (_, Some(&Crossing { along: Along::Edge(e), t, .. })) => DraftEnd::OnEdge(e, t),
+                    (Some(&pole), _) | (_, Some(&LineCrossing { along: Along::Pole(pole), .. })) => pole_end(pole),
+                    (_, Some(&LineCrossing { along: Along::Edge(e), t, .. })) => DraftEnd::OnEdge(e, t),
                     _ => {
                         let (u, v) = (
                             self.maps[0].to_nurbs(self.grid.lines[0][i]),

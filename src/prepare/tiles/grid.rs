@@ -12,7 +12,7 @@ pub(crate) struct Grid {
 
 /// Where a loop crosses a line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Crossing {
+pub(crate) struct LineCrossing {
     pub(crate) along: Along,
     pub(crate) t: f64,
     pub(crate) axis: usize,

@@ -3,7 +3,7 @@
 //! Chords are intersected, and Newton steps on the pcurves end in the point itself. A point that two edges have in common
 //! in (u,v), to the bit, is one vertex to the trim stage; one that they have in common in space is one to the faces beyond.
 
-use super::arcs::Span;
+use super::arcs::ArcSpan;
 use super::draft::{DraftTile, DraftUse};
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use crate::prepare::uv::uv_loop::winding_about;
@@ -49,7 +49,7 @@ impl Meeting {
 }
 
 /// Where two stretches meet, other than at common ends: at most one point, or two ends of a common stretch.
-pub(crate) fn meet(tile: &DraftTile, a: Span<'_>, b: Span<'_>) -> Vec<Meeting> {
+pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meeting> {
     let ([p, q], [r, s]) = (a.ends(), b.ends());
     let (d, e) = (q - p, s - r);
     let (length_a, length_b) = (d.length(), e.length());
@@ -87,7 +87,7 @@ pub(crate) fn meet(tile: &DraftTile, a: Span<'_>, b: Span<'_>) -> Vec<Meeting> {
 
 /// The meeting near shares `at` of two stretches, or anywhere where they only touch; none if it is a common end of both
 /// arcs, or no meeting.
-fn settle(tile: &DraftTile, a: Span<'_>, b: Span<'_>, crossing: Option<[f64; 2]>) -> Option<Meeting> {
+fn settle(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>, crossing: Option<[f64; 2]>) -> Option<Meeting> {
     let at = crossing.unwrap_or([0.5; 2]);
     let spans = [a, b];
     let scale = (tile.max - tile.min).recip();

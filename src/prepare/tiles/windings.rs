@@ -2,7 +2,7 @@
 //!
 //! Along a line the number changes by one at each crossing; one number at one corner fixes all.
 
-use super::grid::{Crossing, Grid};
+use super::grid::{Grid, LineCrossing};
 use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_loop::{UvLoop, winding_about};
@@ -17,7 +17,7 @@ pub(crate) struct Windings {
 }
 
 impl Windings {
-    pub(crate) fn of(region: &Region, grid: &Grid, all: &[Crossing]) -> Result<Self, Tangled> {
+    pub(crate) fn of(region: &Region, grid: &Grid, all: &[LineCrossing]) -> Result<Self, Tangled> {
         let count = [grid.count(0), grid.count(1)];
         let mut crossings = [0, 1].map(|axis| vec![Vec::new(); (count[axis] + 1) * count[1 - axis]]);
         for (k, c) in all.iter().enumerate() {
@@ -65,7 +65,7 @@ impl Windings {
 
     /// How often the loops of a region that goes round both ways wind around the first corner: counted at the middle of
     /// the longest stretch of its line, and from there along the line.
-    fn at_first_corner(&self, region: &Region, grid: &Grid, all: &[Crossing]) -> i32 {
+    fn at_first_corner(&self, region: &Region, grid: &Grid, all: &[LineCrossing]) -> i32 {
         let mut stops = vec![(grid.lines[1][0], 0)];
         let mut sum = 0;
         for on_line in &self.crossings[0][..grid.count(1)] {

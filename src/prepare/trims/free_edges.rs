@@ -7,9 +7,9 @@
 //! to each other. (The composition itself is of degree p(m + n), 18 for cubics on bicubics: not worth it.)
 
 use super::free_faces::{FreeFace, FreeFaces};
-use super::free_region::{Arc, BORDER, FreeRegion, TrimNote};
+use super::free_region::{BORDER, FreeArc, FreeRegion, TrimNote};
 use super::spans::{Span, UvDomain};
-use super::stretches::Part as ArcPart;
+use super::stretches::StretchPart;
 use crate::model::{CurveKind, Edge, EdgeId, Face, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId};
 use crate::prepare::report::face_error::FaceError;
 use crate::prepare::report::guard::guarded;
@@ -180,7 +180,7 @@ impl<'a> EdgeMaker<'a> {
     }
 
     /// The pieces of an arc, in loop order.
-    fn pieces(&mut self, region: &FreeRegion, arc: &Arc) -> Vec<Piece> {
+    fn pieces(&mut self, region: &FreeRegion, arc: &FreeArc) -> Vec<Piece> {
         let runs = runs(region, arc);
         let count = runs.len();
         let joint = |k: usize| -> DVec2 {
@@ -201,7 +201,7 @@ impl<'a> EdgeMaker<'a> {
                 if arc.chain == BORDER {
                     return self.border(ends, region.span(BORDER, parts[0].span), arc.reversed);
                 }
-                let stretches: Vec<(&Span, ArcPart)> =
+                let stretches: Vec<(&Span, StretchPart)> =
                     parts.iter().map(|p| (region.span(arc.chain, p.span), *p)).collect();
                 Some(self.free(ends, &stretches, arc.reversed))
             })
@@ -213,7 +213,7 @@ impl<'a> EdgeMaker<'a> {
     }
 
     /// An edge along a trimming curve.
-    fn free(&mut self, ends: [DVec2; 2], stretches: &[(&Span, ArcPart)], reversed: bool) -> Piece {
+    fn free(&mut self, ends: [DVec2; 2], stretches: &[(&Span, StretchPart)], reversed: bool) -> Piece {
         let size = self.domain.high - self.domain.low;
         let mut samples: Vec<UvSample> = Vec::new();
         let mut curve = Fit::default();
@@ -351,10 +351,10 @@ impl<'a> EdgeMaker<'a> {
 }
 
 /// The parts of an arc that are one smooth stretch of one piece of its curve.
-fn runs(region: &FreeRegion, arc: &Arc) -> Vec<Vec<ArcPart>> {
+fn runs(region: &FreeRegion, arc: &FreeArc) -> Vec<Vec<StretchPart>> {
     /// Share of a derivative by which it may differ on both sides of a point where the curve goes on smoothly.
     const SMOOTH: f64 = 1e-9;
-    let mut out: Vec<Vec<ArcPart>> = Vec::new();
+    let mut out: Vec<Vec<StretchPart>> = Vec::new();
     for &part in &arc.parts {
         let span = region.span(arc.chain, part.span);
         let slope = |span: &Span, s: f64| span.derivatives(s)[1] / (span.range.1 - span.range.0);

@@ -5,9 +5,9 @@
 //! sides bounds nothing and is dropped; so redundant loops, and stretches that two curves run in opposite directions, vanish
 //! by themselves. The others, kept side left, close to loops.
 
-use super::intersect::{Chain, Place, SAME, TOUCH, meetings};
+use super::intersect::{SAME, SpanChain, SpanPlace, TOUCH, meetings};
 use super::spans::{Span, UvDomain};
-use super::stretches::{Part, between, green, whole};
+use super::stretches::{StretchPart, between, green, whole};
 use super::wraps::copies;
 use crate::math::box_tree::BoxTree;
 use crate::model::{FreeTrims, TrimRule};
@@ -28,7 +28,7 @@ pub(crate) const BORDER: usize = 0;
 struct Wire {
     /// The border is 0; curve `k` is `k + 1`, and so are its copies over seams.
     owner: usize,
-    chain: Chain,
+    chain: SpanChain,
     /// What closes an open chain along the border, or outside: it takes part in windings only.
     closure: Vec<Span>,
     /// Winding number from which on a point is inside: 1 for counter-clockwise loops, 0 for clockwise ones.
@@ -37,17 +37,17 @@ struct Wire {
 
 /// A stretch of a chain between two nodes, or a whole closed chain without nodes.
 #[derive(Clone, Debug)]
-pub(crate) struct Arc {
+pub(crate) struct FreeArc {
     pub(crate) chain: usize,
     /// In order of the chain.
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<StretchPart>,
     /// Where it starts and ends; none for a whole chain.
     pub(crate) nodes: Option<[usize; 2]>,
     /// Whether its loop runs against the chain.
     pub(crate) reversed: bool,
 }
 
-impl Arc {
+impl FreeArc {
     /// Nodes in loop order.
     fn ends(&self) -> Option<[usize; 2]> {
         self.nodes.map(|[a, b]| if self.reversed { [b, a] } else { [a, b] })
@@ -61,7 +61,7 @@ pub struct FreeRegion {
     wires: Vec<Wire>,
     /// In the unit square.
     pub(crate) nodes: Vec<DVec2>,
-    pub(crate) loops: Vec<Vec<Arc>>,
+    pub(crate) loops: Vec<Vec<FreeArc>>,
     /// Curves that leave the domain, cross themselves, or end inside.
     pub notes: Vec<TrimNote>,
 }
@@ -90,7 +90,7 @@ impl FreeRegion {
         let mut region =
             Self { domain: *domain, wires: vec![border()], nodes: Vec::new(), loops: Vec::new(), notes: Vec::new() };
         for (k, curve) in trims.curves.iter().enumerate() {
-            let (chains, complete) = copies(Chain::of(curve, domain), domain.periodic);
+            let (chains, complete) = copies(SpanChain::of(curve, domain), domain.periodic);
             for chain in chains {
                 let wire = region.wire(k, chain, complete);
                 region.wires.push(wire);
@@ -119,14 +119,14 @@ impl FreeRegion {
     /// Whether the region touches the lower or upper side of the domain across coordinate `axis` along a stretch.
     pub(crate) fn reaches(&self, axis: usize, upper: bool) -> bool {
         let side = [[3, 1], [0, 2]][axis][usize::from(upper)];
-        let along = |arc: &Arc| arc.chain == BORDER && arc.parts.iter().any(|part| part.span == side);
+        let along = |arc: &FreeArc| arc.chain == BORDER && arc.parts.iter().any(|part| part.span == side);
         self.loops.iter().flatten().any(along)
     }
 
     /// The loops as closed polygons with `per_arc` points for each stretch of a curve between its turns; kept side left.
     #[must_use]
     pub fn polygons(&self, per_arc: usize) -> Vec<Vec<DVec2>> {
-        let of_arc = |arc: &Arc| -> Vec<DVec2> {
+        let of_arc = |arc: &FreeArc| -> Vec<DVec2> {
             let mut points: Vec<DVec2> = Vec::new();
             for part in &arc.parts {
                 let span = self.span(arc.chain, part.span);
@@ -138,7 +138,7 @@ impl FreeRegion {
             }
             points
         };
-        let of_loop = |arcs: &Vec<Arc>| {
+        let of_loop = |arcs: &Vec<FreeArc>| {
             let mut points: Vec<DVec2> = arcs.iter().flat_map(of_arc).map(|p| self.domain.of_unit(p)).collect();
             points.dedup();
             points
@@ -155,7 +155,7 @@ impl FreeRegion {
     }
 
     /// Closes a copy of a curve. `complete`: directions in which what leaves the domain is in other copies.
-    fn wire(&mut self, curve: usize, mut chain: Chain, complete: [bool; 2]) -> Wire {
+    fn wire(&mut self, curve: usize, mut chain: SpanChain, complete: [bool; 2]) -> Wire {
         let owner = curve + 1;
         let mut closure = Vec::new();
         let spans = &mut chain.spans;
@@ -209,15 +209,15 @@ impl FreeRegion {
             closure.extend(path.windows(2).map(|w| Span::line(w[0], w[1], piece, (0.0, 1.0))));
             return Wire { owner, chain, closure, least: 1 };
         }
-        let arc = Arc { chain: BORDER, parts: whole(&chain), nodes: None, reversed: false };
+        let arc = FreeArc { chain: BORDER, parts: whole(&chain), nodes: None, reversed: false };
         let area: f64 = arc.parts.iter().map(|p| green(&chain.spans[p.span], p)).sum();
         Wire { owner, chain, closure, least: i32::from(area > 0.0) }
     }
 
     /// Cuts of each chain: place and node.
-    fn events(&mut self) -> Vec<Vec<(Place, usize)>> {
-        let chains: Vec<&Chain> = self.wires.iter().map(|w| &w.chain).collect();
-        let mut places: Vec<(Place, DVec2)> = Vec::new();
+    fn events(&mut self) -> Vec<Vec<(SpanPlace, usize)>> {
+        let chains: Vec<&SpanChain> = self.wires.iter().map(|w| &w.chain).collect();
+        let mut places: Vec<(SpanPlace, DVec2)> = Vec::new();
         let mut met_itself = BTreeMap::new();
         for m in meetings(&chains) {
             let [owner, other] = m.at.map(|at| self.wires[at.chain].owner);
@@ -232,11 +232,11 @@ impl FreeRegion {
         }
         for (k, chain) in chains.iter().enumerate().filter(|(_, c)| !c.closed && !c.spans.is_empty()) {
             let last = chain.spans.len() - 1;
-            places.push((Place { chain: k, span: 0, s: 0.0 }, chain.spans[0].ends[0]));
-            places.push((Place { chain: k, span: last, s: 1.0 }, chain.spans[last].ends[1]));
+            places.push((SpanPlace { chain: k, span: 0, s: 0.0 }, chain.spans[0].ends[0]));
+            places.push((SpanPlace { chain: k, span: last, s: 1.0 }, chain.spans[last].ends[1]));
         }
         // Sides that are one line of the surface are cut alike.
-        let mut twins: Vec<(Place, DVec2)> = Vec::new();
+        let mut twins: Vec<(SpanPlace, DVec2)> = Vec::new();
         for (_, p) in &places {
             for axis in (0..2).filter(|&axis| self.domain.periodic[axis]) {
                 for side in [0.0, 1.0] {
@@ -248,14 +248,14 @@ impl FreeRegion {
                     let span = [[3, 1], [0, 2]][axis][usize::from(side == 0.0)];
                     let along = twin[1 - axis];
                     let s = if span < 2 { along } else { 1.0 - along };
-                    twins.push((Place { chain: BORDER, span, s }, twin));
+                    twins.push((SpanPlace { chain: BORDER, span, s }, twin));
                 }
             }
         }
         places.extend(twins);
         // The border comes first wherever it takes part, so that nodes lie on it to the bit.
         places.sort_by(|a, b| (a.1.x, a.1.y).partial_cmp(&(b.1.x, b.1.y)).unwrap_or(std::cmp::Ordering::Equal));
-        let mut events: Vec<Vec<(Place, usize)>> = vec![Vec::new(); chains.len()];
+        let mut events: Vec<Vec<(SpanPlace, usize)>> = vec![Vec::new(); chains.len()];
         let mut open: Vec<usize> = Vec::new();
         let mut found: Vec<DVec2> = Vec::new();
         for (place, p) in places {
@@ -291,7 +291,7 @@ impl FreeRegion {
     }
 
     /// The stretches of all chains between cuts.
-    fn arcs(&self, mut events: Vec<Vec<(Place, usize)>>) -> Vec<Arc> {
+    fn arcs(&self, mut events: Vec<Vec<(SpanPlace, usize)>>) -> Vec<FreeArc> {
         let mut out = Vec::new();
         for (k, cuts) in events.iter_mut().enumerate() {
             let chain = &self.wires[k].chain;
@@ -305,7 +305,7 @@ impl FreeRegion {
             cuts.sort_by(|a, b| (a.0.span, a.0.s).partial_cmp(&(b.0.span, b.0.s)).unwrap_or(std::cmp::Ordering::Equal));
             if cuts.is_empty() {
                 if count > 0 {
-                    out.push(Arc { chain: k, parts: whole(chain), nodes: None, reversed: false });
+                    out.push(FreeArc { chain: k, parts: whole(chain), nodes: None, reversed: false });
                 }
                 continue;
             }
@@ -314,21 +314,21 @@ impl FreeRegion {
                 let ((from, a), (to, b)) = (cuts[i], cuts[(i + 1) % cuts.len()]);
                 let round = i + 1 == cuts.len();
                 let parts = between(chain, from, to, round);
-                let short = |p: &Part| {
+                let short = |p: &StretchPart| {
                     let span = &chain.spans[p.span];
                     span.point(p.from).distance(span.point(p.to)) <= 4.0 * SAME
                 };
                 if a == b && parts.len() <= 2 && parts.iter().all(short) {
                     continue;
                 }
-                out.push(Arc { chain: k, parts, nodes: Some([a, b]), reversed: false });
+                out.push(FreeArc { chain: k, parts, nodes: Some([a, b]), reversed: false });
             }
         }
         out
     }
 
     /// Those arcs that have the region on one side only, turned so that it is the left.
-    fn kept(&self, arcs: Vec<Arc>, rule: TrimRule, everything: bool) -> Vec<Arc> {
+    fn kept(&self, arcs: Vec<FreeArc>, rule: TrimRule, everything: bool) -> Vec<FreeArc> {
         let rays = Rays::new(&self.wires);
         let mut leasts = vec![0; self.wires.last().map_or(0, |wire| wire.owner) + 1];
         self.wires.iter().skip(1).for_each(|wire| leasts[wire.owner] = wire.least);
@@ -348,8 +348,8 @@ impl FreeRegion {
                         TrimRule::EvenOdd => curves.map(|w| w.1).sum::<i32>() % 2 != 0,
                     })
         };
-        let label = |mut arc: Arc| -> Option<Arc> {
-            let length = |p: &Part| {
+        let label = |mut arc: FreeArc| -> Option<FreeArc> {
+            let length = |p: &StretchPart| {
                 let span = self.span(arc.chain, p.span);
                 span.point(p.from).distance(span.point(p.to))
             };
@@ -379,15 +379,15 @@ impl FreeRegion {
     }
 
     /// Joins arcs to loops: at a node the way that turns left most, so that regions that touch there stay apart.
-    fn link(&self, arcs: Vec<Arc>) -> Result<Vec<Vec<Arc>>, NoRegion> {
+    fn link(&self, arcs: Vec<FreeArc>) -> Result<Vec<Vec<FreeArc>>, NoRegion> {
         /// Angle, radians, below which an arc turns back along another that it touches: then each goes on along its own curve.
         const BACK: f64 = 0.01;
         let mut leaving: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut loops = Vec::new();
         let mut starts = Vec::new();
-        let mut arcs: Vec<Option<Arc>> = arcs.into_iter().map(Some).collect();
+        let mut arcs: Vec<Option<FreeArc>> = arcs.into_iter().map(Some).collect();
         for (k, slot) in arcs.iter_mut().enumerate() {
-            match slot.as_ref().map(Arc::ends) {
+            match slot.as_ref().map(FreeArc::ends) {
                 Some(Some([from, _])) => {
                     leaving.entry(from).or_default().push(k);
                     starts.push(k);
@@ -423,7 +423,7 @@ impl FreeRegion {
     }
 
     /// From the node where an arc starts in loop order (or where it ends) into the arc.
-    fn direction(&self, arc: &Arc, at_end: bool) -> DVec2 {
+    fn direction(&self, arc: &FreeArc, at_end: bool) -> DVec2 {
         const STEP: f64 = 1e-3;
         let first = at_end == arc.reversed;
         let part = if first { arc.parts[0] } else { arc.parts[arc.parts.len() - 1] };
@@ -432,7 +432,7 @@ impl FreeRegion {
         span.point(from + (to - from) * STEP) - span.point(from)
     }
 
-    fn green(&self, arc: &Arc) -> f64 {
+    fn green(&self, arc: &FreeArc) -> f64 {
         let sum: f64 = arc.parts.iter().map(|p| green(self.span(arc.chain, p.span), p)).sum();
         if arc.reversed { -sum } else { sum }
     }
@@ -514,7 +514,12 @@ fn note(domain: &UvDomain, p: DVec2, what: String, repaired: bool) -> TrimNote {
 
 fn border() -> Wire {
     let line = |k: usize| Span::line(CORNERS[k], CORNERS[(k + 1) % 4], k, (0.0, 1.0));
-    Wire { owner: 0, chain: Chain { spans: (0..4).map(line).collect(), closed: true }, closure: Vec::new(), least: 1 }
+    Wire {
+        owner: 0,
+        chain: SpanChain { spans: (0..4).map(line).collect(), closed: true },
+        closure: Vec::new(),
+        least: 1,
+    }
 }
 
 /// The point of the border nearest to `p`.

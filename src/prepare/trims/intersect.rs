@@ -65,7 +65,7 @@ pub struct CurveMeeting {
 /// Cost: about 10 µs for each pair of monotone arcs whose boxes meet, on all cores, after sorting all arcs.
 #[must_use]
 pub fn intersections(curves: &[TrimCurve], domain: &UvDomain) -> Vec<CurveMeeting> {
-    let chains: Vec<Chain> = curves.iter().map(|curve| Chain::of(curve, domain)).collect();
+    let chains: Vec<SpanChain> = curves.iter().map(|curve| SpanChain::of(curve, domain)).collect();
     let mut out: Vec<CurveMeeting> = Vec::new();
     for m in meetings(&chains.iter().collect::<Vec<_>>()) {
         let at = m.at.map(|p| {
@@ -89,12 +89,12 @@ pub fn intersections(curves: &[TrimCurve], domain: &UvDomain) -> Vec<CurveMeetin
 
 /// Spans head to tail.
 #[derive(Clone, Debug)]
-pub(crate) struct Chain {
+pub(crate) struct SpanChain {
     pub(crate) spans: Vec<Span>,
     pub(crate) closed: bool,
 }
 
-impl Chain {
+impl SpanChain {
     pub(crate) fn of(curve: &TrimCurve, domain: &UvDomain) -> Self {
         let mut spans = spans(curve, domain);
         let closed = spans.len() > 1 && curve.is_closed();
@@ -117,7 +117,7 @@ impl Chain {
 
 /// A place on a chain.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct SpanPlace {
     pub(crate) chain: usize,
     pub(crate) span: usize,
     pub(crate) s: f64,
@@ -126,13 +126,13 @@ pub(crate) struct Place {
 /// A point that two spans have in common.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Met {
-    pub(crate) at: [Place; 2],
+    pub(crate) at: [SpanPlace; 2],
     pub(crate) point: DVec2,
     pub(crate) kind: MeetingKind,
 }
 
 /// Where the spans of all chains meet, other than where one follows another.
-pub(crate) fn meetings(chains: &[&Chain]) -> Vec<Met> {
+pub(crate) fn meetings(chains: &[&SpanChain]) -> Vec<Met> {
     let name = |c: usize| (0..chains[c].spans.len()).map(move |k| (c, k));
     let names: Vec<(usize, usize)> = (0..chains.len()).flat_map(name).collect();
     let span = |(c, k): (usize, usize)| &chains[c].spans[k];
@@ -149,7 +149,7 @@ pub(crate) fn meetings(chains: &[&Chain]) -> Vec<Met> {
             for m in meet(span(a), span(b)) {
                 let joins = a.0 == b.0 && chains[a.0].joint(a.1, b.1).any(|p| p.distance(m.point) <= SAME);
                 if !joins {
-                    let at = [(a, m.at[0]), (b, m.at[1])].map(|(x, s)| Place { chain: x.0, span: x.1, s });
+                    let at = [(a, m.at[0]), (b, m.at[1])].map(|(x, s)| SpanPlace { chain: x.0, span: x.1, s });
                     out.push(Met { at, point: m.point, kind: m.kind });
                 }
             }
@@ -279,12 +279,12 @@ fn coincide(a: &Span, b: &Span, from: [f64; 2], to: [f64; 2]) -> bool {
 
 /// A stretch of a span.
 #[derive(Clone)]
-struct Stretch {
+struct CommonStretch {
     control: Vec<DVec3>,
     range: [f64; 2],
 }
 
-impl Stretch {
+impl CommonStretch {
     fn of(span: &Span, range: [f64; 2]) -> Self {
         let mut control = span.control.clone();
         crate::math::bernstein::restrict(&mut control, range[0], range[1]);
@@ -334,7 +334,7 @@ impl Stretch {
 
 /// Meetings of two stretches that have none in common, by halving.
 fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec<SpanMeeting>) {
-    let mut stack = vec![(Stretch::of(a, range_a), Stretch::of(b, range_b))];
+    let mut stack = vec![(CommonStretch::of(a, range_a), CommonStretch::of(b, range_b))];
     let mut looked = 0;
     while let Some((x, y)) = stack.pop() {
         looked += 1;
@@ -361,7 +361,7 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
                 continue;
             }
         } else {
-            let thick = |z: &Stretch, n: DVec2| {
+            let thick = |z: &CommonStretch, n: DVec2| {
                 let [low, high] = z.along(n);
                 high - low
             };

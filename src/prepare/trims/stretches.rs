@@ -1,23 +1,23 @@
 //! Chains of spans and places on them -> the stretches between, and what these add to the area by Green's theorem.
 
-use super::intersect::{Chain, Place};
+use super::intersect::{SpanChain, SpanPlace};
 use super::spans::Span;
 
 /// A stretch of a span.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
+pub(crate) struct StretchPart {
     pub(crate) span: usize,
     pub(crate) from: f64,
     pub(crate) to: f64,
 }
 
 /// All of a chain.
-pub(crate) fn whole(chain: &Chain) -> Vec<Part> {
-    (0..chain.spans.len()).map(|span| Part { span, from: 0.0, to: 1.0 }).collect()
+pub(crate) fn whole(chain: &SpanChain) -> Vec<StretchPart> {
+    (0..chain.spans.len()).map(|span| StretchPart { span, from: 0.0, to: 1.0 }).collect()
 }
 
 /// The stretch of a chain from one place to another; `round`: over its start.
-pub(crate) fn between(chain: &Chain, from: Place, to: Place, round: bool) -> Vec<Part> {
+pub(crate) fn between(chain: &SpanChain, from: SpanPlace, to: SpanPlace, round: bool) -> Vec<StretchPart> {
     let count = chain.spans.len();
     let mut out = Vec::new();
     let (mut span, mut s) = (from.span, from.s);
@@ -26,7 +26,7 @@ pub(crate) fn between(chain: &Chain, from: Place, to: Place, round: bool) -> Vec
     loop {
         let end = if at == last { to.s } else { 1.0 };
         if end > s {
-            out.push(Part { span, from: s, to: end });
+            out.push(StretchPart { span, from: s, to: end });
         }
         if at >= last {
             break;
@@ -39,7 +39,7 @@ pub(crate) fn between(chain: &Chain, from: Place, to: Place, round: bool) -> Vec
 
 /// The integral of x dy along a stretch of a span, by Gauss–Legendre quadrature: exact for polynomials of degree 15, and to
 /// rounding for arcs of conics.
-pub(crate) fn green(span: &Span, part: &Part) -> f64 {
+pub(crate) fn green(span: &Span, part: &StretchPart) -> f64 {
     const NODES: [(f64, f64); 8] = [
         (0.095_012_509_837_637_44, 0.189_450_610_455_068_5),
         (0.281_603_550_779_258_9, 0.182_603_415_044_923_6),

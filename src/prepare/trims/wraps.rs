@@ -1,7 +1,7 @@
 //! Trimming curves over the seams of a closed surface -> copies of them a period apart, which the domain clips to what lies on
 //! it: together they are the curve on the surface.
 
-use super::intersect::{Chain, TOUCH};
+use super::intersect::{SpanChain, TOUCH};
 use glam::{DVec2, DVec3};
 
 /// Copies of one curve in each direction. Curves that go further round are clipped like those that leave a domain that ends.
@@ -13,7 +13,7 @@ const MAX_COPIES: i32 = 16;
 /// A closed chain has copies wherever its box is inside. An open one that ends a period from where it starts is closed on
 /// the surface: of it there is one copy, extended by itself until it crosses the square from side to side. Other open ones
 /// stay as they are.
-pub(crate) fn copies(chain: Chain, periodic: [bool; 2]) -> (Vec<Chain>, [bool; 2]) {
+pub(crate) fn copies(chain: SpanChain, periodic: [bool; 2]) -> (Vec<SpanChain>, [bool; 2]) {
     if let Some(axis) = (0..2).find(|&axis| periodic[axis] && goes_round(&chain, axis)) {
         let mut complete = [false; 2];
         complete[axis] = true;
@@ -36,7 +36,7 @@ pub(crate) fn copies(chain: Chain, periodic: [bool; 2]) -> (Vec<Chain>, [bool; 2
 }
 
 /// Whether an open chain ends one period from where it starts.
-fn goes_round(chain: &Chain, axis: usize) -> bool {
+fn goes_round(chain: &SpanChain, axis: usize) -> bool {
     let (false, Some(first), Some(last)) = (chain.closed, chain.spans.first(), chain.spans.last()) else {
         return false;
     };
@@ -47,7 +47,7 @@ fn goes_round(chain: &Chain, axis: usize) -> bool {
 }
 
 /// A chain that goes round, before and after itself as often as it takes to cross the unit square.
-fn extended(chain: Chain, axis: usize) -> Chain {
+fn extended(chain: SpanChain, axis: usize) -> SpanChain {
     let (start, end) = (chain.spans[0].ends[0][axis], chain.spans[chain.spans.len() - 1].ends[1][axis]);
     let (low, high) = (start.min(end), start.max(end));
     let before = (low - TOUCH).ceil().max(0.0) as i32;
@@ -63,10 +63,10 @@ fn extended(chain: Chain, axis: usize) -> Chain {
         // Neighbours have their ends in common to the bit.
         spans[k].ends[0] = spans[k - 1].ends[1];
     }
-    Chain { spans, closed: false }
+    SpanChain { spans, closed: false }
 }
 
-fn shifted(chain: &Chain, by: DVec2) -> Chain {
+fn shifted(chain: &SpanChain, by: DVec2) -> SpanChain {
     let mut chain = chain.clone();
     if by == DVec2::ZERO {
         return chain;

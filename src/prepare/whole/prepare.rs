@@ -4,7 +4,7 @@ use super::{extent, weight};
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, FaceId, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
-use crate::prepare::join::limits::{Budget, PrepareError, PrepareLimits};
+use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
 use crate::prepare::join::part::{DonePart, prepare_part};
 use crate::prepare::join::prepared::Prepared;
 use glam::DVec3;
@@ -51,7 +51,7 @@ pub fn prepare(model: Model, options: &PrepareOptions) -> Result<Prepared, Prepa
 }
 
 fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
-    let budget = Budget::new(options.limits);
+    let budget = PrepareBudget::new(options.limits);
     let parts = model.parts.len();
     let (known, unknown): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.instances).into_iter().partition(|i| i.part.index() < parts);

@@ -2,7 +2,7 @@
 
 use super::super::gpu::Gpu;
 use super::records::Records;
-use super::shown::Shown;
+use super::shown::ShownScene;
 use super::store::Store;
 use ::wgpu::util::{DrawIndexedIndirectArgs, DrawIndirectArgs};
 use ::wgpu::{BindGroup, Buffer, BufferDescriptor, BufferUsages, IndexFormat, RenderPass};
@@ -52,13 +52,13 @@ impl Rows {
 }
 
 /// Pages that one call draws from: of vertices and of indices, and whether these have four bytes.
-type Pages = (u32, u32, bool);
+type PageKey = (u32, u32, bool);
 
 /// What one view draws of the tiles.
 pub(super) struct Tiles {
     /// The scene's version that this is of; 0 for none.
     version: u64,
-    groups: Vec<(Pages, Range<u32>)>,
+    groups: Vec<(PageKey, Range<u32>)>,
     draws: Vec<DrawIndexedIndirectArgs>,
     rows: Rows,
     /// The same draws as triangles' sides; made when they are asked for.
@@ -85,14 +85,21 @@ impl Tiles {
     }
 
     /// Brings the draws of a view up to date; says how many bytes went to the device.
-    pub(super) fn refresh(&mut self, gpu: &Gpu, shown: &Shown, records: &Records, view: usize, version: u64) -> u64 {
+    pub(super) fn refresh(
+        &mut self,
+        gpu: &Gpu,
+        shown: &ShownScene,
+        records: &Records,
+        view: usize,
+        version: u64,
+    ) -> u64 {
         if self.version == version {
             return 0;
         }
         self.version = version;
         self.wires = None;
         self.triangles = 0;
-        let mut groups: BTreeMap<Pages, Vec<DrawIndexedIndirectArgs>> = BTreeMap::new();
+        let mut groups: BTreeMap<PageKey, Vec<DrawIndexedIndirectArgs>> = BTreeMap::new();
         for (place, at) in shown.places.iter().enumerate() {
             let tiles = &shown.parts[at.part as usize].tiles;
             let mut draw = |number: usize| {
@@ -135,7 +142,7 @@ impl Tiles {
             first_instance: draw.first_instance,
         };
         let draws: Vec<_> = self.draws.iter().map(sides).collect();
-        let group = |((vertices, indices, _), _): &(Pages, Range<u32>)| {
+        let group = |((vertices, indices, _), _): &(PageKey, Range<u32>)| {
             bind(gpu, &gpu.pipelines.triangles, &[store.vertices.buffer(*vertices), store.indices.buffer(*indices)])
         };
         let groups = self.groups.iter().map(group).collect();
@@ -164,7 +171,7 @@ impl Tiles {
         &self,
         pass: &mut RenderPass<'_>,
         store: &Store,
-        ((vertices, indices, wide), range): &(Pages, Range<u32>),
+        ((vertices, indices, wide), range): &(PageKey, Range<u32>),
     ) {
         let format = if *wide { IndexFormat::Uint32 } else { IndexFormat::Uint16 };
         pass.set_vertex_buffer(0, store.vertices.buffer(*vertices).slice(..));
@@ -213,7 +220,7 @@ impl Edges {
     }
 
     /// As [`Tiles::refresh`].
-    pub(super) fn refresh(&mut self, gpu: &Gpu, shown: &Shown, store: &Store, version: u64) -> u64 {
+    pub(super) fn refresh(&mut self, gpu: &Gpu, shown: &ShownScene, store: &Store, version: u64) -> u64 {
         if self.version == version {
             return 0;
         }

@@ -1,7 +1,7 @@
 //! A frame on its way to the device: what it has put there so far.
 
-use super::shown::{Place, Shown};
-use super::store::{Line, Tile};
+use super::shown::{ShownPlace, ShownScene};
+use super::store::{Line, StoredTile};
 use crate::mesh::Drawn;
 use crate::model::{EdgeId, TileId};
 
@@ -9,7 +9,7 @@ use crate::model::{EdgeId, TileId};
 pub(super) struct Pending {
     pub(super) base: Base,
     /// With the numbers of their parts.
-    pub(super) tiles: Vec<(u32, TileId, Option<Tile>)>,
+    pub(super) tiles: Vec<(u32, TileId, Option<StoredTile>)>,
     pub(super) lines: Vec<(u32, EdgeId, Option<Line>)>,
     pub(super) drawn: Drawn,
 }
@@ -17,7 +17,7 @@ pub(super) struct Pending {
 /// What a frame's tiles are put into.
 pub(super) enum Base {
     /// Nothing.
-    Whole(Shown),
+    Whole(ShownScene),
     /// The frame that is drawn, with these instances.
-    Changes(Vec<Place>),
+    Changes(Vec<ShownPlace>),
 }

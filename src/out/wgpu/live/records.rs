@@ -3,7 +3,7 @@
 use super::super::ColourBy;
 use super::super::layout::Record;
 use super::super::palette::{MARKED, Painted, Palette};
-use super::shown::Shown;
+use super::shown::ShownScene;
 use crate::model::{FaceId, InstanceId};
 
 /// The top bit of [`Record::first_index`].
@@ -58,7 +58,7 @@ impl Records {
     }
 
     /// Brings the rows up to date; says which of them have changed.
-    pub(super) fn refresh(&mut self, shown: &Shown, by: ColourBy) -> std::ops::Range<usize> {
+    pub(super) fn refresh(&mut self, shown: &ShownScene, by: ColourBy) -> std::ops::Range<usize> {
         let palette = Palette::new(by, shown.tiles().map(|tile| tile.rate));
         let grown = || self.stale.iter().any(|&(part, tile)| self.is_beyond(shown, part, tile));
         if self.all || palette != self.palette || grown() {
@@ -76,7 +76,7 @@ impl Records {
         first.min(end)..end
     }
 
-    fn refresh_all(&mut self, shown: &Shown) -> std::ops::Range<usize> {
+    fn refresh_all(&mut self, shown: &ShownScene) -> std::ops::Range<usize> {
         (self.all, self.stale) = (false, Vec::new());
         self.firsts.clear();
         self.rows.clear();
@@ -90,7 +90,7 @@ impl Records {
     }
 
     /// Whether a part has more tiles than there are rows for.
-    fn is_beyond(&self, shown: &Shown, part: u32, tile: u32) -> bool {
+    fn is_beyond(&self, shown: &ShownScene, part: u32, tile: u32) -> bool {
         shown.parts[part as usize].places.clone().any(|place| {
             let end = self.firsts.get(place as usize + 1).copied().unwrap_or(self.rows.len() as u32);
             self.firsts.get(place as usize).is_none_or(|first| first + tile >= end)
@@ -98,7 +98,7 @@ impl Records {
     }
 
     /// The row of a tile; of nothing where it has no triangles.
-    fn made(&self, shown: &Shown, place: u32, number: u32) -> Record {
+    fn made(&self, shown: &ShownScene, place: u32, number: u32) -> Record {
         let at = &shown.places[place as usize];
         let part = &shown.parts[at.part as usize];
         let Some(tile) = &part.tiles[number as usize] else { return Record::default() };

@@ -3,12 +3,12 @@
 use super::super::error::RenderError;
 use super::super::gpu::Gpu;
 use super::super::options::RenderOptions;
-use super::super::target::Samples;
+use super::super::target::SampleTargets;
 use super::lists::{Edges, Rows, Tiles};
 use super::pending::Pending;
 use super::records::Records;
-use super::shown::Shown;
-use super::sight::{Aim, Sight};
+use super::shown::ShownScene;
+use super::sight::{Aim, SceneSight};
 use super::store::Store;
 use crate::model::{FaceId, InstanceId};
 use crate::out::{Camera, ViewPoint};
@@ -29,7 +29,7 @@ use std::fmt;
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
-    pub(super) shown: Shown,
+    pub(super) shown: ShownScene,
     /// Whether what is shown is what the last frame left: changes build on it.
     pub(super) whole: bool,
     pub(super) pending: Option<Pending>,
@@ -42,8 +42,8 @@ pub struct LiveScene {
     /// By view.
     pub(super) tiles: Vec<Tiles>,
     pub(super) edges: Edges,
-    pub(super) sight: Sight,
-    pub(super) samples: Option<Samples>,
+    pub(super) sight: SceneSight,
+    pub(super) samples: Option<SampleTargets>,
     pub(super) uploaded: u64,
 }
 
@@ -106,7 +106,7 @@ impl LiveScene {
         Self {
             gpu,
             store: Store::new(),
-            shown: Shown::default(),
+            shown: ShownScene::default(),
             whole: false,
             pending: None,
             version: 1,
@@ -115,7 +115,7 @@ impl LiveScene {
             record_rows: Rows::new(BufferUsages::VERTEX),
             tiles: Vec::new(),
             edges: Edges::new(),
-            sight: Sight::new(),
+            sight: SceneSight::new(),
             samples: None,
             uploaded: 0,
         }
@@ -138,7 +138,7 @@ impl LiveScene {
         let gpu = self.gpu.clone();
         gpu.checked(|device| {
             if self.samples.as_ref().is_none_or(|samples| samples.size != options.size) {
-                self.samples = Some(Samples::new(&gpu, options.size));
+                self.samples = Some(SampleTargets::new(&gpu, options.size));
             }
             let (sight, mut bytes) = self.refresh(view, options, &Aim { camera: &camera, pixel: None });
             if options.wireframe {

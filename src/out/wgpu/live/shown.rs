@@ -1,6 +1,6 @@
 //! A scene's description to what drawing needs of it: parts with their tiles, instances sorted by part.
 
-use super::store::{Line, Tile};
+use super::store::{Line, StoredTile};
 use crate::mesh::{Drawn, Scene};
 use crate::model::Colour;
 use glam::{DAffine3, DVec3};
@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// A part and what of it is on the device.
 #[derive(Default)]
-pub(super) struct Part {
+pub(super) struct ShownPart {
     /// Its number in the model: several meshes of one part have the same.
     pub(super) number: u32,
     /// Positions are relative to it.
@@ -16,16 +16,16 @@ pub(super) struct Part {
     radius: f64,
     pub(super) face_colours: Vec<Option<Colour>>,
     /// By number; those without triangles are `None`.
-    pub(super) tiles: Vec<Option<Tile>>,
+    pub(super) tiles: Vec<Option<StoredTile>>,
     /// By number of the edge.
     pub(super) lines: Vec<Option<Line>>,
-    /// Its instances within [`Shown::places`].
+    /// Its instances within [`ShownScene::places`].
     pub(super) places: Range<u32>,
 }
 
 /// An instance.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct ShownPlace {
     /// Its number in the scene.
     pub(super) instance: u32,
     pub(super) part: u32,
@@ -34,7 +34,7 @@ pub(super) struct Place {
     pub(super) first_face: u32,
 }
 
-impl Place {
+impl ShownPlace {
     /// Whether this one's tiles are coloured, and counted, as the other's.
     pub(super) fn looks_like(&self, other: &Self) -> bool {
         (self.instance, self.part, self.colour, self.first_face)
@@ -44,24 +44,24 @@ impl Place {
 
 /// The frame that is drawn.
 #[derive(Default)]
-pub(super) struct Shown {
-    pub(super) parts: Vec<Part>,
+pub(super) struct ShownScene {
+    pub(super) parts: Vec<ShownPart>,
     /// Instances of parts that there are, sorted by part.
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<ShownPlace>,
     pub(super) drawn: Drawn,
     /// Centre and half diagonal of the box of all [`corners`](Self::corners).
     pub(super) extent: (DVec3, f64),
 }
 
-impl Shown {
+impl ShownScene {
     /// The parts of a scene, without anything in them, and its instances.
     pub(super) fn of(scene: &Scene) -> Self {
-        let parts = scene.parts.iter().enumerate().map(|(row, part)| Part {
+        let parts = scene.parts.iter().enumerate().map(|(row, part)| ShownPart {
             number: part.mesh_of.map_or(row as u32, |of| of.0),
             centre: part.centre,
             radius: part.radius,
             face_colours: part.face_colours.clone(),
-            ..Part::default()
+            ..ShownPart::default()
         });
         let mut shown = Self { parts: parts.collect(), ..Self::default() };
         let places = shown.places_of(scene);
@@ -70,22 +70,22 @@ impl Shown {
     }
 
     /// The instances of a scene that has the same parts.
-    pub(super) fn places_of(&self, scene: &Scene) -> Vec<Place> {
-        let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| Place {
+    pub(super) fn places_of(&self, scene: &Scene) -> Vec<ShownPlace> {
+        let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| ShownPlace {
             instance: number as u32,
             part: instance.part.0,
             transform: instance.transform,
             colour: instance.colour,
             first_face: instance.first_face,
         };
-        let mut places: Vec<Place> = scene.instances.iter().enumerate().map(place).collect();
+        let mut places: Vec<ShownPlace> = scene.instances.iter().enumerate().map(place).collect();
         places.retain(|place| (place.part as usize) < self.parts.len());
         places.sort_by_key(|place| place.part);
         places
     }
 
     /// Puts instances in place of those that there were.
-    pub(super) fn place(&mut self, places: Vec<Place>) {
+    pub(super) fn place(&mut self, places: Vec<ShownPlace>) {
         self.places = places;
         let mut end = 0;
         for (number, part) in self.parts.iter_mut().enumerate() {
@@ -101,7 +101,7 @@ impl Shown {
     }
 
     /// All tiles that have triangles.
-    pub(super) fn tiles(&self) -> impl Iterator<Item = &Tile> {
+    pub(super) fn tiles(&self) -> impl Iterator<Item = &StoredTile> {
         self.parts.iter().flat_map(|part| part.tiles.iter().flatten())
     }
 

@@ -3,7 +3,7 @@
 use super::super::RenderOptions;
 use super::super::gpu::Gpu;
 use super::lists::{Rows, bind};
-use super::shown::Shown;
+use super::shown::ShownScene;
 use crate::out::{Camera, Lens, colour};
 use ::wgpu::{BindGroup, BufferUsages};
 use bytemuck::{Pod, Zeroable};
@@ -61,13 +61,13 @@ pub(super) struct Aim<'a> {
 }
 
 /// Globals and placements on the device.
-pub(super) struct Sight {
+pub(super) struct SceneSight {
     globals: Rows,
     places: Rows,
     rows: Vec<PlaceRow>,
 }
 
-impl Sight {
+impl SceneSight {
     pub(super) fn new() -> Self {
         Self { globals: Rows::new(BufferUsages::UNIFORM), places: Rows::new(BufferUsages::STORAGE), rows: Vec::new() }
     }
@@ -76,7 +76,7 @@ impl Sight {
     pub(super) fn refresh(
         &mut self,
         gpu: &Gpu,
-        shown: &Shown,
+        shown: &ShownScene,
         aim: &Aim<'_>,
         options: &RenderOptions,
     ) -> (BindGroup, u64) {
@@ -102,7 +102,7 @@ impl Sight {
     }
 }
 
-fn globals(shown: &Shown, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
+fn globals(shown: &ShownScene, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
     let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
     let camera = aim.camera;
     let (centre, radius) = shown.extent;

@@ -3,7 +3,7 @@
 use super::super::error::RenderError;
 use super::pending::{Base, Pending};
 use super::scene::LiveScene;
-use super::shown::Shown;
+use super::shown::ShownScene;
 use crate::mesh::{Batch, Drawn, EdgeLine, MeshSink, Scene, SinkError};
 use std::io;
 
@@ -108,7 +108,7 @@ fn put<T>(rows: &mut Vec<Option<T>>, number: u32, new: Option<T>) -> Option<T> {
 
 impl MeshSink for LiveScene {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(Base::Whole(Shown::of(scene)));
+        self.start(Base::Whole(ShownScene::of(scene)));
         Ok(())
     }
 

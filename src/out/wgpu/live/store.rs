@@ -14,7 +14,7 @@ use glam::DVec3;
 
 /// Where a tile is, and what it is coloured by.
 #[derive(Clone, Copy)]
-pub(super) struct Tile {
+pub(super) struct StoredTile {
     pub(super) vertices: Range,
     pub(super) indices: Range,
     pub(super) triangles: u32,
@@ -25,7 +25,7 @@ pub(super) struct Tile {
     pub(super) rate: f32,
 }
 
-impl Tile {
+impl StoredTile {
     /// Its first index, counted in its own width.
     pub(super) fn first_index(&self) -> u32 {
         self.indices.start() << u32::from(!self.wide)
@@ -75,7 +75,7 @@ impl Store {
     }
 
     /// Sends a tile; `None` if it has no triangles. What it takes is the caller's to give back.
-    pub(super) fn tile(&mut self, gpu: &Gpu, batch: &Batch, centre: DVec3) -> Result<Option<Tile>, RenderError> {
+    pub(super) fn tile(&mut self, gpu: &Gpu, batch: &Batch, centre: DVec3) -> Result<Option<StoredTile>, RenderError> {
         self.encoded.tile(&batch.mesh, centre);
         let Encoded { vertices, indices, triangles, wide } = &self.encoded;
         if *triangles == 0 {
@@ -90,7 +90,7 @@ impl Store {
                 return Err(error);
             }
         };
-        let tile = Tile {
+        let tile = StoredTile {
             vertices: at,
             indices: indices_at,
             triangles: *triangles,
@@ -136,7 +136,7 @@ impl Store {
         Ok(Some(Line { points: at, segments: units - 1 }))
     }
 
-    pub(super) fn drop_tile(&mut self, tile: Tile) {
+    pub(super) fn drop_tile(&mut self, tile: StoredTile) {
         self.vertices.free(tile.vertices);
         self.indices.free(tile.indices);
     }
