@@ -98,6 +98,8 @@ mod thin;
 
 mod topology;
 
+mod trace;
+
 mod uv_curve;
 pub use uv_curve::{UvCurve, UvSample};
 
