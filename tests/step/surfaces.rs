@@ -4,6 +4,7 @@ use crate::{clean, model, near, only_face, only_part, placement, point, shell, v
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trimtess::model::{Face, Loop, NurbsSurface, Severity, Surface};
+use trimtess::prepare::{PrepareOptions, prepare};
 
 /// Reads a face on surface #60, bounded by a vertex loop at `anchor`.
 fn face_in(context: u32, anchor: [f64; 3], surface: &str) -> Face {
@@ -268,4 +269,45 @@ fn a_row_of_points_rounded_apart_is_a_pole() {
         Surface::Nurbs(net).poles().len()
     };
     assert_eq!([0.0, 1e-6, 1e-3].map(poles), [1, 1, 0]);
+}
+
+/// A strip of a torus that touches itself, between two circles through the point where it does, two arcs each. Points are moved by
+/// 2e-6, so that the circles change places beside that point.
+const STRIP: &str = "
+#101=CARTESIAN_POINT('',(-2.14672683900023,-7.96006487595572,-9.74167524950238));#105=VERTEX_POINT('',#101);
+#102=CARTESIAN_POINT('',(-1.88939145861165,-6.84296548044077,-9.01354716611325));#106=VERTEX_POINT('',#102);
+#103=CARTESIAN_POINT('',(-1.96487243996037,-7.97518538497543,-9.75965908231963));#107=VERTEX_POINT('',#103);
+#104=CARTESIAN_POINT('',(-1.88939164254262,-6.84296530726313,-9.01354772646896));#108=VERTEX_POINT('',#104);
+#110=CARTESIAN_POINT('',(-2.09750958488669,-6.99024862393333,-9.98049764874158));
+#111=DIRECTION('',(0.975900072948533,-0.0975900072948533,-0.195180014589707));
+#112=DIRECTION('',(-0.0492169663402102,-0.969815132711543,0.23882273465472));
+#113=AXIS2_PLACEMENT_3D('',#110,#111,#112);#130=CIRCLE('',#113,1.);
+#114=CARTESIAN_POINT('',(-2.09750938434321,-6.99024848047921,-9.98049810142913));
+#116=DIRECTION('',(0.208118578122772,0.147283916825347,0.966950932201185));
+#117=AXIS2_PLACEMENT_3D('',#114,#111,#116);#131=CIRCLE('',#117,1.);
+#118=CARTESIAN_POINT('',(-1.9003035355638,-7.00664702289174,-9.9999993445149));
+#119=DIRECTION('',(0.997785157856609,-0.0665190105237725,0.));
+#120=DIRECTION('',(-0.0645692409139518,-0.968538613709295,0.24034093883871));
+#121=AXIS2_PLACEMENT_3D('',#118,#119,#120);#132=CIRCLE('',#121,1.);
+#122=CARTESIAN_POINT('',(-1.9003033010939,-7.0066463708382,-10.0000001478468));
+#124=DIRECTION('',(0.0109120897108884,0.163681345663343,0.986452909864419));
+#125=AXIS2_PLACEMENT_3D('',#122,#119,#124);#133=CIRCLE('',#125,1.);
+#140=EDGE_CURVE('',#105,#106,#130,.T.);#141=EDGE_CURVE('',#106,#105,#131,.T.);
+#142=EDGE_CURVE('',#107,#108,#132,.T.);#143=EDGE_CURVE('',#108,#107,#133,.T.);
+#144=ORIENTED_EDGE('',*,*,#141,.T.);#145=ORIENTED_EDGE('',*,*,#140,.T.);
+#146=ORIENTED_EDGE('',*,*,#142,.F.);#147=ORIENTED_EDGE('',*,*,#143,.F.);
+#148=EDGE_LOOP('',(#144,#145,#146,#147));#149=FACE_BOUND('',#148,.T.);
+#150=CARTESIAN_POINT('',(-1.88939190719629,-6.84296500548913,-9.0135469823121));
+#151=DIRECTION('',(-0.0656178714924774,-0.98426807238718,0.164044678731197));
+#152=DIRECTION('',(-0.208118578122769,-0.147283916825346,-0.966950932201185));
+#153=AXIS2_PLACEMENT_3D('',#150,#151,#152);#154=DEGENERATE_TOROIDAL_SURFACE('',#153,0.999999999999996,1.,.T.);
+";
+
+#[test]
+fn edges_that_change_places_at_a_touching_point_do_not_go_around() {
+    let model = model(&(STRIP.to_owned() + &shell("ADVANCED_FACE('',(#149),#154,.T.)", 1)));
+    clean(&model);
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let filled: Vec<_> = prepared.diagnostics.iter().filter(|d| d.reason.contains("filled in space")).collect();
+    assert!(filled.is_empty(), "{filled:?}");
 }

@@ -206,13 +206,14 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     let at = |ends: &[f64], step: f64, i: usize| if i == samples { ends[1] } else { ends[0] + step * i as f64 };
     // A span is no nearer than the box of its control points: those that cannot hold the nearest sample are passed over.
     let floors: Vec<f64> = curve.points.windows(curve.degree + 1).map(|hull| box_distance_squared(hull, p)).collect();
-    let nearest = steps.clone().min_by(|(k, _), (l, _)| floors[*k].total_cmp(&floors[*l]));
-    let within = nearest.map_or(f64::INFINITY, |(_, (ends, step))| {
+    let first = steps.clone().min_by(|(k, _), (l, _)| floors[*k].total_cmp(&floors[*l]));
+    let within = first.map_or(f64::INFINITY, |(_, (ends, step))| {
         (1..=samples).map(|i| curve.point(at(ends, step, i)).distance_squared(p)).fold(f64::INFINITY, f64::min)
     });
     let mut best = (a, curve.point(a).distance_squared(p), steps.clone().next().map_or(b - a, |(_, (_, step))| step));
     for (k, (ends, step)) in steps {
-        if floors[k] > within.min(best.1) {
+        // Rounding may put the nearest sample inside of its floor, where it is a corner of the box.
+        if floors[k] > within.min(best.1) && first.is_none_or(|(first, _)| k != first) {
             continue;
         }
         for i in 1..=samples {
@@ -355,6 +356,23 @@ mod tests {
             let found = curve.point(nearest(&curve, p)).distance(p);
             let sampled = (0..=6000).map(|k| curve.point(f64::from(k) / 100.0).distance(p));
             assert!(found <= sampled.fold(f64::INFINITY, f64::min) + 1e-2, "{p}: {found}");
+        }
+    }
+
+    #[test]
+    fn nearest_finds_an_end_that_is_a_corner_of_its_box() {
+        for i in 0..500 {
+            let scale = 1.0 / (3.0 + f64::from(i));
+            let points = [[0.0, 0.0, 99.0], [30.0, 1.0, 2.0], [20.0, 5.0, 9.0], [40.0, 6.0, 11.0], [42.0, 7.0, 13.0]];
+            let points = points.map(|p| DVec3::from(p) * scale).to_vec();
+            let weights = vec![1.0, 0.9, 1.0, 0.9, 0.923_879_532_511];
+            let knots = vec![0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0];
+            let curve = NurbsCurve3 { degree: 2, knots, points, weights };
+            let end = curve.points[4];
+            // Nearer to the start than the end is.
+            let p = end + DVec3::splat(1e-4);
+            let found = curve.point(nearest(&curve, p)).distance(p);
+            assert!(found <= end.distance(p) + 1e-12, "{scale}: {found}");
         }
     }
 

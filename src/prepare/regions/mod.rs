@@ -3,4 +3,5 @@
 pub(super) mod boundary;
 pub(super) mod lobes;
 pub(super) mod mend;
+pub(super) mod trace;
 pub(super) mod unroll;

@@ -4,208 +4,14 @@
 //! (its winding). Orientation is derived from areas, nesting and windings wherever they decide; the file's word counts
 //! only on closed surfaces, where both sides of a loop are bounded.
 
+use super::trace::{pole_piece, turn_at_pole};
 use crate::math::box_tree::BoxTree;
-use crate::model::{Coedge, Edge, Part};
 use crate::prepare::report::refusals::RegionError;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
-use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, area2};
-use glam::{DVec2, DVec3};
-use std::borrow::Cow;
-use std::collections::BTreeMap;
-
-/// Where edges of a face run through poles: parameter and point, as every tessellation of the edge has it.
-pub(crate) type Passages = BTreeMap<u32, Vec<(f64, DVec3)>>;
-
-/// A coedge's edge in loop order, split where it runs through a pole, with the points at the ends of each stretch.
-fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Vec<(Cow<'a, Edge>, [DVec3; 2])> {
-    let edge = &part.edges[c.edge.index()];
-    let ends = [part.vertices[edge.start.index()], part.vertices[edge.end.index()]];
-    let Some(stops) = passages.get(&c.edge.0) else {
-        return vec![(Cow::Borrowed(edge), ends)];
-    };
-    let mut marks = vec![(edge.range.0, ends[0])];
-    marks.extend(stops);
-    marks.push((edge.range.1, ends[1]));
-    let mut out: Vec<_> = marks
-        .windows(2)
-        .map(|w| (Cow::Owned(Edge { range: (w[0].0, w[1].0), ..edge.clone() }), [w[0].1, w[1].1]))
-        .collect();
-    if c.reversed {
-        out.reverse();
-    }
-    out
-}
-
-/// Follows a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. The second value
-/// is that gap, millimetres, where it is more than a loop that closes has.
-pub(crate) fn trace_loop(
-    part: &Part,
-    coedges: &[Coedge],
-    projector: &Projector<'_>,
-    gap: &mut f64,
-    passages: &Passages,
-) -> Result<(UvLoop, Option<f64>), RegionError> {
-    /// First coedges tried when a loop does not close. The first that lies clear of a seam will do.
-    const TRIES: usize = 6;
-    let start_point = |c: &Coedge| {
-        let e = &part.edges[c.edge.index()];
-        part.vertices[if c.reversed { e.end } else { e.start }.index()]
-    };
-    if coedges.is_empty() {
-        return Err(RegionError::EmptyLoop);
-    }
-    let closes = |miss: f64| miss <= 100.0 * projector.tolerance;
-    let mut firsts: Vec<usize> =
-        (0..coedges.len()).filter(|&k| projector.pole_at(start_point(&coedges[k])).is_none()).collect();
-    if firsts.is_empty() {
-        firsts.push(0);
-    }
-    let mut best: Option<(f64, f64, UvLoop)> = None;
-    for &first in firsts.iter().take(TRIES) {
-        let mut loop_gap = 0.0;
-        let (traced, miss) = trace_from(part, coedges, first, projector, &mut loop_gap, passages)?;
-        if best.as_ref().is_none_or(|b| miss < b.0) {
-            best = Some((miss, loop_gap, traced));
-        }
-        if closes(miss) {
-            break;
-        }
-    }
-    let (miss, loop_gap, traced) = best.ok_or(RegionError::NotFinite)?;
-    *gap = gap.max(loop_gap);
-    Ok((traced, (!closes(miss)).then_some(miss)))
-}
-
-/// Follows a loop from its coedge `first`; the second value is the distance in space by which it fails to close.
-fn trace_from(
-    part: &Part,
-    coedges: &[Coedge],
-    first: usize,
-    projector: &Projector<'_>,
-    gap: &mut f64,
-    passages: &Passages,
-) -> Result<(UvLoop, f64), RegionError> {
-    let mut pieces: Vec<Piece> = Vec::with_capacity(coedges.len() + 1);
-    let mut jumps = Vec::new();
-    for c in coedges[first..].iter().chain(&coedges[..first]) {
-        for (edge, ends) in stretches(part, c, passages) {
-            let runs = edge.range.0 < edge.range.1;
-            if !runs {
-                return Err(RegionError::EmptyEdge { edge: c.edge.0, range: edge.range });
-            }
-            let previous_end = pieces.last().map(Piece::end);
-            let m = projector.march(&edge, ends, c.reversed, previous_end);
-            if m.samples.iter().any(|s| !s.uv.is_finite()) {
-                return Err(RegionError::NotFinite);
-            }
-            *gap = gap.max(m.gap);
-            let mut piece = Piece { along: Along::Edge(c.edge.0), reversed: c.reversed, samples: m.samples };
-            if let Some(end) = previous_end {
-                match m.poles[usize::from(c.reversed)] {
-                    Some(pole) => {
-                        let inside = pieces.last().map_or(end, |p| p.samples[p.samples.len() / 2].uv);
-                        let to = jump_target(projector, pole, inside, end, piece.start());
-                        piece.shift(to - piece.start());
-                        if let Some(jump) = pole_piece(projector, pole, end, to) {
-                            jumps.push(pieces.len());
-                            pieces.push(jump);
-                        }
-                    }
-                    None => {
-                        let by = projector.unwrap(piece.start(), end) - piece.start();
-                        piece.shift(by);
-                    }
-                }
-            }
-            pieces.push(piece);
-        }
-    }
-    let (start, end) = (pieces[0].start(), pieces[pieces.len() - 1].end());
-    let edge = &part.edges[coedges[first].edge.index()];
-    let start_point = part.vertices[if coedges[first].reversed { edge.end } else { edge.start }.index()];
-    if let Some(pole) = projector.pole_at(start_point) {
-        if let Some(jump) = pole_piece(projector, pole, end, start) {
-            pieces.push(jump);
-        }
-        return Ok((UvLoop { pieces, winding: [0, 0] }, 0.0));
-    }
-    let mut winding = [0, 0];
-    let mut miss = end - start;
-    for axis in 0..2 {
-        if let Some(p) = projector.period[axis] {
-            let k = (miss[axis] / p).round();
-            #[allow(clippy::cast_possible_truncation, reason = "a handful of turns")]
-            {
-                winding[axis] = k as i32;
-            }
-            miss[axis] -= k * p;
-        }
-    }
-    let miss = projector.length(start, miss);
-    // One jump at a pole: how far it goes round follows from closing the loop.
-    if let ([jump], true) = (&jumps[..], winding != [0, 0]) {
-        let mut by = DVec2::ZERO;
-        for axis in 0..2 {
-            by[axis] = -f64::from(winding[axis]) * projector.period[axis].unwrap_or(0.0);
-        }
-        let Along::Pole(pole) = pieces[*jump].along else { return Err(RegionError::Winding { winding }) };
-        let (from, to) = (pieces[*jump - 1].end(), pieces[*jump].end() + by);
-        pieces[jump + 1..].iter_mut().for_each(|p| p.shift(by));
-        match pole_piece(projector, pole, from, to) {
-            Some(piece) => pieces[*jump] = piece,
-            None => {
-                pieces.remove(*jump);
-            }
-        }
-        winding = [0, 0];
-    }
-    Ok((UvLoop { pieces, winding }, miss))
-}
-
-/// Where the loop continues after touching a pole: kept side left means that it goes round one given way.
-fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec2, to: DVec2) -> DVec2 {
-    let pole = &projector.poles[pole];
-    let fixed = pole.axis;
-    let run = 1 - fixed;
-    let mut target = projector.unwrap(to, from);
-    let Some(p) = projector.period[run] else { return target };
-    // The kept side below a pole line v = at: the loop runs towards -u there; right of u = at: towards -v.
-    let below = inside[fixed] < from[fixed];
-    let positive = below != (fixed == 1);
-    let mut by = (to[run] - from[run]).rem_euclid(p);
-    if by < 1e-6 * p || by > (1.0 - 1e-6) * p {
-        by = 0.0;
-    }
-    let by = match (positive, by == 0.0) {
-        (true, true) => p,
-        (true, false) => by,
-        (false, true) => -p,
-        (false, false) => by - p,
-    };
-    target[run] = from[run] + by;
-    target
-}
-
-/// The stretch along a pole line; none where it has no length.
-fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to: DVec2) -> Option<Piece> {
-    let fixed = projector.poles[pole].axis;
-    let run = 1 - fixed;
-    let (a, b) = (from[run], to[run]);
-    if (a - b).abs() <= 1e-12 * (1.0 + a.abs() + b.abs()) {
-        return None;
-    }
-    let sample = |t: f64| {
-        let mut uv = DVec2::splat(from[fixed]);
-        uv[run] = t;
-        let mut d = DVec2::ZERO;
-        d[run] = 1.0;
-        UvSample { t, uv, d }
-    };
-    Some(Piece { along: Along::Pole(pole), reversed: a > b, samples: vec![sample(a.min(b)), sample(a.max(b))] })
-}
+use glam::DVec2;
 
 /// The region that the loops bound. `named_pole`: the one at which the file puts a vertex loop. `turn`: whether loops are turned by
 /// where they lie; else they run as they are.
@@ -225,7 +31,12 @@ pub(crate) fn region(
         }
     }
     if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
-        return band(loops, axis, named_pole, projector, turn);
+        let other = turn_back(&loops, axis, projector);
+        let stated = band(loops, axis, named_pole, projector, turn);
+        return match (stated, other) {
+            (Err(RegionError::OneSided { .. }), Some(other)) => region(other, named_pole, projector, turn),
+            (stated, _) => stated,
+        };
     }
     let periodic = projector.period.map(|p| p.is_some());
     if loops.is_empty() {
@@ -276,6 +87,35 @@ fn go_round_poles(loops: &mut [UvLoop], projector: &Projector<'_>) -> Option<usi
         round = Some(run);
     }
     round
+}
+
+/// The same loops with one that goes round in direction `axis` turned back at a pole; `None` if none has a pole to do so.
+///
+/// Along a pole a loop runs the way that keeps its left side. Where noise exchanges the directions in which two edges arrive
+/// there, that is all the way round instead of a little back, and nothing bounds the loop on its other side.
+fn turn_back(loops: &[UvLoop], axis: usize, projector: &Projector<'_>) -> Option<Vec<UvLoop>> {
+    let period = projector.period[axis]?;
+    let along = |p: &Piece| {
+        let Along::Pole(pole) = p.along else { return None };
+        (projector.poles[pole].axis != axis).then(|| (p.end() - p.start())[axis])
+    };
+    let all = loops.iter().enumerate().filter(|(_, l)| l.winding[axis] != 0);
+    let jumps = all.flat_map(|(k, l)| {
+        let signum = f64::from(l.winding[axis].signum());
+        l.pieces.iter().enumerate().filter_map(move |(i, p)| Some((k, i, signum * along(p)?)))
+    });
+    let (k, i, way) = jumps.max_by(|a, b| a.2.total_cmp(&b.2))?;
+    if way <= 0.5 * period {
+        return None;
+    }
+    let mut loops = loops.to_vec();
+    let l = &mut loops[k];
+    let turn = l.winding[axis].signum();
+    let mut by = DVec2::ZERO;
+    by[axis] = -f64::from(turn) * period;
+    turn_at_pole(&mut l.pieces, i, by, projector);
+    l.winding[axis] -= turn;
+    Some(loops)
 }
 
 fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
