@@ -5,8 +5,7 @@
 //! only on closed surfaces, where both sides of a loop are bounded.
 
 use crate::math::box_tree::BoxTree;
-use crate::model::{Coedge, Edge, Part};
-use crate::prepare::report::refusals::RegionError;
+use crate::model::{Coedge, Edge, Part, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
@@ -94,7 +93,7 @@ fn trace_from(
         for (edge, ends) in stretches(part, c, passages) {
             let runs = edge.range.0 < edge.range.1;
             if !runs {
-                return Err(RegionError::EmptyEdge { edge: c.edge.0, range: edge.range });
+                return Err(RegionError::EmptyEdge { edge: c.edge, range: edge.range });
             }
             let previous_end = pieces.last().map(Piece::end);
             let m = projector.march(&edge, ends, c.reversed, previous_end);
@@ -221,7 +220,7 @@ pub(crate) fn region(
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
         let sound = (hi - lo).is_finite() && periods <= MAX_PERIODS;
         if !(loops.is_empty() || sound) {
-            return Err(RegionError::Runaway { axis: u8::from(axis == 1), periods });
+            return Err(RegionError::Runaway { axis, periods });
         }
     }
     if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
@@ -232,7 +231,7 @@ pub(crate) fn region(
         for axis in 0..2 {
             let (lo, hi) = projector.domain[axis];
             if !(lo.is_finite() && hi.is_finite()) {
-                return Err(RegionError::Unbounded { axis: u8::from(axis == 1) });
+                return Err(RegionError::Unbounded { axis });
             }
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
