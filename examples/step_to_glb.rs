@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let model = step::read(&std::fs::read(input)?, &StepOptions::default())?;
     let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
     for diagnostic in &prepared.diagnostics {
-        eprintln!("{:?}: #{}: {}", diagnostic.severity, diagnostic.entity, diagnostic.reason);
+        eprintln!("{:?}: #{}: {}", diagnostic.severity, diagnostic.entity, diagnostic.kind);
     }
 
     // A thousandth of the model's diagonal, and at least 18 segments around a full circle.

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{
-    CurveKind, Face, Frame3, Loop, Model, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity,
-    ShellKind, Surface,
+    CurveKind, DiagnosticKind, Face, FaceError, FaceTrouble, Frame3, Loop, Model, ModelBuilder, NurbsCurve3,
+    NurbsSurface, Part, PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
 };
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -195,7 +195,8 @@ fn a_surface_without_area_is_told_and_costs_nothing() {
     sheet.points.fill(DVec3::new(1.0, 2.0, 3.0));
     let prepared = prepare(model(bare(sheet)), &PrepareOptions::DEFAULT).expect("within the limits");
     assert_eq!(prepared.diagnostics.len(), 1, "{:?}", prepared.diagnostics);
-    assert!(prepared.diagnostics[0].reason.contains("no area"), "{}", prepared.diagnostics[0].reason);
+    let why = prepared.diagnostics[0].kind.face_error();
+    assert!(matches!(why, Some(FaceError::NoArea { .. })), "{why:?}");
     assert_eq!(prepared.tiles().count(), 0);
     let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
     let made = serial(&Arc::new(prepared), &plan, false, &mut MemorySink::default()).expect("a frame");
@@ -331,8 +332,10 @@ fn edges_far_from_their_surface_are_filled_in_space() {
     let prepared = hanging(4.0);
     assert_eq!(prepared.tiles().count(), 1);
     let told = &prepared.diagnostics[0];
-    assert!(told.severity == Severity::Warning && told.reason.contains("4.000e0 mm off the surface"), "{told:?}");
-    assert!(told.reason.contains("1.000e2 mm²") && prepared.parts[0].faces[0].filled, "{told:?}");
+    let DiagnosticKind::Face(FaceTrouble::Filled { cause, area_mm2 }) = &told.kind else { panic!("{told:?}") };
+    let off = |cause: &FaceError| matches!(cause, FaceError::OffSurface { gap_mm, .. } if (gap_mm - 4.0).abs() < 1e-9);
+    assert!(told.severity == Severity::Warning && off(cause) && (area_mm2 - 100.0).abs() < 1e-9, "{told:?}");
+    assert!(prepared.parts[0].faces[0].filled);
     let facts = mesh(&Arc::new(prepared), 0.1);
     assert!(facts.area == 100.0 && facts.open_edges == 4, "{facts}");
 }
@@ -343,7 +346,8 @@ fn edges_off_their_surface_that_bound_a_face_keep_it_repaired() {
     assert_eq!(prepared.tiles().count(), 1);
     assert!(prepared.parts[0].faces[0].repaired);
     let told = &prepared.diagnostics[0];
-    assert!(told.severity == Severity::Warning && told.reason.contains("3.000e0 mm off"), "{told:?}");
+    let off = matches!(told.kind, DiagnosticKind::Face(FaceTrouble::EdgesOffSurface { gap_mm }) if (gap_mm - 3.0).abs() < 1e-9);
+    assert!(told.severity == Severity::Warning && off, "{told:?}");
 }
 
 /// How many faces have triangles.
@@ -374,7 +378,9 @@ fn an_edge_without_a_range_is_straight() {
         // From its vertex to itself, so nothing is left of the disc.
         assert_eq!(prepared.tiles().count(), 2, "{range:?}");
         assert_eq!(mesh_of(&prepared), 1, "{range:?}");
-        assert!(prepared.diagnostics[0].reason.contains("runs from parameter"), "{:?}", prepared.diagnostics);
+        let why = prepared.diagnostics[0].kind.face_error();
+        let empty = matches!(why, Some(FaceError::Region(RegionError::EmptyEdge { edge, .. })) if *edge == circle);
+        assert!(empty, "{:?}", prepared.diagnostics);
     }
 }
 
@@ -408,7 +414,9 @@ fn thin_bowls_keep_the_files_word_and_inside_out_balls_do_not() {
     let prepared = Arc::new(
         prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits"),
     );
-    assert!(prepared.diagnostics[0].reason.contains("inside out"), "{:?}", prepared.diagnostics);
+    let turned =
+        matches!(prepared.diagnostics[0].kind, DiagnosticKind::Shell(ShellTrouble::InsideOut { faces: 2, .. }));
+    assert!(turned, "{:?}", prepared.diagnostics);
     assert!(mesh(&prepared, 0.1).volume > 0.0);
 }
 
@@ -423,9 +431,10 @@ fn open_fields_that_name_nothing_cost_no_panic() {
         model(part.finish().expect("a valid part"))
     };
     let mut placed = whole();
-    placed.instances[0].part = trimtess::model::PartId(7);
+    placed.instances[0].part = PartId(7);
     let prepared = prepare(placed, &PrepareOptions::DEFAULT).expect("within the limits");
-    assert!(prepared.diagnostics[0].reason.contains("places part 7 of 1"), "{:?}", prepared.diagnostics);
+    let no_part = matches!(prepared.diagnostics[0].kind, DiagnosticKind::NoPart { part: PartId(7), parts: 1, .. });
+    assert!(no_part, "{:?}", prepared.diagnostics);
 
     let mut edges = whole();
     edges.parts[0].edges[0].end = trimtess::model::VertexId(99);

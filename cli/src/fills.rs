@@ -4,7 +4,7 @@ use crate::report::{entity_of, tile_centre};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use trimtess::mesh::{MemorySink, Scene};
-use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
+use trimtess::model::{Diagnostic, FaceId, PartId, Severity, TileTrouble};
 use trimtess::parallel::{FaceFill, FrameReport};
 use trimtess::prepare::Prepared;
 
@@ -45,13 +45,15 @@ pub(crate) fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: 
         *area += triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum::<f64>();
     }
     let visible = rewound().map(|fill| (fill, areas[&(fill.part, fill.face)]));
-    all.extend(visible.filter(|(fill, area)| fill.rewound > TOLERATED * area).map(|(fill, area)| Diagnostic {
-        severity: Severity::Warning,
-        part: Some(fill.part),
-        face: Some(fill.face),
-        entity: entity_of(prepared, fill.part, fill.face),
-        place: tile_centre(prepared, fill.part, fill.face),
-        reason: format!("{:.3e} mm² of its {area:.3e} mm² are wound other than once", fill.rewound),
+    all.extend(visible.filter(|(fill, area)| fill.rewound > TOLERATED * area).map(|(fill, area_mm2)| {
+        let kind = TileTrouble::Rewound { rewound_mm2: fill.rewound, area_mm2 };
+        Diagnostic {
+            part: Some(fill.part),
+            face: Some(fill.face),
+            entity: entity_of(prepared, fill.part, fill.face),
+            place: tile_centre(prepared, fill.part, fill.face),
+            ..Diagnostic::new(Severity::Warning, kind)
+        }
     }));
 }
 

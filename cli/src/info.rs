@@ -80,6 +80,7 @@ struct Told {
     part: Option<u32>,
     face: Option<u32>,
     entity: u64,
+    code: &'static str,
     reason: String,
 }
 
@@ -108,7 +109,8 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
             part: d.part.map(|part| part.0),
             face: d.face.map(|face| face.0),
             entity: d.entity,
-            reason: d.reason.clone(),
+            code: d.kind.code(),
+            reason: d.kind.to_string(),
         })
         .collect();
     drop(progress);
@@ -207,7 +209,7 @@ impl Info {
             line("…", format!("{} more parts (-v lists all)", self.part_list.len() - listed));
         }
         if all {
-            for Told { severity, part, face, entity, reason } in &self.diagnostics {
+            for Told { severity, part, face, entity, reason, .. } in &self.diagnostics {
                 let place = match (part, face) {
                     (Some(part), Some(face)) => format!("part {part} face {face} "),
                     (Some(part), None) => format!("part {part} "),

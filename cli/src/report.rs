@@ -13,7 +13,7 @@ use std::path::Path;
 use trimtess::audit::{DeviationReport, EconomyReport};
 use trimtess::frame::{Degradation, Ladder, Rung};
 use trimtess::mesh::{MemorySink, Scene};
-use trimtess::model::{Diagnostic, FaceId, PartId, Severity};
+use trimtess::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, TileTrouble};
 use trimtess::parallel::{DegradedTile, FrameReport};
 use trimtess::prepare::{Prepared, PreparedFace};
 
@@ -39,6 +39,8 @@ pub(crate) struct Entry {
     pub(crate) entity: Option<u64>,
     /// Where in the part's coordinates, millimetres.
     pub(crate) place: Option<[f64; 3]>,
+    /// Stable: `docs/diagnostics.md` lists them.
+    pub(crate) code: &'static str,
     pub(crate) reason: String,
 }
 
@@ -143,7 +145,8 @@ impl Report {
 
     /// Adds something that concerns no single face.
     pub(crate) fn add_error(&mut self, reason: String) {
-        self.diagnostics.push(Entry { severity: name(Severity::Error), face: None, entity: None, place: None, reason });
+        let (severity, code) = (name(Severity::Error), "check-failed");
+        self.diagnostics.push(Entry { severity, face: None, entity: None, place: None, code, reason });
     }
 
     /// Books what the audit measured.
@@ -160,13 +163,8 @@ impl Report {
 
     /// Adds something that concerns no single face, and loses none.
     pub(crate) fn add_warning(&mut self, reason: String) {
-        self.diagnostics.push(Entry {
-            severity: name(Severity::Warning),
-            face: None,
-            entity: None,
-            place: None,
-            reason,
-        });
+        let (severity, code) = (name(Severity::Warning), "plan-coarser");
+        self.diagnostics.push(Entry { severity, face: None, entity: None, place: None, code, reason });
     }
 
     /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
@@ -313,8 +311,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
         told.entry((tile.part, tile.face, severity)).and_modify(|(_, others)| *others += 1).or_insert((tile, 0));
     }
     all.extend(told.into_iter().map(|((part, face, severity), (tile, others))| {
-        let words = tile.degradation.to_string();
-        let reason = if others > 0 { format!("{words}; {others} more tiles like it") } else { words };
+        let kind = DiagnosticKind::Tile { first: tile.degradation.trouble(), others };
         let crossing = match tile.degradation {
             Degradation::NotSimple { place, .. } => place,
             _ => None,
@@ -322,7 +319,8 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
         let rows = prepared.parts.get(part.index());
         let centre = || rows.and_then(|rows| rows.tiles.get(tile.tile.0 as usize)).map(|row| row.centre);
         let (part, entity) = (Some(part), entity_of(prepared, part, face));
-        Diagnostic { severity, part, face: Some(face), entity, place: crossing.or_else(centre), reason }
+        let place = crossing.or_else(centre);
+        Diagnostic { part, face: Some(face), entity, place, ..Diagnostic::new(severity, kind) }
     }));
 }
 
@@ -356,13 +354,14 @@ fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prep
         let edge = rows.and_then(|rows| rows.edges.get(lost.edge.index()));
         let tile = edge.and_then(|edge| edge.uses.first()).map(|used| used.tile);
         let face = tile.and_then(|tile| Some(rows?.tiles.get(tile.0 as usize)?.face));
+        let kind = TileTrouble::NoPolyline { part: lost.part, edge: lost.edge, why: lost.why.clone() };
         all.push(Diagnostic {
-            severity: Severity::Error,
             part: Some(lost.part),
             face,
+            edge: Some(lost.edge),
             entity: face.map_or(0, |face| entity_of(prepared, lost.part, face)),
             place: edge.and_then(|edge| edge.breaks.first()).map(|end| end.point),
-            reason: format!("no polyline for edge {} of part {}: {}", lost.edge.0, lost.part.0, lost.why),
+            ..Diagnostic::new(Severity::Error, kind)
         });
     }
 }
@@ -381,10 +380,10 @@ fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &P
         for face in (0..faces.len()).filter(|&face| !faces[face]) {
             let (part, face) = (PartId::new(part), FaceId::new(face));
             if !explained.contains(&(part, face)) {
-                let reason = "no triangles, and no stage said why".into();
                 let entity = entity_of(prepared, part, face);
                 let (part, face) = (Some(part), Some(face));
-                all.push(Diagnostic { severity: Severity::Error, part, face, entity, place: None, reason });
+                let told = Diagnostic::new(Severity::Error, TileTrouble::Unexplained);
+                all.push(Diagnostic { part, face, entity, ..told });
             }
         }
     }
@@ -402,7 +401,8 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
             face,
             entity,
             place: diagnostic.place.map(|p| p.to_array()),
-            reason: diagnostic.reason.clone(),
+            code: diagnostic.kind.code(),
+            reason: diagnostic.kind.to_string(),
         };
         match (diagnostic.part, diagnostic.face) {
             (Some(part), Some(face)) => {
@@ -448,8 +448,8 @@ mod tests {
     }
 
     fn diagnostic(severity: Severity, face: Option<u32>) -> Diagnostic {
-        let reason = "why".to_owned();
-        Diagnostic { severity, part: Some(PartId(0)), face: face.map(FaceId), entity: 7, place: None, reason }
+        let told = Diagnostic::new(severity, TileTrouble::Failed { why: "why".to_owned() });
+        Diagnostic { part: Some(PartId(0)), face: face.map(FaceId), entity: 7, ..told }
     }
 
     fn prepared(told: Diagnostic) -> Prepared {

@@ -34,15 +34,22 @@ mod spline_error;
 pub use spline_error::{MAX_DEGREE, SplineError, SurfaceError};
 
 mod part;
-pub use part::{
-    Coedge, Colour, CurveKind, Diagnostic, Edge, Face, Instance, Loop, Model, Part, Severity, Shell, ShellKind,
-};
+pub use part::{Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
 
 mod trim;
 pub use trim::{FreeTrims, TrimCurve, TrimError, TrimPiece, TrimRule};
 
 mod error;
 pub use error::{ModelError, PartError};
+
+mod trouble;
+pub use trouble::{
+    BorderTrouble, DiagnosticKind, FaceError, FaceTrouble, RegionError, ShellTrouble, TileTrouble, TrimTrouble,
+    WireTrouble,
+};
+
+mod diagnostic;
+pub use diagnostic::{Diagnostic, Severity};
 
 mod validate;
 

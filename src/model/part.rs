@@ -1,6 +1,7 @@
 //! Parts (B-reps), instances and the model that holds them.
 
-use super::{EdgeId, FaceId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
+use super::diagnostic::Diagnostic;
+use super::{EdgeId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 
 /// Linear RGBA, 0..1. Files' sRGB values are stored as given.
@@ -137,34 +138,6 @@ pub struct Instance {
     pub colour: Option<Colour>,
     /// Name, empty if none.
     pub name: String,
-}
-
-/// How bad a diagnostic is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// Nothing is lost; something was repaired or approximated.
-    Note,
-    /// Something beside the geometry is lost (a colour, a name), or a face is not quite as stated.
-    Warning,
-    /// A face or more is lost.
-    Error,
-}
-
-/// Something that was not understood, repaired or lost. Never silent.
-#[derive(Clone, Debug)]
-pub struct Diagnostic {
-    /// How bad.
-    pub severity: Severity,
-    /// The part concerned.
-    pub part: Option<PartId>,
-    /// The face concerned (index within the part).
-    pub face: Option<FaceId>,
-    /// Entity number in the source file, 0 if none.
-    pub entity: u64,
-    /// Where, in the part's coordinates (millimetres), if it is somewhere.
-    pub place: Option<DVec3>,
-    /// What and why, with numbers.
-    pub reason: String,
 }
 
 /// A whole scene as stated.

@@ -48,7 +48,7 @@ fn counts_and_units_agree_with_the_reference() {
             wrong.push(format!("{file}: {} mm per unit, expected {unit}", model.millimetres_per_unit));
         }
         for lost in model.diagnostics.iter().filter(|d| d.severity == Severity::Error) {
-            wrong.push(format!("{file}: #{} {}", lost.entity, lost.reason));
+            wrong.push(format!("{file}: #{} {}", lost.entity, lost.kind));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -129,7 +129,7 @@ fn holes_near_the_apex_and_around_it() {
         body.part.plain_face(cone, body.shell, loops, false);
         Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius)
             .named((s, radius, points))
-            .told(if points == 64 { &["off the surface"] } else { &[] })
+            .told(if points == 64 { &["edges-off-surface"] } else { &[] })
             .climb();
     }
 }

@@ -27,8 +27,8 @@ pub(crate) struct Ladder {
     area: Option<f64>,
     volume: Option<f64>,
     pieces: Option<u64>,
-    /// Words of diagnostics that belong to the case.
-    told: Vec<String>,
+    /// Codes of diagnostics that belong to the case.
+    told: Vec<&'static str>,
     lost: BTreeSet<FaceId>,
     /// Pieces of negative volume.
     voids: u64,
@@ -114,9 +114,9 @@ impl Ladder {
         Self { angles_only: true, ..self }
     }
 
-    /// Diagnostics that contain one of `words` belong to the case; each of them must occur.
-    pub(crate) fn told(self, words: &[&str]) -> Self {
-        Self { told: words.iter().map(ToString::to_string).collect(), ..self }
+    /// Diagnostics of these codes belong to the case; each of them must occur.
+    pub(crate) fn told(self, codes: &[&'static str]) -> Self {
+        Self { told: codes.to_vec(), ..self }
     }
 
     /// Faces that have no triangles, and are told.
@@ -139,13 +139,13 @@ impl Ladder {
     fn wrong_told(&self, prepared: &Prepared) -> Vec<String> {
         let mut wrong = Vec::new();
         for d in &prepared.diagnostics {
-            if !self.told.iter().any(|words| d.reason.contains(words)) {
-                wrong.push(format!("unexpected: {}", d.reason));
+            if !self.told.contains(&d.kind.code()) {
+                wrong.push(format!("unexpected: {}", d.kind));
             }
         }
-        for words in &self.told {
-            if !prepared.diagnostics.iter().any(|d| d.reason.contains(words)) {
-                wrong.push(format!("not told: {words}"));
+        for code in &self.told {
+            if !prepared.diagnostics.iter().any(|d| d.kind.code() == *code) {
+                wrong.push(format!("not told: {code}"));
             }
         }
         for face in &self.lost {

@@ -239,7 +239,7 @@ fn windows_in_a_torus_anywhere() {
             loops.insert(0, vec![ring.along(), tube.along(), ring.against(), tube.against()]);
         }
         body.face(torus(major, minor), loops, false);
-        let told: &[&str] = if with_seams && (u0 < 0.0 || v0 < 0.0) { &["both ways"] } else { &[] };
+        let told: &[&'static str] = if with_seams && (u0 < 0.0 || v0 < 0.0) { &["edges-run-both-ways"] } else { &[] };
         let hole = (u1 - u0) * minor * (major * (v1 - v0) + minor * (v1.sin() - v0.sin()));
         Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).named((u0, v0)).told(told).climb();
     }
@@ -256,7 +256,7 @@ fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
         let window = window(&mut body, radius, (u - 0.4, u + 0.4), (3.0, 7.0));
         let loops = vec![vec![low.along(), seam, high.against(), back], window];
         body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
-        let told: &[&str] = if u < 0.4 { &["both ways"] } else { &[] };
+        let told: &[&'static str] = if u < 0.4 { &["edges-run-both-ways"] } else { &[] };
         let area = TAU * radius * height - 0.8 * radius * 4.0;
         Ladder::sheet(body.finish(), area).named(u).told(told).climb();
     }
@@ -265,7 +265,7 @@ fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
     let half = seam(&mut body, radius);
     let window = body.circle(&frame(DVec3::X * 4.0, DVec3::X, DVec3::Y), 3.0);
     body.face(sphere(radius), vec![vec![half.along(), half.against()], vec![window.against()]], false);
-    Ladder::sheet(body.finish(), 4.0 * PI * radius * radius - TAU * radius).told(&["both ways"]).climb();
+    Ladder::sheet(body.finish(), 4.0 * PI * radius * radius - TAU * radius).told(&["edges-run-both-ways"]).climb();
 }
 
 /// A window between parameter lines of a cylinder, as a hole.

@@ -146,17 +146,17 @@ fn numbered() -> Part {
 #[test]
 fn one_broken_face_costs_its_surface_and_is_told_by_entity() {
     type Break = fn(&mut Part);
-    let breaks: [(&str, Break); 5] = [
-        ("off the surface", |p| {
+    let breaks: [(&'static str, Break); 5] = [
+        ("face-off-surface", |p| {
             p.faces[0].surface = Surface::Plane { frame: Frame3 { origin: DVec3::Z * 9.0, ..Frame3::WORLD } };
         }),
-        ("", |p| p.faces[0].surface = Surface::Sphere { frame: Frame3::WORLD, radius: f64::NAN }),
-        ("", |p| {
+        ("face-surface-unsound", |p| p.faces[0].surface = Surface::Sphere { frame: Frame3::WORLD, radius: f64::NAN }),
+        ("face-surface-unsound", |p| {
             let frame = Frame3 { x: DVec3::ZERO, y: DVec3::ZERO, z: DVec3::ZERO, ..Frame3::WORLD };
             p.faces[0].surface = Surface::Plane { frame };
         }),
-        ("has no edges", |p| p.faces[0].loops = vec![trimtess::model::Loop::Edges(Vec::new())]),
-        ("", |p| {
+        ("loop-without-edges", |p| p.faces[0].loops = vec![trimtess::model::Loop::Edges(Vec::new())]),
+        ("face-surface-unsound", |p| {
             let knots = vec![0.0, 0.0, 1.0, 1.0];
             p.faces[0].surface = Surface::Nurbs(NurbsSurface {
                 degree_u: 1,
@@ -169,20 +169,20 @@ fn one_broken_face_costs_its_surface_and_is_told_by_entity() {
         }),
     ];
     let all = 2.0 * (12.0 - PI) + 28.0 + TAU * 2.0;
-    for (number, (words, broken)) in breaks.into_iter().enumerate() {
+    for (number, (code, broken)) in breaks.into_iter().enumerate() {
         let mut model = placed(numbered());
         broken(&mut model.parts[0]);
         let entity = model.parts[0].faces[0].entity;
         let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT).expect("within the limits");
         let told = prepared.diagnostics.iter().find(|d| d.face == Some(FaceId(0)));
         let told = told.unwrap_or_else(|| panic!("case {number}: {:?}", prepared.diagnostics));
-        assert!(told.entity == entity && told.reason.contains(words), "case {number}: {told:?}");
+        assert!(told.entity == entity && told.kind.code() == code, "case {number}: {told:?}");
         // Its loops are filled; without loops it is lost.
-        let ladder = match words {
-            "has no edges" => Ladder::open(model, all - (12.0 - PI)).lost(&[0]),
+        let ladder = match code {
+            "loop-without-edges" => Ladder::open(model, all - (12.0 - PI)).lost(&[0]),
             _ => Ladder::closed(model, all),
         };
-        ladder.pieces(1).named(number).told(&[&told.reason]).climb();
+        ladder.pieces(1).named(number).told(&[code]).climb();
     }
 }
 

@@ -9,8 +9,8 @@ use trimtess::audit::deviation;
 use trimtess::frame::{Plan, Tolerance, edge_line, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
-    Diagnostic, EdgeId, Frame3, FreeTrims, ModelBuilder, NurbsSurface, PartBuilder, PartId, Severity, ShellKind,
-    Surface, TrimCurve, TrimRule,
+    Diagnostic, EdgeId, FaceError, FaceTrouble, Frame3, FreeTrims, ModelBuilder, NurbsSurface, PartBuilder, PartId,
+    Severity, ShellKind, Surface, TrimCurve, TrimRule, TrimTrouble,
 };
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{FreeRegion, PrepareOptions, Prepared, UvDomain, prepare};
@@ -96,7 +96,8 @@ fn curved_sheets_keep_the_chord_tolerance_on_surface_and_trim() {
     let prepared = prepared(Surface::Nurbs(wave()), FreeTrims { rule: TrimRule::Handedness, curves });
     // One of the circles leaves the domain.
     assert_eq!(prepared.diagnostics.len(), 1);
-    assert!(prepared.diagnostics[0].reason.contains("curve 2 leaves the domain"), "{:?}", prepared.diagnostics);
+    let clipped = FaceTrouble::Trim(TrimTrouble::Clipped { curve: 2 });
+    assert!(prepared.diagnostics.iter().any(|d| d.kind == clipped.clone().into()), "{:?}", prepared.diagnostics);
     for chord in [1e-2, 1e-3, 1e-4] {
         let (sink, report) = mesh(&prepared, chord);
         assert!(report.degraded.is_empty(), "{:?}", report.degraded);
@@ -133,7 +134,7 @@ fn an_empty_region_has_no_triangles_and_is_no_error() {
     let prepared = prepared(Surface::Nurbs(sheet()), FreeTrims { rule: TrimRule::Handedness, curves });
     assert_eq!(prepared.diagnostics.len(), 1);
     assert_eq!(prepared.diagnostics[0].severity, Severity::Note);
-    assert!(prepared.diagnostics[0].reason.contains("keep nothing"), "{:?}", prepared.diagnostics);
+    assert!(prepared.diagnostics[0].kind.face_error() == Some(&FaceError::NothingKept), "{:?}", prepared.diagnostics);
     assert_eq!(prepared.tiles().count(), 0);
 }
 
@@ -218,7 +219,7 @@ fn random_configurations_are_meshed_as_they_are() {
         let trims = Draw(seed).configuration();
         let exact = FreeRegion::new(&trims, &domain).unwrap().area();
         let prepared = prepared(Surface::Nurbs(sheet()), trims);
-        let is_told = |d: &&Diagnostic| d.severity == Severity::Note || d.reason.contains("extended straight");
+        let is_told = |d: &&Diagnostic| d.severity == Severity::Note || d.kind.code() == "trim-extended";
         assert!(prepared.diagnostics.iter().all(|d| is_told(&d)), "seed {seed}: {:?}", prepared.diagnostics);
         for chord in [1e-2, 1e-3] {
             let plan = plan(&prepared, &Tolerance { chord, angle: 0.3, max_edge: None });

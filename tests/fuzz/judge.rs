@@ -5,7 +5,7 @@ use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{PlanLimits, Tolerance, plan_within};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
-use trimtess::model::{Diagnostic, Model, Severity};
+use trimtess::model::{Diagnostic, FaceError, Model, Severity};
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
 
@@ -55,9 +55,11 @@ impl Meshed {
         if let Some(fault) = all_faults(&self.prepared).first() {
             return Err(format!("loops that do not close: {fault}"));
         }
-        let told = self.prepared.diagnostics.iter().map(|d| d.reason.clone());
-        let degraded = self.report.degraded.iter().map(|tile| tile.degradation.to_string());
-        if let Some(panic) = told.chain(degraded).find(|reason| reason.contains("internal error")) {
+        let told =
+            self.prepared.diagnostics.iter().find(|d| matches!(d.kind.face_error(), Some(FaceError::Internal(_))));
+        let mut degraded = self.report.degraded.iter().map(|tile| tile.degradation.to_string());
+        let panic = told.map(ToString::to_string).or_else(|| degraded.find(|why| why.contains("internal error")));
+        if let Some(panic) = panic {
             return Err(format!("a panic inside: {panic}"));
         }
         if let Some(lost) = self.report.lost_lines.first() {
@@ -96,7 +98,7 @@ impl Meshed {
     pub(crate) fn is_sound(&self) -> Result<(), String> {
         self.holds()?;
         if let Some(told) = self.prepared.diagnostics.iter().find(|d| d.severity > Severity::Note) {
-            return Err(format!("{:?}: {}", told.severity, told.reason));
+            return Err(format!("{:?}: {}", told.severity, told.kind));
         }
         if let Some(tile) = self.report.degraded.first() {
             return Err(format!("tile {} of face {}: {}", tile.tile.0, tile.face.0, tile.degradation));

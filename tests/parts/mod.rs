@@ -114,7 +114,7 @@ fn culprits(prepared: &Prepared, report: &FrameReport, part: PartId, faces: &[Fa
         let mut about = prepared.diagnostics.iter().filter(|d| (d.part, d.face) == (Some(part), Some(face)));
         let worst = about.clone().find(|d| d.severity > Severity::Note).or_else(|| about.next());
         let rung = rung(face).unwrap_or_default();
-        worst.map_or_else(|| format!("face {} ({rung})", face.0), |d| format!("face {} ({rung}: {})", face.0, d.reason))
+        worst.map_or_else(|| format!("face {} ({rung})", face.0), |d| format!("face {} ({rung}: {})", face.0, d.kind))
     };
     let mut text: Vec<String> = faces.iter().take(NAMED).map(|&face| told(face)).collect();
     if faces.len() > NAMED {

@@ -69,7 +69,10 @@ fn what_would_need_intersections_is_refused_by_name() {
         let model = model(&file);
         let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
         assert!(model.parts.is_empty() && told.len() == 1 && told[0].entity == 61, "{:?}", model.diagnostics);
-        assert!(told[0].reason.contains("BOOLEAN_RESULT (DIFFERENCE)") && told[0].reason.contains("intersecting"));
+        assert!(
+            told[0].kind.to_string().contains("BOOLEAN_RESULT (DIFFERENCE)")
+                && told[0].kind.to_string().contains("intersecting")
+        );
     }
 }
 
@@ -113,7 +116,7 @@ fn areas_and_faces_are_extruded() {
     solid(&(disc() + up + "#90=EXTRUDED_FACE_SOLID('',#70,#80,3.);"), "#90", 3, 3, 3.0 * PI);
     let flat = model(&(area("#90=EXTRUDED_AREA_SOLID('',#70,#82,3.);#82=DIRECTION('',(1.,0.,0.));") + &holding("#90")));
     assert!(
-        flat.diagnostics.iter().any(|d| d.entity == 90 && d.reason.contains("own plane")),
+        flat.diagnostics.iter().any(|d| d.entity == 90 && d.kind.to_string().contains("own plane")),
         "{:?}",
         flat.diagnostics
     );
@@ -136,7 +139,7 @@ fn areas_and_faces_are_revolved() {
     solid(&(disc() + axes + "#90=REVOLVED_FACE_SOLID('',#70,#81,6.283185307179586);"), "#90", 1, 0, 6.0 * PI * PI);
     solid(&(disc() + axes + "#90=REVOLVED_FACE_SOLID('',#70,#81,2.);"), "#90", 3, 3, 6.0 * PI);
     let across = model(&(area(-1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,2.);") + &holding("#90")));
-    assert!(across.diagnostics.iter().any(|d| d.entity == 90 && d.reason.contains("both sides")));
+    assert!(across.diagnostics.iter().any(|d| d.entity == 90 && d.kind.to_string().contains("both sides")));
 }
 
 #[test]
@@ -252,7 +255,10 @@ fn a_broken_triangle_or_face_of_a_tessellation_costs_itself() {
         assert_eq!(model.parts[0].faces.len(), triangles, "{text}: {:?}", model.diagnostics);
         let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
         assert_eq!(told.len(), usize::from(lost.is_some()), "{text}: {told:?}");
-        assert!(lost.is_none_or(|lost| told[0].entity == 50 && told[0].reason.contains(lost)), "{text}: {told:?}");
+        assert!(
+            lost.is_none_or(|lost| told[0].entity == 50 && told[0].kind.to_string().contains(lost)),
+            "{text}: {told:?}"
+        );
     }
 }
 
@@ -277,7 +283,7 @@ fn triangles_without_height_leave_no_slit() {
     let text = "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(2.,0.,0.)));#50=TRIANGULATED_FACE('',#40,3,(),$,(),((1,2,3)));";
     let flat = model(&(world() + text + &holding("#50")));
     assert!(
-        flat.parts[0].faces.is_empty() && flat.diagnostics[0].reason.contains("that have an area"),
+        flat.parts[0].faces.is_empty() && flat.diagnostics[0].kind.to_string().contains("that have an area"),
         "{:?}",
         flat.diagnostics
     );

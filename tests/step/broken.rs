@@ -20,7 +20,7 @@ fn faces(model: &Model) -> usize {
 
 fn errors(model: &Model) -> Vec<String> {
     let lost = model.diagnostics.iter().filter(|d| d.severity == Severity::Error);
-    lost.map(|d| d.reason.clone()).collect()
+    lost.map(|d| d.kind.to_string()).collect()
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn styles_that_fan_out_are_followed_once() {
 fn a_file_without_faces_is_an_empty_model_with_a_warning() {
     let model = model(&world());
     assert!(model.parts.is_empty() && model.instances.is_empty());
-    assert!(model.diagnostics.iter().any(|d| d.reason.contains("no faces")), "{:?}", model.diagnostics);
+    assert!(model.diagnostics.iter().any(|d| d.kind.to_string().contains("no faces")), "{:?}", model.diagnostics);
 }
 
 #[test]

@@ -25,7 +25,7 @@ fn faces(model: &Model) -> usize {
 
 fn told(model: &Model, least: Severity) -> Vec<(u64, String)> {
     let told = model.diagnostics.iter().filter(|d| d.severity >= least);
-    told.map(|d| (d.entity, d.reason.clone())).collect()
+    told.map(|d| (d.entity, d.kind.to_string())).collect()
 }
 
 #[test]

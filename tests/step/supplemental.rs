@@ -22,8 +22,8 @@ fn with(text: &str, supplemental: bool) -> Model {
     read(file(text).as_bytes(), &options).expect("a readable file")
 }
 
-fn told(model: &Model, severity: Severity) -> Vec<(u64, &str)> {
-    model.diagnostics.iter().filter(|d| d.severity == severity).map(|d| (d.entity, d.reason.as_str())).collect()
+fn told(model: &Model, severity: Severity) -> Vec<(u64, String)> {
+    model.diagnostics.iter().filter(|d| d.severity == severity).map(|d| (d.entity, d.kind.to_string())).collect()
 }
 
 fn faces(model: &Model) -> Vec<Vec<u64>> {

@@ -2,7 +2,7 @@
 
 use super::ladder::Rung;
 use crate::mesh::TileMesh;
-use crate::model::FaceId;
+use crate::model::{FaceId, TileTrouble};
 use glam::DVec3;
 use std::fmt;
 
@@ -26,16 +26,19 @@ pub enum Degradation {
 
 impl fmt::Display for Degradation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.trouble().fmt(f)
+    }
+}
+
+impl Degradation {
+    /// The same as a diagnostic has it.
+    #[must_use]
+    pub fn trouble(&self) -> TileTrouble {
         match self {
-            Self::NotSimple { split, .. } => {
-                write!(
-                    f,
-                    "the boundary crosses or overlaps itself ({split} segments split); covered as often as it winds"
-                )
-            }
-            Self::Empty => write!(f, "nothing is left of the face at this tolerance"),
-            Self::Filled(why) => write!(f, "filled in space, not triangulated: {why}"),
-            Self::Failed(why) => write!(f, "no triangles: {why}"),
+            Self::NotSimple { split, .. } => TileTrouble::Crosses { split: *split },
+            Self::Empty => TileTrouble::Empty,
+            Self::Filled(why) => TileTrouble::Filled { why: why.clone() },
+            Self::Failed(why) => TileTrouble::Failed { why: why.clone() },
         }
     }
 }

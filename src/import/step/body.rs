@@ -44,7 +44,7 @@ impl Reader<'_> {
         if part.faces.iter().all(|face| !face.lost) {
             return Ok(part);
         }
-        let reason = diagnostics.into_iter().map(|d| d.reason).next().unwrap_or_default();
+        let reason = diagnostics.into_iter().map(|d| d.kind.to_string()).next().unwrap_or_default();
         Err(Trouble::new(source.id(), reason))
     }
 }

@@ -14,8 +14,8 @@ use super::stated::Stated;
 use super::table::{Map, Read, Set, Trouble};
 use super::units::Units;
 use crate::model::{
-    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, Surface,
-    VertexId,
+    Coedge, Colour, Diagnostic, DiagnosticKind, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity,
+    Shell, Surface, VertexId,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -253,13 +253,18 @@ impl Assembly {
     }
 
     fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
-        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place, reason });
+        self.diagnostics.push(Diagnostic { entity, place, ..Diagnostic::new(severity, DiagnosticKind::Read(reason)) });
     }
 
     /// Tells something of the face that comes next.
     fn say_of_face(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
         let face = Some(FaceId::new(self.part.faces.len()));
-        self.diagnostics.push(Diagnostic { severity, part: None, face, entity, place, reason });
+        self.diagnostics.push(Diagnostic {
+            face,
+            entity,
+            place,
+            ..Diagnostic::new(severity, DiagnosticKind::Read(reason))
+        });
     }
 
     /// Says why the face that comes next is lost.
@@ -526,7 +531,12 @@ impl Assembly {
         if let Some((count, OffVertex { gap, entity, face, place })) = self.gaps.take() {
             let reason = format!("{count} edges end off their vertices, this one by {gap:.3e} mm");
             let (severity, face) = (Severity::Warning, Some(face));
-            self.diagnostics.push(Diagnostic { severity, part: None, face, entity, place, reason });
+            self.diagnostics.push(Diagnostic {
+                face,
+                entity,
+                place,
+                ..Diagnostic::new(severity, DiagnosticKind::Read(reason))
+            });
         }
         // Open loops cost no face, and prepare tells them with their width and place.
         if let Err(error) = self.part.check()

@@ -7,7 +7,7 @@ use super::style::Styles;
 use super::text;
 use super::tree::Tree;
 use super::units::Contexts;
-use crate::model::{Diagnostic, Model, Part, PartId, Severity};
+use crate::model::{Diagnostic, DiagnosticKind, Model, Part, PartId, Severity};
 use rayon::prelude::*;
 use std::io::Read as _;
 use std::path::Path;
@@ -96,5 +96,5 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
 
 /// A warning that concerns the file as a whole.
 fn of_file(reason: String) -> Diagnostic {
-    Diagnostic { severity: Severity::Warning, part: None, face: None, entity: 0, place: None, reason }
+    Diagnostic::new(Severity::Warning, DiagnosticKind::Read(reason))
 }

@@ -6,7 +6,7 @@ use super::sections::{
     Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
 };
 use super::table::Table;
-use crate::model::{Diagnostic, Severity};
+use crate::model::{Diagnostic, DiagnosticKind, Severity};
 use std::borrow::Cow;
 use step_io::{Error, parser};
 
@@ -97,7 +97,7 @@ fn entities_in(bytes: &[u8], limit: u64) -> u64 {
 }
 
 fn file_note(severity: Severity, reason: String) -> Diagnostic {
-    Diagnostic { severity, part: None, face: None, entity: 0, place: None, reason }
+    Diagnostic::new(severity, DiagnosticKind::Read(reason))
 }
 
 /// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.

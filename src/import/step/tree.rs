@@ -9,7 +9,7 @@ use super::shells::Gather;
 use super::style::Styles;
 use super::table::Table;
 use super::units::Contexts;
-use crate::model::{Colour, Diagnostic, Instance, PartId, Severity};
+use crate::model::{Colour, Diagnostic, DiagnosticKind, Instance, PartId, Severity};
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
 
@@ -85,7 +85,7 @@ impl<'a> Tree<'a> {
     }
 
     fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
-        self.diagnostics.push(Diagnostic { severity, part: None, face: None, entity, place, reason });
+        self.diagnostics.push(Diagnostic { entity, place, ..Diagnostic::new(severity, DiagnosticKind::Read(reason)) });
     }
 
     /// A point of a group, in its own coordinates.

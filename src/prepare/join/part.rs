@@ -1,14 +1,17 @@
 //! One part: each of its faces by itself, then all of them turned alike, closed against each other and told about.
 
 use super::chains::{Closedness, Sum, TurnedFace};
+use super::closing::Added;
 use super::limits::PrepareBudget;
 use super::orient::{self, orient, wrong_volume};
 use super::prepared::PreparedPart;
 use super::topology::{self, Closed};
 use super::{chains, filled, shells};
-use crate::model::{Diagnostic, Face, FaceId, Part, PartId, Severity, ShellKind};
+use crate::model::{
+    BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
+    ShellTrouble, WireTrouble,
+};
 use crate::prepare::regions::boundary::{self, Boundary, boundary, is_closed, of_boundary};
-use crate::prepare::report::face_error::FaceError;
 use crate::prepare::report::guard::{guarded, panic_message};
 use crate::prepare::report::told::Told;
 use crate::prepare::sew::sew;
@@ -20,7 +23,6 @@ use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::heal;
 use crate::prepare::wires::heal::Healing;
-use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -109,8 +111,7 @@ struct OpenCause {
 
 /// What is told of a face that is filled.
 fn told_filled(cause: &FaceError, area: f64) -> Told {
-    let what = format!("{cause}; its loops are filled in space, with about {area:.3e} mm²");
-    Told { place: cause.place(), what }
+    Told::new(cause.place(), FaceTrouble::Filled { cause: cause.clone(), area_mm2: area })
 }
 
 /// Which way faces look, and what they sum to.
@@ -252,8 +253,7 @@ impl Maker<'_> {
             if faces.drafts[k].as_ref().is_none_or(|draft| !turned(draft)) {
                 continue;
             }
-            let what = "a loop runs as the file states it; turned as it lies, the shell would be open there";
-            let told = Told { place: None, what: what.to_owned() };
+            let told = Told::new(None, FaceTrouble::LoopAsStated);
             let again = guarded(|| face::draft_as_stated(part, &part.faces[k], self.size));
             let (mut draft, cause) = match again {
                 Ok(draft) if !turned(&draft) => (Some(draft), None),
@@ -301,18 +301,19 @@ impl Maker<'_> {
             draft.chain.extend(gaps.iter().map(|gap| (gap.edge, sign * gap.sum)));
             draft.chain = summed(std::mem::take(&mut draft.chain));
             let place = self.part.vertices.get(self.part.edges[first.edge as usize].start.index()).copied();
-            let what = format!("{} edges across gaps of wires have no counterpart and were filled", gaps.len());
-            draft.repairs.push(Told { place, what });
+            let what = WireTrouble::BridgesFilled { edges: gaps.len() };
+            draft.repairs.push(Told { edge: Some(EdgeId(first.edge)), ..Told::new(place, what) });
             found = true;
         }
         found
     }
 
-    fn tell(&mut self, face: usize, severity: Severity, place: Option<DVec3>, reason: String) {
+    fn tell(&mut self, face: usize, severity: Severity, told: Told) {
         let stated = &self.part.faces[face];
+        let Told { edge, place, what: kind } = told;
         let place = place.or_else(|| face::somewhere(&self.part, stated));
         let (part, entity, face) = (Some(self.id), stated.entity, Some(FaceId::new(face)));
-        self.diagnostics.push(Diagnostic { severity, part, face, entity, place, reason });
+        self.diagnostics.push(Diagnostic { severity, part, face, edge, entity, place, kind });
     }
 
     /// Tells what became of each face, and returns those without area.
@@ -328,24 +329,25 @@ impl Maker<'_> {
             while let Some(healing) = healings.next_if(|h| h.face == k) {
                 match (&mut *draft, healing.severity) {
                     (Some(draft), Severity::Warning) => draft.repairs.push(healing.told),
-                    _ => self.tell(k, healing.severity, healing.told.place, healing.told.what),
+                    _ => self.tell(k, healing.severity, healing.told),
                 }
             }
             if let Some(draft) = draft {
                 for told in &draft.repairs {
-                    self.tell(k, Severity::Warning, told.place, told.what.clone());
+                    self.tell(k, Severity::Warning, told.clone());
                 }
-                if !draft.notes.is_empty() {
-                    self.tell(k, Severity::Note, None, draft.notes.join("; "));
+                for note in &draft.notes {
+                    self.tell(k, Severity::Note, Told::new(None, note.clone()));
                 }
             }
             match cause {
                 Some(OpenCause { error, harmless: true }) => {
-                    self.tell(k, Severity::Note, None, error.to_string());
+                    self.tell(k, Severity::Note, Told::new(None, FaceTrouble::Unusable(error.clone())));
                     without_area.push(FaceId::new(k));
                 }
                 Some(OpenCause { error, .. }) if draft.is_none() => {
-                    self.tell(k, Severity::Error, error.place(), error.to_string());
+                    let told = Told::new(error.place(), FaceTrouble::Unusable(error.clone()));
+                    self.tell(k, Severity::Error, told);
                 }
                 _ => {}
             }
@@ -364,7 +366,7 @@ impl Maker<'_> {
             let severity = if filled.is_some() { Severity::Warning } else { Severity::Error };
             if has_draft {
                 let area = filled.as_ref().map_or(0.0, |filled| filled.area);
-                self.tell(k, severity, None, told_filled(&cause, area).what);
+                self.tell(k, severity, told_filled(&cause, area));
             }
             faces.drafts.push(filled.map(|filled::Filled { mut draft, area, .. }| {
                 draft.repairs.push(told_filled(&cause, area));
@@ -401,55 +403,42 @@ impl Maker<'_> {
         let faces = self.part.faces.len();
         let all: Vec<usize> = (0..faces).collect();
         for &k in &all {
-            self.tell(k, Severity::Error, None, FaceError::Internal(reason.to_owned()).to_string());
+            let cause = FaceError::Internal(reason.to_owned());
+            self.tell(k, Severity::Error, Told::new(None, FaceTrouble::Unusable(cause)));
         }
         (PreparedPart { face_rows: vec![None; faces], ..PreparedPart::default() }, all)
     }
 
     fn tell_closed(&mut self, told: Vec<(usize, Closed)>) {
         for (k, closed) in told {
-            match closed {
-                Closed::Added(added) if added.loops > 0 => {
-                    let what = format!(
-                        "its tiles' loops do not sum to its own; {} loops and {} straight edges of up to {:.3e} mm close them",
-                        added.loops, added.joints, added.longest
-                    );
-                    self.tell(k, Severity::Warning, added.place, what);
+            let (severity, place, what) = match closed {
+                Closed::Added(Added { loops, joints, longest, place }) if loops > 0 => {
+                    (Severity::Warning, place, FaceTrouble::TilesClosed { loops, joints, longest_mm: longest })
                 }
-                Closed::Added(added) => {
-                    let what = format!(
-                        "ends of edges that lie up to {:.3e} mm apart are joined by {} straight edges",
-                        added.longest, added.joints
-                    );
-                    self.tell(k, Severity::Note, added.place, what);
+                Closed::Added(Added { joints, longest, place, .. }) => {
+                    (Severity::Note, place, FaceTrouble::EndsJoined { joints, longest_mm: longest })
                 }
-                Closed::Filled => {
-                    let what = "its tiles' loops cannot be closed; its own are filled in space".to_owned();
-                    self.tell(k, Severity::Warning, None, what);
-                }
-                Closed::Lost => {
-                    let what = "its tiles' loops cannot be closed, and it has none of its own".to_owned();
-                    self.tell(k, Severity::Error, None, what);
-                }
-            }
+                Closed::Filled => (Severity::Warning, None, FaceTrouble::TilesFilled),
+                Closed::Lost => (Severity::Error, None, FaceTrouble::TilesLost),
+            };
+            self.tell(k, severity, Told::new(place, what));
         }
     }
 
     fn tell_turned(&mut self, turned: &[orient::Orientation]) {
         for t in turned {
-            let (severity, reason) = match t.volume {
-                Some(volume) => {
-                    let faces = t.faces;
-                    let reason =
-                        format!("{faces} connected faces were inside out (volume {volume:.3e} mm³) and were turned");
-                    (Severity::Note, reason)
-                }
-                None => (Severity::Warning, format!("{} connected faces of a solid enclose no volume", t.faces)),
+            let (severity, kind) = match t.volume {
+                Some(volume_mm3) => (Severity::Note, ShellTrouble::InsideOut { faces: t.faces, volume_mm3 }),
+                None => (Severity::Warning, ShellTrouble::NoVolume { faces: t.faces }),
             };
-            let face = t.volume.is_none().then(|| FaceId::new(t.face));
             let stated = &self.part.faces[t.face];
-            let (part, entity, place) = (Some(self.id), stated.entity, face::somewhere(&self.part, stated));
-            self.diagnostics.push(Diagnostic { severity, part, face, entity, place, reason });
+            self.diagnostics.push(Diagnostic {
+                part: Some(self.id),
+                face: t.volume.is_none().then(|| FaceId::new(t.face)),
+                entity: stated.entity,
+                place: face::somewhere(&self.part, stated),
+                ..Diagnostic::new(severity, kind)
+            });
         }
     }
 
@@ -457,22 +446,18 @@ impl Maker<'_> {
     fn tell_open(&mut self, prepared: &PreparedPart, sums: &[Sum]) {
         let part = &*self.part;
         let lost = |face: usize| prepared.face_rows[face].is_none();
-        let start = |edge: u32| part.vertices.get(part.edges[edge as usize].start.index()).copied();
-        let diagnostic = |severity, face, entity, place, reason| Diagnostic {
-            severity,
+        let diagnostic = |face: usize, edge: u32, entity: u64, severity, kind: ShellTrouble| Diagnostic {
             part: Some(self.id),
             face: Some(FaceId::new(face)),
+            edge: Some(EdgeId(edge)),
             entity,
-            place,
-            reason,
+            place: part.vertices.get(part.edges[edge as usize].start.index()).copied(),
+            ..Diagnostic::new(severity, kind)
         };
         let mut told: Vec<Diagnostic> = Vec::new();
         told.extend(shells::open(part, &self.free, lost).into_iter().map(|open| {
-            let reason = format!(
-                "the shell of a solid is open: {} of its {} edges have a face on one side only",
-                open.free, open.edges
-            );
-            diagnostic(Severity::Warning, open.face, open.entity, start(open.edge), reason)
+            let kind = ShellTrouble::Open { free: open.free, edges: open.edges };
+            diagnostic(open.face, open.edge, open.entity, Severity::Warning, kind)
         }));
         for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
             let solid = part.shells.get(of_shell[0].shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
@@ -480,27 +465,18 @@ impl Maker<'_> {
             let mut stuck = of_shell.iter().filter(|s| !s.is_free() && (solid || s.uses == 2));
             let Some(first) = stuck.next() else { continue };
             let severity = if solid { Severity::Warning } else { Severity::Note };
-            let [a, b] = first.faces;
-            let reason = format!(
-                "{} edges cannot be oriented: their faces run along them the same way, however they are turned; the first is edge \
-                 {} of faces {a} and {b}",
-                1 + stuck.count(),
-                first.edge
-            );
-            let face = a as usize;
-            told.push(diagnostic(severity, face, part.faces[face].entity, start(first.edge), reason));
+            let (edges, faces) = (1 + stuck.count(), first.faces.map(FaceId));
+            let kind = ShellTrouble::NotOrientable { edges, edge: EdgeId(first.edge), faces };
+            let face = faces[0].index();
+            told.push(diagnostic(face, first.edge, part.faces[face].entity, severity, kind));
         }
         self.diagnostics.append(&mut told);
     }
 
     fn tell_sewn(&mut self, borders: Sewn) {
         if borders.width > ROUNDING * self.size {
-            let (pairs, width) = (borders.pairs, borders.width);
-            let reason = format!(
-                "{pairs} pairs of borders of faces without topology, up to {width:.3e} mm apart, became one edge each"
-            );
-            let (severity, part) = (Severity::Note, Some(self.id));
-            self.diagnostics.push(Diagnostic { severity, part, face: None, entity: 0, place: None, reason });
+            let kind = BorderTrouble::Joined { pairs: borders.pairs, width_mm: borders.width };
+            self.diagnostics.push(Diagnostic { part: Some(self.id), ..Diagnostic::new(Severity::Note, kind) });
         }
     }
 }

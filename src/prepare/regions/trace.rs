@@ -1,7 +1,6 @@
 //! The coedges of a loop -> their images on the surface, one after the other, from edge to edge and along poles.
 
-use crate::model::{Coedge, Edge, Part};
-use crate::prepare::report::refusals::RegionError;
+use crate::model::{Coedge, Edge, Part, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
@@ -87,7 +86,7 @@ fn trace_from(
         for (edge, ends) in stretches(part, c, passages) {
             let runs = edge.range.0 < edge.range.1;
             if !runs {
-                return Err(RegionError::EmptyEdge { edge: c.edge.0, range: edge.range });
+                return Err(RegionError::EmptyEdge { edge: c.edge, range: edge.range });
             }
             let previous_end = pieces.last().map(Piece::end);
             let m = projector.march(&edge, ends, c.reversed, previous_end);

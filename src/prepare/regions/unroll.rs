@@ -6,7 +6,7 @@
 
 use super::trace::{pole_piece, turn_at_pole};
 use crate::math::box_tree::BoxTree;
-use crate::prepare::report::refusals::RegionError;
+use crate::model::RegionError;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
@@ -27,7 +27,7 @@ pub(crate) fn region(
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
         let sound = (hi - lo).is_finite() && periods <= MAX_PERIODS;
         if !(loops.is_empty() || sound) {
-            return Err(RegionError::Runaway { axis: u8::from(axis == 1), periods });
+            return Err(RegionError::Runaway { axis, periods });
         }
     }
     if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
@@ -43,7 +43,7 @@ pub(crate) fn region(
         for axis in 0..2 {
             let (lo, hi) = projector.domain[axis];
             if !(lo.is_finite() && hi.is_finite()) {
-                return Err(RegionError::Unbounded { axis: u8::from(axis == 1) });
+                return Err(RegionError::Unbounded { axis });
             }
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
@@ -314,6 +314,7 @@ pub(crate) fn pole_sides(region: &Region, projector: &Projector<'_>) -> [[Option
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prepare::uv::uv_curve::UvSample;
     use crate::prepare::uv::uv_loop::winding_about;
 
     /// The polygon as a loop of one piece, forwards or backwards.

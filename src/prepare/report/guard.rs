@@ -1,6 +1,6 @@
 //! A panic on one face -> an error of that face: a defect of this crate costs no other face.
 
-use super::face_error::FaceError;
+use crate::model::FaceError;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -1,6 +1,5 @@
 //! What there is to tell of a face, and why one cannot be used.
 
-pub(super) mod face_error;
 pub(super) mod guard;
 pub(super) mod refusals;
 pub(super) mod told;

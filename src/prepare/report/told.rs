@@ -1,10 +1,18 @@
 //! What there is to tell of a face, before it has a number and a severity.
 
+use crate::model::{DiagnosticKind, EdgeId};
 use glam::DVec3;
 
 /// Something told of a face, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Told {
+    pub(crate) edge: Option<EdgeId>,
     pub(crate) place: Option<DVec3>,
-    pub(crate) what: String,
+    pub(crate) what: DiagnosticKind,
+}
+
+impl Told {
+    pub(crate) fn new(place: Option<DVec3>, what: impl Into<DiagnosticKind>) -> Self {
+        Self { edge: None, place, what: what.into() }
+    }
 }

@@ -12,7 +12,7 @@ use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::thin::Thin;
 use super::uses::uses;
 use crate::math::sets::Sets;
-use crate::model::{Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
+use crate::model::{BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
 use crate::prepare::report::told::Told;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
@@ -114,23 +114,21 @@ pub(crate) fn sew<'a>(
     }
     for (_, widest, count, width) in told {
         let Candidate { edge, face, tolerance, .. } = candidates[widest];
-        let what = format!(
-            "{count} pairs of edges of its shell, up to {width:.3e} mm apart, became one: gaps within the tolerance of \
-             {tolerance:.1e} mm"
-        );
+        let what = BorderTrouble::Sewn { pairs: count, width_mm: width, tolerance_mm: tolerance };
         let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
-        done.push(Healing { face, severity: Severity::Note, told: Told { place, what } });
+        let told = Told { edge: Some(EdgeId(edge)), ..Told::new(place, what) };
+        done.push(Healing { face, severity: Severity::Note, told });
     }
-    done.extend(thin.kept.into_iter().map(|(face, tolerance)| {
-        let what = format!("edges on both sides of it, nearer than the tolerance of {tolerance:.1e} mm, are not one");
-        Healing { face, severity: Severity::Note, told: Told { place: None, what } }
+    done.extend(thin.kept.into_iter().map(|(face, tolerance_mm)| {
+        let told = Told::new(None, BorderTrouble::ThinFace { tolerance_mm });
+        Healing { face, severity: Severity::Note, told }
     }));
     done.extend(left_out.into_values().map(|LeftOut { first, count }| {
         let Candidate { edge, face, .. } = candidates[first];
         let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
-        let what =
-            format!("{count} pairs of edges of its shell were not compared: more than {MOST_PARTNERS} lie together");
-        Healing { face, severity: Severity::Note, told: Told { place, what } }
+        let what = BorderTrouble::NotCompared { pairs: count, limit: MOST_PARTNERS };
+        let told = Told { edge: Some(EdgeId(edge)), ..Told::new(place, what) };
+        Healing { face, severity: Severity::Note, told }
     }));
     if contacts.is_empty() {
         return (part, Sewn::default());

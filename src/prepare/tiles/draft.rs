@@ -1,6 +1,6 @@
 //! What a face comes to by itself, before its borders and breaks are numbered in the part.
 
-use crate::model::AxisMap;
+use crate::model::{AxisMap, FaceTrouble};
 use crate::prepare::regions::mend::Tangle;
 use crate::prepare::report::told::Told;
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
@@ -87,7 +87,7 @@ pub(crate) struct FaceDraft {
     /// Those of them at which two edges meet within the face, and the point that both have there.
     pub(crate) joints: Vec<(u32, f64, DVec3)>,
     /// What there is to tell, though the face is usable.
-    pub(crate) notes: Vec<String>,
+    pub(crate) notes: Vec<FaceTrouble>,
     /// What had to be repaired: the face is not as stated.
     pub(crate) repairs: Vec<Told>,
     /// Whether one of these is that the boundary crosses or overlaps itself.

@@ -6,13 +6,11 @@ use super::cuts::{coarse_grids, grid_for};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse, FaceDraft};
 use super::grid::{Grid, LineCrossing};
 use super::meeting::{Meeting, fold, touching};
-use crate::model::{AxisMap, Coedge, Face, Loop, NurbsSurface, Part, Surface};
+use crate::model::{AxisMap, Coedge, Face, FaceError, FaceTrouble, Loop, NurbsSurface, Part, RegionError, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
 use crate::prepare::regions::trace::{Passages, trace_loop};
 use crate::prepare::regions::unroll::region;
 use crate::prepare::regions::{boundary, lobes, mend};
-use crate::prepare::report::face_error::FaceError;
-use crate::prepare::report::refusals::RegionError;
 use crate::prepare::report::told::Told;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
@@ -75,7 +73,7 @@ pub(crate) fn draft(
             let face = Face { loops, ..face.clone() };
             let again = Traced::of(part, &face, None, size).and_then(|traced| traced.draft(Loops::Nested, &[])).ok();
             if let Some(mut draft) = again.filter(|draft| !draft.crosses) {
-                draft.notes.push("edges that a wire runs both ways were left out: they bound nothing".to_owned());
+                draft.notes.push(FaceTrouble::BothWays);
                 return Ok(draft);
             }
         }
@@ -124,7 +122,7 @@ struct Traced<'a> {
     named_pole: Option<usize>,
     /// Largest distance between edges and surface.
     gap: f64,
-    notes: Vec<String>,
+    notes: Vec<FaceTrouble>,
     repairs: Vec<Told>,
 }
 
@@ -171,20 +169,19 @@ impl<'a> Traced<'a> {
                 Loop::Edges(coedges) => {
                     if !given.is_first(coedges) {
                         let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
-                        let what = "a loop is given twice; it was taken once".to_owned();
-                        self.repairs.push(Told { place, what });
+                        self.repairs.push(Told::new(place, FaceTrouble::LoopTwice));
                         continue;
                     }
                     let (traced, miss) = trace_loop(part, coedges, &self.projector, &mut self.gap, &self.passages)?;
                     self.loops.push(traced);
-                    self.notes.extend(miss.map(|m| format!("the image of a loop misses its start by {m:.3e} mm")));
+                    self.notes.extend(miss.map(|gap_mm| FaceTrouble::LoopMissesStart { gap_mm }));
                 }
                 Loop::Vertex(v) => self.named_pole = self.projector.pole_at(part.vertices[v.index()]),
             }
         }
         let near = self.gap <= LOST_SHARE * self.extent;
         if !near {
-            return Err(FaceError::OffSurface { gap: self.gap, extent: self.extent });
+            return Err(FaceError::OffSurface { gap_mm: self.gap, extent_mm: self.extent });
         }
         Ok(())
     }
@@ -221,7 +218,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
     let mut loops = if free.is_some() { Vec::new() } else { traced.loops.clone() };
     let moved = loops.iter_mut().map(|l| mend::mend(l, mends, MEND_SHARE * extent, projector)).fold(0.0, f64::max);
     if moved > 0.0 {
-        notes.push(format!("images of edges crossed where the edges do not; they were moved apart, by {moved:.3e} mm"));
+        notes.push(FaceTrouble::ImagesMoved { by_mm: moved });
     }
     let mut region = match free {
         Some(free) => {
@@ -249,12 +246,8 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
             let off = part.edges[edge as usize].curve.point(t).distance(point);
             (off <= 10.0 * projector.tolerance).then_some((edge, t, point))
         }));
-        let (area, lobes) = (turned.area, if turned.lobes == 1 { "lobe" } else { "lobes" });
-        let what = format!(
-            "the boundary crosses itself; {} {lobes} of about {area:.3e} mm², wound around backwards, turned",
-            turned.lobes
-        );
-        repairs.push(Told { place, what });
+        let what = FaceTrouble::LobesTurned { lobes: turned.lobes, area_mm2: turned.area };
+        repairs.push(Told::new(place, what));
     }
     if let Some((across, at)) = region.unbounded {
         let place = region.loops.first().map(|l| {
@@ -262,9 +255,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
             uv[across] = at;
             projector.point(uv)
         });
-        let what =
-            format!("no loop bounds the face at {} = {at:.6}; it ends where its surface does", ['u', 'v'][across]);
-        repairs.push(Told { place, what });
+        repairs.push(Told::new(place, FaceTrouble::EndsWithSurface { axis: across, at }));
     }
     let (grid, arranged) = cut(&region, &face.surface, projector, &mut notes)?;
     let mut low = DVec2::INFINITY;
@@ -289,14 +280,14 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
     let coordinates =
         patches.control.iter().fold(0.0_f64, |most, c| most.max((c.truncate() / c.w).abs().max_element()));
     if !(reach.is_finite() && coordinates.is_finite()) {
-        return Err(FaceError::TooLarge { coordinates });
+        return Err(FaceError::TooLarge { coordinates_mm: coordinates });
     }
     // By its own size: what else the part contains is not its fault.
     if reach.min_element() <= 1e-12 * reach.max_element() || is_curve(&patches) {
-        return Err(FaceError::NoArea { size: reach.max_element() });
+        return Err(FaceError::NoArea { size_mm: reach.max_element() });
     }
     if reach.min_element() <= f64::EPSILON * coordinates {
-        return Err(FaceError::Unresolved { size: reach.min_element(), coordinates });
+        return Err(FaceError::Unresolved { size_mm: reach.min_element(), coordinates_mm: coordinates });
     }
     let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
@@ -352,13 +343,11 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
         if tile.entangled || folded.is_some() {
             let middle = || projector.point(arranged_middle(tile, &maps));
             let place = Some(place.unwrap_or_else(middle));
-            let what = "the boundary crosses or overlaps itself; it is covered as often as it winds".to_owned();
-            crossed.get_or_insert(Told { place, what });
+            crossed.get_or_insert(Told::new(place, FaceTrouble::Crosses));
         }
         if !all && scribble.is_none() {
             let place = Some(projector.point(arranged_middle(tile, &maps)));
-            let what = "the boundary comes near to itself in too many places to find them all; it is covered as often as it winds";
-            scribble = Some(Told { place, what: what.to_owned() });
+            scribble = Some(Told::new(place, FaceTrouble::Scribble));
         }
         tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }
@@ -370,11 +359,11 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
     tangles.retain(|tangle| tangle.iter().all(|side| (side.0 as usize) < part.edges.len()));
     repairs.extend(crossed.into_iter().chain(scribble));
     if gap > GAP_SHARE * extent {
-        let what = format!("edges lie up to {gap:.3e} mm off the surface; the mesh follows the edges there");
+        let off = FaceTrouble::EdgesOffSurface { gap_mm: gap };
         if gap > FAR_SHARE * extent {
-            repairs.push(Told { place: None, what });
+            repairs.push(Told::new(None, off));
         } else {
-            notes.push(what);
+            notes.push(off);
         }
     }
     let [critical, meetings] = [critical_count, meetings_count].map(|count| u32::try_from(count).unwrap_or(u32::MAX));
@@ -423,7 +412,7 @@ fn cut(
     region: &Region,
     surface: &Surface,
     projector: &Projector<'_>,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<FaceTrouble>,
 ) -> Result<(Grid, Arranged), FaceError> {
     let wanted = grid_for(region, surface);
     let refused = match arrange(region, &wanted, projector) {
@@ -432,11 +421,11 @@ fn cut(
     };
     for grid in coarse_grids(region) {
         if let Ok(arranged) = arrange(region, &grid, projector) {
-            notes.push(format!("{refused}; kept as fewer tiles"));
+            notes.push(FaceTrouble::FewerTiles { at: refused.at });
             return Ok((grid, arranged));
         }
     }
-    Err(FaceError::Tangled { place: projector.point(refused.at), refused })
+    Err(FaceError::Tangled { at: refused.at, place: projector.point(refused.at) })
 }
 
 /// Middle of a tile in natural parameters.

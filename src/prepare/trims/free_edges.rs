@@ -10,8 +10,9 @@ use super::free_faces::{FreeFace, FreeFaces};
 use super::free_region::{BORDER, FreeArc, FreeRegion, TrimNote};
 use super::spans::{Span, UvDomain};
 use super::stretches::StretchPart;
-use crate::model::{CurveKind, Edge, EdgeId, Face, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId};
-use crate::prepare::report::face_error::FaceError;
+use crate::model::{
+    CurveKind, Edge, EdgeId, Face, FaceError, FaceTrouble, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId,
+};
 use crate::prepare::report::guard::guarded;
 use crate::prepare::report::told::Told;
 use crate::prepare::uv::region::{Region, loops_box};
@@ -135,7 +136,7 @@ impl<'a> EdgeMaker<'a> {
         }
         let (domain, open_sides) = domain(surface, trims)?;
         let mut region = FreeRegion::new(trims, &domain)
-            .map_err(|e| FaceError::Untold { place: surface.point(e.at.x, e.at.y), error: e })?;
+            .map_err(|e| FaceError::TrimsTangled { at: e.at, place: surface.point(e.at.x, e.at.y) })?;
         if region.is_empty() {
             return Err(FaceError::NothingKept);
         }
@@ -171,9 +172,9 @@ impl<'a> EdgeMaker<'a> {
         for note in self.told {
             if note.repaired {
                 let place = Some(self.surface.point(note.at.x, note.at.y));
-                repairs.push(Told { place, what: note.what });
+                repairs.push(Told::new(place, FaceTrouble::Trim(note.what)));
             } else {
-                notes.push(note.what);
+                notes.push(FaceTrouble::Trim(note.what));
             }
         }
         FreeFace { region, gap: 0.0, notes, repairs }

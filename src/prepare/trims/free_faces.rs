@@ -1,6 +1,6 @@
 //! What became of the free trims of faces.
 
-use crate::prepare::report::face_error::FaceError;
+use crate::model::{FaceError, FaceTrouble};
 use crate::prepare::report::told::Told;
 use crate::prepare::uv::region::Region;
 
@@ -10,7 +10,7 @@ pub(crate) struct FreeFace {
     pub(crate) region: Region,
     /// How far its edges may be off the surface: those that it shares are other faces' curves.
     pub(crate) gap: f64,
-    pub(crate) notes: Vec<String>,
+    pub(crate) notes: Vec<FaceTrouble>,
     pub(crate) repairs: Vec<Told>,
 }
 

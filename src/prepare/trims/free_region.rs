@@ -10,7 +10,7 @@ use super::spans::{Span, UvDomain};
 use super::stretches::{StretchPart, between, green, whole};
 use super::wraps::copies;
 use crate::math::box_tree::BoxTree;
-use crate::model::{FreeTrims, TrimRule};
+use crate::model::{FreeTrims, TrimRule, TrimTrouble};
 use crate::prepare::report::refusals::NoRegion;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -72,7 +72,7 @@ pub struct TrimNote {
     /// Where.
     pub at: DVec2,
     /// Which curve, and what.
-    pub what: String,
+    pub what: TrimTrouble,
     /// Whether the curve had to be changed: it ended inside the domain.
     pub repaired: bool,
 }
@@ -150,7 +150,7 @@ impl FreeRegion {
         &self.wires[chain].chain.spans[span]
     }
 
-    fn tell(&mut self, p: DVec2, what: String, repaired: bool) {
+    fn tell(&mut self, p: DVec2, what: TrimTrouble, repaired: bool) {
         self.notes.push(note(&self.domain, p, what, repaired));
     }
 
@@ -165,8 +165,7 @@ impl FreeRegion {
         };
         let outside = spans.iter().flat_map(|s| s.ends).find(leaves);
         if let Some(p) = outside {
-            let what = format!("trimming curve {curve} leaves the domain; it was clipped there");
-            self.tell(p, what, false);
+            self.tell(p, TrimTrouble::Clipped { curve }, false);
         }
         if let (false, Some(first), Some(last)) = (chain.closed, spans.first(), spans.last()) {
             let (start, end) = (first.ends[0], last.ends[1]);
@@ -187,12 +186,7 @@ impl FreeRegion {
                         spans[0].ends[0] = p;
                     }
                 } else if is_inside {
-                    let which = if at_end { "ends" } else { "starts" };
-                    let what = format!(
-                        "open trimming curve {curve} {which} {missing:.3e} of the domain inside its border; it was \
-                         extended straight to it"
-                    );
-                    self.tell(inner, what, true);
+                    self.tell(inner, TrimTrouble::Extended { curve, at_end, missing }, true);
                     let line = Span::line(p, q, piece + usize::from(!at_end), (0.0, 1.0));
                     if at_end { spans.push(line) } else { spans.insert(0, line) }
                 } else {
@@ -227,7 +221,7 @@ impl FreeRegion {
             places.extend(m.at.map(|p| (p, m.point)));
         }
         for (owner, p) in met_itself {
-            let what = format!("trimming curve {} crosses or touches itself", owner.saturating_sub(1));
+            let what = TrimTrouble::CrossesItself { curve: owner.saturating_sub(1) };
             self.notes.push(note(&self.domain, p, what, false));
         }
         for (k, chain) in chains.iter().enumerate().filter(|(_, c)| !c.closed && !c.spans.is_empty()) {
@@ -508,7 +502,7 @@ fn sums(mut windings: Vec<(usize, i32)>) -> Vec<(usize, i32)> {
 
 const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
 
-fn note(domain: &UvDomain, p: DVec2, what: String, repaired: bool) -> TrimNote {
+fn note(domain: &UvDomain, p: DVec2, what: TrimTrouble, repaired: bool) -> TrimNote {
     TrimNote { at: domain.of_unit(p.clamp(DVec2::ZERO, DVec2::ONE)), what, repaired }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{extent, weight};
 use crate::mesh::{Scene, SceneInstance, ScenePart};
-use crate::model::{Diagnostic, FaceId, Model, Part, PartId, Severity};
+use crate::model::{Diagnostic, DiagnosticKind, FaceId, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
 use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
 use crate::prepare::join::part::{DonePart, prepare_part};
@@ -56,13 +56,9 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
     let (known, unknown): (Vec<_>, Vec<_>) =
         std::mem::take(&mut model.instances).into_iter().partition(|i| i.part.index() < parts);
     model.instances = known;
-    model.diagnostics.extend(unknown.into_iter().map(|i| Diagnostic {
-        severity: Severity::Error,
-        part: None,
-        face: None,
-        entity: 0,
-        place: None,
-        reason: format!("instance \"{}\" places part {} of {parts}", i.name, i.part.0),
+    model.diagnostics.extend(unknown.into_iter().map(|i| {
+        let kind = DiagnosticKind::NoPart { instance: i.name, part: i.part, parts };
+        Diagnostic::new(Severity::Error, kind)
     }));
     let of_part = |(k, part): (usize, &Part)| prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
     let done: Vec<DonePart> = model.parts.par_iter().enumerate().map(of_part).collect();

@@ -7,7 +7,9 @@
 use super::ends::ends;
 use super::order::in_order;
 use crate::math::sets::Sets;
-use crate::model::{Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId};
+use crate::model::{
+    Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId, WireTrouble,
+};
 use crate::prepare::report::told::Told;
 use crate::prepare::uv::pcurve::Projector;
 use glam::DVec3;
@@ -86,11 +88,9 @@ fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option
         let again = |ends: &Vec<[VertexId; 2]>| wide().then(|| in_order(&united(part, ends, near)))?;
         let Some(wires) = all.and_then(|ends| in_order(&ends).or_else(|| again(&ends))) else { continue };
         let turned = wires.iter().flatten().filter(|w| w.1).count();
-        let beside = if turned > 0 { format!(", {turned} of them turned") } else { String::new() };
-        let what =
-            format!("the {} edges of a wire close in another order{beside}; they were taken in that", coedges.len());
+        let what = WireTrouble::Reordered { edges: coedges.len(), turned };
         let place = of_loop[0].ends(part).and_then(|[v, _]| part.vertices.get(v.index()).copied());
-        done.push(Healing { face, severity: Severity::Warning, told: Told { place, what } });
+        done.push(Healing { face, severity: Severity::Warning, told: Told::new(place, what) });
         let taken =
             |&(k, turned): &(usize, bool)| Coedge { reversed: coedges[k].reversed != turned, ..coedges[k].clone() };
         let wires = wires.iter().map(|wire| Loop::Edges(wire.iter().map(taken).collect()));
@@ -172,13 +172,9 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
         }
     }
     done.extend(widest.into_iter().map(|(face, (width, place))| {
-        let (severity, beside) =
-            if width <= tolerance { (Severity::Note, "within") } else { (Severity::Warning, "beyond") };
-        let what = format!(
-            "gaps of up to {width:.3e} mm in its wires were closed by moving vertices, {beside} the tolerance of \
-             {tolerance:.1e} mm"
-        );
-        Healing { face, severity, told: Told { place: Some(place), what } }
+        let severity = if width <= tolerance { Severity::Note } else { Severity::Warning };
+        let what = WireTrouble::VerticesMoved { width_mm: width, tolerance_mm: tolerance };
+        Healing { face, severity, told: Told::new(Some(place), what) }
     }));
     left
 }
@@ -213,9 +209,8 @@ fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
         }
     }
     done.extend(of_face.into_iter().map(|(face, (count, width, place))| {
-        let others = if count > 1 { format!(", the widest of {count}") } else { String::new() };
-        let what = format!("a wire leaves a gap of {width:.3e} mm{others}; it was closed straight in (u,v)");
-        Healing { face, severity: Severity::Warning, told: Told { place: Some(place), what } }
+        let what = WireTrouble::Bridged { width_mm: width, gaps: count };
+        Healing { face, severity: Severity::Warning, told: Told::new(Some(place), what) }
     }));
 }
 
@@ -272,10 +267,10 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
     }
     for (face, f) in part.faces.iter().enumerate() {
         let uses = f.loops.iter().flat_map(|l| if let Loop::Edges(coedges) = l { &coedges[..] } else { &[] });
-        let worst = uses.filter_map(|c| bad.get(&c.edge.0)).max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some(&(distance, vertex)) = worst {
-            let what = format!("an edge ends {distance:.3e} mm off its vertex; the mesh goes to the vertex");
-            let told = Told { place: part.vertices.get(vertex.index()).copied(), what };
+        let bad_uses = uses.filter_map(|c| Some((c.edge, *bad.get(&c.edge.0)?)));
+        if let Some((edge, (gap_mm, vertex))) = bad_uses.max_by(|(_, a), (_, b)| a.0.total_cmp(&b.0)) {
+            let place = part.vertices.get(vertex.index()).copied();
+            let told = Told { edge: Some(edge), ..Told::new(place, WireTrouble::EdgeOffVertex { gap_mm }) };
             done.push(Healing { face, severity: Severity::Warning, told });
         }
     }

@@ -1,0 +1,66 @@
+//! What became of edges of different faces that lie together.
+
+use std::fmt;
+
+/// What became of edges of different faces that lie together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum BorderTrouble {
+    /// Edges of a solid's shell became one: gaps within its tolerance.
+    Sewn {
+        /// How many pairs.
+        pairs: usize,
+        /// How far they were apart, millimetres.
+        width_mm: f64,
+        /// The tolerance, millimetres.
+        tolerance_mm: f64,
+    },
+    /// Edges on both sides of a face lie within the tolerance, and stay two.
+    ThinFace {
+        /// The tolerance, millimetres.
+        tolerance_mm: f64,
+    },
+    /// Edges were not compared, because too many lie together.
+    NotCompared {
+        /// How many pairs.
+        pairs: usize,
+        /// How many partners each edge is compared with.
+        limit: usize,
+    },
+    /// Borders of faces without topology became one edge each.
+    Joined {
+        /// How many pairs.
+        pairs: usize,
+        /// How far they were apart, millimetres.
+        width_mm: f64,
+    },
+}
+
+codes!(BorderTrouble {
+    Self::Sewn { .. } => "edges-sewn",
+    Self::ThinFace { .. } => "face-thinner-than-tolerance",
+    Self::NotCompared { .. } => "edges-not-compared",
+    Self::Joined { .. } => "borders-joined"
+});
+
+impl fmt::Display for BorderTrouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Sewn { pairs, width_mm, tolerance_mm } => write!(
+                f,
+                "{pairs} pairs of edges of its shell, up to {width_mm:.3e} mm apart, became one: gaps within the tolerance of \
+                 {tolerance_mm:.1e} mm"
+            ),
+            Self::ThinFace { tolerance_mm } => {
+                write!(f, "edges on both sides of it, nearer than the tolerance of {tolerance_mm:.1e} mm, are not one")
+            }
+            Self::NotCompared { pairs, limit } => {
+                write!(f, "{pairs} pairs of edges of its shell were not compared: more than {limit} lie together")
+            }
+            Self::Joined { pairs, width_mm } => write!(
+                f,
+                "{pairs} pairs of borders of faces without topology, up to {width_mm:.3e} mm apart, became one edge each"
+            ),
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! All kinds of diagnostics, by the stage that makes them.
+
+use super::border::BorderTrouble;
+use super::face::FaceTrouble;
+use super::face_error::FaceError;
+use super::shell::ShellTrouble;
+use super::tile::TileTrouble;
+use super::wire::WireTrouble;
+use crate::model::PartId;
+use std::fmt;
+
+/// What a diagnostic tells, with numbers: one enum per stage.
+///
+/// `Display` writes the words, [`code`](Self::code) is a stable name for programs. Lengths are millimetres in the part's
+/// coordinates.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum DiagnosticKind {
+    /// Prepare: an instance places a part that does not exist, and was left out.
+    NoPart {
+        /// The instance's name.
+        instance: String,
+        /// The part that it names.
+        part: PartId,
+        /// How many parts there are.
+        parts: usize,
+    },
+    /// Prepare: a face.
+    Face(FaceTrouble),
+    /// Prepare: a face's wires.
+    Wire(WireTrouble),
+    /// Prepare: edges that lie together.
+    Border(BorderTrouble),
+    /// Prepare: a shell.
+    Shell(ShellTrouble),
+    /// Frame: a tile or an edge.
+    Tile {
+        /// What happened to the first such tile of the face.
+        first: TileTrouble,
+        /// How many more tiles of the face are like it.
+        others: u32,
+    },
+    /// The reader, in words: will go.
+    Read(String),
+}
+
+codes!(DiagnosticKind {
+    Self::NoPart { .. } => "instance-without-part",
+    Self::Read(_) => "read";
+    FaceTrouble in Self::Face(face) => face,
+    WireTrouble in Self::Wire(wire) => wire,
+    BorderTrouble in Self::Border(border) => border,
+    ShellTrouble in Self::Shell(shell) => shell,
+    TileTrouble in Self::Tile { first, .. } => first
+});
+
+impl fmt::Display for DiagnosticKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoPart { instance, part, parts } => {
+                write!(f, "instance \"{instance}\" places part {} of {parts}", part.0)
+            }
+            Self::Face(face) => face.fmt(f),
+            Self::Wire(wire) => wire.fmt(f),
+            Self::Border(border) => border.fmt(f),
+            Self::Shell(shell) => shell.fmt(f),
+            Self::Tile { first, others: 0 } => first.fmt(f),
+            Self::Tile { first, others } => write!(f, "{first}; {others} more tiles like it"),
+            Self::Read(text) => f.write_str(text),
+        }
+    }
+}
+
+/// `From` for the enum of each stage, so that stages name only their own.
+macro_rules! from {
+    ($($variant:ident($inner:ident)),*) => {
+        $(impl From<$inner> for DiagnosticKind {
+            fn from(inner: $inner) -> Self {
+                Self::$variant(inner)
+            }
+        })*
+    };
+}
+from!(Face(FaceTrouble), Wire(WireTrouble), Border(BorderTrouble), Shell(ShellTrouble));
+
+impl From<TileTrouble> for DiagnosticKind {
+    fn from(first: TileTrouble) -> Self {
+        Self::Tile { first, others: 0 }
+    }
+}
+
+impl DiagnosticKind {
+    /// Why a face could not be used as stated, of one that has no tiles or is filled in space.
+    #[must_use]
+    pub fn face_error(&self) -> Option<&FaceError> {
+        match self {
+            Self::Face(FaceTrouble::Unusable(error) | FaceTrouble::Filled { cause: error, .. }) => Some(error),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What is wrong with a shell as a whole.
+
+use crate::model::{EdgeId, FaceId};
+use std::fmt;
+
+/// What is wrong with a shell as a whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ShellTrouble {
+    /// Connected faces of a solid were inside out, and were turned.
+    InsideOut {
+        /// How many faces.
+        faces: usize,
+        /// The volume that they enclose as stated, mm³.
+        volume_mm3: f64,
+    },
+    /// Connected faces of a solid enclose no volume.
+    NoVolume {
+        /// How many faces.
+        faces: usize,
+    },
+    /// The shell of a solid is open.
+    Open {
+        /// Edges that have a face on one side only.
+        free: usize,
+        /// Edges in all.
+        edges: usize,
+    },
+    /// Faces run along edges the same way, however they are turned.
+    NotOrientable {
+        /// How many edges.
+        edges: usize,
+        /// The first of them.
+        edge: EdgeId,
+        /// The first and the last face that use it.
+        faces: [FaceId; 2],
+    },
+}
+
+codes!(ShellTrouble {
+    Self::InsideOut { .. } => "shell-inside-out",
+    Self::NoVolume { .. } => "shell-without-volume",
+    Self::Open { .. } => "shell-open",
+    Self::NotOrientable { .. } => "shell-not-orientable"
+});
+
+impl fmt::Display for ShellTrouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::InsideOut { faces, volume_mm3 } => {
+                write!(f, "{faces} connected faces were inside out (volume {volume_mm3:.3e} mm³) and were turned")
+            }
+            Self::NoVolume { faces } => write!(f, "{faces} connected faces of a solid enclose no volume"),
+            Self::Open { free, edges } => {
+                write!(f, "the shell of a solid is open: {free} of its {edges} edges have a face on one side only")
+            }
+            Self::NotOrientable { edges, edge, faces: [a, b] } => write!(
+                f,
+                "{edges} edges cannot be oriented: their faces run along them the same way, however they are turned; the first is \
+                 edge {} of faces {} and {}",
+                edge.0, a.0, b.0
+            ),
+        }
+    }
+}
