@@ -35,7 +35,7 @@ fn bench(c: &mut Criterion) {
         let model = grid(n);
         group.throughput(Throughput::Elements((n * n) as u64));
         for (name, border_tolerance) in [("shared", PrepareOptions::DEFAULT.border_tolerance), ("apart", 0.0)] {
-            let options = PrepareOptions { border_tolerance, threads: Some(1), ..PrepareOptions::DEFAULT };
+            let options = PrepareOptions::DEFAULT.with_border_tolerance(border_tolerance).with_threads(Some(1));
             group.bench_function(BenchmarkId::new(name, n * n), |b| {
                 b.iter_batched(|| model.clone(), |m| prepare(black_box(m), &options), BatchSize::LargeInput);
             });

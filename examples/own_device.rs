@@ -56,8 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         };
         let report = session.view(&[view], &mut scene)?;
         assert!(step == 0 || report.tiles < prepared.tiles().count(), "a small step changes few tiles");
-        let options =
-            RenderOptions { size: SIZE, camera: Some(camera), colour_by: ColourBy::Rate, ..RenderOptions::DEFAULT };
+        let options = RenderOptions::DEFAULT.with_size(SIZE).with_camera(Some(camera)).with_colour_by(ColourBy::Rate);
         let drew = scene.draw(&target.create_view(&wgpu::TextureViewDescriptor::default()), 0, &options)?;
         if step % 10 == 0 {
             println!(

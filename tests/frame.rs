@@ -86,7 +86,7 @@ fn a_scaled_part_keeps_the_tolerance_where_it_stands() {
 
 #[test]
 fn absurd_tolerances_stay_within_the_limits_and_are_told() {
-    let limits = PlanLimits { triangles_per_tile: 2000, triangles: 40_000, ..PlanLimits::DEFAULT };
+    let limits = PlanLimits::DEFAULT.with_triangles_per_tile(2000).with_triangles(40_000);
     let cost = |plan: &Plan| {
         let cells = |p: &frame::PartPlan| -> u64 {
             let tiles = p.tiles.iter().map(|t| u64::from(t.cells().0) * u64::from(t.cells().1)).sum::<u64>();

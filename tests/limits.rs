@@ -8,18 +8,18 @@ use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, p
 const FINE: Tolerance = Tolerance { chord: 1e-3, angle: 0.3, max_edge: None };
 
 fn within(limits: PrepareLimits) -> Result<Prepared, PrepareError> {
-    prepare(shapes::by_name("torus").unwrap(), &PrepareOptions { threads: Some(2), limits, ..PrepareOptions::DEFAULT })
+    prepare(shapes::by_name("torus").unwrap(), &PrepareOptions::DEFAULT.with_threads(Some(2)).with_limits(limits))
 }
 
 #[test]
 fn patches_and_their_memory_are_limited() {
-    let patches = |patches| within(PrepareLimits { patches, ..PrepareLimits::DEFAULT });
+    let patches = |patches| within(PrepareLimits::DEFAULT.with_patches(patches));
     assert!(patches(16).unwrap().diagnostics.is_empty());
     let error = patches(15).unwrap_err();
     assert_eq!(error, PrepareError::TooManyPatches { limit: 15, needed: 16 });
     assert!(error.to_string().contains("16 B") && error.to_string().contains("PrepareLimits::patches"), "{error}");
     // 16 biquadratic patches of 9 control points of 32 bytes, and tiles.
-    let bytes = |bytes| within(PrepareLimits { bytes, ..PrepareLimits::DEFAULT });
+    let bytes = |bytes| within(PrepareLimits::DEFAULT.with_bytes(bytes));
     assert!(bytes(100_000).is_ok());
     let error = bytes(16 * 9 * 32).unwrap_err();
     assert_eq!(error, PrepareError::TooMuchMemory { limit: 4608, patches: 16 });
@@ -40,15 +40,15 @@ fn a_plan_past_its_limits_is_refused_or_coarser_as_the_caller_likes() {
     let most = 2 * most.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).max().unwrap();
     let short = |limits: PlanLimits| frame::plan_within(&prepared, &FINE, &limits).as_asked().unwrap_err();
 
-    let triangles = short(PlanLimits { triangles: all / 3, ..PlanLimits::DEFAULT });
+    let triangles = short(PlanLimits::DEFAULT.with_triangles(all / 3));
     assert!(triangles.density < 1.0 && triangles.needed == all, "{triangles}");
     let told = triangles.to_string();
     assert!(told.contains(&all.to_string()) && told.contains("PlanLimits::triangles)"), "{told}");
 
-    let memory = short(PlanLimits { bytes: all / 3 * BYTES_PER_TRIANGLE, ..PlanLimits::DEFAULT });
+    let memory = short(PlanLimits::DEFAULT.with_bytes(all / 3 * BYTES_PER_TRIANGLE));
     assert!(memory.to_string().contains("PlanLimits::bytes"), "{memory}");
 
-    let limits = PlanLimits { triangles_per_tile: most / 3, ..PlanLimits::DEFAULT };
+    let limits = PlanLimits::DEFAULT.with_triangles_per_tile(most / 3);
     let tile = short(limits);
     assert!(!tile.tiles.is_empty() && tile.density == 1.0, "{tile}");
     assert!(tile.to_string().contains("PlanLimits::triangles_per_tile"), "{tile}");

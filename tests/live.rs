@@ -143,7 +143,7 @@ fn options(colour_by: ColourBy) -> RenderOptions {
     let camera = "10,60".parse::<ViewPoint>().unwrap();
     let points = [DVec3::ZERO, DVec3::new(17.0, 0.0, 0.0), DVec3::new(0.0, 17.0, 0.0), DVec3::new(17.0, 17.0, 0.0)];
     let camera = Some(camera.fit(points, f64::from(SIZE.0) / f64::from(SIZE.1)));
-    RenderOptions { size: SIZE, camera, colour_by, ..RenderOptions::DEFAULT }
+    RenderOptions::DEFAULT.with_size(SIZE).with_camera(camera).with_colour_by(colour_by)
 }
 
 fn picture(renderer: &Renderer, live: &mut LiveScene, options: &RenderOptions) -> Image {
@@ -166,8 +166,7 @@ fn changes_show_what_a_whole_frame_shows() {
     let mut pictures = Vec::new();
     for frame in 0..24 {
         let (_, by) = ColourBy::ALL[frame % ColourBy::ALL.len()];
-        let options =
-            RenderOptions { wireframe: frame % 3 == 0, edges: frame % 2 == 0, backfaces: true, ..options(by) };
+        let options = options(by).with_wireframe(frame % 3 == 0).with_edges(frame % 2 == 0).with_backfaces(true);
         let incremental = picture(renderer, &mut live, &options);
         let from_scratch = renderer.render(&memory, &options).unwrap();
         assert!(incremental == from_scratch, "frame {frame} by {by:?}");
@@ -247,7 +246,7 @@ fn memory_stays_flat() {
     let scene = scene();
     let mut live = renderer.live();
     send(&whole(&scene, 6), &mut live);
-    let view = RenderOptions { edges: true, ..options(ColourBy::Rate) };
+    let view = options(ColourBy::Rate).with_edges(true);
     let mut draw = Draw(11);
     let mut held = Vec::new();
     for frame in 0..200 {
@@ -335,7 +334,7 @@ fn a_pixel_tells_what_it_shows() {
     send(&whole(&scene, 3), &mut live);
     let perspective = view.camera.unwrap();
     for camera in [perspective, perspective.orthographic()] {
-        let view = RenderOptions { camera: Some(camera), ..view };
+        let view = view.with_camera(Some(camera));
         for (instance, placed) in scene.instances.iter().enumerate() {
             for tile in [0, 5, 27, 63] {
                 let local = DVec3::new(f64::from(tile % SIDE) + 0.4, f64::from(tile / SIDE) + 0.6, 0.0);
@@ -360,7 +359,7 @@ fn a_pixel_tells_what_it_shows() {
         up: DVec3::Y,
         lens: Lens::Perspective { fov_y: 0.5 },
     };
-    let view = RenderOptions { camera: Some(above), ..view };
+    let view = view.with_camera(Some(above));
     let picked = live.pick((120, 90), 0, &view).unwrap().unwrap();
     assert_eq!(picked.face, FaceId(1));
     assert!((picked.point.z - 1e6 - 20.0).abs() < 1e-4 && live.uploaded() > 0);
@@ -403,7 +402,7 @@ fn a_device_without_features_draws_the_same() {
     let mut live = LiveScene::new(&device, &queue, wgpu::TextureFormat::Rgba8UnormSrgb).unwrap();
     let frame = whole(&scene(), 3);
     send(&frame, &mut live);
-    let view = RenderOptions { wireframe: true, edges: true, ..options(ColourBy::Face) };
+    let view = options(ColourBy::Face).with_wireframe(true).with_edges(true);
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },
@@ -429,7 +428,7 @@ fn lattice_lines_are_drawn_where_they_are() {
     let scene = scene();
     let mut live = renderer.live();
     let plain = options(ColourBy::Model);
-    let ruled = RenderOptions { lattice: true, ..plain };
+    let ruled = plain.with_lattice(true);
     send(&whole(&scene, 3), &mut live);
     let without = picture(renderer, &mut live, &plain);
     assert_eq!(picture(renderer, &mut live, &ruled), without, "nothing is kept");
@@ -443,9 +442,9 @@ fn lattice_lines_are_drawn_where_they_are() {
     let placed = &scene.instances[0].transform;
     let close = plain.camera.unwrap().approached(placed.transform_point3(DVec3::new(2.0, 1.0, 0.0)), 0.25);
     for camera in [close, close.orthographic()] {
-        let view = RenderOptions { camera: Some(camera), ..plain };
+        let view = plain.with_camera(Some(camera));
         let without = picture(renderer, &mut live, &view);
-        let with_lines = picture(renderer, &mut live, &RenderOptions { lattice: true, ..view });
+        let with_lines = picture(renderer, &mut live, &view.with_lattice(true));
         let changed = |x: f64, y: f64| {
             let (x, y) = pixel_of(&camera, placed.transform_point3(DVec3::new(x, y, 0.0)));
             with_lines.pixel(x, y) != without.pixel(x, y)

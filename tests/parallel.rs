@@ -86,7 +86,7 @@ fn threads_of_prepare_do_not_show() {
     for (name, model) in models() {
         let frames = [1, 2, 3].map(|threads| {
             let prepared = Arc::new(
-                prepare(model.clone(), &PrepareOptions { threads: Some(threads), ..PrepareOptions::DEFAULT })
+                prepare(model.clone(), &PrepareOptions::DEFAULT.with_threads(Some(threads)))
                     .expect("within the limits"),
             );
             let mut sink = MemorySink::default();

@@ -12,7 +12,7 @@ use trimtess::out::wgpu::{ColourBy, Image, NoAdapter, RenderError, RenderOptions
 use trimtess::out::{Camera, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
-const PLAIN: RenderOptions = RenderOptions { size: SIZE, ..RenderOptions::DEFAULT };
+const PLAIN: RenderOptions = RenderOptions::DEFAULT.with_size(SIZE);
 
 fn renderer() -> Option<&'static Renderer> {
     static RENDERER: OnceLock<Option<Renderer>> = OnceLock::new();
@@ -68,7 +68,7 @@ fn view_points_show_their_side() {
     let Some(renderer) = renderer() else { return };
     let frame = cube(); // face 0, the bottom, is red
     for (view, _) in ViewPoint::NAMED {
-        let image = renderer.render(&frame, &RenderOptions { camera: Some(from(view, &frame)), ..PLAIN }).unwrap();
+        let image = renderer.render(&frame, &PLAIN.with_camera(Some(from(view, &frame)))).unwrap();
         let [r, g, ..] = centre(&image);
         assert_eq!(r > g.saturating_mul(2), view == "bottom", "{view}: {:?}", centre(&image));
     }
@@ -79,10 +79,10 @@ fn a_turned_face_is_magenta() {
     let Some(renderer) = renderer() else { return };
     let mut frame = cube();
     let camera = Some(from("top", &frame));
-    let plain = renderer.render(&frame, &RenderOptions { camera, backfaces: true, ..PLAIN }).unwrap();
+    let plain = renderer.render(&frame, &PLAIN.with_camera(camera).with_backfaces(true)).unwrap();
     frame.batches[1].mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
-    let turned = renderer.render(&frame, &RenderOptions { camera, backfaces: true, ..PLAIN }).unwrap();
-    let hidden = renderer.render(&frame, &RenderOptions { camera, ..PLAIN }).unwrap();
+    let turned = renderer.render(&frame, &PLAIN.with_camera(camera).with_backfaces(true)).unwrap();
+    let hidden = renderer.render(&frame, &PLAIN.with_camera(camera)).unwrap();
     let [r, g, b, _] = centre(&turned);
     assert!(r / 2 > g && b / 2 > g, "{:?}", centre(&turned));
     assert_eq!(centre(&plain), centre(&hidden));
@@ -93,7 +93,7 @@ fn a_mirrored_cube_shows_its_front() {
     let Some(renderer) = renderer() else { return };
     let mut frame = cube();
     frame.scene.instances[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
-    let image = renderer.render(&frame, &RenderOptions { backfaces: true, ..PLAIN }).unwrap();
+    let image = renderer.render(&frame, &PLAIN.with_backfaces(true)).unwrap();
     assert!(image.pixels.chunks(4).all(|pixel| i32::from(pixel[0]) - i32::from(pixel[1]) < 100));
 }
 
@@ -103,18 +103,18 @@ fn lines_lie_on_the_surface_and_hidden_ones_do_not_show() {
     let mut frame = cube();
     let camera = Some(from("front", &frame));
     let inked = |options: &RenderOptions, frame: &MemorySink| {
-        let plain = renderer.render(frame, &RenderOptions { edges: false, wireframe: false, ..*options }).unwrap();
+        let plain = renderer.render(frame, &options.with_edges(false).with_wireframe(false)).unwrap();
         let image = renderer.render(frame, options).unwrap();
         let pixels = image.pixels.chunks(4).zip(plain.pixels.chunks(4));
         pixels.filter(|(pixel, plain)| pixel[0] < plain[0].saturating_sub(20)).count()
     };
     // Two of the four edges along z are in front, each 160 pixels long and 1.7 wide.
-    let edges = inked(&RenderOptions { camera, edges: true, ..PLAIN }, &frame);
+    let edges = inked(&PLAIN.with_camera(camera).with_edges(true), &frame);
     assert!((320..800).contains(&edges), "{edges}");
     frame.edge_lines.retain(|line| line.points[0].y > 0.0);
-    assert_eq!(inked(&RenderOptions { camera, edges: true, ..PLAIN }, &frame), 0, "those behind are hidden");
+    assert_eq!(inked(&PLAIN.with_camera(camera).with_edges(true), &frame), 0, "those behind are hidden");
     // Four sides and a diagonal.
-    let wires = inked(&RenderOptions { camera, wireframe: true, ..PLAIN }, &frame);
+    let wires = inked(&PLAIN.with_camera(camera).with_wireframe(true), &frame);
     assert!((4 * 150 + 210..4 * 320 + 460).contains(&wires), "{wires}");
 }
 
@@ -126,7 +126,7 @@ fn colours_tell_what_they_are_asked_to() {
     let hues = |colour_by| {
         let mut hues: Vec<[f32; 2]> = Vec::new();
         for (view, _) in &ViewPoint::NAMED[1..] {
-            let options = RenderOptions { camera: Some(from(view, &frame)), colour_by, ..PLAIN };
+            let options = PLAIN.with_camera(Some(from(view, &frame))).with_colour_by(colour_by);
             let [r, g, b, _] = centre(&renderer.render(&frame, &options).unwrap()).map(f32::from);
             let hue = [r / b, g / b]; // lighting differs from side to side, ratios hardly
             if hues.iter().all(|known| (known[0] - hue[0]).abs() + (known[1] - hue[1]).abs() > 0.1) {
@@ -154,7 +154,7 @@ fn far_from_the_origin_nothing_trembles() {
 fn impossible_pictures_are_refused() {
     let Some(renderer) = renderer() else { return };
     for size in [(0, 10), (10, 1 << 30)] {
-        let refused = renderer.render(&cube(), &RenderOptions { size, ..PLAIN });
+        let refused = renderer.render(&cube(), &PLAIN.with_size(size));
         assert!(matches!(refused, Err(RenderError::Size { .. })));
     }
     let empty = renderer.render(&MemorySink::default(), &PLAIN).unwrap();
@@ -174,7 +174,7 @@ fn png_files_carry_the_pixels() {
     let Some(renderer) = renderer() else { return };
     let folder = folder("render_png");
     let path = folder.join("cube.png");
-    let options = RenderOptions { size: (241, 180), wireframe: true, ..PLAIN };
+    let options = PLAIN.with_size((241, 180)).with_wireframe(true);
     let image = renderer.render(&cube(), &options).unwrap();
     image.write_png(&path).unwrap();
     let file = std::fs::read(&path).unwrap();

@@ -45,25 +45,26 @@ impl LimitArgs {
 
     /// Limits of reading, and what is read.
     pub(crate) fn step(&self) -> StepOptions {
-        StepOptions {
-            max_bytes: self.max_bytes,
-            max_entities: self.max_entities,
-            max_instances: self.max_instances,
-            max_memory: self.memory(),
-            supplemental: self.supplemental,
-            ..StepOptions::DEFAULT
-        }
+        StepOptions::DEFAULT
+            .with_max_bytes(self.max_bytes)
+            .with_max_entities(self.max_entities)
+            .with_max_instances(self.max_instances)
+            .with_max_memory(self.memory())
+            .with_supplemental(self.supplemental)
     }
 
     /// Limits of preparing.
     pub(crate) fn prepare(&self) -> PrepareOptions {
-        let limits = PrepareLimits { patches: self.max_patches, bytes: self.memory() };
-        PrepareOptions { limits, ..PrepareOptions::DEFAULT }
+        let limits = PrepareLimits::DEFAULT.with_patches(self.max_patches).with_bytes(self.memory());
+        PrepareOptions::DEFAULT.with_limits(limits)
     }
 
     /// Limits of the mesh.
     pub(crate) fn plan(&self) -> PlanLimits {
-        PlanLimits { triangles_per_tile: self.max_tile_triangles, triangles: self.max_triangles, bytes: self.memory() }
+        PlanLimits::DEFAULT
+            .with_triangles_per_tile(self.max_tile_triangles)
+            .with_triangles(self.max_triangles)
+            .with_bytes(self.memory())
     }
 
     /// The plan, unless it is coarser than asked and nobody asked for that.

@@ -86,7 +86,7 @@ impl Common {
     }
 
     fn prepare(&self) -> PrepareOptions {
-        PrepareOptions { border_tolerance: self.border_tolerance, ..self.limits.prepare() }
+        self.limits.prepare().with_border_tolerance(self.border_tolerance)
     }
 }
 

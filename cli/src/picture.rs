@@ -49,16 +49,14 @@ impl PictureArgs {
 
     /// What a picture of so many pixels looks like, seen by `camera`.
     pub(crate) fn options(&self, camera: Camera, size: (u32, u32)) -> RenderOptions {
-        RenderOptions {
-            size,
-            camera: Some(camera),
-            colour_by: self.color_by,
-            wireframe: self.wireframe,
-            lattice: self.lattice,
-            edges: self.edges,
-            backfaces: self.backfaces,
-            ..RenderOptions::DEFAULT
-        }
+        RenderOptions::DEFAULT
+            .with_size(size)
+            .with_camera(Some(camera))
+            .with_colour_by(self.color_by)
+            .with_wireframe(self.wireframe)
+            .with_lattice(self.lattice)
+            .with_edges(self.edges)
+            .with_backfaces(self.backfaces)
     }
 
     /// What a camera's picture asks for.

@@ -21,6 +21,7 @@ use std::time::Duration;
 
 /// Knobs of a [`Session`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SessionOptions {
     /// Worker threads; 0 = one per core that the process may use. More than there are tiles is a waste, not an error.
     pub workers: usize,

@@ -119,7 +119,7 @@ pub(crate) fn prepared_within(part: Part, border_tolerance: f64) -> Arc<Prepared
     let mut model = ModelBuilder::new("model");
     let part = model.part(part);
     model.place(part, DAffine3::IDENTITY);
-    let options = PrepareOptions { border_tolerance, ..PrepareOptions::DEFAULT };
+    let options = PrepareOptions::DEFAULT.with_border_tolerance(border_tolerance);
     let prepared = prepare(model.finish().unwrap(), &options).unwrap();
     let bad: Vec<_> = prepared.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
     assert!(bad.is_empty(), "{bad:?}");

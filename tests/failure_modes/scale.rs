@@ -104,7 +104,7 @@ fn no_tolerance_at_all_keeps_every_face_of_every_shape() {
 fn a_tolerance_far_smaller_than_rounding_is_told() {
     let (part, volume, _) = block(1.0, DVec3::ZERO);
     let prepared = Arc::new(prepare(placed(part), &PrepareOptions::DEFAULT).expect("within the limits"));
-    let limits = PlanLimits { triangles_per_tile: 20_000, triangles: 200_000, ..PlanLimits::DEFAULT };
+    let limits = PlanLimits::DEFAULT.with_triangles_per_tile(20_000).with_triangles(200_000);
     for chord in [1e-7, 1e-12, 0.0] {
         let plan = plan_within(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }, &limits);
         assert!(plan.shortfall.is_some(), "chord {chord}");

@@ -10,7 +10,7 @@ use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
 
 /// Lattices of a case at most: it is the degenerate that is looked for, not the large.
-const LIMITS: PlanLimits = PlanLimits { triangles_per_tile: 1 << 13, triangles: 1 << 16, ..PlanLimits::DEFAULT };
+const LIMITS: PlanLimits = PlanLimits::DEFAULT.with_triangles_per_tile(1 << 13).with_triangles(1 << 16);
 /// Largest angle between neighbouring triangles, radians.
 const ANGLE: f64 = 0.5;
 

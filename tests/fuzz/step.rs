@@ -37,7 +37,7 @@ impl Case for Text {
     }
 
     fn judge(&self) -> std::result::Result<(), String> {
-        let options = StepOptions { max_instances: 1000, max_syntax_repairs: 8, ..StepOptions::default() };
+        let options = StepOptions::default().with_max_instances(1000).with_max_syntax_repairs(8);
         let Ok(model) = read(&self.0, &options) else { return Ok(()) };
         let meshed = Meshed::new(model, 1e-2)?;
         meshed.holds()?;

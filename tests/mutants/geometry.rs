@@ -68,7 +68,7 @@ impl Run {
             let start = Instant::now();
             let model = read(bytes, &StepOptions::default()).map_err(|error| error.to_string())?;
             let by_edges: Vec<bool> = model.parts.iter().map(|part| Shells::of(part).open == 0).collect();
-            let options = PrepareOptions { threads: Some(1), ..PrepareOptions::DEFAULT };
+            let options = PrepareOptions::DEFAULT.with_threads(Some(1));
             let prepared = Arc::new(prepare(model, &options).map_err(|error| error.to_string())?);
             let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
             let closed: Vec<bool> = prepared.scene.parts.iter().map(|part| part.closed).collect();

@@ -65,7 +65,7 @@ fn a_stray_quote_does_not_swallow_the_file() {
 #[test]
 fn too_many_syntax_errors_give_the_file_up() {
     let text = file(&(world() + BALLS + &"#9=?;\n".repeat(3)));
-    let options = StepOptions { max_syntax_repairs: 2, ..Default::default() };
+    let options = StepOptions::DEFAULT.with_max_syntax_repairs(2);
     let error = read(text.as_bytes(), &options).expect_err("three errors");
     assert!(matches!(error, StepError::Syntax { repairs: 2, .. }), "{error}");
     assert!(error.to_string().contains("line"), "{error}");
@@ -97,14 +97,14 @@ fn other_files_are_named() {
     assert!(try_read(&iges).expect_err("IGES").to_string().contains("IGES"));
     let error = read_file("does/not/exist.stp".as_ref(), &StepOptions::default()).expect_err("absent");
     assert!(error.to_string().contains("does/not/exist.stp"), "{error}");
-    let options = StepOptions { max_bytes: 10, ..Default::default() };
+    let options = StepOptions::DEFAULT.with_max_bytes(10);
     assert!(matches!(read(b"ISO-10303-21;", &options), Err(StepError::TooLarge { bytes: 13, limit: 10 })));
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn files_without_end_are_not_read_to_it() {
-    let options = StepOptions { max_bytes: 1000, ..Default::default() };
+    let options = StepOptions::DEFAULT.with_max_bytes(1000);
     let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
     assert!(matches!(error, StepError::TooLarge { bytes: 1001, limit: 1000 }), "{error}");
 }
@@ -114,18 +114,18 @@ fn limits_are_named_with_what_would_be_needed() {
     let text = file(&(world() + BALLS));
     let read = |options: StepOptions| read(text.as_bytes(), &options);
     let entities = text.matches("=").count() as u64;
-    assert!(read(StepOptions { max_entities: entities, ..StepOptions::DEFAULT }).is_ok());
-    let error = read(StepOptions { max_entities: entities - 1, ..StepOptions::DEFAULT }).expect_err("one too many");
+    assert!(read(StepOptions::DEFAULT.with_max_entities(entities)).is_ok());
+    let error = read(StepOptions::DEFAULT.with_max_entities(entities - 1)).expect_err("one too many");
     assert!(
         matches!(error, StepError::TooManyEntities { entities: n, limit } if n == entities && limit == n - 1),
         "{error}"
     );
     let needed = BYTES_PER_BYTE * text.len() as u64;
-    assert!(read(StepOptions { max_memory: needed, ..StepOptions::DEFAULT }).is_ok());
-    let error = read(StepOptions { max_memory: needed - 1, ..StepOptions::DEFAULT }).expect_err("one byte too many");
+    assert!(read(StepOptions::DEFAULT.with_max_memory(needed)).is_ok());
+    let error = read(StepOptions::DEFAULT.with_max_memory(needed - 1)).expect_err("one byte too many");
     assert!(matches!(error, StepError::TooMuchMemory { needed: n, .. } if n == needed), "{error}");
     assert!(error.to_string().contains("max_memory") && error.to_string().contains(&needed.to_string()), "{error}");
-    let options = StepOptions { max_memory: 8000, ..StepOptions::DEFAULT };
+    let options = StepOptions::DEFAULT.with_max_memory(8000);
     let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
     assert!(matches!(error, StepError::TooMuchMemory { needed: 8010, limit: 8000 }), "{error}");
 }

@@ -171,7 +171,7 @@ fn exploding_assemblies_stop_at_the_limit() {
             }
         }
     }
-    let options = StepOptions { max_instances: 1000, ..StepOptions::DEFAULT };
+    let options = StepOptions::DEFAULT.with_max_instances(1000);
     let error = read(crate::file(&text).as_bytes(), &options).expect_err("2^40 balls");
     assert!(matches!(error, StepError::TooManyInstances { limit: 1000 }), "{error}");
     assert!(error.to_string().contains("more than 1000") && error.to_string().contains("max_instances"), "{error}");

@@ -18,7 +18,7 @@ fn constructed(items: &str, more: &str) -> String {
 }
 
 fn with(text: &str, supplemental: bool) -> Model {
-    let options = StepOptions { supplemental, ..StepOptions::DEFAULT };
+    let options = StepOptions::DEFAULT.with_supplemental(supplemental);
     read(file(text).as_bytes(), &options).expect("a readable file")
 }
 

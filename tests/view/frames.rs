@@ -373,8 +373,7 @@ fn two_views_share_the_strictest_rates_and_draw_their_own() {
 #[test]
 fn what_is_culled_is_not_in_the_picture() {
     let prepared = shape("washer");
-    let mut planner =
-        Planner::new(Arc::clone(&prepared), &PlannerOptions { cull_backs: true, ..PlannerOptions::DEFAULT });
+    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_backs(true));
     let mut draw = Draw(4);
     let (mut culled, mut behind) = (0, 0);
     for view in path(&mut draw, prepared.bounds.unwrap(), 200) {
@@ -403,7 +402,7 @@ fn what_is_culled_is_not_in_the_picture() {
 fn a_budget_puts_off_what_is_least_urgent_and_all_is_done_in_the_end() {
     let prepared = shape("brake-hub");
     let budget = Some(Duration::from_micros(300));
-    let planner = PlannerOptions { budget, ..PlannerOptions::DEFAULT };
+    let planner = PlannerOptions::DEFAULT.with_budget(budget);
     let mut session = Session::start(Arc::clone(&prepared), &options(2).with_planner(planner)).unwrap();
     let mut at_once = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let (mut sink, mut whole) = (MemorySink::default(), MemorySink::default());
@@ -435,8 +434,8 @@ fn a_budget_puts_off_what_is_least_urgent_and_all_is_done_in_the_end() {
 #[test]
 fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     let prepared = shape("teapot");
-    let limits = trimtess::frame::PlanLimits { triangles: 4000, ..trimtess::frame::PlanLimits::DEFAULT };
-    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions { limits, ..PlannerOptions::DEFAULT });
+    let limits = trimtess::frame::PlanLimits::DEFAULT.with_triangles(4000);
+    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_limits(limits));
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let mut coarser = 0;

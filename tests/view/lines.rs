@@ -20,7 +20,7 @@ fn with_turns(intensive: Intensive, frames: u32) -> Lines {
 }
 
 fn planner(lines: Lines) -> PlannerOptions {
-    PlannerOptions { lines, ..PlannerOptions::DEFAULT }
+    PlannerOptions::DEFAULT.with_lines(lines)
 }
 
 /// Flies a path; every frame is closed and what its plan says, every fifth is measured. Returns the most of what is asked, in
@@ -176,11 +176,11 @@ fn tiles_take_turns_until_lines_are_as_even_as_they_may_be() {
 #[test]
 fn limits_hold_where_lines_stay_and_a_still_picture_settles() {
     let prepared = shape("teapot");
-    let limits = PlanLimits { triangles: 4000, ..PlanLimits::DEFAULT };
+    let limits = PlanLimits::DEFAULT.with_triangles(4000);
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     for lines in [CRITERION, RENDERING] {
-        let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions { limits, ..planner(lines) });
+        let mut planner = Planner::new(Arc::clone(&prepared), &planner(lines).with_limits(limits));
         let mut coarser = 0;
         for k in 0..60 {
             let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();

@@ -54,7 +54,7 @@ pub(super) fn record_changes(
     common: &Common,
 ) -> Result<Costs, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let planner = PlannerOptions { limits: common.limits.plan(), lines, ..PlannerOptions::DEFAULT };
+    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan()).with_lines(lines);
     let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false).with_planner(planner);
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let rows = Arc::clone(session.prepared());

@@ -189,7 +189,7 @@ pub(super) struct Flight {
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let start = Instant::now();
-    let planner = PlannerOptions { limits: common.limits.plan(), lines: order.lines, ..PlannerOptions::DEFAULT };
+    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan()).with_lines(order.lines);
     let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false).with_planner(planner);
     let options = options.with_reuse(order.coherence.reuse());
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;

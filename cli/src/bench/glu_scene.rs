@@ -19,7 +19,7 @@ use trimtess::model::{
     FreeTrims, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule,
 };
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::{Prepared, prepare};
 
 const SIZE: (u32, u32) = (1920, 1080);
 /// Millimetres per unit of the published teapot, in which the camera's path is stated.
@@ -114,7 +114,7 @@ fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
 
 fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
-    let prepared = prepare(model, &PrepareOptions { threads: Some(1), ..common.prepare() }).map_err(unprepared)?;
+    let prepared = prepare(model, &common.prepare().with_threads(Some(1))).map_err(unprepared)?;
     let (ms, tiles) = (1e3 * start.elapsed().as_secs_f64(), prepared.tiles().count());
     crate::tell(&format!(
         "prepared in {ms:.1} ms; {tiles} tiles\n    px | {}| plan ms | tiles ms | Mtri/s\n",

@@ -34,6 +34,7 @@ const TOGETHER: f64 = 3.0;
 
 /// Knobs of a [`Planner`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PlannerOptions {
     /// What a plan may cost in all.
     pub limits: PlanLimits,
@@ -51,6 +52,34 @@ impl PlannerOptions {
     /// Default limits, no budget, no culling of backs, lines as even as they may be.
     pub const DEFAULT: Self =
         Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false, lines: Lines::Spread };
+
+    /// Sets [`limits`](Self::limits).
+    #[must_use]
+    pub const fn with_limits(mut self, limits: PlanLimits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Sets [`budget`](Self::budget).
+    #[must_use]
+    pub const fn with_budget(mut self, budget: Option<Duration>) -> Self {
+        self.budget = budget;
+        self
+    }
+
+    /// Sets [`cull_backs`](Self::cull_backs).
+    #[must_use]
+    pub const fn with_cull_backs(mut self, cull_backs: bool) -> Self {
+        self.cull_backs = cull_backs;
+        self
+    }
+
+    /// Sets [`lines`](Self::lines).
+    #[must_use]
+    pub const fn with_lines(mut self, lines: Lines) -> Self {
+        self.lines = lines;
+        self
+    }
 }
 
 impl Default for PlannerOptions {

@@ -11,6 +11,7 @@ pub const BYTES_PER_TRIANGLE: u64 = 128;
 /// each part counts once, however often it is placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct PlanLimits {
     /// Triangles of one tile.
     pub triangles_per_tile: u64,
@@ -27,6 +28,27 @@ impl PlanLimits {
     /// Triangles that both limits on the whole allow.
     pub(crate) fn allowed(&self) -> u64 {
         self.triangles.min(self.bytes / BYTES_PER_TRIANGLE)
+    }
+
+    /// Sets [`triangles_per_tile`](Self::triangles_per_tile).
+    #[must_use]
+    pub const fn with_triangles_per_tile(mut self, triangles_per_tile: u64) -> Self {
+        self.triangles_per_tile = triangles_per_tile;
+        self
+    }
+
+    /// Sets [`triangles`](Self::triangles).
+    #[must_use]
+    pub const fn with_triangles(mut self, triangles: u64) -> Self {
+        self.triangles = triangles;
+        self
+    }
+
+    /// Sets [`bytes`](Self::bytes).
+    #[must_use]
+    pub const fn with_bytes(mut self, bytes: u64) -> Self {
+        self.bytes = bytes;
+        self
     }
 }
 

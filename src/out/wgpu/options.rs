@@ -65,6 +65,7 @@ impl FromStr for ColourBy {
 
 /// How to draw a frame. [`RenderOptions::DEFAULT`] is a plain shaded picture.
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct RenderOptions {
     /// Width and height in pixels, 1280 × 960. At most what the adapter's textures hold, often 16384.
     pub size: (u32, u32),
@@ -97,6 +98,62 @@ impl RenderOptions {
         backfaces: false,
         background: [[0.97, 0.98, 0.99, 1.0], [0.83, 0.86, 0.9, 1.0]],
     };
+
+    /// Sets [`size`](Self::size).
+    #[must_use]
+    pub const fn with_size(mut self, size: (u32, u32)) -> Self {
+        self.size = size;
+        self
+    }
+
+    /// Sets [`camera`](Self::camera).
+    #[must_use]
+    pub const fn with_camera(mut self, camera: Option<Camera>) -> Self {
+        self.camera = camera;
+        self
+    }
+
+    /// Sets [`colour_by`](Self::colour_by).
+    #[must_use]
+    pub const fn with_colour_by(mut self, colour_by: ColourBy) -> Self {
+        self.colour_by = colour_by;
+        self
+    }
+
+    /// Sets [`wireframe`](Self::wireframe).
+    #[must_use]
+    pub const fn with_wireframe(mut self, wireframe: bool) -> Self {
+        self.wireframe = wireframe;
+        self
+    }
+
+    /// Sets [`lattice`](Self::lattice).
+    #[must_use]
+    pub const fn with_lattice(mut self, lattice: bool) -> Self {
+        self.lattice = lattice;
+        self
+    }
+
+    /// Sets [`edges`](Self::edges).
+    #[must_use]
+    pub const fn with_edges(mut self, edges: bool) -> Self {
+        self.edges = edges;
+        self
+    }
+
+    /// Sets [`backfaces`](Self::backfaces).
+    #[must_use]
+    pub const fn with_backfaces(mut self, backfaces: bool) -> Self {
+        self.backfaces = backfaces;
+        self
+    }
+
+    /// Sets [`background`](Self::background).
+    #[must_use]
+    pub const fn with_background(mut self, background: [Colour; 2]) -> Self {
+        self.background = background;
+        self
+    }
 }
 
 impl Default for RenderOptions {

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Most that [`prepare`](crate::prepare::prepare()) may make of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PrepareLimits {
     /// Bézier patches of all faces together.
     pub patches: u64,
@@ -20,6 +21,20 @@ pub struct PrepareLimits {
 impl PrepareLimits {
     /// 16 million patches, 16 GiB. The largest real files have thousands of patches.
     pub const DEFAULT: Self = Self { patches: 1 << 24, bytes: 16 << 30 };
+
+    /// Sets [`patches`](Self::patches).
+    #[must_use]
+    pub const fn with_patches(mut self, patches: u64) -> Self {
+        self.patches = patches;
+        self
+    }
+
+    /// Sets [`bytes`](Self::bytes).
+    #[must_use]
+    pub const fn with_bytes(mut self, bytes: u64) -> Self {
+        self.bytes = bytes;
+        self
+    }
 }
 
 impl Default for PrepareLimits {

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 /// Knobs of [`prepare`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PrepareOptions {
     /// Threads to use; `None` = the rayon pool the caller is in.
     pub threads: Option<usize>,
@@ -27,6 +28,27 @@ impl PrepareOptions {
     /// The caller's rayon pool, within [`PrepareLimits::DEFAULT`]; borders within a millionth of the part are one, which coordinates
     /// of seven digits allow.
     pub const DEFAULT: Self = Self { threads: None, limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6 };
+
+    /// Sets [`threads`](Self::threads).
+    #[must_use]
+    pub const fn with_threads(mut self, threads: Option<usize>) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// Sets [`limits`](Self::limits).
+    #[must_use]
+    pub const fn with_limits(mut self, limits: PrepareLimits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Sets [`border_tolerance`](Self::border_tolerance).
+    #[must_use]
+    pub const fn with_border_tolerance(mut self, border_tolerance: f64) -> Self {
+        self.border_tolerance = border_tolerance;
+        self
+    }
 }
 
 impl Default for PrepareOptions {
