@@ -46,6 +46,7 @@ impl TileEconomy {
 
 /// How economical a mesh is, on a sample of its curved tiles.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct EconomyReport {
     /// The tiles tried, most wasteful first.
     pub tiles: Vec<TileEconomy>,

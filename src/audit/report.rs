@@ -42,6 +42,7 @@ pub struct EdgePlace {
 /// Deviation of a mesh from its exact geometry, as shares of the chord tolerance. Each part counts once, however often it
 /// is placed, at the largest of its scales.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct DeviationReport {
     /// The chord tolerance that all ratios refer to, millimetres of the placed model.
     pub chord: f64,

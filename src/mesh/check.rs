@@ -19,6 +19,7 @@ const EXAMPLES: usize = 8;
 
 /// An edge whose directed uses do not cancel.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct BadEdge {
     /// The part.
     pub part: PartId,
@@ -163,6 +164,7 @@ impl fmt::Display for MeshFacts {
 
 /// Facts of a whole scene.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct SceneFacts {
     /// Each part by itself, in its own coordinates, in the order of the scene.
     pub parts: Vec<MeshFacts>,

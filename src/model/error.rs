@@ -6,6 +6,7 @@ use std::fmt;
 
 /// Why a part is not one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum PartError {
     /// A vertex has a coordinate that is infinite or not a number.
     Vertex(VertexId),
@@ -174,6 +175,7 @@ impl Error for PartError {}
 
 /// Why a model is not one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ModelError {
     /// A part is not one.
     Part {

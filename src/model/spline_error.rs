@@ -8,6 +8,7 @@ pub const MAX_DEGREE: usize = 60;
 
 /// Why knots, control points and weights do not make a spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SplineError {
     /// The degree is 0 or above [`MAX_DEGREE`].
     Degree {
@@ -112,6 +113,7 @@ impl Error for SplineError {}
 
 /// Why a surface is not one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SurfaceError {
     /// A spline surface is not one in this direction (weights and points are reported with u).
     Spline {

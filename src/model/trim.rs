@@ -216,6 +216,7 @@ impl TrimCurve {
 
 /// Why a trimming curve is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum TrimError {
     /// It has no pieces.
     NoPieces,

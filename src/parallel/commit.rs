@@ -12,6 +12,7 @@ use std::time::Duration;
 
 /// A committed frame.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct FrameReport {
     /// Number of the frame within its session, from 0.
     pub frame: u64,
@@ -52,6 +53,7 @@ pub struct FrameReport {
 
 /// Why a frame was not committed. The sink has been told to abort if it had begun.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum FrameError {
     /// The sink refused.
     Sink(SinkError),

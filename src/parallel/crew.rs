@@ -15,6 +15,7 @@ use std::thread::{self, JoinHandle};
 
 /// Why a session did not start: the operating system refused a thread.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct StartError {
     /// The worker whose thread was refused.
     pub worker: usize,

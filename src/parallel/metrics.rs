@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 /// One worker's share of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WorkerMetrics {
     /// The worker's number, from 0.
     pub worker: u32,

@@ -266,8 +266,9 @@ fn anew(
     let plan = tracing::debug_span!("plan").in_scope(|| plan_for_view_within(prepared, view, &common.limits.plan()));
     let planned_in = begun.elapsed();
     common.limits.check(&plan)?;
-    let report = session.frame(&Arc::new(plan), sink).map_err(|e| Failure::Cannot(e.to_string()))?;
-    Ok(FrameReport { planned_in, ..report })
+    let mut report = session.frame(&Arc::new(plan), sink).map_err(|e| Failure::Cannot(e.to_string()))?;
+    report.planned_in = planned_in;
+    Ok(report)
 }
 
 /// Milliseconds.

@@ -90,6 +90,7 @@ impl Default for PlannerOptions {
 
 /// How a plan differs from the same planner's last one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PlanChanges {
     /// Tiles whose triangles depend on something that changed: their lattice, or the tessellants of an edge. Ascending.
     pub tiles: Vec<(PartId, TileId)>,

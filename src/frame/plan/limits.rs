@@ -61,6 +61,7 @@ impl Default for PlanLimits {
 /// In what a plan is coarser than its tolerance asks, and because of which limits.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Shortfall {
     /// The limits of the plan.
     pub limits: PlanLimits,

@@ -8,6 +8,7 @@ use std::fmt;
 
 /// How a tile fell short of the normal path.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Degradation {
     /// The trim loops cross themselves or each other: each point is covered as often as they wind around it.
     NotSimple {
@@ -45,6 +46,7 @@ impl Degradation {
 
 /// A tile's triangles and how they came about.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct TileOutcome {
     /// The face.
     pub face: FaceId,

@@ -15,6 +15,7 @@ use glam::DVec2;
 
 /// How one tile was tessellated.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct TileRecord {
     /// What its face's surface was before it became Bézier pieces.
     pub kind: SurfaceKind,

@@ -31,6 +31,7 @@ pub struct TrimInput<'a> {
 
 /// Input that no rung can work on.
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
 pub enum TrimInputError {
     /// A coordinate is not finite, or the point lies outside the lattice's box.
     PointOutside {

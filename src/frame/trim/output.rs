@@ -52,6 +52,7 @@ pub enum TrimOutcome {
 
 /// Counts of one tile. A tile that went to the reference keeps the counts of the attempt before.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+#[non_exhaustive]
 pub struct TrimStats {
     /// The rung that was needed, as returned.
     pub outcome: TrimOutcome,

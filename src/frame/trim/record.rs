@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 
 /// What became of one tile on its way to triangles, all in cell units. Lists are empty for stages that were not reached.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct TrimRecord {
     /// Crossings of segments with lattice lines, in curve order. Where the whole tile was triangulated at once they are those
     /// of the attempt before.

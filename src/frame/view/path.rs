@@ -141,6 +141,7 @@ fn glu(bounds: [DVec3; 2], turn: f64) -> Pose {
 
 /// What is no path's name.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct UnknownPath {
     /// The text.
     pub text: String,

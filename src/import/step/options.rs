@@ -101,6 +101,7 @@ impl Default for StepOptions {
 
 /// Why a file gives no model at all.
 #[derive(Debug)]
+#[non_exhaustive]
 pub enum StepError {
     /// The file cannot be opened or read.
     Io {

@@ -26,6 +26,7 @@ impl std::error::Error for NoAdapter {}
 
 /// Why there is no picture.
 #[derive(Clone, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum RenderError {
     /// The picture has no pixels, or more in a row or column than the adapter allows.
     Size {

@@ -45,6 +45,7 @@ impl Default for PrepareLimits {
 
 /// Why a model was not prepared: it costs more than [`PrepareLimits`] allow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PrepareError {
     /// More patches than [`PrepareLimits::patches`].
     TooManyPatches {

@@ -10,6 +10,7 @@ use std::collections::{BTreeSet, HashSet};
 /// repaired or lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Shells {
     /// Shells whose loops can be turned so that they sum to 0 on every edge; those without edges are closed surfaces.
     pub closed: usize,

@@ -12,6 +12,7 @@ use glam::DVec3;
 
 /// What is under a pixel.
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct Picked {
     /// Number of the instance in the scene.
     pub instance: InstanceId,

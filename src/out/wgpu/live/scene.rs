@@ -55,6 +55,7 @@ impl fmt::Debug for LiveScene {
 
 /// Bytes of the device's buffers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
 pub struct BytesHeld {
     /// Pages of vertices.
     pub vertices: u64,
@@ -80,6 +81,7 @@ impl BytesHeld {
 
 /// What a picture was made of.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
 pub struct Drew {
     /// Triangles, each instance's counted.
     pub triangles: u64,
