@@ -75,7 +75,11 @@ pub(crate) fn close(
             }
         }
     }
-    let runs = residue(tiles, closer.edges, wanted, spans);
+    let mut runs = residue(tiles, closer.edges, wanted, spans);
+    if !wanted.lobed.is_empty() && !closer.is_closed(&runs) {
+        // Lobes that do not end in one point are turned back: no loops make up for what joins their ends.
+        runs = residue(tiles, closer.edges, &Wanted { lobed: &[], ..*wanted }, spans);
+    }
     for walk in closer.walks(&runs) {
         closer.add(tiles, &walk);
     }
@@ -202,6 +206,17 @@ impl Closer<'_> {
         let uv = UvCurve::Hermite([(0.0, a.1), (1.0, b.1)].map(|(t, uv)| UvSample { t, uv, d }).into());
         let [from, to] = if reversed { [1, 0] } else { [0, 1] };
         EdgeUse { edge: RowId(edge), from, to, uv }
+    }
+
+    /// Whether as many runs enter each point as leave it.
+    fn is_closed(&self, runs: &[BreakRun]) -> bool {
+        let mut ends: BTreeMap<[u64; 3], i32> = BTreeMap::new();
+        for run in runs {
+            let end = |at: u32| key(break_point(self.edges, RowId(run.edge), at));
+            *ends.entry(end(run.from)).or_default() -= 1;
+            *ends.entry(end(run.to)).or_default() += 1;
+        }
+        ends.values().all(|&count| count == 0)
     }
 
     /// Runs to closed walks.
