@@ -308,6 +308,7 @@ fn edges_that_change_places_at_a_touching_point_do_not_go_around() {
     let model = model(&(STRIP.to_owned() + &shell("ADVANCED_FACE('',(#149),#154,.T.)", 1)));
     clean(&model);
     let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
-    let filled: Vec<_> = prepared.diagnostics.iter().filter(|d| d.kind.to_string().contains("filled in space")).collect();
+    let filled: Vec<_> =
+        prepared.diagnostics.iter().filter(|d| d.kind.to_string().contains("filled in space")).collect();
     assert!(filled.is_empty(), "{filled:?}");
 }
