@@ -176,7 +176,7 @@ impl Ladder {
             wrong.push(format!("neighbours disagree about {disagreeing:?}"));
         }
         wrong.extend(
-            flipped(prepared, &sink, &report.fills, &[])
+            flipped(prepared, &sink, &report.fills)
                 .map(|(count, worst)| format!("{count} flipped, such as {worst}")),
         );
         let deviation = audit::deviation(prepared, &sink, chord);
