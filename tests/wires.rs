@@ -117,6 +117,38 @@ fn a_figure_eight_keeps_both_lobes() {
     }
 }
 
+/// A plane face with one wire through points that may be off it.
+fn sheet_through(points: &[DVec3]) -> Part {
+    let mut part = PartBuilder::new("sheet");
+    let shell = part.plain_shell(ShellKind::Open);
+    let wire = Loop::Edges(part.polygon(points));
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![wire], false);
+    part.finish().expect("a sound part")
+}
+
+#[test]
+fn a_lobe_whose_edges_cross_above_each_other_leaves_no_crack() {
+    // The edges of the eight cross in (u,v), and pass each other at some distance in space: one that vanishes, and one that does not.
+    let eight = |z: f64| [(0.0, 0.0, 0.0), (10.0, 10.0, 0.0), (10.0, 0.0, z), (0.0, 10.0, z)].map(DVec3::from);
+    // Three diameters of a hexagon, each above the other: six lobes that meet in one point of the plane and in three of space.
+    let corner = |k: f64, z: f64| DVec3::new(5.0 * (k * PI / 3.0).cos(), 5.0 * (k * PI / 3.0).sin(), z);
+    let star = |z: f64| {
+        [(0.0, 0.0), (3.0, 0.0), (1.0, z), (4.0, z), (2.0, 2.0 * z), (5.0, 2.0 * z)].map(|(k, z)| corner(k, z)).to_vec()
+    };
+    for z in [0.0, 1e-9, 1e-5, 1e-3, 0.05] {
+        for points in [eight(z).to_vec(), star(z)] {
+            let prepared = prepared(sheet_through(&points));
+            for chord in CHORDS {
+                let mut sink = MemorySink::default();
+                let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+                serial(&prepared, &plan, true, &mut sink).expect("a frame");
+                let facts = check_scene(&sink).total;
+                assert_eq!(facts.defects, 0, "{} corners, z {z}: {facts}; {:?}", points.len(), prepared.diagnostics);
+            }
+        }
+    }
+}
+
 #[test]
 fn a_hole_like_an_eight_is_two_holes() {
     // Two lobes of 2 x 2 / 2 around (3, 4), and the same crossing at a vertex that is passed twice.

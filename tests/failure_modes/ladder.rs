@@ -176,8 +176,7 @@ impl Ladder {
             wrong.push(format!("neighbours disagree about {disagreeing:?}"));
         }
         wrong.extend(
-            flipped(prepared, &sink, &report.fills, &[])
-                .map(|(count, worst)| format!("{count} flipped, such as {worst}")),
+            flipped(prepared, &sink, &report.fills).map(|(count, worst)| format!("{count} flipped, such as {worst}")),
         );
         let deviation = audit::deviation(prepared, &sink, chord);
         let worst = deviation.beyond_gap.worst.max(deviation.edges.worst);

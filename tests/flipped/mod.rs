@@ -3,29 +3,24 @@
 
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
-use trimtess::mesh::{Batch, MemorySink};
+use trimtess::mesh::{Batch, MemorySink, Origin};
 use trimtess::model::{EdgeId, Model, PartId};
 use trimtess::parallel::FaceFill;
 use trimtess::prepare::{Prepared, PreparedFace};
 
 /// How many triangles look to the other side than their face, and the largest of them; `None` if there are none. Not of faces
-/// with `fills`: where loops wind backwards triangles are reversed, and those that only close look anywhere.
-/// Nor of the faces that are `excused`.
-pub(crate) fn flipped(
-    prepared: &Prepared,
-    sink: &MemorySink,
-    fills: &[FaceFill],
-    excused: &[(u32, u32)],
-) -> Option<(usize, String)> {
+/// with `fills`: where loops wind backwards triangles are reversed, and those that only close look anywhere. Nor triangles that
+/// the boundary [forces](is_forced).
+pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink, fills: &[FaceFill]) -> Option<(usize, String)> {
     let mut count = 0;
     let mut worst = (0.0, String::new());
-    let is_judged = |batch: &&Batch| !is_filled(batch, fills) && !excused.contains(&(batch.part.0, batch.face.0));
-    for batch in sink.batches.iter().filter(is_judged) {
+    for batch in sink.batches.iter().filter(|batch| !is_filled(batch, fills)) {
         let part = &prepared.parts[batch.part.index()];
         let Some(row) = part.face_rows[batch.face.index()] else { continue };
         for t in &batch.mesh.triangles {
-            let Some((cosine, height)) = cosine(&part.faces[row as usize], batch, *t) else { continue };
-            if cosine <= 0.0 {
+            let face = &part.faces[row as usize];
+            let Some((cosine, height)) = cosine(face, batch, *t) else { continue };
+            if cosine <= 0.0 && !is_forced(face, batch, *t) {
                 count += 1;
                 if height > worst.0 {
                     let at = t.map(|v| (batch.mesh.positions[v as usize], batch.mesh.origins[v as usize]));
@@ -53,12 +48,48 @@ fn cosine(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> Option<(f64,
     if height <= 1e-12 * size + 4.0 * face.gap {
         return None;
     }
+    Some((normal.normalize().dot(outwards(face, batch, corners)), height))
+}
+
+/// The face's normal in the middle of a triangle.
+fn outwards(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> DVec3 {
     let at = |k: usize| batch.mesh.uvs[corners[k] as usize].as_dvec2();
     let middle = (at(0) + at(1) + at(2)) / 3.0;
     let uv = DVec2::new(face.maps[0].to_nurbs(middle.x), face.maps[1].to_nurbs(middle.y));
     let d = face.patches.derivatives(uv.x, uv.y);
-    let outwards = d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 };
-    Some((normal.normalize().dot(outwards.normalize_or_zero()), height))
+    (d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 }).normalize_or_zero()
+}
+
+/// Whether any triangles between the same boundary would look inwards there: all corners are on it, and seen along the surface's
+/// normal it winds backwards around a point of the triangle, since chords of two of its edges cross there.
+///
+/// How often it winds around a point is the number of the tile's triangles that cover it, less those that do so reversed: this is the
+/// same for all triangles with that boundary. Where it is never negative the mesh is folded, and need not be.
+fn is_forced(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> bool {
+    /// Points along each side.
+    const POINTS: u32 = 32;
+    let on_boundary = |v: u32| matches!(batch.mesh.origins[v as usize], Origin::Edge { .. } | Origin::Border { .. });
+    if !corners.into_iter().all(on_boundary) {
+        return false;
+    }
+    let place = |t: [u32; 3]| t.map(|v| batch.mesh.positions[v as usize]);
+    let ([a, b, c], view) = (place(corners), outwards(face, batch, corners));
+    // Sheets that turn by 30° within a triangle are a fifteenth of its length off it. What is further away is another turn of a thread.
+    let near = 0.25 * a.distance(b).max(b.distance(c)).max(c.distance(a));
+    let covers = |&t: &[u32; 3], p: DVec3| {
+        let [a, b, c] = place(t);
+        let sides = [(a, b), (b, c), (c, a)].map(|(a, b)| (a - p).cross(b - p).dot(view));
+        let normal = (b - a).cross(c - a);
+        let covers = sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0);
+        let off = (a - p).dot(normal) / view.dot(normal);
+        if covers && off.abs() <= near { sides[0].signum() as i32 } else { 0 }
+    };
+    let share = |k: u32| (f64::from(k) + 0.5) / f64::from(POINTS);
+    let mut points = (0..POINTS).flat_map(|i| (0..POINTS).map(move |j| (share(i), share(j))));
+    points.any(|(s, t)| {
+        let p = a + s * (b + t * (c - b) - a);
+        batch.mesh.triangles.iter().map(|other| covers(other, p)).sum::<i32>() < 0
+    })
 }
 
 /// The two ends of a segment, the lesser first.

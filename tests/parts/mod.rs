@@ -74,8 +74,8 @@ impl Made {
     }
 }
 
-/// Makes a frame on this thread and checks it. Only parts that `must_close` names, by their number, have to be closed. A
-/// panic is a fault.
+/// Makes a frame on this thread and checks it. Parts that `must_close` names, by their number, have to be closed, and the others
+/// where the file does not end. A panic is a fault.
 pub(crate) fn make(prepared: &Arc<Prepared>, tolerance: &Tolerance, must_close: impl Fn(usize) -> bool) -> Made {
     let mut sink = MemorySink::default();
     let report = catch_unwind(AssertUnwindSafe(|| serial(prepared, &plan(prepared, tolerance), true, &mut sink)));
@@ -95,6 +95,11 @@ pub(crate) fn make(prepared: &Arc<Prepared>, tolerance: &Tolerance, must_close: 
             let (edges, length) = (part.unbalanced_edges, part.unbalanced_length);
             let faces = culprits(prepared, &report, PartId::new(number), &part.defect_faces);
             made.faults.push(format!("part {number}: {edges} open or unbalanced edges, {length:.2e} mm; {faces}"));
+        }
+        if part.defects > 0 && !must_close(number) {
+            let faces = culprits(prepared, &report, PartId::new(number), &part.defect_faces);
+            let (edges, length) = (part.defects, part.defect_length);
+            made.faults.push(format!("part {number}: {edges} cracks in an open part, {length:.2e} mm; {faces}"));
         }
         if !part.is_well_formed() {
             made.faults.push(format!("part {number} is malformed: {part}"));

@@ -75,7 +75,11 @@ pub(crate) fn close(
             }
         }
     }
-    let runs = residue(tiles, closer.edges, wanted, spans);
+    let mut runs = residue(tiles, closer.edges, wanted, spans);
+    if !wanted.lobed.is_empty() && !closer.is_closed(&runs) {
+        // Lobes that do not end in one point are turned back: no loops make up for what joins their ends.
+        runs = residue(tiles, closer.edges, &Wanted { lobed: &[], ..*wanted }, spans);
+    }
     for walk in closer.walks(&runs) {
         closer.add(tiles, &walk);
     }
@@ -204,6 +208,17 @@ impl Closer<'_> {
         EdgeUse { edge: RowId(edge), from, to, uv }
     }
 
+    /// Whether as many runs enter each point as leave it.
+    fn is_closed(&self, runs: &[BreakRun]) -> bool {
+        let mut ends: BTreeMap<[u64; 3], i32> = BTreeMap::new();
+        for run in runs {
+            let end = |at: u32| key(break_point(self.edges, RowId(run.edge), at));
+            *ends.entry(end(run.from)).or_default() -= 1;
+            *ends.entry(end(run.to)).or_default() += 1;
+        }
+        ends.values().all(|&count| count == 0)
+    }
+
     /// Runs to closed walks.
     fn walks(&self, runs: &[BreakRun]) -> Vec<Vec<BreakRun>> {
         let end = |run: &BreakRun, at: u32| key(break_point(self.edges, RowId(run.edge), at));
@@ -260,4 +275,52 @@ impl Closer<'_> {
 /// A point by its bits; both zeros are one.
 fn key(p: DVec3) -> [u64; 3] {
     p.to_array().map(|x| (x + 0.0).to_bits())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::FaceId;
+
+    fn edge(points: &[DVec3]) -> PreparedEdge {
+        let line = BezierSpline3::new(&NurbsCurve3::line(points[0], points[points.len() - 1]), (0.0, 1.0));
+        let share = |k: usize| k as f64 / (points.len() - 1) as f64;
+        PreparedEdge {
+            bounds: CurveBounds::new(&line),
+            shape: EdgeShape::Curve(line),
+            breaks: points.iter().enumerate().map(|(k, &point)| Break { t: share(k), point }).collect(),
+            straight: true,
+            uses: Vec::new(),
+            images: EdgeImages::default(),
+        }
+    }
+
+    /// A bow tie whose crossing edges pass each other at a distance, one of its lobes turned.
+    #[test]
+    fn a_lobe_that_does_not_end_in_one_point_is_turned_back() {
+        let [a, b, c, d] = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let [below, above] = [0.0, 0.1].map(|z| DVec3::new(1.0, 1.0, z));
+        let mut edges = vec![edge(&[a, below, b]), edge(&[b, c]), edge(&[c, above, d]), edge(&[d, a])];
+        let chain: Chain = (0..4).map(|edge| (edge, 1)).collect();
+        let edge_use = |(edge, from, to): (u32, u32, u32)| {
+            let sample = |t: f64| UvSample { t, uv: DVec2::ZERO, d: DVec2::ZERO };
+            EdgeUse { edge: RowId(edge), from, to, uv: UvCurve::Hermite([sample(0.0), sample(1.0)].into()) }
+        };
+        let loops = [[(0, 0, 1), (2, 1, 2), (3, 0, 1)], [(2, 1, 0), (1, 1, 0), (0, 2, 1)]];
+        let mut tiles = [Tile {
+            face: FaceId(0),
+            min: DVec2::ZERO,
+            max: DVec2::ONE,
+            loops: loops.map(|l| l.map(edge_use).to_vec()).to_vec(),
+            entangled: false,
+            weight: 0.0,
+            centre: DVec3::ZERO,
+        }];
+        let wanted = Wanted { chain: &chain, brep_edges: 4, lobed: &[0, 1, 2, 3], may_end: false };
+        let added = close(&mut tiles, &mut edges, &wanted, &mut Vec::new());
+        assert!(added.is_ok_and(|added| added.is_some_and(|added| added.loops > 0)));
+        assert!(are_joined(&tiles, &edges));
+        let stated = Wanted { lobed: &[], ..wanted };
+        assert_eq!(residue(&tiles, &edges, &stated, &mut Vec::new()).len(), 0);
+    }
 }

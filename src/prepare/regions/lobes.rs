@@ -24,8 +24,14 @@ pub(crate) struct TurnedLobes {
     pub(crate) lobes: usize,
     /// Their area, mm², to a few per cent.
     pub(crate) area: f64,
-    /// Where loops were cut: edge, parameter and (u,v).
-    pub(crate) cuts: Vec<(u32, f64, DVec2)>,
+    pub(crate) cuts: Vec<LobeCut>,
+}
+
+/// Where a loop was cut: a point that it passes twice.
+pub(crate) struct LobeCut {
+    /// Edge and parameter of both passes; none along a pole.
+    pub(crate) passes: [Option<(u32, f64)>; 2],
+    pub(crate) uv: DVec2,
 }
 
 /// A point of a loop.
@@ -123,13 +129,11 @@ fn lobes(
     if backwards.is_empty() {
         return None;
     }
-    let cut = |c: &LobeCrossing| {
-        c.at.map(|at| match l.pieces[at.piece].along {
-            Along::Edge(edge) => Some((edge, at.t, c.uv)),
-            Along::Pole(_) => None,
-        })
+    let pass = |at: At| match l.pieces[at.piece].along {
+        Along::Edge(edge) => Some((edge, at.t)),
+        Along::Pole(_) => None,
     };
-    done.cuts.extend(crossings.iter().flat_map(cut).flatten());
+    done.cuts.extend(crossings.iter().map(|c| LobeCut { passes: c.at.map(pass), uv: c.uv }));
     Some(parts)
 }
 

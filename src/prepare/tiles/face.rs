@@ -5,7 +5,8 @@ use super::critical::critical;
 use super::cuts::{coarse_grids, grid_for};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse, FaceDraft};
 use super::grid::{Grid, LineCrossing};
-use super::meeting::{Meeting, fold, touching};
+use super::joints::{Joiner, common_point};
+use super::meeting::{fold, touching};
 use crate::model::{AxisMap, Coedge, Face, FaceError, FaceTrouble, Loop, NurbsSurface, Part, RegionError, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
 use crate::prepare::regions::trace::{Passages, trace_loop};
@@ -239,13 +240,12 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
     if let Loops::ByLobes(shared) = way {
         lobed.extend(chain.iter().map(|c| c.0).filter(|&edge| !shared[edge as usize]));
         let turned = lobes::turn(&mut region, projector, shared).ok_or(FaceError::NoLobes)?;
-        breaks.extend(turned.cuts.iter().map(|&(edge, t, _)| (edge, t)));
-        let place = turned.cuts.first().map(|cut| projector.point(cut.2));
-        joints.extend(turned.cuts.iter().filter_map(|&(edge, t, uv)| {
-            let point = projector.point(uv);
-            let off = part.edges[edge as usize].curve.point(t).distance(point);
-            (off <= 10.0 * projector.tolerance).then_some((edge, t, point))
-        }));
+        breaks.extend(turned.cuts.iter().flat_map(|cut| cut.passes).flatten());
+        let place = turned.cuts.first().map(|cut| projector.point(cut.uv));
+        for cut in &turned.cuts {
+            let point = common_point(part, cut, projector).ok_or(FaceError::NoLobes)?;
+            joints.extend(cut.passes.into_iter().flatten().map(|(edge, t)| (edge, t, point)));
+        }
         let what = FaceTrouble::LobesTurned { lobes: turned.lobes, area_mm2: turned.area };
         repairs.push(Told::new(place, what));
     }
@@ -432,44 +432,6 @@ fn cut(
 fn arranged_middle(tile: &DraftTile, maps: &[AxisMap; 2]) -> DVec2 {
     let middle = 0.5 * (tile.min + tile.max);
     DVec2::new(maps[0].to_natural(middle.x), maps[1].to_natural(middle.y))
-}
-
-/// Meetings of a tile's loops to points in space.
-struct Joiner<'a> {
-    part: &'a Part,
-    tile: &'a DraftTile,
-    /// Distance in space up to which edges that meet in (u,v) get a common point.
-    near: f64,
-}
-
-impl Joiner<'_> {
-    /// Edge, parameter and point of both sides of a meeting.
-    fn ends(&self, m: &Meeting) -> [(u32, f64, DVec3); 2] {
-        m.at.map(|((l, k), t)| {
-            let DraftAlong::Edge(e) = self.tile.loops[l][k].along else { return (u32::MAX, t, DVec3::NAN) };
-            let edge = &self.part.edges[e as usize];
-            let point = match t {
-                _ if t == edge.range.0 => self.part.vertices[edge.start.index()],
-                _ if t == edge.range.1 => self.part.vertices[edge.end.index()],
-                _ => edge.curve.point(t),
-            };
-            (e, t, point)
-        })
-    }
-
-    /// The common point for both edges: a vertex where one of them ends.
-    fn joint(&self, m: &Meeting) -> Vec<(u32, f64, DVec3)> {
-        let [a, b] = self.ends(m);
-        if a.2.distance(b.2) > self.near {
-            return Vec::new();
-        }
-        let ends = |(e, t, _): (u32, f64, DVec3)| {
-            let range = self.part.edges[e as usize].range;
-            t == range.0 || t == range.1
-        };
-        let point = if ends(b) { b.2 } else { a.2 };
-        vec![(a.0, a.1, point), (b.0, b.1, point)]
-    }
 }
 
 /// Parameters where the tangent across a knot of full multiplicity breaks.

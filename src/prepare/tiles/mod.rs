@@ -7,5 +7,6 @@ pub(super) mod cuts;
 pub(super) mod draft;
 pub(super) mod face;
 pub(super) mod grid;
+mod joints;
 pub(super) mod meeting;
 pub(super) mod windings;

@@ -1,0 +1,66 @@
+//! Places where the images of edges meet -> points in space that both edges get.
+
+use super::draft::{DraftAlong, DraftTile};
+use super::meeting::Meeting;
+use crate::model::Part;
+use crate::prepare::regions::lobes::LobeCut;
+use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::uv_curve::SAME_SHARE;
+use glam::DVec3;
+
+/// The point in space of both edges where a loop is cut; none where they are too far apart there for one. A lobe between two points
+/// cannot be turned: what joins them would be there twice, and nothing beyond it.
+pub(super) fn common_point(part: &Part, cut: &LobeCut, projector: &Projector<'_>) -> Option<DVec3> {
+    // Vertices and poles stay where they are.
+    let [(a, a_stays), (b, b_stays)] = cut.passes.map(|pass| {
+        let Some((edge, t)) = pass else { return (projector.point(cut.uv), true) };
+        let edge = &part.edges[edge as usize];
+        let (t0, t1) = edge.range;
+        let close = SAME_SHARE * (t1 - t0);
+        match t {
+            _ if t - t0 <= close => (part.vertices[edge.start.index()], true),
+            _ if t1 - t <= close => (part.vertices[edge.end.index()], true),
+            _ => (edge.curve.point(t), false),
+        }
+    });
+    let may_meet = if a_stays && b_stays { a == b } else { a.distance(b) <= 10.0 * projector.tolerance };
+    may_meet.then_some(if b_stays { b } else { a })
+}
+
+/// Meetings of a tile's loops to points in space.
+pub(super) struct Joiner<'a> {
+    pub(super) part: &'a Part,
+    pub(super) tile: &'a DraftTile,
+    /// Distance in space up to which edges that meet in (u,v) get a common point.
+    pub(super) near: f64,
+}
+
+impl Joiner<'_> {
+    /// Edge, parameter and point of both sides of a meeting.
+    pub(super) fn ends(&self, m: &Meeting) -> [(u32, f64, DVec3); 2] {
+        m.at.map(|((l, k), t)| {
+            let DraftAlong::Edge(e) = self.tile.loops[l][k].along else { return (u32::MAX, t, DVec3::NAN) };
+            let edge = &self.part.edges[e as usize];
+            let point = match t {
+                _ if t == edge.range.0 => self.part.vertices[edge.start.index()],
+                _ if t == edge.range.1 => self.part.vertices[edge.end.index()],
+                _ => edge.curve.point(t),
+            };
+            (e, t, point)
+        })
+    }
+
+    /// The common point for both edges: a vertex where one of them ends.
+    pub(super) fn joint(&self, m: &Meeting) -> Vec<(u32, f64, DVec3)> {
+        let [a, b] = self.ends(m);
+        if a.2.distance(b.2) > self.near {
+            return Vec::new();
+        }
+        let ends = |(e, t, _): (u32, f64, DVec3)| {
+            let range = self.part.edges[e as usize].range;
+            t == range.0 || t == range.1
+        };
+        let point = if ends(b) { b.2 } else { a.2 };
+        vec![(a.0, a.1, point), (b.0, b.1, point)]
+    }
+}
