@@ -20,12 +20,19 @@ const LINES_OF_TILE: f64 = 32768.0;
 /// Times that a lattice over its limits is made coarser; each time brings it down to about the limit.
 const COARSER: usize = 8;
 
+/// Least length of a cell that the angle asks for, in gaps between edges and surface, where a tile's loops meet themselves. That is noise:
+/// a fillet whose points moved by a share of its radius turns twenty times over where it turned by a right angle, and lines at each turn
+/// follow nothing of its shape. The chord tolerance holds; fillets of noise keep a few cells across.
+const GAPS_PER_CELL: f64 = 16.0;
+
 /// What a strip of a tile needs, from the bounds of the boxes under it.
 #[derive(Clone, Copy, Default)]
 struct Needs {
     bounds: BoxBounds,
     /// u-lines and v-lines per unit of parameter that keep the surface's parametrisation even within a cell.
     even: [f64; 2],
+    /// u-lines and v-lines per unit of parameter beyond which cells are noise.
+    densest: [f64; 2],
 }
 
 /// Largest bounds of the boxes under a strip.
@@ -41,7 +48,8 @@ fn worst(boxes: impl Iterator<Item = Needs>) -> Needs {
             turn_u: a.turn_u.max(b.turn_u),
             turn_v: a.turn_v.max(b.turn_v),
         };
-        Needs { bounds, even: [m.even[0].max(n.even[0]), m.even[1].max(n.even[1])] }
+        let most = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
+        Needs { bounds, even: most(m.even, n.even), densest: most(m.densest, n.densest) }
     })
 }
 
@@ -52,14 +60,15 @@ const UNEVEN: f64 = 1.25;
 
 impl Needs {
     /// `share`: the tile's tolerance as a share of the box's own.
-    fn of(bounds: BoxBounds, share: f64) -> Self {
+    fn of(bounds: BoxBounds, share: f64, densest: impl Fn(f64) -> f64) -> Self {
         let ratio = |change: f64, of: f64| if of > 0.0 { change / (UNEVEN * of) } else { 0.0 };
         let along = |own: &Bend, speed: f64, other: f64| ratio(own.slide, speed).max(ratio(bounds.uv.slide, other));
         let even = [along(&bounds.uu, bounds.u, bounds.v), along(&bounds.vv, bounds.v, bounds.u)];
+        let densest = [bounds.u, bounds.v].map(densest);
         // A box that may deviate more bends less by as much, and is shorter.
         let BoxBounds { uu, uv, vv, u, v, .. } = bounds;
         let [uu, uv, vv] = [uu, uv, vv].map(|bend| bend.scaled(share));
-        Self { bounds: BoxBounds { uu, uv, vv, u: u * share, v: v * share, ..bounds }, even }
+        Self { bounds: BoxBounds { uu, uv, vv, u: u * share, v: v * share, ..bounds }, even, densest }
     }
 
     /// Second derivatives as they count for the chord, where normals turn within a cell by the arc sine of `share`.
@@ -98,7 +107,7 @@ pub(crate) fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize>
 /// Whether a lattice is as dense as it was asked to be, or what made it coarser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct LinesKept {
-    /// The limits on lines did not.
+    /// The limits on lines did not, or what they would follow is noise.
     pub(crate) lines: bool,
     /// The limit on cells did not.
     pub(crate) cells: bool,
@@ -131,6 +140,8 @@ pub(crate) fn lattice(
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
     let boxes: Vec<(usize, usize)> = su.clone().flat_map(|i| sv.clone().map(move |j| (i, j))).collect();
     let mut shares = Vec::new();
+    let noise = if tile.entangled { GAPS_PER_CELL * face.gap } else { 0.0 };
+    let densest = |speed: f64| if noise > 0.0 { speed / noise } else { f64::INFINITY };
     // A cell that lies in several boxes has to keep the tolerances of all. Where these are far apart, as they are close to the
     // eye, no cell does: lines run along the borders.
     let steep = is_steep(&need.shares, sv.len());
@@ -138,7 +149,7 @@ pub(crate) fn lattice(
     loop {
         dilate(&need.shares, sv.len(), reach, &mut shares);
         let needs: Vec<Needs> =
-            boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share)).collect();
+            boxes.iter().zip(&shares).map(|(&(i, j), &share)| Needs::of(table.cell(i, j), share, densest)).collect();
         let under = Under { face, tile, strips: [su.clone(), sv.clone()], needs: &needs };
         let (lattice, kept) = spread(&under, steep, &need.tolerance, factor, most_cells, before);
         let touched = most_touched(&table.breaks_u, &lattice.us).max(most_touched(&table.breaks_v, &lattice.vs));
@@ -164,6 +175,8 @@ struct Densities {
     wanted: [Vec<f64>; 2],
     /// What triangles need in order not to turn over, however far they may deviate; for lines that follow others.
     least: Option<[Vec<f64>; 2]>,
+    /// Whether they are less dense than the turning of normals asks, since that is noise.
+    noisy: bool,
 }
 
 impl Densities {
@@ -188,7 +201,11 @@ impl Densities {
                 let speed = |n: &Needs| if axis == 0 { n.bounds.u } else { n.bounds.v };
                 let long = |n: &Needs| tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * speed(n) / m);
                 let all = chord.into_iter().zip(sides[axis].2).zip(&turning[axis]);
-                all.map(|((rate, n), turn)| rate.max(turn / angle).max(n.even[axis]).max(long(n))).collect::<Vec<f64>>()
+                all.map(|((rate, n), turn)| {
+                    let smooth = (turn / angle).max(n.even[axis]).min(n.densest[axis]);
+                    rate.max(smooth).max(long(n))
+                })
+                .collect::<Vec<f64>>()
             };
             [finish(0, chord.0), finish(1, chord.1)]
         };
@@ -203,10 +220,19 @@ impl Densities {
         let mut wanted = if share > 0.0 { rates(share) } else { largest };
         wanted.iter_mut().flatten().for_each(|rate| *rate *= factor);
         let least = |axis: usize| -> Vec<f64> {
-            let rates = sides[axis].2.iter().zip(&turning[axis]).map(|(n, turn)| (turn / FRAC_PI_2).max(n.even[axis]));
+            let rates = sides[axis].2.iter().zip(&turning[axis]);
+            let rates = rates.map(|(n, turn)| (turn / FRAC_PI_2).max(n.even[axis]).min(n.densest[axis]));
             rates.map(|rate| rate * factor).collect()
         };
-        Self { wanted, least: follows.then(|| [0, 1].map(least)) }
+        let noisy = |axis: usize| {
+            let mut asked = sides[axis].2.iter().zip(&turning[axis]).zip(&wanted[axis]);
+            asked.any(|((n, turn), rate)| {
+                let smooth = factor * (turn / angle).max(n.even[axis]);
+                smooth > *rate && smooth * width[axis] > 1.0
+            })
+        };
+        let noisy = noisy(0) || noisy(1);
+        Self { wanted, least: follows.then(|| [0, 1].map(least)), noisy }
     }
 }
 
@@ -240,7 +266,8 @@ fn spread(
 ) -> (TileLattice, LinesKept) {
     let Under { face, tile, strips: [su, sv], .. } = under;
     let (breaks_u, breaks_v) = (&face.bounds.breaks_u[su.start..=su.end], &face.bounds.breaks_v[sv.start..=sv.end]);
-    let Densities { wanted: [mut ru, mut rv], least } = Densities::of(under, tolerance, factor, before.is_some());
+    let Densities { wanted: [mut ru, mut rv], least, noisy } =
+        Densities::of(under, tolerance, factor, before.is_some());
     let mut creases = [Cow::Borrowed(&face.creases[0]), Cow::Borrowed(&face.creases[1])];
     if split {
         for (creases, breaks) in creases.iter_mut().zip([breaks_u, breaks_v]) {
@@ -250,7 +277,7 @@ fn spread(
             creases.dedup();
         }
     }
-    let mut kept = LinesKept { lines: true, cells: true };
+    let mut kept = LinesKept { lines: !noisy, cells: true };
     let mut round = 0;
     loop {
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });

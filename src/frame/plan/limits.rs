@@ -74,7 +74,8 @@ pub struct Shortfall {
     pub unusable: bool,
     /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending.
     pub tiles: Vec<(PartId, TileId)>,
-    /// Tiles with as many lines between two creases as there may be, 4096; ascending. Real shapes get there at tolerances of
+    /// Tiles with as many lines between two creases as there may be, 4096, or whose loops meet themselves along edges so far off
+    /// their surface that lines for the angle would follow noise; ascending. Real shapes get to 4096 at tolerances of
     /// 1e-8 of their size; else the bounds of the surface's derivatives grow without limit, as they do towards some poles.
     pub lines: Vec<(PartId, TileId)>,
     /// Edges limited in their tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges);

@@ -25,8 +25,15 @@ const LEAST_GAIN: f64 = 1e-3;
 /// First all changes are taken, since triangles that stray for a while may be gone at the end; if some stray then, or no less
 /// looks inwards, once more with changes only that never stray.
 ///
-/// Cost: a few nanoseconds for each of these triangles; where one is folded, as much again for all of the tile.
-pub(crate) fn unfold(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &FaceSurface<'_>) -> bool {
+/// Stops when `weighed` triangles of changes were weighed. Cost: a few nanoseconds for each of these triangles; where one is folded,
+/// as much again for all of the tile.
+pub(crate) fn unfold(
+    mesh: &mut TileMesh,
+    trimmed: usize,
+    chord: f64,
+    weighed: usize,
+    surface: &FaceSurface<'_>,
+) -> bool {
     let least = TriangleShape::clear_area(mesh);
     let is_wrong = |corners: [u32; 3]| {
         !TriangleShape::is_clearly_right(mesh, corners, least) && TriangleShape::of(mesh, corners).is_wrong(mesh)
@@ -36,7 +43,7 @@ pub(crate) fn unfold(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &
         return false;
     }
     let stated = mesh.triangles.clone();
-    let mut left = MOST_WEIGHED;
+    let mut left = weighed;
     for least in [f64::INFINITY, chord] {
         let mut web = Web::new(mesh);
         let near = Near { surface, chord: least, left: Cell::new(left) };
@@ -56,7 +63,11 @@ const MOST_FILLINGS: usize = 128;
 
 /// Triangles of changes that are weighed in one tile, at most, in both passes: each takes about 0.15 µs. Tiles of the corpus weigh up
 /// to 25 000; what is left then is noise.
-const MOST_WEIGHED: usize = 1 << 15;
+pub(crate) const MOST_WEIGHED: usize = 1 << 15;
+
+/// The same where loops meet themselves or were repaired: triangles lie in several sheets there, or along edges out of order, and no
+/// change unfolds them.
+pub(crate) const MOST_WEIGHED_OF_NOISE: usize = 1 << 12;
 
 /// Triangles that a filling counts for besides those of the changes that it finds: most of its work is in those that it does not.
 const FILLING: usize = 32;

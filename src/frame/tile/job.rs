@@ -5,7 +5,7 @@ use super::outcome::{Degradation, TileOutcome};
 use crate::frame::plan::plan::{PartPlan, Plan, TileLattice};
 use crate::frame::refine::lift::FaceSurface;
 use crate::frame::refine::narrow::narrow;
-use crate::frame::refine::unfold::unfold;
+use crate::frame::refine::unfold::{MOST_WEIGHED, MOST_WEIGHED_OF_NOISE, unfold};
 use crate::frame::trim::climb::{fill_loops, trim_tile};
 use crate::frame::trim::input::{NONE, TrimInput};
 use crate::frame::trim::output::TrimOutcome;
@@ -223,7 +223,8 @@ fn finish(
     let mut surface = FaceSurface { face, uvs: &mut s.uvs };
     // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
     if face.creases.iter().all(Vec::is_empty) {
-        as_trimmed &= !unfold(mesh, trimmed, lattice.chord, &surface);
+        let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
+        as_trimmed &= !unfold(mesh, trimmed, lattice.chord, weighed, &surface);
     }
     let cell = |mesh: &TileMesh, v: u32| match mesh.origins[v as usize] {
         Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),

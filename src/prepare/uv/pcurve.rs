@@ -27,7 +27,7 @@ const MAX_STEPS: u32 = 40;
 
 /// Searches of the whole surface, one after the other, that find nothing nearer than where a walk along an edge is, after which
 /// it goes on without: the edge lies off the surface there.
-const MAX_VAIN: u32 = 32;
+const MAX_VAIN: u32 = 8;
 
 /// Distance between an edge and the surface, in tolerances, from which on the image need not be truer than a share of it. The edges
 /// of sound files lie nearer.
