@@ -4,7 +4,7 @@ use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, 
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
-use trimtess::model::{CurveTrouble, Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
+use trimtess::model::{Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
 
 /// The edge #50 from `start` to `end` on curve #60, part of a face with a straight second edge.
 fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
@@ -211,8 +211,7 @@ fn trims_beyond_the_surface_end_with_it() {
         assert!(at(0.05, 0.05).distance(at(0.9, 0.9)) > 0.1 && at(0.1, 0.1).distance(at(0.1, 0.8)) > 0.1);
     }
     let model = rectangle(1, "#61=SPHERICAL_SURFACE('',#20,4.);", "0.,1.,2.,9.,.T.,.T.");
-    assert!(
-        model.diagnostics.iter().any(|d| d.severity == Severity::Error
-            && is(d, |t| matches!(t, StepTrouble::Curve(CurveTrouble::Beyond { .. }))))
-    );
+    assert!(model.diagnostics.iter().any(
+        |d| d.severity == Severity::Error && is(d, |t| matches!(t, StepTrouble::SurfaceTrim { beyond: true, .. }))
+    ));
 }
