@@ -485,7 +485,10 @@ mod tests {
         let report = Report::of(&frame(), &prepared(diagnostic(Severity::Error, Some(1))), &FrameReport::default());
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face, e.entity, e.reason.as_str())).collect();
         let unexplained = (Some(3), None, "no triangles, and no stage said why");
-        assert_eq!(told, [(Some(1), Some(7), "why"), (Some(5), Some(7), "why"), unexplained]);
+        assert_eq!(
+            told,
+            [(Some(1), Some(7), "no triangles: why"), (Some(5), Some(7), "no triangles: why"), unexplained]
+        );
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod plan;
 pub use plan::for_view::{plan_for_view, plan_for_view_within};
 pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 pub use plan::make::{plan, plan_within};
-pub use plan::plan::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate};
+pub use plan::planned::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate};
 pub use plan::split::{Intensive, Lines};
 
 /// Trim triangulation of one tile in cell units.

@@ -44,8 +44,9 @@ pub use error::{ModelError, PartError};
 
 mod trouble;
 pub use trouble::{
-    BorderTrouble, DiagnosticKind, FaceError, FaceTrouble, RegionError, ShellTrouble, TileTrouble, TrimTrouble,
-    WireTrouble,
+    BodyRefusal, BorderTrouble, CurveTrouble, DiagnosticKind, FaceError, FaceTrouble, FitTrouble, PlacementTrouble,
+    RegionError, ShellTrouble, SolidTrouble, SplineTrouble, StepCause, StepOutcome, StepTrouble, SyntaxCut,
+    TileTrouble, TrimTrouble, WireTrouble,
 };
 
 mod diagnostic;

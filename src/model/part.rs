@@ -1,6 +1,7 @@
 //! Parts (B-reps), instances and the model that holds them.
 
 use super::diagnostic::Diagnostic;
+use super::trouble::StepCause;
 use super::{EdgeId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 
@@ -85,7 +86,7 @@ pub struct Face {
     pub lost: bool,
     /// Why the source's surface could not be read, where the loops could: `surface` says nothing then, and the loops are filled
     /// in space, which is told with this reason.
-    pub refused: Option<String>,
+    pub refused: Option<StepCause>,
 }
 
 /// What a group of faces is.

@@ -1,11 +1,11 @@
 //! Bodies without stated faces: primitives, sweeps, triangles, replicas. Their volumes are known in closed form.
 
-use crate::{clean, model, placement, point, world};
+use crate::{clean, is, model, placement, point, world};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::model::{Model, Severity};
+use trimtess::model::{BodyRefusal, Model, Severity, SolidTrouble, StepTrouble};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
 
@@ -69,10 +69,12 @@ fn what_would_need_intersections_is_refused_by_name() {
         let model = model(&file);
         let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
         assert!(model.parts.is_empty() && told.len() == 1 && told[0].entity == 61, "{:?}", model.diagnostics);
-        assert!(
-            told[0].kind.to_string().contains("BOOLEAN_RESULT (DIFFERENCE)")
-                && told[0].kind.to_string().contains("intersecting")
-        );
+        let StepTrouble::BodyNotRead { keyword, operator, why: BodyRefusal::Intersects } =
+            told[0].kind.step_trouble().expect("a trouble")
+        else {
+            panic!("{told:?}")
+        };
+        assert_eq!((keyword.as_str(), operator.as_str()), ("BOOLEAN_RESULT", "DIFFERENCE"));
     }
 }
 
@@ -116,7 +118,7 @@ fn areas_and_faces_are_extruded() {
     solid(&(disc() + up + "#90=EXTRUDED_FACE_SOLID('',#70,#80,3.);"), "#90", 3, 3, 3.0 * PI);
     let flat = model(&(area("#90=EXTRUDED_AREA_SOLID('',#70,#82,3.);#82=DIRECTION('',(1.,0.,0.));") + &holding("#90")));
     assert!(
-        flat.diagnostics.iter().any(|d| d.entity == 90 && d.kind.to_string().contains("own plane")),
+        flat.diagnostics.iter().any(|d| d.entity == 90 && is(d, |t| *t == SolidTrouble::AlongProfile.into())),
         "{:?}",
         flat.diagnostics
     );
@@ -139,7 +141,7 @@ fn areas_and_faces_are_revolved() {
     solid(&(disc() + axes + "#90=REVOLVED_FACE_SOLID('',#70,#81,6.283185307179586);"), "#90", 1, 0, 6.0 * PI * PI);
     solid(&(disc() + axes + "#90=REVOLVED_FACE_SOLID('',#70,#81,2.);"), "#90", 3, 3, 6.0 * PI);
     let across = model(&(area(-1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,2.);") + &holding("#90")));
-    assert!(across.diagnostics.iter().any(|d| d.entity == 90 && d.kind.to_string().contains("both sides")));
+    assert!(across.diagnostics.iter().any(|d| d.entity == 90 && is(d, |t| *t == SolidTrouble::AcrossAxis.into())));
 }
 
 #[test]
@@ -283,7 +285,11 @@ fn triangles_without_height_leave_no_slit() {
     let text = "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(2.,0.,0.)));#50=TRIANGULATED_FACE('',#40,3,(),$,(),((1,2,3)));";
     let flat = model(&(world() + text + &holding("#50")));
     assert!(
-        flat.parts[0].faces.is_empty() && flat.diagnostics[0].kind.to_string().contains("that have an area"),
+        flat.parts[0].faces.is_empty()
+            && is(&flat.diagnostics[0], |t| matches!(
+                t,
+                StepTrouble::Missing { part: "triangles that have an area", .. }
+            )),
         "{:?}",
         flat.diagnostics
     );

@@ -150,7 +150,7 @@ fn styles_that_fan_out_are_followed_once() {
 fn a_file_without_faces_is_an_empty_model_with_a_warning() {
     let model = model(&world());
     assert!(model.parts.is_empty() && model.instances.is_empty());
-    assert!(model.diagnostics.iter().any(|d| d.kind.to_string().contains("no faces")), "{:?}", model.diagnostics);
+    assert!(model.diagnostics.iter().any(|d| d.kind.code() == "step-no-faces"), "{:?}", model.diagnostics);
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! What is defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
 
-use crate::{clean, edge_of, file, model, near, only_face, only_part, point, vertex, world};
+use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
-use trimtess::model::{Edge, Model, Part, Severity, Surface};
+use trimtess::model::{Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
 
 /// The edge #50 from `start` to `end` on curve #60, part of a face with a straight second edge.
 fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
@@ -61,7 +61,12 @@ fn offsets_of_other_curves_keep_the_tolerance() {
            #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
         + &crate::shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
     let told = model(&text).diagnostics;
-    assert!(told.iter().any(|d| d.severity == Severity::Error && d.kind.to_string().contains("corner")), "{told:?}");
+    assert!(
+        told.iter()
+            .any(|d| d.severity == Severity::Error
+                && is(d, |t| matches!(t, StepTrouble::Fit(FitTrouble::Corner { .. })))),
+        "{told:?}"
+    );
 }
 
 #[test]
@@ -114,7 +119,7 @@ fn points_may_be_defined_by_others() {
         + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
     let told = model(&text).diagnostics;
     assert!(
-        told.iter().any(|d| d.severity == Severity::Error && d.kind.to_string().contains("too deeply")),
+        told.iter().any(|d| d.severity == Severity::Error && is(d, |t| matches!(t, StepTrouble::TooDeep { .. }))),
         "{told:?}"
     );
 }
@@ -178,7 +183,11 @@ fn trimmed_surfaces_without_faces_end_where_they_are_trimmed() {
     assert!(only_face(&turned).reversed);
     let empty = rectangle(1, "#61=PLANE('',#20);", "2.,1.,3.,5.,.T.,.T.");
     assert!(
-        only_face(&empty).lost && empty.diagnostics.iter().any(|d| d.kind.to_string().contains("a trim from 2 to 1"))
+        only_face(&empty).lost
+            && empty
+                .diagnostics
+                .iter()
+                .any(|d| is(d, |t| *t == StepTrouble::SurfaceTrim { range: (2.0, 1.0), beyond: false }))
     );
 }
 
@@ -202,5 +211,7 @@ fn trims_beyond_the_surface_end_with_it() {
         assert!(at(0.05, 0.05).distance(at(0.9, 0.9)) > 0.1 && at(0.1, 0.1).distance(at(0.1, 0.8)) > 0.1);
     }
     let model = rectangle(1, "#61=SPHERICAL_SURFACE('',#20,4.);", "0.,1.,2.,9.,.T.,.T.");
-    assert!(model.diagnostics.iter().any(|d| d.severity == Severity::Error && d.kind.to_string().contains("beyond")));
+    assert!(model.diagnostics.iter().any(
+        |d| d.severity == Severity::Error && is(d, |t| matches!(t, StepTrouble::SurfaceTrim { beyond: true, .. }))
+    ));
 }

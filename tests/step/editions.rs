@@ -3,7 +3,7 @@
 
 use crate::{file, world};
 use trimtess::import::step::{StepOptions, read};
-use trimtess::model::{Model, Severity};
+use trimtess::model::{DiagnosticKind, Model, Severity, StepOutcome, StepTrouble};
 
 const BALLS: &str = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60,#70),#1);\n\
     #60=MANIFOLD_SOLID_BREP('',#61);\n#61=CLOSED_SHELL('',(#62));\n#62=ADVANCED_FACE('',(),#63,.T.);\n\
@@ -23,9 +23,9 @@ fn faces(model: &Model) -> usize {
     model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost).count()
 }
 
-fn told(model: &Model, least: Severity) -> Vec<(u64, String)> {
+fn told(model: &Model, least: Severity) -> Vec<(u64, DiagnosticKind)> {
     let told = model.diagnostics.iter().filter(|d| d.severity >= least);
-    told.map(|d| (d.entity, d.kind.to_string())).collect()
+    told.map(|d| (d.entity, d.kind.clone())).collect()
 }
 
 #[test]
@@ -53,8 +53,15 @@ fn an_instance_of_another_file_costs_what_uses_it() {
     let model = model(&text);
     assert_eq!((faces(&model), model.parts[0].faces.len()), (1, 2));
     let errors = told(&model, Severity::Error);
-    assert!(errors.len() == 1 && errors[0].0 == 72 && errors[0].1.contains("other.stp#ball"), "{errors:?}");
-    assert!(told(&model, Severity::Note).iter().any(|(_, reason)| reason.contains("1 instances of other files")));
+    assert!(
+        errors.len() == 1
+            && errors[0].0 == 72
+            && matches!(errors[0].1.step_trouble(), Some(StepTrouble::Elsewhere { place, .. }) if place.contains("other.stp#ball")),
+        "{errors:?}"
+    );
+    assert!(
+        told(&model, Severity::Note).iter().any(|(_, kind)| *kind == StepOutcome::ForeignInstances { count: 1 }.into())
+    );
 }
 
 #[test]
@@ -63,7 +70,7 @@ fn signatures_are_not_verified() {
         let model = model(&(sound() + "SIGNATURE;\n" + body + "ENDSEC;\nSIGNATURE;\nAA==\nENDSEC;\n"));
         assert_eq!(faces(&model), 2, "{body}");
         assert!(told(&model, Severity::Warning).is_empty(), "{body}: {:?}", model.diagnostics);
-        assert!(told(&model, Severity::Note).iter().any(|(_, reason)| reason.contains("signature")), "{body}");
+        assert!(told(&model, Severity::Note).iter().any(|(_, kind)| *kind == StepOutcome::Signature.into()), "{body}");
     }
     // Longer than what is searched beforehand.
     let long = model(&(sound() + "SIGNATURE;\n" + &"AAAA\n".repeat(300_000) + "ENDSEC;\n"));
@@ -72,7 +79,10 @@ fn signatures_are_not_verified() {
     for more in ["\0\0", "#73=A();", "a second file"] {
         let model = model(&(sound() + more));
         assert_eq!((faces(&model), told(&model, Severity::Error).len()), (2, 0), "{more}: {:?}", model.diagnostics);
-        assert!(told(&model, Severity::Warning).iter().any(|(_, reason)| reason.contains("behind the end")), "{more}");
+        assert!(
+            told(&model, Severity::Warning).iter().any(|(_, kind)| *kind == StepOutcome::BehindEnd.into()),
+            "{more}"
+        );
     }
 }
 
@@ -91,7 +101,12 @@ fn values_stated_elsewhere_are_unset() {
     let unset = model(&text);
     assert_eq!((faces(&unset), unset.parts[0].faces.len()), (0, 2));
     let warnings = told(&unset, Severity::Warning);
-    assert!(warnings.iter().any(|(_, reason)| reason.contains("2 values")), "{warnings:?}");
+    assert!(
+        warnings
+            .iter()
+            .any(|(_, kind)| matches!(kind, DiagnosticKind::Step(StepOutcome::ForeignValues { count: 2, .. }))),
+        "{warnings:?}"
+    );
     assert_eq!(warnings.iter().filter(|(entity, _)| [62, 72].contains(entity)).count(), 2, "{warnings:?}");
     let resource = model(&sound().replace("#20,2.)", "#20,<it's;2>)").replace("#20,1.)", "#20,<)"));
     assert_eq!((faces(&resource), resource.parts[0].faces.len()), (0, 2), "{:?}", resource.diagnostics);

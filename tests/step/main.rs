@@ -15,7 +15,7 @@ mod topology;
 
 use glam::DVec3;
 use trimtess::import::step::{StepOptions, read};
-use trimtess::model::{Edge, Face, Model, Part, Severity};
+use trimtess::model::{Diagnostic, Edge, Face, Model, Part, Severity, StepTrouble};
 
 /// Millimetres and radians, as contexts #1; degrees as #2; inches as #3.
 const UNITS: &str = "
@@ -33,6 +33,11 @@ const UNITS: &str = "
 #12=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),#5);
 #13=DIMENSIONAL_EXPONENTS(0.,0.,0.,0.,0.,0.,0.);
 ";
+
+/// Whether a diagnostic tells that something was not read for such a reason.
+fn is(told: &Diagnostic, of: impl Fn(&StepTrouble) -> bool) -> bool {
+    told.kind.step_trouble().is_some_and(of)
+}
 
 /// A whole file around a data section.
 fn file(data: &str) -> String {

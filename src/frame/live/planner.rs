@@ -11,7 +11,7 @@ use crate::frame::plan::budget::{Budget, cells, predicted};
 use crate::frame::plan::lattice::{lattice, places};
 use crate::frame::plan::limits::{PlanLimits, Shortfall};
 use crate::frame::plan::make::plan_parts;
-use crate::frame::plan::plan::Plan;
+use crate::frame::plan::planned::Plan;
 use crate::frame::plan::split::Lines;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
 use crate::frame::view::asked::Asked;

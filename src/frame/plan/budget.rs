@@ -1,7 +1,7 @@
 //! What is left of a plan's limits, and what tiles are expected to take.
 
 use super::limits::PlanLimits;
-use super::plan::{PartPlan, TileLattice};
+use super::planned::{PartPlan, TileLattice};
 use crate::prepare::{EdgeUse, Tile, nanoseconds};
 
 /// What is left of the limits.

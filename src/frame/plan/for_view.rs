@@ -2,7 +2,7 @@
 
 use super::limits::PlanLimits;
 use super::make::plan_parts;
-use super::plan::Plan;
+use super::planned::Plan;
 use crate::frame::view::asked::Asked;
 use crate::frame::view::camera::View;
 use crate::frame::view::sight::Sight;

@@ -6,7 +6,7 @@
 //! lines of its own that follows the bounds along it.
 
 use super::density::Density;
-use super::plan::{MAX_LINES, TileLattice};
+use super::planned::{MAX_LINES, TileLattice};
 use super::split::{Before, Criteria};
 use crate::frame::view::asked::{Need, dilate, is_steep, most_touched};
 use crate::frame::view::tolerance::Tolerance;

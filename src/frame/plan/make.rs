@@ -3,7 +3,7 @@
 use super::budget::Budget;
 use super::lattice::{lattice, places};
 use super::limits::{PlanLimits, Shortfall};
-use super::plan::{PartPlan, Plan};
+use super::planned::{PartPlan, Plan};
 use super::tessellants::{Tessellants, bare};
 use crate::frame::view::asked::{Asked, Need};
 use crate::frame::view::tolerance::Tolerance;

@@ -1,7 +1,7 @@
 //! An edge, what it must keep and the lattices beside it -> its tessellants.
 
 use super::density::Density;
-use super::plan::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
+use super::planned::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
 use super::split::{Before, Criteria};
 use crate::frame::view::asked::{Need, dilate, most_touched};
 use crate::frame::view::tolerance::Tolerance;

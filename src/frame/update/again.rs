@@ -383,7 +383,8 @@ mod tests {
 
         fn points(&self) -> Vec<DVec2> {
             let at = |p: DVec2| {
-                let [x, y] = [0, 1].map(|axis| crate::frame::plan::plan::cell_coordinate(&self.lines[axis], p[axis]));
+                let [x, y] =
+                    [0, 1].map(|axis| crate::frame::plan::planned::cell_coordinate(&self.lines[axis], p[axis]));
                 DVec2::new(x, y)
             };
             self.loops.iter().flatten().map(|&(_, p)| at(p)).collect()

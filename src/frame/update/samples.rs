@@ -4,7 +4,7 @@
 //! The same parameters give the same bits, so nothing shows of this but time.
 
 use super::memory::keep;
-use crate::frame::plan::plan::{EdgePolyline, PartPlan, TileLattice};
+use crate::frame::plan::planned::{EdgePolyline, PartPlan, TileLattice};
 use crate::frame::trim::input::NONE;
 use crate::frame::vertices::boundary::{Spot, edge_point, origin, steps, steps_with_breaks};
 use crate::frame::vertices::evaluate::{evaluate_lattice, evaluate_points};

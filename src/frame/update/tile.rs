@@ -7,7 +7,7 @@
 use super::again::{AgainScratch, Cells, Moved, strips};
 use super::samples::Samples;
 use super::weave::{Changed, Weave, WeaveScratch};
-use crate::frame::plan::plan::Plan;
+use crate::frame::plan::planned::Plan;
 use crate::frame::tile::job::{Job, Trimmed, tessellate_tile};
 use crate::frame::tile::outcome::TileOutcome;
 use crate::frame::trim::input::{NONE, TrimInput};

@@ -1,7 +1,7 @@
 //! A tile's loops under a plan -> tessellants: places in space, parameters, cell coordinates.
 
 use super::scratch::Scratch;
-use crate::frame::plan::plan::{CellWalk, PartPlan, Plan, TileLattice};
+use crate::frame::plan::planned::{CellWalk, PartPlan, Plan, TileLattice};
 use crate::mesh::{EdgeLine, Origin, TileMesh};
 use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};

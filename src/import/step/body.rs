@@ -6,7 +6,9 @@ use super::reader::Reader;
 use super::table::{Read, Trouble};
 use super::tessellated::Loss;
 use super::{csg, sweep, tessellated};
-use crate::model::{Coedge, EdgeId, Face, Loop, Part, Shell, ShellKind, VertexId};
+use crate::model::{
+    Coedge, DiagnosticKind, EdgeId, Face, Loop, Part, Shell, ShellKind, StepCause, StepOutcome, StepTrouble, VertexId,
+};
 
 impl Reader<'_> {
     /// The faces of a body, as a part of its own, and what was left out of it.
@@ -31,7 +33,7 @@ impl Reader<'_> {
             face.colour = body.colour;
         }
         part.shells.iter_mut().for_each(|shell| shell.entity = body.entity);
-        part.check().map_err(|error| Trouble::new(body.entity, error.to_string()))?;
+        part.check().map_err(|error| Trouble::new(body.entity, error))?;
         Ok((part, lost))
     }
 
@@ -44,8 +46,14 @@ impl Reader<'_> {
         if part.faces.iter().all(|face| !face.lost) {
             return Ok(part);
         }
-        let reason = diagnostics.into_iter().map(|d| d.kind.to_string()).next().unwrap_or_default();
-        Err(Trouble::new(source.id(), reason))
+        let cause = diagnostics.into_iter().find_map(|d| match d.kind {
+            DiagnosticKind::Step(StepOutcome::FaceLeftOut(cause)) => Some(cause),
+            _ => None,
+        });
+        Err(match cause {
+            Some(StepCause { entity, trouble }) => Trouble { entity: entity.unwrap_or(source.id()), what: trouble },
+            None => Trouble::new(source.id(), StepTrouble::Unread { what: "the profile" }),
+        })
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::curve::{Bounded, Ends, WRAPPERS, Whole};
 use super::place::Geometry;
-use super::table::{Entity, Read, Trouble};
+use super::table::{Entity, Read, Trouble, missing};
 use crate::model::CurveKind;
 use glam::DVec3;
 
@@ -37,7 +37,7 @@ impl Geometry<'_> {
         let (start, end) = self.pcurve_ends(pcurve)?;
         let ends = Ends { start, end, whole: self.whole_between(start, end) };
         let between = self.between(parent, ends, true)?;
-        let curve = between.ok_or_else(|| Trouble::new(id, "a boundary segment without length"))?;
+        let curve = between.ok_or_else(|| Trouble::new(id, missing("a boundary segment", "length")))?;
         Ok((ends, curve))
     }
 

@@ -8,7 +8,7 @@ use super::reader::Reader;
 use super::stated::{Reached, Stated};
 use super::table::{Map, Read, Trouble};
 use super::turned::one_sheet;
-use crate::model::{Frame3, Severity, Surface};
+use crate::model::{Frame3, Severity, StepOutcome, StepTrouble, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::Cell;
@@ -79,10 +79,10 @@ impl Reader<'_> {
 
 /// The one sheet of a surface that the face lies on, checked.
 fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DVec3>) -> Read<Stated> {
-    let stated = one_sheet(surface?, on).map_err(|reason| Trouble::new(face.surface, reason))?;
+    let stated = one_sheet(surface?, on).map_err(|what| Trouble::new(face.surface, what))?;
     match stated.surface.check() {
         Ok(()) => Ok(stated),
-        Err(error) => Err(Trouble::new(face.surface, error.to_string())),
+        Err(error) => Err(Trouble::new(face.surface, error)),
     }
 }
 
@@ -139,12 +139,10 @@ fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey
     let frame = Some(area).filter(|area| area.length() > 1e-12 * size * size);
     let frame = frame.and_then(|area| Frame3::from_axis(origin, area, along));
     let Some(frame) = frame else {
-        return Err(Trouble::new(face.surface, "it states no surface, and its bounds enclose no plane area"));
+        return Err(Trouble::new(face.surface, StepTrouble::NoPlane));
     };
     let off = points.iter().map(|p| frame.local(*p).z.abs()).fold(0.0, f64::max);
-    let note = (off > geometry.units.tolerance.max(FLAT * size)).then(|| {
-        let reason = format!("the face states no surface; its bounds lie up to {off:.3e} mm off their plane");
-        (Severity::Warning, reason)
-    });
+    let note = (off > geometry.units.tolerance.max(FLAT * size))
+        .then_some((Severity::Warning, StepOutcome::ImpliedPlane { gap_mm: off }));
     Ok(Stated { surface: Surface::Plane { frame }, turned: false, note })
 }

@@ -1,8 +1,8 @@
 //! Primitives of constructive solid geometry to boundary representations, exactly.
 
 use super::place::Geometry;
-use super::table::{Entity, Read, Trouble};
-use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, VertexId};
+use super::table::{Entity, Read, Trouble, measure};
+use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, SolidTrouble, Surface, VertexId};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
@@ -13,7 +13,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
     let length = geometry.units.length;
     let size = |name: &'static str, index: usize| -> Read<f64> {
         let value = item.fields(name, 1).real(index)? * length;
-        if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, format!("a {name} of a size of {value} mm"))) }
+        if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, measure(format!("a {name} of a size"), value, "mm"))) }
     };
     let frame = |name: &'static str| geometry.frame(item.fields(name, 1).reference(0)?);
     let mut part = PartBuilder::new(String::new());
@@ -27,7 +27,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
         let [x, y, z] = [size(NAME, 1)?, size(NAME, 2)?, size(NAME, 3)?];
         let top = item.fields(NAME, 1).real(4)? * length;
         if !(0.0..x).contains(&top) {
-            return Err(Trouble::new(id, format!("a wedge {x} mm long at its foot and {top} mm at its top")));
+            return Err(Trouble::new(id, SolidTrouble::Wedge { foot_mm: x, top_mm: top }));
         }
         let mut base = vec![(0.0, 0.0), (x, 0.0), (top, y), (0.0, y)];
         base.dedup();
@@ -44,12 +44,12 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
         polyhedron(&mut part, corners, &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]]);
     } else if item.is("CONVEX_HEXAHEDRON") {
         let corners = corners(geometry, item, "CONVEX_HEXAHEDRON", 8)?;
-        let sides: [&[usize]; 6] =
-            [&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+        let sides: [[usize; 4]; 6] =
+            [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
         if let Some(side) = sides.into_iter().find(|side| !flat(&corners, side)) {
-            return Err(Trouble::new(id, format!("the corners {side:?} of the hexahedron are not in one plane")));
+            return Err(Trouble::new(id, SolidTrouble::SideNotPlane { corners: side }));
         }
-        polyhedron(&mut part, corners, &sides);
+        polyhedron(&mut part, corners, &sides.each_ref().map(|side| &side[..]));
     } else if item.is("SPHERE") {
         let radius = size("SPHERE", 0)?;
         let origin = geometry.point(item.fields("SPHERE", 1).reference(1)?)?;
@@ -58,7 +58,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
     } else if item.is("TORUS") {
         let (major, minor) = (size("TORUS", 1)?, size("TORUS", 2)?);
         if minor >= major {
-            return Err(Trouble::new(id, format!("a torus of radii {major} and {minor} mm that meets its own axis")));
+            return Err(Trouble::new(id, SolidTrouble::Torus { major_mm: major, minor_mm: minor }));
         }
         part.plain_face(Surface::Torus { frame: frame("TORUS")?, major, minor }, shell, Vec::new(), false);
     } else {
@@ -67,18 +67,18 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
         } else {
             let stated = item.fields("RIGHT_CIRCULAR_CONE", 1).real(3)? * geometry.units.angle;
             if !(stated > 1e-12 && stated < FRAC_PI_2 - 1e-12) {
-                return Err(Trouble::new(id, format!("a cone with a semi-angle of {stated} radians")));
+                return Err(Trouble::new(id, measure("a cone with a semi-angle", stated, "radians")));
             }
             ("RIGHT_CIRCULAR_CONE", stated)
         };
         let height = size(name, 1)?;
         let radius = item.fields(name, 1).real(2)? * length;
         if radius < 0.0 || (radius == 0.0 && angle == 0.0) {
-            return Err(Trouble::new(id, format!("a {name} of radius {radius} mm")));
+            return Err(Trouble::new(id, measure(format!("a {name} of a radius"), radius, "mm")));
         }
         barrel(&mut part, &frame(name)?, height, radius, angle);
     }
-    part.finish().map_err(|error| Trouble::new(id, error.to_string()))
+    part.finish().map_err(|error| Trouble::new(id, error))
 }
 
 /// The points that a solid lists as its corners.
@@ -87,7 +87,7 @@ fn corners(geometry: &Geometry<'_>, item: Entity<'_>, name: &'static str, count:
     if corners.len() == count {
         return Ok(corners);
     }
-    Err(Trouble::new(item.id, format!("a {name} of {} corners", corners.len())))
+    Err(Trouble::new(item.id, SolidTrouble::Corners { keyword: name, count: corners.len() }))
 }
 
 /// A cylinder or the frustum of a cone about the frame's axis, wider at its far end; a foot without radius is an apex.

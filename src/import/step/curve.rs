@@ -6,8 +6,8 @@
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Entity, MAX_DEPTH, Read, Trouble, link, number};
-use crate::model::{CurveKind, Frame3, MAX_DEGREE, NurbsCurve3};
+use super::table::{Entity, MAX_DEPTH, Read, Trouble, link, measure, missing, number};
+use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use step_io::parser::Attribute;
@@ -160,7 +160,7 @@ impl Geometry<'_> {
                     Some((curve, range)) => Bounded { curve: spline::window(curve, range), range, kind },
                     None if chord <= tolerance => return Ok(None),
                     None => {
-                        return Err(Trouble::new(id, "both ends of the edge lie at the same parameter of its curve"));
+                        return Err(Trouble::new(id, CurveTrouble::SameParameter));
                     }
                 }
             }
@@ -194,7 +194,7 @@ impl Geometry<'_> {
     pub(super) fn bounded(&self, id: u64, depth: usize) -> Read<NurbsCurve3> {
         let instance = self.unwrap(id, depth)?;
         if depth >= MAX_DEPTH {
-            return Err(Trouble::new(id, "curves refer to one another too deeply"));
+            return Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }));
         }
         if instance.is("TRIMMED_CURVE") {
             return self.trimmed(instance, depth);
@@ -207,7 +207,7 @@ impl Geometry<'_> {
             Carrier::Round { frame, a, b } => Ok(NurbsCurve3::arc(&frame, a, b, 0.0, TAU)),
             Carrier::Spline { curve, .. } => Ok(curve),
             Carrier::Line { .. } | Carrier::Hyperbola { .. } | Carrier::Parabola { .. } => {
-                Err(Trouble::new(instance.id, format!("{} has no ends of its own", instance.keyword())))
+                Err(Trouble::new(instance.id, CurveTrouble::Endless { keyword: instance.keyword() }))
             }
         }
     }
@@ -221,7 +221,7 @@ impl Geometry<'_> {
             let declared = if instance.is("SURFACE_CURVE") { "SURFACE_CURVE" } else { kind };
             instance = self.get(instance.fields(declared, 1).reference(0)?)?;
         }
-        Err(Trouble::new(id, "curves refer to one another too deeply"))
+        Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }))
     }
 
     /// The carrier of a curve, and whether it runs the carrier's way.
@@ -229,10 +229,10 @@ impl Geometry<'_> {
         let instance = self.unwrap(id, depth)?;
         let id = instance.id;
         if depth >= MAX_DEPTH {
-            return Err(Trouble::new(id, "curves refer to one another too deeply"));
+            return Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }));
         }
         let positive = |value: f64| {
-            if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, format!("a radius or axis of {value}"))) }
+            if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, measure("a radius or axis", value, "mm"))) }
         };
         let length = self.units.length;
         let carrier = if instance.is("LINE") {
@@ -273,7 +273,7 @@ impl Geometry<'_> {
         } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
             Carrier::Spline { curve: self.b_spline(instance)?, kind: CurveKind::Spline }
         } else {
-            return Err(Trouble::new(id, format!("curves of type {} are not read", instance.keyword())));
+            return Err(Trouble::new(id, StepTrouble::NotRead { what: "curves", keyword: instance.keyword() }));
         };
         Ok((carrier, true))
     }
@@ -299,7 +299,7 @@ impl Geometry<'_> {
         let curve = match carrier {
             Carrier::Line { point, along } => {
                 if low == high {
-                    return Err(Trouble::new(id, "a trimmed line without length"));
+                    return Err(Trouble::new(id, missing("a trimmed line", "length")));
                 }
                 NurbsCurve3::line(point + along * low, point + along * high)
             }
@@ -328,7 +328,7 @@ impl Geometry<'_> {
                 } else if closed {
                     curve
                 } else {
-                    return Err(Trouble::new(id, "a trimmed curve without length"));
+                    return Err(Trouble::new(id, missing("a trimmed curve", "length")));
                 }
             }
         };
@@ -358,9 +358,9 @@ impl Geometry<'_> {
         let t = match (value, point) {
             (Some(value), point) if !by_point || point.is_none() => value,
             (_, Some(point)) => foot(point)?,
-            _ => return Err(Trouble::new(id, "a trim that is neither a point nor a parameter")),
+            _ => return Err(Trouble::new(id, CurveTrouble::Trim)),
         };
-        if t.is_finite() { Ok(t) } else { Err(Trouble::new(id, "a trim at infinity")) }
+        if t.is_finite() { Ok(t) } else { Err(Trouble::new(id, StepTrouble::NotFinite { what: "a trim" })) }
     }
 
     fn composite(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
@@ -370,7 +370,7 @@ impl Geometry<'_> {
             let piece = self.bounded(fields.reference(2)?, depth + 1)?;
             pieces.push(if fields.flag(1, true) { piece } else { piece.reversed() });
         }
-        spline::join(&pieces).ok_or_else(|| Trouble::new(instance.id, "a composite curve without segments"))
+        spline::join(&pieces).ok_or_else(|| Trouble::new(instance.id, missing("a composite curve", "segments")))
     }
 
     /// A B-spline curve of any form.
@@ -405,11 +405,7 @@ const SPLINES: [&str; 6] = [
 ];
 
 fn increasing(from: f64, to: f64, id: u64) -> Read<(f64, f64)> {
-    if from < to && (to - from).is_finite() {
-        Ok((from, to))
-    } else {
-        Err(Trouble::new(id, "the curve's ends are in the wrong order"))
-    }
+    if from < to && (to - from).is_finite() { Ok((from, to)) } else { Err(Trouble::new(id, CurveTrouble::WrongOrder)) }
 }
 
 /// The arc from one parameter to the other. On an open curve the ends alone say which arc it is; a sense that
@@ -420,7 +416,7 @@ fn either_way(from: f64, to: f64, arc: impl Fn((f64, f64)) -> NurbsCurve3, id: u
 
 pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
     if points.len() < 2 {
-        return Err(Trouble::new(id, "a polyline of fewer than two different points"));
+        return Err(Trouble::new(id, CurveTrouble::OnePoint));
     }
     let last = (points.len() - 1) as f64;
     let mut knots = vec![0.0];
@@ -464,19 +460,13 @@ pub(super) fn knots_of(
 ) -> Read<Vec<f64>> {
     if let Some((multiplicities, values)) = stated {
         if values.windows(2).any(|pair| pair[0] > pair[1]) {
-            return Err(Trouble::new(id, "knots that decrease"));
+            return Err(Trouble::new(id, SplineTrouble::KnotsDecrease));
         }
         let knots = spline::write_out(&values, &multiplicities, count, degree).ok_or_else(|| {
-            Trouble::new(
-                id,
-                format!(
-                    "knot multiplicities do not add up to {} ({count} points, degree {degree})",
-                    count + degree + 1
-                ),
-            )
+            Trouble::new(id, SplineTrouble::Multiplicities { wanted: count + degree + 1, points: count, degree })
         })?;
         if knots[degree] >= knots[count] {
-            return Err(Trouble::new(id, "an empty knot range"));
+            return Err(Trouble::new(id, SplineTrouble::EmptyDomain));
         }
         return Ok(knots);
     }
@@ -495,13 +485,13 @@ pub(super) fn knots_of(
             let mut inner = (1..spans).flat_map(|i| std::iter::repeat_n(i as f64, degree));
             Ok(clamped(&mut inner, spans as f64))
         }
-        Form::Bezier => Err(Trouble::new(id, format!("{count} points make no Bezier chain of degree {degree}"))),
+        Form::Bezier => Err(Trouble::new(id, SplineTrouble::BezierCount { points: count, degree })),
     }
 }
 
 pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
     if degree == 0 || degree > MAX_DEGREE || count <= degree {
-        return Err(Trouble::new(id, format!("degree {degree} with {count} control points")));
+        return Err(Trouble::new(id, SplineTrouble::Degree { degree, points: count }));
     }
     Ok(())
 }
@@ -509,10 +499,10 @@ pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
 /// Weights, or none where they are all equal.
 pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Vec<f64>> {
     if weights.len() != count {
-        return Err(Trouble::new(id, format!("{} weights for {count} control points", weights.len())));
+        return Err(Trouble::new(id, SplineTrouble::WeightCount { weights: weights.len(), points: count }));
     }
     if let Some(bad) = weights.iter().find(|w| **w <= 0.0) {
-        return Err(Trouble::new(id, format!("a weight of {bad}")));
+        return Err(Trouble::new(id, SplineTrouble::Weight { weight: *bad }));
     }
     let equal = weights.windows(2).all(|pair| pair[0] == pair[1]);
     Ok(if equal { Vec::new() } else { weights })
@@ -522,7 +512,7 @@ pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Ve
 fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
     let joins = |a: usize, b: usize| curve.points[a].distance(curve.points[b]) <= tolerance;
     let left = spline::without_breaks(&curve.knots, curve.degree, joins)
-        .map_err(|knot| Trouble::new(id, format!("the curve jumps at knot {knot}")))?;
+        .map_err(|knot| Trouble::new(id, SplineTrouble::CurveJumps { knot }))?;
     if let Some((points, knots)) = left {
         curve.points = points.iter().map(|i| curve.points[*i]).collect();
         if !curve.weights.is_empty() {

@@ -6,9 +6,9 @@ use super::offset::{breaks_of, fitted};
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::stated::{Reached, Stated};
-use super::table::{Entity, Read, Trouble};
+use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
-use crate::model::{AxisMap, CurveKind, NurbsCurve3, Surface};
+use crate::model::{AxisMap, CurveKind, CurveTrouble, FitTrouble, NurbsCurve3, StepTrouble, Surface};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,8 +25,8 @@ impl Geometry<'_> {
         let own = instance.fields("OFFSET_CURVE_3D", 1);
         let (basis, distance) = (own.reference(0)?, own.real(1)? * self.units.length);
         let reference = self.direction(own.reference(3)?)?.try_normalize();
-        let reference = reference.ok_or_else(|| Trouble::new(id, "an offset without reference direction"))?;
-        let lost = || Trouble::new(id, "the reference direction of the offset runs along its basis");
+        let reference = reference.ok_or_else(|| Trouble::new(id, missing("an offset", "reference direction")))?;
+        let lost = || Trouble::new(id, FitTrouble::AlongBasis);
         match self.carrier(basis, depth + 1)? {
             (Carrier::Line { point, along }, same) => {
                 let sense = if same { along } else { -along };
@@ -38,7 +38,10 @@ impl Geometry<'_> {
                 let inwards = if (frame.z.dot(reference) > 0.0) == same { distance } else { -distance };
                 let radius = a - inwards;
                 if radius.abs() <= 1e-12 * a {
-                    return Err(Trouble::new(id, format!("an offset by {distance} mm leaves a point of the circle")));
+                    return Err(Trouble::new(
+                        id,
+                        FitTrouble::Vanishes { distance_mm: distance, leaves: "a point of the circle" },
+                    ));
                 }
                 if radius < 0.0 {
                     // Beyond the centre: the same angles on the other side.
@@ -50,15 +53,15 @@ impl Geometry<'_> {
         }
         let basis = self.bounded(basis, depth + 1)?;
         if let Some(t) = basis.kinks().first() {
-            return Err(Trouble::new(id, format!("the basis of the offset has a corner at its parameter {t}")));
+            return Err(Trouble::new(id, FitTrouble::Corner { parameter: *t }));
         }
         let breaks = breaks_of(&basis.knots, basis.domain());
         let curve = fitted(&breaks, self.fit, |t| {
             let d = basis.derivatives(t);
             let aside = reference.cross(d.d1).try_normalize();
-            Ok(d.point + aside.ok_or("the offset curve has no direction somewhere")? * distance)
+            Ok(d.point + aside.ok_or(FitTrouble::NoDirection)? * distance)
         });
-        let (curve, _) = curve.map_err(|reason| Trouble::new(id, reason))?;
+        let (curve, _) = curve.map_err(|what| Trouble::new(id, what))?;
         Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, true))
     }
 
@@ -73,7 +76,8 @@ impl Geometry<'_> {
         let own = pcurve.fields(name, 1);
         let on = self.parametric(own.reference(0)?, depth + 1)?;
         let items = self.get(own.reference(1)?)?.fields("REPRESENTATION", 1).links(0)?;
-        let curve = items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, "an empty parameter curve"))?;
+        let curve =
+            items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, missing("a parameter curve", "items")))?;
         // Parameters are read as numbers, then made lengths (millimetres) and angles (radians) one by one.
         let plain = Geometry { units: Units { length: 1.0, ..self.units }, ..*self };
         let curve = plain.bounded(curve, depth + 1)?;
@@ -85,7 +89,7 @@ impl Geometry<'_> {
     pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Stated> {
         let on = self.surface(id, &Reached::default, depth)?;
         if on.turned || self.get(id)?.is("SURFACE_REPLICA") {
-            return Err(Trouble::new(id, "the parameters of a surface that is turned over or a replica are not used"));
+            return Err(Trouble::new(id, StepTrouble::ReplicaParameters));
         }
         Ok(on)
     }
@@ -110,7 +114,7 @@ impl Geometry<'_> {
             return Ok(NurbsCurve3 { points: curve.points.iter().map(|p| at(*p)).collect(), ..curve });
         }
         let fitted = fitted(&breaks_of(&curve.knots, curve.domain()), self.fit, |t| Ok(at(curve.point(t))));
-        Ok(fitted.map_err(|reason| Trouble::new(pcurve.id, reason))?.0)
+        Ok(fitted.map_err(|what| Trouble::new(pcurve.id, what))?.0)
     }
 
     /// A point that is no `CARTESIAN_POINT`; `None` for an instance that is no point.
@@ -121,7 +125,7 @@ impl Geometry<'_> {
             return Ok(None);
         }
         if self.nesting >= MAX_NESTING {
-            return Err(Trouble::new(instance.id, "points refer to one another too deeply"));
+            return Err(Trouble::new(instance.id, StepTrouble::TooDeep { what: "points" }));
         }
         let inner = Geometry { nesting: self.nesting + 1, ..*self };
         let point = if instance.is("POINT_REPLICA") {
@@ -145,7 +149,7 @@ impl Geometry<'_> {
             surface.point(at.x * u, at.y * v)
         };
         if !point.is_finite() {
-            return Err(Trouble::new(instance.id, "a point at infinity"));
+            return Err(Trouble::new(instance.id, StepTrouble::NotFinite { what: "a point" }));
         }
         Ok(Some(point))
     }
@@ -155,7 +159,7 @@ impl Geometry<'_> {
         let (basis, t) = (own.reference(0)?, own.real(1)?);
         if self.is_composite(basis) {
             // Its pieces are NURBS here, with parameters of their own.
-            return Err(Trouble::new(instance.id, "points on composite curves are not read"));
+            return Err(Trouble::new(instance.id, CurveTrouble::OnComposite));
         }
         Ok(match self.carrier(basis, 0)?.0 {
             Carrier::Line { point, along } => point + along * t,
@@ -189,7 +193,7 @@ impl Geometry<'_> {
 fn within(t: f64, (low, high): (f64, f64), id: u64) -> Read<f64> {
     let slack = 1e-6 * (high - low);
     if !(low - slack..=high + slack).contains(&t) {
-        return Err(Trouble::new(id, format!("a point at parameter {t}, beyond the ends {low} and {high}")));
+        return Err(Trouble::new(id, CurveTrouble::Beyond { parameter: t, domain: (low, high) }));
     }
     Ok(t.clamp(low, high))
 }

@@ -4,6 +4,7 @@ use super::curve::{Bounded, Ends};
 use super::loops::VertexKey;
 use super::table::{Read, Trouble};
 use super::units::Units;
+use crate::model::{StepCause, StepTrouble};
 use glam::DVec3;
 
 /// An edge before its vertices have ids.
@@ -19,7 +20,7 @@ pub(super) struct EdgeDraft {
     /// Distance by which the vertex of a closed edge was moved onto the curve.
     pub(super) moved: f64,
     /// Why its curve was not read, if it became straight for that.
-    pub(super) straightened: Option<String>,
+    pub(super) straightened: Option<StepCause>,
     pub(super) units: Units,
     pub(super) entity: u64,
 }
@@ -30,10 +31,10 @@ impl EdgeDraft {
             curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
         });
         if !gap.is_finite() {
-            return Err(Trouble::new(entity, "the edge's ends are not finite"));
+            return Err(Trouble::new(entity, StepTrouble::NotFinite { what: "an end of the edge" }));
         }
         if let Some(Err(error)) = curve.as_ref().map(|bounded| bounded.curve.check()) {
-            return Err(Trouble::new(entity, error.to_string()));
+            return Err(Trouble::new(entity, error));
         }
         Ok(Self {
             ends,

@@ -1,6 +1,7 @@
 //! Types of instances to what they are: faces, shells, surfaces, bodies of each sort, or no shape at all.
 
 use super::table::Entity;
+use crate::model::BodyRefusal;
 
 /// Primitives of constructive solid geometry that are read.
 pub(super) const PRIMITIVES: [&str; 9] = [
@@ -199,12 +200,11 @@ impl BodyKind {
 }
 
 /// Why a body of this type is not read, for those that are not.
-pub(super) fn refused(item: Entity<'_>) -> Option<&'static str> {
-    const INTERSECTS: &str =
-        "its faces would have to be found by intersecting surfaces; export a boundary representation";
-    const UNBOUNDED: &str = "it is not bounded by itself";
-    const NOT_EXACT: &str = "its faces have no exact form here; export a boundary representation";
-    const REFUSED: [(&str, &str); 15] = [
+pub(super) fn refused(item: Entity<'_>) -> Option<BodyRefusal> {
+    const INTERSECTS: BodyRefusal = BodyRefusal::Intersects;
+    const UNBOUNDED: BodyRefusal = BodyRefusal::Unbounded;
+    const NOT_EXACT: BodyRefusal = BodyRefusal::NotExact;
+    const REFUSED: [(&str, BodyRefusal); 15] = [
         ("BOOLEAN_RESULT", INTERSECTS),
         ("BOOLEAN_CLIPPING_RESULT", INTERSECTS),
         ("HALF_SPACE_SOLID", UNBOUNDED),
@@ -221,7 +221,7 @@ pub(super) fn refused(item: Entity<'_>) -> Option<&'static str> {
         ("B_SPLINE_VOLUME", NOT_EXACT),
         ("CUBIC_BEZIER_TRIANGULATED_FACE", NOT_EXACT),
     ];
-    REFUSED.into_iter().find(|(name, _)| item.is(name)).map(|(_, reason)| reason)
+    REFUSED.into_iter().find(|(name, _)| item.is(name)).map(|(_, why)| why)
 }
 
 /// The area or face that a body sweeps, if it does.

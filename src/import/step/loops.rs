@@ -4,7 +4,8 @@ use super::curve::{Ends, Whole};
 use super::gathered::Source;
 use super::kinds::is_face;
 use super::place::Geometry;
-use super::table::{MAX_DEPTH, Read, Trouble};
+use super::table::{MAX_DEPTH, Read, Trouble, missing};
+use crate::model::StepTrouble;
 use glam::DVec3;
 use std::collections::HashSet;
 use step_io::parser::Attribute;
@@ -76,10 +77,10 @@ impl Geometry<'_> {
             Source::Face(id) => {
                 let face = self.get(id)?;
                 if face.is("ORIENTED_FACE") {
-                    return Err(Trouble::new(id, "oriented faces that refer to one another too deeply, or to nothing"));
+                    return Err(Trouble::new(id, StepTrouble::TooDeep { what: "oriented faces" }));
                 }
                 if !is_face(face) {
-                    return Err(Trouble::new(id, format!("faces of type {} are not read", face.keyword())));
+                    return Err(Trouble::new(id, StepTrouble::NotRead { what: "faces", keyword: face.keyword() }));
                 }
                 let own = face.fields("FACE_SURFACE", 2);
                 let plain = !(face.is("FACE_SURFACE") || face.is("ADVANCED_FACE"));
@@ -126,7 +127,7 @@ impl Geometry<'_> {
     /// Why face `id` has no surface, though one should stand there.
     pub(super) fn no_surface(&self, id: u64) -> Trouble {
         let stated = self.get(id).and_then(|face| face.fields("FACE_SURFACE", 2).reference(0));
-        stated.err().unwrap_or_else(|| Trouble::new(id, "the face is its own surface"))
+        stated.err().unwrap_or_else(|| Trouble::new(id, StepTrouble::RefersToItself { what: "a face as its surface" }))
     }
 
     fn segment_use(&self, id: u64) -> Read<StatedUse> {
@@ -140,7 +141,7 @@ impl Geometry<'_> {
         let mut bound = if of.is("EDGE_LOOP") {
             // In a complex instance the list stands in PATH.
             let list = ["EDGE_LOOP", "PATH"].into_iter().find_map(|name| of.fields(name, 1).links(0).ok());
-            let list = list.ok_or_else(|| Trouble::new(of.id, "an EDGE_LOOP without a list of edges"))?;
+            let list = list.ok_or_else(|| Trouble::new(of.id, missing("an EDGE_LOOP", "a list of edges")))?;
             Bound::Edges(list.map(|edge| self.oriented_edge(edge)).collect::<Read<_>>()?)
         } else if of.is("VERTEX_LOOP") {
             Bound::Vertex(of.fields("VERTEX_LOOP", 1).reference(0)?)
@@ -148,12 +149,12 @@ impl Geometry<'_> {
             let points: Vec<u64> = of.fields("POLY_LOOP", 1).links(0)?.collect();
             Bound::Edges(sides(&points))
         } else {
-            return Err(Trouble::new(of.id, format!("bounds of type {} are not read", of.keyword())));
+            return Err(Trouble::new(of.id, StepTrouble::NotRead { what: "bounds", keyword: of.keyword() }));
         };
         if let Bound::Edges(uses) = &bound
             && uses.is_empty()
         {
-            return Err(Trouble::new(of.id, "a loop without edges"));
+            return Err(Trouble::new(of.id, missing("a loop", "edges")));
         }
         if !fields.flag(1, true) {
             bound.reverse();
@@ -187,14 +188,14 @@ impl Geometry<'_> {
             }
             // A seam edge only adds which of the seam's two parameter curves is meant.
             if !(edge.is("ORIENTED_EDGE") || edge.is("SEAM_EDGE")) {
-                return Err(Trouble::new(edge.id, format!("edges of type {} are not read", edge.keyword())));
+                return Err(Trouble::new(edge.id, StepTrouble::NotRead { what: "edges", keyword: edge.keyword() }));
             }
             // name, (start, end, derived), edge, orientation
             let own = edge.fields("ORIENTED_EDGE", 3);
             reversed ^= !own.flag(1, true);
             edge = self.get(own.reference(0)?)?;
         }
-        Err(Trouble::new(id, "oriented edges refer to one another too deeply"))
+        Err(Trouble::new(id, StepTrouble::TooDeep { what: "oriented edges" }))
     }
 
     /// The curve of an edge, and whether the edge runs its way. A `SUBEDGE` has those of the edge that it is a part of.
@@ -211,10 +212,10 @@ impl Geometry<'_> {
                 same ^= !own.flag(1, true);
                 self.get(own.reference(0)?)?
             } else {
-                return Err(Trouble::new(edge.id, format!("edges of type {} are not read", edge.keyword())));
+                return Err(Trouble::new(edge.id, StepTrouble::NotRead { what: "edges", keyword: edge.keyword() }));
             };
         }
-        Err(Trouble::new(id, "edges are parts of one another too deeply"))
+        Err(Trouble::new(id, StepTrouble::TooDeep { what: "subedges" }))
     }
 
     /// The point of a vertex instance.

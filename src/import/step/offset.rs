@@ -2,7 +2,7 @@
 
 use super::stated::Reach;
 use super::turned::sheet;
-use crate::model::{NurbsCurve3, NurbsSurface, Surface};
+use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, StepOutcome, Surface};
 use glam::DVec3;
 
 /// Pieces per knot span and direction at which refinement stops.
@@ -18,8 +18,9 @@ pub(super) fn offset(
     distance: f64,
     tolerance: f64,
     reach: Reach<'_>,
-) -> Result<(Surface, Option<String>), String> {
-    let positive = |r: f64| if r > 0.0 { Ok(r) } else { Err(format!("an offset by {distance} mm leaves nothing")) };
+) -> Result<(Surface, Option<StepOutcome>), FitTrouble> {
+    let nothing = FitTrouble::Vanishes { distance_mm: distance, leaves: "nothing" };
+    let positive = |r: f64| if r > 0.0 { Ok(r) } else { Err(nothing) };
     let exact = match base {
         Surface::Plane { frame } => {
             let mut frame = *frame;
@@ -60,13 +61,13 @@ pub(super) fn offset(
     Ok((exact, None))
 }
 
-fn approximated(error: f64) -> Option<String> {
-    Some(format!("offset surface approximated within {error:.2e} mm"))
+fn approximated(error_mm: f64) -> Option<StepOutcome> {
+    Some(StepOutcome::Approximated { error_mm })
 }
 
 /// The point at `distance` along the normal.
-fn beside(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, String> {
-    let normal = base.normal(u, v).ok_or("the surface to offset has no normal somewhere")?;
+fn beside(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, FitTrouble> {
+    let normal = base.normal(u, v).ok_or(FitTrouble::NoNormal)?;
     Ok(base.point(u, v) + normal * distance)
 }
 
@@ -81,8 +82,8 @@ pub(super) fn breaks_of(knots: &[f64], (a, b): (f64, f64)) -> Vec<f64> {
 fn profile(
     base: &NurbsCurve3,
     tolerance: f64,
-    at: impl Fn(f64) -> Result<DVec3, String>,
-) -> Result<(NurbsCurve3, f64), String> {
+    at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
+) -> Result<(NurbsCurve3, f64), FitTrouble> {
     fitted(&breaks_of(&base.knots, base.domain()), tolerance, at)
 }
 
@@ -90,8 +91,8 @@ fn profile(
 pub(super) fn fitted(
     spans: &[f64],
     tolerance: f64,
-    at: impl Fn(f64) -> Result<DVec3, String>,
-) -> Result<(NurbsCurve3, f64), String> {
+    at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
+) -> Result<(NurbsCurve3, f64), FitTrouble> {
     let mut spans = FitSpan::between(spans);
     loop {
         let breaks = breaks_at(&spans);
@@ -109,7 +110,7 @@ pub(super) fn fitted(
             return Ok((curve, worst));
         }
         if !split(&mut spans, &errors, tolerance) {
-            return Err(format!("what stands for it is still {worst:.2e} mm off after refinement"));
+            return Err(FitTrouble::Inexact { what: "what stands for it", error_mm: worst });
         }
     }
 }
@@ -119,7 +120,7 @@ fn approximate(
     net: &NurbsSurface,
     distance: f64,
     tolerance: f64,
-) -> Result<(Surface, Option<String>), String> {
+) -> Result<(Surface, Option<StepOutcome>), FitTrouble> {
     let at = |u: f64, v: f64| beside(base, u, v, distance);
     let (domain_u, domain_v) = net.domain();
     let mut spans_u = FitSpan::between(&breaks_of(&net.knots_u, domain_u));
@@ -127,9 +128,7 @@ fn approximate(
     loop {
         let (breaks_u, breaks_v) = (breaks_at(&spans_u), breaks_at(&spans_v));
         if 9 * breaks_u.len() * breaks_v.len() > MAX_POINTS {
-            return Err(format!(
-                "an offset surface of more than {MAX_POINTS} control points; allow a larger tolerance"
-            ));
+            return Err(FitTrouble::TooManyPoints { limit: MAX_POINTS });
         }
         let surface = fit(&breaks_u, &breaks_v, &at)?;
         let off = Off::of(&surface, &breaks_u, &breaks_v, tolerance, &at)?;
@@ -138,7 +137,7 @@ fn approximate(
         }
         let split = [split(&mut spans_u, &off.along_u, tolerance), split(&mut spans_v, &off.along_v, tolerance)];
         if split == [false, false] {
-            return Err(format!("the offset surface is still {:.2e} mm off after refinement", off.worst));
+            return Err(FitTrouble::Inexact { what: "the offset surface", error_mm: off.worst });
         }
     }
 }
@@ -199,8 +198,8 @@ fn thirds(breaks: &[f64]) -> Vec<f64> {
 fn fit(
     breaks_u: &[f64],
     breaks_v: &[f64],
-    at: &impl Fn(f64, f64) -> Result<DVec3, String>,
-) -> Result<NurbsSurface, String> {
+    at: &impl Fn(f64, f64) -> Result<DVec3, FitTrouble>,
+) -> Result<NurbsSurface, FitTrouble> {
     let (us, vs) = (thirds(breaks_u), thirds(breaks_v));
     let mut points = Vec::with_capacity(us.len() * vs.len());
     for u in &us {
@@ -260,9 +259,9 @@ impl Off {
         breaks_u: &[f64],
         breaks_v: &[f64],
         tolerance: f64,
-        at: &impl Fn(f64, f64) -> Result<DVec3, String>,
-    ) -> Result<Self, String> {
-        let largest = |us: &[f64], vs: &[f64]| -> Result<f64, String> {
+        at: &impl Fn(f64, f64) -> Result<DVec3, FitTrouble>,
+    ) -> Result<Self, FitTrouble> {
+        let largest = |us: &[f64], vs: &[f64]| -> Result<f64, FitTrouble> {
             let mut largest: f64 = 0.0;
             for u in us {
                 for v in vs {
@@ -343,6 +342,6 @@ mod tests {
         (net.knots_u, net.knots_v) = (knots.clone(), knots);
         net.points.iter_mut().for_each(|p| p.z = (p.x - 11.0).max(0.0));
         let error = offset(&Surface::Nurbs(net), 0.5, 1e-4, &Reached::default).expect_err("a kink");
-        assert!(error.contains("mm off"), "{error}");
+        assert!(matches!(error, FitTrouble::Inexact { .. }), "{error}");
     }
 }

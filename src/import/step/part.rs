@@ -11,11 +11,11 @@ use super::place::Geometry;
 use super::reader::Reader;
 use super::spline;
 use super::stated::Stated;
-use super::table::{Map, Read, Set, Trouble};
+use super::table::{Map, Read, Set, Trouble, missing};
 use super::units::Units;
 use crate::model::{
-    Coedge, Colour, Diagnostic, DiagnosticKind, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity,
-    Shell, Surface, VertexId,
+    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, StepCause,
+    StepOutcome, StepTrouble, Surface, VertexId,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -45,9 +45,8 @@ impl Reader<'_> {
             let Some(Ok(draft)) = assembly.edges.get(&EdgeKey::Curve(id)) else { continue };
             let Some(exchanged) = self.exchanged(id, draft) else { continue };
             assembly.edges.insert(EdgeKey::Curve(id), Ok(exchanged));
-            let reason = "every loop runs against the edge: its vertices were exchanged, which makes it the other arc";
             let place = assembly.edges.get(&EdgeKey::Curve(id)).and_then(|e| Some(e.as_ref().ok()?.points[0]));
-            assembly.say(Severity::Warning, id, place, reason.to_owned());
+            assembly.say(Severity::Warning, id, place, StepOutcome::VerticesExchanged);
         }
         assembly.settle_closed(&stated);
         let surfaces = self.surfaces(&jobs, &stated, &assembly.edges);
@@ -55,7 +54,7 @@ impl Reader<'_> {
             let geometry = self.geometry(shell.units);
             let read = face.and_then(|face| match surface {
                 Some(surface) => assembly.face(&geometry, face, surface, source),
-                None => Err(Trouble::new(source.id(), "its surface was not read")),
+                None => Err(Trouble::new(source.id(), StepTrouble::Unread { what: "its surface" })),
             });
             let done = match read {
                 Ok(done) => Some(done),
@@ -65,9 +64,13 @@ impl Reader<'_> {
                 }
             };
             let lost = done.is_none();
-            let nothing = || (Err(String::new()), Vec::new(), false);
-            let (surface, loops, against) = done.unwrap_or_else(nothing);
-            let refused = surface.as_ref().err().filter(|_| !lost).cloned();
+            let (surface, loops, against) =
+                done.map_or_else(Default::default, |(s, loops, against)| (Some(s), loops, against));
+            let (surface, refused) = match surface {
+                Some(Ok(surface)) => (Some(surface), None),
+                Some(Err(cause)) => (None, Some(cause)),
+                None => (None, None),
+            };
             assembly.part.faces.push(Face {
                 surface: surface.unwrap_or(Surface::Plane { frame: Frame3::WORLD }),
                 loops,
@@ -83,18 +86,18 @@ impl Reader<'_> {
         }
         let bodies: Vec<Read<_>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
         for (body, read) in gathered.bodies.iter().zip(bodies) {
-            let of_part = |trouble: Trouble| format!("#{}: {}", trouble.entity, trouble.reason);
+            let of_part = |trouble: Trouble| StepCause { entity: Some(trouble.entity), trouble: trouble.what };
             match read {
                 Ok((part, lost)) => {
                     for (trouble, place) in lost {
-                        let reason = format!("left out of the body: {}", of_part(trouble));
-                        assembly.say(Severity::Error, body.entity, place, reason);
+                        let what = StepOutcome::LeftOutOfBody(of_part(trouble));
+                        assembly.say(Severity::Error, body.entity, place, what);
                     }
                     append(&mut assembly.part, part);
                 }
                 Err(trouble) => {
                     let place = self.geometry(body.units).place_near(body.entity);
-                    assembly.say(Severity::Error, body.entity, place, format!("body left out: {}", of_part(trouble)));
+                    assembly.say(Severity::Error, body.entity, place, StepOutcome::BodyLeftOut(of_part(trouble)));
                 }
             }
         }
@@ -177,10 +180,10 @@ impl Reader<'_> {
             if at.start.distance(at.end) <= units.tolerance {
                 return Err(trouble);
             }
-            let reason = trouble.seen_from(id);
+            let cause = trouble.seen_from(id);
             // Where it has no ends either, that is what there is to tell.
             let straight = EdgeDraft::new(id, ends, at, straight(at), units).map_err(|_| trouble)?;
-            Ok(EdgeDraft { straightened: Some(reason), ..straight })
+            Ok(EdgeDraft { straightened: Some(cause), ..straight })
         })
     }
 
@@ -252,25 +255,26 @@ impl Assembly {
         }
     }
 
-    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
-        self.diagnostics.push(Diagnostic { entity, place, ..Diagnostic::new(severity, DiagnosticKind::Read(reason)) });
+    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, what: StepOutcome) {
+        self.diagnostics.push(Diagnostic { entity, place, ..Diagnostic::new(severity, what) });
     }
 
     /// Tells something of the face that comes next.
-    fn say_of_face(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
+    fn say_of_face(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, what: StepOutcome) {
         let face = Some(FaceId::new(self.part.faces.len()));
-        self.diagnostics.push(Diagnostic {
-            face,
-            entity,
-            place,
-            ..Diagnostic::new(severity, DiagnosticKind::Read(reason))
-        });
+        self.diagnostics.push(Diagnostic { face, entity, place, ..Diagnostic::new(severity, what) });
+    }
+
+    /// Tells something of the edge that comes next, which the face that comes next uses.
+    fn say_of_edge(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, what: StepOutcome) {
+        let (face, edge) = (Some(FaceId::new(self.part.faces.len())), Some(EdgeId::new(self.part.edges.len())));
+        self.diagnostics.push(Diagnostic { face, edge, entity, place, ..Diagnostic::new(severity, what) });
     }
 
     /// Says why the face that comes next is lost.
     fn lose(&mut self, geometry: &Geometry<'_>, source: Source, trouble: &Trouble) {
-        let reason = format!("face left out: {}", trouble.seen_from(source.id()));
-        self.say_of_face(Severity::Error, source.id(), geometry.place_near(source.id()), reason);
+        let what = StepOutcome::FaceLeftOut(trouble.seen_from(source.id()));
+        self.say_of_face(Severity::Error, source.id(), geometry.place_near(source.id()), what);
     }
 
     /// Unites the corners at which neighbours in the loops of a face meet. All faces go through this before any is built.
@@ -369,7 +373,7 @@ impl Assembly {
                 }
                 Some(Ok(_)) => {}
                 Some(Err(trouble)) => return Err(trouble.clone()),
-                None => return Err(Trouble::new(face, "an edge of the face was not read")),
+                None => return Err(Trouble::new(face, StepTrouble::Unread { what: "an edge of the face" })),
             }
         }
         // Some writers get the senses of edges wrong. The order with the right senses is one of two: the first edge as
@@ -380,8 +384,7 @@ impl Assembly {
             }
             if turned.contains(&true) {
                 let place = ends.first().map(|(corner, _)| self.corners.points[*corner]);
-                let reason = "edges of a loop ran against it and were turned".to_owned();
-                self.say(Severity::Warning, face, place, reason);
+                self.say(Severity::Warning, face, place, StepOutcome::EdgesTurned);
             }
             return Ok(chain);
         }
@@ -396,13 +399,13 @@ impl Assembly {
         stated: StatedFace,
         surface: Read<Stated>,
         source: Source,
-    ) -> Read<(Result<Surface, String>, Vec<Loop>, bool)> {
+    ) -> Read<(Result<Surface, StepCause>, Vec<Loop>, bool)> {
         // Loops that are filled in space look where the face does.
         let same = surface.as_ref().map_or(true, |surface| stated.same_sense != surface.turned);
         let ends =
             |surface: &Stated| surface.surface.natural_domain().iter().all(|(a, b)| a.is_finite() && b.is_finite());
         if stated.bounds.is_empty() && !ends(surface.as_ref().map_err(Clone::clone)?) {
-            return Err(Trouble::new(stated.surface, "no bounds on a surface that has none of its own"));
+            return Err(Trouble::new(stated.surface, StepTrouble::Unbounded));
         }
         // Everything that can fail comes before the part changes, so that a lost face leaves nothing behind.
         let mut chains = Vec::with_capacity(stated.bounds.len());
@@ -428,12 +431,12 @@ impl Assembly {
             return Err(trouble.clone());
         }
         if !chains.is_empty() && chains.iter().all(empty) {
-            return Err(Trouble::new(source.id(), "none of its bounds has any length"));
+            return Err(Trouble::new(source.id(), missing("bounds", "length")));
         }
-        for Trouble { entity, reason } in lost {
+        for Trouble { entity, what } in lost {
             let place = geometry.place_near(entity).or_else(|| geometry.place_near(source.id()));
-            let reason = format!("an inner loop was left out and its hole closed: #{entity}: {reason}");
-            self.say_of_face(Severity::Error, source.id(), place, reason);
+            let what = StepOutcome::LoopLeftOut(StepCause { entity: Some(entity), trouble: what });
+            self.say_of_face(Severity::Error, source.id(), place, what);
         }
         let mut loops = Vec::with_capacity(chains.len());
         for chain in chains {
@@ -443,17 +446,16 @@ impl Assembly {
                     loops.push(Loop::Vertex(self.vertex(corner)));
                 }
                 ReadBound::Edges(uses) if uses.is_empty() => {
-                    let reason = "a loop of edges without length was left out".to_owned();
-                    self.say_of_face(Severity::Note, source.id(), None, reason);
+                    self.say_of_face(Severity::Note, source.id(), None, StepOutcome::LoopWithoutLength);
                 }
                 ReadBound::Edges(uses) => loops.push(Loop::Edges(self.coedges(uses))),
             }
         }
         let surface = match surface {
             Ok(Stated { surface, note, .. }) => {
-                if let Some((severity, reason)) = note {
+                if let Some((severity, what)) = note {
                     let place = geometry.place_near(source.id());
-                    self.say_of_face(severity, source.id(), place, reason);
+                    self.say_of_face(severity, source.id(), place, what);
                 }
                 Ok(surface)
             }
@@ -487,14 +489,11 @@ impl Assembly {
         let gap = gap.max(curve.point(range.0).distance(ends[0])).max(curve.point(range.1).distance(ends[1]));
         let off = [range.0, range.1].map(|t| curve.point(t)).into_iter().zip(ends);
         let place = off.max_by(|(a, p), (b, q)| a.distance(*p).total_cmp(&b.distance(*q))).map(|(_, vertex)| vertex);
-        if let Some(reason) = straightened {
-            let reason = format!("an edge's curve was not read, and the edge became straight: {reason}");
-            self.say_of_face(Severity::Warning, entity, Some(ends[0]), reason);
+        if let Some(cause) = straightened {
+            self.say_of_edge(Severity::Warning, entity, Some(ends[0]), StepOutcome::EdgeStraightened(cause));
         }
         if moved > near {
-            let reason =
-                format!("the only vertex of a closed edge lies {moved:.3e} mm off its curve; it was moved there");
-            self.say_of_face(Severity::Note, entity, Some(ends[0]), reason);
+            self.say_of_edge(Severity::Note, entity, Some(ends[0]), StepOutcome::VertexMoved { gap_mm: moved });
         }
         if gap > PULLED * self.size {
             // Too far off for the mesh to bridge: the curve gives way, in its first and last span.
@@ -504,8 +503,7 @@ impl Assembly {
                 [*first, *last] = ends;
             }
             let severity = if gap > tolerance { Severity::Warning } else { Severity::Note };
-            let reason = format!("an edge ends {gap:.3e} mm off its vertex; its curve was pulled to the vertex");
-            self.say_of_face(severity, entity, place, reason);
+            self.say_of_edge(severity, entity, place, StepOutcome::EdgePulled { gap_mm: gap });
         } else if gap > near {
             let (count, worst) = self.gaps.take().map_or((0, None), |(count, worst)| (count, Some(worst)));
             let here = OffVertex { gap, entity, face: FaceId::new(self.part.faces.len()), place };
@@ -529,20 +527,15 @@ impl Assembly {
 
     fn finish(mut self) -> (Part, Vec<Diagnostic>) {
         if let Some((count, OffVertex { gap, entity, face, place })) = self.gaps.take() {
-            let reason = format!("{count} edges end off their vertices, this one by {gap:.3e} mm");
+            let what = StepOutcome::EdgesOffVertices { edges: count, gap_mm: gap };
             let (severity, face) = (Severity::Warning, Some(face));
-            self.diagnostics.push(Diagnostic {
-                face,
-                entity,
-                place,
-                ..Diagnostic::new(severity, DiagnosticKind::Read(reason))
-            });
+            self.diagnostics.push(Diagnostic { face, entity, place, ..Diagnostic::new(severity, what) });
         }
         // Open loops cost no face, and prepare tells them with their width and place.
         if let Err(error) = self.part.check()
             && !matches!(error, PartError::OpenLoop { .. })
         {
-            self.say(Severity::Error, 0, None, format!("the part does not hold together: {error}"));
+            self.say(Severity::Error, 0, None, StepOutcome::PartUnsound(error));
         }
         (self.part, self.diagnostics)
     }

@@ -1,8 +1,8 @@
 //! Points, directions and placements of ISO 10303-42 to millimetre vectors and orthonormal frames.
 
-use super::table::{Entity, Read, Table, Trouble};
+use super::table::{Entity, Read, Table, Trouble, measure, missing};
 use super::units::Units;
-use crate::model::Frame3;
+use crate::model::{Frame3, StepTrouble};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::{HashSet, VecDeque};
 
@@ -31,7 +31,9 @@ impl<'a> Geometry<'a> {
         let instance = self.get(id)?;
         if !instance.is("CARTESIAN_POINT") {
             let point = self.derived_point(instance)?;
-            return point.ok_or_else(|| Trouble::new(id, format!("{} where a point is needed", instance.keyword())));
+            return point.ok_or_else(|| {
+                Trouble::new(id, StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a point" })
+            });
         }
         Ok(self.triple(instance.fields("CARTESIAN_POINT", 1).list(0)?, id)? * self.units.length)
     }
@@ -72,8 +74,8 @@ impl<'a> Geometry<'a> {
     pub(super) fn triple(&self, list: &[step_io::parser::Attribute], id: u64) -> Read<DVec3> {
         let mut out = [0.0; 3];
         for (slot, value) in out.iter_mut().zip(list) {
-            *slot =
-                super::table::number(value).ok_or_else(|| Trouble::new(id, "a coordinate is not a finite number"))?;
+            *slot = super::table::number(value)
+                .ok_or_else(|| Trouble::new(id, StepTrouble::NotFinite { what: "a coordinate" }))?;
         }
         Ok(DVec3::from_array(out))
     }
@@ -87,7 +89,7 @@ impl<'a> Geometry<'a> {
     pub(super) fn vector(&self, id: u64) -> Read<DVec3> {
         let fields = self.get(id)?.fields("VECTOR", 1);
         let direction = self.direction(fields.reference(0)?)?;
-        let direction = direction.try_normalize().ok_or_else(|| Trouble::new(id, "a VECTOR without direction"))?;
+        let direction = direction.try_normalize().ok_or_else(|| Trouble::new(id, missing("a VECTOR", "direction")))?;
         let magnitude = fields.real(1)?;
         Ok(direction * magnitude * self.units.length)
     }
@@ -99,17 +101,20 @@ impl<'a> Geometry<'a> {
             let fields = instance.fields("AXIS2_PLACEMENT_2D", 1);
             let (origin, x) = (self.point(fields.reference(0)?)?, self.axis(fields.optional(1), DVec3::X)?);
             return Frame3::from_axis(origin, DVec3::Z, x)
-                .ok_or_else(|| Trouble::new(id, "the axis of the placement has no direction"));
+                .ok_or_else(|| Trouble::new(id, missing("an axis of the placement", "direction")));
         }
         if !(instance.is("AXIS2_PLACEMENT_3D") || instance.is("AXIS1_PLACEMENT")) {
-            return Err(Trouble::new(id, format!("{} where a placement is needed", instance.keyword())));
+            return Err(Trouble::new(
+                id,
+                StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a placement" },
+            ));
         }
         let fields = instance.fields("AXIS2_PLACEMENT_3D", 1);
         let origin = self.point(fields.reference(0)?)?;
         let axis = self.axis(fields.optional(1), DVec3::Z)?;
         let reference = self.axis(fields.optional(2), DVec3::X)?;
         Frame3::from_axis(origin, axis, reference)
-            .ok_or_else(|| Trouble::new(id, "the axis of the placement has no direction"))
+            .ok_or_else(|| Trouble::new(id, missing("an axis of the placement", "direction")))
     }
 
     fn axis(&self, id: Option<u64>, default: DVec3) -> Read<DVec3> {
@@ -134,17 +139,17 @@ impl<'a> Geometry<'a> {
                 self.axis(third.optional(0), DVec3::Z)?,
                 self.axis(own.optional(0), DVec3::X)?,
             );
-            let frame = frame.ok_or_else(|| Trouble::new(id, "the axis of the transformation has no direction"))?;
+            let frame = frame.ok_or_else(|| Trouble::new(id, missing("an axis of the transformation", "direction")))?;
             let y = self.axis(own.optional(1), frame.y)?;
             // A mirror shows in the second axis.
             let y = if y.dot(frame.y) < 0.0 { -frame.y } else { frame.y };
             let scale = own.real(3).unwrap_or(1.0);
             if scale <= 0.0 {
-                return Err(Trouble::new(id, format!("a transformation that scales by {scale}")));
+                return Err(Trouble::new(id, measure("a transformation by a scale", scale, "")));
             }
             return Ok(affine(frame.x * scale, y * scale, frame.z * scale, frame.origin));
         }
-        Err(Trouble::new(id, format!("{} where a placement is needed", instance.keyword())))
+        Err(Trouble::new(id, StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a placement" }))
     }
 }
 

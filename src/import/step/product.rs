@@ -8,9 +8,9 @@ use super::kinds::{is_body, is_shapeless};
 use super::options::StepOptions;
 use super::place::Geometry;
 use super::style::Styles;
-use super::table::{Entity, MAX_DEPTH, Map, Read, Set, Table, Trouble};
+use super::table::{Entity, MAX_DEPTH, Map, Read, Set, Table, Trouble, missing};
 use super::units::Contexts;
-use crate::model::{Colour, Severity};
+use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
 
@@ -56,7 +56,8 @@ pub(super) struct Child {
 /// What is doubtful about an occurrence, or lost.
 pub(super) struct Doubt {
     pub(super) severity: Severity,
-    pub(super) trouble: Trouble,
+    pub(super) entity: u64,
+    pub(super) what: StepOutcome,
     /// The group that it would place.
     pub(super) group: Option<usize>,
 }
@@ -230,11 +231,7 @@ impl<'a> StructureBuilder<'a> {
             let own = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
             let (Some(parent), Some(child)) = (own.optional(3), own.optional(4)) else { continue };
             let (Some(&parent), Some(&child)) = (definitions.get(&parent), definitions.get(&child)) else {
-                self.lose(
-                    usage.id,
-                    None,
-                    Trouble::new(usage.id, "the product definition that it places is not in the file"),
-                );
+                self.lose(usage.id, None, &Trouble::new(usage.id, PlacementTrouble::NoDefinition));
                 continue;
             };
             let placement = placements.get(&usage.id).copied();
@@ -243,16 +240,15 @@ impl<'a> StructureBuilder<'a> {
                     match self.placed_by(relations, relation, parent, child) {
                         Ok(transform) => transform,
                         Err(trouble) => {
-                            self.lose(usage.id, Some(child), trouble);
+                            self.lose(usage.id, Some(child), &trouble);
                             continue;
                         }
                     }
                 }
                 // Nothing is stated that could be wrong.
                 _ => {
-                    let reason = "an occurrence without transformation stands at the origin";
-                    let trouble = Trouble::new(usage.id, reason);
-                    self.doubts.push(Doubt { severity: Severity::Warning, trouble, group: Some(child) });
+                    let (severity, what) = (Severity::Warning, StepOutcome::AtOrigin);
+                    self.doubts.push(Doubt { severity, entity: usage.id, what, group: Some(child) });
                     DAffine3::IDENTITY
                 }
             };
@@ -274,20 +270,19 @@ impl<'a> StructureBuilder<'a> {
                     let name = String::new();
                     self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
                 }
-                Err(trouble) => self.lose(relation, Some(child), trouble),
+                Err(trouble) => self.lose(relation, Some(child), &trouble),
             }
         }
     }
 
     /// Leaves out what `entity` places: where it belongs is not known, and anywhere else it would be wrong.
-    fn lose(&mut self, entity: u64, group: Option<usize>, trouble: Trouble) {
+    fn lose(&mut self, entity: u64, group: Option<usize>, trouble: &Trouble) {
         if let Some(group) = group {
             self.groups[group].placed = true;
             self.groups[group].misplaced = true;
         }
-        let cause = if trouble.entity == entity { String::new() } else { format!("#{}: ", trouble.entity) };
-        let reason = format!("an occurrence was left out: {cause}{}", trouble.reason);
-        self.doubts.push(Doubt { severity: Severity::Error, trouble: Trouble::new(entity, reason), group });
+        let what = StepOutcome::OccurrenceLeftOut(trouble.seen_from(entity));
+        self.doubts.push(Doubt { severity: Severity::Error, entity, what, group });
     }
 
     fn place(&mut self, parent: usize, child: Child) {
@@ -297,10 +292,9 @@ impl<'a> StructureBuilder<'a> {
 
     /// The motion from the child's coordinates to the parent's that a transformed relationship states.
     fn placed_by(&self, relations: &Relations, relation: u64, parent: usize, child: usize) -> Read<DAffine3> {
-        let &(first, second, operator) = relations
-            .moved
-            .get(&relation)
-            .ok_or_else(|| Trouble::new(relation, "an occurrence placed by a relationship without transformation"))?;
+        let &(first, second, operator) = relations.moved.get(&relation).ok_or_else(|| {
+            Trouble::new(relation, missing("an occurrence placed by a relationship", "transformation"))
+        })?;
         // The component comes first and the assembly second, but some writers swap them.
         let has = |group: usize, id: u64| self.groups[group].representations.contains(&id);
         let swapped = has(parent, first) && has(child, second) && !(has(child, first) && has(parent, second));
@@ -330,12 +324,19 @@ impl<'a> StructureBuilder<'a> {
                 for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("MAPPED_ITEM"))) {
                     match self.mapped(item, id) {
                         Ok((group, _)) if group == parent => {
-                            self.lose(item, None, Trouble::new(item, "it maps its own representation"));
+                            self.lose(
+                                item,
+                                None,
+                                &Trouble::new(
+                                    item,
+                                    StepTrouble::RefersToItself { what: "a representation that it maps" },
+                                ),
+                            );
                         }
                         Ok((_, Ok(child))) => self.place(parent, child),
-                        Ok((group, Err(trouble))) => self.lose(item, Some(group), trouble),
+                        Ok((group, Err(trouble))) => self.lose(item, Some(group), &trouble),
                         Err(_) if self.maps_supplemental(item) => {}
-                        Err(trouble) => self.lose(item, None, trouble),
+                        Err(trouble) => self.lose(item, None, &trouble),
                     }
                 }
             }
@@ -361,7 +362,7 @@ impl<'a> StructureBuilder<'a> {
                     let (solid, transform) = match self.replicated(item, id) {
                         Ok(found) => found,
                         Err(trouble) => {
-                            self.lose(item, None, trouble);
+                            self.lose(item, None, &trouble);
                             continue;
                         }
                     };
@@ -376,7 +377,7 @@ impl<'a> StructureBuilder<'a> {
                             let colour = self.styles.of(item);
                             self.place(parent, Child { group, entity: item, transform, name, colour });
                         }
-                        Err(trouble) => self.lose(item, Some(group), trouble),
+                        Err(trouble) => self.lose(item, Some(group), &trouble),
                     }
                 }
             }
@@ -396,7 +397,7 @@ impl<'a> StructureBuilder<'a> {
             transform = transform.and_then(|all| Ok(all * own_motion?));
             at = own.reference(0)?;
         }
-        Err(Trouble::new(item, "replicas of solids refer to one another in a circle or too deeply"))
+        Err(Trouble::new(item, StepTrouble::TooDeep { what: "replicas of solids" }))
     }
 
     /// The group that an item maps, and how.
@@ -408,7 +409,7 @@ impl<'a> StructureBuilder<'a> {
         let group = *self
             .owner
             .get(&source)
-            .ok_or_else(|| Trouble::new(item, format!("the mapped representation #{source} holds no bodies")))?;
+            .ok_or_else(|| Trouble::new(item, PlacementTrouble::NoBodies { representation: source }))?;
         let transform = || {
             let target = self.geometry(within).motion(own.reference(1)?)?;
             Ok(target * invert(self.geometry(source).motion(origin)?, item)?)
@@ -433,7 +434,7 @@ const PICTURES: [&str; 6] = [
 
 fn invert(motion: DAffine3, id: u64) -> Read<DAffine3> {
     let inverse = motion.inverse();
-    if inverse.is_finite() { Ok(inverse) } else { Err(Trouble::new(id, "a transformation that cannot be inverted")) }
+    if inverse.is_finite() { Ok(inverse) } else { Err(Trouble::new(id, PlacementTrouble::NotInvertible)) }
 }
 
 /// Relationships between representations.

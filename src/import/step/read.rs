@@ -7,7 +7,7 @@ use super::style::Styles;
 use super::text;
 use super::tree::Tree;
 use super::units::Contexts;
-use crate::model::{Diagnostic, DiagnosticKind, Model, Part, PartId, Severity};
+use crate::model::{Diagnostic, Model, Part, PartId, Severity, StepOutcome};
 use rayon::prelude::*;
 use std::io::Read as _;
 use std::path::Path;
@@ -78,23 +78,20 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     model.instances = tree.instances;
     diagnostics.extend(tree.diagnostics);
     if !contexts.stated && !model.parts.is_empty() {
-        let reason = "the file names no length unit; millimetres assumed".to_owned();
-        diagnostics.push(of_file(reason));
+        diagnostics.push(of_file(StepOutcome::NoUnit));
     }
     if styles.along_paths > 0 {
-        let reason = format!("{} colours that hold along paths of occurrences are not applied", styles.along_paths);
-        diagnostics.push(of_file(reason));
+        diagnostics.push(of_file(StepOutcome::PathColours { count: styles.along_paths }));
     }
     let lost = diagnostics.iter().any(|d| d.severity == Severity::Error);
     if !lost && model.parts.iter().all(|part| part.faces.is_empty()) {
-        let reason = format!("no faces among the file's {} instances", table.len());
-        diagnostics.push(of_file(reason));
+        diagnostics.push(of_file(StepOutcome::NoFaces { instances: table.len() }));
     }
     model.diagnostics = diagnostics;
     Ok(model)
 }
 
 /// A warning that concerns the file as a whole.
-fn of_file(reason: String) -> Diagnostic {
-    Diagnostic::new(Severity::Warning, DiagnosticKind::Read(reason))
+fn of_file(what: StepOutcome) -> Diagnostic {
+    Diagnostic::new(Severity::Warning, what)
 }

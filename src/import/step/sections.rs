@@ -5,7 +5,7 @@
 //! what uses them is told by its number. `SIGNATURE` sections are not verified. Several `DATA` sections are read as one. Values
 //! that another file or a constant states (`@n`, `#NAME`, `<resource>`) are read as unset.
 
-use crate::model::Severity;
+use crate::model::{Severity, StepOutcome};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ const BEFORE_DATA: [&[u8]; 3] = [b"ANCHOR", b"REFERENCE", b"SIGNATURE"];
 const END: &[u8] = b"END-ISO-10303-21";
 
 /// What was done to a text, and how much that may have cost.
-pub(super) type Done = (Severity, String);
+pub(super) type Done = (Severity, StepOutcome);
 
 /// Where the word `DATA` stands that opens the first data section, behind the header and the sections after it.
 pub(super) fn data_section(text: &[u8]) -> Option<usize> {
@@ -106,25 +106,20 @@ pub(super) fn cut_behind_end(text: &mut Vec<u8>, at: usize) -> Option<Done> {
     }
     let signed = has_word(text, end, b"SIGNATURE");
     text.truncate(end);
-    Some(if signed {
-        (Severity::Note, "a signature was not verified".to_owned())
-    } else {
-        (Severity::Warning, "text behind the end of the file was left out".to_owned())
-    })
+    Some(if signed { (Severity::Note, StepOutcome::Signature) } else { (Severity::Warning, StepOutcome::BehindEnd) })
 }
 
 /// Makes a plain file of one of edition 3: blanks the sections that are not read and what joins several data sections. `None`
 /// if there is nothing of the kind.
-pub(super) fn settle(text: &mut [u8]) -> Option<Done> {
+pub(super) fn settle(text: &mut [u8]) -> Option<Vec<Done>> {
     let mut done = Vec::new();
-    let mut worst = Severity::Note;
     let data = data_section(text)?;
     let joints = joints(text, data);
     for (from, to) in &joints {
         blank(&mut text[*from..*to]);
     }
     if !joints.is_empty() {
-        done.push("data sections were read as one, without their names".to_owned());
+        done.push((Severity::Note, StepOutcome::DataSections));
     }
     let values = names_of_values(text, data);
     for (from, to) in &values {
@@ -132,10 +127,10 @@ pub(super) fn settle(text: &mut [u8]) -> Option<Done> {
         text[*from] = b'$';
     }
     if !values.is_empty() {
-        worst = Severity::Warning;
-        done.push(format!("{} values that are stated elsewhere (@n, #NAME) were read as unset", values.len()));
+        let what = StepOutcome::ForeignValues { count: values.len(), form: "@n, #NAME" };
+        done.push((Severity::Warning, what));
     }
-    (!done.is_empty()).then(|| (worst, done.join("; ")))
+    (!done.is_empty()).then_some(done)
 }
 
 /// What stands between two data sections, and the parameters of the first one.

@@ -8,7 +8,7 @@ use super::kinds::{
 use super::style::Styles;
 use super::table::{Entity, MAX_DEPTH, Read, Set, Table, Trouble};
 use super::units::Units;
-use crate::model::{Colour, ShellKind};
+use crate::model::{Colour, ShellKind, StepTrouble};
 use std::collections::BTreeMap;
 
 /// Gathers shells and remembers what is taken, so that leftovers can be found.
@@ -110,7 +110,7 @@ impl<'a> Gather<'a> {
             // One primitive is a solid; what several make is refused there.
             let root = self.table.get(item.fields("CSG_SOLID", 1).reference(0)?)?;
             if root.is("CSG_SOLID") {
-                return Err(Trouble::new(item.id, "a CSG_SOLID of a CSG_SOLID"));
+                return Err(Trouble::new(item.id, StepTrouble::RefersToItself { what: "a CSG_SOLID" }));
             }
             if self.take(item.id, into) {
                 let known = into.bodies.len();
@@ -120,12 +120,10 @@ impl<'a> Gather<'a> {
         } else if item.is("SOLID_REPLICA") {
             // The product structure places it, like an occurrence of its parent.
             self.taken.insert(item.id);
-        } else if let Some(reason) = refused(item) {
+        } else if let Some(why) = refused(item) {
             self.operands(item, 0);
-            let operator = item.fields("BOOLEAN_RESULT", 1).keyword(0);
-            let operator = if operator.is_empty() { String::new() } else { format!(" ({operator})") };
-            let reason = format!("the body of type {}{operator} is not read: {reason}", item.keyword());
-            return Err(Trouble::new(item.id, reason));
+            let operator = item.fields("BOOLEAN_RESULT", 1).keyword(0).to_owned();
+            return Err(Trouble::new(item.id, StepTrouble::BodyNotRead { keyword: item.keyword(), operator, why }));
         } else if let Some(kind) = BodyKind::of(item) {
             if kind == BodyKind::Tessellated && self.annotations.contains(&item.id) {
                 self.taken.insert(item.id);
@@ -143,7 +141,7 @@ impl<'a> Gather<'a> {
                 into.shells.push(ShellUse { kind: ShellKind::Open, entity: item.id, faces, colour, units });
             }
         } else if !is_shapeless(item) && !self.annotations.contains(&item.id) && self.take(item.id, into) {
-            return Err(Trouble::new(item.id, format!("items of type {} are not read", item.keyword())));
+            return Err(Trouble::new(item.id, StepTrouble::NotRead { what: "items", keyword: item.keyword() }));
         }
         Ok(())
     }
@@ -200,7 +198,7 @@ impl<'a> Gather<'a> {
             colour = self.styles.of(shell.id).or(colour);
         }
         if !is_shell(shell) {
-            return Err(Trouble::new(id, format!("{} where a shell is needed", shell.keyword())));
+            return Err(Trouble::new(id, StepTrouble::WrongType { keyword: shell.keyword(), wanted: "a shell" }));
         }
         // Two bodies may be bounded by one shell; each gets its faces.
         self.take(shell.id, into);
@@ -241,8 +239,8 @@ impl<'a> Gather<'a> {
                 }
                 Ok(item) if is_shapeless(item) => {}
                 Ok(item) => {
-                    let reason = format!("elements of type {} of a geometric set are not read", item.keyword());
-                    self.unread.push((Trouble::new(element, reason), units));
+                    let what = StepTrouble::NotRead { what: "elements of geometric sets", keyword: item.keyword() };
+                    self.unread.push((Trouble::new(element, what), units));
                 }
                 Err(trouble) => self.unread.push((trouble, units)),
             }

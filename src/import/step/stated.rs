@@ -2,7 +2,7 @@
 
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::curve::Carrier;
-use crate::model::{Frame3, NurbsCurve3, Severity, Surface};
+use crate::model::{Frame3, NurbsCurve3, Severity, StepOutcome, Surface};
 use glam::DVec3;
 
 /// Where a face's boundary is.
@@ -24,7 +24,7 @@ pub(super) struct Stated {
     /// Whether its normal is opposite to the stated surface's.
     pub(super) turned: bool,
     /// What was not taken word for word, and how doubtful that is.
-    pub(super) note: Option<(Severity, String)>,
+    pub(super) note: Option<(Severity, StepOutcome)>,
 }
 
 impl Stated {

@@ -5,9 +5,11 @@ use super::place::Geometry;
 use super::replica::Similarity;
 use super::spline;
 use super::stated::{Reach, Reached, Stated, reaching};
-use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble};
+use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, measure, missing};
 use super::turned;
-use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Severity, Surface};
+use crate::model::{
+    CurveTrouble, Frame3, NurbsCurve3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface,
+};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -25,13 +27,13 @@ impl Geometry<'_> {
     pub(super) fn surface(&self, id: u64, reach: Reach<'_>, depth: usize) -> Read<Stated> {
         let instance = self.get(id)?;
         if depth >= MAX_DEPTH {
-            return Err(Trouble::new(id, "surfaces refer to one another too deeply"));
+            return Err(Trouble::new(id, StepTrouble::TooDeep { what: "surfaces" }));
         }
         let length = self.units.length;
         let frame = || self.frame(instance.fields("ELEMENTARY_SURFACE", 1).reference(0)?);
         let radius = |own: Fields<'_>, i: usize| -> Read<f64> {
             let r = own.real(i)? * length;
-            if r > 0.0 { Ok(r) } else { Err(Trouble::new(id, format!("a radius of {r}"))) }
+            if r > 0.0 { Ok(r) } else { Err(Trouble::new(id, measure("a radius", r, "mm"))) }
         };
         if instance.is("PLANE") {
             Ok(Stated::exact(Surface::Plane { frame: frame()? }))
@@ -47,7 +49,7 @@ impl Geometry<'_> {
             let own = instance.fields("TOROIDAL_SURFACE", 2);
             let (major, minor) = (own.real(0)? * length, radius(own, 1)?);
             if major < 0.0 {
-                return Err(Trouble::new(id, format!("a torus of major radius {major}")));
+                return Err(Trouble::new(id, measure("a torus with a major radius", major, "mm")));
             }
             let frame = frame()?;
             // A torus that only touches its axis has one part and one point there; rounded radii must not make it two.
@@ -68,7 +70,7 @@ impl Geometry<'_> {
             let base = self.surface(own.reference(0)?, reach, depth + 1)?;
             let distance = own.real(1)? * length * if base.turned { -1.0 } else { 1.0 };
             let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
-                .map_err(|reason| Trouble::new(id, reason))?;
+                .map_err(|what| Trouble::new(id, what))?;
             let note = note.map(|note| (Severity::Note, note)).or(base.note);
             Ok(Stated { surface, turned: base.turned, note })
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
@@ -87,7 +89,7 @@ impl Geometry<'_> {
             let base = instance.fields("CURVE_BOUNDED_SURFACE", 1).reference(0)?;
             self.surface(base, reach, depth + 1)
         } else {
-            Err(Trouble::new(id, format!("surfaces of type {} are not read", instance.keyword())))
+            Err(Trouble::new(id, StepTrouble::NotRead { what: "surfaces", keyword: instance.keyword() }))
         }
     }
 
@@ -99,15 +101,13 @@ impl Geometry<'_> {
         let mut note = None;
         if half_angle.abs() >= FRAC_PI_2 && stated.abs() < 90.0 {
             half_angle = stated.to_radians();
-            let reason =
-                format!("a half angle of {stated} cannot be in the file's angle unit and was taken for degrees");
-            note = Some((Severity::Note, reason));
+            note = Some((Severity::Note, StepOutcome::Degrees { half_angle: stated }));
         }
         if radius < 0.0 || !(1e-12..FRAC_PI_2).contains(&half_angle.abs()) {
             if radius > 0.0 && half_angle.abs() < 1e-12 {
                 return Ok(Stated::exact(Surface::Cylinder { frame, radius }));
             }
-            return Err(Trouble::new(instance.id, format!("a cone of radius {radius} and half angle {stated}")));
+            return Err(Trouble::new(instance.id, StepTrouble::Cone { radius_mm: radius, half_angle: stated }));
         }
         Ok(Stated { surface: Surface::Cone { frame, radius, half_angle }, turned: false, note })
     }
@@ -116,7 +116,7 @@ impl Geometry<'_> {
         let own = instance.fields("SURFACE_OF_LINEAR_EXTRUSION", 1);
         let (swept, direction) = (own.reference(0)?, self.vector(own.reference(1)?)?);
         if direction == DVec3::ZERO {
-            return Err(Trouble::new(instance.id, "an extrusion without direction"));
+            return Err(Trouble::new(instance.id, missing("an extrusion", "direction")));
         }
         let curve = match self.bounded(swept, depth + 1) {
             Ok(curve) => curve,
@@ -125,7 +125,7 @@ impl Geometry<'_> {
                 (Carrier::Line { point, along }, same) => {
                     let along = if same { along } else { -along };
                     let frame = Frame3::from_axis(point, along.cross(direction), along)
-                        .ok_or_else(|| Trouble::new(instance.id, "a line extruded along itself"))?;
+                        .ok_or_else(|| Trouble::new(instance.id, CurveTrouble::AlongItself))?;
                     return Ok(Stated::exact(Surface::Plane { frame }));
                 }
                 (carrier, same) => {
@@ -168,11 +168,11 @@ impl Geometry<'_> {
         let mut count_v = 0;
         for row in rows {
             let step_io::parser::Attribute::List(row) = row else {
-                return Err(Trouble::new(id, "the control net is not a list of rows"));
+                return Err(Trouble::new(id, StepTrouble::Layout { what: "control points", wanted: "lists of rows" }));
             };
             let row = self.points(row.iter().filter_map(super::table::link))?;
             if count_v != 0 && row.len() != count_v {
-                return Err(Trouble::new(id, "rows of different lengths in the control net"));
+                return Err(Trouble::new(id, SplineTrouble::RowLengths));
             }
             count_v = row.len();
             points.extend(row);
@@ -193,7 +193,7 @@ impl Geometry<'_> {
             let mut weights = Vec::with_capacity(points.len());
             for row in instance.fields("RATIONAL_B_SPLINE_SURFACE", 8).list(0)? {
                 let step_io::parser::Attribute::List(row) = row else {
-                    return Err(Trouble::new(id, "the weights are not a list of rows"));
+                    return Err(Trouble::new(id, StepTrouble::Layout { what: "weights", wanted: "lists of rows" }));
                 };
                 weights.extend(row.iter().filter_map(super::table::number));
             }
@@ -213,9 +213,9 @@ fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
     let near = |a: usize, b: usize| net.points[a].distance(net.points[b]) <= tolerance;
     let rows = |a: usize, b: usize| (0..count_v).all(|j| near(a * count_v + j, b * count_v + j));
     let columns = |a: usize, b: usize| (0..count_u).all(|i| near(i * count_v + a, i * count_v + b));
-    let jumps = |axis: char| move |knot: f64| Trouble::new(id, format!("the surface jumps at {axis} = {knot}"));
-    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jumps('u'))?;
-    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jumps('v'))?;
+    let jumps = |axis: usize| move |knot: f64| Trouble::new(id, SplineTrouble::SurfaceJumps { axis, knot });
+    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jumps(0))?;
+    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jumps(1))?;
     if u.is_none() && v.is_none() {
         return Ok(());
     }

@@ -6,9 +6,10 @@ use super::gathered::Source;
 use super::kinds::{SWEEPS, profile};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Entity, Read, Trouble};
+use super::table::{Entity, Read, Trouble, measure, missing};
 use crate::model::{
-    Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
+    Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, SolidTrouble,
+    Surface, VertexId,
 };
 use glam::{DAffine3, DQuat, DVec3};
 use std::collections::HashMap;
@@ -36,15 +37,15 @@ impl Sweep {
     pub(super) fn read(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Self> {
         let entity = item.id;
         let name = SWEEPS.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
-        let profile = profile(item).ok_or_else(|| Trouble::new(entity, format!("a {name} of nothing")))?;
+        let profile = profile(item).ok_or_else(|| Trouble::new(entity, missing(format!("a {name}"), "profile")))?;
         let profile = if name.contains("AREA") { Source::Surface(profile) } else { Source::Face(profile) };
         let own = item.fields(name, 2);
         let motion = if name.starts_with("EXTRUDED") {
             let depth = own.real(1)? * geometry.units.length;
             let direction = geometry.direction(own.reference(0)?)?.try_normalize();
-            let along = direction.ok_or_else(|| Trouble::new(entity, "an extrusion without direction"))? * depth;
+            let along = direction.ok_or_else(|| Trouble::new(entity, missing("an extrusion", "direction")))? * depth;
             if along == DVec3::ZERO {
-                return Err(Trouble::new(entity, "an extrusion of no depth"));
+                return Err(Trouble::new(entity, missing("an extrusion", "depth")));
             }
             Motion::Along(along)
         } else {
@@ -54,7 +55,7 @@ impl Sweep {
             let axis = if angle < 0.0 { Frame3 { y: -axis.y, z: -axis.z, ..axis } } else { axis };
             let angle = angle.abs();
             if angle <= WHOLE || angle > TAU + WHOLE {
-                return Err(Trouble::new(entity, format!("a revolution by {angle} radians")));
+                return Err(Trouble::new(entity, measure("a revolution", angle, "radians")));
             }
             Motion::About { axis, angle: if TAU - angle <= WHOLE { TAU } else { angle } }
         };
@@ -63,29 +64,31 @@ impl Sweep {
 
     /// The solid that the only face of `profile` sweeps over.
     pub(super) fn solid(&self, profile: &Part) -> Read<Part> {
-        let fail = |reason: &str| Err(Trouble::new(self.entity, reason));
-        let Some(face) = profile.faces.first() else { return fail("nothing to sweep") };
-        let Surface::Plane { frame } = face.surface else { return fail("the swept face is not plane") };
+        let fail = |what: SolidTrouble| Err(Trouble::new(self.entity, what));
+        let Some(face) = profile.faces.first() else {
+            return Err(Trouble::new(self.entity, missing("a profile", "faces")));
+        };
+        let Surface::Plane { frame } = face.surface else { return fail(SolidTrouble::ProfileNotPlane) };
         let part = match self.motion {
             Motion::Along(along) => {
                 if along.dot(frame.z).abs() <= 1e-9 * along.length() {
-                    return fail("the profile is extruded along its own plane");
+                    return fail(SolidTrouble::AlongProfile);
                 }
                 extruded(profile, face, &frame, along)
             }
             Motion::About { axis, angle } => {
-                let Some(side) = side(profile, &axis) else { return fail("the whole profile lies on its axis") };
+                let Some(side) = side(profile, &axis) else { return fail(SolidTrouble::ProfileOnAxis) };
                 let across = frame.z.dot(side.cross(axis.z)).abs();
                 if across < 1.0 - 1e-6 {
-                    return fail("the axis is not in the plane of the profile");
+                    return fail(SolidTrouble::AxisOffPlane);
                 }
                 if profile.vertices.iter().any(|p| (*p - axis.origin).dot(side) < -1e-6 * reach(profile, &axis)) {
-                    return fail("the profile lies on both sides of its axis");
+                    return fail(SolidTrouble::AcrossAxis);
                 }
                 revolved(profile, face, &frame, &axis, angle, side)
             }
         };
-        part.finish().map_err(|error| Trouble::new(self.entity, error.to_string()))
+        part.finish().map_err(|error| Trouble::new(self.entity, error))
     }
 }
 

@@ -1,6 +1,8 @@
 //! Part 21 syntax trees to a table of instances addressed by number; typed access to their attributes.
 
+use crate::model::{StepCause, StepTrouble};
 use foldhash::fast::RandomState;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use step_io::parser::{Attribute, RawEntity, RawEntityPart};
 
@@ -14,21 +16,32 @@ pub(super) type Set<K> = HashSet<K, RandomState>;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Trouble {
     pub(super) entity: u64,
-    pub(super) reason: String,
+    /// Boxed, so that results stay small.
+    pub(super) what: Box<StepTrouble>,
 }
 
 impl Trouble {
-    pub(super) fn new(entity: u64, reason: impl Into<String>) -> Self {
-        Self { entity, reason: reason.into() }
+    pub(super) fn new(entity: u64, what: impl Into<StepTrouble>) -> Self {
+        Self { entity, what: Box::new(what.into()) }
     }
 
-    /// What is wrong, told of instance `id`.
-    pub(super) fn seen_from(&self, id: u64) -> String {
-        if self.entity == id { self.reason.clone() } else { format!("#{}: {}", self.entity, self.reason) }
+    /// The cause of a diagnostic of instance `id`.
+    pub(super) fn seen_from(&self, id: u64) -> StepCause {
+        StepCause { entity: (self.entity != id).then_some(self.entity), trouble: self.what.clone() }
     }
 }
 
 pub(super) type Read<T> = Result<T, Trouble>;
+
+/// That `what` has no `part`.
+pub(super) fn missing(what: impl Into<Cow<'static, str>>, part: &'static str) -> StepTrouble {
+    StepTrouble::Missing { what: what.into(), part }
+}
+
+/// That `what` measures `value`, which is out of its range.
+pub(super) fn measure(what: impl Into<Cow<'static, str>>, value: f64, unit: &'static str) -> StepTrouble {
+    StepTrouble::Measure { what: what.into(), value, unit }
+}
 
 /// How deep references of one kind may nest (curves in curves, surfaces in surfaces, shells in shells) before a file is
 /// taken for cyclic. Real files stay below 6.
@@ -98,8 +111,8 @@ impl Table {
     /// The instance that `id` names, or the trouble that it is missing.
     pub(super) fn get(&self, id: u64) -> Read<Entity<'_>> {
         self.find(id).ok_or_else(|| match self.elsewhere.get(&id) {
-            Some(place) => Trouble::new(id, format!("#{id} is in another file, {place}, which is not read")),
-            None => Trouble::new(id, format!("#{id} is referred to but not in the file")),
+            Some(place) => Trouble::new(id, StepTrouble::Elsewhere { entity: id, place: place.clone() }),
+            None => Trouble::new(id, StepTrouble::NotInFile { entity: id }),
         })
     }
 
@@ -211,8 +224,8 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    fn wrong(&self, index: usize, wanted: &str) -> Trouble {
-        Trouble::new(self.entity, format!("attribute {} of {} should be {wanted}", index + 1, self.name))
+    fn wrong(&self, index: usize, wanted: &'static str) -> Trouble {
+        Trouble::new(self.entity, StepTrouble::Attribute { keyword: self.name, number: index + 1, wanted })
     }
 
     pub(super) fn len(&self) -> usize {

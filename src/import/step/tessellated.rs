@@ -6,8 +6,10 @@
 
 use super::kinds::{HOLDERS, is_shapeless};
 use super::place::Geometry;
-use super::table::{Entity, Fields, MAX_DEPTH, Map, Read, Trouble};
-use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, Surface, VertexId};
+use super::table::{Entity, Fields, MAX_DEPTH, Map, Read, Trouble, missing};
+use crate::model::{
+    Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, SolidTrouble, StepTrouble, Surface, VertexId,
+};
 use glam::{DAffine3, DVec3};
 use std::collections::hash_map::Entry;
 use step_io::parser::Attribute;
@@ -24,13 +26,13 @@ pub(super) fn triangles(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<(Part
     mesh.holder(geometry, item, &DAffine3::IDENTITY, 0)?;
     if mesh.triangles.is_empty() {
         let first = mesh.lost.into_iter().next();
-        let flat = if mesh.splits > 0 { " that have an area" } else { "" };
-        let none = || Trouble::new(item.id, format!("{} without triangles{flat}", item.keyword()));
+        let part = if mesh.splits > 0 { "triangles that have an area" } else { "triangles" };
+        let none = || Trouble::new(item.id, missing(item.keyword(), part));
         return Err(first.map_or_else(none, |(trouble, _)| trouble));
     }
     let kind = if item.is("TESSELLATED_SOLID") { ShellKind::Outer } else { ShellKind::Open };
     let lost = std::mem::take(&mut mesh.lost);
-    let part = mesh.part(kind).map_err(|error| Trouble::new(item.id, error.to_string()))?;
+    let part = mesh.part(kind).map_err(|error| Trouble::new(item.id, error))?;
     Ok((part, lost))
 }
 
@@ -58,7 +60,7 @@ impl Mesh {
     /// Adds what a holder holds, or a face that stands by itself.
     fn holder(&mut self, geometry: &Geometry<'_>, item: Entity<'_>, place: &DAffine3, depth: usize) -> Read<()> {
         if depth >= MAX_DEPTH {
-            return Err(Trouble::new(item.id, "tessellated items hold one another too deeply"));
+            return Err(Trouble::new(item.id, StepTrouble::TooDeep { what: "tessellated items" }));
         }
         let held: Vec<u64> = match HOLDERS.into_iter().find(|name| item.is(name)) {
             Some(name) => item.fields(name, 1).links(0)?.collect(),
@@ -81,7 +83,7 @@ impl Mesh {
                     // Curves and points may stand beside the faces.
                     Ok(())
                 } else {
-                    Err(Trouble::new(id, format!("tessellated faces of type {} are not read", face.keyword())))
+                    Err(Trouble::new(id, StepTrouble::NotRead { what: "tessellated faces", keyword: face.keyword() }))
                 }
             });
             if let Err(trouble) = read {
@@ -136,8 +138,7 @@ impl Mesh {
             }
         }
         if bad > 0 {
-            let reason = format!("{bad} triangles whose corners are not among the coordinates");
-            self.lost.push((Trouble::new(face.id, reason), at));
+            self.lost.push((Trouble::new(face.id, SolidTrouble::Triangles { count: bad }), at));
         }
         good.into_iter().for_each(|triangle| self.triangle(triangle));
         Ok(())
@@ -231,7 +232,9 @@ impl Mesh {
 fn coordinates(geometry: &Geometry<'_>, id: u64, place: &DAffine3) -> Read<Vec<DVec3>> {
     let rows = geometry.get(id)?.fields("COORDINATES_LIST", 2).list(0)?;
     let point = |row: &Attribute| -> Read<DVec3> {
-        let Attribute::List(row) = row else { return Err(Trouble::new(id, "coordinates that are no lists")) };
+        let Attribute::List(row) = row else {
+            return Err(Trouble::new(id, StepTrouble::Layout { what: "coordinates", wanted: "lists" }));
+        };
         Ok(place.transform_point3(geometry.triple(row, id)? * geometry.units.length))
     };
     rows.iter().map(point).collect()
@@ -246,5 +249,5 @@ fn lists_of(own: Fields<'_>, index: usize, id: u64) -> Read<Vec<Vec<usize>>> {
             .collect()
     };
     let rows: Option<Vec<_>> = own.list(index)?.iter().map(numbers).collect();
-    rows.ok_or_else(|| Trouble::new(id, "triangles that are no lists of whole numbers"))
+    rows.ok_or_else(|| Trouble::new(id, StepTrouble::Layout { what: "triangles", wanted: "lists of whole numbers" }))
 }

@@ -6,7 +6,7 @@ use super::sections::{
     Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
 };
 use super::table::Table;
-use crate::model::{Diagnostic, DiagnosticKind, Severity};
+use crate::model::{Diagnostic, Severity, StepOutcome, SyntaxCut};
 use std::borrow::Cow;
 use step_io::{Error, parser};
 
@@ -32,32 +32,33 @@ pub(super) fn parse(
     }
     let mut text = &bytes[start..];
     if let Some(end) = end_of_signed(text) {
-        diagnostics.push(file_note(Severity::Note, "a signature was not verified".to_owned()));
+        diagnostics.push(file_note(Severity::Note, StepOutcome::Signature));
         text = &text[..end];
     }
     let mut text = Cow::Borrowed(text);
     let (sections, elsewhere) = without_extra(&mut text);
     if !sections.is_empty() {
-        diagnostics.push(file_note(Severity::Note, format!("sections passed over: {}", sections.join(", "))));
+        diagnostics.push(file_note(Severity::Note, StepOutcome::Sections { names: sections }));
     }
     if !elsewhere.is_empty() {
-        let reason = format!("{} instances of other files are referred to and not read", elsewhere.len());
-        diagnostics.push(file_note(Severity::Note, reason));
+        let what = StepOutcome::ForeignInstances { count: elsewhere.len() };
+        diagnostics.push(file_note(Severity::Note, what));
     }
     let resources = without_resources(&mut text);
     if resources > 0 {
-        let reason = format!("{resources} values that are stated elsewhere (<…>) were read as unset");
-        diagnostics.push(file_note(Severity::Warning, reason));
+        let what = StepOutcome::ForeignValues { count: resources, form: "<…>" };
+        diagnostics.push(file_note(Severity::Warning, what));
     }
     let mut cuts = 0;
     loop {
         let error = match parser::parse(&text[..]) {
             Ok(graph) => {
                 for warning in graph.warnings.iter().take(LISTED_WARNINGS) {
-                    diagnostics.push(file_note(Severity::Note, warning.to_string()));
+                    let what = StepOutcome::SyntaxRepaired { message: warning.to_string() };
+                    diagnostics.push(file_note(Severity::Note, what));
                 }
-                if let Some(more) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
-                    diagnostics.push(file_note(Severity::Note, format!("{more} more repairs of the syntax")));
+                if let Some(count) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
+                    diagnostics.push(file_note(Severity::Note, StepOutcome::MoreRepairs { count }));
                 }
                 return Ok(Table::new(graph.entities.into_values().collect(), elsewhere));
             }
@@ -66,10 +67,10 @@ pub(super) fn parse(
         if cuts == options.max_syntax_repairs {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         }
-        let Some((severity, reason)) = mend(text.to_mut(), &error) else {
+        let Some(done) = mend(text.to_mut(), &error) else {
             return Err(StepError::Syntax { message: error.to_string(), repairs: cuts });
         };
-        diagnostics.push(file_note(severity, reason));
+        diagnostics.extend(done.into_iter().map(|(severity, what)| file_note(severity, what)));
         cuts += 1;
     }
 }
@@ -96,19 +97,19 @@ fn entities_in(bytes: &[u8], limit: u64) -> u64 {
     count
 }
 
-fn file_note(severity: Severity, reason: String) -> Diagnostic {
-    Diagnostic::new(severity, DiagnosticKind::Read(reason))
+fn file_note(severity: Severity, what: StepOutcome) -> Diagnostic {
+    Diagnostic::new(severity, what)
 }
 
 /// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.
-fn mend(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
+fn mend(text: &mut Vec<u8>, error: &Error) -> Option<Vec<Done>> {
     // What only a later edition allows is no error.
-    settle(text).or_else(|| cut(text, error))
+    settle(text).or_else(|| Some(vec![cut(text, error)?]))
 }
 
 /// Cuts out what the parser stopped at.
 fn cut(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
-    let lost = |reason: String| (Severity::Error, reason);
+    let lost = |cut| (Severity::Error, StepOutcome::SyntaxCut { message: error.to_string(), cut });
     let at = match error {
         Error::Lex(lex) => lex.span.start,
         Error::UnexpectedToken { span, .. }
@@ -118,14 +119,14 @@ fn cut(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
         Error::MissingHeaderEntity { .. } => 0,
         Error::DuplicateEntityId { id, line, .. } => repeat_of(text, *id, *line)?,
         Error::UnexpectedEof { .. } => {
-            return close(text).then(|| lost(format!("{error}; the incomplete end was left out")));
+            return close(text).then(|| lost(SyntaxCut::End));
         }
         _ => return None,
     };
     let at = usize::try_from(at).ok()?.min(text.len());
     let data = data_section(text)?;
     if at < data {
-        return new_header(text).then(|| lost(format!("{error}; the header was left out")));
+        return new_header(text).then(|| lost(SyntaxCut::Header));
     }
     if let Some(done) = cut_behind_end(text, at) {
         return Some(done);
@@ -139,7 +140,7 @@ fn cut(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
             *byte = b' ';
         }
     }
-    Some(lost(format!("{error}; instance {number} was left out")))
+    Some(lost(SyntaxCut::Instance(number)))
 }
 
 /// The number of the instance that a stretch of text starts with.

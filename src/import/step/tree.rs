@@ -9,7 +9,7 @@ use super::shells::Gather;
 use super::style::Styles;
 use super::table::Table;
 use super::units::Contexts;
-use crate::model::{Colour, Diagnostic, DiagnosticKind, Instance, PartId, Severity};
+use crate::model::{Colour, Diagnostic, Instance, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
 
@@ -65,9 +65,9 @@ impl<'a> Tree<'a> {
             cyclic: HashSet::new(),
             diagnostics: Vec::new(),
         };
-        for Doubt { severity, trouble, group } in structure.doubts {
+        for Doubt { severity, entity, what, group } in structure.doubts {
             let place = group.and_then(|group| tree.somewhere(group));
-            tree.say(severity, trouble.entity, place, trouble.reason);
+            tree.say(severity, entity, place, what);
         }
         tree
     }
@@ -84,8 +84,8 @@ impl<'a> Tree<'a> {
         }
     }
 
-    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, reason: String) {
-        self.diagnostics.push(Diagnostic { entity, place, ..Diagnostic::new(severity, DiagnosticKind::Read(reason)) });
+    fn say(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, what: StepOutcome) {
+        self.diagnostics.push(Diagnostic { entity, place, ..Diagnostic::new(severity, what) });
     }
 
     /// A point of a group, in its own coordinates.
@@ -111,7 +111,7 @@ impl<'a> Tree<'a> {
         }
         for (trouble, units) in std::mem::take(&mut self.gather.unread) {
             let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
-            self.say(Severity::Error, trouble.entity, place, trouble.reason);
+            self.say(Severity::Error, trouble.entity, place, StepOutcome::LeftOut(*trouble.what));
         }
         self.tell_aside();
     }
@@ -133,8 +133,7 @@ impl<'a> Tree<'a> {
             let mut counts: BTreeMap<String, usize> = BTreeMap::new();
             for (item, keyword) in items {
                 if self.options.supplemental && self.table.find(item).is_some_and(is_endless) {
-                    let reason = format!("a {keyword} without bounds cannot be meshed and was left out");
-                    self.say(Severity::Warning, item, None, reason);
+                    self.say(Severity::Warning, item, None, StepOutcome::Endless { keyword });
                 } else {
                     *counts.entry(keyword).or_default() += 1;
                 }
@@ -142,10 +141,8 @@ impl<'a> Tree<'a> {
             if counts.is_empty() {
                 continue;
             }
-            let counts: Vec<String> = counts.into_iter().map(|(keyword, count)| format!("{count} {keyword}")).collect();
-            let why = if self.options.supplemental { "has no faces" } else { "was left out (see --supplemental)" };
-            let reason = format!("supplemental geometry {why}: {}", counts.join(", "));
-            self.say(Severity::Note, representation, None, reason);
+            let what = StepOutcome::Supplemental { left_out: !self.options.supplemental, counts };
+            self.say(Severity::Note, representation, None, what);
         }
     }
 
@@ -172,9 +169,8 @@ impl<'a> Tree<'a> {
             let child = self.groups[group].children[child].clone();
             if self.path.contains(&child.group) || self.path.len() >= MAX_ASSEMBLY_DEPTH {
                 if self.cyclic.insert((group, child.group)) {
-                    let name = &self.groups[group].name;
-                    let reason = format!("assembly '{name}' contains itself; that occurrence was left out");
-                    self.say(Severity::Error, child.entity, self.somewhere(child.group), reason);
+                    let what = StepOutcome::AssemblyCycle { assembly: self.groups[group].name.clone() };
+                    self.say(Severity::Error, child.entity, self.somewhere(child.group), what);
                 }
                 continue;
             }
@@ -193,11 +189,9 @@ impl<'a> Tree<'a> {
         let colour = self.gather_group(group, &mut gathered);
         let repeated = self.gather.repeated(&mut gathered);
         if repeated > 0 {
-            let name = &self.groups[group].name;
-            let reason =
-                format!("{repeated} tessellated items of '{name}' repeat its exact geometry and were left out");
+            let what = StepOutcome::Repeated { items: repeated, name: self.groups[group].name.clone() };
             let entity = self.groups[group].representations.first().copied().unwrap_or(0);
-            self.say(Severity::Note, entity, self.somewhere(group), reason);
+            self.say(Severity::Note, entity, self.somewhere(group), what);
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {

@@ -4,7 +4,7 @@ use super::place::Geometry;
 use super::spline;
 use super::stated::{Reached, Stated};
 use super::table::{Entity, Read, Trouble};
-use crate::model::{NurbsCurve3, NurbsSurface, Severity, Surface};
+use crate::model::{NurbsCurve3, NurbsSurface, Severity, StepOutcome, StepTrouble, Surface};
 
 impl Geometry<'_> {
     /// A surface that is a face by itself.
@@ -44,7 +44,10 @@ impl Geometry<'_> {
                 to += on.surface.period()[axis].unwrap_or(0.0);
             }
             if to <= from {
-                return Err(Trouble::new(instance.id, format!("a trim from {first} to {second}")));
+                return Err(Trouble::new(
+                    instance.id,
+                    StepTrouble::SurfaceTrim { range: (first, second), beyond: false },
+                ));
             }
             // More than there is would lie there twice.
             let most = match on.surface.period()[axis] {
@@ -53,11 +56,13 @@ impl Geometry<'_> {
             };
             let slack = 1e-6 * (to - from);
             if most.0 >= most.1 {
-                return Err(Trouble::new(instance.id, format!("a trim from {first} to {second}, beyond the surface")));
+                return Err(Trouble::new(
+                    instance.id,
+                    StepTrouble::SurfaceTrim { range: (first, second), beyond: true },
+                ));
             }
             if most.0 > from + slack || most.1 < to - slack {
-                let reason = format!("a trim from {first} to {second} reaches beyond the surface and ends with it");
-                note = Some((Severity::Warning, reason));
+                note = Some((Severity::Warning, StepOutcome::TrimBeyond { range: (first, second) }));
             }
             range[axis] = most;
         }

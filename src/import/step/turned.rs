@@ -4,7 +4,7 @@
 use super::curve::Carrier;
 use super::spline;
 use super::stated::{Reached, Stated, extent, reaching, widened};
-use crate::model::{Frame3, NurbsCurve3, Surface};
+use crate::model::{Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::{DVec2, DVec3};
 
 /// Share of the profile's size within which it meets the axis: axis directions are printed with as few as seven digits.
@@ -226,7 +226,7 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// Sheets that coincide (a circle turned about its diameter) are one: that of the profile's start. A profile with two ends
 /// keeps all of its sheets where the boundary lies on several of them; so does one whose face has no boundary. A closed one
 /// is refused there: nothing tells what of it is meant.
-pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Result<Stated, String> {
+pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Result<Stated, StepTrouble> {
     let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
     let pieces = cut_at_axis(curve, frame, ON_AXIS);
     if pieces.is_empty() {
@@ -251,11 +251,7 @@ pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Resu
         let (a, b) = curve.domain();
         let closed = curve.point(a).distance(curve.point(b)) <= same;
         if closed && !on.is_empty() {
-            let count = profiles.len();
-            return Err(format!(
-                "the turned curve is closed and meets its axis: the face's boundary does not tell which of its {count} sheets \
-                 it bounds"
-            ));
+            return Err(StepTrouble::Sheets { sheets: profiles.len() });
         }
         return Ok(stated);
     };

@@ -1,6 +1,7 @@
 //! Why a face cannot be used as stated.
 
 use super::region_error::RegionError;
+use super::step::StepCause;
 use crate::model::{SurfaceError, TrimError};
 use glam::{DVec2, DVec3};
 use std::fmt;
@@ -12,7 +13,7 @@ pub enum FaceError {
     /// The surface is unsound.
     Surface(SurfaceError),
     /// The surface was not read, for this reason.
-    Refused(String),
+    Refused(StepCause),
     /// The loops bound no region.
     Region(RegionError),
     /// Where the region must be cut the winding numbers of the loops do not add up, whatever the cuts.

@@ -4,6 +4,7 @@ use super::border::BorderTrouble;
 use super::face::FaceTrouble;
 use super::face_error::FaceError;
 use super::shell::ShellTrouble;
+use super::step::{StepOutcome, StepTrouble};
 use super::tile::TileTrouble;
 use super::wire::WireTrouble;
 use crate::model::PartId;
@@ -25,6 +26,8 @@ pub enum DiagnosticKind {
         /// How many parts there are.
         parts: usize,
     },
+    /// The STEP reader.
+    Step(StepOutcome),
     /// Prepare: a face.
     Face(FaceTrouble),
     /// Prepare: a face's wires.
@@ -40,13 +43,11 @@ pub enum DiagnosticKind {
         /// How many more tiles of the face are like it.
         others: u32,
     },
-    /// The reader, in words: will go.
-    Read(String),
 }
 
 codes!(DiagnosticKind {
-    Self::NoPart { .. } => "instance-without-part",
-    Self::Read(_) => "read";
+    Self::NoPart { .. } => "instance-without-part";
+    StepOutcome in Self::Step(step) => step,
     FaceTrouble in Self::Face(face) => face,
     WireTrouble in Self::Wire(wire) => wire,
     BorderTrouble in Self::Border(border) => border,
@@ -66,7 +67,7 @@ impl fmt::Display for DiagnosticKind {
             Self::Shell(shell) => shell.fmt(f),
             Self::Tile { first, others: 0 } => first.fmt(f),
             Self::Tile { first, others } => write!(f, "{first}; {others} more tiles like it"),
-            Self::Read(text) => f.write_str(text),
+            Self::Step(step) => step.fmt(f),
         }
     }
 }
@@ -81,7 +82,7 @@ macro_rules! from {
         })*
     };
 }
-from!(Face(FaceTrouble), Wire(WireTrouble), Border(BorderTrouble), Shell(ShellTrouble));
+from!(Step(StepOutcome), Face(FaceTrouble), Wire(WireTrouble), Border(BorderTrouble), Shell(ShellTrouble));
 
 impl From<TileTrouble> for DiagnosticKind {
     fn from(first: TileTrouble) -> Self {
@@ -95,6 +96,16 @@ impl DiagnosticKind {
     pub fn face_error(&self) -> Option<&FaceError> {
         match self {
             Self::Face(FaceTrouble::Unusable(error) | FaceTrouble::Filled { cause: error, .. }) => Some(error),
+            _ => None,
+        }
+    }
+
+    /// Why an instance of a STEP file was not read, also where prepare tells what came of it.
+    #[must_use]
+    pub fn step_trouble(&self) -> Option<&StepTrouble> {
+        match (self, self.face_error()) {
+            (Self::Step(step), _) => step.trouble(),
+            (_, Some(FaceError::Refused(cause))) => Some(&cause.trouble),
             _ => None,
         }
     }

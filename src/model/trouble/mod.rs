@@ -7,8 +7,13 @@ mod codes;
 
 mod face_error;
 mod region_error;
+mod step;
 pub use face_error::FaceError;
 pub use region_error::RegionError;
+pub use step::{
+    BodyRefusal, CurveTrouble, FitTrouble, PlacementTrouble, SolidTrouble, SplineTrouble, StepCause, StepOutcome,
+    StepTrouble, SyntaxCut,
+};
 
 mod trim;
 pub use trim::TrimTrouble;

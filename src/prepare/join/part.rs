@@ -14,8 +14,7 @@ use crate::model::{
 use crate::prepare::regions::boundary::{self, Boundary, boundary, is_closed, of_boundary};
 use crate::prepare::report::guard::{guarded, panic_message};
 use crate::prepare::report::told::Told;
-use crate::prepare::sew::sew;
-use crate::prepare::sew::sew::Sewn;
+use crate::prepare::sew::sewn::{Sewn, sew};
 use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::tiles::face;
 use crate::prepare::trims::free_edges;
@@ -51,7 +50,7 @@ pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
     let mut healings = Vec::new();
     let healed = heal::heal(&trimmed, size, &mut healings);
     let gap_edges = trimmed.edges.len()..healed.edges.len();
-    let (part, borders) = sew::sew(healed, &mut free, border_tolerance * size, &mut healings);
+    let (part, borders) = sew(healed, &mut free, border_tolerance * size, &mut healings);
     healings.sort_by_key(|h| h.face);
     // Edges of free trims come after the model's own, and what sewing makes of them after those.
     let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };

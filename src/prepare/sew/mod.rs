@@ -5,6 +5,6 @@ pub(super) mod carry;
 pub(super) mod nearest;
 pub(super) mod overlap;
 pub(super) mod pairs;
-pub(super) mod sew;
+pub(super) mod sewn;
 pub(super) mod thin;
 pub(super) mod uses;

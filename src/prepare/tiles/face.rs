@@ -134,8 +134,8 @@ impl<'a> Traced<'a> {
         free: Option<&'a Result<FreeFace, FaceError>>,
         size: f64,
     ) -> Result<Self, FaceError> {
-        if let Some(reason) = &face.refused {
-            return Err(FaceError::Refused(reason.clone()));
+        if let Some(cause) = &face.refused {
+            return Err(FaceError::Refused(cause.clone()));
         }
         // The fields of models are open, and NaN passes every comparison below.
         face.surface.check().map_err(FaceError::Surface)?;

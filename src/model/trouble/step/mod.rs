@@ -1,0 +1,22 @@
+//! What the STEP reader cannot read, and what it does then.
+
+mod spline;
+pub use spline::SplineTrouble;
+
+mod curve;
+pub use curve::CurveTrouble;
+
+mod fit;
+pub use fit::FitTrouble;
+
+mod solid;
+pub use solid::{BodyRefusal, SolidTrouble};
+
+mod placement;
+pub use placement::PlacementTrouble;
+
+mod trouble;
+pub use trouble::{StepCause, StepTrouble};
+
+mod outcome;
+pub use outcome::{StepOutcome, SyntaxCut};

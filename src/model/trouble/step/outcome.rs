@@ -1,0 +1,292 @@
+//! What the STEP reader did about what it cannot read, or read otherwise than stated.
+
+use super::trouble::{StepCause, StepTrouble};
+use crate::model::PartError;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// What was cut out of a text that breaks the syntax.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SyntaxCut {
+    /// An instance, by its number with the `#`.
+    Instance(String),
+    /// The header.
+    Header,
+    /// The incomplete end.
+    End,
+}
+
+/// What the STEP reader did about what it cannot read, or read otherwise than stated.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum StepOutcome {
+    /// An instance was left out.
+    LeftOut(StepTrouble),
+    /// A signature was not verified.
+    Signature,
+    /// Sections were skipped.
+    Sections {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// Instances of other files are referred to and not read.
+    ForeignInstances {
+        /// How many.
+        count: usize,
+    },
+    /// Values that are stated elsewhere were read as unset.
+    ForeignValues {
+        /// How many.
+        count: usize,
+        /// How they are written.
+        form: &'static str,
+    },
+    /// The parser repaired the syntax.
+    SyntaxRepaired {
+        /// What it says, with the line.
+        message: String,
+    },
+    /// The parser repaired the syntax in more places than are listed.
+    MoreRepairs {
+        /// How many.
+        count: usize,
+    },
+    /// Text that breaks the syntax was left out.
+    SyntaxCut {
+        /// What the parser says, with the line.
+        message: String,
+        /// What was left out.
+        cut: SyntaxCut,
+    },
+    /// Text behind the end of the file was left out.
+    BehindEnd,
+    /// Several data sections were read as one.
+    DataSections,
+    /// The file names no length unit; millimetres were assumed.
+    NoUnit,
+    /// Colours that hold along paths of occurrences are not applied.
+    PathColours {
+        /// How many.
+        count: usize,
+    },
+    /// The file has no faces.
+    NoFaces {
+        /// How many instances it has.
+        instances: usize,
+    },
+    /// A surface without bounds that was asked for was left out.
+    Endless {
+        /// Its type.
+        keyword: String,
+    },
+    /// Supplemental geometry is not part of a shape.
+    Supplemental {
+        /// Whether it was left out, because it was not asked for; else it has no faces.
+        left_out: bool,
+        /// How many items of each type.
+        counts: BTreeMap<String, usize>,
+    },
+    /// An assembly contains itself; that occurrence was left out.
+    AssemblyCycle {
+        /// The assembly's name.
+        assembly: String,
+    },
+    /// Tessellated items repeat exact geometry and were left out.
+    Repeated {
+        /// How many.
+        items: usize,
+        /// The name of what they repeat.
+        name: String,
+    },
+    /// An occurrence has no transformation and stands at the origin.
+    AtOrigin,
+    /// An occurrence was left out.
+    OccurrenceLeftOut(StepCause),
+    /// A face was left out.
+    FaceLeftOut(StepCause),
+    /// A body was left out.
+    BodyLeftOut(StepCause),
+    /// Something was left out of a body.
+    LeftOutOfBody(StepCause),
+    /// An inner loop was left out and its hole closed.
+    LoopLeftOut(StepCause),
+    /// An edge's curve was not read, and the edge became straight.
+    EdgeStraightened(StepCause),
+    /// Every loop runs against an edge: its vertices were exchanged.
+    VerticesExchanged,
+    /// Edges of a loop ran against it and were turned.
+    EdgesTurned,
+    /// A loop of edges without length was left out.
+    LoopWithoutLength,
+    /// An offset surface was approximated.
+    Approximated {
+        /// Its largest error, millimetres.
+        error_mm: f64,
+    },
+    /// A half angle cannot be in the file's unit and was taken for degrees.
+    Degrees {
+        /// The angle as stated.
+        half_angle: f64,
+    },
+    /// A trim reaches beyond its surface and ends with it.
+    TrimBeyond {
+        /// First and second parameter.
+        range: (f64, f64),
+    },
+    /// A face states no surface, and its bounds lie off their plane.
+    ImpliedPlane {
+        /// By how much, millimetres.
+        gap_mm: f64,
+    },
+    /// An edge ends off its vertex; its curve was pulled to the vertex.
+    EdgePulled {
+        /// By how much, millimetres.
+        gap_mm: f64,
+    },
+    /// The only vertex of a closed edge lay off the edge's curve; it was moved there.
+    VertexMoved {
+        /// How far off it lay, millimetres.
+        gap_mm: f64,
+    },
+    /// Edges end off their vertices.
+    EdgesOffVertices {
+        /// How many.
+        edges: usize,
+        /// By how much the worst does, millimetres.
+        gap_mm: f64,
+    },
+    /// The part that was read does not hold together.
+    PartUnsound(PartError),
+}
+
+codes!(StepOutcome {
+    Self::Signature => "step-signature",
+    Self::Sections { .. } => "step-sections-skipped",
+    Self::ForeignInstances { .. } => "step-foreign-instances",
+    Self::ForeignValues { .. } => "step-foreign-values",
+    Self::SyntaxRepaired { .. } => "step-syntax-repaired",
+    Self::MoreRepairs { .. } => "step-more-syntax-repairs",
+    Self::SyntaxCut { .. } => "step-syntax-cut",
+    Self::BehindEnd => "step-text-behind-end",
+    Self::DataSections => "step-data-sections-joined",
+    Self::NoUnit => "step-no-unit",
+    Self::PathColours { .. } => "step-path-colours",
+    Self::NoFaces { .. } => "step-no-faces",
+    Self::Endless { .. } => "step-surface-without-bounds",
+    Self::Supplemental { .. } => "step-supplemental",
+    Self::AssemblyCycle { .. } => "step-assembly-cycle",
+    Self::Repeated { .. } => "step-repeated-geometry",
+    Self::AtOrigin => "step-occurrence-at-origin",
+    Self::OccurrenceLeftOut(_) => "step-occurrence-left-out",
+    Self::FaceLeftOut(_) => "step-face-left-out",
+    Self::BodyLeftOut(_) => "step-body-left-out",
+    Self::LeftOutOfBody(_) => "step-left-out-of-body",
+    Self::LoopLeftOut(_) => "step-loop-left-out",
+    Self::EdgeStraightened(_) => "step-edge-straightened",
+    Self::VerticesExchanged => "step-vertices-exchanged",
+    Self::EdgesTurned => "step-edges-turned",
+    Self::LoopWithoutLength => "step-loop-without-length",
+    Self::Approximated { .. } => "step-offset-approximated",
+    Self::Degrees { .. } => "step-angle-in-degrees",
+    Self::TrimBeyond { .. } => "step-trim-beyond-surface",
+    Self::ImpliedPlane { .. } => "step-implied-plane",
+    Self::EdgePulled { .. } => "step-edge-pulled",
+    Self::VertexMoved { .. } => "step-vertex-moved",
+    Self::EdgesOffVertices { .. } => "step-edges-off-vertices",
+    Self::PartUnsound(_) => "step-part-unsound";
+    StepTrouble in Self::LeftOut(trouble) => trouble
+});
+
+impl StepOutcome {
+    /// Why an instance was not read, where that is what there is to tell.
+    #[must_use]
+    pub fn trouble(&self) -> Option<&StepTrouble> {
+        match self {
+            Self::LeftOut(trouble) => Some(trouble),
+            Self::OccurrenceLeftOut(cause)
+            | Self::FaceLeftOut(cause)
+            | Self::BodyLeftOut(cause)
+            | Self::LeftOutOfBody(cause)
+            | Self::LoopLeftOut(cause)
+            | Self::EdgeStraightened(cause) => Some(&cause.trouble),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for StepOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LeftOut(trouble) => trouble.fmt(f),
+            Self::Signature => write!(f, "a signature was not verified"),
+            Self::Sections { names } => write!(f, "sections skipped: {}", names.join(", ")),
+            Self::ForeignInstances { count } => {
+                write!(f, "{count} instances of other files are referred to and not read")
+            }
+            Self::ForeignValues { count, form } => {
+                write!(f, "{count} values that are stated elsewhere ({form}) were read as unset")
+            }
+            Self::SyntaxRepaired { message } => f.write_str(message),
+            Self::MoreRepairs { count } => write!(f, "{count} more repairs of the syntax"),
+            Self::SyntaxCut { message, cut } => match cut {
+                SyntaxCut::Instance(number) => write!(f, "{message}; instance {number} was left out"),
+                SyntaxCut::Header => write!(f, "{message}; the header was left out"),
+                SyntaxCut::End => write!(f, "{message}; the incomplete end was left out"),
+            },
+            Self::BehindEnd => write!(f, "text behind the end of the file was left out"),
+            Self::DataSections => write!(f, "data sections were read as one, without their names"),
+            Self::NoUnit => write!(f, "the file names no length unit; millimetres assumed"),
+            Self::PathColours { count } => {
+                write!(f, "{count} colours that hold along paths of occurrences are not applied")
+            }
+            Self::NoFaces { instances } => write!(f, "no faces among the file's {instances} instances"),
+            Self::Endless { keyword } => write!(f, "a {keyword} without bounds cannot be meshed and was left out"),
+            Self::Supplemental { left_out, counts } => {
+                let counts: Vec<String> = counts.iter().map(|(keyword, count)| format!("{count} {keyword}")).collect();
+                let why = if *left_out { "was left out (see --supplemental)" } else { "has no faces" };
+                write!(f, "supplemental geometry {why}: {}", counts.join(", "))
+            }
+            Self::AssemblyCycle { assembly } => {
+                write!(f, "assembly '{assembly}' contains itself; that occurrence was left out")
+            }
+            Self::Repeated { items, name } => {
+                write!(f, "{items} tessellated items of '{name}' repeat its exact geometry and were left out")
+            }
+            Self::AtOrigin => write!(f, "an occurrence without transformation stands at the origin"),
+            Self::OccurrenceLeftOut(cause) => write!(f, "an occurrence was left out: {cause}"),
+            Self::FaceLeftOut(cause) => write!(f, "face left out: {cause}"),
+            Self::BodyLeftOut(cause) => write!(f, "body left out: {cause}"),
+            Self::LeftOutOfBody(cause) => write!(f, "left out of the body: {cause}"),
+            Self::LoopLeftOut(cause) => write!(f, "an inner loop was left out and its hole closed: {cause}"),
+            Self::EdgeStraightened(cause) => {
+                write!(f, "an edge's curve was not read, and the edge became straight: {cause}")
+            }
+            Self::VerticesExchanged => {
+                write!(f, "every loop runs against the edge: its vertices were exchanged, which makes it the other arc")
+            }
+            Self::EdgesTurned => write!(f, "edges of a loop ran against it and were turned"),
+            Self::LoopWithoutLength => write!(f, "a loop of edges without length was left out"),
+            Self::Approximated { error_mm } => write!(f, "offset surface approximated within {error_mm:.2e} mm"),
+            Self::Degrees { half_angle } => {
+                write!(f, "a half angle of {half_angle} cannot be in the file's angle unit and was taken for degrees")
+            }
+            Self::TrimBeyond { range: (first, second) } => {
+                write!(f, "a trim from {first} to {second} reaches beyond the surface and ends with it")
+            }
+            Self::ImpliedPlane { gap_mm } => {
+                write!(f, "the face states no surface; its bounds lie up to {gap_mm:.3e} mm off their plane")
+            }
+            Self::EdgePulled { gap_mm } => {
+                write!(f, "an edge ends {gap_mm:.3e} mm off its vertex; its curve was pulled to the vertex")
+            }
+            Self::VertexMoved { gap_mm } => {
+                write!(f, "the only vertex of a closed edge lies {gap_mm:.3e} mm off its curve; it was moved there")
+            }
+            Self::EdgesOffVertices { edges, gap_mm } => {
+                write!(f, "{edges} edges end off their vertices, this one by {gap_mm:.3e} mm")
+            }
+            Self::PartUnsound(error) => write!(f, "the part does not hold together: {error}"),
+        }
+    }
+}
