@@ -26,7 +26,7 @@ use crate::prepare::Prepared;
 /// A view whose numbers are no camera's (not finite, no direction, no size) gives as coarse a plan, which says so in
 /// [`Plan::shortfall`].
 ///
-/// Cost: as [`plan`](super::plan()), and about 20 ns for each box of each instance.
+/// Cost: as [`plan`](crate::frame::plan()), and about 20 ns for each box of each instance.
 #[must_use]
 pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
     plan_for_view_within(prepared, view, &PlanLimits::DEFAULT)

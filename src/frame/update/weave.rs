@@ -41,7 +41,7 @@ pub(crate) struct Changed<'a> {
     pub(crate) from: &'a [u32],
 }
 
-/// Work space of [`Weave::patch`]; leaves no trace in results.
+/// Work space of [`Weave::update`]; leaves no trace in results.
 #[derive(Default)]
 pub(crate) struct WeaveScratch {
     /// Which tessellant each old one is now.

@@ -1,4 +1,4 @@
-//! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) to a [`Model`]; syntax by the crate `step-io`.
+//! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) to a [`Model`](crate::model::Model); syntax by the crate `step-io`.
 //!
 //! The steps are the files of this folder: `sections` passes over sections without data, `text` parses (and cuts out what
 //! breaks the syntax), `table` gives typed access to instances, `units` and `place` turn numbers into millimetres and frames,

@@ -17,6 +17,7 @@ use crate::prepare::report::told::Told;
 use crate::prepare::sew::sewn::{Sewn, sew};
 use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::tiles::face;
+use crate::prepare::tiles::traced;
 use crate::prepare::trims::free_edges;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::wires::chain::{Chain, summed};
@@ -310,7 +311,7 @@ impl Maker<'_> {
     fn tell(&mut self, face: usize, severity: Severity, told: Told) {
         let stated = &self.part.faces[face];
         let Told { edge, place, what: kind } = told;
-        let place = place.or_else(|| face::somewhere(&self.part, stated));
+        let place = place.or_else(|| traced::somewhere(&self.part, stated));
         let (part, entity, face) = (Some(self.id), stated.entity, Some(FaceId::new(face)));
         self.diagnostics.push(Diagnostic { severity, part, face, edge, entity, place, kind });
     }
@@ -435,7 +436,7 @@ impl Maker<'_> {
                 part: Some(self.id),
                 face: t.volume.is_none().then(|| FaceId::new(t.face)),
                 entity: stated.entity,
-                place: face::somewhere(&self.part, stated),
+                place: traced::somewhere(&self.part, stated),
                 ..Diagnostic::new(severity, kind)
             });
         }

@@ -205,65 +205,15 @@ fn band(
     if let Some(l) = loops.iter().find(|l| l.winding[across] != 0) {
         return Err(RegionError::Winding { winding: l.winding });
     }
-    let lower = if axis == 0 { 1 } else { -1 };
-    // A loop may go round more than once: it crosses itself then, and the winding numbers say what it keeps.
-    let is_lower = |l: &UvLoop| l.winding[axis].signum() == lower;
-    let (mut round, mut inner): (Vec<UvLoop>, Vec<UvLoop>) = loops.drain(..).partition(|l| l.winding[axis] != 0);
-    let mean = |l: &UvLoop| {
-        let p = l.polyline();
-        p.iter().map(|q| q[across]).sum::<f64>() / p.len() as f64
-    };
-    let (lo, hi) = projector.domain[across];
-    let mut ends = [lo, hi].map(|x| if projector.period[across].is_some() { f64::NAN } else { x });
-    if let Some(p) = projector.period[across] {
-        if round.len() != 2 {
-            return Err(RegionError::OneSided { loops: round.len() });
-        }
-        if turn && is_lower(&round[0]) == is_lower(&round[1]) {
-            round[1].reverse();
-        }
-        round.sort_by_key(|l| !is_lower(l));
-        let up = (mean(&round[1]) - mean(&round[0])).rem_euclid(p) - (mean(&round[1]) - mean(&round[0]));
-        let mut by = DVec2::ZERO;
-        by[across] = up;
-        round[1].shift(by);
+    let (mut round, inner): (Vec<UvLoop>, Vec<UvLoop>) = loops.drain(..).partition(|l| l.winding[axis] != 0);
+    let ends = if let Some(period) = projector.period[across] {
+        pair_up(&mut round, axis, period, turn)?;
+        [f64::NAN; 2]
     } else {
-        round.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
-        // A pole ends the surface as well (the apex of a cone).
-        let (first, last) = (mean(&round[0]), mean(&round[round.len() - 1]));
-        for p in projector.poles.iter().filter(|p| p.axis == across) {
-            if p.at < first {
-                ends[0] = ends[0].max(p.at);
-            } else if p.at > last {
-                ends[1] = ends[1].min(p.at);
-            }
-        }
-        let sides: Vec<bool> = round.iter().map(is_lower).collect();
-        let fits = |first_is_lower: bool| sides.iter().enumerate().all(|(k, &s)| s == (first_is_lower == (k % 2 == 0)));
-        let possible = |first_is_lower: bool| {
-            let last_is_lower = first_is_lower == (round.len() % 2 == 1);
-            (first_is_lower || ends[0].is_finite()) && (!last_is_lower || ends[1].is_finite())
-        };
-        let named = named_pole.map(|k| &projector.poles[k]).filter(|p| p.axis == across && round.len() == 1);
-        let first_is_lower = match (fits(true) && possible(true), fits(false) && possible(false)) {
-            // A vertex loop says which end of the surface is kept.
-            _ if named.is_some_and(|p| possible(p.at > first)) => named.is_some_and(|p| p.at > first),
-            (true, _) => true,
-            (_, true) => false,
-            // The stated orientation cannot be: the one that closes without the surface's own ends is right.
-            _ if round.len() % 2 == 0 => true,
-            _ if possible(true) => true,
-            _ if possible(false) => false,
-            _ => return Err(RegionError::OneSided { loops: round.len() }),
-        };
-        for (k, l) in round.iter_mut().enumerate() {
-            if turn && is_lower(l) != (first_is_lower == (k % 2 == 0)) {
-                l.reverse();
-            }
-        }
-    }
+        stack(&mut round, axis, named_pole, projector, turn)?
+    };
     let mut bounds = loops_box(&round);
-    let to_ends = [!round.first().is_none_or(is_lower), round.last().is_some_and(is_lower)];
+    let to_ends = [!round.first().is_none_or(|l| is_lower(l, axis)), round.last().is_some_and(|l| is_lower(l, axis))];
     if to_ends[0] {
         bounds[across].0 = ends[0];
     }
@@ -271,12 +221,12 @@ fn band(
         bounds[across].1 = ends[1];
     }
     if !bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite()) {
-        // Loops that were not turned may ask for an end where there is none.
+        // Loops that run as stated may need an end that the surface does not have.
         return Err(RegionError::OneSided { loops: round.len() });
     }
-    // Kept once beyond the low end if the surface ends there; else such that nothing is kept beyond either end, or once
-    // beyond the high one if the surface ends there.
-    let rise: i32 = round.iter().map(|l| l.winding[axis] * lower).sum();
+    // The winding number below the low end is 1 if the surface ends there. Else it is such that no side beyond an end is
+    // kept, or the one beyond the high end once if the surface ends there.
+    let rise: i32 = round.iter().map(|l| l.winding[axis] * lower(axis)).sum();
     let base = if to_ends[0] { 1 } else { (i32::from(to_ends[1]) - rise).min(0) };
     let is_pole =
         |x: f64| projector.poles.iter().any(|p| p.axis == across && (p.at - x).abs() <= 1e-9 * (1.0 + x.abs()));
@@ -284,22 +234,103 @@ fn band(
     let unbounded = (0..2).find(|&k| to_ends[k] && !is_pole(border[k])).map(|k| (across, border[k]));
     let period = projector.period[axis].ok_or(RegionError::OneSided { loops: round.len() })?;
     bounds[axis] = (bounds[axis].0, bounds[axis].0 + period);
-    // Loops that do not go round are holes.
-    for l in &mut inner {
-        if turn && area2(&l.polyline()) > 0.0 {
-            l.reverse();
-        }
-        if let Some(p) = projector.period[across] {
-            let c = l.pieces[0].start()[across];
-            let mut by = DVec2::ZERO;
-            by[across] = p * ((0.5 * (bounds[across].0 + bounds[across].1) - c) / p).round();
-            l.shift(by);
-        }
-    }
-    round.append(&mut inner);
+    round.extend(inner.into_iter().map(|l| hole(l, across, bounds[across], projector, turn)));
     let mut wraps = [false, false];
     wraps[axis] = true;
     Ok(Region { loops: round, wraps, bounds, base, unbounded })
+}
+
+/// Sign of the winding along `axis` of a loop that bounds a band from below.
+fn lower(axis: usize) -> i32 {
+    if axis == 0 { 1 } else { -1 }
+}
+
+/// Whether a loop bounds a band from below. One that goes round more than once crosses itself; winding numbers decide what it keeps.
+fn is_lower(l: &UvLoop, axis: usize) -> bool {
+    l.winding[axis].signum() == lower(axis)
+}
+
+/// Mean of a loop's points in direction `axis`.
+fn mean(l: &UvLoop, axis: usize) -> f64 {
+    let points = l.polyline();
+    points.iter().map(|q| q[axis]).sum::<f64>() / points.len() as f64
+}
+
+/// Puts the two loops that bound a band of a surface that is periodic across it in order: the lower one, and the other less
+/// than a period above it.
+fn pair_up(round: &mut [UvLoop], axis: usize, period: f64, turn: bool) -> Result<(), RegionError> {
+    let across = 1 - axis;
+    let [first, second] = round else { return Err(RegionError::OneSided { loops: round.len() }) };
+    if turn && is_lower(first, axis) == is_lower(second, axis) {
+        second.reverse();
+    }
+    round.sort_by_key(|l| !is_lower(l, axis));
+    let rise = mean(&round[1], across) - mean(&round[0], across);
+    let mut by = DVec2::ZERO;
+    by[across] = rise.rem_euclid(period) - rise;
+    round[1].shift(by);
+    Ok(())
+}
+
+/// Orders the loops that go round a surface that is not periodic across them, turns them so that they bound from below and
+/// from above in turn, and returns where the surface ends on both sides.
+fn stack(
+    round: &mut [UvLoop],
+    axis: usize,
+    named_pole: Option<usize>,
+    projector: &Projector<'_>,
+    turn: bool,
+) -> Result<[f64; 2], RegionError> {
+    let across = 1 - axis;
+    let (lo, hi) = projector.domain[across];
+    let mut ends = [lo, hi];
+    round.sort_by(|a, b| mean(a, across).total_cmp(&mean(b, across)));
+    // A pole ends the surface as well (the apex of a cone).
+    let (first, last) = (mean(&round[0], across), mean(&round[round.len() - 1], across));
+    for p in projector.poles.iter().filter(|p| p.axis == across) {
+        if p.at < first {
+            ends[0] = ends[0].max(p.at);
+        } else if p.at > last {
+            ends[1] = ends[1].min(p.at);
+        }
+    }
+    let sides: Vec<bool> = round.iter().map(|l| is_lower(l, axis)).collect();
+    let fits = |first_is_lower: bool| sides.iter().enumerate().all(|(k, &s)| s == (first_is_lower == (k % 2 == 0)));
+    let possible = |first_is_lower: bool| {
+        let last_is_lower = first_is_lower == (round.len() % 2 == 1);
+        (first_is_lower || ends[0].is_finite()) && (!last_is_lower || ends[1].is_finite())
+    };
+    let named = named_pole.map(|k| &projector.poles[k]).filter(|p| p.axis == across && round.len() == 1);
+    let first_is_lower = match (fits(true) && possible(true), fits(false) && possible(false)) {
+        // A vertex loop says which end of the surface is kept.
+        _ if named.is_some_and(|p| possible(p.at > first)) => named.is_some_and(|p| p.at > first),
+        (true, _) => true,
+        (_, true) => false,
+        // The stated orientation cannot be: the one that closes without the surface's own ends is right.
+        _ if round.len() % 2 == 0 => true,
+        _ if possible(true) => true,
+        _ if possible(false) => false,
+        _ => return Err(RegionError::OneSided { loops: round.len() }),
+    };
+    for (k, l) in round.iter_mut().enumerate() {
+        if turn && is_lower(l, axis) != (first_is_lower == (k % 2 == 0)) {
+            l.reverse();
+        }
+    }
+    Ok(ends)
+}
+
+/// A loop that does not go round is a hole: it runs clockwise, in the period nearest to the band.
+fn hole(mut l: UvLoop, across: usize, (low, high): (f64, f64), projector: &Projector<'_>, turn: bool) -> UvLoop {
+    if turn && area2(&l.polyline()) > 0.0 {
+        l.reverse();
+    }
+    if let Some(period) = projector.period[across] {
+        let mut by = DVec2::ZERO;
+        by[across] = period * ((0.5 * (low + high) - l.pieces[0].start()[across]) / period).round();
+        l.shift(by);
+    }
+    l
 }
 
 /// The poles at the ends of the region's box, by axis and side (0 low, 1 high).

@@ -1,0 +1,112 @@
+//! Tiles and borders of an arrangement, in natural parameters -> the same in the parameters of the patches.
+
+use super::arrangement::{Arranged, ArrangedTile, Border, GridNode, LoopStretch};
+use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse};
+use super::grid::{Grid, LineCrossing};
+use crate::model::AxisMap;
+use crate::prepare::regions::trace::Passages;
+use crate::prepare::surface::decompose::BezierPatches;
+use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
+use crate::prepare::uv::uv_loop::Along;
+use glam::DVec2;
+
+/// The tiles of an arrangement.
+pub(super) fn tiles(arranged: &Arranged, maps: &[AxisMap; 2]) -> Vec<DraftTile> {
+    let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
+    let tile = |t: &ArrangedTile| DraftTile {
+        min: to_patch(t.min),
+        max: to_patch(t.max),
+        loops: t.loops.iter().map(|l| l.iter().map(|s| stretch(s, &arranged.borders, maps)).collect()).collect(),
+        entangled: t.layered,
+    };
+    arranged.tiles.iter().map(tile).collect()
+}
+
+fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
+    match s {
+        LoopStretch::Edge { edge, from, to, samples } => {
+            // It ends on the cuts that end it. Between samples the images of natural and of NURBS parameters differ by what
+            // both may be off; what lies that near to a cut (the break of a neighbour's cut) would be beyond it.
+            let (low, high, last) = (from.min(*to), from.max(*to), samples.len() - 1);
+            let ends = |k: usize| match k {
+                0 if samples[0].t < low => UvSample::at(&samples[0], &samples[1], low),
+                _ if k == last && samples[last].t > high => UvSample::at(&samples[last - 1], &samples[last], high),
+                _ => samples[k],
+            };
+            let samples: Box<[UvSample]> = (0..=last)
+                .map(ends)
+                .map(|s| UvSample {
+                    t: s.t,
+                    uv: DVec2::new(maps[0].to_nurbs(s.uv.x), maps[1].to_nurbs(s.uv.y)),
+                    d: DVec2::new(s.d.x * maps[0].rate(s.uv.x), s.d.y * maps[1].rate(s.uv.y)),
+                })
+                .collect();
+            DraftUse { along: DraftAlong::Edge(*edge), from: *from, to: *to, uv: UvCurve::Hermite(samples) }
+        }
+        LoopStretch::Border { border, reversed, at } => {
+            let b = &borders[*border];
+            let run = &maps[1 - b.axis];
+            let (lo, hi) = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
+            let (from, to) = if *reversed { (hi, lo) } else { (lo, hi) };
+            let uv = UvCurve::Iso { axis: u8::from(b.axis == 1), at: maps[b.axis].to_nurbs(*at) };
+            #[allow(clippy::cast_possible_truncation, reason = "a face has far fewer borders")]
+            DraftUse { along: DraftAlong::Border(*border as u32), from, to, uv }
+        }
+    }
+}
+
+/// What a face's borders are made from.
+pub(super) struct BorderMaker<'a> {
+    pub(super) arranged: &'a Arranged,
+    pub(super) grid: &'a Grid,
+    pub(super) projector: &'a Projector<'a>,
+    pub(super) patches: &'a BezierPatches,
+    pub(super) maps: &'a [AxisMap; 2],
+    pub(super) creases: &'a [Vec<f64>; 2],
+    pub(super) passages: &'a Passages,
+}
+
+impl BorderMaker<'_> {
+    pub(super) fn make(&self, b: &Border) -> DraftBorder {
+        let run = &self.maps[1 - b.axis];
+        let range = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
+        let at = self.maps[b.axis].to_nurbs(b.at);
+        let pole_end = |pole: usize| {
+            let point = self.projector.poles[pole].point;
+            // Where an edge runs through the pole, its tessellant there is the pole for all faces.
+            let passing = self.passages.iter().find_map(|(&edge, stops)| {
+                stops.iter().find(|stop| stop.1 == point).map(|stop| DraftEnd::OnEdge(edge, stop.0))
+            });
+            passing.unwrap_or(DraftEnd::Point(point))
+        };
+        let shape = match b.pole {
+            Some(pole) => DraftShape::Pole(pole_end(pole)),
+            None => DraftShape::Curve(self.patches.iso_curve(b.axis, at, range)),
+        };
+        let ends = b.nodes.map(|node| match node {
+            GridNode::Pole(pole) => pole_end(pole),
+            GridNode::LineCrossing(k) => match self.arranged.crossings[k] {
+                LineCrossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
+                LineCrossing { along: Along::Pole(pole), .. } => pole_end(pole),
+            },
+            GridNode::Corner(i, j) => {
+                let (pole, crossing) =
+                    (self.arranged.pole_corners.get(&(i, j)), self.arranged.crossed_corners.get(&(i, j)));
+                match (pole, crossing.map(|&k| &self.arranged.crossings[k])) {
+                    (Some(&pole), _) | (_, Some(&LineCrossing { along: Along::Pole(pole), .. })) => pole_end(pole),
+                    (_, Some(&LineCrossing { along: Along::Edge(e), t, .. })) => DraftEnd::OnEdge(e, t),
+                    _ => {
+                        let (u, v) = (
+                            self.maps[0].to_nurbs(self.grid.lines[0][i]),
+                            self.maps[1].to_nurbs(self.grid.lines[1][j]),
+                        );
+                        DraftEnd::Point(self.patches.point(u, v))
+                    }
+                }
+            }
+        });
+        let creases = self.creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
+        DraftBorder { shape, range, ends, creases }
+    }
+}

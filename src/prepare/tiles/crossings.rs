@@ -1,0 +1,87 @@
+//! Tiles of a face -> the parameters without which coarse polylines would cross, and where their loops meet themselves.
+
+use super::critical::critical;
+use super::draft::DraftTile;
+use super::joints::Joiner;
+use super::meeting::{fold, touching};
+use crate::model::{AxisMap, FaceTrouble, Part};
+use crate::prepare::regions::mend::Tangle;
+use crate::prepare::report::told::Told;
+use crate::prepare::uv::pcurve::Projector;
+use glam::{DVec2, DVec3};
+
+/// How the loops of a face's tiles meet.
+#[derive(Default)]
+pub(super) struct Crossings {
+    /// Parameters of B-rep edges that every polyline has: critical ones, and where two edges meet.
+    pub(super) breaks: Vec<(u32, f64)>,
+    /// Those of them at which two edges meet, and the point that both have there.
+    pub(super) joints: Vec<(u32, f64, DVec3)>,
+    /// The pairs of B-rep edges that meet; none where not all meetings are known.
+    pub(super) tangles: Vec<Tangle>,
+    /// How many critical parameters and meetings there are.
+    pub(super) critical: usize,
+    pub(super) meetings: usize,
+    /// The first place where a boundary crosses or overlaps itself.
+    pub(super) crossed: Option<Told>,
+    /// The first tile whose meetings are too many to be known.
+    pub(super) scribble: Option<Told>,
+}
+
+impl Crossings {
+    /// Marks tiles whose loops meet as entangled. `exact`: loops that come from free trims, which are known to be apart.
+    pub(super) fn of(
+        part: &Part,
+        tiles: &mut [DraftTile],
+        exact: bool,
+        maps: &[AxisMap; 2],
+        projector: &Projector<'_>,
+    ) -> Self {
+        let mut out = Self::default();
+        for tile in tiles {
+            out.add(part, tile, exact, maps, projector);
+        }
+        if out.scribble.is_some() {
+            // Meetings that are not known cannot be mended.
+            out.tangles.clear();
+        }
+        out.tangles.retain(|tangle| tangle.iter().all(|side| (side.0 as usize) < part.edges.len()));
+        out
+    }
+
+    fn add(&mut self, part: &Part, tile: &mut DraftTile, exact: bool, maps: &[AxisMap; 2], projector: &Projector<'_>) {
+        let before = self.breaks.len();
+        let (meetings, all) = critical(tile, exact, &mut self.breaks);
+        self.critical += self.breaks.len() - before;
+        self.meetings += meetings.len();
+        if exact && all {
+            // Free trims were told apart already, touching ones too.
+            return;
+        }
+        let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
+        for m in &meetings {
+            let ends = join.ends(m).map(|(edge, t, _)| (edge, t));
+            self.tangles.push(ends);
+            self.breaks.extend(ends);
+            self.joints.extend(join.joint(m));
+        }
+        let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings) };
+        // Loops that only touch may wind twice as well.
+        let folded = folded.or_else(|| fold(tile, &touching(tile)));
+        let middle = || projector.point(middle(tile, maps));
+        if tile.entangled || folded.is_some() {
+            let place = folded.map_or_else(middle, |m| join.ends(&m)[0].2);
+            self.crossed.get_or_insert(Told::new(Some(place), FaceTrouble::Crosses));
+        }
+        if !all && self.scribble.is_none() {
+            self.scribble = Some(Told::new(Some(middle()), FaceTrouble::Scribble));
+        }
+        tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
+    }
+}
+
+/// Middle of a tile in natural parameters.
+fn middle(tile: &DraftTile, maps: &[AxisMap; 2]) -> DVec2 {
+    let middle = 0.5 * (tile.min + tile.max);
+    DVec2::new(maps[0].to_natural(middle.x), maps[1].to_natural(middle.y))
+}

@@ -1,0 +1,109 @@
+//! A surface and the box of its tiles -> Bézier patches over it, their bounds and creases; refuses what has no area.
+
+use super::arrangement::ArrangedTile;
+use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
+use crate::prepare::surface::arc_bounds;
+use crate::prepare::surface::decompose::BezierPatches;
+use crate::prepare::surface::tables::SurfaceBounds;
+use glam::{DVec2, DVec3};
+
+/// A surface over the box of a face's tiles.
+pub(super) struct Patched {
+    pub(super) patches: BezierPatches,
+    pub(super) bounds: SurfaceBounds,
+    /// From natural parameters to those of the patches.
+    pub(super) maps: [AxisMap; 2],
+    /// Parameters of the patches where the tangent breaks.
+    pub(super) creases: [Vec<f64>; 2],
+}
+
+impl Patched {
+    /// Refuses a box or a surface over it that has no area, or none that `f64` resolves.
+    pub(super) fn over(surface: &Surface, tiles: &[ArrangedTile]) -> Result<Self, FaceError> {
+        let low = tiles.iter().fold(DVec2::INFINITY, |low, tile| low.min(tile.min));
+        let high = tiles.iter().fold(DVec2::NEG_INFINITY, |high, tile| high.max(tile.max));
+        for axis in 0..2 {
+            let extent = high[axis] - low[axis];
+            if !(extent > 0.0 && extent.is_finite()) {
+                return Err(FaceError::Thin { axis, extent });
+            }
+        }
+        let (nurbs, maps) = surface.to_nurbs((low.x, high.x), (low.y, high.y));
+        let box_u = (maps[0].to_nurbs(low.x), maps[0].to_nurbs(high.x));
+        let box_v = (maps[1].to_nurbs(low.y), maps[1].to_nurbs(high.y));
+        let patches = BezierPatches::over(&nurbs, box_u, box_v);
+        let bounds = arc_bounds::analytic(surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
+        check_area(&patches, &bounds, high - low)?;
+        let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
+        Ok(Self { patches, bounds, maps, creases })
+    }
+}
+
+/// Whether patches over a box of parameters, `size` wide, have an area that `f64` resolves.
+fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> Result<(), FaceError> {
+    let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
+    let reach = speed * size;
+    let coordinates =
+        patches.control.iter().fold(0.0_f64, |most, c| most.max((c.truncate() / c.w).abs().max_element()));
+    if !(reach.is_finite() && coordinates.is_finite()) {
+        return Err(FaceError::TooLarge { coordinates_mm: coordinates });
+    }
+    // By its own size: what else the part contains is not its fault.
+    if reach.min_element() <= 1e-12 * reach.max_element() || is_curve(patches) {
+        return Err(FaceError::NoArea { size_mm: reach.max_element() });
+    }
+    if reach.min_element() <= f64::EPSILON * coordinates {
+        return Err(FaceError::Unresolved { size_mm: reach.min_element(), coordinates_mm: coordinates });
+    }
+    Ok(())
+}
+
+/// Whether both derivatives point the same way everywhere that is looked at: then the surface runs along one curve.
+fn is_curve(patches: &BezierPatches) -> bool {
+    /// Places per piece and direction. One that has area ends the search, so only surfaces without cost more than one.
+    const PLACES: usize = 5;
+    /// Sine of an angle that is rounding.
+    const PARALLEL: f64 = 1e-9;
+    let places = |breaks: &[f64]| -> Vec<f64> {
+        let share = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+        breaks.windows(2).flat_map(|w| (0..PLACES).map(move |k| w[0] + (w[1] - w[0]) * share(k))).collect()
+    };
+    let vs = places(&patches.breaks_v);
+    places(&patches.breaks_u).into_iter().flat_map(|u| vs.iter().map(move |&v| (u, v))).all(|(u, v)| {
+        let d = patches.derivatives(u, v);
+        d.du.cross(d.dv).length() <= PARALLEL * d.du.length() * d.dv.length()
+    })
+}
+
+/// Parameters where the tangent across a knot of full multiplicity breaks.
+fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
+    /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
+    const BREAK: f64 = 1e-3;
+    /// Share of the longest tangent along a knot below which one is rounding: on a pole it has no direction.
+    const NO_TANGENT: f64 = 1e-9;
+    let (knots, degree, breaks, across) = if axis == 0 {
+        (&nurbs.knots_u, nurbs.degree_u, &patches.breaks_u, &patches.breaks_v)
+    } else {
+        (&nurbs.knots_v, nurbs.degree_v, &patches.breaks_v, &patches.breaks_u)
+    };
+    let tangent = |x: f64, y: f64| {
+        let d = if axis == 0 { patches.derivatives(x, y) } else { patches.derivatives(y, x) };
+        if axis == 0 { d.du } else { d.dv }
+    };
+    // A crease may be as short as one piece: three places of each, and the end.
+    let places = across.windows(2).flat_map(|w| [0.0, 1.0, 2.0].map(|third| w[0] + (w[1] - w[0]) * third / 3.0));
+    let places: Vec<f64> = places.chain(across.last().copied()).collect();
+    let is_crease = |k: usize| {
+        let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
+        let sides: Vec<[DVec3; 2]> =
+            places.iter().map(|&y| [-step, step].map(|step| tangent(breaks[k] + step, y))).collect();
+        let longest = sides.as_flattened().iter().map(|t| t.length()).fold(0.0, f64::max);
+        let has_tangent = |t: &DVec3| t.length() > NO_TANGENT * longest;
+        sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && a.angle_between(*b) > BREAK)
+    };
+    (1..breaks.len() - 1)
+        .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)
+        .filter(|&k| is_crease(k))
+        .map(|k| breaks[k])
+        .collect()
+}

@@ -1,0 +1,154 @@
+//! One face of a model -> the images of its loops, one after the other over the surface.
+
+use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError};
+use crate::prepare::regions::trace::{Passages, trace_loop};
+use crate::prepare::report::told::Told;
+use crate::prepare::surface::decompose::BezierSpline3;
+use crate::prepare::trims::free_faces::FreeFace;
+use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::uv_loop::{Along, UvLoop};
+use crate::prepare::wires::order::Given;
+use glam::DVec3;
+
+/// A point of a face: its first vertex, or the middle of a surface kept whole.
+pub(crate) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
+    let vertex = boundary_points(part, face).find(|p| p.is_finite());
+    vertex.or_else(|| {
+        let middle = face.surface.natural_domain().map(|(a, b)| 0.5 * (a + b));
+        let point = middle.iter().all(|x| x.is_finite()).then(|| face.surface.point(middle[0], middle[1]));
+        point.filter(|p| p.is_finite() && !face.lost)
+    })
+}
+
+/// Share of a face's size by which its edges may miss its surface at all. The image of an edge further away is noise: it
+/// bounds nothing, and resolving its crossings can take minutes. Nearer ones bound what they do when seen along the normals.
+const LOST_SHARE: f64 = 0.25;
+
+/// A face whose loops are followed over its surface: what every way to prepare it starts from.
+pub(super) struct Traced<'a> {
+    pub(super) part: &'a Part,
+    pub(super) face: &'a Face,
+    pub(super) free: Option<&'a Result<FreeFace, FaceError>>,
+    pub(super) projector: Projector<'a>,
+    pub(super) passages: Passages,
+    /// Size of the face.
+    pub(super) extent: f64,
+    pub(super) loops: Vec<UvLoop>,
+    /// The pole at which the file puts a vertex loop.
+    pub(super) named_pole: Option<usize>,
+    /// Largest distance between edges and surface.
+    pub(super) gap: f64,
+    pub(super) notes: Vec<FaceTrouble>,
+    pub(super) repairs: Vec<Told>,
+}
+
+impl<'a> Traced<'a> {
+    /// `free`: what became of the face's free trims, if it has any. `size`: that of a face without edges.
+    pub(super) fn of(
+        part: &'a Part,
+        face: &'a Face,
+        free: Option<&'a Result<FreeFace, FaceError>>,
+        size: f64,
+    ) -> Result<Self, FaceError> {
+        if let Some(cause) = &face.refused {
+            return Err(FaceError::Refused(cause.clone()));
+        }
+        // The fields of models are open, and NaN passes every comparison below.
+        face.surface.check().map_err(FaceError::Surface)?;
+        if !boundary_points(part, face).all(DVec3::is_finite) {
+            return Err(RegionError::NotFinite.into());
+        }
+        let extent = face_extent(part, face).unwrap_or(size);
+        let mut projector = Projector::new(&face.surface, 1e-6 * extent);
+        let passages = passages(part, face, &projector);
+        projector.adopt(boundary_points(part, face));
+        if let Some(Ok(free)) = free {
+            let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
+                Along::Edge(edge) => Some(&part.edges[edge as usize]),
+                Along::Pole(_) => None,
+            });
+            projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
+        }
+        projector.adopt(passages.values().flatten().map(|p| p.1));
+        let loops = Vec::with_capacity(face.loops.len());
+        let (notes, repairs) = (Vec::new(), Vec::new());
+        let mut out =
+            Self { part, face, free, projector, passages, extent, loops, named_pole: None, gap: 0.0, notes, repairs };
+        out.trace()?;
+        Ok(out)
+    }
+
+    fn trace(&mut self) -> Result<(), FaceError> {
+        let part = self.part;
+        let mut given = Given::default();
+        for l in &self.face.loops {
+            match l {
+                Loop::Edges(coedges) => {
+                    if !given.is_first(coedges) {
+                        let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
+                        self.repairs.push(Told::new(place, FaceTrouble::LoopTwice));
+                        continue;
+                    }
+                    let (traced, miss) = trace_loop(part, coedges, &self.projector, &mut self.gap, &self.passages)?;
+                    self.loops.push(traced);
+                    self.notes.extend(miss.map(|gap_mm| FaceTrouble::LoopMissesStart { gap_mm }));
+                }
+                Loop::Vertex(v) => self.named_pole = self.projector.pole_at(part.vertices[v.index()]),
+            }
+        }
+        let near = self.gap <= LOST_SHARE * self.extent;
+        if !near {
+            return Err(FaceError::OffSurface { gap_mm: self.gap, extent_mm: self.extent });
+        }
+        Ok(())
+    }
+}
+
+/// The B-rep vertices on a face's boundary.
+fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = DVec3> + 'a {
+    face.loops.iter().flat_map(move |l| {
+        let (coedges, single): (&[Coedge], _) = match l {
+            Loop::Edges(coedges) => (coedges, None),
+            Loop::Vertex(v) => (&[], Some(*v)),
+        };
+        let ends = |c: &Coedge| part.edges.get(c.edge.index()).map(|e| [e.start, e.end]);
+        let vertices = coedges.iter().filter_map(ends).flatten().chain(single);
+        vertices.filter_map(|v| part.vertices.get(v.index()).copied())
+    })
+}
+
+/// Where edges of a face run through poles.
+fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
+    let mut out = Passages::new();
+    if projector.poles.is_empty() {
+        return out;
+    }
+    for l in &face.loops {
+        let Loop::Edges(coedges) = l else { continue };
+        for c in coedges {
+            let edge = &part.edges[c.edge.index()];
+            let stops = projector.pole_passages(edge);
+            if !stops.is_empty() {
+                let curve = BezierSpline3::new(&edge.curve, edge.range);
+                out.insert(c.edge.0, stops.into_iter().map(|t| (t, curve.point(t))).collect());
+            }
+        }
+    }
+    out
+}
+
+/// Diagonal of the box of the face's edges; none for a face without edges.
+fn face_extent(part: &Part, face: &Face) -> Option<f64> {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for l in &face.loops {
+        if let Loop::Edges(coedges) = l {
+            for p in coedges.iter().flat_map(|c| &part.edges[c.edge.index()].curve.points) {
+                low = low.min(*p);
+                high = high.max(*p);
+            }
+        }
+    }
+    let d = (high - low).length();
+    (d.is_finite() && d > 0.0).then_some(d)
+}
