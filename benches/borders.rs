@@ -1,5 +1,5 @@
-//! Cost of preparing bicubic patches without topology, side by side on a square, per patch: with common borders found, and with
-//! none looked for. What lies between is the cost of finding them.
+//! Cost per patch of preparing adjacent bicubic patches without topology on a square, with and without the search for
+//! common borders. The difference is the cost of the search.
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine3, DVec3};

@@ -1,8 +1,8 @@
-//! Cost of free trims, from curves to edges and tiles, against the size of the crowd.
+//! Cost of free trims, from curves to edges and tiles, by the number of elements.
 //!
 //! * `holes/*`: round holes in one patch;
 //! * `segments/*`: segments of one polyline, a flower;
-//! * `crossings/*`: lines across each other, by the number of points where they meet.
+//! * `crossings/*`: lines across each other, by the number of their intersections.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine3, DVec2, DVec3};
@@ -44,7 +44,7 @@ fn segments(count: usize) -> Vec<TrimCurve> {
     vec![TrimCurve::polygon((0..count).map(corner).collect())]
 }
 
-/// As many lines across as along.
+/// The same number of lines in both directions.
 fn grid(points: usize) -> Vec<TrimCurve> {
     let side = (points as f64).sqrt() as usize;
     let at = |k: usize| (k as f64 + 0.5) / side as f64;

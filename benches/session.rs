@@ -1,5 +1,5 @@
-//! What a moving camera costs beside its tiles and with them: plans from nothing and plans that follow the view, and whole frames of
-//! a session, by how far the camera turns from one to the next (views of a whole turn, or at rest).
+//! Cost of a moving camera: plans without history, plans that follow the view, and whole frames of a session. By how
+//! far the camera turns per frame (views per full turn, or at rest).
 #![allow(missing_docs, reason = "criterion's macro makes a public function")]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -12,7 +12,7 @@ use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
-/// Views of a whole turn; none is a camera at rest.
+/// Views per full turn; `None` is a camera at rest.
 const STEPS: [Option<usize>; 4] = [None, Some(3600), Some(360), Some(36)];
 
 fn models() -> impl Iterator<Item = (&'static str, Arc<Prepared>)> {
@@ -22,7 +22,7 @@ fn models() -> impl Iterator<Item = (&'static str, Arc<Prepared>)> {
     })
 }
 
-/// Views around a model, again and again.
+/// Views around a model, endlessly.
 struct Turn {
     views: Vec<View>,
     next: usize,
@@ -64,7 +64,7 @@ fn plans(c: &mut Criterion) {
     }
 }
 
-/// Takes everything and keeps nothing.
+/// Accepts everything and keeps nothing.
 struct Nowhere;
 
 impl MeshSink for Nowhere {

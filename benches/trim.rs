@@ -1,7 +1,7 @@
 //! Cost of the trim triangulation per tessellant.
 //!
-//! * `lattice/*`: 32 x 32 cells, sweeping the length of segments in cells;
-//! * `one_cell/*`: planes, that is, tiles of one cell, sweeping the number of tessellants, without and with holes;
+//! * `lattice/*`: 32 x 32 cells, by the length of segments in cells;
+//! * `one_cell/*`: planes (tiles of one cell), by the number of tessellants, without and with holes;
 //! * `cylinder/*`: tiles of one row;
 //! * `reference/*`: the whole-tile reference on the first tile, for comparison.
 

@@ -1,13 +1,13 @@
-//! What it costs to patch a tile up, beside making it from nothing, by the share of its boundary that changes; and for a lattice
-//! by the share of its lines that come and go.
+//! Cost of updating a tile incrementally, vs tessellating it without history: by the fraction of its boundary that
+//! changes, and for a lattice by the fraction of its lines that come and go.
 //!
-//! * `plane/*`: the plane of the brake assembly with the most tessellants: a share of its edges gets a quarter more tessellants, and
-//!   loses them again;
-//! * `plane, few/*`: the same of one with at most 96 tessellants;
-//! * `edges/*`: the tile of the trimmed teapot with the most of them, its lattice as it is;
-//! * `lines/*`: that tile, where a share of its strips, from one side on, is cut in two and made whole again.
+//! * `plane/*`: the plane of the brake assembly with the most tessellants; some of its edges gain a quarter more
+//!   tessellants and lose them again;
+//! * `plane, few/*`: the same for a plane with at most 96 tessellants;
+//! * `edges/*`: the tile of the trimmed teapot with the most tessellants, its lattice unchanged;
+//! * `lines/*`: that tile; a fraction of its strips, from one side on, is split and merged again.
 //!
-//! Each measurement is there and back. `made`: from nothing, which takes the same whatever changes.
+//! Each measurement goes there and back. `made` tessellates without history, which costs the same whatever changes.
 #![allow(missing_docs, reason = "criterion's macro makes a public function")]
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -22,7 +22,7 @@ use trimtess::model::{PartId, SurfaceKind, TileId};
 use trimtess::prepare::{PrepareOptions, Prepared, Tile, prepare};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
-/// Percent of what changes.
+/// Percentage that changes.
 const SHARES: [usize; 8] = [0, 5, 10, 20, 40, 60, 80, 100];
 const NO_SAMPLES: Reuse = Reuse { samples: false, ..Reuse::ALL };
 const NO_TRACE: Reuse = Reuse { trace: false, ..Reuse::ALL };
@@ -39,7 +39,7 @@ struct Case {
 }
 
 impl Case {
-    /// The tile of a model that is best by a measure of its tessellants.
+    /// The tile of a model that maximises `best`, a measure of its tessellants.
     fn of(name: &str, best: impl Fn(usize, SurfaceKind) -> Option<usize>) -> Self {
         let prepared =
             prepare(trimtess_models::by_name(name).expect("a named shape"), &PrepareOptions::DEFAULT).expect("within");
@@ -57,7 +57,8 @@ impl Case {
         &self.prepared.parts[self.part.index()].tiles[self.tile.0 as usize]
     }
 
-    /// The plan with a quarter more tessellants on the first edges, up to a share of the tile's tessellants; and what share that is.
+    /// The plan with about a quarter more tessellants on the first edges, up to a percentage of the tile's tessellants.
+    /// Also returns the percentage reached.
     fn finer_edges(&self, percent: usize) -> (Plan, usize) {
         let mut plan = self.plan.clone();
         let all = tessellants(&plan, self.part, self.row());
@@ -74,7 +75,7 @@ impl Case {
         (plan, 100 * changed / all)
     }
 
-    /// The plan with the first strips of the lattice cut in two.
+    /// The plan with a percentage of the lattice's strips, the first ones, cut in two.
     fn finer_lines(&self, percent: usize) -> Plan {
         let mut plan = self.plan.clone();
         let lattice = &mut plan.parts[self.part.index()].tiles[self.tile.0 as usize];
@@ -130,14 +131,14 @@ impl Case {
     }
 }
 
-/// Tessellants of a tile.
+/// Number of tessellants of a tile.
 fn tessellants(plan: &Plan, part: PartId, tile: &Tile) -> usize {
     let edges = &plan.parts[part.index()].edges;
     let count = |breaks: &[u32], from: u32, to: u32| breaks[from as usize].abs_diff(breaks[to as usize]) as usize;
     tile.loops.iter().flatten().map(|u| count(&edges[u.edge.index()].breaks, u.from, u.to)).sum()
 }
 
-/// A quarter more tessellants between any two breaks, evenly.
+/// About a quarter more tessellants between any two breaks, evenly spaced.
 fn spread(line: &EdgePolyline) -> EdgePolyline {
     let mut out = EdgePolyline { ts: vec![line.ts[0]], breaks: vec![0] };
     for ends in line.breaks.windows(2) {

@@ -1,4 +1,4 @@
-//! A sink of your own: measures triangles as they stream past, keeps none, and hands them on to a file.
+//! A sink of your own: measures triangles as they stream past, keeps none, and passes them on to a file.
 //!
 //! Run with `cargo run --example custom_sink -- out.ply`.
 
@@ -7,7 +7,7 @@ use std::error::Error;
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SceneInstance, ScenePart, SinkError, TileMesh};
 use trimtess::model::{FaceId, PartId, TileId};
 
-/// Sums up each part's area, then lets another sink have the frame.
+/// Sums up each part's area, then passes the frame on to another sink.
 struct Measure<S> {
     areas: Vec<f64>,
     next: S,
@@ -66,7 +66,7 @@ fn octant(face: u32) -> Batch {
     let sign = |bit: u32| if face >> bit & 1 == 0 { 10.0 } else { -10.0 };
     let positions = vec![DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
     let outward = (positions[0] + positions[1] + positions[2]).normalize().as_vec3();
-    // An odd number of mirrors turns the corners' order about.
+    // An odd number of mirrors reverses the order of the corners.
     let triangles = vec![if face.count_ones().is_multiple_of(2) { [0, 1, 2] } else { [0, 2, 1] }];
     let mesh = TileMesh { positions, normals: vec![outward; 3], triangles, ..TileMesh::default() };
     Batch { part: PartId(0), face: FaceId(face), tile: TileId(face), worker: 0, mesh }

@@ -1,5 +1,5 @@
-//! The figures of the documentation, drawn by the crate itself: run without an argument after a change to what they show, or
-//! with a folder to compare (as CI does).
+//! Draws the figures of the documentation with the crate itself. Run it without an argument after a change to what they
+//! show, or with a folder to compare (as CI does).
 //!
 //! ```sh
 //! cargo run --features svg --example figures [FOLDER]
@@ -64,7 +64,7 @@ fn rules() -> Result<String, Box<dyn Error>> {
     Ok(regions(&title, &panels)?)
 }
 
-/// Open curves are closed along the border of the domain, around their left side.
+/// Open curves, closed along the border of the domain around their left side.
 fn open_curves() -> Result<String, Box<dyn Error>> {
     let wave = || bezier([(0.0, 0.35), (0.35, 0.95), (0.65, -0.05), (1.0, 0.6)]);
     let stroke = || bezier([(0.35, 0.0), (0.9, 0.35), (0.1, 0.65), (0.6, 1.0)]);
@@ -84,7 +84,7 @@ fn open_curves() -> Result<String, Box<dyn Error>> {
     Ok(regions(&title, &panels)?)
 }
 
-/// The same region in the paper's axes and in ours.
+/// The same region in the paper's axes and in the crate's.
 fn mirrored() -> Result<String, Box<dyn Error>> {
     let hook = bezier([(0.0, 0.7), (0.5, 0.9), (0.3, 0.2), (0.75, 0.0)]);
     let trims = FreeTrims { rule: TrimRule::Handedness, curves: vec![hook, circle(0.7, 0.68, 0.16).reversed()] };
@@ -126,7 +126,7 @@ fn traced() -> Result<TileRecord, Box<dyn Error>> {
     Ok(record)
 }
 
-/// The cell with most crossings.
+/// The cell with the most crossings.
 fn busiest(record: &TileRecord) -> Option<[u32; 2]> {
     let crossings = |cell: &[u32; 2]| record.trim.crossings.iter().filter(|c| c.cells.contains(cell)).count();
     let inner = |cell: &&[u32; 2]| cell.iter().all(|&k| k > 0);

@@ -1,5 +1,5 @@
-//! A graphics device of your own, a session, and a scene that stays on the device: a camera goes round a model, and each
-//! frame sends what changed.
+//! A graphics device of your own, a session, and a scene that stays on the device: a camera moves around a model, and
+//! each frame sends only what changed.
 //!
 //! Run with `cargo run --release --features wgpu --example own_device -- out.png`.
 
@@ -16,14 +16,14 @@ const SIZE: (u32, u32) = (960, 720);
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "own_device.png".into());
 
-    // Whatever device the program draws with. Draws are fewer calls with this feature; nothing else is asked of it.
+    // Any device that the program draws with. This feature saves draw calls; no other is required.
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))?;
     let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         required_features: adapter.features() & wgpu::Features::INDIRECT_FIRST_INSTANCE,
         ..wgpu::DeviceDescriptor::default()
     }))?;
-    // Whatever it draws into: here a texture, else a window's.
+    // Any target: here a texture, otherwise a window's.
     let target = device.create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: SIZE.0, height: SIZE.1, depth_or_array_layers: 1 },

@@ -1,4 +1,6 @@
-//! A STEP file to a mesh file: `cargo run --release --features glb --example step_to_glb -- IN.step OUT.glb`
+//! A STEP file to a mesh file.
+//!
+//! Run with `cargo run --release --features glb --example step_to_glb -- IN.step OUT.glb`.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         eprintln!("{:?}: #{}: {}", diagnostic.severity, diagnostic.entity, diagnostic.kind);
     }
 
-    // A thousandth of the model's diagonal, and at least 18 segments around a full circle.
+    // A thousandth of the model's diagonal, and at least 18 segments per full circle.
     let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
     let plan = Arc::new(frame::plan(&prepared, &tolerance).as_asked()?);
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;

@@ -1,4 +1,6 @@
-//! A square with a round hole, stated by hand, to a mesh file: `cargo run --release --example trimmed_square -- OUT.obj`
+//! A square with a round hole, stated by hand, to a mesh file.
+//!
+//! Run with `cargo run --release --example trimmed_square -- OUT.obj`.
 
 use std::{f64::consts::PI, path::PathBuf, sync::Arc};
 use trimtess::frame::{self, Tolerance};
@@ -9,7 +11,8 @@ use trimtess::{mesh, out, parallel, prepare};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = PathBuf::from(std::env::args_os().nth(1).ok_or("usage: trimmed_square OUT.obj")?);
 
-    // Millimetres. The kept side lies left of every loop: the outer one runs counter-clockwise, the hole against its edge.
+    // Millimetres. The kept side lies left of every loop: the outer one runs counter-clockwise, the hole is traversed
+    // in reverse.
     let mut part = PartBuilder::new("square with a hole");
     let corners = [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)];
     let outer = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 0.0)));
@@ -26,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     parallel::serial(&prepared, &plan, false, &mut frame)?;
 
     let (area, exact) = (mesh::check_scene(&frame).total.area, 400.0 - 36.0 * PI);
-    assert!((area - exact).abs() < 0.01 * 12.0 * PI, "the chord is kept: area {area}, exact {exact}");
+    assert!((area - exact).abs() < 0.01 * 12.0 * PI, "the chord tolerance holds: area {area}, exact {exact}");
     out::save(&frame, &path, out::Format::of_path(&path)?)?;
     Ok(())
 }

@@ -1,10 +1,14 @@
-//! `trimtess` turns trimmed NURBS models (CAD B-reps) into crack-free triangles: within a chord and angle tolerance or a
-//! deviation in pixels, on all cores, with the same bytes whatever their number.
+//! `trimtess` turns trimmed NURBS models (CAD B-reps) into crack-free triangles, within a chord and angle tolerance or
+//! a screen-space error. It runs on all cores; the output is the same, byte for byte, for any number of them.
 //!
-//! Five words. A *part* is a B-rep: faces that share *edges*, each one curve in space. A *tile* is a rectangle of a face's
-//! (u,v) plane with its own lattice and trim loops. A *tessellant* is a point of an edge's polyline; both faces of the edge use
-//! it bit by bit, so nothing cracks and nothing is welded. A *plan* says, for one frame, how fine every lattice and every edge
-//! is. A *batch* is one tile's triangles on their way to a *sink*.
+//! Five terms:
+//!
+//! * A *part* is a B-rep: faces that share *edges*. Each edge is one curve in space.
+//! * A *tile* is a rectangle of a face's (u,v) plane with its own lattice and trim loops.
+//! * A *tessellant* is a point of an edge's polyline. All faces of the edge use the same bits, so there are no cracks
+//!   and nothing has to be welded.
+//! * A *plan* sets the resolution of every lattice and every edge for one frame.
+//! * A *batch* is one tile's triangles, ready for a *sink*.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -34,12 +38,12 @@
 //!
 //! A model comes from [`import::step`](import), from the [builders](model::PartBuilder), or is one of the
 //! [named shapes](model::shapes). Triangles go to a file ([`out::open`]), to a picture (`out::wgpu`), to
-//! memory ([`mesh::MemorySink`]) or to [a sink of your own](mesh::MeshSink). Lengths are millimetres throughout.
+//! memory ([`mesh::MemorySink`]) or to [a sink of your own](mesh::MeshSink). All lengths are in millimetres.
 //!
-//! The modules below stand in the order in which data flows through them; each may name only those above it
-//! (`tests/layers.rs`), as `docs/architecture.md` tells.
+//! The modules below are listed in the order in which data flows through them. Each may `use` only modules above it;
+//! `docs/architecture.md` has the exact table and `tests/layers.rs` checks it.
 
-/// Random tests that are the same in every run.
+/// Random tests with the same inputs in every run.
 #[cfg(test)]
 #[path = "../tests/sequence/mod.rs"]
 mod sequence;
@@ -50,35 +54,36 @@ pub use glam;
 /// Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
 pub mod math;
 
-/// What the user said: knots, curves, surfaces, trim loops, parts, instances.
+/// The input model: knots, curves, surfaces, trim loops, parts, instances.
 pub mod model;
 
-/// Files to [`model`]: STEP.
+/// Reads files into a [`model`]: STEP.
 pub mod import;
 
-/// Paid once per model: Bézier patches, pcurves, tiles, shared edges, bounds.
+/// Preprocessing, once per model: Bézier patches, pcurves, tiles, shared edges, bounds.
 pub mod prepare;
 
-/// Output vocabulary: patch meshes, batches, scene description, sinks, checks.
+/// Output types: batches, scene description, sinks, mesh checks.
 pub mod mesh;
 
-/// Paid every frame: from a tolerance or a view to the triangles of one tile.
+/// Work per frame: from a tolerance or a view to the triangles of one tile.
 pub mod frame;
 
-/// The oracle's second half: meshes measured densely against the exact surfaces and edges.
+/// Measures meshes against the exact surfaces and edges by dense sampling.
 pub mod audit;
 
-/// Diagrams in the parameter plane as SVG: how a tile came to its triangles, what trimming curves keep.
+/// SVG diagrams of the parameter plane: how a tile is triangulated, and which region trimming curves keep.
 #[cfg(feature = "svg")]
 pub mod draw;
 
-/// The same stages on all cores: tiles dealt once, workers that never talk to each other, one committing thread.
+/// Runs the frame stages on all cores: tiles dealt to workers once, no communication between workers, one thread that
+/// commits.
 pub mod parallel;
 
-/// The door out: PLY, OBJ, STL, GLB, pictures, scenes on the graphics device.
+/// Output: PLY, OBJ, STL, GLB, pictures, scenes on the graphics device.
 pub mod out;
 
-/// The examples of the README, kept compiling.
+/// Compiles the examples of the README as doctests.
 #[cfg(all(doctest, feature = "step"))]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

@@ -1,4 +1,4 @@
-//! Meshes with a known distance to their surface -> the audit measures that distance, and finds what is wrong.
+//! Meshes with a known distance to their surface -> the audit measures that distance and finds damage.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
@@ -157,7 +157,7 @@ fn framed(prepared: &Arc<Prepared>, chord: f64) -> MemorySink {
     sink
 }
 
-/// Asserts that the worst distance is `expected` millimetres within 2 % and not the least bit less.
+/// Asserts that the worst distance is `expected` millimetres: at most 2 % more, and no less up to rounding.
 fn assert_worst(report: &DeviationReport, expected: f64) {
     let worst = report.raw.worst * report.chord;
     assert!(worst >= expected * (1.0 - 1e-6) && worst <= 1.02 * expected, "{worst} for {expected}\n{report}");
@@ -168,7 +168,7 @@ fn sphere_lattice_has_its_sagitta() {
     let surface = Surface::Sphere { frame: Frame3::WORLD, radius: RADIUS };
     let prepared = prepared(whole(surface.clone()));
     for (n, m) in [(12, 7), (48, 21), (120, 61)] {
-        // The row that straddles the equator is made of rectangles: they are farthest from the sphere in their middle.
+        // The row across the equator consists of rectangles, which are farthest from the sphere in their middle.
         let (half_u, half_v) = (PI / f64::from(n), 0.5 * PI / f64::from(m));
         let sagitta = RADIUS * (1.0 - half_u.cos() * half_v.cos());
         let report = deviation(&prepared, &lattice(&prepared, 0, &surface, n, m), 0.7 * sagitta);
@@ -248,7 +248,7 @@ fn a_moved_vertex_is_found_on_its_face() {
 }
 
 #[test]
-fn a_moved_edge_point_and_one_that_is_no_number_are_found() {
+fn a_moved_edge_point_and_a_nan_are_found() {
     let prepared = prepared(cylinder());
     let chord = 0.01;
     let mut mesh = framed(&prepared, chord);

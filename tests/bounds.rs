@@ -1,4 +1,4 @@
-//! Bounds against dense sampling: never below, and not far above.
+//! Bounds against dense sampling: never too low, and not far too high.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use glam::DVec3;
@@ -24,7 +24,7 @@ fn bumpy(degree_u: usize, degree_v: usize, weight: f64) -> NurbsSurface {
     }
 }
 
-/// Name, surface, largest allowed bound / sampled supremum for first and second derivatives.
+/// Name, surface, and the largest allowed ratio of bound to sampled supremum, for first and second derivatives.
 fn cases() -> Vec<(&'static str, NurbsSurface, f64)> {
     let frame = Frame3::from_axis(DVec3::new(40.0, -20.0, 70.0), DVec3::new(1.0, 2.0, 3.0), DVec3::Y).unwrap();
     let turn = (0.0, TAU);
@@ -44,7 +44,7 @@ fn cases() -> Vec<(&'static str, NurbsSurface, f64)> {
     ]
 }
 
-/// Suprema of the derivatives over a box by sampling, in the order uu uv vv u v.
+/// Suprema of the derivatives over a box by sampling, in the order uu, uv, vv, u, v.
 fn sampled(patches: &BezierPatches, u: (f64, f64), v: (f64, f64)) -> [f64; 5] {
     let mut most = [0.0_f64; 5];
     let at = |(a, b): (f64, f64), i: usize| a + (b - a) * (1e-9 + (1.0 - 2e-9) * i as f64 / 24.0);
@@ -59,7 +59,7 @@ fn sampled(patches: &BezierPatches, u: (f64, f64), v: (f64, f64)) -> [f64; 5] {
     most
 }
 
-/// The turning of the normal along a straight parameter path, by 200 steps.
+/// The turn of the normal along a straight path in parameters, by 200 steps.
 fn turning(patches: &BezierPatches, from: (f64, f64), to: (f64, f64)) -> f64 {
     let normal = |k: usize| {
         let s = 1e-5 + (1.0 - 2e-5) * k as f64 / 200.0;
@@ -79,7 +79,7 @@ fn derivative_bounds_hold_and_are_tight() {
         let patches = BezierPatches::new(&surface);
         let bounds = SurfaceBounds::new(&patches);
         let mut worst = [1.0_f64; 5];
-        // Against the largest of each kind: near a zero of a derivative the ratio of one box says nothing.
+        // Only where a derivative is near its maximum: near its zeros the ratio means nothing.
         let scale = bounds.cells.iter().fold([0.0_f64; 5], |most, b| std::array::from_fn(|k| most[k].max(list(b)[k])));
         for i in 0..bounds.breaks_u.len() - 1 {
             for j in 0..bounds.breaks_v.len() - 1 {
@@ -99,7 +99,7 @@ fn derivative_bounds_hold_and_are_tight() {
     }
 }
 
-/// Largest parts of `S_uu`, `S_uv`, `S_vv` along and across the normal over a box, by sampling.
+/// Largest components of `S_uu`, `S_uv`, `S_vv` along and across the normal over a box, by sampling.
 fn sampled_parts(patches: &BezierPatches, u: (f64, f64), v: (f64, f64)) -> [[f64; 2]; 3] {
     let mut most = [[0.0_f64; 2]; 3];
     let at = |(a, b): (f64, f64), i: usize| a + (b - a) * (1e-5 + (1.0 - 2e-5) * i as f64 / 40.0);
@@ -192,7 +192,7 @@ fn straight_directions_are_exactly_zero() {
         for cell in table(surface.clone(), u, v).cells {
             assert_eq!(cell.vv, Bend::default());
             assert!(cell.uu.lift > 0.0 && (cell.uv.slide > 0.0) == twisted);
-            assert!(cell.uv.lift < 1e-6 * cell.uu.lift, "along its lines a cone only slides");
+            assert!(cell.uv.lift < 1e-6 * cell.uu.lift, "on a cone S_uv has no normal component");
             assert!(cell.turn_v < 1e-6 && cell.turn_u > 0.1);
         }
     }

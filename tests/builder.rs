@@ -1,4 +1,4 @@
-//! What the builders refuse, and with which numbers.
+//! What the builders refuse, with the numbers in the messages.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -16,7 +16,7 @@ fn square() -> PartBuilder {
     part
 }
 
-/// The sound square, changed.
+/// The error for the sound square after a change.
 fn broken(change: impl FnOnce(&mut Part)) -> PartError {
     let mut part = square().finish().unwrap();
     change(&mut part);
@@ -62,12 +62,12 @@ fn splines_are_refused_with_numbers() {
                 c.weights.clear();
             },
             SplineError::Multiplicity { knot: 1.0, multiplicity: 3, most: 2 },
-            "knot 1 stands 3 times, at most 2 are allowed",
+            "knot 1 has multiplicity 3; at most 2 is allowed",
         ),
         (
             |c| c.knots.iter_mut().for_each(|k| *k += 1e12),
             SplineError::Coarse { domain: (1e12, 1e12 + 2.0) },
-            "the domain from 1000000000000 to 1000000000002 is too short for numbers of that size to part it",
+            "the domain from 1000000000000 to 1000000000002 is too short for the spacing of numbers of that size",
         ),
         (|c| c.knots = vec![4.0; 7], SplineError::Empty { at: 4.0 }, "the domain is the single parameter 4"),
     ];
@@ -89,18 +89,18 @@ fn surfaces_are_refused_with_numbers() {
     let skew = Frame3 { x: DVec3::new(1.0, 0.5, 0.0), ..frame };
     let left_handed = Frame3 { z: -frame.z, ..frame };
     let cases = [
-        (Surface::Cylinder { frame, radius: 0.0 }, "a cylinder's radius is positive, but is 0"),
-        (Surface::Sphere { frame, radius: f64::NAN }, "a sphere's radius is positive, but is NaN"),
-        (Surface::Torus { frame, major: -1.0, minor: 1.0 }, "a torus's major radius is not negative, but is -1"),
+        (Surface::Cylinder { frame, radius: 0.0 }, "a cylinder's radius must be positive, but is 0"),
+        (Surface::Sphere { frame, radius: f64::NAN }, "a sphere's radius must be positive, but is NaN"),
+        (Surface::Torus { frame, major: -1.0, minor: 1.0 }, "a torus's major radius must not be negative, but is -1"),
         (
             Surface::Cone { frame, radius: 1.0, half_angle: 0.0 },
-            "a cone's half angle is in (-π/2, π/2) and not 0, but is 0",
+            "a cone's half angle must be in (-π/2, π/2) and not 0, but is 0",
         ),
-        (Surface::Plane { frame: skew }, "the frame is not orthonormal and right-handed, by 5.0e-1"),
-        (Surface::Plane { frame: left_handed }, "the frame is not orthonormal and right-handed, by 2.0e0"),
+        (Surface::Plane { frame: skew }, "the frame is not orthonormal and right-handed (off by 5.0e-1)"),
+        (Surface::Plane { frame: left_handed }, "the frame is not orthonormal and right-handed (off by 2.0e0)"),
         (
             Surface::Extrusion { curve: curve(), direction: DVec3::ZERO },
-            "the length of an extrusion's direction is positive, but is 0",
+            "the length of an extrusion's direction must be positive, but is 0",
         ),
         (
             Surface::Revolution { curve: NurbsCurve3 { weights: vec![1.0], ..curve() }, frame },
@@ -136,25 +136,28 @@ fn parts_are_refused_with_numbers() {
         broken(|p| p.edges[2].range = (0.5, 0.5)).to_string(),
         "edge 2 runs from 0.5 to 0.5, its curve from 0 to 1"
     );
-    assert_eq!(broken(|p| p.edges[3].end = VertexId(9)).to_string(), "edge 3 names vertex 9 of 4");
+    assert_eq!(broken(|p| p.edges[3].end = VertexId(9)).to_string(), "edge 3 refers to vertex 9; the part has 4");
     assert_eq!(
         broken(|p| p.vertices[0].z = 0.25).to_string(),
-        "edge 0 misses its vertex 0 by 2.500e-1 mm, more than 1.436e-4 mm"
+        "edge 0 misses its vertex 0 by 2.500e-1 mm (limit 1.436e-4 mm)"
     );
-    assert_eq!(broken(|p| p.faces[0].shell = 3).to_string(), "face 0 names shell 3 of 1");
+    assert_eq!(broken(|p| p.faces[0].shell = 3).to_string(), "face 0 refers to shell 3; the part has 1");
     assert_eq!(
         broken(|p| p.faces[0].loops = vec![Loop::Edges(Vec::new())]).to_string(),
         "loop 0 of face 0 has no edges"
     );
     assert_eq!(
         broken(|p| p.faces[0].loops.clear()).to_string(),
-        "face 0 has neither loops nor trimming curves, and its surface does not end"
+        "face 0 has neither loops nor trimming curves, and its surface is unbounded"
     );
     assert_eq!(
         broken(|p| p.faces[0].loops = vec![Loop::Edges(vec![EdgeId(7).along()])]).to_string(),
-        "face 0 names edge 7 of 4"
+        "face 0 refers to edge 7; the part has 4"
     );
-    assert_eq!(broken(|p| p.faces[0].loops.push(Loop::Vertex(VertexId(4)))).to_string(), "face 0 names vertex 4 of 4");
+    assert_eq!(
+        broken(|p| p.faces[0].loops.push(Loop::Vertex(VertexId(4)))).to_string(),
+        "face 0 refers to vertex 4; the part has 4"
+    );
     let open = broken(|p| {
         if let Loop::Edges(coedges) = &mut p.faces[0].loops[0] {
             coedges.remove(2);
@@ -189,7 +192,7 @@ fn models_are_refused_with_numbers() {
     };
     let turned = DMat3::from_rotation_y(0.3) * 2.5;
     assert!(model(DAffine3::from_mat3_translation(turned, DVec3::ONE), 0).is_ok());
-    assert_eq!(model(DAffine3::IDENTITY, 2).unwrap_err().to_string(), "instance 0 names part 2 of 1");
+    assert_eq!(model(DAffine3::IDENTITY, 2).unwrap_err().to_string(), "instance 0 refers to part 2; the model has 1");
     let squeezed = DAffine3::from_scale(DVec3::new(1.0, 1.0, 2.0));
     assert!(matches!(model(squeezed, 0), Err(ModelError::Transform { error, .. }) if (error - 1.0).abs() < 1e-12));
     assert!(matches!(model(DAffine3::ZERO, 0), Err(ModelError::Transform { error, .. }) if error.is_nan()));

@@ -1,4 +1,4 @@
-//! The oracle itself: exact facts of closed solids, and each kind of damage found and located.
+//! The oracle itself: exact facts of closed solids; each kind of damage is found and located.
 
 mod out_fixture;
 
@@ -85,7 +85,7 @@ fn zero_has_no_sign() {
 }
 
 #[test]
-fn degenerate_triangles_are_told_apart() {
+fn degenerate_triangles_are_distinguished() {
     let points = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0; 3]];
     let facts = check_part([&mesh(&points, &[[0, 1, 2], [0, 1, 3], [0, 1, 9]])]);
     assert_eq!((facts.zero_area, facts.collapsed, facts.bad_indices), (1, 1, 1));
@@ -149,9 +149,9 @@ fn a_scene_counts_placed_parts() {
 }
 
 #[test]
-fn unbalanced_edges_are_told_by_cause() {
+fn unbalanced_edges_are_counted_by_cause() {
     let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
-    // Face 5, at x = 1, is open in the file. Its sides are edges 1 and 3 along z, and 4 and 5 along y.
+    // Face 5, at x = 1, is missing in the file. Its sides are edges 1 and 3 along z, and 4 and 5 along y.
     frame.batches.remove(5);
     let side = |edge: u32, z: f64| EdgeLine {
         part: PartId(0),
@@ -170,7 +170,7 @@ fn unbalanced_edges_are_told_by_cause() {
     assert_eq!((part.defect_length, part.examples[0].cause), (1.0, Cause::Defect));
     assert!(part.examples[1..].iter().all(|edge| matches!(edge.cause, Cause::FreeEdge(_))));
 
-    // A face that looks the other way unbalances its edges, those of the opening excepted.
+    // A reversed face unbalances its edges, except those of the opening.
     frame.batches[2].mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
     let part = &mut frame.scene.parts[0];
     (part.free_edges, part.not_orientable) = ([1, 3, 4, 5].map(EdgeId).to_vec(), vec![EdgeId(0)]);
@@ -199,7 +199,7 @@ fn thinness_is_height_over_edge() {
     assert!((stats.mean_thinness - (h + 0.001) / 2.0).abs() < 1e-12);
 }
 
-/// A torus grid of 2 million triangles in one part; prints how long the check takes.
+/// A torus grid of 2 million triangles in one part. Prints how long the check takes.
 #[test]
 fn two_million_triangles_are_checked_quickly() {
     const N: u32 = 1000;

@@ -127,7 +127,7 @@ fn kinks_are_found_where_the_direction_breaks() {
     assert!(corner(-1.0).kinks().is_empty());
     assert!(corner(-1.0 + 1e-7).kinks().is_empty());
     assert_eq!(corner(-1.0 + 1e-4).kinks(), vec![1.0]);
-    // A polyline bends at every inner knot that is not in line.
+    // A polyline bends at every inner knot that is not collinear with its neighbours.
     let polyline = NurbsCurve3 {
         degree: 1,
         knots: vec![0.0, 0.0, 1.0, 2.0, 3.0, 3.0],
@@ -135,7 +135,7 @@ fn kinks_are_found_where_the_direction_breaks() {
         weights: Vec::new(),
     };
     assert_eq!(polyline.kinks(), vec![2.0]);
-    // A control point that stands on the joint hides the tangent, not the corner.
+    // A control point that coincides with the joint hides the tangent, not the corner.
     let mut stalled = corner(1.0);
     stalled.points[3] = stalled.points[2];
     assert_eq!(stalled.kinks(), vec![1.0]);

@@ -1,4 +1,4 @@
-//! Bézier pieces against the NURBS they were cut from.
+//! Bézier pieces against the NURBS that they are cut from.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use glam::DVec3;

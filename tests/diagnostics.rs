@@ -1,4 +1,4 @@
-//! docs/diagnostics.md against the kinds of diagnostics; the words of some.
+//! docs/diagnostics.md against the kinds of diagnostics; the messages of some.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use trimtess::model::{
     TileTrouble,
 };
 
-/// Codes that the program alone tells.
+/// Codes that only the program reports.
 const OF_THE_PROGRAM: [&str; 2] = ["check-failed", "plan-coarser"];
 
 #[test]
@@ -41,7 +41,7 @@ fn codes_are_kebab_case() {
 }
 
 #[test]
-fn words_come_from_the_kind_alone() {
+fn messages_are_formatted_from_the_kind() {
     let not_in_file = |entity| StepCause { entity, trouble: Box::new(StepTrouble::NotInFile { entity: 7 }) };
     let filled = FaceTrouble::Filled { cause: FaceError::Refused(not_in_file(None)), area_mm2: 4.0 };
     let not_orientable = ShellTrouble::NotOrientable { edges: 2, edge: EdgeId(5), faces: [FaceId(1), FaceId(3)] };
@@ -64,7 +64,7 @@ fn words_come_from_the_kind_alone() {
         (
             not_orientable.into(),
             "shell-not-orientable",
-            "2 edges cannot be oriented: their faces run along them the same way, however they are turned; the first is edge 5 of \
+            "2 edges cannot be oriented: their faces run along them the same way, however they are flipped; the first is edge 5 of \
              faces 1 and 3",
         ),
         (

@@ -1,4 +1,4 @@
-//! Records of tiles against the tiles themselves, and the diagrams drawn of them.
+//! Records of tiles against the tiles themselves, and the diagrams drawn from them.
 #![cfg(feature = "svg")]
 
 use glam::{DAffine3, DVec2};
@@ -8,7 +8,7 @@ use trimtess::frame::{Rung, Scratch, TileRecord, Tolerance, plan, record_tile, t
 use trimtess::model::{FreeTrims, Model, ModelBuilder, PartId, TrimCurve, TrimRule, shapes};
 use trimtess::prepare::{PrepareOptions, prepare};
 
-/// Records of all tiles of a model, each held against the tile as frames make it.
+/// Records of all tiles of a model, each checked against the tile as frames make it.
 fn records(model: Model, chord: f64) -> Vec<TileRecord> {
     let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
     let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
@@ -23,7 +23,7 @@ fn records(model: Model, chord: f64) -> Vec<TileRecord> {
     all.collect()
 }
 
-/// What holds for every record.
+/// Asserts what holds for every record.
 fn check(record: &TileRecord) {
     let (trim, mesh) = (&record.trim, &record.outcome.mesh);
     assert_eq!(record.places.len(), mesh.positions.len());
@@ -52,7 +52,7 @@ fn check(record: &TileRecord) {
     }
 }
 
-/// Twice the area of the triangles, and of what the loops wind around, in cell units.
+/// Twice the area of the triangles and of the region that the loops enclose, in cell units.
 fn areas(record: &TileRecord) -> [f64; 2] {
     let place = |v: u32| record.places[v as usize];
     let turn = |t: &[u32; 3]| {
@@ -77,7 +77,7 @@ fn sheet(curves: Vec<TrimCurve>) -> Model {
     model.finish().expect("a sound part")
 }
 
-/// Closed figures of the path of a class.
+/// Number of closed figures in the path of a class.
 fn figures(svg: &str, class: &str) -> usize {
     let attribute = format!("class=\"{class}\"");
     let element = svg.split('<').find(|element| element.starts_with("path") && element.contains(&attribute));
@@ -86,7 +86,7 @@ fn figures(svg: &str, class: &str) -> usize {
 }
 
 #[test]
-fn records_are_of_the_very_tiles_that_frames_make() {
+fn records_match_the_tiles_that_frames_make() {
     for name in ["square", "cylinder", "cone", "sphere", "torus", "wave", "pair", "flower", "washer"] {
         for chord in [0.5, 0.05] {
             let records = records(shapes::by_name(name).expect("a shape"), chord);
@@ -99,7 +99,7 @@ fn records_are_of_the_very_tiles_that_frames_make() {
     }
 }
 
-/// Stars with sharp tips beside each other: cells that cannot be triangulated by themselves are merged, and shown.
+/// Stars with sharp tips close together: cells that cannot be triangulated alone are merged, and the diagram shows it.
 #[test]
 fn merged_cells_are_drawn() {
     let mut state = 11_u64;
@@ -133,7 +133,7 @@ fn merged_cells_are_drawn() {
     assert!(merged > 0, "no star needed a merge");
 }
 
-/// A lattice of more than ten thousand cells is drawn in some hundred kilobytes.
+/// A lattice of more than ten thousand cells makes a file of some hundred kilobytes.
 #[test]
 fn fine_tiles_make_modest_files() {
     let records = records(shapes::by_name("wave").expect("a shape"), 1e-3);
@@ -143,7 +143,7 @@ fn fine_tiles_make_modest_files() {
     let bytes = drawn.svg.len() as f64 / f64::from(nu * nv);
     assert!(bytes < 70.0, "{bytes} bytes per cell");
     assert_eq!(figures(&drawn.svg, "triangles"), records[0].outcome.mesh.triangles.len());
-    // A closer look shows less of it.
+    // A closer view shows less of it.
     let close = tile(&records[0], &TileView { cell: Some([nu / 2, nv / 2]), ..TileView::default() });
     assert!(close.triangles == 18 && close.svg.len() < 10_000, "{} triangles", close.triangles);
 }

@@ -1,4 +1,4 @@
-//! Lattice evaluation against the surface it evaluates.
+//! Lattice evaluation against the surface.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use glam::{DVec2, DVec3};

@@ -1,4 +1,4 @@
-//! Plans and tiles: tolerances are kept at every size and scale, and absurd ones are told, not obeyed.
+//! Plans and tiles: tolerances are kept at every size and scale; absurd ones are reported and limited.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
@@ -72,7 +72,7 @@ fn a_scaled_part_keeps_the_tolerance_where_it_stands() {
     let mesh = mesh(&prepared, &plan);
     let report = deviation(&prepared, &mesh, CHORD.chord);
     assert_kept("scaled cylinder", &report);
-    // The audit measures in the part: in the world, by the radius.
+    // The audit measures in part coordinates; in the world, measure by the radius.
     let radius = |p: DVec3| size * p.truncate().length();
     let sides = mesh.batches.iter().flat_map(|b| b.mesh.triangles.iter().map(move |t| (b, t)));
     let low = sides
@@ -85,7 +85,7 @@ fn a_scaled_part_keeps_the_tolerance_where_it_stands() {
 }
 
 #[test]
-fn absurd_tolerances_stay_within_the_limits_and_are_told() {
+fn absurd_tolerances_stay_within_the_limits_and_are_reported() {
     let limits = PlanLimits::DEFAULT.with_triangles_per_tile(2000).with_triangles(40_000);
     let cost = |plan: &Plan| {
         let cells = |p: &frame::PartPlan| -> u64 {
@@ -110,7 +110,7 @@ fn absurd_tolerances_stay_within_the_limits_and_are_told() {
             }
             assert!(check_scene(&mesh(&prepared, &plan)).total.is_closed(), "{name}: {short}");
         }
-        // Small, but usable: nothing to complain of but the number of cells.
+        // Small, but usable: only the number of cells is reported.
         let plan = frame::plan_within(&prepared, &Tolerance { chord: 1e-7, ..CHORD }, &limits);
         let short = plan.shortfall.as_ref().unwrap();
         assert!(
@@ -124,7 +124,7 @@ fn absurd_tolerances_stay_within_the_limits_and_are_told() {
 }
 
 #[test]
-fn a_closed_edge_has_three_segments_at_least() {
+fn a_closed_edge_has_at_least_three_segments() {
     let prepared = shape("cylinder");
     let plan = frame::plan(&prepared, &Tolerance { chord: f64::INFINITY, angle: 9.0, max_edge: None });
     let closed: Vec<usize> = prepared.parts[0]
@@ -154,14 +154,14 @@ fn a_tile_whose_boundary_cancels_is_empty() {
         breaks.iter_mut().for_each(|b| b.point = if b.point == DVec3::ZERO { DVec3::X } else { DVec3::ONE });
     }
     assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
-    // Without loops there is nothing to lose.
+    // A face without loops is no loss.
     let part = Arc::make_mut(&mut prepared.parts[0]);
     part.tiles[0].loops.clear();
     part.edges.iter_mut().for_each(|e| e.uses.retain(|u| u.tile != TileId(0)));
     assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
 }
 
-/// What a worker delivers for a tile that panics joins its neighbours.
+/// The batch that replaces a tile whose work panicked joins its neighbours.
 #[test]
 fn a_tile_filled_from_its_edges_alone_closes_its_part() {
     for name in ["box", "cylinder", "cone", "sphere", "torus"] {
@@ -200,11 +200,11 @@ fn tiles_are_weighed_and_dealt_where_they_are_placed() {
     let loads = loads(&prepared);
     let places = prepared.tiles().map(|(part, _, tile)| tile.centre + DVec3::X * 100.0 * f64::from(part.0 + 1));
     assert!(loads.iter().map(|load| load.centre).eq(places));
-    // Squares weigh the same; a bicubic patch much more.
+    // All squares weigh the same, a bicubic patch much more.
     let flat = loads[0].weight;
     let (waves, boxes): (Vec<&Load>, Vec<&Load>) = loads.iter().partition(|load| load.weight > 3.0 * flat);
     assert!(flat > 0.0 && waves.len() == 1 && boxes.iter().all(|load| load.weight == flat), "{loads:?}");
-    // The worker who has it gets no box before the other has as much.
+    // The worker with the patch gets no box before the other has as much weight.
     let hands = deal(&loads, 2);
     let sums = hands.iter().map(|hand| hand.iter().map(|&k| loads[k].weight).sum::<f64>());
     let (least, most) = sums.fold((f64::INFINITY, 0.0_f64), |(least, most), sum| (least.min(sum), most.max(sum)));

@@ -1,5 +1,5 @@
-//! Meetings of trimming curves, against closed forms and against implicitisation and generalised eigenvalues (Manocha &
-//! Demmel, "Algorithms for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994).
+//! Intersections of trimming curves, against closed forms and against implicitisation and generalised eigenvalues
+//! (Manocha & Demmel, "Algorithms for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994).
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod implicit;
@@ -24,7 +24,7 @@ fn point(curve: &TrimCurve, piece: usize, t: f64) -> DVec2 {
     }
 }
 
-/// The meetings, each of which lies on both curves.
+/// The intersections; asserts that each lies on both curves.
 fn met(curves: &[TrimCurve]) -> Vec<CurveMeeting> {
     let found = intersections(curves, &unit());
     for m in &found {
@@ -76,7 +76,7 @@ fn touching_circles_meet_once() {
         for (d, r) in [(0.3, 0.1), (0.1, 0.1), (0.19, 0.01), (0.35, 0.15)] {
             let found = met(&[TrimCurve::circle(a, 0.2), TrimCurve::circle(a + step * d, r)]);
             assert_eq!(kinds(&found), [MeetingKind::Touch], "{k} {d} {r}: {found:?}");
-            // Touching curves are nearer than a billionth over a stretch of its root.
+            // Touching curves are within a billionth of each other over a stretch as long as its square root.
             assert!(found[0].uv.distance(a + step * 0.2) <= 1e-5, "{found:?}");
         }
     }
@@ -95,7 +95,7 @@ fn common_stretches_end_in_two_points() {
         let found = met(&[a, b]);
         assert_eq!(kinds(&found), [MeetingKind::Common; 2], "{b0} {b1}: {found:?}");
     }
-    // One given with another degree.
+    // The same line, stated with another degree.
     let line = TrimCurve::polyline(vec![DVec2::new(0.1, 0.2), DVec2::new(0.9, 0.6)]);
     let p = |s: f64| DVec2::new(0.1, 0.2).lerp(DVec2::new(0.9, 0.6), s);
     let cubic = TrimCurve::bezier(vec![p(0.3), p(0.35), p(0.6), p(0.7)], Vec::new());
@@ -129,7 +129,7 @@ fn curves_meet_themselves_at_loops_only() {
     assert_eq!(kinds(&met(&[eight])), [MeetingKind::Crossing]);
 }
 
-// --- the other method
+// --- implicitisation and eigenvalues
 
 struct Draw(u64);
 
@@ -174,7 +174,7 @@ fn random_bezier_curves_meet_where_eigenvalues_say() {
                     assert!(found.iter().any(|m| m.uv.distance(p) <= 1e-6), "missed {p} of {case}");
                 }
                 for m in &found {
-                    assert!(other.iter().any(|[t, _]| a.point(*t).distance(m.uv) <= 1e-6), "made up {m:?} of {case}");
+                    assert!(other.iter().any(|[t, _]| a.point(*t).distance(m.uv) <= 1e-6), "spurious {m:?} in {case}");
                 }
                 points += found.len();
             }

@@ -1,10 +1,10 @@
-//! Sources -> wrong-way `use`s: the table of docs/architecture.md, enforced.
+//! Sources -> `use`s that point the wrong way: enforces the table of docs/architecture.md.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folder of `src/`, and the folders it may name. Written in story order.
+/// Each folder of `src/` and the folders it may name, in the order of the data flow.
 const MAY_USE: [(&str, &[&str]); 10] = [
     ("math", &[]),
     ("model", &["math"]),
@@ -18,8 +18,8 @@ const MAY_USE: [(&str, &[&str]); 10] = [
     ("out", &["model", "mesh"]),
 ];
 
-/// Libraries, and the only folders that may name them: work stealing would move tiles away from the worker that
-/// caches them, queues belong to the protocol of `parallel`, devices to pictures, windows to the program (`cli/`).
+/// Libraries, and the only folders that may name them. Work stealing would move tiles away from the worker that caches
+/// them, queues belong to the protocol of `parallel`, devices to pictures, windows to the program (`cli/`).
 const CRATE_ONLY_IN: [(&str, &[&str]); 10] = [
     ("rayon", &["import", "prepare"]),
     ("crossbeam_channel", &["parallel"]),
@@ -51,7 +51,7 @@ fn sources(dir: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Code without comment lines: a layer may be spoken of anywhere.
+/// Code without comment lines: comments may mention any layer.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap();
     text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
@@ -119,7 +119,7 @@ fn libraries_stay_in_their_folders() {
 }
 
 #[test]
-fn the_scanner_sees_what_it_should() {
+fn the_scanner_finds_layers_and_crates() {
     assert_eq!(named_layers("use crate::frame::plan; crate::out::open()").collect::<Vec<_>>(), ["frame", "out"]);
     assert!(named_layers("use crate::{mesh::Batch, parallel};").any(|word| word == "parallel"));
     assert!(names_crate("use rayon::prelude::*;", "rayon"));

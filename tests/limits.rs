@@ -1,4 +1,4 @@
-//! Limits of preparing and planning: within them nothing changes, past them an error names limit and need.
+//! Limits of preparing and planning: within them nothing changes, beyond them an error names the limit and the need.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use trimtess::frame::{self, BYTES_PER_TRIANGLE, PlanLimits, Tolerance};
@@ -27,14 +27,14 @@ fn patches_and_their_memory_are_limited() {
 }
 
 #[test]
-fn a_plan_past_its_limits_is_refused_or_coarser_as_the_caller_likes() {
+fn a_plan_beyond_its_limits_is_refused_or_coarser_as_the_caller_chooses() {
     let prepared = within(PrepareLimits::DEFAULT).unwrap();
     let free = frame::plan(&prepared, &FINE).as_asked().unwrap();
     let cells = |plan: &frame::Plan| -> u64 {
         let tiles = plan.parts.iter().flat_map(|part| &part.tiles).map(|lattice| lattice.cells());
         tiles.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).sum()
     };
-    // Boundaries make triangles, too.
+    // Boundaries make triangles too.
     let tessellants: usize = free.parts.iter().flat_map(|part| &part.edges).map(|edge| edge.ts.len()).sum();
     let (all, most) = (2 * (cells(&free) + tessellants as u64), free.parts[0].tiles.iter().map(|t| t.cells()));
     let most = 2 * most.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).max().unwrap();
@@ -53,7 +53,7 @@ fn a_plan_past_its_limits_is_refused_or_coarser_as_the_caller_likes() {
     assert!(!tile.tiles.is_empty() && tile.density == 1.0, "{tile}");
     assert!(tile.to_string().contains("PlanLimits::triangles_per_tile"), "{tile}");
 
-    // Who takes the plan as it is gets a coarser mesh that keeps to the limits.
+    // A caller that accepts the plan gets a coarser mesh within the limits.
     let coarse = frame::plan_within(&prepared, &FINE, &limits);
     assert!(2 * cells(&coarse) < all && coarse.shortfall.is_some());
 }

@@ -30,7 +30,7 @@ fn renderer() -> Option<&'static Renderer> {
     made.as_ref()
 }
 
-/// A generator of numbers (SplitMix64).
+/// A generator of random numbers (SplitMix64).
 struct Draw(u64);
 
 impl Draw {
@@ -42,7 +42,7 @@ impl Draw {
     }
 }
 
-/// Tile of a level sheet of `SIDE` by `SIDE` squares, with `cells` by `cells` cells; none with none.
+/// A tile of a flat sheet of `SIDE` by `SIDE` squares, with `cells` by `cells` cells; empty if `cells` is 0.
 fn square(part: u32, tile: u32, cells: u32) -> Batch {
     let (x, y) = (f64::from(tile % SIDE), f64::from(tile / SIDE));
     let lines = || 0..if cells == 0 { 0 } else { cells + 1 };
@@ -68,7 +68,7 @@ fn square(part: u32, tile: u32, cells: u32) -> Batch {
     }
 }
 
-/// The outline's edge number `edge` as a polyline of so many segments.
+/// The polyline of the outline's edge `edge`, with so many segments.
 fn outline(part: u32, edge: u32, segments: u32) -> EdgeLine {
     let side = f64::from(SIDE);
     let corner = |k: u32| [DVec3::ZERO, DVec3::X * side, DVec3::new(side, side, 0.0), DVec3::Y * side][k as usize % 4];
@@ -76,7 +76,7 @@ fn outline(part: u32, edge: u32, segments: u32) -> EdgeLine {
     EdgeLine { part: PartId(part), edge: EdgeId(edge), points: (0..=segments).map(point).collect() }
 }
 
-/// Two sheets, the second one placed twice, one of them mirrored.
+/// Two sheets. The second is placed twice, once mirrored.
 fn scene() -> Scene {
     let side = f64::from(SIDE);
     let part = ScenePart {
@@ -106,7 +106,7 @@ fn whole(scene: &Scene, cells: u32) -> MemorySink {
     MemorySink::of(scene.clone(), batches, lines)
 }
 
-/// What a frame of changes says.
+/// The contents of a frame of changes.
 #[derive(Default)]
 struct Changes {
     batches: Vec<Batch>,
@@ -156,7 +156,7 @@ fn send(frame: &MemorySink, scene: &mut LiveScene) {
 }
 
 #[test]
-fn changes_show_what_a_whole_frame_shows() {
+fn frames_of_changes_draw_the_same_as_whole_frames() {
     let Some(renderer) = renderer() else { return };
     let mut scene = scene();
     let mut live = renderer.live();
@@ -182,7 +182,7 @@ fn changes_show_what_a_whole_frame_shows() {
         memory.end().unwrap();
     }
     pictures.dedup();
-    assert_eq!(pictures.len(), 24, "something changes in each of them");
+    assert_eq!(pictures.len(), 24, "every frame changes the picture");
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn only_what_changed_is_sent() {
     assert_eq!(
         live_bytes(renderer, &mut live, &view),
         first - records_and_draws(3 * 64),
-        "the same again: where things are"
+        "the same again: only placements"
     );
     let changes = Changes { batches: vec![square(0, 3, 4), square(1, 5, 0)], lines: Vec::new() };
     changes.play(&scene, &mut live).unwrap();
@@ -211,24 +211,24 @@ fn live_bytes(renderer: &Renderer, live: &mut LiveScene, view: &RenderOptions) -
     renderer.picture(live, 0, view).unwrap().1.bytes
 }
 
-/// Bytes of so many tiles' records and draws.
+/// Size of the records and draws of so many tiles, bytes.
 fn records_and_draws(tiles: u64) -> u64 {
     tiles * (16 + 20)
 }
 
 #[test]
-fn a_frame_that_does_not_end_changes_nothing() {
+fn a_frame_that_is_not_ended_changes_nothing() {
     let Some(renderer) = renderer() else { return };
     let scene = scene();
     let mut live = renderer.live();
     let view = options(ColourBy::Tile);
-    assert!(live.begin_changes(&scene).is_err(), "of nothing");
+    assert!(live.begin_changes(&scene).is_err(), "there is no frame to change yet");
     assert!(live.batch(&mut square(0, 0, 1)).is_err() && live.end().is_err());
     send(&whole(&scene, 2), &mut live);
     let shown = picture(renderer, &mut live, &view);
     let held = live.held();
     Changes::random(&mut Draw(3), 30).play(&scene, &mut live).unwrap();
-    assert!(picture(renderer, &mut live, &view) == shown, "until it ends");
+    assert!(picture(renderer, &mut live, &view) == shown, "before the frame ends");
     live.abort();
     assert!(picture(renderer, &mut live, &view) == shown);
     assert!(live.begin_changes(&scene).is_err(), "the sender does not know what is shown");
@@ -278,7 +278,7 @@ fn pages_are_added_and_taken_back() {
     assert!(full.pages > held.pages + 2 && full.vertices >= 2 * 64 * 71 * 71 * 16, "{full:?}");
     let fine = picture(renderer, &mut live, &view);
     let off = coarse.pixels.iter().zip(&fine.pixels).filter(|(a, b)| a.abs_diff(**b) > 2).count();
-    assert!(off < 20, "the sheet is level, whatever its triangles: {off} bytes differ");
+    assert!(off < 20, "the sheet is flat, whatever its triangles: {off} bytes differ");
     // One tile of more than 65 536 vertices: indices of four bytes.
     let changes = Changes { batches: vec![square(0, 0, 300)], lines: Vec::new() };
     changes.play(&scene, &mut live).unwrap();
@@ -291,7 +291,7 @@ fn pages_are_added_and_taken_back() {
 }
 
 #[test]
-fn what_is_not_drawn_is_not_drawn() {
+fn tiles_outside_the_drawn_set_are_not_drawn() {
     let Some(renderer) = renderer() else { return };
     let scene = scene();
     let mut live = renderer.live();
@@ -316,7 +316,7 @@ fn what_is_not_drawn_is_not_drawn() {
     assert!(pictures[0] == only(0) && pictures[1] == only(1) && all == renderer.render(&frame, &by).unwrap());
     let mut kept = frame;
     kept.drawn = drawn;
-    assert!(renderer.render(&kept, &by).unwrap() == pictures[0], "as a sink in memory has it");
+    assert!(renderer.render(&kept, &by).unwrap() == pictures[0], "the sink in memory shows the same");
 }
 
 fn pixel_of(camera: &Camera, point: DVec3) -> (u32, u32) {
@@ -325,7 +325,7 @@ fn pixel_of(camera: &Camera, point: DVec3) -> (u32, u32) {
 }
 
 #[test]
-fn a_pixel_tells_what_it_shows() {
+fn picking_a_pixel_finds_what_it_shows() {
     let Some(renderer) = renderer() else { return };
     let scene = scene();
     let mut live = renderer.live();
@@ -350,7 +350,7 @@ fn a_pixel_tells_what_it_shows() {
     for outside in [(0, 0), (SIZE.0, 0), (0, SIZE.1), (u32::MAX, u32::MAX)] {
         assert_eq!(live.pick(outside, 0, &view).unwrap(), None);
     }
-    // Of a box, the nearest side.
+    // On a box, the nearest side.
     let boxed = box_frame(DVec3::splat(20.0), &[DAffine3::from_translation(DVec3::splat(1e6))]);
     send(&boxed, &mut live);
     let above = Camera {
@@ -366,7 +366,7 @@ fn a_pixel_tells_what_it_shows() {
 }
 
 #[test]
-fn a_face_stands_out_and_no_other() {
+fn only_the_highlighted_face_stands_out() {
     let Some(renderer) = renderer() else { return };
     let scene = scene();
     let mut live = renderer.live();
@@ -388,7 +388,7 @@ fn a_face_stands_out_and_no_other() {
     assert!(picture(renderer, &mut live, &view) == plain);
 }
 
-/// A device of the test's own, without any feature: draws are calls.
+/// A device of the test's own without any features: draws are single calls.
 fn plain_device() -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let wanted = wgpu::RequestAdapterOptions::default();
@@ -423,7 +423,7 @@ fn a_device_without_features_draws_the_same() {
 }
 
 #[test]
-fn lattice_lines_are_drawn_where_they_are() {
+fn lattice_lines_are_drawn_in_their_places() {
     let Some(renderer) = renderer() else { return };
     let scene = scene();
     let mut live = renderer.live();
@@ -431,11 +431,11 @@ fn lattice_lines_are_drawn_where_they_are() {
     let ruled = plain.with_lattice(true);
     send(&whole(&scene, 3), &mut live);
     let without = picture(renderer, &mut live, &plain);
-    assert_eq!(picture(renderer, &mut live, &ruled), without, "nothing is kept");
+    assert_eq!(picture(renderer, &mut live, &ruled), without, "no lattice lines are kept yet");
     let held = live.held().vertices;
     live.keep_lattice(true).unwrap();
     assert_eq!(live.held().vertices, held / 2 * 3);
-    assert_eq!(picture(renderer, &mut live, &ruled), without, "no tile has come again");
+    assert_eq!(picture(renderer, &mut live, &ruled), without, "no tile was sent again yet");
     send(&whole(&scene, 3), &mut live);
     assert_eq!(picture(renderer, &mut live, &plain), without);
     let with = picture(renderer, &mut live, &ruled);

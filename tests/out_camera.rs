@@ -1,4 +1,4 @@
-//! View points: names, numbers, and cameras that just hold what they are fitted to.
+//! View points: names, numbers, and cameras that exactly hold what they are fitted to.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DVec3, DVec4};
@@ -90,7 +90,7 @@ fn a_point_or_nothing_still_makes_a_camera() {
 }
 
 #[test]
-fn what_is_no_view_point_is_refused_with_help() {
+fn an_invalid_view_point_is_refused_with_help() {
     for text in ["", "isometric", "1", "1,2,0", "1,2,-1", "nan,0", "1,2,3,4"] {
         let error = text.parse::<ViewPoint>().unwrap_err();
         assert_eq!(error.text, text);

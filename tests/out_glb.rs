@@ -1,4 +1,4 @@
-//! GLB files read back: chunks, JSON that the format's own rules accept, and the bytes behind every accessor.
+//! GLB files read back: chunks, JSON valid by the format's rules, and the bytes behind every accessor.
 #![cfg(feature = "glb")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -49,7 +49,7 @@ fn read(bytes: &[u8]) -> Glb {
 }
 
 impl Glb {
-    /// Views lie inside the buffer, accessors inside their views, and everything is aligned.
+    /// Asserts that views lie inside the buffer and accessors inside their views, and that all are aligned.
     fn check_layout(&self) {
         for view in &self.root.buffer_views {
             let (start, length) = (view.byte_offset.unwrap().0, view.byte_length.0);
@@ -99,7 +99,7 @@ impl Glb {
         }
     }
 
-    /// The instance nodes, with their place in the world.
+    /// The instance nodes with their world transforms.
     fn nodes(&self) -> Vec<(&gltf_json::Node, Mat4)> {
         let scene = &self.root.scenes[self.root.scene.unwrap().value()];
         let top = &self.root.nodes[scene.nodes[0].value()];
@@ -193,7 +193,7 @@ fn an_instance_colour_makes_a_variant_that_shares_the_data() {
 }
 
 #[test]
-fn corners_that_round_together_are_not_written() {
+fn triangles_whose_corners_round_together_are_not_written() {
     let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
     let mesh = &mut frame.batches[0].mesh;
     mesh.positions.push(mesh.positions[0] + DVec3::splat(1e-12));

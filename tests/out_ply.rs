@@ -109,7 +109,7 @@ fn the_sink_writes_what_the_function_writes_and_leaves_only_the_file() {
     let path = folder.join("a.PLY");
     let mut sink = open(&path).unwrap();
     play(&frame, &mut *sink).unwrap();
-    assert!(!path.exists(), "nothing under the name before the end");
+    assert!(!path.exists(), "no file before the end");
     sink.end().unwrap();
     drop(sink);
     let mut bytes = Vec::new();
@@ -137,7 +137,7 @@ fn abort_and_drop_leave_nothing_and_keep_what_was_there() {
 }
 
 #[test]
-fn a_folder_that_is_not_there_is_found_at_begin() {
+fn a_missing_folder_is_an_error_at_begin() {
     let path = folder("out_ply_missing").join("no/such/a.ply");
     let mut sink = open(&path).unwrap();
     let error = sink.begin(&box_frame(DVec3::ONE, &[]).scene).unwrap_err();

@@ -43,8 +43,8 @@ fn stl_closes_and_its_normals_point_out() {
 }
 
 #[test]
-fn stl_drops_what_rounds_together() {
-    let far = DAffine3::from_translation(DVec3::new(1e8, 0.0, 0.0)); // floats are 8 mm apart there
+fn stl_drops_triangles_whose_corners_round_together() {
+    let far = DAffine3::from_translation(DVec3::new(1e8, 0.0, 0.0)); // single-precision numbers are 8 mm apart there
     let triangles = stl(&box_frame(DVec3::ONE, &[far]));
     assert_eq!(triangles.len(), 4, "only the two faces across x survive");
 }

@@ -1,4 +1,4 @@
-//! Files appear whole or not at all: whatever fails, and whenever.
+//! Files appear complete or not at all, whatever fails and when.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod out_fixture;
@@ -25,7 +25,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn an_error_after_half_leaves_what_stood_there() {
+fn an_error_halfway_leaves_the_previous_file() {
     let folder = folder("half");
     let path = folder.join("mesh.obj");
     let fails = |file: &mut dyn Write| {
@@ -43,7 +43,7 @@ fn an_error_after_half_leaves_what_stood_there() {
 }
 
 #[test]
-fn a_panic_after_half_leaves_nothing() {
+fn a_panic_halfway_leaves_nothing() {
     let folder = folder("panic");
     let path = folder.join("mesh.obj");
     let panics = std::panic::catch_unwind(|| write_whole(&path, |_| panic!("on purpose")));
@@ -52,7 +52,7 @@ fn a_panic_after_half_leaves_nothing() {
 }
 
 #[test]
-fn folders_are_no_files() {
+fn a_folder_is_not_overwritten_by_a_file() {
     let folder = folder("folders");
     for path in [folder.as_path(), Path::new("/"), &folder.join("missing").join("mesh.obj")] {
         assert!(write_whole(path, |file| file.write_all(b"x")).is_err(), "{}", path.display());
@@ -98,7 +98,7 @@ fn a_link_stays_a_link_and_its_target_is_replaced_whole() {
 }
 
 #[test]
-fn positions_beyond_single_precision_are_told_and_nothing_is_written() {
+fn positions_beyond_single_precision_are_reported_and_nothing_is_written() {
     let folder = folder("beyond");
     let far = DVec3::new(0.0, -1e39, 2.0);
     let formats = [
@@ -108,7 +108,7 @@ fn positions_beyond_single_precision_are_told_and_nothing_is_written() {
     ];
     for (format, place) in formats {
         let frames = [box_frame(DVec3::ONE, &[DAffine3::from_translation(place)]), box_frame(1e45 * DVec3::ONE, &[])];
-        // An STL holds instances only, a GLB parts as well.
+        // An STL contains instances only, a GLB parts as well.
         for frame in &frames[..if format == Format::Stl { 1 } else { 2 }] {
             let path = folder.join("mesh");
             fs::write(&path, "before").unwrap();
@@ -122,7 +122,7 @@ fn positions_beyond_single_precision_are_told_and_nothing_is_written() {
             );
         }
     }
-    // Doubles have room, and so has the last single.
+    // Double precision has room, and so has the largest single-precision number.
     let frame = box_frame(DVec3::ONE, &[DAffine3::from_translation(far)]);
     for (format, frame) in [
         (Format::Ply, &frame),

@@ -8,7 +8,7 @@ use trimtess::model::Model;
 use trimtess::parallel::{FrameReport, Session, SessionOptions, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-/// Every bit of a frame that does not say who made it.
+/// All bits of a frame except which worker made it.
 fn bytes(sink: &MemorySink) -> Vec<u8> {
     let mut bytes = Vec::new();
     let put = |bytes: &mut Vec<u8>, numbers: &[u32]| numbers.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
@@ -43,7 +43,7 @@ fn models() -> Vec<(String, Model)> {
     models
 }
 
-/// Three plans: fine, coarse, fine again. What a worker keeps from one must not show in the next.
+/// Three plans: fine, coarse, fine again. A worker's cache of one must not influence the next.
 fn plans(prepared: &Prepared) -> [Arc<Plan>; 3] {
     [1e-3, 1e-2, 1e-3].map(|relative| {
         let tolerance = Tolerance { chord: relative * prepared.diagonal, angle: 0.35, max_edge: None };
@@ -52,7 +52,7 @@ fn plans(prepared: &Prepared) -> [Arc<Plan>; 3] {
 }
 
 #[test]
-fn workers_do_not_show() {
+fn the_number_of_workers_does_not_matter() {
     for (name, model) in models() {
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plans = plans(&prepared);
@@ -62,7 +62,7 @@ fn workers_do_not_show() {
             (report, bytes(&sink))
         });
         assert!(reference[0].0.triangles > 0, "{name} has no triangles");
-        assert!(reference[0].1 == reference[2].1, "{name}: the same plan gave other bytes");
+        assert!(reference[0].1 == reference[2].1, "{name}: the same plan gave different bytes");
         for workers in [1, 2, 3, 8] {
             let mut session =
                 Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(workers)).unwrap();
@@ -70,7 +70,7 @@ fn workers_do_not_show() {
             for (number, (plan, (expected, expected_bytes))) in plans.iter().zip(&reference).enumerate() {
                 let mut sink = MemorySink::default();
                 let report = session.frame(plan, &mut sink).unwrap();
-                assert!(bytes(&sink) == *expected_bytes, "{name}, {workers} workers, frame {number}: other bytes");
+                assert!(bytes(&sink) == *expected_bytes, "{name}, {workers} workers, frame {number}: different bytes");
                 let said = |r: &FrameReport| (r.batches, r.triangles, r.degraded.clone());
                 assert_eq!(said(&report), said(expected), "{name}, {workers} workers, frame {number}");
                 assert_eq!(report.frame, number as u64);
@@ -82,7 +82,7 @@ fn workers_do_not_show() {
 }
 
 #[test]
-fn threads_of_prepare_do_not_show() {
+fn the_threads_of_prepare_do_not_matter() {
     for (name, model) in models() {
         let frames = [1, 2, 3].map(|threads| {
             let prepared = Arc::new(
@@ -98,7 +98,7 @@ fn threads_of_prepare_do_not_show() {
 }
 
 #[test]
-fn edge_lines_come_when_asked_for_and_lie_on_mesh_vertices() {
+fn edge_lines_come_on_request_and_lie_on_mesh_vertices() {
     for (name, model) in models() {
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plan = &plans(&prepared)[1];

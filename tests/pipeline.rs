@@ -30,7 +30,7 @@ fn coedge(edge: u32, reversed: bool) -> Coedge {
     Coedge { edge: EdgeId(edge), reversed, pcurve: None }
 }
 
-/// A closed cylinder about z of radius 5 and height 8; with or without a seam edge on its side.
+/// A closed cylinder about z of radius 5 and height 8, with or without a seam edge on its side.
 fn cylinder(seam: bool) -> Part {
     let top = Frame3 { origin: DVec3::Z * 8.0, ..Frame3::WORLD };
     let circle = |frame: &Frame3| NurbsCurve3::arc(frame, 5.0, 5.0, 0.0, std::f64::consts::TAU);
@@ -89,7 +89,7 @@ fn a_cylinder_is_closed_with_and_without_a_seam() {
 
 #[test]
 fn a_plate_with_many_holes_has_the_same_bytes_each_time() {
-    // Too many corners for one polygon: a constrained Delaunay triangulation, whose order must not show.
+    // Too many corners for one polygon: a constrained Delaunay triangulation, whose order must not affect the result.
     let mut part = trimtess::model::PartBuilder::new("plate");
     let corners = [(0.0, 0.0), (120.0, 0.0), (120.0, 120.0), (0.0, 120.0)];
     let mut loops = vec![Loop::Edges(part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 0.0))))];

@@ -1,4 +1,4 @@
-//! Smallest inputs of what prepare has to get right: poles, apexes, seams, wraps, creases, faces without area.
+//! Smallest inputs for each difficulty of prepare: poles, apexes, seams, wraps, creases, faces without area.
 
 use glam::{DAffine3, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -29,7 +29,7 @@ fn mesh(prepared: &Arc<Prepared>, chord: f64) -> MeshFacts {
     check_scene(&sink).total
 }
 
-/// A closed part of the given volume, at all chords.
+/// Asserts that a part is closed and has the given volume and area at all chords.
 fn is_closed(part: Part, volume: f64, area: f64) {
     let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
@@ -41,18 +41,18 @@ fn is_closed(part: Part, volume: f64, area: f64) {
     }
 }
 
-/// Frame whose circle lies in the plane of x and z.
+/// A frame whose circles lie in the plane of x and z.
 fn upright() -> Frame3 {
     Frame3::from_axis(DVec3::ZERO, -DVec3::Y, DVec3::X).expect("an axis")
 }
 
 #[test]
 fn a_circle_through_both_poles_of_a_sphere() {
-    // The half with y > 0, bounded by one closed edge that runs through both poles; and its flat side.
+    // The half with y > 0, bounded by one closed edge through both poles, and its flat side.
     let mut part = PartBuilder::new("half ball");
     let circle = part.circle(&upright(), 5.0);
     let shell = part.plain_shell(ShellKind::Outer);
-    // Seen from outside the kept half lies left when the circle runs from +x over -z.
+    // Seen from outside, the kept half lies left if the circle runs from +x over -z.
     part.plain_face(
         Surface::Sphere { frame: Frame3::WORLD, radius: 5.0 },
         shell,
@@ -129,8 +129,8 @@ fn a_hole_in_a_whole_sphere_leaves_the_rest() {
 }
 
 #[test]
-fn orientation_that_the_flags_get_wrong_is_set_right() {
-    // The same half ball, every flag of the plane turned: the shell still closes, with positive volume.
+fn wrong_orientation_flags_are_corrected() {
+    // The same half ball with every flag of the plane reversed: the shell still closes, with positive volume.
     let mut part = PartBuilder::new("half ball");
     let circle = part.circle(&upright(), 5.0);
     let shell = part.plain_shell(ShellKind::Outer);
@@ -190,7 +190,7 @@ fn creases_are_kept_at_every_tolerance() {
 }
 
 #[test]
-fn a_surface_without_area_is_told_and_costs_nothing() {
+fn a_surface_without_area_is_reported_and_has_no_tiles() {
     let mut sheet = sheet(&[DVec3::ZERO, DVec3::X]);
     sheet.points.fill(DVec3::new(1.0, 2.0, 3.0));
     let prepared = prepare(model(bare(sheet)), &PrepareOptions::DEFAULT).expect("within the limits");
@@ -205,7 +205,7 @@ fn a_surface_without_area_is_told_and_costs_nothing() {
 
 #[test]
 fn a_thin_crescent_survives_coarse_tolerances() {
-    // Two arcs that share both ends: without critical parameters both would be the same chord.
+    // Two arcs with common ends: without critical parameters both would be the same chord.
     let frame = |y: f64| Frame3 { origin: DVec3::new(0.0, y, 0.0), ..Frame3::WORLD };
     let mut part = PartBuilder::new("crescent");
     let ends = [DVec3::X * 3.0, DVec3::X * -3.0].map(|p| part.vertex(p));
@@ -234,7 +234,7 @@ fn a_thin_crescent_survives_coarse_tolerances() {
     }
 }
 
-/// A ring cut open: between two arcs about the same centre, `gap` apart, and a line at either end.
+/// A ring cut open: two arcs about the same centre, `gap` apart, and a line at either end.
 fn open_ring(radius: f64, gap: f64, turn: f64) -> Part {
     let mut part = PartBuilder::new("ring");
     let at = |radius: f64, angle: f64| Frame3::WORLD.place(DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0));
@@ -253,8 +253,9 @@ fn open_ring(radius: f64, gap: f64, turn: f64) -> Part {
 }
 
 #[test]
-fn of_two_arcs_side_by_side_only_the_outer_one_has_critical_points() {
-    // The can of a capacitor: two micrometres of plane beside a rounded edge. The outer arc needs 70 chords, halved 128.
+fn only_the_outer_of_two_close_arcs_has_critical_points() {
+    // The can of a capacitor: two micrometres of plane next to a rounded edge. The outer arc needs 70 chords, 128 after
+    // halving.
     let (radius, gap, turn) = (5.25, 0.002, 3.82);
     let prepared = prepare(model(open_ring(radius, gap, turn)), &PrepareOptions::DEFAULT).expect("within the limits");
     let points = |edge: usize| prepared.parts[0].edges[edge].breaks.len();
@@ -269,7 +270,7 @@ fn of_two_arcs_side_by_side_only_the_outer_one_has_critical_points() {
 
 #[test]
 fn edges_that_are_noise_have_few_critical_points() {
-    // Two splines of which neither keeps to its side: no points keep their polylines apart.
+    // Two splines that cross again and again: no points can keep their polylines apart.
     let mut part = PartBuilder::new("noise");
     let mut seed = 1_u32;
     let mut noise = move || {
@@ -296,8 +297,8 @@ fn edges_that_are_noise_have_few_critical_points() {
 }
 
 #[test]
-fn a_whole_turn_in_any_place_closes_on_itself() {
-    // A closed circle edge whose vertex lies anywhere on the seam-free cylinder.
+fn a_full_circle_closes_wherever_its_vertex_is() {
+    // A closed circle edge whose vertex lies anywhere on a cylinder without a seam edge.
     for start in [0.0, 1.0, 3.0, 6.0] {
         let mut part = PartBuilder::new("tube");
         let mut ring = |z: f64, turn: f64| {
@@ -317,7 +318,7 @@ fn a_whole_turn_in_any_place_closes_on_itself() {
     }
 }
 
-/// A square that hangs above the plane it claims to lie in.
+/// A square that lies at `height` above its plane.
 fn hanging(height: f64) -> Prepared {
     let mut part = PartBuilder::new("square");
     let corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
@@ -346,11 +347,14 @@ fn edges_off_their_surface_that_bound_a_face_keep_it_repaired() {
     assert_eq!(prepared.tiles().count(), 1);
     assert!(prepared.parts[0].faces[0].repaired);
     let told = &prepared.diagnostics[0];
-    let off = matches!(told.kind, DiagnosticKind::Face(FaceTrouble::EdgesOffSurface { gap_mm }) if (gap_mm - 3.0).abs() < 1e-9);
+    let off = matches!(
+        told.kind,
+        DiagnosticKind::Face(FaceTrouble::EdgesOffSurface { gap_mm }) if (gap_mm - 3.0).abs() < 1e-9
+    );
     assert!(told.severity == Severity::Warning && off, "{told:?}");
 }
 
-/// How many faces have triangles.
+/// Number of faces with triangles.
 fn mesh_of(prepared: &Prepared) -> usize {
     let prepared = Arc::new(prepared.clone());
     let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.6, max_edge: None });
@@ -370,12 +374,12 @@ fn an_edge_without_a_range_is_straight() {
         part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(vec![edge.along()])], false);
     }
     let mut model = model(part.finish().expect("a valid part"));
-    // What the builder refuses may still be written into the open fields.
+    // The builder refuses this; the public fields allow it.
     model.parts[0].edges[circle.index()].kind = CurveKind::Spline;
     for range in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0)] {
         model.parts[0].edges[circle.index()].range = range;
         let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT).expect("within the limits");
-        // From its vertex to itself, so nothing is left of the disc.
+        // From its vertex to itself, so nothing remains of the disc.
         assert_eq!(prepared.tiles().count(), 2, "{range:?}");
         assert_eq!(mesh_of(&prepared), 1, "{range:?}");
         let why = prepared.diagnostics[0].kind.face_error();
@@ -385,8 +389,8 @@ fn an_edge_without_a_range_is_straight() {
 }
 
 #[test]
-fn thin_bowls_keep_the_files_word_and_inside_out_balls_do_not() {
-    // A bowl of 0.2 mm: its volume is the difference of two a thousand times larger.
+fn thin_bowls_keep_the_stated_orientation_and_inside_out_balls_do_not() {
+    // A bowl of 0.2 mm: its volume is the difference of two volumes a thousand times larger.
     let (outer, inner) = (100.0, 99.8);
     let mut part = PartBuilder::new("bowl");
     let rims = [outer, inner].map(|r| part.circle(&Frame3::WORLD, r));
@@ -421,7 +425,7 @@ fn thin_bowls_keep_the_files_word_and_inside_out_balls_do_not() {
 }
 
 #[test]
-fn open_fields_that_name_nothing_cost_no_panic() {
+fn dangling_indices_cause_no_panic() {
     let whole = || {
         let mut part = PartBuilder::new("disc");
         let circle = part.circle(&Frame3::WORLD, 5.0);
@@ -446,7 +450,7 @@ fn open_fields_that_name_nothing_cost_no_panic() {
         assert_eq!(prepared.diagnostics[0].face, Some(trimtess::model::FaceId(0)), "{:?}", prepared.diagnostics);
     }
 
-    // An edge that no face uses, with a vertex that is none, costs nothing.
+    // An edge that no face uses, with a vertex that does not exist, is harmless.
     let mut loose = whole();
     let mut edge = loose.parts[0].edges[0].clone();
     edge.start = trimtess::model::VertexId(99);
@@ -457,7 +461,7 @@ fn open_fields_that_name_nothing_cost_no_panic() {
 
 #[test]
 fn a_turned_surface_without_edges_is_kept_whole() {
-    // A ball as a half circle turned about its diameter: nothing but the surface says how large it is.
+    // A ball as a half circle turned about its diameter: only the surface states its size.
     let upright = Frame3 { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y };
     let curve = NurbsCurve3::arc(&upright, 5.0, 5.0, -0.5 * PI, 0.5 * PI);
     let mut part = bare(sheet(&[DVec3::ZERO, DVec3::X]));
@@ -470,7 +474,7 @@ fn a_turned_surface_without_edges_is_kept_whole() {
 
 #[test]
 fn bodies_that_share_an_edge_keep_their_orientation() {
-    // Two cubes of one part that touch along an edge: it has four uses, two of each shell.
+    // Two cubes of one part that touch along an edge. It has four uses, two per shell.
     let mut part = PartBuilder::new("touching cubes");
     let mut vertices = std::collections::BTreeMap::new();
     let mut edges = std::collections::BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Pictures of a small box: what is covered, from where, in which colours. Skipped where there is no adapter.
+//! Pictures of a small box: what is covered, from where, in which colours. Skipped without an adapter.
 #![cfg(feature = "wgpu")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -43,7 +43,7 @@ fn centre(image: &Image) -> [u8; 4] {
     image.pixel(image.width / 2, image.height / 2).unwrap()
 }
 
-/// Whether a pixel is one of the backdrop's, which depend on the row alone.
+/// Whether a pixel shows the backdrop, which depends on the row alone.
 fn is_backdrop(image: &Image, x: u32, y: u32) -> bool {
     image.pixel(x, y) == image.pixel(0, y)
 }
@@ -58,7 +58,7 @@ fn a_cube_covers_the_centre_and_leaves_the_corners() {
         let (top, bottom) = (image.pixel(x, 0).unwrap(), image.pixel(x, 179).unwrap());
         assert!(top[0] > 240 && bottom[0] < 220 && bottom[0] > 200, "{top:?} {bottom:?}");
     }
-    // The fit leaves 6 % free: the outline nearly touches the picture's top and bottom.
+    // The fit leaves a margin of 6 %: the outline nearly touches the picture's top and bottom.
     let covered: Vec<u32> = (0..180).filter(|&y| (0..240).any(|x| !is_backdrop(&image, x, y))).collect();
     assert!((4..8).contains(&covered[0]) && (172..176).contains(covered.last().unwrap()), "{covered:?}");
 }
@@ -112,14 +112,14 @@ fn lines_lie_on_the_surface_and_hidden_ones_do_not_show() {
     let edges = inked(&PLAIN.with_camera(camera).with_edges(true), &frame);
     assert!((320..800).contains(&edges), "{edges}");
     frame.edge_lines.retain(|line| line.points[0].y > 0.0);
-    assert_eq!(inked(&PLAIN.with_camera(camera).with_edges(true), &frame), 0, "those behind are hidden");
+    assert_eq!(inked(&PLAIN.with_camera(camera).with_edges(true), &frame), 0, "the edges behind are hidden");
     // Four sides and a diagonal.
     let wires = inked(&PLAIN.with_camera(camera).with_wireframe(true), &frame);
     assert!((4 * 150 + 210..4 * 320 + 460).contains(&wires), "{wires}");
 }
 
 #[test]
-fn colours_tell_what_they_are_asked_to() {
+fn colours_show_the_requested_property() {
     let Some(renderer) = renderer() else { return };
     let mut frame = cube();
     frame.batches.iter_mut().for_each(|batch| batch.worker = batch.tile.0 % 2);
@@ -128,7 +128,7 @@ fn colours_tell_what_they_are_asked_to() {
         for (view, _) in &ViewPoint::NAMED[1..] {
             let options = PLAIN.with_camera(Some(from(view, &frame))).with_colour_by(colour_by);
             let [r, g, b, _] = centre(&renderer.render(&frame, &options).unwrap()).map(f32::from);
-            let hue = [r / b, g / b]; // lighting differs from side to side, ratios hardly
+            let hue = [r / b, g / b]; // lighting differs between sides, these ratios hardly
             if hues.iter().all(|known| (known[0] - hue[0]).abs() + (known[1] - hue[1]).abs() > 0.1) {
                 hues.push(hue);
             }
@@ -142,7 +142,7 @@ fn colours_tell_what_they_are_asked_to() {
 }
 
 #[test]
-fn far_from_the_origin_nothing_trembles() {
+fn pictures_are_stable_far_from_the_origin() {
     let Some(renderer) = renderer() else { return };
     let near = renderer.render(&cube(), &PLAIN).unwrap();
     let mut frame = cube();
@@ -162,7 +162,7 @@ fn impossible_pictures_are_refused() {
 }
 
 #[test]
-fn messages_tell_what_to_do() {
+fn messages_state_what_to_do() {
     let none = NoAdapter { found: vec!["Some GPU: too old".into()] }.to_string();
     assert!(none.contains("Some GPU: too old") && none.contains("mesa-vulkan-drivers"), "{none}");
     let unknown = "depth".parse::<ColourBy>().unwrap_err().to_string();

@@ -1,4 +1,4 @@
-//! Every named shape -> a mesh whose area, volume and closedness are those of its closed form, decade by decade.
+//! Every named shape -> a mesh with the area, volume and closedness of its closed form, decade by decade.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, prepare};
 
-/// Area and, for solids, volume.
+/// Area, and the volume of solids.
 fn exact(name: &str) -> (Option<f64>, Option<f64>) {
     let washer = (2.0 * PI * (100.0 - 36.0) + 2.0 * PI * 16.0 * 3.0, PI * (100.0 - 36.0) * 3.0);
     let cylinder = (2.0 * PI * 25.0 + 2.0 * PI * 5.0 * 8.0, PI * 25.0 * 8.0);
@@ -37,13 +37,13 @@ fn mesh(name: &str, chord: f64) -> MeshFacts {
 
 #[test]
 fn meshes_have_the_area_and_volume_of_their_shape() {
-    // The paper's models have tests of their own: tests/builtin.
+    // The paper's models have their own tests: models/tests/builtin.
     for name in trimtess_models::names().filter(|name| !name.contains('-')) {
         for chord in [0.1, 0.01, 0.001] {
             let facts = mesh(name, chord);
             assert!(facts.is_well_formed(), "{name} at {chord}: {facts}");
             let (area, volume) = exact(name);
-            // A chord of c on a radius r takes about c/r of the area; the smallest radius here is 3.
+            // A chord of c on a radius r changes the area by about c/r; the smallest radius here is 3.
             let near = |got: f64, want: f64| (got / want - 1.0).abs() <= chord / 3.0 * 1.5 + 1e-12;
             if let Some(area) = area {
                 assert!(near(facts.area, area), "{name} at {chord}: area {}, exact {area}", facts.area);

@@ -31,7 +31,7 @@ fn bumpy(rational: bool) -> NurbsSurface {
     }
 }
 
-/// Every kind, with a box of natural parameters to look at.
+/// Every kind of surface, with a box of natural parameters to sample.
 fn zoo() -> Vec<(Surface, [(f64, f64); 2])> {
     let frame = frame();
     let curve = NurbsCurve3::arc(&frame, 2.0, 3.0, 0.3, 2.8);
@@ -99,7 +99,7 @@ fn normals_at_poles_are_limits() {
     let frame = frame();
     let sphere = Surface::Sphere { frame, radius: 2.0 };
     assert!(sphere.normal(1.0, FRAC_PI_2).unwrap().distance(frame.z) < 1e-15);
-    // The same half circle as a revolution, so that the limit is really taken.
+    // The same half circle as a revolution, so that the limit is evaluated.
     let upright = Frame3 { y: frame.z, z: -frame.y, ..frame };
     let curve = NurbsCurve3::arc(&upright, 2.0, 2.0, -FRAC_PI_2, FRAC_PI_2);
     let turned = Surface::Revolution { curve, frame };
@@ -179,7 +179,7 @@ fn poles_are_points() {
 }
 
 #[test]
-fn periods_are_seen() {
+fn periods_are_found() {
     let frame = frame();
     let circle = NurbsCurve3::arc(&frame, 2.0, 2.0, 0.5, 0.5 + TAU);
     let around = |curve: NurbsCurve3| Surface::Extrusion { curve, direction: frame.z };
@@ -187,7 +187,7 @@ fn periods_are_seen() {
     assert_eq!(around(NurbsCurve3::arc(&frame, 2.0, 2.0, 0.0, 3.0)).period(), [None, None]);
     let far = Frame3 { origin: frame.origin + frame.x * 20.0, ..frame };
     assert_eq!(Surface::Revolution { curve: circle, frame: far }.period(), [Some(TAU), Some(TAU)]);
-    // A horn torus: its circle closes on the axis, and nothing goes on beyond a pole.
+    // A horn torus: its circle closes on the axis, and the surface ends at its poles.
     let meridian = Frame3 { origin: frame.origin + frame.x * 2.0, x: frame.x, y: frame.z, z: -frame.y };
     let horn = Surface::Revolution { curve: NurbsCurve3::arc(&meridian, 2.0, 2.0, -PI, PI), frame };
     assert_eq!((horn.period(), horn.poles().len()), ([Some(TAU), None], 2));

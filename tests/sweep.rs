@@ -1,20 +1,20 @@
-//! Real files at many tolerances: every part that is closed in the file is closed in the mesh, in every run.
+//! Real files at many tolerances: a part closed in the file is closed in the mesh in every run.
 //!
-//! Each file is read and prepared once. A run that leaves a part open is printed with the part, its faces and what was
-//! told of them; a table of all files comes last. A plain run tries 12 chords from 3e-2 to 3e-5 of the diagonal with the
-//! angles 5 and 28.65 degrees. This tries 5, 12, 20, 28.65 and 45 degrees, in half a minute on two cores:
-//!
+//! Reads and prepares each file once. Prints each run that leaves a part open, with the part, its faces and their
+//! diagnostics, and ends with a table of all files. A plain run tries 12 chords from 3e-2 to 3e-5 of the diagonal with
+//! the angles 5 and 28.65 degrees. The command below tries 5, 12, 20, 28.65 and 45 degrees, in half a minute on two
+//! cores:
 //! ```text
 //! TRIMTESS_SWEEP=all cargo test --release --test sweep -- --nocapture
 //! ```
 //!
-//! To choose others:
+//! Other inputs:
 //!
-//! | variable | is | such as |
+//! | variable | meaning | example |
 //! |---|---|---|
-//! | `TRIMTESS_SWEEP_FOLDERS` | folders, with colons | `../shared/corpus:/data/parts` |
-//! | `TRIMTESS_SWEEP_FILES` | parts of file names, with commas | `odrive,tie_rod` |
-//! | `TRIMTESS_SWEEP_CHORDS` | shares of the diagonal, or millimetres | `1e-3,0.008mm` |
+//! | `TRIMTESS_SWEEP_FOLDERS` | folders, separated by colons | `../shared/corpus:/data/parts` |
+//! | `TRIMTESS_SWEEP_FILES` | substrings of file names, separated by commas | `odrive,tie_rod` |
+//! | `TRIMTESS_SWEEP_CHORDS` | fractions of the diagonal, or millimetres | `1e-3,0.008mm` |
 //! | `TRIMTESS_SWEEP_ANGLES` | degrees | `20,28.65` |
 #![cfg(feature = "step")]
 
@@ -32,7 +32,7 @@ use trimtess::prepare::{PrepareOptions, prepare};
 /// A chord tolerance.
 #[derive(Clone, Copy, Debug)]
 enum Chord {
-    /// Share of the diagonal.
+    /// Fraction of the diagonal.
     Share(f64),
     Millimetres(f64),
 }
@@ -40,18 +40,18 @@ enum Chord {
 /// Angles of the long run, degrees.
 const ANGLES: [f64; 5] = [5.0, 12.0, 20.0, 28.65, 45.0];
 
-/// Those of a plain run: what one asks of fillets, and what is usual.
+/// Angles of a plain run: one fine enough for fillets, and the usual one.
 const FEW_ANGLES: [f64; 2] = [5.0, 28.65];
 
 /// Runs that once left a part open: file, chord in millimetres, angle in degrees.
 const FOUND: [(&str, f64, f64); 1] = [("odrive_pcb_v35.step", 0.008, 28.65)];
 
-/// Chords of the long run, evenly spread on a scale of logarithms.
+/// Chords of the long run, evenly spaced in their logarithm.
 fn chords() -> Vec<Chord> {
     (0..12).map(|k| Chord::Share(3e-2 * 10.0_f64.powf(-3.0 * f64::from(k) / 11.0))).collect()
 }
 
-/// Every chord and angle that is asked of each file.
+/// Every chord and angle to try on each file.
 fn grid() -> Vec<(Chord, f64)> {
     let all = std::env::var("TRIMTESS_SWEEP").is_ok_and(|which| which == "all");
     let chord = |text: &str| {
@@ -59,9 +59,9 @@ fn grid() -> Vec<(Chord, f64)> {
             Some(number) => (number, Chord::Millimetres),
             None => (text, Chord::Share),
         };
-        unit(number.trim().parse().unwrap_or_else(|_| panic!("{text} is no chord")))
+        unit(number.trim().parse().unwrap_or_else(|_| panic!("{text} is not a chord")))
     };
-    let angle = |text: &str| text.trim().parse().unwrap_or_else(|_| panic!("{text} is no angle"));
+    let angle = |text: &str| text.trim().parse().unwrap_or_else(|_| panic!("{text} is not an angle"));
     let chords = match std::env::var("TRIMTESS_SWEEP_CHORDS") {
         Ok(asked) => asked.split(',').map(chord).collect(),
         Err(_) => chords(),
@@ -82,7 +82,7 @@ struct Row {
     closed: usize,
     runs: usize,
     open: usize,
-    /// The most that any run had.
+    /// Maximum over all runs, as for the next four fields.
     repaired: u64,
     filled: u64,
     lost: u64,
@@ -104,7 +104,7 @@ impl Row {
             }
         };
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-        // Where a face is lost, preparing may call the part open; the reference does not.
+        // Prepare may call the part open where a face is lost; the reference does not.
         let whole = closed_by_reference(path);
         let must_close = |part: usize| whole || prepared.scene.parts[part].closed;
         row.parts = prepared.parts.len();
@@ -140,7 +140,7 @@ impl Row {
     }
 }
 
-/// A line for each file: of faces and triangles the most of any run.
+/// One line per file; faces and triangles are the maximum over its runs.
 fn table(rows: &[Row]) -> String {
     let mut text = format!(
         "{:<34} {:>5} {:>6} {:>5} {:>5} {:>8} {:>6} {:>4} {:>8} {:>10} {:>7}\n",
@@ -159,7 +159,7 @@ fn table(rows: &[Row]) -> String {
     let faces = |of: fn(&Row) -> u64| rows.iter().map(of).sum::<u64>();
     let _ = writeln!(
         text,
-        "{} files, {} runs, {} of them open; faces at their worst: {} repaired, {} filled, {} lost",
+        "{} files, {} runs, {} of them open; most faces in one run: {} repaired, {} filled, {} lost",
         rows.len(),
         sum(|row| row.runs),
         sum(|row| row.open),
@@ -178,7 +178,7 @@ fn what_is_closed_in_the_file_is_closed_in_the_mesh_at_every_tolerance() {
     };
     let mut files = step_files(&folders);
     files.retain(|path| is_asked("TRIMTESS_SWEEP_FILES", path));
-    // The largest first, so that none is left for one core at the end.
+    // The largest files first, so that no core is left with one at the end.
     files.sort_by_key(|path| std::cmp::Reverse(std::fs::metadata(path).map_or(0, |file| file.len())));
     let (grid, rows) = (grid(), Mutex::new(Vec::new()));
     on_all_cores(&files, |path| {

@@ -1,5 +1,5 @@
-//! Faces whose wires are not what they should be: crossing, overlapping, doubled, turned, without area, not closed. Each
-//! ends in the triangles of the region of positive winding and a diagnostic with a place, never in a lost face.
+//! Faces with faulty wires: crossing, overlapping, doubled, reversed, without area, not closed. Each yields the
+//! triangles of the region of positive winding and a diagnostic with a place. No face is lost.
 
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -14,10 +14,10 @@ use trimtess::model::{
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-/// A ladder of chords: base, /4, /16, /32.
+/// Chords: base, /4, /16, /32.
 const CHORDS: [f64; 4] = [0.2, 0.05, 0.0125, 0.00625];
 
-/// The part, placed once, whether it is sound or not.
+/// The part, placed once, sound or not.
 fn prepared(part: Part) -> Arc<Prepared> {
     let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: String::new() };
     let model = Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() };
@@ -34,7 +34,7 @@ fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MeshFacts, FrameReport) {
     (facts.total, report)
 }
 
-/// Every diagnostic of the worst kind names its face and a place.
+/// Severity and kind of all diagnostics. Asserts that each names its face and a place.
 fn told(prepared: &Prepared) -> Vec<(Severity, DiagnosticKind)> {
     prepared
         .diagnostics
@@ -83,7 +83,7 @@ fn sheet(wires: &[&[(f64, f64)]]) -> Part {
     part.finish().expect("a sound part")
 }
 
-/// A plane face of this area at all chords; whether every rung said so, and what was told.
+/// Asserts that a plane face has this area at all chords. Returns the prepared part and the report of the finest frame.
 fn has_area(part: Part, area: f64) -> (Arc<Prepared>, FrameReport) {
     let prepared = prepared(part);
     let mut last = FrameReport::default();
@@ -99,7 +99,7 @@ const PLATE: [(f64, f64); 4] = [(0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)
 
 #[test]
 fn a_figure_eight_keeps_both_lobes() {
-    // Lobes of 9 and 4 around (3, 3), either way round; and two alike.
+    // Lobes of 9 and 4 around (3, 3), in both directions; and two equal ones.
     let eight: [(f64, f64); 4] = [(0.0, 0.0), (0.0, 6.0), (5.0, 1.0), (5.0, 5.0)];
     let mut back = eight;
     back.reverse();
@@ -117,7 +117,7 @@ fn a_figure_eight_keeps_both_lobes() {
     }
 }
 
-/// A plane face with one wire through points that may be off it.
+/// A plane face with one wire through points that may lie off the plane.
 fn sheet_through(points: &[DVec3]) -> Part {
     let mut part = PartBuilder::new("sheet");
     let shell = part.plain_shell(ShellKind::Open);
@@ -128,9 +128,10 @@ fn sheet_through(points: &[DVec3]) -> Part {
 
 #[test]
 fn a_lobe_whose_edges_cross_above_each_other_leaves_no_crack() {
-    // The edges of the eight cross in (u,v), and pass each other at some distance in space: one that vanishes, and one that does not.
+    // The edges of the eight cross in (u,v) and pass each other at distance z in space, zero included.
     let eight = |z: f64| [(0.0, 0.0, 0.0), (10.0, 10.0, 0.0), (10.0, 0.0, z), (0.0, 10.0, z)].map(DVec3::from);
-    // Three diameters of a hexagon, each above the other: six lobes that meet in one point of the plane and in three of space.
+    // Three diameters of a hexagon, one above the other: six lobes that meet in one point of the plane and in three
+    // points of space.
     let corner = |k: f64, z: f64| DVec3::new(5.0 * (k * PI / 3.0).cos(), 5.0 * (k * PI / 3.0).sin(), z);
     let star = |z: f64| {
         [(0.0, 0.0), (3.0, 0.0), (1.0, z), (4.0, z), (2.0, 2.0 * z), (5.0, 2.0 * z)].map(|(k, z)| corner(k, z)).to_vec()
@@ -178,7 +179,7 @@ fn a_wire_wound_twice_through_one_vertex_is_covered_twice() {
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
 }
 
-/// A plate with a hole, and what becomes of its wires.
+/// A plate with a hole, its wires changed.
 fn plate_with(change: impl Fn(&mut Vec<Loop>)) -> Part {
     let mut part = sheet(&[&PLATE, &[(2.0, 2.0), (2.0, 4.0), (4.0, 4.0), (4.0, 2.0)]]);
     change(&mut part.faces[0].loops);
@@ -192,7 +193,7 @@ fn edges_listed_in_another_order_are_chained() {
         Loop::Vertex(_) => Vec::new(),
     };
     for which in 0..2 {
-        // 1, 3, 2, 4; and the third one's sense mistaken.
+        // In the order 1, 3, 2, 4, and with the wrong sense of the third edge.
         let shuffled = plate_with(|loops| {
             let mut all = coedges(&mut loops[which]);
             all.swap(1, 2);
@@ -221,8 +222,8 @@ fn edges_listed_in_another_order_are_chained() {
 }
 
 #[test]
-fn edges_are_chained_that_end_beside_each_other() {
-    // Each edge has vertices of its own, 3e-4 off the corner; the third one's sense is mistaken.
+fn edges_whose_ends_lie_close_together_are_chained() {
+    // Each edge has its own vertices, 3e-4 off the corner; the third edge has the wrong sense.
     let mut plate = PartBuilder::new("plate");
     let shell = plate.plain_shell(ShellKind::Open);
     let corners = flat(&PLATE);
@@ -246,7 +247,7 @@ fn edges_are_chained_that_end_beside_each_other() {
 
 #[test]
 fn an_inner_wire_across_the_outer_is_reversed_outside() {
-    // 4 x 2 in the middle of the right side, half of it outside; and nearly all of it outside.
+    // 4 x 2 in the middle of the right side: half of it outside, nearly all of it, less than half.
     for (inside, x) in [(2.0, 8.0), (0.5, 9.5), (3.5, 6.5)] {
         let hole: [(f64, f64); 4] = [(x, 3.0), (x, 5.0), (x + 4.0, 5.0), (x + 4.0, 3.0)];
         let outside = 8.0 - 2.0 * inside;
@@ -288,7 +289,7 @@ fn a_pentagram_is_covered_twice_in_the_middle() {
         (p.x, p.y)
     };
     let star: Vec<(f64, f64)> = (0..5).map(tip).collect();
-    // Five triangles from the centre to a tip and the notches beside it: |tip| |notch| sin 36° each.
+    // Five triangles from the centre to a tip and the notches on both sides of it: |tip| |notch| sin 36° each.
     let notch = 5.0 * (TAU / 5.0).cos() / (TAU / 10.0).cos();
     let once = 5.0 * 5.0 * notch * (TAU / 10.0).sin();
     let middle = 2.5 * notch * notch * (TAU / 5.0).sin();
@@ -329,7 +330,7 @@ fn prism(wires: &[&[(f64, f64)]]) -> Part {
 
 #[test]
 fn a_prism_that_touches_itself_is_closed() {
-    // Two squares that meet in a corner, as one wire through two vertices in one place.
+    // Two squares that meet in a corner, as one wire through two coincident vertices.
     let eight = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (4.0, 2.0), (4.0, 4.0), (2.0, 4.0), (2.0, 2.0), (0.0, 2.0)];
     // A corner that touches a side from inside.
     let dent = [(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (4.0, 4.0), (3.0, 0.0), (2.0, 4.0), (0.0, 4.0)];
@@ -343,7 +344,7 @@ fn a_prism_that_touches_itself_is_closed() {
     }
 }
 
-/// The washer with loops of its bottom changed: still closed, still of its volume.
+/// The washer with changed loops on its bottom. Asserts that it is still closed and has the same volume.
 fn washer_with(change: impl Fn(&mut Part)) -> Arc<Prepared> {
     let mut part = shapes::washer();
     change(&mut part);
@@ -423,7 +424,7 @@ fn band(wires: [(f64, f64); 2]) -> Part {
 
 #[test]
 fn bounds_of_a_band_that_cross_reverse_what_lies_between_them() {
-    // The upper one is below the lower one for part of the turn: height |a + b sin θ|.
+    // The upper bound lies below the lower one for part of the turn: height |a + b sin θ|.
     for (height, slope) in [(2.0, 0.8), (0.5, 0.8), (3.9, 0.8), (1.0, -0.5)] {
         let prepared = prepared(band([(0.0, 0.0), (height, slope)]));
         assert!(warned(&prepared, crosses), "{:?}", told(&prepared));
@@ -437,7 +438,7 @@ fn bounds_of_a_band_that_cross_reverse_what_lies_between_them() {
             let slack = 8.0 * chord * TAU * 5.0;
             assert!((facts.area - exact).abs() <= slack, "chord {chord}: {} of {exact}", facts.area);
             assert_eq!(report.ladder.count(Rung::Repaired), 1);
-            // One or two pieces, but nothing open beyond the wires themselves.
+            // One or two pieces; nothing is open except the wires themselves.
             assert!(facts.nonmanifold_edges == 0, "chord {chord}: {facts}");
         }
     }
@@ -445,7 +446,7 @@ fn bounds_of_a_band_that_cross_reverse_what_lies_between_them() {
 
 #[test]
 fn wires_that_cross_where_a_closed_surface_is_cut_open() {
-    // Squares all around a cylinder: wherever the seam falls, it cuts them where they overlap.
+    // Squares all around a cylinder: wherever the seam lies, it cuts them where they overlap.
     let mut part = PartBuilder::new("tube");
     let shell = part.plain_shell(ShellKind::Open);
     let radius = 5.0;
@@ -476,8 +477,8 @@ fn wires_that_cross_where_a_closed_surface_is_cut_open() {
     part.plain_face(Surface::Cylinder { frame: Frame3::WORLD, radius }, shell, loops, false);
     let prepared = prepared(part.finish().expect("a sound part"));
     assert!(warned(&prepared, crosses), "{:?}", told(&prepared));
-    // The holes cover the heights from 1.5 to 4 everywhere, and half a unit more below or above by turns: where two of
-    // them overlap both, elsewhere one. Where two overlap, the tube is there again, reversed.
+    // The holes cover the heights from 1.5 to 4 at every angle, and by turns a half unit more below or above: both
+    // where two holes overlap, one elsewhere. In the overlap the tube is covered again, reversed.
     let turn = TAU * radius;
     let both = 0.5 * turn;
     let union = 2.5 * turn + both + 0.5 * (turn - both);
@@ -489,7 +490,7 @@ fn wires_that_cross_where_a_closed_surface_is_cut_open() {
     }
 }
 
-/// A box whose edges have vertices of their own, up to `by` off.
+/// A box whose edges have their own vertices, up to `by` off the corner.
 fn loose_box(by: f64) -> Part {
     let mut part = shapes::cuboid();
     for k in 0..part.edges.len() {
@@ -520,8 +521,8 @@ fn gaps_within_the_tolerance_close_and_stay_closed_between_faces() {
 }
 
 #[test]
-fn wider_gaps_are_closed_straight_and_told() {
-    // A side of the plate is missing, 8 wide.
+fn wider_gaps_are_closed_straight_and_reported() {
+    // One side of the plate is missing, 8 wide.
     let mut part = sheet(&[&PLATE]);
     let Loop::Edges(coedges) = &mut part.faces[0].loops[0] else { unreachable!("a loop of edges") };
     coedges.remove(1);
@@ -582,7 +583,7 @@ fn a_gap_on_a_curved_surface_is_closed_along_it() {
 
 #[test]
 fn a_wire_that_goes_round_twice_and_its_foot_once_bound_no_band_and_are_closed() {
-    // Both turns are ellipses through one vertex. No area on the cylinder has one turn as its foot and two as its top.
+    // Both turns are ellipses through one vertex. No area on the cylinder is bounded by one turn below and two above.
     let mut part = PartBuilder::new("band");
     let shell = part.plain_shell(ShellKind::Open);
     let start = part.vertex(DVec3::new(5.0, 0.0, 4.0));
@@ -658,7 +659,7 @@ fn a_face_without_a_region_is_filled_and_says_why_and_where() {
 
 #[test]
 fn a_bore_that_touches_the_outside_along_a_line_leaves_a_closed_solid() {
-    // A cylinder of radius 5 with a bore of radius 3 that touches it at (5, 0); with the wires' vertices there or not.
+    // A cylinder of radius 5 and a bore of radius 3 that touch at (5, 0), with the wires' vertices there or elsewhere.
     let height = 4.0;
     for angles in [[0.0, 0.0], [1.0, 2.0], [2.5, 4.0]] {
         let mut part = PartBuilder::new("crescent");
@@ -716,7 +717,7 @@ fn a_scribble_has_its_own_segments_as_its_boundary() {
 
 #[test]
 fn crossings_that_only_the_frame_resolves_keep_the_proportions_of_the_sheet() {
-    // More crossings than prepare makes common points of.
+    // More crossings than the number for which prepare makes common points.
     let mut state = 7_u64;
     let mut random = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -730,12 +731,12 @@ fn crossings_that_only_the_frame_resolves_keep_the_proportions_of_the_sheet() {
         assert!(report.degraded.iter().any(|d| split(&d.degradation)), "{:?}", report.degraded);
         facts.area / stretch
     };
-    // What only closes lies along the segments, and has no area.
+    // Triangles that only close the boundary lie along the segments and have no area.
     let [square, wide] = [1.0, 12.0].map(area);
     assert!((square - wide).abs() < 1e-6 * square, "{square} and {wide}");
 }
 
-/// A box of side 2 of which every face has its own edges, each face `off` further out than the one before.
+/// A box of side 2 whose faces have their own edges, each face `off` further out than the one before.
 fn own_edges(tolerance: f64, off: f64) -> Part {
     let mut part = PartBuilder::new("loose box");
     let shell = part.plain_shell(ShellKind::Outer);
@@ -753,7 +754,7 @@ fn own_edges(tolerance: f64, off: f64) -> Part {
 }
 
 #[test]
-fn a_solid_whose_faces_share_no_edges_is_told_to_be_open() {
+fn a_solid_whose_faces_share_no_edges_is_reported_as_open() {
     for (tolerance, off) in [(0.0, 0.0), (1e-3, 1e-2)] {
         let prepared = prepared(own_edges(tolerance, off));
         let open = ShellTrouble::Open { free: 24, edges: 24 }.into();
@@ -767,14 +768,14 @@ fn edges_that_coincide_within_the_tolerance_are_sewn() {
         let prepared = prepared(own_edges(1e-3, off));
         let (facts, _) = mesh(&prepared, 0.1);
         assert!(facts.is_closed() && (facts.volume - 8.0).abs() < 1e-2, "{off}: {facts}");
-        // Where the edges of the outer faces went inwards, they tell how far.
+        // Sewing moves the edges of the outer faces inwards; the note says by how much.
         let told = told(&prepared);
         let sewn = matches!(told[0].1, DiagnosticKind::Border(BorderTrouble::Sewn { pairs: 12, .. }));
         assert!(told.iter().all(|t| t.0 == Severity::Note) && sewn, "{told:?}");
     }
 }
 
-/// A disc of radius 5 of which every face has its own edges: circles of `arcs` pieces.
+/// A disc of radius 5 whose faces have their own edges: circles of `arcs` pieces.
 fn coin(thickness: f64, tolerance: f64, arcs: usize) -> Part {
     let mut part = PartBuilder::new("coin");
     let shell = part.plain_shell(ShellKind::Outer);
@@ -835,7 +836,7 @@ fn a_seam_of_two_edges_becomes_one() {
 }
 
 #[test]
-fn a_solid_of_the_same_half_twice_is_told_to_enclose_nothing() {
+fn a_solid_of_the_same_half_twice_is_reported_to_enclose_nothing() {
     let mut part = PartBuilder::new("two halves of one kind");
     let shell = part.plain_shell(ShellKind::Outer);
     let equator = part.circle(&Frame3::WORLD, 10.0);
@@ -848,7 +849,7 @@ fn a_solid_of_the_same_half_twice_is_told_to_enclose_nothing() {
 }
 
 #[test]
-fn surfaces_without_area_are_told_and_leave_no_triangles() {
+fn surfaces_without_area_are_reported_and_have_no_triangles() {
     let at = |x: f64| DVec3::X * x;
     let knots = vec![0.0, 0.0, 1.0, 1.0];
     // A spline along one line; and a circle turned about its own axis.

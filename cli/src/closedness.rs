@@ -1,14 +1,14 @@
-//! What the oracle found of each part -> whether it is closed in the file and in the mesh, in words and as a row of the
+//! Facts from `check_scene` -> whether each part is closed in the file and in the mesh, as text and as a row of the
 //! report.
 
 use serde::Serialize;
 use std::fmt::Write as _;
 use trimtess::mesh::{MeshFacts, ScenePart};
 
-/// Faces and parts that a line names before the rest is only counted.
+/// Maximum number of runs of faces or parts per line, and of lines. The rest is only counted.
 const NAMED: usize = 12;
 
-/// One part: what its file says of its edges, and what the mesh makes of them.
+/// Closedness of one part in the file and in the mesh.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Closedness {
     pub(crate) part: u32,
@@ -16,13 +16,13 @@ pub(crate) struct Closedness {
     pub(crate) closed_in_file: bool,
     /// Edges of the file where a sheet ends.
     pub(crate) free_edges: usize,
-    /// Edges of the file whose faces cannot be oriented alike.
+    /// Edges of the file whose faces cannot be oriented consistently.
     pub(crate) not_orientable: usize,
     /// Whether the directed uses of every mesh edge cancel.
     pub(crate) closed_in_mesh: bool,
-    /// Mesh edges whose uses do not cancel although the file does not end there.
+    /// Cracks: mesh edges whose uses do not cancel, where the file has no free edge.
     pub(crate) defects: u64,
-    /// The part's faces along those.
+    /// The part's faces along the cracks.
     pub(crate) defect_faces: Vec<u32>,
 }
 
@@ -40,7 +40,7 @@ impl Closedness {
         }
     }
 
-    /// A line that many parts may share.
+    /// The text of the part. Parts with equal texts share a line.
     fn words(&self) -> String {
         let file = match (self.closed_in_file, self.free_edges, self.not_orientable) {
             (true, ..) => "closed in the file".to_owned(),
@@ -52,17 +52,17 @@ impl Closedness {
         match (self.defects, self.closed_in_mesh) {
             (0, true) => format!("{file}, closed in the mesh"),
             (0, false) if self.closed_in_file => format!("{file}, open in the mesh"),
-            (0, false) => format!("{file}, nowhere else in the mesh"),
+            (0, false) => format!("{file}, no cracks in the mesh"),
             (edges, _) => {
                 let faces = listed(&self.defect_faces);
-                let place = if self.closed_in_file { "open in the mesh" } else { "and elsewhere in the mesh" };
+                let place = if self.closed_in_file { "open in the mesh" } else { "cracks in the mesh" };
                 format!("{file}, {place}: {edges} edges, faces {faces}")
             }
         }
     }
 }
 
-/// One line for each thing that can be said of parts, in the order of their first.
+/// One line per group of parts with the same text, those with cracks first, then by the first part.
 pub(crate) fn lines(parts: &[Closedness]) -> String {
     let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
     let mut known = std::collections::HashMap::new();
@@ -74,7 +74,7 @@ pub(crate) fn lines(parts: &[Closedness]) -> String {
         });
         groups[group].1.push(part.part);
     }
-    // Cracks first: they are what was asked for.
+    // Cracks first: they are what the check is for.
     groups.sort_by_key(|(_, members)| parts[members[0] as usize].defects == 0);
     let mut text = String::new();
     for (words, members) in groups.iter().take(NAMED) {
@@ -88,14 +88,14 @@ pub(crate) fn lines(parts: &[Closedness]) -> String {
     text
 }
 
-/// The first of some numbers, runs joined: "0–3, 7".
+/// Lists ascending numbers with runs joined, as in "0–3, 7". Long lists are cut.
 fn listed(numbers: &[u32]) -> String {
     let runs: Vec<&[u32]> = numbers.chunk_by(|a, b| a + 1 == *b).collect();
-    let told = runs.iter().take(NAMED).map(|run| match *run {
+    let texts = runs.iter().take(NAMED).map(|run| match *run {
         [first, .., last] => format!("{first}–{last}"),
         _ => run[0].to_string(),
     });
-    let mut text = told.collect::<Vec<_>>().join(", ");
+    let mut text = texts.collect::<Vec<_>>().join(", ");
     if runs.len() > NAMED {
         let rest: usize = runs[NAMED..].iter().map(|run| run.len()).sum();
         let _ = write!(text, " and {rest} more");
@@ -109,7 +109,7 @@ mod tests {
     use trimtess::model::{EdgeId, FaceId};
 
     #[test]
-    fn each_part_is_told_in_one_of_few_lines() {
+    fn parts_with_the_same_text_share_a_line() {
         let part = |free: u32, turned: u32| ScenePart {
             free_edges: (0..free).map(EdgeId).collect(),
             not_orientable: (0..turned).map(EdgeId).collect(),
@@ -133,15 +133,15 @@ mod tests {
         ];
         let of = |(number, (part, facts)): (u32, &(ScenePart, MeshFacts))| Closedness::of(number, part, facts);
         let parts: Vec<Closedness> = (0..).zip(&rows).map(of).collect();
-        let told = lines(&parts);
-        let told: Vec<&str> = told.lines().map(str::trim).collect();
+        let text = lines(&parts);
+        let rows: Vec<&str> = text.lines().map(str::trim).collect();
         let expected = [
             "part 3: closed in the file, open in the mesh: 3 edges, faces 1–3, 7",
-            "part 5: open in the file (4 free edges, 1 not orientable), and elsewhere in the mesh: 9 edges, faces 5",
+            "part 5: open in the file (4 free edges, 1 not orientable), cracks in the mesh: 9 edges, faces 5",
             "parts 0–1, 6: closed in the file, closed in the mesh",
-            "part 2: open in the file (4 free edges), nowhere else in the mesh",
-            "part 4: not orientable in the file (2 edges), nowhere else in the mesh",
+            "part 2: open in the file (4 free edges), no cracks in the mesh",
+            "part 4: not orientable in the file (2 edges), no cracks in the mesh",
         ];
-        assert_eq!(told, expected);
+        assert_eq!(rows, expected);
     }
 }

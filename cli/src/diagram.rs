@@ -1,4 +1,4 @@
-//! `trimtess info --svg`: one tile as it is tessellated, drawn with everything that was decided about it.
+//! `trimtess info --svg`: one tile as it is tessellated, as a diagram of all decisions.
 
 use crate::tessellate::ToleranceArgs;
 use crate::{Common, Failure};
@@ -10,30 +10,30 @@ use trimtess::model::{PartId, TileId};
 use trimtess::out;
 use trimtess::prepare::Prepared;
 
-/// What to draw.
+/// Options of a tile diagram.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Drawing a tile")]
 pub(crate) struct DiagramArgs {
-    /// Draw how a tile is tessellated: lattice, cells, crossings, in-, exit and external points, triangles.
+    /// Draw how a tile is tessellated: lattice, cells, crossings, in-points, exit and external points, triangles.
     #[arg(long, value_name = "OUT.svg")]
     svg: Option<PathBuf>,
-    /// The part, as diagnostics number it.
+    /// Part number, as in diagnostics.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "svg")]
     part: usize,
-    /// The face within the part, as diagnostics number it.
+    /// Face number within the part, as in diagnostics.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "svg")]
     face: usize,
-    /// The tile within the face.
+    /// Tile number within the face.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "svg")]
     tile: usize,
-    /// A cell of the tile to look at closely: its column and row.
+    /// Zoom in on a cell of the tile, given by column and row.
     #[arg(long, value_name = "I,J", value_parser = cell, requires = "svg")]
     cell: Option<[u32; 2]>,
     #[command(flatten)]
     tolerance: ToleranceArgs,
 }
 
-/// What was drawn.
+/// Facts of a drawn tile.
 #[derive(Serialize)]
 pub(crate) struct Drawn {
     file: String,
@@ -45,17 +45,17 @@ pub(crate) struct Drawn {
     counts: TileDiagram,
 }
 
-/// Reads a column and a row.
+/// Parses a column and a row.
 fn cell(text: &str) -> Result<[u32; 2], String> {
     let numbers = text.split_once(',').map(|(i, j)| (i.trim().parse(), j.trim().parse()));
     match numbers {
         Some((Ok(i), Ok(j))) => Ok([i, j]),
-        _ => Err("two numbers with a comma between, column and row, as in 3,7".into()),
+        _ => Err("expected column and row, as in 3,7".into()),
     }
 }
 
 impl DiagramArgs {
-    /// Draws the tile that was asked for, if one was.
+    /// Draws the tile selected by the options, if `--svg` is given.
     pub(crate) fn draw(&self, prepared: &Prepared, input: &str, common: &Common) -> Result<Option<Drawn>, Failure> {
         let Some(path) = &self.svg else { return Ok(None) };
         let (part, face) = (self.part, self.face);
@@ -67,9 +67,7 @@ impl DiagramArgs {
             return usage(format!("--face {face}: part {part} has {} faces, numbered from 0", rows.face_rows.len()));
         };
         let Some(row) = row.map(|row| &rows.faces[row as usize]) else {
-            return Err(Failure::Cannot(format!(
-                "face {face} of part {part} is not usable; its diagnostic says why (-v)"
-            )));
+            return Err(Failure::Cannot(format!("face {face} of part {part} is not usable; see its diagnostic (-v)")));
         };
         let Some(id) = row.tiles.clone().nth(self.tile) else {
             return usage(format!("--tile {}: the face has {} tiles, numbered from 0", self.tile, row.tiles.len()));
@@ -99,12 +97,12 @@ impl DiagramArgs {
 }
 
 impl Drawn {
-    /// For people.
+    /// The facts as text.
     pub(crate) fn text(&self) -> String {
         let TileDiagram { cells: [nu, nv], triangles, crossings, prime_active_cells, .. } = self.counts;
         format!(
-            "{}: face {} tile {}, {nu} × {nv} cells, {prime_active_cells} of them prime-active, {crossings} crossings, \
-             {triangles} triangles",
+            "{}: face {} tile {}, {nu} × {nv} cells, {prime_active_cells} of them prime-active, \
+             {crossings} crossings, {triangles} triangles",
             self.file, self.face, self.tile
         )
     }

@@ -1,4 +1,5 @@
-//! Faces whose loops do not bound a simple region -> what it took to close them, and a warning where it shows.
+//! Faces whose loops do not bound a simple region -> slivers and rewound area per face, and warnings where they are
+//! visible.
 
 use crate::report::{entity_of, tile_centre};
 use serde::Serialize;
@@ -8,20 +9,21 @@ use trimtess::model::{Diagnostic, FaceId, PartId, Severity, TileTrouble};
 use trimtess::parallel::{FaceFill, FrameReport};
 use trimtess::prepare::Prepared;
 
-/// Share of a face's area that may be wound other than once before it is a warning. Noise of a boundary stays far below.
+/// Fraction of a face's area that may have a winding number other than 1 without a warning. Noise in boundaries stays
+/// far below.
 const TOLERATED: f64 = 1e-4;
 
-/// A face that took more than its own triangles to close. `face` runs over all instances, as `face_id` does in a PLY.
+/// A face with slivers or rewound area. `face` is numbered across all instances, like `face_id` in a PLY file.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Fill {
     pub(crate) face: u64,
-    /// Triangles that only close it.
+    /// Triangles that only close the face.
     pub(crate) slivers: u32,
-    /// Area that its loops wind around other than once, mm² of the part.
+    /// Area whose winding number is not 1, mm² of the part.
     pub(crate) rewound: f64,
 }
 
-/// All such faces, instance by instance.
+/// Fills of all faces, instance by instance.
 pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
     let fills = |part: PartId| made.fills.iter().filter(move |fill| fill.part == part);
     let placed = scene.instances.iter().flat_map(|instance| {
@@ -34,7 +36,7 @@ pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
     placed.collect()
 }
 
-/// A warning for each face of which more than a ten-thousandth is wound other than once.
+/// Adds a warning for each face with rewound area above [`TOLERATED`].
 pub(crate) fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &MemorySink, prepared: &Prepared) {
     let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0);
     let mut areas: BTreeMap<(PartId, FaceId), f64> = rewound().map(|fill| ((fill.part, fill.face), 0.0)).collect();
@@ -68,7 +70,7 @@ mod tests {
     use trimtess::prepare::{PrepareOptions, prepare};
 
     #[test]
-    fn slivers_are_counted_per_face_and_area_wound_twice_is_a_warning() {
+    fn slivers_are_counted_per_face_and_rewound_area_is_a_warning() {
         let model = shapes::by_name("box").expect("a shape");
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });

@@ -1,4 +1,4 @@
-//! `trimtess info`: what a file states, before any triangle is made.
+//! `trimtess info`: the content of a file, without tessellating it.
 
 use crate::diagram::{DiagramArgs, Drawn};
 use crate::input::{self, Input};
@@ -19,8 +19,8 @@ pub(crate) struct InfoArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
     #[arg(value_name = "FILE", value_parser = input::parse)]
     pub(crate) input: Input,
-    /// Tell what preprocessing made of each face: patches, tiles, trimming curves before and after intersection, critical
-    /// parameters, the largest derivative bounds.
+    /// Print what preparing made of each face: patches, tiles, trimming curves before and after intersection, critical
+    /// parameters, maximum derivative bounds.
     #[arg(long)]
     patches: bool,
     #[command(flatten)]
@@ -29,10 +29,10 @@ pub(crate) struct InfoArgs {
     told: AsJson,
 }
 
-/// Parts listed before the rest is only counted.
+/// Maximum number of parts listed without `-v`. The rest is only counted.
 const LISTED: usize = 12;
 
-/// What is told. Counts are per part unless they say placed; lengths are millimetres.
+/// The result. Counts are per part unless they say placed; lengths are in millimetres.
 #[derive(Serialize)]
 struct Info {
     input: String,
@@ -42,17 +42,17 @@ struct Info {
     placed_faces: usize,
     /// One row per part, in the file's order.
     part_list: Vec<Row>,
-    /// Faces by kind of surface; those that could not be read as `unreadable`.
+    /// Faces by kind of surface. Faces that could not be read count as `unreadable`.
     surfaces: BTreeMap<&'static str, usize>,
     edges: usize,
     millimetres_per_unit: f64,
-    /// Lower and upper corner of the tight box of the trimmed, placed model.
+    /// Lower and upper corner of the tight bounding box of the trimmed, placed model.
     r#box: Option<[[f64; 3]; 2]>,
     diagonal: f64,
     shells: Shells,
-    /// Edges at which the prepared faces of parts end, common borders of faces without edges being found by then.
+    /// Edges where the prepared faces of parts end. Borders of faces without edges are sewn before.
     open_edges: usize,
-    /// How long they are.
+    /// Total length of the open edges.
     open_length: f64,
     diagnostics: Vec<Told>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -65,7 +65,7 @@ struct Info {
 #[derive(Serialize)]
 struct Row {
     name: String,
-    /// How often it is placed.
+    /// Number of instances.
     instances: usize,
     faces: usize,
     edges: usize,
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
         .collect();
     drop(progress);
     if args.told.json {
-        let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the answer: {e}")))?;
+        let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the result: {e}")))?;
         crate::tell(&(text + "\n"))?;
     } else {
         crate::tell(&info.text(common.verbose > 0))?;
@@ -128,7 +128,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
 }
 
 impl Info {
-    /// Everything that the model alone tells.
+    /// The facts from the model alone.
     fn of(model: &Model, input: String) -> Self {
         let mut surfaces = BTreeMap::new();
         let mut shells = Shells::default();
@@ -171,7 +171,7 @@ impl Info {
         }
     }
 
-    /// For people; `all` diagnostics, or how many there are of each severity.
+    /// The result as text, with `all` parts and diagnostics or only counts.
     fn text(&self, all: bool) -> String {
         let mut text = format!("{}\n", self.input);
         let mut line = |label: &str, what: String| {
@@ -189,7 +189,7 @@ impl Info {
                 line("box", format!("{low:.6?} to {high:.6?}"));
                 line("size", format!("{} mm, diagonal {:.6} mm", size.join(" × "), self.diagonal));
             }
-            None => line("box", "none: nothing to measure".into()),
+            None => line("box", "empty".into()),
         }
         let Shells { closed, open, voids, free_edges, .. } = self.shells;
         line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {free_edges} free edges"));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use trimtess::import::step::{self, StepError, StepOptions};
 use trimtess::model::Model;
 
-/// What FILE names.
+/// The FILE argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Input {
     /// A file on disk.
@@ -14,7 +14,7 @@ pub(crate) enum Input {
     Builtin(String),
 }
 
-/// Reads the argument: `builtin:NAME` or a path.
+/// Parses `builtin:NAME` or a path.
 pub(crate) fn parse(text: &str) -> Result<Input, std::convert::Infallible> {
     Ok(match text.strip_prefix("builtin:") {
         Some(name) => Input::Builtin(name.to_owned()),
@@ -23,12 +23,12 @@ pub(crate) fn parse(text: &str) -> Result<Input, std::convert::Infallible> {
 }
 
 impl Input {
-    /// Whether the list of built-in shapes was asked for instead of one of them.
+    /// Whether this is `builtin:list`, which prints the names instead of loading a model.
     pub(crate) fn is_list(&self) -> bool {
         *self == Self::Builtin("list".into())
     }
 
-    /// The model that it names.
+    /// Loads the model.
     pub(crate) fn read(&self, options: &StepOptions) -> Result<Model, Failure> {
         match self {
             Self::Builtin(name) => builtin(name),
@@ -36,7 +36,7 @@ impl Input {
         }
     }
 
-    /// A short name, for messages and reports.
+    /// A short name for messages and reports.
     pub(crate) fn name(&self) -> String {
         match self {
             Self::Builtin(name) => format!("builtin:{name}"),
@@ -45,14 +45,14 @@ impl Input {
     }
 }
 
-/// The names of the built-in shapes, one a line.
+/// The names of the built-in models, one per line.
 pub(crate) fn builtin_list() -> String {
     trimtess_models::names().map(|name| format!("builtin:{name}\n")).collect()
 }
 
 fn builtin(name: &str) -> Result<Model, Failure> {
     trimtess_models::by_name(name)
-        .ok_or_else(|| Failure::Usage(format!("there is no builtin:{name}; `builtin:list` as FILE lists them")))
+        .ok_or_else(|| Failure::Usage(format!("unknown model builtin:{name}; pass builtin:list to list them")))
 }
 
 fn file(path: &Path, options: &StepOptions) -> Result<Model, Failure> {

@@ -1,8 +1,8 @@
-//! Running time -> seconds of consecutive stages that sum to the whole.
+//! Running time -> seconds of consecutive stages.
 
 use std::time::Instant;
 
-/// Running time in consecutive laps, so that the stages sum to the whole.
+/// A stopwatch whose laps sum to the total.
 pub(crate) struct Laps {
     start: Instant,
     last: Instant,
@@ -14,7 +14,7 @@ impl Laps {
         Self { start: now, last: now }
     }
 
-    /// Seconds since the last lap, or the start.
+    /// Ends a lap and returns its seconds.
     pub(crate) fn lap(&mut self) -> f64 {
         let now = Instant::now();
         let lap = now - self.last;
@@ -22,7 +22,7 @@ impl Laps {
         lap.as_secs_f64()
     }
 
-    /// Seconds from the start to the last lap: the sum of all laps.
+    /// Seconds from the start to the end of the last lap: the sum of all laps.
     pub(crate) fn total(&self) -> f64 {
         (self.last - self.start).as_secs_f64()
     }

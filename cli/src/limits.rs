@@ -5,35 +5,35 @@ use trimtess::frame::{Plan, PlanLimits};
 use trimtess::import::step::StepOptions;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
 
-/// How much a command may cost, and what it reads.
+/// Limits of cost, and options of reading.
 #[derive(Clone, clap::Args)]
 #[command(next_help_heading = "Limits (exceeding one is an error, and nothing is written)")]
 pub(crate) struct LimitArgs {
-    /// Longest file, bytes.
+    /// Maximum file size, bytes.
     #[arg(long, global = true, value_name = "N", default_value_t = StepOptions::DEFAULT.max_bytes)]
     max_bytes: u64,
-    /// Most instances (#n=…) in a file.
+    /// Maximum number of entities (#n=…) in a file.
     #[arg(long, global = true, value_name = "N", default_value_t = StepOptions::DEFAULT.max_entities)]
     max_entities: u64,
-    /// Most placed parts and assemblies.
+    /// Maximum number of placed parts and assemblies.
     #[arg(long, global = true, value_name = "N", default_value_t = StepOptions::DEFAULT.max_instances)]
     max_instances: u64,
-    /// Most Bézier patches.
+    /// Maximum number of Bézier patches.
     #[arg(long, global = true, value_name = "N", default_value_t = PrepareLimits::DEFAULT.patches)]
     max_patches: u64,
-    /// Most triangles, each part counted once.
+    /// Maximum number of triangles; each part counts once.
     #[arg(long, global = true, value_name = "N", default_value_t = PlanLimits::DEFAULT.triangles)]
     max_triangles: u64,
-    /// Most triangles of one tile (a piece of a face).
+    /// Maximum number of triangles per tile (a piece of a face).
     #[arg(long, global = true, value_name = "N", default_value_t = PlanLimits::DEFAULT.triangles_per_tile)]
     max_tile_triangles: u64,
-    /// Most memory of each stage, MiB, as estimated from counts.
+    /// Maximum memory of each stage, MiB, estimated from counts.
     #[arg(long, global = true, value_name = "MIB", default_value_t = StepOptions::DEFAULT.max_memory >> 20)]
     max_memory: u64,
-    /// Make a coarser mesh, with a warning, where the tolerance asks for more triangles than the limits allow.
+    /// Make a coarser mesh, with a warning, if the tolerance needs more triangles than the limits allow.
     #[arg(long, global = true)]
     coarsen: bool,
-    /// Read supplemental geometry (construction planes and the like) too, as far as it has bounds.
+    /// Also read supplemental geometry (such as construction planes) if it is bounded.
     #[arg(long, global = true, help_heading = "Reading")]
     supplemental: bool,
 }
@@ -43,7 +43,7 @@ impl LimitArgs {
         self.max_memory.saturating_mul(1 << 20)
     }
 
-    /// Limits of reading, and what is read.
+    /// Options of reading.
     pub(crate) fn step(&self) -> StepOptions {
         StepOptions::DEFAULT
             .with_max_bytes(self.max_bytes)
@@ -53,7 +53,7 @@ impl LimitArgs {
             .with_supplemental(self.supplemental)
     }
 
-    /// Limits of preparing.
+    /// Options of preparing.
     pub(crate) fn prepare(&self) -> PrepareOptions {
         let limits = PrepareLimits::DEFAULT.with_patches(self.max_patches).with_bytes(self.memory());
         PrepareOptions::DEFAULT.with_limits(limits)
@@ -67,28 +67,28 @@ impl LimitArgs {
             .with_bytes(self.memory())
     }
 
-    /// The plan, unless it is coarser than asked and nobody asked for that.
+    /// Returns the plan, or an error if the limits made it coarser without `--coarsen`.
     pub(crate) fn accept(&self, plan: Plan) -> Result<Plan, Failure> {
         self.check(&plan).map(|()| plan)
     }
 
-    /// Whether the plan can be accepted.
+    /// Fails if the limits made the plan coarser without `--coarsen`.
     pub(crate) fn check(&self, plan: &Plan) -> Result<(), Failure> {
         let short = plan.shortfall.as_ref().filter(|shortfall| shortfall.by_limits() && !self.coarsen);
         short.map_or(Ok(()), |shortfall| {
-            let raise = "use a larger tolerance, raise --max-triangles, --max-tile-triangles or --max-memory, or accept a \
-                         coarser mesh with --coarsen";
+            let raise = "use a larger tolerance, raise --max-triangles, --max-tile-triangles or --max-memory, or \
+                         accept a coarser mesh with --coarsen";
             Err(Failure::Cannot(format!("{shortfall}; {raise}")))
         })
     }
 }
 
-/// What to say when a model is not prepared.
+/// Converts an error of preparing. The message names the option to raise.
 pub(crate) fn unprepared(error: PrepareError) -> Failure {
     let option = match error {
         PrepareError::TooManyPatches { .. } => "--max-patches",
         PrepareError::TooMuchMemory { .. } => "--max-memory",
         _ => return Failure::Cannot(error.to_string()),
     };
-    Failure::Cannot(format!("{error}; raise {option} to go on"))
+    Failure::Cannot(format!("{error}; raise {option} to continue"))
 }

@@ -1,4 +1,4 @@
-//! `-v`, `-q`, `RUST_LOG`, `--trace` -> where tracing's spans and events go: standard error and a timeline file.
+//! `-v`, `-q`, `RUST_LOG`, `--trace` -> the log on standard error and a timeline file.
 
 use crate::{Common, Failure};
 use std::io::{IsTerminal, Write, stderr};
@@ -9,7 +9,7 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer, fmt};
 
-/// A timeline that is being recorded; its file is written at the end, whole or not at all.
+/// A timeline that is being recorded in memory and written atomically at the end.
 pub(crate) struct Timeline {
     guard: FlushGuard,
     recorded: Recorded,
@@ -39,7 +39,7 @@ impl Timeline {
     }
 }
 
-/// Starts logging, and recording if a timeline is asked for.
+/// Starts logging, and records a timeline if `--trace` is given.
 pub(crate) fn start(common: &Common) -> Result<Option<Timeline>, Failure> {
     let level = match (common.quiet, common.verbose) {
         (true, _) => "error",
@@ -70,13 +70,13 @@ pub(crate) fn start(common: &Common) -> Result<Option<Timeline>, Failure> {
     Ok(Some(Timeline { guard, recorded, path: path.clone() }))
 }
 
-/// A panic is a defect of this program: it is logged with its place, and what it cost is told where it is noticed.
+/// Logs panics as internal errors with their source location. The code that catches a panic reports its consequences.
 pub(crate) fn report_panics_as_errors() {
     std::panic::set_hook(Box::new(|info| {
         let place = info.location().map(ToString::to_string).unwrap_or_default();
         let text = info.payload().downcast_ref::<&str>().copied();
         let text = text.or_else(|| info.payload().downcast_ref::<String>().map(String::as_str));
-        let what = text.unwrap_or("no text");
+        let what = text.unwrap_or("no message");
         tracing::error!("internal error at {place}: {what}");
     }));
 }

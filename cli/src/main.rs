@@ -1,4 +1,4 @@
-//! Command line -> exit status: 0 all faces meshed, 3 done but with diagnostics, 1 cannot do it, 2 wrong usage.
+//! Command line -> exit status: 0 success, 3 success with diagnostics, 1 failure, 2 wrong usage.
 
 mod bench;
 mod closedness;
@@ -28,11 +28,11 @@ use std::path::PathBuf;
 use std::process::exit;
 use trimtess::prepare::PrepareOptions;
 
-/// A file's syntax tree and its faces are millions of small pieces: a tenth of the time is the system's allocator.
+/// Reading and preparing make millions of small allocations; the system's allocator would take a tenth of the time.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
-/// Turns CAD files (trimmed NURBS) into watertight triangles and pictures.
+/// Converts CAD files (trimmed NURBS) to watertight triangle meshes and pictures.
 #[derive(Parser)]
 #[command(name = "trimtess", version, max_term_width = 120)]
 struct Cli {
@@ -42,45 +42,47 @@ struct Cli {
     common: Common,
 }
 
-/// What every subcommand takes.
+/// Options of every subcommand.
 #[derive(Args)]
 struct Common {
-    /// Threads to use at most (default: one per core). `bench` takes several, with commas, and measures each by itself.
-    #[arg(long, global = true, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..))]
+    /// Maximum number of threads (default: one per core). `bench` accepts a comma-separated list and measures each.
+    #[arg(long, global = true, value_name = "N", value_delimiter = ',',
+          value_parser = clap::value_parser!(u16).range(1..))]
     workers: Vec<u16>,
-    /// Say more on standard error; repeat for more. `RUST_LOG` overrides it.
+    /// Log more to standard error; repeat for more detail. `RUST_LOG` overrides it.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
-    /// Say nothing on standard error but why it failed.
+    /// Print nothing to standard error except errors.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
     /// Write a timeline for chrome://tracing or Perfetto.
     #[arg(long, global = true, value_name = "OUT.json")]
     trace: Option<PathBuf>,
-    /// Borders of faces without edges (kept whole, or freely trimmed) are one within this share of their part's diagonal, if the
-    /// part states no tolerance of its own; 0 leaves them apart.
-    #[arg(long, global = true, value_name = "SHARE", value_parser = share, default_value_t = PrepareOptions::DEFAULT.border_tolerance)]
+    /// Sew borders of faces without edges (untrimmed, or trimmed by free curves) that are within this fraction of the
+    /// part's diagonal. Parts that state a tolerance use theirs; 0 sews nothing.
+    #[arg(long, global = true, value_name = "SHARE", value_parser = share,
+          default_value_t = PrepareOptions::DEFAULT.border_tolerance)]
     border_tolerance: f64,
     #[command(flatten)]
     limits: limits::LimitArgs,
 }
 
-/// A number from 0 to 1.
+/// Parses a number from 0 to 1.
 fn share(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().map_err(|e| e.to_string())?;
-    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("a share is from 0 to 1".to_owned()) }
+    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err("the value must be from 0 to 1".to_owned()) }
 }
 
-/// How a result is told.
+/// Output format of the result.
 #[derive(Args)]
 struct AsJson {
-    /// Print the result as JSON on standard output.
+    /// Print the result to standard output as JSON.
     #[arg(long)]
     json: bool,
 }
 
 impl Common {
-    /// Threads to use at most; 0 for one per core.
+    /// Maximum number of threads; 0 for one per core.
     fn workers(&self) -> usize {
         self.workers.iter().max().map_or(0, |&most| usize::from(most))
     }
@@ -92,22 +94,22 @@ impl Common {
 
 #[derive(Subcommand)]
 enum Command {
-    /// What is in a file: parts, instances, faces by kind, units, box, closedness, diagnostics.
+    /// Print what is in a file: parts, instances, faces by kind, units, bounding box, closedness, diagnostics.
     Info(info::InfoArgs),
-    /// A file to triangles: GLB, STL, PLY or OBJ.
+    /// Tessellate a file to GLB, STL, PLY or OBJ.
     Tessellate(tessellate::TessellateArgs),
-    /// A file to a picture: PNG.
+    /// Render a file to a PNG picture.
     #[cfg(feature = "wgpu")]
     Render(render::RenderArgs),
-    /// A file in a window: turn it, look close, ask what a face is; files dropped onto it are shown.
+    /// Show a file in a window: orbit, zoom, pick faces. Files dropped onto the window are opened.
     #[cfg(feature = "view")]
     View(view::ViewArgs),
-    /// A camera's path over a model, timed: frames, stages, workers, bytes.
+    /// Measure frame times along a camera path: stages, workers, bytes uploaded.
     Bench(bench::BenchArgs),
 }
 
 impl Command {
-    /// The file, if there is one.
+    /// The input argument, if given.
     fn input(&self) -> Option<&input::Input> {
         match self {
             Self::Info(args) => Some(&args.input),
@@ -121,12 +123,12 @@ impl Command {
     }
 }
 
-/// How a command that did its work ended.
+/// Result of a command that succeeded.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Done {
-    /// Every face was meshed as stated.
+    /// Every face was meshed as stated in the file.
     Clean,
-    /// Some faces carry a diagnostic, or `--check` found the mesh at fault.
+    /// Some faces have a diagnostic, or `--check` failed.
     WithDiagnostics,
 }
 
@@ -139,12 +141,12 @@ impl Done {
     }
 }
 
-/// Why a command did not do its work.
+/// Error of a command that failed.
 #[derive(Debug)]
 enum Failure {
-    /// It cannot be done: what, where, and what to try.
+    /// The command failed. The message says what, where, and what to try.
     Cannot(String),
-    /// It was asked for wrongly.
+    /// The command line is wrong.
     Usage(String),
 }
 
@@ -178,16 +180,16 @@ fn main() {
     leave(result.and_then(|done| traced.map(|()| done)))
 }
 
-/// Runs the command; a panic in the library is a defect and ends as status 1, with a message.
+/// Runs the command. A panic in the library is a bug: it becomes status 1 and a message.
 fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
     let work = move || {
         let Cli { command, common } = cli;
         let workers = common.workers();
         if common.workers.len() > 1 && !matches!(command, Command::Bench(_)) {
-            return Err(Failure::Usage("--workers: only `bench` takes several numbers".into()));
+            return Err(Failure::Usage("--workers: only `bench` accepts several numbers".into()));
         }
-        // Zero is rayon's word, too, for one thread per core. This thread is one of them: it would only wait for the others, and
-        // what it reads would be freed and paged in again for them.
+        // 0 means one thread per core to rayon, too. This thread joins the pool: it would only wait for the others, and
+        // the memory it frees after reading would be paged in again for them.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
         if command.input().is_some_and(input::Input::is_list) {
@@ -205,12 +207,12 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
         }
     };
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|_| {
-        let what = "internal error (details above); please report it with the file that shows it";
+        let what = "internal error (details above); please report it with the file that caused it";
         Err(Failure::Cannot(what.into()))
     })
 }
 
-/// Prints on standard output. Nobody who listens any more is no failure.
+/// Prints to standard output. A closed pipe is not an error.
 pub(crate) fn tell(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -219,7 +221,7 @@ pub(crate) fn tell(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Ends the process without taking large structures apart first.
+/// Exits without dropping large structures first.
 fn leave(result: Result<Done, Failure>) -> ! {
     match result {
         Ok(done) => exit(done.status()),

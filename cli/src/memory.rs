@@ -1,16 +1,16 @@
-//! This process -> how much memory it takes.
+//! This process -> its resident memory.
 
-/// Largest resident size of this process so far.
+/// Peak resident memory of this process, bytes. `None` where /proc is missing.
 pub(crate) fn peak_memory() -> Option<u64> {
     resident("VmHWM:")
 }
 
-/// Resident size of this process now.
+/// Current resident memory of this process, bytes. `None` where /proc is missing.
 pub(crate) fn resident_memory() -> Option<u64> {
     resident("VmRSS:")
 }
 
-/// A number of the kernel's account of this process.
+/// Reads a line in kB of /proc/self/status.
 fn resident(what: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(what))?;

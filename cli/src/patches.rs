@@ -1,4 +1,4 @@
-//! A prepared model -> what preprocessing made of each face: patches, tiles, trimming curves, critical parameters, bounds.
+//! A prepared model -> statistics per face: patches, tiles, trimming curves, critical parameters, bounds.
 
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use trimtess::model::{Face, Loop, Model, Part};
 use trimtess::prepare::{Bend, BoxBounds, Prepared, PreparedFace, PreparedPart};
 
-/// What preprocessing made; each part is counted once, however often it is placed.
+/// Statistics of preparing. Each part counts once, however often it is placed.
 #[derive(Serialize)]
 pub(crate) struct Patches {
     /// One row per face, in the model's order.
@@ -16,7 +16,7 @@ pub(crate) struct Patches {
     sum: Sums,
 }
 
-/// A face. Counts are 0 and bounds absent where nothing could be made of it.
+/// A face. If it is not usable, counts are 0 and bounds absent.
 #[derive(Serialize)]
 struct FaceRow {
     part: usize,
@@ -31,29 +31,29 @@ struct FaceRow {
     /// Bézier spans in u and in v.
     spans: [usize; 2],
     bounds: Option<Bounds>,
-    /// Distance between the surface and the edges, as the file leaves it; millimetres.
+    /// Distance between surface and edges in the file, millimetres.
     gap: f64,
 }
 
-/// What can be added up.
+/// Counts that add up over faces.
 #[derive(Clone, Copy, Default, Serialize)]
 struct Counts {
     /// Bézier patches.
     patches: usize,
     tiles: usize,
-    /// Trimming curves as stated: edges of loops, and free curves.
+    /// Trimming curves in the model: edges of loops, and free curves.
     trims: usize,
-    /// Edges that bound what is kept, after all intersections.
+    /// Edges that bound the trimmed region, after all intersections.
     edges: usize,
-    /// Stretches of them after the tiles' borders cut them.
+    /// Stretches of these edges between tile borders.
     stretches: usize,
-    /// Points where the boundary meets itself other than at common ends.
+    /// Points where the boundary meets itself, other than common ends of edges.
     meetings: usize,
     /// Critical parameters.
     critical: usize,
 }
 
-/// Counts of several faces. Edges are counted once for each face that they bound.
+/// Counts of several faces. An edge counts once per face that it bounds.
 #[derive(Clone, Copy, Default, Serialize)]
 struct Sums {
     faces: usize,
@@ -61,7 +61,7 @@ struct Sums {
     counts: Counts,
 }
 
-/// The largest derivative bounds over all sub-boxes, by the NURBS parameters: what lattice rates come from.
+/// Maximum derivative bounds over all sub-boxes, in NURBS parameters. They determine the density of lattices.
 #[derive(Serialize)]
 struct Bounds {
     /// sup ‖S_u‖ and sup ‖S_v‖.
@@ -70,14 +70,14 @@ struct Bounds {
     uu: Second,
     uv: Second,
     vv: Second,
-    /// The most that the normal turns along u-lines and v-lines of one sub-box, radians.
+    /// Maximum turn of the normal along u-lines and v-lines of one sub-box, radians.
     turn_u: f64,
     turn_v: f64,
-    /// Sub-boxes that have bounds of their own.
+    /// Number of sub-boxes.
     boxes: usize,
 }
 
-/// A second derivative: its length, its part across the surface and its part along it.
+/// Bounds of a second derivative: its length, and its components normal and tangential to the surface.
 #[derive(Serialize)]
 struct Second {
     norm: f64,
@@ -104,7 +104,7 @@ impl Counts {
     }
 }
 
-/// Trimming curves of each face of each part, as stated. The model is gone when it is prepared.
+/// Number of trimming curves of each face of each part. Preparing consumes the model, so count before.
 pub(crate) fn stated_trims(model: &Model) -> Vec<Vec<usize>> {
     let of_loop = |l: &Loop| match l {
         Loop::Edges(coedges) => coedges.len(),
@@ -117,7 +117,7 @@ pub(crate) fn stated_trims(model: &Model) -> Vec<Vec<usize>> {
 }
 
 impl Patches {
-    /// Everything that `prepared` tells; `stated` by [`stated_trims`].
+    /// Collects the statistics. `stated` is the result of [`stated_trims`].
     pub(crate) fn of(prepared: &Prepared, stated: &[Vec<usize>]) -> Self {
         let mut out = Self { faces: Vec::new(), parts: Vec::new(), sum: Sums::default() };
         for (number, (part, stated)) in prepared.parts.iter().zip(stated).enumerate() {
@@ -135,7 +135,7 @@ impl Patches {
         out
     }
 
-    /// For people: a row per face, then the sums.
+    /// A table with a row per face, then the sums.
     pub(crate) fn text(&self) -> String {
         const HEAD: [&str; 17] = [
             "part",

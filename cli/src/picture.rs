@@ -1,4 +1,4 @@
-//! What `render` and `view` have in common: what is seen, how, and how exactly.
+//! Options that `render` and `view` share: camera, colours, lines, screen-space error.
 
 use crate::tessellate::positive;
 use trimtess::frame::{Projection, View};
@@ -6,48 +6,49 @@ use trimtess::glam::DVec3;
 use trimtess::out::wgpu::{ColourBy, RenderOptions};
 use trimtess::out::{Camera, Lens, ViewPoint};
 
-/// Angle tolerance in pictures, degrees. Normals are exact at vertices; this keeps what is interpolated between them close.
+/// Angle tolerance in pictures, degrees. Normals are exact at vertices; this bounds the error of interpolating them.
 pub(crate) const ANGLE: f64 = 30.0;
 
-/// How a picture looks.
+/// Options of a picture.
 #[derive(clap::Args, Clone, Debug)]
 pub(crate) struct PictureArgs {
-    /// Largest distance between picture and exact surface, pixels: half a pixel is below what 4× multisampling shows.
+    /// Maximum screen-space error, pixels. Half a pixel is below what 4× multisampling shows.
     #[arg(long, value_name = "P", value_parser = positive, default_value_t = 0.5)]
     pub(crate) deviation_px: f64,
-    /// Largest length of a triangle's edge, pixels.
+    /// Maximum length of lattice cell sides and edge segments on the screen, pixels.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub(crate) size_px: Option<f64>,
-    /// From where: iso, front, back, left, right, top, bottom, or yaw,pitch,distance (degrees; 1 = all fits).
+    /// View point: iso, front, back, left, right, top, bottom, or yaw,pitch,distance (angles in degrees; at distance 1
+    /// the model just fits).
     #[arg(long, value_name = "FROM", default_value = "iso", allow_hyphen_values = true)]
     pub(crate) camera: ViewPoint,
-    /// Parallel lines of sight instead of a perspective.
+    /// Use an orthographic camera instead of a perspective one.
     #[arg(long)]
     pub(crate) orthographic: bool,
-    /// What colours tell: model, part, face, tile, worker, rate.
+    /// Colour by: model, part, face, tile, worker, or rate (lattice cells per tile).
     #[arg(long, value_name = "WHAT", default_value = "model")]
     pub(crate) color_by: ColourBy,
-    /// Draw the edges of triangles.
+    /// Draw triangle edges.
     #[arg(long)]
     pub(crate) wireframe: bool,
     /// Draw the lattice lines of tiles.
     #[arg(long)]
     pub(crate) lattice: bool,
-    /// Draw the edges of the model.
+    /// Draw the model's B-rep edges.
     #[arg(long)]
     pub(crate) edges: bool,
-    /// Draw surfaces seen from behind in magenta.
+    /// Draw back-facing surfaces in magenta.
     #[arg(long)]
     pub(crate) backfaces: bool,
 }
 
 impl PictureArgs {
-    /// The camera that holds these points, from where it was asked for.
+    /// Fits the camera to these points, seen from the selected view point.
     pub(crate) fn fit(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
         fit(&self.camera, self.orthographic, points, aspect)
     }
 
-    /// What a picture of so many pixels looks like, seen by `camera`.
+    /// Render options for a picture of `size` pixels seen by `camera`.
     pub(crate) fn options(&self, camera: Camera, size: (u32, u32)) -> RenderOptions {
         RenderOptions::DEFAULT
             .with_size(size)
@@ -59,7 +60,7 @@ impl PictureArgs {
             .with_backfaces(self.backfaces)
     }
 
-    /// What a camera's picture asks for.
+    /// The view that the frame is planned for.
     pub(crate) fn view(&self, camera: &Camera, size: (u32, u32)) -> View {
         let projection = match camera.lens {
             Lens::Perspective { fov_y } => Projection::Perspective { fov_y, near: 0.0 },
@@ -78,7 +79,7 @@ impl PictureArgs {
     }
 }
 
-/// The camera, with parallel lines of sight or not, that holds these points.
+/// Fits an orthographic or perspective camera to these points.
 pub(crate) fn fit(
     from: &ViewPoint,
     orthographic: bool,

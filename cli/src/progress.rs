@@ -1,15 +1,15 @@
-//! Stages of long work -> a spinner on standard error, when that is a terminal.
+//! Stages of long work -> a spinner on standard error if that is a terminal.
 
 use crate::Common;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
 
-/// The spinner, or nothing.
+/// A spinner, or nothing.
 pub(crate) struct Progress(Option<ProgressBar>);
 
 impl Progress {
-    /// Shows nothing with `-q`, with `-v` (whose lines tell the same) and where nobody watches.
+    /// Starts a spinner. Shows nothing with `-q`, with `-v` (which logs the stages) and without a terminal.
     pub(crate) fn start(common: &Common) -> Self {
         if common.quiet || common.verbose > 0 || !stderr().is_terminal() {
             return Self(None);
@@ -22,7 +22,7 @@ impl Progress {
         Self(Some(bar))
     }
 
-    /// A stage starts.
+    /// Shows and logs the start of a stage.
     pub(crate) fn stage(&self, what: impl Into<String>) {
         let what = what.into();
         tracing::info!("{what}");

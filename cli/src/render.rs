@@ -1,4 +1,4 @@
-//! `trimtess render`: a file to a picture within a deviation in pixels.
+//! `trimtess render`: a file to a picture within a screen-space error.
 
 use crate::input::{self, Input};
 use crate::laps::Laps;
@@ -16,7 +16,7 @@ use trimtess::out::Camera;
 use trimtess::out::wgpu::Renderer;
 use trimtess::prepare::{Prepared, prepare};
 
-/// Chord of the frame that only tells the camera what to hold, as a fraction of the diagonal.
+/// Chord tolerance of the coarse frame that the camera is fitted to, as a fraction of the diagonal.
 const SCOUT_CHORD_REL: f64 = 1e-2;
 
 /// `trimtess render`
@@ -25,7 +25,7 @@ pub(crate) struct RenderArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
     #[arg(value_name = "FILE", value_parser = input::parse)]
     pub(crate) input: Input,
-    /// Where the picture goes: a PNG.
+    /// Output file, a PNG.
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// Width and height in pixels.
@@ -44,12 +44,12 @@ pub(crate) struct RenderArgs {
 pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        return Err(Failure::Usage(format!("{}: pictures are written as .png", args.output.display())));
+        return Err(Failure::Usage(format!("{}: the output must be a .png file", args.output.display())));
     }
     require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 
-    // First, because it is quick and nothing can be drawn without one.
+    // First, because it is quick and fails early.
     progress.stage("opening the graphics adapter");
     let renderer = Renderer::new().map_err(|e| cannot(&e))?;
     let opened = laps.lap();
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     report.publish(common, args.told.json, args.report.as_deref())
 }
 
-/// The camera that holds what a coarse frame shows.
+/// Fits the camera to a coarse frame.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
     let tolerance = Tolerance { chord: SCOUT_CHORD_REL * prepared.diagonal, angle: ANGLE.to_radians(), max_edge: None };
     let plan = Arc::new(frame::plan_within(prepared, &tolerance, &common.limits.plan()));

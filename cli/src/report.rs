@@ -1,4 +1,4 @@
-//! A finished frame -> what is told about it: counts per instance, diagnostics per placed face, seconds, memory.
+//! A finished frame -> the report: counts per instance, diagnostics per placed face, seconds, memory.
 
 use crate::closedness::{self, Closedness};
 use crate::fills::{self, Fill};
@@ -17,10 +17,10 @@ use trimtess::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, Tile
 use trimtess::parallel::{DegradedTile, FrameReport};
 use trimtess::prepare::{Prepared, PreparedFace};
 
-/// Diagnostics printed on standard error before the rest is only counted.
+/// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
 
-/// Seconds per stage; they sum to `total`.
+/// Seconds per stage. The stages sum to `total`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Seconds {
     pub(crate) read: f64,
@@ -31,20 +31,20 @@ pub(crate) struct Seconds {
     pub(crate) total: f64,
 }
 
-/// A diagnostic as it is told. `face` runs over all instances, as `face_id` does in a PLY.
+/// A reported diagnostic. `face` is numbered across all instances, like `face_id` in a PLY file.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Entry {
     pub(crate) severity: &'static str,
     pub(crate) face: Option<u64>,
     pub(crate) entity: Option<u64>,
-    /// Where in the part's coordinates, millimetres.
+    /// Position in part coordinates, millimetres.
     pub(crate) place: Option<[f64; 3]>,
-    /// Stable: `docs/diagnostics.md` lists them.
+    /// Stable code, listed in `docs/diagnostics.md`.
     pub(crate) code: &'static str,
     pub(crate) reason: String,
 }
 
-/// Everything that is told about a frame. Counts are per instance: a part placed twice counts twice.
+/// The report of a frame. Counts are per instance: a part placed twice counts twice.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Report {
     pub(crate) input: String,
@@ -53,36 +53,36 @@ pub(crate) struct Report {
     pub(crate) instances: usize,
     pub(crate) faces: u64,
     pub(crate) faces_without_triangles: u64,
-    /// Faces by how far down the ladder of fallbacks they went.
+    /// Number of faces per rung of the ladder of fallbacks.
     #[serde(serialize_with = "by_rung")]
     pub(crate) ladder: Ladder,
     pub(crate) diagnostics: Vec<Entry>,
     pub(crate) triangles: u64,
     pub(crate) vertices: u64,
-    /// Triangles that only close a face.
+    /// Slivers: triangles that only close a face.
     pub(crate) slivers: u64,
-    /// Faces with such triangles, or with area wound other than once.
+    /// Faces with slivers, or with area whose winding number is not 1.
     pub(crate) fills: Vec<Fill>,
-    /// Edges whose directed uses do not cancel. Only `--check` counts them.
+    /// Mesh edges whose directed uses do not cancel. With `--check`.
     pub(crate) unbalanced_edges: Option<u64>,
-    /// Edges with one triangle. Only `--check` counts them.
+    /// Mesh edges with one triangle. With `--check`.
     pub(crate) open_edges: Option<u64>,
-    /// Unbalanced edges where the file does not end: cracks. Only `--check` counts them.
+    /// Cracks: unbalanced edges where the file has no free edge. With `--check`.
     pub(crate) defects: Option<u64>,
-    /// Each part: closed in the file, closed in the mesh. Only `--check` looks.
+    /// Closedness of each part in the file and in the mesh. With `--check`.
     pub(crate) closedness: Option<Vec<Closedness>>,
-    /// Largest distance between mesh and exact geometry beyond the gap that the file itself leaves, over the chord tolerance.
-    /// Only `--check` measures it; null where there was nothing to measure.
+    /// Maximum distance between mesh and exact geometry beyond the gaps in the file, divided by the chord tolerance.
+    /// With `--check`; null if nothing was measured.
     pub(crate) max_deviation_over_tolerance: Option<f64>,
-    /// What 99.9 % of the samples keep.
+    /// The 99.9th percentile of that distance.
     pub(crate) p999_deviation_over_tolerance: Option<f64>,
-    /// The largest such distance between the polylines of edges and their curves.
+    /// Maximum distance between edge polylines and their curves, divided by the chord tolerance.
     pub(crate) max_edge_deviation_over_tolerance: Option<f64>,
-    /// Triangles made on curved tiles per triangle that their boundaries or the smallest uniform lattices need.
+    /// Triangles made on curved tiles, per triangle that their boundary or the smallest uniform lattice needs.
     pub(crate) triangles_per_needed: Option<f64>,
-    /// The same per triangle of those lattices alone.
+    /// Triangles made on curved tiles, per triangle of the smallest uniform lattices alone.
     pub(crate) triangles_per_lattice: Option<f64>,
-    /// What all of these are drawn from.
+    /// The measurements behind these numbers.
     #[serde(skip)]
     pub(crate) deviation: Option<DeviationReport>,
     #[serde(skip)]
@@ -92,12 +92,12 @@ pub(crate) struct Report {
     pub(crate) diagonal_mm: f64,
     pub(crate) workers: usize,
     pub(crate) seconds: Seconds,
-    /// Largest resident size of the process; null where the system does not tell.
+    /// Peak resident memory of the process; null if unknown.
     pub(crate) peak_memory_bytes: Option<u64>,
 }
 
 impl Report {
-    /// Counts a frame and gives every face without triangles its diagnostic.
+    /// Counts a frame and collects its diagnostics. Every face without triangles gets one.
     pub(crate) fn of(frame: &MemorySink, prepared: &Prepared, made: &FrameReport) -> Self {
         let scene = &frame.scene;
         let mut sizes = vec![(0_u64, 0_u64); scene.parts.len()];
@@ -133,7 +133,7 @@ impl Report {
         report
     }
 
-    /// Clean, or with diagnostics: a face that is lost or not quite as stated. Notes do not count.
+    /// `WithDiagnostics` if there is an error, or a warning about a face.
     pub(crate) fn done(&self) -> Done {
         let counts = |entry: &Entry| match entry.severity {
             "error" => true,
@@ -143,13 +143,13 @@ impl Report {
         if self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
     }
 
-    /// Adds something that concerns no single face.
+    /// Adds an error of `--check`.
     pub(crate) fn add_error(&mut self, reason: String) {
         let (severity, code) = (name(Severity::Error), "check-failed");
         self.diagnostics.push(Entry { severity, face: None, entity: None, place: None, code, reason });
     }
 
-    /// Books what the audit measured.
+    /// Adds the results of the audit.
     pub(crate) fn book(&mut self, deviation: DeviationReport, economy: EconomyReport) {
         let measured = || [deviation.beyond_gap, deviation.edges].into_iter().filter(|spread| spread.samples > 0);
         self.max_deviation_over_tolerance = measured().map(|spread| spread.worst).reduce(f64::max);
@@ -161,20 +161,20 @@ impl Report {
         self.economy = Some(economy);
     }
 
-    /// Adds something that concerns no single face, and loses none.
+    /// Adds a warning that the plan is coarser than the tolerance.
     pub(crate) fn add_warning(&mut self, reason: String) {
         let (severity, code) = (name(Severity::Warning), "plan-coarser");
         self.diagnostics.push(Entry { severity, face: None, entity: None, place: None, code, reason });
     }
 
-    /// Writes the report file if there is one, prints the summary (or the same JSON), and tells the first diagnostics.
+    /// Prints the first diagnostics to standard error, writes the report file if given, and prints the summary or JSON.
     pub(crate) fn publish(&mut self, common: &Common, as_json: bool, file: Option<&Path>) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
-        // Worst first, otherwise in the order they came.
+        // Worst first, otherwise in the order of arrival.
         self.diagnostics
             .sort_by_key(|entry| ["error", "warning"].iter().position(|&s| s == entry.severity).unwrap_or(2));
         if !common.quiet {
-            // Where nobody can be told, there is nobody to tell.
+            // A closed standard error is not an error.
             let _ = std::io::stderr().write_all(self.told_diagnostics(common.verbose > 0).as_bytes());
         }
         let json = || serde_json::to_string(self).map_err(|e| Failure::Cannot(format!("the report: {e}")));
@@ -187,7 +187,7 @@ impl Report {
         Ok(self.done())
     }
 
-    /// The first diagnostics, or all.
+    /// The first warnings and errors, or all diagnostics.
     fn told_diagnostics(&self, all: bool) -> String {
         let mut text = String::new();
         let (notes, rest): (Vec<&Entry>, Vec<&Entry>) =
@@ -197,12 +197,12 @@ impl Report {
             let _ = writeln!(text, "{entry}");
         }
         if rest.len() > told {
-            let _ = writeln!(text, "… and {} more (-v prints all, --report writes them)", rest.len() - told);
+            let _ = writeln!(text, "… and {} more (-v prints all, --report writes all)", rest.len() - told);
         }
         text
     }
 
-    /// What a person wants to know.
+    /// The summary for people.
     fn summary(&self) -> String {
         let mut text = String::new();
         let _ = writeln!(text, "{} -> {}", self.input, self.output);
@@ -218,7 +218,7 @@ impl Report {
         let _ = writeln!(text, "  ladder: {}", self.ladder);
         let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
         if self.slivers > 0 {
-            let _ = write!(text, ", {} of them only close {} faces", self.slivers, self.fills.len());
+            let _ = write!(text, ", {} slivers that only close {} faces", self.slivers, self.fills.len());
         }
         if let (Some(chord), Some(angle)) = (self.chord_mm, self.angle_deg) {
             let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };
@@ -239,7 +239,7 @@ impl Report {
             text += &closedness::lines(self.closedness.as_deref().unwrap_or_default());
         }
         if let Some(deviation) = &self.deviation {
-            // The table, without the places that follow it (-v tells those, too).
+            // The table without the places that follow it, which -v logs.
             for line in deviation.to_string().lines().take(deviation.kinds.len() + 4) {
                 let _ = writeln!(text, "  {line}");
             }
@@ -278,12 +278,12 @@ impl std::fmt::Display for Entry {
     }
 }
 
-/// A ladder as an object: a count by each rung's name.
+/// Serializes a ladder as an object of counts by rung name.
 fn by_rung<S: serde::Serializer>(ladder: &Ladder, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(Rung::ALL.map(|rung| (rung.to_string().replace(' ', "_"), ladder.count(rung))))
 }
 
-/// The severity's word in reports.
+/// Name of the severity in reports.
 pub(crate) fn name(severity: Severity) -> &'static str {
     match severity {
         Severity::Note => "note",
@@ -292,21 +292,21 @@ pub(crate) fn name(severity: Severity) -> &'static str {
     }
 }
 
-/// One diagnostic per face and severity, with the words of its first such tile and the number of the others.
+/// Adds one diagnostic per face and severity, with the trouble of the first tile and the number of the others.
 fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<bool>], prepared: &Prepared) {
     let mut told: BTreeMap<(PartId, FaceId, Severity), (&DegradedTile, u32)> = BTreeMap::new();
     for tile in &made.degraded {
         let lost = !meshed[tile.part.index()][tile.face.index()];
         let severity = match &tile.degradation {
-            // Prepare has seen the same crossing.
+            // Prepare reports the same crossing.
             Degradation::NotSimple { .. } if row_of(prepared, tile.part, tile.face).is_some_and(|row| row.crosses) => {
                 continue;
             }
             Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
             Degradation::Empty if lost && !has_no_area(prepared, tile.part, tile.face) => Severity::Warning,
-            // The tile's share of the face is thinner than the tolerance; its neighbours close over it.
+            // The tile is thinner than the tolerance; its neighbours close over it.
             Degradation::Empty => continue,
-            // What a later version of the library adds is told as the worst.
+            // Degradations added by later versions of the library.
             _ => Severity::Error,
         };
         told.entry((tile.part, tile.face, severity)).and_modify(|(_, others)| *others += 1).or_insert((tile, 0));
@@ -325,12 +325,12 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
     }));
 }
 
-/// Whether prepare told that a face is a point or a curve.
+/// Whether prepare found that the face is a point or a curve.
 fn has_no_area(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
     prepared.scene.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
 }
 
-/// A face that prepare could use.
+/// The prepared face; `None` if prepare could not use it.
 fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFace> {
     let rows = prepared.parts.get(part.index())?;
     let row = rows.face_rows.get(face.index()).copied().flatten()?;
@@ -343,12 +343,12 @@ pub(crate) fn tile_centre(prepared: &Prepared, part: PartId, face: FaceId) -> Op
     Some(prepared.parts[part.index()].tiles.get(tile as usize)?.centre)
 }
 
-/// Entity number of a face that has tiles; 0 if it has none, or no number.
+/// Entity number of a prepared face; 0 if unknown.
 pub(crate) fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
     row_of(prepared, part, face).map_or(0, |row| row.entity)
 }
 
-/// An edge without polyline is told by the first of the faces that use it.
+/// Adds an error per edge without a polyline, at the first face that uses it.
 fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prepared) {
     for lost in &made.lost_lines {
         let rows = prepared.parts.get(lost.part.index());
@@ -367,8 +367,8 @@ fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prep
     }
 }
 
-/// A face without triangles that no stage spoke of is a defect, and not a silent one. A note is enough where prepare passed
-/// the face over, as it does with surfaces without area; other notes do not explain why nothing came of a face.
+/// Adds an error for each face without triangles that no stage explained. A note explains a face only if prepare
+/// skipped it, as it does with surfaces without area.
 fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
     let passed_over = |part: PartId, face: FaceId| {
         let row = prepared.parts.get(part.index()).and_then(|part| part.face_rows.get(face.index()));
@@ -390,7 +390,8 @@ fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &P
     }
 }
 
-/// Diagnostics of faces once per instance, with the face's number in the scene; worst first, in the order they came.
+/// Repeats diagnostics of faces per instance, with the face's number in the scene. Worst first, then in the order of
+/// arrival.
 fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
     let mut sorted: Vec<&Diagnostic> = all.iter().collect();
     sorted.sort_by_key(|d| std::cmp::Reverse(d.severity));
@@ -426,7 +427,8 @@ mod tests {
     use trimtess::model::TileId;
     use trimtess::prepare::PreparedPart;
 
-    /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a triangle.
+    /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a
+    /// triangle.
     fn frame() -> MemorySink {
         let part = |faces: usize| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
         let instance = |part: u32, first_face: u32| SceneInstance {
@@ -458,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn a_note_explains_only_a_face_that_was_passed_over() {
+    fn a_note_explains_only_a_skipped_face() {
         let mut prepared = prepared(diagnostic(Severity::Note, Some(1)));
         let unexplained = |prepared: &Prepared| {
             let report = Report::of(&frame(), prepared, &FrameReport::default());
@@ -481,7 +483,7 @@ mod tests {
     }
 
     #[test]
-    fn an_explained_face_is_not_explained_twice() {
+    fn explained_faces_get_no_second_diagnostic() {
         let report = Report::of(&frame(), &prepared(diagnostic(Severity::Error, Some(1))), &FrameReport::default());
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face, e.entity, e.reason.as_str())).collect();
         let unexplained = (Some(3), None, "no triangles, and no stage said why");
@@ -510,11 +512,11 @@ mod tests {
         let report = Report::of(&frame(), &Prepared::default(), &made);
         let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
         let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
-        assert_eq!(told, [vec!["warning"], vec!["warning"], vec![]], "an empty tile of a meshed face is no news");
+        assert_eq!(told, [vec!["warning"], vec!["warning"], vec![]], "an empty tile of a meshed face is not reported");
     }
 
     #[test]
-    fn a_tile_or_edge_that_failed_is_told_with_face_entity_and_place() {
+    fn failed_tiles_and_edges_are_reported_with_face_entity_and_place() {
         use trimtess::model::shapes;
         use trimtess::parallel::{FaceRung, LostLine};
         use trimtess::prepare::{PrepareOptions, prepare};
@@ -550,14 +552,14 @@ mod tests {
     }
 
     #[test]
-    fn wires_that_cross_are_told_once_and_so_is_their_area() {
+    fn crossing_wires_and_their_area_are_reported_once() {
         use glam::DVec3;
         use trimtess::frame::{Tolerance, plan};
         use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
         use trimtess::prepare::{PrepareOptions, prepare};
         let mut part = PartBuilder::new("bitten");
         let shell = part.plain_shell(ShellKind::Open);
-        // The hole reaches beyond the outer wire.
+        // The hole extends beyond the outer wire.
         let square = |a: f64, b: f64| [(a, a), (b, a), (b, b), (a, b)].map(|(x, y)| DVec3::new(x, y, 0.0));
         let (outer, inner) = (part.polygon(&square(0.0, 6.0)), part.polygon(&square(3.0, 8.0)));
         let wires = vec![Loop::Edges(outer), Loop::Edges(inner)];
@@ -570,7 +572,7 @@ mod tests {
         let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
         let mut sink = MemorySink::default();
         let made = trimtess::parallel::serial(&prepared, &plan, false, &mut sink).expect("a frame");
-        assert_eq!(made.degraded.len(), 1, "the tile knows of it, too");
+        assert_eq!(made.degraded.len(), 1, "the tile reports it, too");
         let report = Report::of(&sink, &prepared, &made);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face)).collect();
         assert_eq!(told, [("warning", Some(0)); 2], "{:?}", report.diagnostics);

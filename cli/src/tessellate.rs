@@ -1,4 +1,4 @@
-//! `trimtess tessellate`: a file to a mesh file within a chord and angle tolerance.
+//! `trimtess tessellate`: a CAD file to a mesh file within a chord and angle tolerance.
 
 use crate::closedness::Closedness;
 use crate::input::{self, Input};
@@ -16,11 +16,11 @@ use trimtess::out::{self, Format};
 use trimtess::parallel::{FrameReport, Session, SessionOptions, balance, serial};
 use trimtess::prepare::{Prepared, Shells, prepare};
 
-/// Chord tolerance when none is asked for, as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is
-/// visibly a prism; at 1e-4 triangles are ten times as many and look the same on a screen.
+/// Default chord tolerance as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is visibly a
+/// prism; 1e-4 makes ten times as many triangles that look the same on a screen.
 const DEFAULT_CHORD_REL: f64 = 1e-3;
 
-/// Angle tolerance when none is asked for, degrees: about 18 segments around a full circle, however small.
+/// Default angle tolerance in degrees: about 18 segments around a full circle, however small.
 const DEFAULT_ANGLE: f64 = 20.0;
 
 /// `trimtess tessellate`
@@ -29,13 +29,13 @@ pub(crate) struct TessellateArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
     #[arg(value_name = "FILE", value_parser = input::parse)]
     pub(crate) input: Input,
-    /// Where the mesh goes; the extension chooses the format: glb, stl, ply or obj.
+    /// Output file. The extension selects the format: glb, stl, ply or obj.
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
     tolerance: ToleranceArgs,
-    /// Check the mesh, say of each part whether it is closed in the file and in the mesh, and measure its deviation from the
-    /// exact surfaces and edges; status 3 if it fails.
+    /// Check the mesh: report whether each part is closed in the file and in the mesh, and measure the deviation from
+    /// the exact surfaces and edges. Exit status 3 if the check fails.
     #[arg(long)]
     check: bool,
     /// Write a report as JSON.
@@ -45,25 +45,25 @@ pub(crate) struct TessellateArgs {
     told: AsJson,
 }
 
-/// How fine.
+/// Tolerance options.
 #[derive(clap::Args)]
 pub(crate) struct ToleranceArgs {
-    /// Largest distance between triangles and surface, millimetres.
+    /// Maximum distance between mesh and exact surface, millimetres.
     #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "chord_rel")]
     chord: Option<f64>,
-    /// The same as a fraction of the model's diagonal [default: 1e-3].
+    /// Maximum distance as a fraction of the model's diagonal [default: 1e-3].
     #[arg(long, value_name = "FRACTION", value_parser = positive)]
     chord_rel: Option<f64>,
-    /// Largest turning of the normal across a triangle, degrees.
+    /// Maximum angle by which the normal turns across a lattice cell, degrees.
     #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = DEFAULT_ANGLE)]
     angle: f64,
-    /// Largest length of a triangle's edge, millimetres.
+    /// Maximum length of lattice cell sides and edge segments, millimetres.
     #[arg(long, value_name = "MM", value_parser = positive)]
     max_edge: Option<f64>,
 }
 
 impl ToleranceArgs {
-    /// For a model of this diagonal, millimetres.
+    /// The tolerance for a model of this diagonal, millimetres.
     pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
         let relative = self.chord_rel.unwrap_or(DEFAULT_CHORD_REL) * diagonal;
         let chord = self.chord.unwrap_or(relative);
@@ -71,7 +71,7 @@ impl ToleranceArgs {
     }
 }
 
-/// Reads a number that must be finite and above zero.
+/// Parses a finite number above zero.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
@@ -80,7 +80,7 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Reads WxH.
+/// Parses WxH.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|&side| side > 0);
     let sides = text.split_once('x').and_then(|(width, height)| Some((parse(width)?, parse(height)?)));
@@ -132,12 +132,12 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     report.workers = made.workers.len();
     report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
     let done = report.publish(common, args.told.json, args.report.as_deref());
-    // The process is about to end: taking large structures apart would only delay that.
+    // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, plan, frame));
     done
 }
 
-/// One frame on as many workers as were asked for.
+/// Tessellates one frame with the number of workers in `common`.
 pub(crate) fn make(
     prepared: &Arc<Prepared>,
     plan: &Arc<frame::Plan>,
@@ -147,7 +147,7 @@ pub(crate) fn make(
 ) -> Result<FrameReport, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let made = if common.workers() == 1 {
-        // One thread is this one: another would only be waited for.
+        // This thread would only wait for the single worker.
         serial(prepared, plan, edge_lines, sink)
     } else {
         let options = SessionOptions::DEFAULT.with_workers(common.workers()).with_edge_lines(edge_lines);
@@ -167,11 +167,11 @@ pub(crate) fn make(
     Ok(made)
 }
 
-/// Share of the chord tolerance that edge polylines may reach. Refinement stops by a bound on the curve, the audit samples
-/// the curve itself, so beyond rounding there is nothing to allow for.
+/// Fraction of the chord tolerance that edge polylines may reach. Edges are refined by an upper bound on the deviation,
+/// so only rounding needs an allowance.
 const EDGE_LIMIT: f64 = 1.05;
 
-/// Runs both halves of the oracle and books what they find; what it finds wrong becomes errors.
+/// Runs `check_scene` and the audit, and adds their results and errors to the report.
 fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
     let facts = check_scene(frame);
     report.open_edges = Some(facts.total.open_edges);
@@ -195,55 +195,55 @@ fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64,
     report.book(deviation, economy);
 }
 
-/// What is wrong with a part's mesh, given what the file says of its edges and its shells.
+/// Faults of a part's mesh, given the edges and shells of the file.
 fn part_faults(part: &ScenePart, mesh: &MeshFacts, shells: &Shells) -> impl Iterator<Item = String> {
     let cracked = (mesh.defects > 0).then(|| {
         let (count, length) = (mesh.defects, mesh.defect_length);
-        let file = if part.closed { "closed in the file" } else { "open in the file, but not there" };
-        format!("{file}: its mesh has {count} unbalanced edges, {length:.3e} mm of them")
+        let file = if part.closed { "closed in the file" } else { "open elsewhere in the file" };
+        format!("{file}, but its mesh has {count} unbalanced edges ({length:.3e} mm)")
     });
     let solid = shells.open == 0;
     let expected = (shells.voids + shells.undirected) as u64;
     let inverted = (solid && mesh.negative_components > expected).then(|| {
         let (count, voids) = (mesh.negative_components, shells.voids);
-        format!("{count} pieces of its mesh have negative volume, but it has {voids} voids: turned inside out")
+        format!("{count} components of its mesh have negative volume, but the file has {voids} voids: inside out")
     });
     cracked.into_iter().chain(inverted)
 }
 
-/// Where the tolerance is not kept.
+/// Violations of the tolerance.
 fn deviation_faults(deviation: &DeviationReport) -> impl Iterator<Item = String> {
     let (surfaces, edges) = (deviation.beyond_gap, deviation.edges);
     let off = (surfaces.p999 > 1.0).then(|| {
         let (over, samples, worst) = (surfaces.over, surfaces.samples, surfaces.worst);
-        format!("{over} of {samples} samples of the mesh are over the chord tolerance, the worst {worst:.3} times")
+        format!("{over} of {samples} mesh samples exceed the chord tolerance, the worst by a factor of {worst:.3}")
     });
     let edges_off = (edges.worst > EDGE_LIMIT).then(|| {
         let (over, samples, worst) = (edges.over, edges.samples, edges.worst);
-        format!("{over} of {samples} samples of edges are over the chord tolerance, the worst {worst:.3} times")
+        format!("{over} of {samples} samples of edges exceed the chord tolerance, the worst by a factor of {worst:.3}")
     });
     off.into_iter().chain(edges_off)
 }
 
-/// What would keep outputs from being written is found before the work, not after it.
+/// Fails early if the outputs could not be written.
 pub(crate) fn require_outputs(output: &Path, report: Option<&Path>) -> Result<(), Failure> {
     require_folder(output)?;
     let Some(report) = report else { return Ok(()) };
     require_folder(report)?;
     let same = output == report
         || std::fs::canonicalize(output).is_ok_and(|o| std::fs::canonicalize(report).is_ok_and(|r| r == o));
-    // Devices take whatever comes.
+    // Devices may receive both.
     if same && !std::fs::metadata(output).is_ok_and(|known| !known.is_file()) {
-        return Err(Failure::Usage(format!("{}: the output and the report cannot be one file", report.display())));
+        return Err(Failure::Usage(format!("{}: the output and the report cannot be the same file", report.display())));
     }
     Ok(())
 }
 
-/// A folder that is not there is found before the work, not after it.
+/// Fails early if the folder of `output` does not exist.
 pub(crate) fn require_folder(output: &Path) -> Result<(), Failure> {
     match output.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(Failure::Cannot(format!("{}: there is no folder {}", output.display(), folder.display())))
+            Err(Failure::Cannot(format!("{}: folder {} does not exist", output.display(), folder.display())))
         }
         _ => Ok(()),
     }
@@ -255,7 +255,7 @@ mod tests {
     use trimtess::model::shapes;
     use trimtess::prepare::PrepareOptions;
 
-    /// The errors of checking a shape whose mesh or shells were tampered with.
+    /// Errors that `check` reports for a shape after `tamper` changed its mesh or shells.
     fn errors(name: &str, chord: f64, tamper: impl Fn(&mut MemorySink, &mut Vec<Shells>)) -> Vec<String> {
         let model = shapes::by_name(name).unwrap_or_default();
         let mut shells: Vec<Shells> = model.parts.iter().map(Shells::of).collect();
@@ -290,7 +290,7 @@ mod tests {
         assert!(turned.len() == 1 && turned[0].contains("inside out"), "{turned:?}");
         let coarse = errors("cylinder", 0.001, |_, _| ());
         assert!(coarse.len() == 2 && coarse[1].contains("edges"), "{coarse:?}");
-        // A void is negative by right.
+        // Voids have negative volume.
         let void = errors("cylinder", 0.05, |frame, shells| {
             let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
             triangles.for_each(|corners| corners.swap(0, 1));

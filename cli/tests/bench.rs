@@ -1,4 +1,4 @@
-//! `trimtess bench` as others rely on it: the fields of its JSON, paths that are written and read again, a timeline that holds every stage.
+//! The contract of `trimtess bench`: fields of its JSON, recorded paths, complete timelines.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use serde_json::Value;
@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// A folder of its own for each test.
+/// Creates an empty folder for a test.
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bench").join(test);
     let _ = fs::remove_dir_all(&folder);
@@ -20,7 +20,7 @@ fn bench(folder: &Path, args: &[&str]) -> Output {
     command.arg("bench").args(args).current_dir(folder).env_remove("RUST_LOG").output().unwrap()
 }
 
-/// The same, with its JSON.
+/// Runs `trimtess bench` in a folder and returns its JSON.
 fn measured(folder: &Path, args: &[&str]) -> Value {
     let output = bench(folder, &[args, &["--json", "bench.json"]].concat());
     assert_eq!(output.status.code(), Some(0), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
@@ -37,7 +37,7 @@ fn number(value: &Value, field: &str) -> f64 {
 }
 
 #[test]
-fn a_path_is_flown_by_each_number_of_workers() {
+fn each_number_of_workers_is_measured() {
     let folder = folder("teapot");
     let args = ["builtin:teapot", "--path", "glu", "--frames", "8", "--workers", "1,3", "--coherence", "off"];
     let report = measured(&folder, &[&args[..], &["--replay=2,32", "--plot", "bench.svg"]].concat());
@@ -86,7 +86,7 @@ fn a_path_is_flown_by_each_number_of_workers() {
 }
 
 #[test]
-fn coherence_saves_tiles_and_bytes_and_is_replayed() {
+fn coherence_saves_tiles_and_bytes_and_is_simulated() {
     let args = ["builtin:brake-hub", "--frames", "40", "--workers", "2", "--coherence", "off,plan,on", "--replay=8"];
     let report = measured(&folder("coherence"), &args);
     let [off, plan, on] = &report["runs"].as_array().unwrap()[..] else { panic!("{report}") };
@@ -94,7 +94,7 @@ fn coherence_saves_tiles_and_bytes_and_is_replayed() {
     let ([tiles, _], [drawn, bytes], [changed, sent]) = (of(off), of(plan), of(on));
     assert_eq!(tiles, number(&report, "/tiles"));
     assert!(drawn <= tiles && changed < 0.5 * drawn && sent < 0.5 * bytes, "{report}");
-    // What is held is the same, however it came there.
+    // Both hold the same mesh.
     assert_eq!(number(plan, "/triangles_mean"), number(on, "/triangles_mean"));
     let replays = report["replay"].as_array().unwrap();
     let told = |k: usize| (replays[k]["coherence"].as_str().unwrap(), replays[k]["frames"].as_u64().unwrap());
@@ -102,7 +102,7 @@ fn coherence_saves_tiles_and_bytes_and_is_replayed() {
 }
 
 #[test]
-fn lines_that_stay_leave_more_tiles_as_they_are() {
+fn split_lines_keep_more_tiles_unchanged() {
     let args =
         ["builtin:trimmed-teapot", "--path", "zoom", "--frames", "60", "--workers", "1", "--coherence", "off,on"];
     let lines = ["--lines", "spread,split,split-rendering"];
@@ -119,14 +119,14 @@ fn lines_that_stay_leave_more_tiles_as_they_are() {
     for field in ["lattices", "cells", "tessellants", "segments"] {
         assert!((0.0..=1.0).contains(&number(split, &format!("/kept/{field}"))), "{split}");
     }
-    // At most a quarter more lines, and in turns none.
+    // At most a quarter more lines, and none after a resync.
     let few = ["--lines", "split", "--most-lines", "1.25", "--resync", "20"];
     let report = measured(&folder("few_lines"), &[&args[..], &few].concat());
     assert!(number(&report, "/runs/1/triangles_mean") < triangles[1], "{report}");
 }
 
 #[test]
-fn a_path_that_was_written_is_read_again() {
+fn saved_paths_can_be_flown_again() {
     let folder = folder("path");
     let picture = ["--size", "640x480", "--deviation-px", "1.5", "--angle", "20"];
     let args = ["builtin:torus", "--path", "walk", "--frames", "5", "--coherence", "off", "--save-path"];
@@ -149,7 +149,7 @@ fn a_path_that_was_written_is_read_again() {
 }
 
 #[test]
-fn what_is_no_path_is_told() {
+fn bad_paths_are_rejected() {
     let folder = folder("no_path");
     fs::write(folder.join("empty.json"), "[]").unwrap();
     fs::write(folder.join("other.json"), "[{\"eye\": [0, 0, 0]}]").unwrap();
@@ -165,7 +165,7 @@ fn what_is_no_path_is_told() {
 }
 
 #[test]
-fn a_timeline_holds_every_stage_of_every_frame() {
+fn timelines_contain_every_stage_of_every_frame() {
     let folder = folder("trace");
     let args = ["builtin:washer", "--frames", "3", "--workers", "2", "--coherence", "off", "--trace", "trace.json"];
     let report = measured(&folder, &args);
@@ -179,7 +179,7 @@ fn a_timeline_holds_every_stage_of_every_frame() {
 }
 
 #[test]
-fn the_scene_of_the_comparison_and_the_costs_of_tiles_are_told() {
+fn glu_scene_and_tile_costs_print_their_tables() {
     let folder = folder("other");
     let told = |args: &[&str]| {
         let output = bench(&folder, args);
@@ -192,14 +192,14 @@ fn the_scene_of_the_comparison_and_the_costs_of_tiles_are_told() {
     let table = told(&["glu-scene", "4"]);
     assert!(table.lines().last().unwrap().starts_with("  4.00 | "), "{table}");
     let path = told(&["glu-scene", "path", "4"]);
-    assert_eq!(path.lines().count(), 2, "each made anew, and after the one before: {path}");
+    assert_eq!(path.lines().count(), 2, "rebuilt, and coherent: {path}");
     let costs = told(&["tile-costs", "builtin:washer", "builtin:brake-hub"]);
     assert!(costs.lines().count() == 4 && costs.contains("builtin:brake-hub"), "{costs}");
 
     for wrong in [&["tile-costs"][..], &["glu-scene", "path"], &["glu-scene", "-1"], &[]] {
         assert_eq!(bench(&folder, wrong).status.code(), Some(2), "{wrong:?}");
     }
-    // 16 numbers a triangle, the first of them a patch of the scene.
+    // 16 numbers per triangle. The first is a patch, and patch 32 does not exist.
     fs::write(folder.join("triangles"), [32.0_f32; 16].map(f32::to_le_bytes).as_flattened()).unwrap();
     assert_eq!(bench(&folder, &["glu-scene", "triangles", "triangles"]).status.code(), Some(1));
 }

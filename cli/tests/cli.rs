@@ -1,4 +1,4 @@
-//! The command line as others rely on it: exit statuses, report keys, files that appear whole or not at all.
+//! The contract of the command line: exit statuses, report keys, files written atomically.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use serde_json::Value;
@@ -6,12 +6,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Where the files are.
+/// Root of the repository.
 const CHECKOUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
 const FORMS: &str = "tests/fuzz/seeds/forms.step";
 
-/// A folder of its own for each test.
+/// Creates an empty folder for a test.
 fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(test);
     let _ = fs::remove_dir_all(&folder);
@@ -36,7 +36,7 @@ fn json(bytes: &[u8]) -> Value {
     serde_json::from_slice(bytes).unwrap_or_else(|e| panic!("{e}: {}", text(bytes)))
 }
 
-/// The status, and that a refusal says why in one clear message.
+/// Asserts that the command fails with this status and a message that contains `why`.
 fn refuses(args: &[&str], status: i32, why: &str) {
     let output = trimtess(args);
     let stderr = text(&output.stderr);
@@ -46,7 +46,7 @@ fn refuses(args: &[&str], status: i32, why: &str) {
 }
 
 #[test]
-fn wrong_usage_is_2() {
+fn wrong_usage_is_status_2() {
     let out = folder("usage").join("x.glb");
     let out = out.to_str().unwrap();
     refuses(&[], 2, "Usage");
@@ -62,7 +62,7 @@ fn wrong_usage_is_2() {
 }
 
 #[test]
-fn what_cannot_be_done_is_1_and_names_the_file() {
+fn failures_are_status_1_and_name_the_file() {
     let folder = folder("cannot");
     let (text_file, mesh) = (folder.join("letter.step"), folder.join("x.ply"));
     fs::write(&text_file, "Dear Sir or Madam").unwrap();
@@ -89,27 +89,27 @@ fn a_report_has_the_promised_keys_and_its_seconds_sum() {
         report.to_str().unwrap(),
     ]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let told = json(&output.stdout);
-    assert_eq!(told, json(&fs::read(&report).unwrap()), "standard output and the report file say the same");
-    assert_eq!(told["faces"], 9);
-    assert_eq!(told["faces_without_triangles"], 0);
-    assert_eq!((&told["open_edges"], &told["slivers"]), (&0.into(), &0.into()));
-    assert!(told["max_deviation_over_tolerance"].as_f64().unwrap() <= 1.0);
-    let edges = told["max_edge_deviation_over_tolerance"].as_f64().unwrap();
+    let result = json(&output.stdout);
+    assert_eq!(result, json(&fs::read(&report).unwrap()), "standard output and the report file are equal");
+    assert_eq!(result["faces"], 9);
+    assert_eq!(result["faces_without_triangles"], 0);
+    assert_eq!((&result["open_edges"], &result["slivers"]), (&0.into(), &0.into()));
+    assert!(result["max_deviation_over_tolerance"].as_f64().unwrap() <= 1.0);
+    let edges = result["max_edge_deviation_over_tolerance"].as_f64().unwrap();
     assert!(edges > 0.1 && edges <= 1.0, "the edge polylines are measured whatever the format: {edges}");
-    assert!(told["diagnostics"].is_array());
-    assert!(told["triangles"].as_u64().unwrap() >= 12 + 12);
-    assert!(told["vertices"].as_u64().unwrap() > 0);
-    let seconds = &told["seconds"];
+    assert!(result["diagnostics"].is_array());
+    assert!(result["triangles"].as_u64().unwrap() >= 12 + 12);
+    assert!(result["vertices"].as_u64().unwrap() > 0);
+    let seconds = &result["seconds"];
     let second = |stage: &str| seconds[stage].as_f64().unwrap_or_else(|| panic!("{stage} in {seconds}"));
     let sum: f64 = ["read", "prepare", "tessellate", "check", "write"].into_iter().map(second).sum();
     assert!((sum - second("total")).abs() < 1e-6, "{seconds}");
     if cfg!(target_os = "linux") {
-        assert!(told["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
+        assert!(result["peak_memory_bytes"].as_u64().unwrap() > 1 << 20);
     }
 }
 
-/// Checks a variant of the cube file; the status and the report.
+/// Runs `tessellate --check` on a modified cube file; returns the status, the report and the summary.
 fn check(test: &str, change: impl Fn(&str) -> String) -> (Option<i32>, Value, String) {
     let folder = folder(test);
     let (file, mesh) = (folder.join("part.step"), folder.join("part.ply"));
@@ -122,9 +122,9 @@ fn check(test: &str, change: impl Fn(&str) -> String) -> (Option<i32>, Value, St
 }
 
 #[test]
-fn a_face_off_its_surface_is_told_and_opens_nothing() {
-    // Edges pair up as in the sound file, but the side of the cylinder lies on a plane that its loop does not bound.
-    let (status, told, table) = check("off_surface", |file| {
+fn a_face_off_its_surface_is_reported_and_opens_nothing() {
+    // Edges pair up as in the intact file, but the side of the cylinder lies on a plane that its loop does not bound.
+    let (status, result, table) = check("off_surface", |file| {
         let surface = "CYLINDRICAL_SURFACE( '', #143, 0.00500000000000000 );";
         assert!(file.contains(surface));
         file.replace(surface, "PLANE( '', #143 );")
@@ -133,39 +133,39 @@ fn a_face_off_its_surface_is_told_and_opens_nothing() {
     let named = |entry: &Value| {
         entry["face"] == 2 && entry["code"].is_string() && entry["reason"].as_str().unwrap().contains("filled in space")
     };
-    assert!(told["diagnostics"].as_array().unwrap().iter().any(named), "{told}");
-    assert_eq!((&told["unbalanced_edges"], &told["defects"]), (&0.into(), &0.into()), "{told}");
-    let parts = told["closedness"].as_array().unwrap();
+    assert!(result["diagnostics"].as_array().unwrap().iter().any(named), "{result}");
+    assert_eq!((&result["unbalanced_edges"], &result["defects"]), (&0.into(), &0.into()), "{result}");
+    let parts = result["closedness"].as_array().unwrap();
     assert_eq!(parts.len(), 2);
-    assert!(parts.iter().all(|part| part["closed_in_file"] == true && part["closed_in_mesh"] == true), "{told}");
+    assert!(parts.iter().all(|part| part["closed_in_file"] == true && part["closed_in_mesh"] == true), "{result}");
     assert!(table.contains("parts 0–1: closed in the file, closed in the mesh"), "{table}");
     assert!(table.contains("99.9%") && table.contains("  plane  "), "{table}");
 }
 
 #[test]
 fn a_face_whose_surface_cannot_be_read_is_filled_and_named() {
-    let (status, told, _) = check("lost_face", |file| {
+    let (status, result, _) = check("lost_face", |file| {
         let surface = "CYLINDRICAL_SURFACE( '', #143, 0.00500000000000000 );";
         assert!(file.contains(surface));
         file.replace(surface, "CYLINDRICAL_SURFACE( '', #143, -1. );")
     });
     assert_eq!(status, Some(3));
-    assert_eq!((&told["faces"], &told["faces_without_triangles"]), (&9.into(), &0.into()), "{told}");
-    assert_eq!((&told["ladder"]["filled"], &told["defects"]), (&1.into(), &0.into()), "{told}");
+    assert_eq!((&result["faces"], &result["faces_without_triangles"]), (&9.into(), &0.into()), "{result}");
+    assert_eq!((&result["ladder"]["filled"], &result["defects"]), (&1.into(), &0.into()), "{result}");
     let named = |entry: &Value| entry["face"] == 2 && entry["code"] == "face-surface-not-read";
-    assert_eq!(told["diagnostics"].as_array().unwrap().iter().filter(|entry| named(entry)).count(), 1, "{told}");
+    assert_eq!(result["diagnostics"].as_array().unwrap().iter().filter(|entry| named(entry)).count(), 1, "{result}");
 }
 
 #[test]
-fn nothing_measured_is_null() {
-    let (status, told, table) = check("nothing", |file| {
+fn measurements_of_an_empty_mesh_are_null() {
+    let (status, result, table) = check("nothing", |file| {
         file.replace("MANIFOLD_SOLID_BREP", "X_BREP")
             .replace("CLOSED_SHELL", "X_SHELL")
             .replace("ADVANCED_FACE", "X_FACE")
     });
-    assert_eq!((status, &told["triangles"]), (Some(3), &0.into()), "{told}");
+    assert_eq!((status, &result["triangles"]), (Some(3), &0.into()), "{result}");
     for key in ["max_deviation_over_tolerance", "p999_deviation_over_tolerance", "max_edge_deviation_over_tolerance"] {
-        assert!(told.get(key).is_some_and(Value::is_null), "{key} in {told}");
+        assert!(result.get(key).is_some_and(Value::is_null), "{key} in {result}");
     }
     assert!(!table.contains("at worst"), "{table}");
 }
@@ -200,19 +200,19 @@ fn info_counts() {
     let sum = |key: &str| list.iter().map(|part| part[key].as_u64().unwrap()).sum::<u64>();
     assert_eq!((list.len() as u64, sum("faces"), sum("instances")), (info["parts"].as_u64().unwrap(), 9, 2), "{info}");
     assert!(list.iter().all(|part| part["closed"] == true && part["name"] != ""), "{info}");
-    // The box of a 10 mm cube at the origin and a cylinder of radius 5 mm beside it.
+    // The box of a 10 mm cube at the origin and a cylinder of radius 5 mm next to it.
     assert!((info["diagonal"].as_f64().unwrap() - 28.722_813).abs() < 1e-2, "{info}");
     let people = text(&trimtess(&["info", CUBE]).stdout);
     assert!(people.contains("8 plane") && people.contains("closed"), "{people}");
 }
 
-/// What preprocessing made adds up, and is what the shapes are known to be made of.
+/// Statistics of preparing add up, and match the known shapes.
 #[test]
-fn info_tells_patches_and_trimming_curves() {
-    let told = json(&trimtess(&["info", "builtin:washer", "--patches", "--json"]).stdout);
-    let patches = &told["patches"];
+fn info_reports_patches_and_trimming_curves() {
+    let result = json(&trimtess(&["info", "builtin:washer", "--patches", "--json"]).stdout);
+    let patches = &result["patches"];
     let rows = patches["faces"].as_array().unwrap();
-    assert_eq!((rows.len() as u64, patches["parts"].as_array().unwrap().len()), (told["faces"].as_u64().unwrap(), 1));
+    assert_eq!((rows.len() as u64, patches["parts"].as_array().unwrap().len()), (result["faces"].as_u64().unwrap(), 1));
     for key in ["patches", "tiles", "trims", "edges", "stretches", "meetings", "critical"] {
         let sum: u64 = rows.iter().map(|row| row[key].as_u64().unwrap()).sum();
         assert_eq!(patches["sum"][key], sum, "{key}");
@@ -229,7 +229,7 @@ fn info_tells_patches_and_trimming_curves() {
         let bend = row["bounds"]["uu"]["lift"].as_f64().unwrap();
         assert_eq!(bend > 0.0, round, "{row}");
     }
-    // Two petals cross: more edges bound what is kept than curves were given, and their crossings are told.
+    // Two petals cross, so more edges bound the region than curves were given.
     let flower = json(&trimtess(&["info", "builtin:flower", "--patches", "--json"]).stdout);
     let sum = &flower["patches"]["sum"];
     assert!(sum["edges"].as_u64() > sum["trims"].as_u64(), "{sum}");
@@ -238,7 +238,7 @@ fn info_tells_patches_and_trimming_curves() {
     assert!(!text(&trimtess(&["info", "builtin:washer", "--json"]).stdout).contains("patches"));
 }
 
-/// Closed figures of the path of that class in a diagram.
+/// Number of closed figures in the path of this class.
 fn figures(svg: &str, class: &str) -> u64 {
     let attribute = format!("class=\"{class}\"");
     let element = svg.split('<').find(|element| element.starts_with("path") && element.contains(&attribute));
@@ -246,7 +246,7 @@ fn figures(svg: &str, class: &str) -> u64 {
     data.map_or(0, |data| data.matches('z').count() as u64)
 }
 
-/// A diagram shows what the mesh is made of, figure by figure.
+/// Counts in a diagram match its figures and the mesh.
 #[test]
 fn a_tile_is_drawn_as_it_is_meshed() {
     let folder = folder("svg");
@@ -278,7 +278,7 @@ fn a_tile_is_drawn_as_it_is_meshed() {
     let points = drawn["in_points"].as_u64().unwrap() + drawn["exit_points"].as_u64().unwrap();
     let vertices = points + drawn["kept_corners"].as_u64().unwrap() - drawn["moved_corners"].as_u64().unwrap();
     assert_eq!(report["vertices"].as_u64().unwrap(), vertices + drawn["other_points"].as_u64().unwrap(), "{drawn}");
-    // Elements are closed in the order in which they were opened.
+    // Elements are nested properly.
     let mut open = Vec::new();
     for tag in svg.split('<').skip(1).map(|rest| rest.split('>').next().unwrap()) {
         match tag.strip_prefix('/') {
@@ -297,7 +297,7 @@ fn a_tile_is_drawn_as_it_is_meshed() {
 }
 
 #[test]
-fn a_tile_that_is_not_there_is_wrong_usage() {
+fn an_unknown_tile_is_wrong_usage() {
     let folder = folder("svg-usage");
     let drawing = folder.join("tile.svg");
     let out = drawing.to_str().unwrap();
@@ -324,9 +324,9 @@ fn every_builtin_can_be_tessellated() {
     }
 }
 
-/// A file that stops anywhere is read as far as it goes, or refused with a message; it never brings the program down.
+/// A truncated file is read as far as it goes, or rejected with a message.
 #[test]
-fn truncated_files_are_no_disaster() {
+fn truncated_files_are_read_or_rejected() {
     let folder = folder("truncated");
     let whole = fs::read(Path::new(CHECKOUT).join(CUBE)).unwrap();
     let (file, mesh) = (folder.join("cut.step"), folder.join("cut.ply"));
@@ -340,7 +340,7 @@ fn truncated_files_are_no_disaster() {
     }
 }
 
-/// Past a limit: one message that names the need, the limit and the option; and no file.
+/// Exceeding a limit gives one message with the need, the limit and the option, and no file.
 #[test]
 fn limits_are_errors_that_name_the_option() {
     let folder = folder("limits");
@@ -363,12 +363,12 @@ fn limits_are_errors_that_name_the_option() {
     let coarse = ["tessellate", CUBE, "-o", out, "--max-tile-triangles", "4", "--coarsen", "--json"];
     let output = trimtess(&coarse);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let told = json(&output.stdout)["diagnostics"].to_string();
-    assert!(told.contains("coarser than the tolerance asks"), "{told}");
+    let result = json(&output.stdout)["diagnostics"].to_string();
+    assert!(result.contains("coarser than the tolerance asks"), "{result}");
     assert!(mesh.exists());
 }
 
-/// The system kills a process that writes more than it may; the name shows nothing of it.
+/// The system kills the process for writing too much. No partial file appears under the output name.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_process_killed_while_writing_leaves_no_file_under_the_name() {
@@ -385,7 +385,7 @@ fn a_process_killed_while_writing_leaves_no_file_under_the_name() {
 }
 
 #[test]
-fn the_report_appears_whole_or_not_at_all() {
+fn the_report_is_written_atomically() {
     let folder = folder("report-whole");
     let (mesh, report) = (folder.join("mesh.ply"), folder.join("missing").join("report.json"));
     let args = ["tessellate", "builtin:box", "-o", mesh.to_str().unwrap(), "--report", report.to_str().unwrap()];
@@ -415,10 +415,10 @@ fn a_timeline_is_complete_json() {
     assert!(named("worker") && named("tile") && named("commit"), "{events}");
 }
 
-/// A picture, or, where there is no adapter, one message that says what to install.
+/// Without a graphics adapter, one message says what to install.
 #[cfg(feature = "wgpu")]
 #[test]
-fn render_draws_or_says_what_is_missing() {
+fn render_draws_or_names_the_missing_driver() {
     let folder = folder("render");
     let picture = folder.join("cube.png");
     let out = picture.to_str().unwrap();
@@ -448,10 +448,10 @@ fn render_draws_or_says_what_is_missing() {
     }
 }
 
-/// The window's content without a window.
+/// The content of the window, without a window.
 #[cfg(feature = "view")]
 #[test]
-fn a_window_can_be_had_as_a_picture() {
+fn view_writes_screenshots() {
     let folder = folder("view");
     let picture = folder.join("window.png");
     let out = picture.to_str().unwrap();
@@ -483,7 +483,7 @@ fn a_window_can_be_had_as_a_picture() {
 
 #[cfg(all(feature = "view", target_os = "linux"))]
 #[test]
-fn without_a_display_there_is_no_window() {
+fn without_a_display_view_suggests_a_screenshot() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     let output = command.args(["view", CUBE]).output().unwrap();
@@ -491,10 +491,10 @@ fn without_a_display_there_is_no_window() {
     assert!(text(&output.stderr).contains("--screenshot"), "{}", text(&output.stderr));
 }
 
-/// A finer picture needs more triangles; a camera further away fewer.
+/// A smaller screen-space error needs more triangles, a more distant camera fewer.
 #[cfg(feature = "wgpu")]
 #[test]
-fn pixels_decide_how_fine_a_picture_is() {
+fn screen_space_error_controls_the_number_of_triangles() {
     let picture = folder("pixels").join("cylinder.png");
     let triangles = |args: &[&str]| {
         let base = ["render", "builtin:torus", "-o", picture.to_str().unwrap(), "--size", "320x240", "--json"];
@@ -509,9 +509,9 @@ fn pixels_decide_how_fine_a_picture_is() {
 }
 
 #[test]
-fn open_edges_are_those_of_faces_with_common_borders() {
+fn open_edges_are_counted_after_sewing() {
     let open = |args: &[&str]| json(&trimtess(&[&["info", "--json"], args].concat()).stdout)["open_edges"].clone();
-    // Rim and lid; the ends of handle and spout.
+    // Rim and lid, and the ends of handle and spout.
     assert_eq!(open(&["builtin:teapot"]), 16);
     assert_eq!(open(&["builtin:box"]), 0);
     let apart = open(&["builtin:trimmed-teapot", "--border-tolerance", "0"]).as_u64().unwrap();

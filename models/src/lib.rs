@@ -1,7 +1,7 @@
-//! The models of Kumar & Manocha 1995, stated by hand: a disc brake, the Utah teapot, and teapots with free trims.
+//! The models of Kumar & Manocha 1995, built in code: a disc brake, the Utah teapot, and teapots with free trims.
 //!
-//! They are larger than [`shapes`], the models of the library itself. [`by_name`] knows both; `builtin:NAME` on the command
-//! line is one of them.
+//! They are larger than the library's own [`shapes`]. [`by_name`] finds both kinds, as does `builtin:NAME` on the
+//! command line.
 //!
 //! ```
 //! let brake = trimtess_models::by_name("brake-assembly").expect("a named model");
@@ -19,12 +19,12 @@ mod trimmed_teapots;
 pub const NAMES: [&str; 6] =
     ["teapot", "trimmed-teapot", "flower-teapot", "brake-hub", "brake-rotor", "brake-assembly"];
 
-/// All names that [`by_name`] knows: the library's shapes first.
+/// All names that [`by_name`] accepts, the library's shapes first.
 pub fn names() -> impl Iterator<Item = &'static str> {
     shapes::NAMES.into_iter().chain(NAMES)
 }
 
-/// The model of that name; `None` if there is none.
+/// Builds a model by name. `None` if the name is unknown.
 ///
 /// ```
 /// assert!(trimtess_models::names().all(|name| trimtess_models::by_name(name).is_some()));

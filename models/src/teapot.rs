@@ -1,8 +1,8 @@
-//! The Utah teapot: 32 bicubic Bézier patches from the control points that M. Newell published in 1975 (the bottom was added
-//! later), as a part whose patches share the borders that they have in common.
+//! M. Newell's control points of the Utah teapot (1975; the bottom was added later) -> 32 bicubic Bézier patches that
+//! share their common borders.
 //!
-//! Body, rim, lid and bottom are profiles swept by a quarter turn four times; handle and spout are half tubes and their mirror
-//! images. All that is stored are the profiles and the tubes' sections.
+//! Body, rim, lid and bottom are profiles turned by four quarter turns; handle and spout are half tubes and their
+//! mirror images. Only the profiles and the sections of the tubes are stored.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -10,8 +10,10 @@ use trimtess::model::{
     Coedge, CurveKind, EdgeId, Loop, NurbsCurve, NurbsSurface, Part, PartBuilder, ShellKind, Surface, VertexId,
 };
 
-/// Distance from the axis and height of four rows of control points, and the share of the distance that stands for the arc
-/// in the second row (it differs in one patch of the lid).
+/// A profile: distance from the axis and height of four rows of control points.
+///
+/// `second` is the offset of the inner control points of the arc in the second row, as a fraction of the distance. It
+/// differs from [`ARC`] in one profile of the lid.
 struct Profile {
     rows: [(f64, f64); 4],
     second: f64,
@@ -33,7 +35,7 @@ const PROFILES: [Profile; 6] = [
     Profile { rows: [(0.0, 0.0), (1.425, 0.0), (1.5, 0.075), (1.5, 0.15)], second: ARC, reversed: false },
 ];
 
-/// Inner and outer (x, z) of four sections of a tube, and half its width.
+/// Four sections of a tube: inner and outer (x, z), and half the width.
 type Tube = [((f64, f64), (f64, f64), f64); 4];
 
 const TUBES: [Tube; 4] = [
@@ -68,7 +70,7 @@ const TUBES: [Tube; 4] = [
 /// Control points of a patch, rows along u, and whether its outward normal is opposite to `S_u × S_v`.
 pub(crate) type Net = ([[DVec3; 4]; 4], bool);
 
-/// The 32 patches, in the published unit: the body is 4 wide.
+/// The 32 patches in the published unit, in which the body is 4 wide.
 pub(crate) fn nets() -> Vec<Net> {
     let mut out = Vec::with_capacity(32);
     for profile in &PROFILES {
@@ -79,7 +81,7 @@ pub(crate) fn nets() -> Vec<Net> {
         }
         for _ in 0..4 {
             out.push((net, profile.reversed));
-            // A quarter turn, exactly; zeros keep their sign.
+            // An exact quarter turn. Adding to 0.0 avoids -0.0.
             net = net.map(|row| row.map(|p| DVec3::new(0.0 + p.y, 0.0 - p.x, p.z)));
         }
     }
@@ -94,8 +96,8 @@ pub(crate) fn nets() -> Vec<Net> {
     out
 }
 
-/// The teapot, 20 mm to the published unit. Open where the original is: between lid and rim, and where handle and spout run
-/// through the body.
+/// The teapot at 20 mm per published unit. Open where the original is: between lid and rim, and where handle and spout
+/// enter the body.
 pub(crate) fn teapot() -> Part {
     const SCALE: f64 = 20.0;
     let mut maker = Maker { part: PartBuilder::new("teapot"), vertices: BTreeMap::new(), edges: BTreeMap::new() };
@@ -103,7 +105,7 @@ pub(crate) fn teapot() -> Part {
     for (net, reversed) in nets() {
         let net = net.map(|row| row.map(|p| p * SCALE));
         let column = |j: usize| [0, 1, 2, 3].map(|i| net[i][j]);
-        // Around the patch with its inside on the left.
+        // Around the patch, with its inside on the left.
         let sides = [(column(0), false), (net[3], false), (column(3), true), (net[0], true)];
         let coedges = sides.into_iter().filter_map(|(points, back)| maker.side(points, back)).collect();
         let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
@@ -125,12 +127,12 @@ type Key = [u64; 3];
 struct Maker {
     part: PartBuilder,
     vertices: BTreeMap<Key, VertexId>,
-    /// By control points, in one of the two directions.
+    /// Edges by control points, in one of the two directions.
     edges: BTreeMap<[Key; 4], EdgeId>,
 }
 
 impl Maker {
-    /// The edge with these control points, run backwards if `back`; none for a border that is one point.
+    /// The coedge along these control points, or against them if `back`. `None` for a border that is one point.
     fn side(&mut self, points: [DVec3; 4], back: bool) -> Option<Coedge> {
         if points.iter().all(|&p| p == points[0]) {
             return None;
@@ -158,7 +160,7 @@ impl Maker {
     }
 }
 
-/// A point's bits; -0 is 0.
+/// The bits of a point, with -0.0 as 0.0.
 fn key(p: DVec3) -> Key {
     p.to_array().map(|x| (x + 0.0).to_bits())
 }

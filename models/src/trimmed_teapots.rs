@@ -1,8 +1,8 @@
-//! The patches of the Utah teapot -> two models with free trims, after Figures 18 and 19 of Kumar & Manocha 1995: letters and
-//! large loops cut out of body, lid and spout, and flowers cut out of every patch.
+//! The patches of the Utah teapot -> two models with free trims, after Figures 18 and 19 of Kumar & Manocha 1995:
+//! letters and large loops cut out of body, lid and spout, and flowers cut out of every patch.
 //!
-//! The patches are given without topology. A loop that runs over a common border is given as one open curve for each side;
-//! both end in the same parameters of the border.
+//! The patches have no topology. A loop across a common border is given as one open curve per side; both end at the
+//! same parameters of the border.
 
 use crate::teapot::nets;
 use glam::DVec2;
@@ -12,14 +12,14 @@ use trimtess::model::{
     TrimCurve, TrimPiece, TrimRule,
 };
 
-/// Millimetres to the published unit.
+/// Millimetres per published unit.
 const SCALE: f64 = 20.0;
 
-/// Patches around the axis in each band of body, rim, lid and bottom. Within a band, v goes on from patch to patch.
+/// Patches around the axis in each band of body, rim, lid and bottom. Within a band, v continues from patch to patch.
 const QUARTERS: usize = 4;
 
-/// The teapot with U, N and C cut out of both sides of the body, four ellipses out of its lower half, four across the
-/// borders of the lid's patches, and two out of the spout. The N lies across the border of two patches.
+/// The teapot with letters U, N and C cut out of both sides of the body, four ellipses out of its lower half, four
+/// across the borders of the lid's patches, and two out of the spout. The N lies across the border of two patches.
 pub(crate) fn unc() -> Part {
     trimmed("trimmed-teapot", |patch, _| match (patch / QUARTERS, patch % QUARTERS) {
         (1, quarter) => letters(quarter % 2),
@@ -30,8 +30,8 @@ pub(crate) fn unc() -> Part {
     })
 }
 
-/// The teapot with flowers cut out of all its patches, on each some of polylines and some of Bézier curves or a closed
-/// B-spline; many cross each other, and four lie across the border of two patches.
+/// The teapot with flowers cut out of every patch, made of polylines, Bézier curves and closed B-splines. Many cross
+/// each other, and four lie across the border of two patches.
 pub(crate) fn flowers() -> Part {
     trimmed("flower-teapot", |patch, surface| {
         let bed = Bed { surface };
@@ -42,14 +42,14 @@ pub(crate) fn flowers() -> Part {
             _ => vec![bed.points(0.5, 0.36, 0.28), bed.points(0.5, 0.66, 0.26), bed.petals(0.2, 0.5, 0.16, 5)],
         };
         if patch / QUARTERS == 2 {
-            // Half a flower on either border of the lower body; its other half is the neighbour's.
+            // Half a flower on both borders of the lower body; the neighbours have the other halves.
             curves.extend([0.0, 1.0].map(|v| bed.half(0.5, v, 0.2)));
         }
         curves
     })
 }
 
-/// The patches of the teapot, each with the curves that `trims` gives for its number and surface.
+/// The patches of the teapot, each with the curves that `trims` returns for its number and surface.
 fn trimmed(name: &str, trims: impl Fn(usize, &NurbsSurface) -> Vec<TrimCurve>) -> Part {
     let mut part = PartBuilder::new(name);
     let shell = part.plain_shell(ShellKind::Open);
@@ -75,19 +75,18 @@ fn ellipse(centre: DVec2, size: DVec2) -> TrimCurve {
     TrimCurve::ellipse(centre, DVec2::X * size.x, DVec2::NEG_Y * size.y)
 }
 
-/// The half of an elliptic hole about a point of the border v = 0 or v = 1 that lies inside the domain.
+/// The half inside the domain of an elliptic hole with its centre on the border v = 0 or v = 1.
 fn half_ellipse(centre: DVec2, size: DVec2) -> TrimCurve {
-    // Clockwise around the hole: over its top from left to right, or the same turned by half a turn.
+    // Clockwise around the hole: over its top from left to right, or this rotated by half a turn.
     let turned = if centre.y < 0.5 { 1.0 } else { -1.0 };
     let half = arc(DVec2::ZERO, 1.0, 0.0, PI, true);
     let on_border = |p: DVec2| DVec2::new(p.x, if p.y.abs() < 1e-12 { 0.0 } else { p.y });
     moved(&half.into(), |p| centre + on_border(p) * size * turned)
 }
 
-/// What the body's upper band has of the letters on its right (0) and left (1) patch, as seen from outside.
+/// The letters of the body's upper band on its right (0) and left (1) patch, seen from outside.
 ///
-/// Seen from there, v runs to the left and u down, so that a letter drawn counter-clockwise with its ink on the left is a
-/// hole here.
+/// From there, v points left and u down, so a letter drawn counter-clockwise with the ink on its left becomes a hole.
 fn letters(patch: usize) -> Vec<TrimCurve> {
     const SIZE: DVec2 = DVec2::new(0.17, 0.29);
     let letter = |curve: &TrimCurve, v: f64| moved(curve, |p| DVec2::new(0.5 - SIZE.y * p.y, v - SIZE.x * p.x));
@@ -97,13 +96,13 @@ fn letters(patch: usize) -> Vec<TrimCurve> {
     }
 }
 
-/// Width of the letters' strokes; the letters are two wide and two high about the origin.
+/// Stroke width of the letters, which are two wide and two high about the origin.
 const STROKE: f64 = 0.5;
 
 fn letter_u() -> TrimCurve {
     let (inner, foot) = (1.0 - STROKE, DVec2::new(0.0, -0.2));
     let line = |points: &[(f64, f64)]| TrimPiece::Polyline(points.iter().map(|&p| p.into()).collect());
-    // The bowl is an ellipse of 1 by 0.8, and one smaller by the stroke.
+    // The bowl is between an ellipse of 1 by 0.8 and one smaller by the stroke.
     let bowl = |radius: f64, back: bool| {
         let arc = arc(DVec2::ZERO, 1.0, PI, TAU, back);
         moved(&arc.into(), |p| foot + p * DVec2::new(radius, radius - 0.2)).pieces
@@ -127,7 +126,7 @@ fn letter_c() -> TrimCurve {
     TrimCurve { pieces: vec![outer, line(c, d), inner, line(b, a)] }
 }
 
-/// The half of an N that lies right of the middle (`side` 1), or the other (-1): the letter is the same upside down.
+/// The half of an N right of the middle (`side` 1) or left of it (-1). An N is symmetric under half a turn.
 fn half_n(side: f64) -> TrimCurve {
     const HEIGHT: f64 = 0.2;
     let (bar, middle) = (1.0 - STROKE, 0.5 * (1.0 - HEIGHT));
@@ -135,17 +134,17 @@ fn half_n(side: f64) -> TrimCurve {
     TrimCurve::polyline(corners.map(|p| DVec2::from(p) * side).to_vec())
 }
 
-/// A patch to put flowers on, as holes: nearly round in space, sizes as shares of the domain's side that is shorter there.
+/// A patch to cut flowers out of. Sizes are fractions of the side of the domain that is shorter in space.
 struct Bed<'a> {
     surface: &'a NurbsSurface,
 }
 
 impl Bed<'_> {
-    /// The curve, drawn counter-clockwise in the unit circle, as a hole of half size `size` about (u, v).
+    /// Makes a hole of half size `size` about (u, v) from a curve drawn counter-clockwise in the unit circle.
     fn planted(&self, curve: &TrimCurve, u: f64, v: f64, size: f64) -> TrimCurve {
         let at = self.surface.derivatives(u, v);
         let lengths = DVec2::new(at.du.length(), at.dv.length());
-        // Half way between round in (u,v) and round in space.
+        // Halfway between round in (u,v) and round in space.
         let size = (DVec2::splat(lengths.min_element()) / lengths).powf(0.5) * size;
         moved(&curve.reversed(), |p| DVec2::new(u, v) + p * size)
     }
@@ -190,9 +189,9 @@ impl Bed<'_> {
     }
 }
 
-/// Petal `k` of `count`: from and to the inner circle, the first starting on the x axis.
+/// Petal `k` of `count`, starting and ending on the inner circle. Petal 0 starts on the x axis.
 fn petal(k: usize, count: usize) -> TrimPiece {
-    // The borders of a half flower are the axes, to the last bit.
+    // Half flowers must end exactly on the axes.
     let exact = |x: f64| if x.abs() < 1e-12 { 0.0 } else { x };
     let ray = |turn: f64, radius: f64| {
         let p = DVec2::from_angle(TAU * turn / count as f64) * radius;
@@ -202,7 +201,7 @@ fn petal(k: usize, count: usize) -> TrimPiece {
     TrimPiece::bezier(vec![ray(k, 0.4), ray(k + 0.1, 1.2), ray(k + 0.9, 1.2), ray(k + 1.0, 0.4)], Vec::new())
 }
 
-/// A circular arc, run backwards if `back`.
+/// A circular arc, reversed if `back`.
 fn arc(centre: DVec2, radius: f64, from: f64, to: f64, back: bool) -> TrimPiece {
     let unit = NurbsCurve3::arc(&Frame3::WORLD, 1.0, 1.0, from, to);
     let points = unit.points.iter().map(|ray| centre + ray.truncate() * radius).collect();
@@ -210,7 +209,7 @@ fn arc(centre: DVec2, radius: f64, from: f64, to: f64, back: bool) -> TrimPiece 
     TrimPiece::Nurbs(if back { curve.reversed() } else { curve })
 }
 
-/// The curve under an affine map.
+/// Maps a curve by an affine map.
 fn moved(curve: &TrimCurve, map: impl Fn(DVec2) -> DVec2) -> TrimCurve {
     let all = |points: &[DVec2]| points.iter().map(|&p| map(p)).collect();
     let piece = |piece: &TrimPiece| match piece {

@@ -1,4 +1,4 @@
-//! Triangles -> how far they are from the exact surfaces of their faces, by dense sampling and foot points.
+//! Triangles -> distances to the exact surfaces of their faces, by dense sampling and foot points.
 
 use super::edges;
 use super::foot::{parameter_box, search_surface, walk_surface};
@@ -10,27 +10,30 @@ use crate::prepare::{BezierPatches, Prepared, PreparedFace};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// Samples aimed at. Small meshes get more per triangle, so that a face judged flat by mistake shows.
+/// Target number of samples. Small meshes get more per triangle, to find faces that were taken for flat by mistake.
 const SAMPLES: f64 = 2e6;
-/// Most triangles measured; of larger meshes every k-th.
+/// Maximum number of measured triangles. Of larger meshes, every k-th is measured.
 const MOST_TRIANGLES: u64 = 4_000_000;
-/// Steps of the barycentric lattices that samples are taken from, finest last. Even: the middle of an edge is where a
+/// Steps of the barycentric lattices of samples, finest last. Even numbers include the midpoints of edges, where a
 /// triangle is farthest from a cylinder or a sphere.
 const STEPS: [u32; 5] = [2, 4, 6, 8, 10];
-/// Share of the tolerance below which a distance is not measured more exactly.
+/// Fraction of the tolerance below which a distance is not improved.
 const ENOUGH: f64 = 1e-4;
-/// Searches in all: a mesh that is wrong everywhere is known to be wrong by then.
+/// Maximum number of searches. Enough to show that a mesh is wrong everywhere.
 const SEARCHES: u32 = 50_000;
 
-/// Measures every triangle and every edge polyline of `mesh`, which was made from `prepared` (batches and edges that
-/// `prepared` does not have are left out).
+/// Measures the triangles and edge polylines of `mesh`, which was made from `prepared`. Batches and edges that are not
+/// in `prepared` are skipped.
 ///
-/// Each triangle is sampled at 4 to 64 points, more on larger ones and in smaller meshes: midpoints of edges, inner
-/// points, never corners. A sample's distance to its face's whole surface (within the face's parameter box, trimmed or
-/// not) is that of its foot point. It is found by Newton's method from the interpolated parameters, so it is never too
-/// small, and by a search over the triangle's surroundings where that leaves it over the tolerance. `chord` is in
-/// millimetres of the placed model: a part that is placed at a scale is judged in its own coordinates by `chord` over its
-/// largest scale. Cost: about 1 s per two million samples; O(faces) memory.
+/// Each triangle is sampled at 4 to 64 points, more in larger triangles and smaller meshes: midpoints of edges and
+/// inner points, never corners. A sample's distance is that to its foot point on the untrimmed surface within the
+/// face's parameter box, found by Newton's method from the interpolated parameters, and by a search around the triangle
+/// if that result is over the tolerance. Both yield points of the surface, so distances are never too small.
+///
+/// `chord` is in millimetres of the placed model. A scaled part is measured in its own coordinates against `chord`
+/// divided by its largest scale.
+///
+/// Cost: about 1 s per two million samples; O(faces) memory.
 #[must_use]
 pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> DeviationReport {
     let triangles: u64 = mesh.batches.iter().map(|b| b.mesh.triangles.len() as u64).sum();
@@ -70,7 +73,7 @@ pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> Deviatio
     audit.report(triangles, &edges, edge_places)
 }
 
-/// Squares of longest sides.
+/// Squared length of each triangle's longest side.
 fn squared_sizes(mesh: &TileMesh) -> impl Iterator<Item = f64> {
     mesh.triangles.iter().map(|t| squared_size(t.map(|v| mesh.positions[v as usize])))
 }
@@ -79,7 +82,7 @@ fn squared_size([a, b, c]: [DVec3; 3]) -> f64 {
     a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
 }
 
-/// Barycentric coordinates of a lattice of `steps` per side without the corners; the centre is always one of them.
+/// Barycentric coordinates of a lattice of `steps` per side, without the corners and always with the centre.
 fn pattern(steps: u32) -> Vec<DVec3> {
     let n = f64::from(steps);
     let mut points = Vec::new();
@@ -98,13 +101,13 @@ fn pattern(steps: u32) -> Vec<DVec3> {
 }
 
 struct Audit<'a> {
-    /// In the placed model.
+    /// Chord tolerance in the placed model.
     asked: f64,
-    /// In the part at hand.
+    /// Chord tolerance in the current part.
     chord: f64,
     /// Mean squared longest side.
     mean_size: f64,
-    /// Samples for a triangle of mean size.
+    /// Number of samples for a triangle of mean size.
     share: f64,
     stride: u64,
     searches: u32,
@@ -118,7 +121,7 @@ struct Audit<'a> {
 }
 
 impl Audit<'_> {
-    /// Measures a batch of `face`, whose edges and vertices may be `file_gap` away from its surface.
+    /// Measures a batch of `face`, whose edges and vertices may be up to `file_gap` away from its surface.
     fn batch(&mut self, batch: &Batch, face: &PreparedFace, file_gap: f64) {
         let mesh = &batch.mesh;
         let mut uvs = std::mem::take(&mut self.uvs);
@@ -180,7 +183,7 @@ impl Audit<'_> {
         self.searches -= 1;
         let [a, b, c] = corners;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        // Meshes hold (u,v) in single precision.
+        // Meshes store (u,v) in single precision.
         let around = 0.5 * (high - low) + f64::from(f32::EPSILON) * low.abs().max(high.abs());
         let (start, end) = parameter_box(patches);
         let ends = ((low - around).max(start), (high + around).min(end));

@@ -1,4 +1,4 @@
-//! Triangles made -> how many a uniform lattice would need for the same tolerance, tile by tile, by trying lattices out.
+//! Triangles made -> triangles that a uniform lattice needs for the same tolerance, per tile, by trying lattices out.
 
 use super::foot::walk_surface;
 use crate::mesh::{Batch, MemorySink};
@@ -8,10 +8,10 @@ use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 
-/// Most tiles tried, spread evenly over the curved ones.
+/// Maximum number of tiles tried, spread evenly over the curved ones.
 const TILES: usize = 64;
 
-/// What one tile cost.
+/// Triangles made and needed for one tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileEconomy {
     /// The part.
@@ -24,14 +24,14 @@ pub struct TileEconomy {
     pub kind: SurfaceKind,
     /// Triangles made.
     pub made: f64,
-    /// Triangles of the smallest uniform lattice that passes, less the share of it that is trimmed away; at least 2.
+    /// Triangles of the smallest uniform lattice within the tolerance, times the kept fraction of the tile; at least 2.
     pub lattice: f64,
-    /// Triangles that the tile's boundary takes, whatever is inside: none has a corner off the boundary.
+    /// Triangles needed for the boundary alone, without vertices inside the tile.
     pub boundary: f64,
 }
 
 impl TileEconomy {
-    /// Triangles needed: by the lattice or by the boundary, which both sides of each edge share.
+    /// Triangles needed: the maximum of lattice and boundary. The boundary is shared with neighbours, so it is given.
     #[must_use]
     pub fn needed(&self) -> f64 {
         self.lattice.max(self.boundary)
@@ -44,7 +44,7 @@ impl TileEconomy {
     }
 }
 
-/// How economical a mesh is, on a sample of its curved tiles.
+/// Triangles made and needed on a sample of the curved tiles of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct EconomyReport {
@@ -53,13 +53,14 @@ pub struct EconomyReport {
 }
 
 impl EconomyReport {
-    /// Triangles made on all tiles tried per triangle needed there; 1 when there are none.
+    /// Triangles made per triangle needed, over all tiles tried; 1 without tiles.
     #[must_use]
     pub fn mean(&self) -> f64 {
         self.sum_ratio(TileEconomy::needed)
     }
 
-    /// The same against the lattices alone, as if edges needed no triangles.
+    /// Triangles made per triangle of the lattices, over all tiles tried; 1 without tiles. Ignores what boundaries
+    /// need.
     #[must_use]
     pub fn lattice_mean(&self) -> f64 {
         self.sum_ratio(|tile| tile.lattice)
@@ -70,7 +71,7 @@ impl EconomyReport {
         if needed > 0.0 { made / needed } else { 1.0 }
     }
 
-    /// The largest ratio of a tile; 1 when there are none.
+    /// The maximum ratio of a tile; 1 without tiles.
     #[must_use]
     pub fn worst(&self) -> f64 {
         self.tiles.first().map_or(1.0, TileEconomy::ratio)
@@ -81,8 +82,8 @@ impl fmt::Display for EconomyReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "economy: {:.2} triangles made per triangle needed on {} curved tiles, worst {:.2}; {:.2} per triangle of the \
-             smallest uniform lattices",
+            "economy: {:.2} triangles made per triangle needed on {} curved tiles, worst {:.2}; {:.2} per triangle of \
+             the smallest uniform lattices",
             self.mean(),
             self.tiles.len(),
             self.worst(),
@@ -91,7 +92,8 @@ impl fmt::Display for EconomyReport {
         for tile in self.tiles.iter().take(4) {
             write!(
                 f,
-                "\n  {:.2} at part {} face {} ({}) tile {}: {} made, {:.0} needed by the lattice, {:.0} by the boundary",
+                "\n  {:.2} at part {} face {} ({}) tile {}: {} made, {:.0} needed by the lattice, \
+                 {:.0} by the boundary",
                 tile.ratio(),
                 tile.part.0,
                 tile.face.0,
@@ -106,10 +108,12 @@ impl fmt::Display for EconomyReport {
     }
 }
 
-/// Compares up to 64 curved tiles of `mesh`, which was made from `prepared`, with the smallest lattice, uniform in the
-/// parameters of the tile's patches, whose sampled distance from the surface is at most `chord` millimetres of the placed model.
+/// Compares up to 64 curved tiles of `mesh`, which was made from `prepared`, with the smallest uniform lattices within
+/// `chord`, in millimetres of the placed model.
 ///
-/// A mesh made for an angle tolerance too pays for that here. Up to a second a tile, mostly milliseconds.
+/// Lattices are uniform in the parameters of the tile's patches, and their distance from the surface is sampled. The
+/// comparison ignores the angle tolerance, so meshes made for one look less economical. Cost: milliseconds per tile, up
+/// to a second.
 #[must_use]
 pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyReport {
     let curved: Vec<(&Batch, &PreparedFace, &Tile)> = mesh
@@ -145,7 +149,7 @@ pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyRep
     EconomyReport { tiles }
 }
 
-/// Triangles left if every vertex inside were taken out, by Euler's formula.
+/// Triangles left after removing every inner vertex, by Euler's formula.
 fn boundary(batch: &Batch) -> f64 {
     let mesh = &batch.mesh;
     let mut uses: HashMap<[u32; 2], u32> = HashMap::new();
@@ -162,7 +166,7 @@ fn boundary(batch: &Batch) -> f64 {
     mesh.triangles.len() as f64 - 2.0 * used.len() as f64
 }
 
-/// Share of the tile's rectangle that its triangles cover.
+/// Fraction of the tile's rectangle that its triangles cover.
 fn kept(batch: &Batch, face: &PreparedFace, tile: &Tile) -> f64 {
     let mesh = &batch.mesh;
     let place = |vertex: u32| {
@@ -180,12 +184,12 @@ fn kept(batch: &Batch, face: &PreparedFace, tile: &Tile) -> f64 {
     (area / (tile.max - tile.min).element_product()).clamp(0.0, 1.0)
 }
 
-/// Cells of the smallest uniform lattice that passes; no more than the triangles made.
+/// Number of cells of the smallest uniform lattice that passes, at most the number of triangles made.
 fn least_cells(patches: &BezierPatches, tile: &Tile, batch: &Batch, chord: f64) -> u32 {
     let mut best = u32::try_from(batch.mesh.triangles.len()).unwrap_or(u32::MAX).max(1);
     let mut across = 1;
     while across <= best {
-        // The fewest rows that pass and beat the best: first by doubling, then by halving the gap.
+        // The fewest rows that pass and beat the best, by doubling, then bisection.
         let limit = best / across;
         let mut high = 1;
         while high < limit && !passes(patches, tile, (across, high), chord) {
@@ -204,7 +208,7 @@ fn least_cells(patches: &BezierPatches, tile: &Tile, batch: &Batch, chord: f64) 
     best
 }
 
-/// Whether all cells keep `chord`, sampled in the middle of the shorter diagonal and of two sides.
+/// Whether all cells are within `chord`, sampled at the midpoints of the shorter diagonal and of two sides.
 fn passes(patches: &BezierPatches, tile: &Tile, (across, along): (u32, u32), chord: f64) -> bool {
     let step = (tile.max - tile.min) / DVec2::new(f64::from(across), f64::from(along));
     let place = |i: u32, j: u32| {

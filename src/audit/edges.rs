@@ -1,4 +1,4 @@
-//! Edge polylines -> how far they are from the exact curves, and the curves from them.
+//! Edge polylines -> distances to the exact curves, and of the curves to them.
 
 use super::foot::{search_curve, walk_curve};
 use super::report::EdgePlace;
@@ -7,15 +7,15 @@ use crate::mesh::MemorySink;
 use crate::prepare::{BezierSpline3, EdgeShape, Prepared, PreparedEdge};
 use glam::DVec3;
 
-/// Inner samples per segment, each way; odd, so that the middle is one.
+/// Inner samples per segment in each direction. Odd, to include the middle.
 const SAMPLES: u32 = 5;
-/// Starts of a search along a curve, per Bézier segment, where following the polyline did not lead to the foot.
+/// Starts per Bézier segment of a search along a curve, if following the polyline did not find the foot point.
 const STARTS: u32 = 32;
 
-/// Share of the chord tolerance within which a tessellant is on its curve.
+/// Fraction of the chord tolerance within which a tessellant counts as on its curve.
 const ON_CURVE: f64 = 1e-3;
 
-/// Ratios of all edge samples to the chord tolerance of their part, and the worst place of each edge.
+/// Measures all edges: ratios of distances to the chord tolerance of their part, and the worst place of each edge.
 pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chords: &[f64]) -> (Tally, Vec<EdgePlace>) {
     let mut tally = Tally::default();
     let mut places = Vec::new();
@@ -40,7 +40,7 @@ pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chords: &[f64]) ->
     (tally, places)
 }
 
-/// How far the vertices of an edge are from its curve's ends at most: the file's doing.
+/// Maximum distance in the file between the vertices of an edge and the ends of its curve.
 pub(super) fn miss(edge: &PreparedEdge) -> f64 {
     match &edge.shape {
         EdgeShape::Curve(curve) => ends_missed(edge, curve).into_iter().fold(0.0, f64::max),
@@ -48,18 +48,18 @@ pub(super) fn miss(edge: &PreparedEdge) -> f64 {
     }
 }
 
-/// Distance between vertex and curve at the first and at the last parameter.
+/// Distances between vertices and curve at the first and the last parameter.
 fn ends_missed(edge: &PreparedEdge, curve: &BezierSpline3) -> [f64; 2] {
     [edge.breaks.first(), edge.breaks.last()].map(|end| end.map_or(0.0, |end| end.point.distance(curve.point(end.t))))
 }
 
-/// Follows a curve along its polyline. Only points are given, so parameters are found again: at breaks exactly, between
-/// them by walking on from the sample before.
+/// Follows a curve along its polyline. Polylines have no parameters, so they are recovered: at breaks exactly, between
+/// them by walking from the last sample.
 struct Follower<'a> {
     edge: &'a PreparedEdge,
     curve: &'a BezierSpline3,
     chord: f64,
-    /// Parameters of a segment, in the mean.
+    /// Mean parameter length of a segment.
     stride: f64,
 }
 
@@ -72,7 +72,7 @@ impl Follower<'_> {
         let mut from = t0;
         for (k, ends) in points.windows(2).enumerate() {
             let limit = breaks.get(next_break).map_or(t1, |b| b.t);
-            // Vertices may miss the curve: that is the file's doing, and shows on the first and the last segment.
+            // Vertices may be off the curve in the file, which affects the first and the last segment.
             let first = if k == 0 { start } else { 0.0 };
             let last = if k + 2 == points.len() { end } else { 0.0 };
             let gap = first.max(last);
@@ -87,7 +87,8 @@ impl Follower<'_> {
                 next_break += 1;
                 limit
             } else {
-                // A tessellant is on its curve: what is merely near may be another leg of a curve that turns back.
+                // A tessellant is on its curve. A point that is merely near may be on another leg of a curve that turns
+                // back.
                 self.foot(ends[1], t, (from, limit), ON_CURVE * self.chord + gap).1
             };
             for i in 1..=SAMPLES {
@@ -98,15 +99,15 @@ impl Follower<'_> {
         }
     }
 
-    /// Distance of `p` to the curve within `range` and the parameter of its foot, starting from `t`; further than `near`, it is
-    /// looked for everywhere.
+    /// Distance from `p` to the curve within `range`, and the parameter of the foot point. Walks from `t`; searches the
+    /// whole range if the result is farther than `near`.
     fn foot(&self, p: DVec3, t: f64, range: (f64, f64), near: f64) -> (f64, f64) {
         let enough = 1e-4 * self.chord;
         let found = walk_curve(self.curve, p, t, range, enough);
         if found.distance <= near {
             return (found.distance, found.at);
         }
-        // Where the curve turns back sharply the walk ends at the bend: nearby first, since elsewhere it may come as close.
+        // A walk may stop at a sharp turn. Search nearby first, because another part of the curve may come as close.
         let segments = u32::try_from(self.curve.segments()).unwrap_or(u32::MAX).min(64);
         let (low, high) = range;
         let mut best = (found.distance, found.at);
@@ -123,7 +124,7 @@ impl Follower<'_> {
     }
 }
 
-/// Infinite when a point is not finite.
+/// Distance from `p` to the segment from `a` to `b`. Infinite if a point is not finite.
 fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     let along = b - a;
     let squared = along.length_squared();

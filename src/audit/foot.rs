@@ -5,31 +5,31 @@ use crate::model::SurfaceDerivatives;
 use crate::prepare::{BezierPatches, BezierSpline3};
 use glam::{DVec2, DVec3};
 
-/// A walk ends when its next step is this share of the distance: the distance then changes by less than 0.13 %.
+/// A walk ends when its next step is below this fraction of the distance, which then changes by less than 0.13 %.
 const CLOSE: f64 = 0.05;
-/// Steps of a walk. Samples start near their foot: two or three are common, more only where the surface folds.
+/// Maximum number of steps of a walk. Samples start near their foot point: two or three are common, more only at folds.
 const STEPS: usize = 16;
-/// How often a step that leads away is cut to a quarter.
+/// How often a step that increases the distance is cut to a quarter.
 const CUTS: i32 = 5;
-/// Share of the next piece that a step held at a piece's end goes into it.
+/// How far a step that is stopped at a break enters the next piece, as a fraction of the piece.
 const ACROSS: f64 = 1e-3;
-/// Share of the product of squared derivative lengths below which their determinant counts as zero.
+/// Fraction of the product of squared derivative lengths below which their determinant counts as zero.
 const SINGULAR: f64 = 1e-9;
 
-/// Starts of a search per direction, and per piece where there are many.
+/// Minimum number of starts of a search per direction, and starts per piece.
 const STARTS: usize = 6;
 const PER_PIECE: usize = 3;
-/// Starts of a search that are walked from.
+/// Number of best starts that are walked from.
 const BEST: usize = 8;
-/// Most starts of a search per direction.
+/// Maximum number of starts of a search per direction.
 const MOST_STARTS: usize = 32;
 
-/// Where a walk ended.
+/// The end of a walk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Foot<T> {
-    /// Distance to the point walked for, the least on the way; infinite when that point is not finite.
+    /// Distance to the given point, the minimum along the walk. Infinite if that point is not finite.
     pub(super) distance: f64,
-    /// Parameters there.
+    /// Parameters of the foot point.
     pub(super) at: T,
 }
 
@@ -39,7 +39,7 @@ impl<T> Foot<T> {
     }
 }
 
-/// Walks over the surface towards `p`. A distance of at most `enough` is not improved.
+/// Walks over the surface towards `p`. Stops at a distance of at most `enough`.
 pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enough: f64) -> Foot<DVec2> {
     let (low, high) = parameter_box(patches);
     let mut at = start.clamp(low, high);
@@ -62,7 +62,7 @@ pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enou
                 (there.point.distance(p) < distance).then_some((to, there))
             })
         };
-        // At a crease both sides may lead back to it: then along it.
+        // At a crease, steps from both sides may lead back to it: then walk along it.
         let [along_u, along_v] = single_steps(&here, p);
         let Some((to, there)) = nearer(step).or_else(|| nearer(along_v)).or_else(|| nearer(along_u)) else { break };
         (at, here, distance) = (to, there, there.point.distance(p));
@@ -70,8 +70,9 @@ pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enou
     Foot::new(distance, at)
 }
 
-/// Walks from the [`BEST`] of a grid of starts over the box from `low` to `high`: [`STARTS`] per direction, or [`PER_PIECE`]
-/// per piece. The nearest start alone may lie in another valley, where a surface is much longer one way than the other.
+/// Walks from the [`BEST`] of a grid of starts over the box from `low` to `high`: [`STARTS`] per direction, or
+/// [`PER_PIECE`] per piece if that is more. The nearest start alone may lead to another local minimum on long, narrow
+/// surfaces.
 pub(super) fn search_surface(
     patches: &BezierPatches,
     p: DVec3,
@@ -101,7 +102,8 @@ pub(super) fn search_surface(
     best
 }
 
-/// Parameters to start from between two: as many in each piece, since pieces may be billions of times longer than others.
+/// Start parameters between `low` and `high`, equally many per piece because lengths of pieces may differ a
+/// billionfold.
 fn start_parameters(breaks: &[f64], low: f64, high: f64) -> Vec<f64> {
     let inner = breaks.iter().copied().filter(|&b| b > low && b < high);
     let stops: Vec<f64> = std::iter::once(low).chain(inner).chain([high]).collect();
@@ -115,8 +117,8 @@ fn start_parameters(breaks: &[f64], low: f64, high: f64) -> Vec<f64> {
     (0..count).map(parameter).collect()
 }
 
-/// The share of the way from `from` to `to` that ends just across the next break. Speeds of parametrisation may jump a
-/// thousandfold there: a step that a slow piece asks for means nothing in a fast one.
+/// The fraction of the way from `from` to `to` that ends just across the next break. The parametric speed may jump a
+/// thousandfold there, so a step computed in a slow piece is meaningless in a fast one.
 fn hold(breaks: &[f64], from: f64, to: f64) -> f64 {
     let across = if to > from {
         let next = breaks.partition_point(|&b| b <= from);
@@ -126,19 +128,19 @@ fn hold(breaks: &[f64], from: f64, to: f64) -> f64 {
         let piece = next.checked_sub(2).and_then(|start| breaks.get(start..next));
         piece.map(|piece| piece[1] - ACROSS * (piece[1] - piece[0]))
     };
-    // Without a way to go the share is no number, and `min` drops it.
+    // If `from` equals `to` the fraction is NaN, which `min` drops.
     across.map_or(1.0, |across| ((across - from) / (to - from)).abs().min(1.0))
 }
 
-/// First and last corner of the parameter box.
+/// Lower and upper corner of the parameter box.
 pub(super) fn parameter_box(patches: &BezierPatches) -> (DVec2, DVec2) {
     let ends = |breaks: &[f64]| (breaks[0], breaks[breaks.len() - 1]);
     let ((u0, u1), (v0, v1)) = (ends(&patches.breaks_u), ends(&patches.breaks_v));
     (DVec2::new(u0, v0), DVec2::new(u1, v1))
 }
 
-/// Newton's step for the squared distance; Gauss and Newton's where the exact Hessian is not positive; the better single
-/// direction at poles and where a coordinate is held by the box.
+/// Newton step for the squared distance. Falls back to a Gauss-Newton step if the Hessian is not positive definite, and
+/// to the better single direction at poles. A coordinate that the box holds is not stepped.
 fn surface_step(here: &SurfaceDerivatives, p: DVec3, at: DVec2, low: DVec2, high: DVec2) -> DVec2 {
     let r = here.point - p;
     let slope = DVec2::new(here.du.dot(r), here.dv.dot(r));
@@ -162,7 +164,7 @@ fn surface_step(here: &SurfaceDerivatives, p: DVec3, at: DVec2, low: DVec2, high
         .unwrap_or_else(|| if slope.dot(along[0]) < slope.dot(along[1]) { along[0] } else { along[1] })
 }
 
-/// Newton's steps for the squared distance along u alone and along v alone.
+/// Newton steps for the squared distance along u alone and along v alone.
 fn single_steps(here: &SurfaceDerivatives, p: DVec3) -> [DVec2; 2] {
     let r = here.point - p;
     let step = |d: DVec3, dd: DVec3| {
@@ -172,7 +174,7 @@ fn single_steps(here: &SurfaceDerivatives, p: DVec3) -> [DVec2; 2] {
     [DVec2::new(step(here.du, here.duu), 0.0), DVec2::new(0.0, step(here.dv, here.dvv))]
 }
 
-/// Walks along the curve towards `p`, between the parameters `low` and `high`.
+/// Walks along the curve towards `p`, within the parameters `low` to `high`. Stops at a distance of at most `enough`.
 pub(super) fn walk_curve(
     curve: &BezierSpline3,
     p: DVec3,
@@ -208,7 +210,7 @@ pub(super) fn walk_curve(
     Foot::new(distance, at)
 }
 
-/// Walks from the best of `steps` starts between `low` and `high`.
+/// Walks from the best of `steps + 1` starts from `low` to `high`.
 pub(super) fn search_curve(
     curve: &BezierSpline3,
     p: DVec3,

@@ -1,6 +1,7 @@
-//! Meshes measured against the exact geometry, independently of the bounds that made them.
+//! Meshes to their deviation from the exact geometry, measured independently of the bounds that made them.
 //!
-//! [`check_scene`](crate::mesh::check_scene) judges topology by exact bits; this judges geometry by dense sampling.
+//! [`check_scene`](crate::mesh::check_scene) checks topology by exact bits; this module checks geometry by dense
+//! sampling.
 
 mod foot;
 

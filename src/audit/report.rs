@@ -1,11 +1,11 @@
-//! What the deviation audit found, for programs and as a table.
+//! The report of the deviation audit, as data and as a table.
 
 use super::Spread;
 use crate::model::{EdgeId, FaceId, PartId, SurfaceKind, TileId};
 use glam::DVec3;
 use std::fmt;
 
-/// A place on a face where the mesh is far from its surface.
+/// A point of the mesh and its distance to the surface of its face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// The part.
@@ -18,60 +18,61 @@ pub struct Place {
     pub triangle: usize,
     /// The surface's kind.
     pub kind: SurfaceKind,
-    /// The point on the triangle, part coordinates, millimetres.
+    /// The point on the triangle, in part coordinates, millimetres.
     pub point: DVec3,
-    /// Distance to the surface, less the gap allowed there, over the chord tolerance.
+    /// Distance to the surface minus the gap allowed there, divided by the chord tolerance.
     pub over_tolerance: f64,
-    /// The gap between surface and edges, and between edges and vertices, that the file leaves here, millimetres.
+    /// Gap in the file between surface and edges, and between edges and vertices, millimetres.
     pub gap: f64,
 }
 
-/// A place on an edge where the polyline is far from its curve.
+/// A point on an edge and the distance between its polyline and its curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgePlace {
     /// The part.
     pub part: PartId,
     /// The edge within the part.
     pub edge: EdgeId,
-    /// The point on the polyline or the curve, part coordinates, millimetres.
+    /// The point on the polyline or the curve, in part coordinates, millimetres.
     pub point: DVec3,
-    /// Distance, less that between vertex and curve end in the file, over the chord tolerance.
+    /// Distance minus the gap between vertex and curve end in the file, divided by the chord tolerance.
     pub over_tolerance: f64,
 }
 
-/// Deviation of a mesh from its exact geometry, as shares of the chord tolerance. Each part counts once, however often it
-/// is placed, at the largest of its scales.
+/// Deviation of a mesh from its exact geometry, as fractions of the chord tolerance.
+///
+/// Each part counts once, however often it is placed, at its largest scale.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct DeviationReport {
     /// The chord tolerance that all ratios refer to, millimetres of the placed model.
     pub chord: f64,
-    /// Distances of triangles to surfaces as they are.
+    /// Distances from triangles to surfaces.
     pub raw: Spread,
-    /// The same beyond the gap that the file leaves between a face's surface and its edges, and between these and their
-    /// vertices. Triangles whose corners are all lattice points get no such allowance.
+    /// Distances from triangles to surfaces, minus the gaps in the file between surface, edges and vertices of the
+    /// face. Triangles with lattice points for all corners get no allowance for gaps.
     pub beyond_gap: Spread,
-    /// `beyond_gap` per kind of surface, without kinds that do not occur.
+    /// [`beyond_gap`](Self::beyond_gap) per kind of surface. Kinds without samples are missing.
     pub kinds: Vec<(SurfaceKind, Spread)>,
     /// The worst place beyond the gap of each of the worst faces, worst first, at most [`Self::PLACES`].
     pub worst: Vec<Place>,
-    /// Faces with a sample over the tolerance.
+    /// Number of faces with a sample over the tolerance.
     pub faces_over: usize,
-    /// Distances between edge polylines and edge curves, both ways, beyond the gap between vertices and curve ends.
+    /// Distances between edge polylines and curves, both ways, minus the gaps between vertices and curve ends.
     pub edges: Spread,
-    /// The worst place of the worst edges, worst first, at most [`Self::PLACES`].
+    /// The worst place of each of the worst edges, worst first, at most [`Self::PLACES`].
     pub worst_edges: Vec<EdgePlace>,
-    /// Triangles of the mesh.
+    /// Number of triangles of the mesh.
     pub triangles: u64,
-    /// How many of them were measured: all, up to four million.
+    /// Number of measured triangles: all up to four million, else every k-th.
     pub measured: u64,
 }
 
 impl DeviationReport {
-    /// Most places named.
+    /// Maximum length of [`worst`](Self::worst) and of [`worst_edges`](Self::worst_edges).
     pub const PLACES: usize = 8;
 
-    /// Samples per measured triangle.
+    /// Mean number of samples per measured triangle.
     #[must_use]
     pub fn samples_per_triangle(&self) -> f64 {
         self.raw.samples as f64 / self.measured.max(1) as f64

@@ -1,28 +1,28 @@
-//! Many ratios -> their worst and their percentiles, in constant memory: a histogram of logarithms.
+//! Many ratios -> maximum and percentiles in constant memory, by a logarithmic histogram.
 
 use std::fmt;
 
-/// Least ratio that is told from zero.
+/// Ratios up to this one share the first bin.
 const LEAST: f64 = 1e-6;
-/// Bins per factor e: percentiles are at most 1 % high.
+/// Bins per factor e. Percentiles are at most 1 % too high.
 const BINS_PER_E: f64 = 100.0;
 /// Bins up to a ratio of about 1e6.
 const BINS: usize = 2764;
 
-/// How ratios of deviation to tolerance are spread over the samples. All zero when there are none.
+/// Distribution of ratios of deviation to tolerance. All zero without samples. Percentiles are up to 1 % too high.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
-    /// Samples.
+    /// Number of samples.
     pub samples: u64,
-    /// Samples over 1.
+    /// Number of samples above 1.
     pub over: u64,
-    /// Half of the samples are at most this; like all percentiles here up to 1 % high.
+    /// Median.
     pub median: f64,
-    /// 99 % of the samples are at most this.
+    /// 99th percentile.
     pub p99: f64,
-    /// 99.9 % of the samples are at most this.
+    /// 99.9th percentile.
     pub p999: f64,
-    /// The largest; infinite where a position is not finite.
+    /// Maximum. Infinite if a position is not finite.
     pub worst: f64,
 }
 
@@ -33,7 +33,7 @@ impl fmt::Display for Spread {
     }
 }
 
-/// Counts ratios by size.
+/// A histogram of ratios.
 #[derive(Clone, Debug)]
 pub(super) struct Tally {
     bins: Vec<u64>,
@@ -48,7 +48,7 @@ impl Default for Tally {
 }
 
 impl Tally {
-    /// Adds a ratio; what is not a number counts as infinite.
+    /// Adds a ratio. NaN counts as infinite.
     pub(super) fn add(&mut self, ratio: f64) {
         let ratio = if ratio.is_nan() { f64::INFINITY } else { ratio };
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the bins")]
@@ -58,14 +58,14 @@ impl Tally {
         self.worst = self.worst.max(ratio);
     }
 
-    /// Adds all of another tally.
+    /// Adds another tally.
     pub(super) fn join(&mut self, other: &Self) {
         self.bins.iter_mut().zip(&other.bins).for_each(|(mine, theirs)| *mine += theirs);
         self.over += other.over;
         self.worst = self.worst.max(other.worst);
     }
 
-    /// Percentiles so far.
+    /// The distribution so far.
     pub(super) fn spread(&self) -> Spread {
         let samples: u64 = self.bins.iter().sum();
         let percentile = |share: f64| {
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn percentiles_are_one_percent_high_at_most() {
+    fn percentiles_are_at_most_one_percent_too_high() {
         let mut tally = Tally::default();
         (1..=10_000).for_each(|k| tally.add(f64::from(k) * 2e-4));
         let spread = tally.spread();
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_zero_and_no_number_is_infinite() {
+    fn empty_tallies_are_zero_and_nan_is_infinite() {
         assert_eq!(Tally::default().spread(), Spread::default());
         let mut tally = Tally::default();
         tally.add(f64::NAN);

@@ -1,8 +1,9 @@
-//! Diagrams in the parameter plane as SVG: how a tile came to its triangles, and what trimming curves keep under a rule.
+//! Diagrams of the parameter plane as SVG: the stages of triangulating a tile, and the region that trimming curves
+//! keep.
 //!
-//! They show what the pipeline itself decided ([`frame::record_tile`],
-//! [`prepare::FreeRegion`]), and decide nothing. u runs to the right and v up. The paper's Figures
-//! 7 to 12, of a tile of this crate:
+//! Diagrams show recorded decisions of the pipeline ([`frame::record_tile`](crate::frame::record_tile),
+//! [`prepare::FreeRegion`](crate::prepare::FreeRegion)) and make none. u points right and v up.
+//! Figures 7 to 12 of the paper, for a tile of this crate:
 //!
 #![doc = include_str!("../../docs/figures/tile.svg")]
 //!

@@ -1,43 +1,43 @@
-//! Panels, a title and a legend -> one SVG document. The elements and their escaping are the crate `svg`'s.
+//! Panels, a title and a legend -> one SVG document, by the crate `svg`.
 
 use super::path::Path;
 use glam::DVec2;
 use svg::node::element::{Element, Path as PathElement, Rectangle, SVG, Text};
 use svg::{Document, Node};
 
-/// Units of the page per pixel: whole numbers of them are precise enough, and short.
+/// Units of the page per pixel. Coordinates are whole units: precise enough, and short.
 pub(super) const UNIT: f64 = 20.0;
 
 /// Pixels around everything.
 const MARGIN: f64 = 16.0;
 const FONT: f64 = 14.0;
-/// Distance of two lines of text.
+/// Line spacing of text, pixels.
 const LEADING: f64 = 22.0;
-/// Pixels of a legend's symbol, and from there to its words.
+/// Width of a legend's symbol with the space to its text, pixels.
 const SYMBOL: f64 = 34.0;
-/// Width of a character, in font sizes: an estimate that is enough to keep lines apart.
+/// Estimated width of a character in font sizes, to keep texts apart.
 const CHARACTER: f64 = 0.56;
 
-/// How a path is drawn.
+/// Style of a path.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Style {
-    /// Class of the element, by which scripts and style sheets find it.
+    /// Class of the element, for scripts and style sheets.
     pub(super) class: &'static str,
-    /// Colour of the inside; none when empty.
+    /// Fill colour; none if empty.
     pub(super) fill: &'static str,
-    /// Colour of the line; none when empty.
+    /// Line colour; none if empty.
     pub(super) stroke: &'static str,
-    /// Width of the line, pixels.
+    /// Line width, pixels.
     pub(super) width: f64,
-    /// Round ends, which make dots of figures without extent.
+    /// Round line ends, which turn figures without extent into dots.
     pub(super) round: bool,
-    /// Lengths of dashes and gaps, pixels.
+    /// Length of dashes and gaps, pixels.
     pub(super) dash: Option<f64>,
-    /// 1 is opaque; 0 counts as not stated.
+    /// Opacity; 0 means opaque.
     pub(super) opacity: f64,
 }
 
-/// What a legend shows beside its words.
+/// Symbol of a legend's line.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Symbol {
     Area,
@@ -56,7 +56,7 @@ pub(super) struct Entry {
     pub(super) words: String,
 }
 
-/// A window of the plane, and what is drawn in it.
+/// A window of the plane with a drawing.
 pub(super) struct Panel {
     /// Lower left and upper right corner of the window.
     low: DVec2,
@@ -68,10 +68,10 @@ pub(super) struct Panel {
 }
 
 impl Panel {
-    /// A panel of a size in pixels.
+    /// Creates a panel that shows `low` to `high` at a size in pixels.
     pub(super) fn new(low: DVec2, high: DVec2, pixels: DVec2) -> Self {
         let size = (pixels * UNIT).round();
-        // A viewport of its own cuts off what sticks out.
+        // A nested viewport clips the drawing.
         let content = SVG::new()
             .set("width", size.x)
             .set("height", size.y)
@@ -80,12 +80,12 @@ impl Panel {
         Self { low, high, size, caption: Vec::new(), content }
     }
 
-    /// A line of text below.
+    /// Adds a line of text below the panel.
     pub(super) fn caption(&mut self, words: impl Into<String>) {
         self.caption.push(words.into());
     }
 
-    /// A point of the plane, in units of the panel.
+    /// Maps a point of the plane to units of the panel.
     pub(super) fn place(&self, p: DVec2) -> DVec2 {
         let share = (p - self.low) / (self.high - self.low);
         DVec2::new(share.x, 1.0 - share.y) * self.size
@@ -96,17 +96,17 @@ impl Panel {
         self.size / (self.high - self.low) / UNIT
     }
 
-    /// Whether something between two corners can be seen.
+    /// Whether the box with corners `a` and `b` meets the window. Touching counts.
     pub(super) fn shows(&self, a: DVec2, b: DVec2) -> bool {
         a.max(b).cmpge(self.low).all() && a.min(b).cmple(self.high).all()
     }
 
-    /// The same for an area: one that only touches the window is not seen.
+    /// Whether the box with corners `a` and `b` overlaps the window. Touching does not count.
     pub(super) fn shows_area(&self, a: DVec2, b: DVec2) -> bool {
         a.max(b).cmpgt(self.low).all() && a.min(b).cmplt(self.high).all()
     }
 
-    /// Adds a path; one without figures leaves nothing.
+    /// Adds a path unless it is empty.
     pub(super) fn draw(&mut self, path: Path, style: &Style) {
         if !path.is_empty() {
             self.content.append(styled(path, style));
@@ -145,7 +145,7 @@ fn text(at: DVec2, words: &str) -> Text {
         .set("fill", "#222")
 }
 
-/// Lays out `panels` in a row, a title above them, the legend to the right of them or, where there are several, below.
+/// Lays out a title, a row of panels, and the legend: right of a single panel, below several.
 pub(super) fn page(title: &[String], panels: Vec<Panel>, legend: &[Entry]) -> String {
     let beside = panels.len() == 1;
     let longest = |lines: &mut dyn Iterator<Item = &String>| {
@@ -166,7 +166,7 @@ pub(super) fn page(title: &[String], panels: Vec<Panel>, legend: &[Entry]) -> St
     for panel in panels {
         let at = DVec2::new(x, y) * UNIT;
         let Panel { content, caption, size, .. } = panel;
-        // A panel is as wide as its caption, or captions run into each other; one alone has the page below to itself.
+        // Widen panels to their captions, so that captions do not overlap. A single panel needs no room for that.
         let words = if beside { 0.0 } else { longest(&mut caption.iter()) };
         items.push(content.set("x", at.x.round()).set("y", at.y.round()).into());
         items.push(outline(at, size).into());
@@ -212,7 +212,7 @@ fn outline(at: DVec2, size: DVec2) -> Rectangle {
 }
 
 impl Entry {
-    /// The symbol around a point of the page.
+    /// Draws the symbol around a point of the page.
     fn symbol(&self, middle: DVec2) -> Path {
         let half = DVec2::new(0.3 * SYMBOL, 0.0) * UNIT;
         let up = DVec2::new(0.0, -0.3 * LEADING) * UNIT;

@@ -1,4 +1,4 @@
-//! Points of the page -> the `d` attribute of an SVG path, relative and in whole units: a few bytes a point.
+//! Points of the page -> the `d` attribute of an SVG path, relative and in whole units: a few bytes per point.
 
 use glam::{DVec2, IVec2};
 use std::fmt::Write as _;
@@ -7,10 +7,10 @@ use std::fmt::Write as _;
 #[derive(Default)]
 pub(super) struct Path {
     data: String,
-    /// Where the pen is, and where its figure started.
+    /// Position of the pen, and start of the current figure.
     at: IVec2,
     start: IVec2,
-    /// Figures that were closed.
+    /// Number of closed figures.
     pub(super) closed: usize,
 }
 
@@ -31,7 +31,7 @@ impl Path {
         (self.at, self.start) = (p, p);
     }
 
-    /// A straight line, which has to be more than a point of the page.
+    /// Adds a straight line. Lines shorter than a unit of the page are skipped.
     pub(super) fn line_to(&mut self, p: DVec2) {
         let p = whole(p);
         let d = p - self.at;
@@ -51,7 +51,7 @@ impl Path {
         self.closed += 1;
     }
 
-    /// A closed polygon.
+    /// Adds a closed polygon.
     pub(super) fn polygon(&mut self, points: impl IntoIterator<Item = DVec2>) {
         let mut points = points.into_iter();
         let Some(first) = points.next() else { return };
@@ -60,32 +60,32 @@ impl Path {
         self.close();
     }
 
-    /// A line between two points.
+    /// Adds a line between two points.
     pub(super) fn line(&mut self, a: DVec2, b: DVec2) {
         self.move_to(a);
         self.line_to(b);
     }
 
-    /// A figure without extent: with round line ends, a dot as wide as the line.
+    /// Adds a figure without extent: a dot as wide as the line, if line ends are round.
     pub(super) fn dot(&mut self, p: DVec2) {
         self.move_to(p);
         self.data.push_str("h0z");
         self.closed += 1;
     }
 
-    /// A square on its side.
+    /// Adds an axis-parallel square.
     pub(super) fn square(&mut self, p: DVec2, radius: f64) {
         let (d, e) = (DVec2::splat(radius), DVec2::new(radius, -radius));
         self.polygon([p - d, p + e, p + d, p - e]);
     }
 
-    /// A square on its corner.
+    /// Adds a square standing on a corner.
     pub(super) fn diamond(&mut self, p: DVec2, radius: f64) {
         let (x, y) = (DVec2::new(radius, 0.0), DVec2::new(0.0, radius));
         self.polygon([p - x, p - y, p + x, p + y]);
     }
 
-    /// The head of an arrow with its tip half a length ahead of `p`.
+    /// Adds an arrow head centred on `p`.
     pub(super) fn arrow_head(&mut self, p: DVec2, direction: DVec2, length: f64) {
         let along = direction.normalize_or_zero() * length;
         let across = along.perp() * 0.45;

@@ -1,6 +1,6 @@
-//! Trimming curves and a rule -> a diagram of what they keep: the curves with their directions, the kept region shaded.
+//! Trimming curves and a rule -> a diagram of the curves with their directions and the kept region shaded.
 //!
-//! The paper's Figure 2, but with u to the right and v up. What is shaded are the loops that [`FreeRegion`] made.
+//! The paper's Figure 2, but with u to the right and v up. Shades the loops from [`FreeRegion`].
 
 use super::page::{Entry, Panel, Style, Symbol, UNIT, page};
 use super::path::Path;
@@ -10,11 +10,11 @@ use glam::DVec2;
 
 /// Side of a panel, pixels.
 const SIDE: f64 = 230.0;
-/// Share of the domain that is shown around it.
+/// Margin shown around the domain, as a fraction of its size.
 const AROUND: f64 = 0.06;
-/// Points for each stretch of a curve between its turns.
+/// Points per monotone arc of a curve.
 const PER_ARC: usize = 24;
-/// Points for each span of a stated curve.
+/// Points per span of a given curve.
 const PER_SPAN: usize = 48;
 /// Distance of arrow heads, pixels.
 const ARROWS: f64 = 70.0;
@@ -24,18 +24,18 @@ const ARROWS: f64 = 70.0;
 pub struct RegionPanel<'a> {
     /// The curves and their rule.
     pub trims: &'a FreeTrims,
-    /// What they trim.
+    /// The domain that they trim.
     pub domain: UvDomain,
-    /// Drawn as the paper draws: v to the right and u up, which turns all curves around.
+    /// Draw v to the right and u up as in the paper, which mirrors the picture and reverses all curves.
     pub as_in_paper: bool,
-    /// Lines below it.
+    /// Lines of text below the panel.
     pub caption: Vec<String>,
 }
 
-/// Draws what trimming curves keep, panels side by side.
+/// Draws the regions that trimming curves keep, as panels side by side.
 ///
 /// # Errors
-/// Curves that can neither be told apart nor taken as one.
+/// If a panel's curves do not give a region, see [`FreeRegion::new`].
 pub fn regions(title: &[String], panels: &[RegionPanel<'_>]) -> Result<String, NoRegion> {
     let drawn: Result<Vec<Panel>, NoRegion> = panels.iter().map(panel).collect();
     let legend = [
@@ -63,7 +63,7 @@ fn panel(of: &RegionPanel<'_>) -> Result<Panel, NoRegion> {
     let (low, high) = (turned(low), turned(high));
     let size = high - low;
     let mut panel = Panel::new(low - AROUND * size, high + AROUND * size, size / size.max_element() * SIDE);
-    // Where boundaries run around each other, the inside is what they wind around: loops of one region never overlap.
+    // One path for all loops: nested boundaries are filled by winding number, and loops of one region never overlap.
     let polygons = region.polygons(PER_ARC);
     let outlined = |panel: &Panel| {
         let mut path = Path::default();
@@ -99,14 +99,14 @@ fn panel(of: &RegionPanel<'_>) -> Result<Panel, NoRegion> {
     Ok(panel)
 }
 
-/// Points along a curve as it was stated.
+/// Points along a given curve.
 fn points(curve: &TrimCurve) -> Vec<DVec2> {
     let mut out: Vec<DVec2> = Vec::new();
     for piece in &curve.pieces {
         match piece {
             TrimPiece::Polyline(points) => {
                 for ends in points.windows(2) {
-                    // Long lines get arrow heads, too.
+                    // Subdivide, so that long lines get arrow heads, too.
                     out.extend((0..=8).map(|k| ends[0].lerp(ends[1], f64::from(k) / 8.0)));
                 }
             }

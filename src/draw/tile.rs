@@ -1,7 +1,7 @@
-//! The record of a tile -> a diagram in cell units: Kumar and Manocha's Figures 7 to 12, of a live tile.
+//! The record of a tile -> a diagram in cell units, after Figures 7 to 12 of Kumar and Manocha.
 //!
-//! Colours say what a thing is, the legend how many of it there are; each class of things is one path, so that a lattice of
-//! ten thousand cells is some hundred kilobytes.
+//! Colours show the class of things, the legend their number. Each class is one path, so a lattice of ten thousand
+//! cells takes some hundred kilobytes.
 
 use super::page::{Entry, Panel, Style, Symbol, UNIT, page};
 use super::path::Path;
@@ -12,54 +12,55 @@ use std::collections::BTreeSet;
 
 /// The longer side of the drawing, pixels.
 const SIDE: f64 = 900.0;
-/// Most that the drawing is longer than wide: a strip of a hundred cells is stretched.
+/// Maximum aspect ratio of the drawing. Longer strips of cells are stretched.
 const ASPECT: f64 = 3.0;
-/// Cells around a cell that is looked at.
+/// Number of neighbouring cells shown around a selected cell.
 const AROUND: f64 = 1.0;
-/// Distance of arrow heads along a loop, pixels, and how many a loop has at least.
+/// Distance of arrow heads along a loop, pixels.
 const ARROWS: f64 = 90.0;
 
-/// What to show of a tile.
+/// Options of a tile diagram.
 #[derive(Clone, Debug, Default)]
 pub struct TileView {
-    /// Lines above the drawing.
+    /// Lines of text above the drawing.
     pub title: Vec<String>,
-    /// The cell to look at, by its column and row: it and its neighbours fill the drawing, and in-, exit and external points
-    /// are its own. Else the whole tile is drawn, where each end of a segment that leaves a cell is an exit point of its own
-    /// cell and an external one of the next.
+    /// Column and row of a cell to zoom in on; `None` draws the whole tile.
+    ///
+    /// With a cell, only it and its neighbours are drawn, and in-points, exit points and external points are those of
+    /// the cell. Without, each end of a segment that leaves a cell counts as an exit point of its cell.
     pub cell: Option<[u32; 2]>,
 }
 
-/// A diagram, and how many things of each kind it shows.
+/// A diagram, and the number of things of each kind in it.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct TileDiagram {
-    /// The document.
+    /// The SVG document.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub svg: String,
     /// Columns and rows of the lattice.
     pub cells: [u32; 2],
     /// Cells split by a diagonal.
     pub full_cells: usize,
-    /// Cells that loops pass through, where something is kept.
+    /// Cells that loops pass through, with a part inside the region.
     pub prime_active_cells: usize,
-    /// Cells that loops pass through, where nothing is.
+    /// Cells that loops pass through, without a part inside the region.
     pub pseudo_active_cells: usize,
     /// Cells that were triangulated together.
     pub merged_cells: usize,
-    /// Cells near loops, where the whole tile was triangulated at once.
+    /// Cells of the zone, if the whole tile was triangulated at once.
     pub zone_cells: usize,
-    /// Crossings of loops with lattice lines, each with the tessellant it was snapped to.
+    /// Crossings of loops with lattice lines, each snapped to a tessellant.
     pub crossings: usize,
-    /// Tessellants within a cell whose neighbours are there, too.
+    /// Tessellants whose neighbours are in the same cell.
     pub in_points: usize,
-    /// Ends of segments that leave a cell, on the side of the cell that is looked at.
+    /// Ends of segments that leave a cell: the ends within their cell, or within the selected cell.
     pub exit_points: usize,
-    /// Their other ends; counted only for one cell.
+    /// Other ends of the segments that leave the selected cell; 0 without one.
     pub external_points: usize,
     /// Lattice corners inside the region.
     pub kept_corners: usize,
-    /// Those that a tessellant stands for.
+    /// Lattice corners inside the region that were snapped to a tessellant.
     pub moved_corners: usize,
     /// Points that are neither lattice points nor tessellants.
     pub other_points: usize,
@@ -67,7 +68,7 @@ pub struct TileDiagram {
     pub triangles: usize,
 }
 
-/// Draws a tile. A cell outside its lattice shows nothing.
+/// Draws a tile. A selected cell outside of the lattice gives an empty drawing.
 #[must_use]
 pub fn tile(record: &TileRecord, view: &TileView) -> TileDiagram {
     let mut sketch = Sketch::new(record, view);
@@ -87,7 +88,7 @@ struct Sketch<'a> {
     view: &'a TileView,
     panel: Panel,
     legend: Vec<Entry>,
-    /// Size of the smallest thing that has to be told apart, pixels.
+    /// Size of the smallest distinguishable detail, pixels. Scales symbols and lines.
     detail: f64,
     told: TileDiagram,
 }
@@ -96,7 +97,7 @@ impl<'a> Sketch<'a> {
     fn new(record: &'a TileRecord, view: &'a TileView) -> Self {
         let (low, high) = match view.cell.map(corner) {
             Some(corner) => (corner - AROUND, corner + 1.0 + AROUND),
-            // A little more than the tile, whose border is a line, too.
+            // A little more than the tile, because its border is a line, too.
             None => (-0.01 * record.extent, 1.01 * record.extent),
         };
         let size = high - low;
@@ -115,11 +116,11 @@ impl<'a> Sketch<'a> {
         Self { record, view, panel, legend: Vec::new(), detail, told }
     }
 
-    /// Adds a path and, where it has figures, its line of the legend.
+    /// Adds a path and its line of the legend, unless the path is empty.
     fn draw(&mut self, path: Path, style: Style, symbol: Symbol, words: String) {
         if !path.is_empty() {
             self.panel.draw(path, &style);
-            // A symbol is legible however fine the drawing is.
+            // Symbols stay legible in fine drawings.
             let width = if symbol == Symbol::Dot { style.width.max(7.0) } else { style.width.clamp(1.0, 3.0) };
             self.legend.push(Entry { style: Style { width, class: "symbol", ..style }, symbol, words });
         }
@@ -129,7 +130,7 @@ impl<'a> Sketch<'a> {
         let mut path = Path::default();
         for &cell in cells {
             let a = corner(cell);
-            // The cell of a tile without inner lines is the tile.
+            // A tile without inner lines is smaller than a cell.
             let b = (a + 1.0).min(self.record.extent);
             if self.panel.shows_area(a, b) {
                 let [a, b] = [a, b].map(|p| self.panel.place(p));
@@ -258,7 +259,7 @@ impl<'a> Sketch<'a> {
         let active: BTreeSet<[u32; 2]> = trim.prime_cells.iter().chain(&trim.zone_cells).copied().collect();
         for &[i, j] in trim.kept_corners.iter().filter(|&&c| self.panel.shows(corner(c), corner(c))) {
             self.told.kept_corners += 1;
-            // Elsewhere the cells around it say that it is kept.
+            // Elsewhere the colour of the cells shows that the corner is kept.
             if [[i - 1, j - 1], [i, j - 1], [i - 1, j], [i, j]].iter().any(|cell| active.contains(cell)) {
                 kept.square(self.panel.place(corner([i, j])), radius * UNIT);
             }
@@ -322,7 +323,7 @@ impl<'a> Sketch<'a> {
         }
         let inside = |v: &u32| self.view.cell.is_none_or(|cell| record.trim.cell_of[*v as usize] == Some(cell));
         exits.retain(inside);
-        // A segment that passes the cell has no exit point here, and two external ones.
+        // A segment that crosses the whole cell has no exit point here, and two external ones.
         externals.retain(|v| !inside(v));
         for list in [&mut exits, &mut externals] {
             list.sort_unstable();
@@ -387,7 +388,7 @@ impl<'a> Sketch<'a> {
     }
 }
 
-/// The segments of all loops, as places.
+/// The segments of all loops, as indices of places.
 fn segments(record: &TileRecord) -> impl Iterator<Item = (usize, usize)> {
     record.loop_starts.windows(2).flat_map(|ends| {
         let (start, end) = (ends[0] as usize, ends[1] as usize);
@@ -399,7 +400,7 @@ fn corner([i, j]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(i), f64::from(j))
 }
 
-/// "3 cells, kept": a number, its noun, and a remark.
+/// Formats a count with its noun and a remark: "3 merged cells: triangulated together".
 fn counted(count: usize, noun: &str, remark: &str) -> String {
     let noun = match noun.strip_prefix("cell of") {
         Some(rest) if count != 1 => format!("cells of{rest}"),

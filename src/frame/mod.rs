@@ -1,7 +1,7 @@
-//! Per frame, one tile, one thread, no locks: from rates to triangles.
+//! A tolerance or a camera -> triangles, tile by tile: each tile is the work of one thread, without locks.
 //!
-//! The folders stand in the order of the work; each may name only those above it (`tests/layers.rs`). The last two, `live` and
-//! `update`, serve moving cameras: what makes a mesh for a tolerance names neither.
+//! Modules are in processing order, and a module may `use` only those above it (`tests/layers.rs`). The last two,
+//! `live` and `update`, serve moving cameras; meshing for a tolerance uses neither.
 
 mod view;
 pub use view::camera::{Projection, View};

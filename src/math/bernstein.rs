@@ -1,16 +1,14 @@
-//! Bernstein polynomials on [0, 1]: basis values, products, elevation, restriction to a sub-interval.
-//!
-//! Methods: de Casteljau's triangle throughout; products by convolution of binomially scaled coefficients (Farouki &
-//! Rajan, "Algorithms for polynomials in Bernstein form", CAGD 5, 1988).
+//! Bernstein polynomials on [0, 1]: basis values, derivatives, restriction to a sub-interval, by de Casteljau's
+//! triangle.
 
 use std::ops::{Add, Mul};
 
 /// Degrees up to this are evaluated without allocating.
 pub const STACK_DEGREE: usize = 25;
 
-/// Room for three basis rows of `degree + 1` numbers, on the stack up to [`STACK_DEGREE`].
+/// Calls `work` with zeroed room for three basis rows of `degree + 1` numbers, on the stack up to [`STACK_DEGREE`].
 pub fn with_rows<R>(degree: usize, work: impl FnOnce(&mut [f64]) -> R) -> R {
-    /// Most curves and surfaces are of degree 3 or less: zeroing room for 25 would cost as much as their basis.
+    /// Most curves and surfaces have degree 3 or less: zeroing room for degree 25 would cost as much as their basis.
     const USUAL_DEGREE: usize = 3;
     let len = 3 * (degree + 1);
     let (mut small, mut large, mut heap);
@@ -27,7 +25,7 @@ pub fn with_rows<R>(degree: usize, work: impl FnOnce(&mut [f64]) -> R) -> R {
     work(rows)
 }
 
-/// The basis of degree `n.len() - 1` at `x`, written to `n`. Exactly a unit vector at 0 and 1.
+/// Writes the basis of degree `n.len() - 1` at `x` to `n`. Exactly a unit vector at 0 and 1.
 #[inline]
 pub fn basis(x: f64, n: &mut [f64]) {
     let y = 1.0 - x;
@@ -43,7 +41,7 @@ pub fn basis(x: f64, n: &mut [f64]) {
     }
 }
 
-/// Room for the rows of [`basis_and_slopes`], on the stack up to [`STACK_DEGREE`].
+/// Calls `work` with zeroed room for the rows of [`basis_and_slopes`], on the stack up to [`STACK_DEGREE`].
 #[inline]
 pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64; L]]) -> R) -> R {
     const USUAL_DEGREE: usize = 3;
@@ -62,11 +60,12 @@ pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64
     work(rows)
 }
 
-/// The basis and its first derivatives at several places side by side, to the bit as [`basis_with_derivatives`] has them at each:
-/// `rows` holds two rows of `degree + 1` numbers.
+/// Writes the basis and its first derivatives at `L` places at once to `rows`, two rows of `degree + 1` numbers.
+///
+/// Bit-identical to [`basis_with_derivatives`] at each place.
 #[inline]
 pub fn basis_and_slopes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
-    // Loops of known length for the usual degrees.
+    // Constant degrees, so that the compiler unrolls the loops.
     match degree {
         1 => fill_lanes(1, x, &mut rows[..4]),
         2 => fill_lanes(2, x, &mut rows[..6]),
@@ -105,7 +104,7 @@ fn fill_lanes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]])
     }
 }
 
-/// The basis with its first and second derivatives: `rows` holds three rows of `degree + 1` numbers.
+/// Writes the basis with its first and second derivatives to `rows`, three rows of `degree + 1` numbers.
 #[inline]
 pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
     let y = 1.0 - x;
@@ -142,13 +141,13 @@ pub fn binomials(n: usize) -> Vec<f64> {
     row
 }
 
-/// The coefficients of the same polynomial over `[x0, x1]` (of the old [0, 1]), in place.
+/// Replaces coefficients over [0, 1] by those of the same polynomial over `[x0, x1]`.
 ///
-/// Ends that are kept (0 or 1) keep their coefficient bit for bit.
+/// An end that stays (0 or 1) keeps its coefficient bit for bit.
 pub fn restrict<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [T], x0: f64, x1: f64) {
     let n = c.len();
     if x1 < 1.0 {
-        // Left part of the split at x1: each pass fixes one more coefficient from the left.
+        // The left part of the split at x1. Each pass fixes one more coefficient from the left.
         for pass in 1..n {
             for j in (pass..n).rev() {
                 c[j] = c[j - 1] * (1.0 - x1) + c[j] * x1;

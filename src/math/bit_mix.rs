@@ -1,9 +1,9 @@
-//! Words of coordinates and numbers -> hashes, for maps that are asked often and never by an enemy.
+//! Coordinate bits and indices -> hashes, for hot maps whose keys no attacker chooses.
 
 use std::hash::Hasher;
 
-/// A multiplicative hash for coordinate bits and numbers of vertices: the low bits of coordinates are often zero, so the high half
-/// is folded down at the end.
+/// Multiplicative hash for coordinate bits and vertex indices. The low bits of coordinates are often zero, so the high
+/// half is folded down at the end.
 #[derive(Default)]
 pub(crate) struct BitMix(u64);
 

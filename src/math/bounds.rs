@@ -1,15 +1,18 @@
-//! Bézier nets -> upper bounds of their first and second derivatives by the local parameters (0 to 1).
+//! Bézier nets -> upper bounds on their first and second derivatives by the local parameters (0 to 1).
 //!
-//! Each derivative is written as one quotient of Bernstein polynomials, `S_u = (P_u W - P W_u) / W²`,
-//! `S_uu = (W² P_uu - 2 W W_u P_u - W W_uu P + 2 W_u² P) / W³` and so on, and bounded by the largest ratio of coefficients
-//! (mediant inequality), which needs positive weights; for polynomial nets that is the convex hull of the derivative net.
-//! Weights of the form `A(u) B(v)`, which all quadrics and surfaces of revolution have, cancel in part: `S_uu` then needs
-//! `A` only, over `A³ B`. Within a fifth of the true supremum on quadrics, within a fiftieth on halves of them.
+//! Each derivative is written as one quotient of Bernstein polynomials: `S_u = (P_u W - P W_u) / W²`,
+//! `S_uu = (W² P_uu - 2 W W_u P_u - W W_uu P + 2 W_u² P) / W³` and so on. The largest ratio of coefficients bounds
+//! it (mediant inequality; needs positive weights). For polynomial nets this is the convex hull of the derivative net.
+//! Weights of the form `A(u) B(v)`, which all quadrics and surfaces of revolution have, cancel in part: `S_uu` then
+//! needs `A` only, over `A³ B`. Within a fifth of the true supremum on quadrics, within a fiftieth on halves of them.
+//!
+//! Products are convolutions of binomially scaled coefficients (Farouki & Rajan, "Algorithms for polynomials in
+//! Bernstein form", CAGD 5, 1988).
 
 use super::bernstein::binomials;
 use glam::{DVec3, DVec4};
 
-/// Upper bounds of the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
+/// Upper bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NetBounds {
     /// sup ‖S_u‖.
@@ -24,21 +27,24 @@ pub struct NetBounds {
     pub dvv: f64,
 }
 
-/// How far weights may be from a product, relatively: some roundings of the arithmetic that makes them.
+/// Relative distance within which weights count as a product: a few rounding errors of the arithmetic that makes them.
 const PRODUCT: f64 = 1e-14;
 
-/// Bounds of one patch: `control` is u-major, `points_u` rows of homogeneous points, all weights positive (exactly 1 if not
-/// `rational`).
+/// Bounds the derivatives of one patch.
 ///
-/// Derivatives that vanish identically may come out as rounding; the caller knows the scale and drops them. About 1 µs up to
-/// degree (3, 3); O((degree_u · degree_v)²), tens of µs, for weights that are no product.
+/// `control` is u-major, `points_u` rows of homogeneous points. All weights are positive, and exactly 1 if not
+/// `rational`. Derivatives that vanish identically may come out as rounding errors; the caller knows the scale and
+/// drops them.
+///
+/// Cost: about 1 µs up to degree (3, 3); O((degree_u · degree_v)²), tens of µs, where the weights are not a
+/// product.
 #[must_use]
 pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBounds {
     let points_v = control.len() / points_u;
     if !rational {
         return polynomial_bounds(points_u, points_v, control);
     }
-    // Derivatives do not see a translation, but cancellation does.
+    // Centre the net: derivatives do not change, but cancellation errors shrink.
     let corner = |k: usize| control[k].truncate() / control[k].w;
     let last = control.len() - 1;
     let centre = 0.25 * (corner(0) + corner(points_v - 1) + corner(last + 1 - points_v) + corner(last));
@@ -56,7 +62,7 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
     }
 }
 
-/// The convex hulls of the derivative nets.
+/// Bounds by the convex hulls of the derivative nets.
 fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> NetBounds {
     let at = |i: usize, j: usize| control[i * points_v + j].truncate();
     let (p, q) = ((points_u - 1) as f64, (points_v - 1) as f64);
@@ -130,7 +136,7 @@ fn general_bounds(p: &Poly, w: &Poly) -> NetBounds {
     }
 }
 
-/// Upper bounds of `‖C'‖` and `‖C''‖` over one rational Bézier segment with positive weights.
+/// Upper bounds on `‖C'‖` and `‖C''‖` over one rational Bézier segment with positive weights.
 #[must_use]
 pub fn segment_bounds(control: &[DVec4]) -> (f64, f64) {
     let rational = control.iter().any(|c| c.w != control[0].w);
@@ -142,8 +148,8 @@ pub fn segment_bounds(control: &[DVec4]) -> (f64, f64) {
     (bounds.du, bounds.duu)
 }
 
-/// A polynomial in two variables, of `dim` components, by its Bernstein coefficients times binomials, so that products are
-/// convolutions. Components lie together, so that a row is one run of numbers.
+/// A polynomial in two variables with `dim` components, as Bernstein coefficients times binomials: products are
+/// convolutions. The components of a coefficient are adjacent, so a row is contiguous.
 struct Poly {
     nu: usize,
     nv: usize,
@@ -161,7 +167,7 @@ impl Poly {
         Self { nu, nv, dim: 1, c: binomial_grid(nu, nv).into_iter().zip(plain).map(|(f, w)| f * w).collect() }
     }
 
-    /// A scalar polynomial of v alone; constant weights lose their degree.
+    /// A scalar polynomial in v alone; degree 0 if all coefficients are equal.
     fn row(plain: impl ExactSizeIterator<Item = f64> + Clone) -> Self {
         let mut values = plain.clone();
         let first = values.next().unwrap_or(1.0);
@@ -171,12 +177,12 @@ impl Poly {
         Self::scaled_scalar(1, plain.len(), plain)
     }
 
-    /// A polynomial of v alone as one of u alone.
+    /// Turns a polynomial in v alone into one in u alone.
     fn transposed(self) -> Self {
         Self { nu: self.nv, nv: self.nu, ..self }
     }
 
-    /// The zero polynomial of the given size; of no coefficients if one size is 0.
+    /// The zero polynomial of the given size; without coefficients if `nu` or `nv` is 0.
     fn zero(nu: usize, nv: usize, dim: usize) -> Self {
         Self { nu, nv, dim, c: vec![0.0; nu * nv * dim] }
     }
@@ -217,10 +223,10 @@ impl Poly {
         sum(&[(1.0, &ones, &self)])
     }
 
-    /// The largest length of a coefficient over the same coefficient of `below`, both raised to the same degrees; 0 without
-    /// any.
+    /// The largest ratio of a coefficient's length to the same coefficient of `below`, both raised to the same degrees;
+    /// 0 if there are none.
     fn over(self, below: Self) -> f64 {
-        // Coefficients come nearer to values as degrees rise: one degree more halves the excess of low ones.
+        // Coefficients approach values as the degree rises: one more degree halves the overestimate of low degrees.
         let more = usize::from(below.c.len() > 1);
         let (nu, nv) = (self.nu.max(below.nu) + more, self.nv.max(below.nv) + more);
         let (top, below) = (self.raised(nu, nv), below.raised(nu, nv));
@@ -238,7 +244,7 @@ fn binomial_grid(nu: usize, nv: usize) -> Vec<f64> {
     in_u.iter().flat_map(|u| in_v.iter().map(move |v| u * v)).collect()
 }
 
-/// `to += factor · from` over the shorter of both.
+/// `to += factor · from`, over the shorter of the two.
 #[inline]
 fn axpy(to: &mut [f64], factor: f64, from: &[f64]) {
     for (to, from) in to.iter_mut().zip(from) {
@@ -246,8 +252,8 @@ fn axpy(to: &mut [f64], factor: f64, from: &[f64]) {
     }
 }
 
-/// `Σ factor · a · b` with scalar `a`; all products have the same degrees. Factors without coefficients (derivatives of
-/// constants) drop out.
+/// `Σ factor · a · b` with scalar `a`; all products have the same degrees. Terms with a factor without coefficients
+/// (the derivative of a constant) are 0.
 fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
     let kept = || terms.iter().filter(|(_, a, b)| !a.c.is_empty() && !b.c.is_empty());
     let Some((_, a, b)) = kept().next() else { return Poly::zero(0, 0, terms[0].2.dim) };

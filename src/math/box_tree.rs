@@ -1,21 +1,21 @@
-//! Boxes in the plane -> a tree that finds those which a box meets: sort-tile-recursive packing (Leutenegger, Lopez &
-//! Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997).
+//! Boxes in the plane -> a tree that finds those that meet a query box. Sort-tile-recursive packing (Leutenegger, Lopez
+//! & Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997).
 
 use glam::DVec2;
 
-/// Boxes under one node.
+/// Children per node.
 const FAN: usize = 8;
 
-/// Boxes that do not change, numbered as given.
+/// A static tree of boxes, numbered in the order given.
 pub(crate) struct BoxTree {
-    /// Number of each of the boxes in the lowest level.
+    /// The number of each box of the lowest level.
     numbers: Vec<u32>,
-    /// From the boxes themselves up to one node; each node holds the next [`FAN`] of the level below.
+    /// From the boxes themselves up to the root. Each node bounds the next [`FAN`] nodes of the level below.
     levels: Vec<Vec<[DVec2; 2]>>,
 }
 
 impl BoxTree {
-    /// The tree of boxes given by their lower and upper corners. Cost: n log n; 45 bytes a box.
+    /// Builds the tree from lower and upper corners. Cost: O(n log n), 45 bytes per box.
     pub(crate) fn new(boxes: &[[DVec2; 2]]) -> Self {
         let middle = |k: &u32| boxes[*k as usize][0] + boxes[*k as usize][1];
         let mut numbers: Vec<u32> = (0..u32::try_from(boxes.len()).unwrap_or(u32::MAX)).collect();
@@ -33,8 +33,8 @@ impl BoxTree {
         Self { numbers, levels }
     }
 
-    /// Calls `found` with the number of each box that has a point in common with the one from `low` to `high`, in an order
-    /// that depends on the tree only.
+    /// Calls `found` with the number of each box that overlaps or touches the box from `low` to `high`. The order
+    /// depends on the tree only.
     pub(crate) fn meeting(&self, [low, high]: [DVec2; 2], mut found: impl FnMut(usize)) {
         let mut open: Vec<(usize, usize)> = Vec::new();
         let top = self.levels.len() - 1;
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn finds_what_a_look_at_all_boxes_finds() {
+    fn finds_the_boxes_that_a_linear_scan_finds() {
         let mut state = 1_u64;
         let mut unit = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

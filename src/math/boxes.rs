@@ -1,26 +1,26 @@
-//! Boxes -> the pairs of them that overlap: a tree of halves, joined with itself.
+//! Boxes in space -> the pairs that overlap, by a self-join of a tree that halves the boxes by their centres.
 
 use glam::DVec3;
 
 /// Lower and upper corner.
 pub(crate) type Aabb = [DVec3; 2];
 
-/// Boxes in a leaf of the tree.
+/// Most boxes per leaf.
 const LEAF: usize = 8;
 
 struct BoxNode {
     bounds: Aabb,
-    /// Its boxes, within the order of the tree.
+    /// Its boxes are `order[from..to]`.
     from: usize,
     to: usize,
-    /// The first of its two halves, which stand side by side; none for a leaf.
+    /// Index of the first of its two children, which are adjacent; `None` for a leaf.
     halves: Option<usize>,
 }
 
-/// Calls `each` for every pair of boxes that overlap or touch, each pair once and the lower number first, in an order that
-/// depends on the boxes alone.
+/// Calls `each` once for every pair of boxes that overlap or touch, lower index first. The order depends on the boxes
+/// alone.
 ///
-/// Cost: n log n to sort, and about as much as there are pairs unless boxes are long and diagonal.
+/// Cost: O(n log n) to build the tree, then about linear in the number of pairs unless boxes are long and diagonal.
 pub(crate) fn overlapping(boxes: &[Aabb], each: &mut impl FnMut(usize, usize)) {
     let mut order: Vec<usize> = (0..boxes.len()).collect();
     let mut nodes = vec![BoxNode { bounds: bounds(boxes, &order), from: 0, to: order.len(), halves: None }];
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pairs_are_those_that_brute_force_finds() {
+    fn finds_the_pairs_that_brute_force_finds() {
         let mut seed = 7_u64;
         let mut draw = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -93,7 +93,7 @@ mod tests {
         for count in [0, 1, 2, 9, 300] {
             let mut point = || DVec3::new(draw(), draw(), draw());
             let mut boxes: Vec<Aabb> = (0..count).map(|_| [point(), 0.2 * point()]).map(|[p, s]| [p, p + s]).collect();
-            // Many alike, so that halves cannot be told apart.
+            // Duplicates, so that the halves of a node have equal centres.
             boxes.extend(boxes.first().copied().into_iter().cycle().take(count));
             let mut found = Vec::new();
             overlapping(&boxes, &mut |a, b| found.push((a, b)));

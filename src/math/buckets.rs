@@ -1,17 +1,17 @@
-//! Values by small numbers, one list after the other: a counting sort.
+//! Values with small integer keys -> one list per key, contiguous in memory, by a counting sort.
 
-/// Values sorted by number; those of one number keep their order.
+/// Values sorted by key; those of one key keep their order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Buckets<T> {
-    /// Where the values of each number start.
+    /// Where the values of each key start.
     starts: Vec<u32>,
     values: Vec<T>,
 }
 
 impl<T: Copy + Default> Buckets<T> {
-    /// Values with numbers below `count`; two passes over them.
+    /// Sorts values with keys below `count`, in two passes over `values`.
     pub(crate) fn of(count: usize, values: impl Iterator<Item = (u32, T)> + Clone) -> Self {
-        // Counted one too far, so that filling moves each start to its place.
+        // Counts are shifted by one more place: filling advances each start to where it belongs.
         let mut starts = vec![0_u32; count + 2];
         values.clone().for_each(|(k, _)| starts[k as usize + 2] += 1);
         (2..starts.len()).for_each(|k| starts[k] += starts[k - 1]);
@@ -24,7 +24,7 @@ impl<T: Copy + Default> Buckets<T> {
         Self { starts, values: sorted }
     }
 
-    /// The values of a number; none where it is beyond all.
+    /// The values of a key; empty if no key is that large.
     #[inline]
     pub(crate) fn at(&self, k: u32) -> &[T] {
         match self.starts.get(k as usize..k as usize + 2) {
@@ -33,7 +33,7 @@ impl<T: Copy + Default> Buckets<T> {
         }
     }
 
-    /// The values of a number, to be changed or sorted.
+    /// The values of a key, mutable.
     pub(crate) fn at_mut(&mut self, k: u32) -> &mut [T] {
         match self.starts.get(k as usize..k as usize + 2) {
             Some(&[from, to]) => &mut self.values[from as usize..to as usize],

@@ -9,11 +9,11 @@ pub(crate) mod sets;
 mod bit_mix;
 pub(crate) use bit_mix::BitMix;
 
-/// Products, elevation, subdivision and evaluation in the Bernstein basis.
+/// Evaluation and subdivision in the Bernstein basis.
 pub mod bernstein;
 
-/// Exact signs of orientation.
+/// Exact orientation predicates.
 pub mod predicates;
 
-/// Upper bounds of derivatives of polynomial and rational Bézier nets.
+/// Upper bounds on the derivatives of polynomial and rational Bézier nets.
 pub mod bounds;

@@ -1,6 +1,7 @@
-//! Three points of the plane -> the exact sign of their turn. A floating-point filter answers almost always; the rest goes
-//! to the adaptive predicate of Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
-//! Predicates", 1997, as found in the crate `robust`.
+//! Three points of the plane -> the exact sign of their turn.
+//!
+//! A floating-point filter decides nearly every call. The rest go to the adaptive predicate of Shewchuk, "Adaptive
+//! Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997, in the crate `robust`.
 
 use glam::DVec2;
 
@@ -15,13 +16,13 @@ pub enum Side {
     Right,
 }
 
-/// The filter's factor: a difference of two rounded products whose magnitude exceeds this share of the products' sum has
-/// the right sign. Shewchuk's constant is (3 + 16 eps) eps = 3.3307e-16; a little above it, so that the bound stays valid
-/// although the bound itself is rounded.
+/// A difference of two rounded products whose magnitude exceeds this share of the products' sum has the right sign.
+/// Shewchuk's constant is (3 + 16 eps) eps = 3.3307e-16; this is larger because the bound itself is rounded.
 const FILTER: f64 = 4.5e-16;
 
-/// The side of `p` with respect to the line from `a` to `b`. Exact for all finite coordinates whose products neither
-/// overflow nor underflow; `On` as well when `a == b`.
+/// The side of the line from `a` to `b` on which `p` lies; `On` if `a == b`.
+///
+/// Exact for finite coordinates whose products neither overflow nor underflow.
 #[inline]
 pub fn side_of(a: DVec2, b: DVec2, p: DVec2) -> Side {
     let turn = orient2d(a, b, p);
@@ -34,8 +35,9 @@ pub fn side_of(a: DVec2, b: DVec2, p: DVec2) -> Side {
     }
 }
 
-/// Twice the signed area of the triangle `a`, `b`, `c`: positive when counter-clockwise. The sign is exact (0.0 exactly when
-/// the points are collinear), the magnitude is rounded.
+/// Twice the signed area of the triangle `a`, `b`, `c`: positive if counter-clockwise.
+///
+/// The sign is exact (0.0 if and only if the points are collinear), the magnitude is rounded.
 #[inline]
 pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let left = (a.x - c.x) * (b.y - c.y);
@@ -44,7 +46,7 @@ pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     if det.abs() > FILTER * (left.abs() + right.abs()) { det } else { orient2d_adaptive(a, b, c) }
 }
 
-/// Kept out of line: the filter decides nearly every call, and its callers stay small.
+/// Not inlined: the filter decides nearly every call, and callers stay small.
 #[cold]
 #[inline(never)]
 fn orient2d_adaptive(a: DVec2, b: DVec2, c: DVec2) -> f64 {
@@ -56,7 +58,7 @@ fn orient2d_adaptive(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 mod tests {
     use super::*;
 
-    /// The exact turn of points on the grid `origin + k * 2^-53`, by integers.
+    /// The exact turn of points with the given grid indices.
     fn exact(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i128 {
         let d = |p: i64, q: i64| i128::from(p) - i128::from(q);
         d(a[0], c[0]) * d(b[1], c[1]) - d(a[1], c[1]) * d(b[0], c[0])

@@ -1,28 +1,28 @@
-//! Disjoint sets of numbers (Galler and Fischer 1964), with path halving.
+//! Disjoint sets of integers (Galler and Fischer 1964), with path halving.
 
-/// Sets of the numbers from 0 on; each starts alone.
+/// A partition of the integers `0..len`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sets(Vec<u32>);
 
 impl Sets {
-    /// As many sets as numbers.
+    /// Every integer below `count` in a set of its own.
     pub(crate) fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
-    /// How many numbers there are.
+    /// Number of integers, not of sets.
     pub(crate) fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Adds the next number, alone.
+    /// Adds the next integer in a set of its own and returns it.
     pub(crate) fn push(&mut self) -> u32 {
         let next = self.0.len() as u32;
         self.0.push(next);
         next
     }
 
-    /// The number that stands for the set of `at`.
+    /// The representative of the set that contains `at`.
     pub(crate) fn root(&mut self, at: u32) -> u32 {
         let mut at = at;
         while self.0[at as usize] != at {
@@ -33,18 +33,18 @@ impl Sets {
         at
     }
 
-    /// Whether a number stands for its set.
+    /// Whether `at` is the representative of its set.
     pub(crate) fn is_root(&self, at: u32) -> bool {
         self.0[at as usize] == at
     }
 
-    /// Makes two sets one, which the smaller of their roots stands for.
+    /// Merges two sets. The smaller of their roots becomes the root.
     pub(crate) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }
 
-    /// Makes two sets one, which the root `keep` stands for; `gone` is a root too.
+    /// Merges two sets given by their roots. `keep` stays the root.
     pub(crate) fn join_under(&mut self, keep: u32, gone: u32) {
         self.0[gone as usize] = keep;
     }
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_that_were_joined_have_one_root() {
+    fn joined_numbers_have_one_root() {
         let mut sets = Sets::new(6);
         sets.join(4, 2);
         sets.join(5, 4);

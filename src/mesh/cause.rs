@@ -1,4 +1,4 @@
-//! Unbalanced mesh edges -> why they are: the file ends there, faces cannot be oriented alike, or the mesh is at fault.
+//! Unbalanced mesh edges -> their cause: a free edge of the file, a non-orientable edge, or a defect of the mesh.
 
 use super::{EdgeLine, ScenePart};
 use crate::math::BitMix;
@@ -10,27 +10,27 @@ use std::hash::BuildHasherDefault;
 /// Why the directed uses of a mesh edge do not cancel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Cause {
-    /// The mesh is at fault: the file does not end here.
+    /// A crack in the mesh: the file's shell continues here.
     Defect,
-    /// It lies on an edge whose faces cannot be oriented alike ([`ScenePart::not_orientable`]).
+    /// On an edge whose faces cannot be oriented consistently ([`ScenePart::not_orientable`]).
     NotOrientable(EdgeId),
-    /// It lies on an edge where a sheet ends in the file ([`ScenePart::free_edges`]).
+    /// On a free edge of the file, where a sheet ends ([`ScenePart::free_edges`]).
     FreeEdge(EdgeId),
 }
 
-/// A position's bits, -0.0 as 0.0.
+/// A position's bits, with -0.0 mapped to 0.0.
 pub(super) fn bits(point: DVec3) -> [u64; 3] {
     (point + DVec3::ZERO).to_array().map(f64::to_bits) // -0.0 + 0.0 = 0.0
 }
 
-/// The segments of those edges of a part that need not be balanced, by the bits of their ends.
+/// Segments of a part's free and non-orientable edges, keyed by the bits of their ends. They need not be balanced.
 ///
-/// Taken from the edges' polylines and not from the vertices' origins: a vertex at a corner names only one of its edges.
+/// Taken from the edges' polylines, not from vertex origins: a vertex at a corner names only one of its edges.
 #[derive(Default)]
 pub(super) struct Excused(HashMap<[[u64; 3]; 2], Cause, BuildHasherDefault<BitMix>>);
 
 impl Excused {
-    /// `lines` are those of the part, ascending by edge. An edge without a line excuses nothing.
+    /// `lines` are the part's edge lines, ascending by edge. An edge without a line excuses nothing.
     pub(super) fn of(part: &ScenePart, lines: &[EdgeLine]) -> Self {
         let mut segments = HashMap::default();
         let free = part.free_edges.iter().map(|&edge| Cause::FreeEdge(edge));

@@ -1,7 +1,7 @@
-//! Batches to facts: is this mesh closed, oriented, finite, and how large is it? Directed edge uses are summed over
-//! vertices welded by their exact bits (never by distance), as in a half-edge pairing test.
+//! Batches -> facts: whether a mesh is closed, consistently oriented and finite, and its size.
 //!
-//! This is the oracle that tests, `--check` and examples share.
+//! Half-edge pairing: directed edge uses are summed over vertices welded by their exact bits, never by distance. Tests,
+//! `--check` and the examples share this check.
 
 use super::cause::{Excused, bits};
 use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::hash::BuildHasherDefault;
 
-/// How many bad edges of a part are kept as examples: defects before others, longest first.
+/// Most bad edges listed as examples per part: defects before others, longest first.
 const EXAMPLES: usize = 8;
 
 /// An edge whose directed uses do not cancel.
@@ -31,72 +31,74 @@ pub struct BadEdge {
     pub balance: u32,
     /// Triangles that use the edge, in either direction.
     pub uses: u32,
-    /// Their faces, ascending, each once.
+    /// Faces of these triangles, ascending, without repeats.
     pub faces: Vec<FaceId>,
-    /// Why it does not cancel.
+    /// Why the uses do not cancel.
     pub cause: Cause,
 }
 
-/// What is true of a mesh. Counts of a closed, consistently oriented mesh: zero in `open_edges`, `unbalanced_edges`,
-/// `collapsed`, `non_finite` and `bad_indices`.
+/// Counts and measures of a mesh.
+///
+/// A closed, consistently oriented mesh has zero `open_edges`, `unbalanced_edges`, `collapsed`, `non_finite` and
+/// `bad_indices`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshFacts {
     /// Triangles, collapsed ones included.
     pub triangles: u64,
-    /// Distinct positions that vertices have (-0.0 equals 0.0).
+    /// Distinct vertex positions (-0.0 equals 0.0).
     pub vertices: u64,
-    /// Triangles that repeat a position. They take part in no other count.
+    /// Triangles with two corners at the same position. Of the other counts, only `triangles` includes them.
     pub collapsed: u64,
     /// Other triangles of exactly zero area.
     pub zero_area: u64,
-    /// Vertices with a position or normal that is not finite.
+    /// Positions and normals of vertices that are NaN or infinite.
     pub non_finite: u64,
-    /// Triangles that name a vertex their batch does not have. They take part in no other count.
+    /// Triangles with a vertex index out of range. Of the other counts, only `triangles` includes them.
     pub bad_indices: u64,
     /// Edges used by one triangle.
     pub open_edges: u64,
     /// Edges used by more than two triangles.
     pub nonmanifold_edges: u64,
-    /// Edges whose directed uses do not cancel; every open edge is one of them.
+    /// Edges whose directed uses do not cancel; open edges are among them.
     pub unbalanced_edges: u64,
-    /// Their length, each times its balance, millimetres.
+    /// Length of the unbalanced edges, each times its balance, millimetres.
     pub unbalanced_length: f64,
     /// Unbalanced edges on free edges of the file.
     pub free_edges: u64,
-    /// Unbalanced edges on edges of the file whose faces cannot be oriented alike.
+    /// Unbalanced edges on edges of the file whose faces cannot be oriented consistently.
     pub not_orientable: u64,
-    /// The other unbalanced edges: cracks, which no mesh should have.
+    /// All other unbalanced edges: cracks, which no mesh should have.
     pub defects: u64,
-    /// Their length, each times its balance, millimetres.
+    /// Length of the defects, each times its balance, millimetres.
     pub defect_length: f64,
-    /// The faces along them, ascending; empty in sums over parts.
+    /// Faces along defects, ascending; empty in sums over parts.
     pub defect_faces: Vec<FaceId>,
-    /// Pieces connected through positions.
+    /// Connected components of the welded mesh.
     pub components: u64,
-    /// Those of negative volume: voids, or turned inside out.
+    /// Components of negative volume: voids, or pieces turned inside out.
     pub negative_components: u64,
     /// Sum of the triangles' areas, mm².
     pub area: f64,
-    /// Volume by the divergence theorem about the box's centre, mm³; meaningful when nothing is unbalanced.
+    /// Volume by the divergence theorem about the box's centre, mm³. Meaningful only if no edge is unbalanced.
     pub volume: f64,
-    /// Some unbalanced edges: defects first, then longest first.
+    /// Up to 8 unbalanced edges: defects first, then longest first.
     pub examples: Vec<BadEdge>,
 }
 
 impl MeshFacts {
-    /// Whether every edge's directed uses cancel and nothing is malformed.
+    /// Whether every edge's directed uses cancel and the mesh [is well formed](Self::is_well_formed).
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.unbalanced_edges == 0 && self.is_well_formed()
     }
 
-    /// Whether no triangle repeats a position or names a missing vertex, and all vertices are finite. Holds for sheets too.
+    /// Whether all indices are in range, all vertices finite, and no triangle collapsed. Holds for open sheets too.
     #[must_use]
     pub fn is_well_formed(&self) -> bool {
         self.collapsed == 0 && self.non_finite == 0 && self.bad_indices == 0
     }
 
-    /// Adds `part` once more, placed with a uniform scale whose determinant is `det` (negative: mirrored, windings turned).
+    /// Adds one instance of `part`. `det` is the determinant of its transform, a uniform scale; a negative one mirrors.
     fn add_placed(&mut self, part: &Self, det: f64) {
         let scale = det.abs().cbrt();
         self.triangles += part.triangles;
@@ -162,25 +164,24 @@ impl fmt::Display for MeshFacts {
     }
 }
 
-/// Facts of a whole scene.
+/// [`MeshFacts`] of a whole scene.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct SceneFacts {
-    /// Each part by itself, in its own coordinates, in the order of the scene.
+    /// Facts of each part in its own coordinates, in the order of the scene.
     pub parts: Vec<MeshFacts>,
-    /// Sum over instances (a part placed twice counts twice, one that is not placed does not); lengths, areas and volumes
-    /// are those of the placed parts. The examples are those of the first parts that have any, in part coordinates.
+    /// Sum over instances: a part placed twice counts twice, a part without instances does not count. Lengths, areas
+    /// and volumes are scaled as placed. Examples are the first of all parts' examples, in part coordinates.
     pub total: MeshFacts,
-    /// Faces that yielded no triangle, by (part, face), each part once.
+    /// Faces without triangles, by (part, face), each part once.
     pub faces_without_triangles: Vec<(PartId, FaceId)>,
-    /// Faces that yielded no triangle, counted per instance.
+    /// Faces without triangles, counted per instance.
     pub placed_faces_without_triangles: u64,
 }
 
 /// Checks every part of a finished frame. O(triangles), about 0.4 µs each.
 ///
-/// Needs the polylines of the file's edges to tell unbalanced edges by [cause](Cause). In a frame made without them, all
-/// are defects.
+/// Needs the frame's edge lines to find the [`Cause`] of unbalanced edges. Without them, all count as defects.
 #[must_use]
 pub fn check_scene(frame: &MemorySink) -> SceneFacts {
     let mut facts = SceneFacts::default();
@@ -219,7 +220,7 @@ pub fn check_scene(frame: &MemorySink) -> SceneFacts {
     facts
 }
 
-/// Checks the batches of one part, in its coordinates. Every unbalanced edge counts as a defect.
+/// Checks the batches of one part, in its coordinates. Counts every unbalanced edge as a defect.
 #[must_use]
 pub fn check_part<'a>(batches: impl IntoIterator<Item = &'a Batch>) -> MeshFacts {
     check_batches(batches, &Excused::default())
@@ -238,7 +239,7 @@ fn check_batches<'a>(batches: impl IntoIterator<Item = &'a Batch>, excused: &Exc
 struct Soup<'a> {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// (first triangle, batch), ascending: whose triangle is it?
+    /// (first triangle, batch), ascending, to find a triangle's batch.
     owners: Vec<(usize, &'a Batch)>,
 }
 
@@ -310,11 +311,11 @@ impl<'a> Soup<'a> {
         }
         facts.volume = total;
         facts.components = used.iter().filter(|used| **used).count() as u64;
-        // Rounding may leave a flat piece's volume just below zero.
+        // Rounding may push a flat component's volume just below zero.
         facts.negative_components = volumes.iter().filter(|volume| **volume < -1e-12 * swept).count() as u64;
     }
 
-    /// Gathers the directed uses of each edge: a counting sort by the lower vertex, then a sort of each short list.
+    /// Groups the directed uses of each edge: a counting sort by the lower vertex, then a sort of each short list.
     fn pair_edges(&self, facts: &mut MeshFacts, excused: &Excused) {
         let uses = || {
             self.triangles.iter().enumerate().flat_map(|(index, &[a, b, c])| {
@@ -342,7 +343,7 @@ impl<'a> Soup<'a> {
         self.tell(unbalanced, facts);
     }
 
-    /// Counts unbalanced edges by cause and keeps some as examples.
+    /// Counts unbalanced edges by cause and lists the worst as examples.
     fn tell(&self, mut unbalanced: Vec<Unbalanced<'_>>, facts: &mut MeshFacts) {
         let faces_of = |edge: &Unbalanced| {
             let mut faces: Vec<_> = edge.group.iter().filter_map(|used| Some(self.owner(used.2)?.face)).collect();
@@ -390,7 +391,7 @@ struct Unbalanced<'a> {
     to: DVec3,
     balance: usize,
     cause: Cause,
-    /// Its uses: (the other vertex, whether the use starts at the lower one, triangle).
+    /// Its uses: (higher vertex, whether the use starts at the lower vertex, triangle).
     group: &'a [(u32, bool, usize)],
 }
 

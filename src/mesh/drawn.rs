@@ -1,19 +1,19 @@
-//! Which tiles of which instances are drawn, view by view: a bit each.
+//! The set of drawn tiles per view and instance, one bit per tile.
 
 use crate::model::TileId;
 
-/// Which tiles each instance shows in each view. Without rows (as made by default): everything is drawn in every view.
+/// The tiles that each instance draws in each view. The default value has no rows and means: everything, in every view.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drawn {
-    /// Where the words of each (view, instance) start in `words`, views after one another; and the end.
+    /// Start of each (view, instance) row in `words`, view-major, then the end.
     starts: Vec<u32>,
     instances: u32,
     words: Vec<u64>,
 }
 
 impl Drawn {
-    /// Nothing drawn yet in `views` views of instances with as many tiles as `tiles` says.
+    /// The empty set for `views` views; `tiles[i]` is the number of tiles of instance `i`.
     #[must_use]
     pub fn none(views: usize, tiles: &[usize]) -> Self {
         let mut drawn = Self::default();
@@ -21,7 +21,7 @@ impl Drawn {
         drawn
     }
 
-    /// The same in place of what this held, with its memory.
+    /// Becomes [`none`](Self::none) of these arguments, and reuses the memory.
     pub fn reset(&mut self, views: usize, tiles: &[usize]) {
         self.starts.clear();
         self.words.clear();
@@ -43,7 +43,7 @@ impl Drawn {
         self.starts.is_empty()
     }
 
-    /// How many views this is about; 0 for everything.
+    /// Number of views. 0 if [everything](Self::is_everything) is drawn.
     #[must_use]
     pub fn views(&self) -> usize {
         self.starts.len().saturating_sub(1) / (self.instances as usize).max(1)
@@ -57,14 +57,14 @@ impl Drawn {
     /// Whether a tile of an instance is drawn in a view.
     ///
     /// # Panics
-    /// For views, instances and tiles that there are not.
+    /// If the view, instance or tile is out of range, unless everything is drawn.
     #[must_use]
     pub fn contains(&self, view: usize, instance: usize, tile: TileId) -> bool {
         let tile = tile.0 as usize;
         self.is_everything() || self.words[self.row(view, instance)][tile >> 6] >> (tile & 63) & 1 == 1
     }
 
-    /// Tiles `64 k ..` of an instance in a view, a bit each, the first the lowest; all ones for everything.
+    /// Bits of tiles `64 k .. 64 k + 64` of an instance in a view, lowest bit first. All ones if everything is drawn.
     ///
     /// # Panics
     /// As [`contains`](Self::contains).
@@ -73,16 +73,16 @@ impl Drawn {
         if self.is_everything() { u64::MAX } else { self.words[self.row(view, instance)][k] }
     }
 
-    /// Has a tile of an instance drawn in a view.
+    /// Adds a tile of an instance to a view.
     ///
     /// # Panics
-    /// As [`contains`](Self::contains), and for everything, which has no rows.
+    /// As [`contains`](Self::contains), and if everything is drawn: there are no rows then.
     pub fn insert(&mut self, view: usize, instance: usize, tile: TileId) {
         let (row, tile) = (self.row(view, instance), tile.0 as usize);
         self.words[row][tile >> 6] |= 1 << (tile & 63);
     }
 
-    /// The tiles of an instance that are drawn in a view, ascending; none for everything, which has no rows.
+    /// The drawn tiles of an instance in a view, ascending. Empty if everything is drawn: there are no rows then.
     pub fn tiles(&self, view: usize, instance: usize) -> impl Iterator<Item = TileId> + '_ {
         let row = if self.is_everything() { 0..0 } else { self.row(view, instance) };
         self.words[row].iter().enumerate().flat_map(|(k, &word)| {
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bit_for_each_tile_of_each_instance_in_each_view() {
+    fn holds_one_bit_per_tile_instance_and_view() {
         let mut drawn = Drawn::none(2, &[70, 0, 3]);
         assert!(!drawn.is_everything() && drawn.views() == 2);
         for (view, instance, tile) in [(0, 0, 69), (1, 0, 0), (1, 0, 64), (1, 2, 2)] {

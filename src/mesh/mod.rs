@@ -1,4 +1,4 @@
-//! Output vocabulary: what leaves the engine, and the door it leaves through.
+//! Output types: batches, the scene, and the [`MeshSink`] that receives them.
 
 mod tile_mesh;
 pub use tile_mesh::{Batch, EdgeLine, Origin, TileMesh};

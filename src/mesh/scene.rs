@@ -1,34 +1,33 @@
-//! What a sink needs to know beside triangles: parts, instances, names, colours.
+//! What a sink needs besides triangles: parts, instances, names, colours.
 
 use crate::model::{Colour, EdgeId, FaceId, PartId};
 use glam::{DAffine3, DVec3};
 
-/// A part as output sees it.
+/// A part, as sinks see it.
 #[derive(Clone, Debug, Default)]
 pub struct ScenePart {
     /// Name, possibly empty.
     pub name: String,
-    /// Colour of each face (already resolved: face, else part); `None` = the viewer's default.
+    /// Colour of each face: its own, else the part's. `None` = the viewer's default.
     pub face_colours: Vec<Option<Colour>>,
-    /// Faces on surfaces without any area, ascending: there is nothing to mesh, and nothing is lost.
+    /// Faces on surfaces without area, ascending. They have no triangles, and that is no loss.
     pub without_area: Vec<FaceId>,
-    /// Edges that the file leaves free: the faces of their shell use them an odd number of times. Ascending; the mesh is open there.
+    /// Free edges of the file, ascending: their shell uses them an odd number of times. The mesh is open there.
     pub free_edges: Vec<EdgeId>,
-    /// Edges whose faces cannot be turned so that they cancel, though there is an even number of uses. Ascending; the mesh is
-    /// unbalanced there.
+    /// Edges with an even number of uses that no orientation of the faces cancels, ascending. Unbalanced in the mesh.
     pub not_orientable: Vec<EdgeId>,
-    /// Whether the part is closed as stated: after healing and orientation the coedges of each shell sum to 0 on every edge, and
+    /// Whether the part is closed after healing and orientation: the coedges of each shell sum to 0 on every edge, and
     /// every loop is a closed chain of vertices. Then the mesh is closed too.
     pub closed: bool,
-    /// Centre of the part's box: f32 positions are relative to it. Stored once, the same for all faces.
+    /// Centre of the part's bounding box. f32 positions are relative to it.
     pub centre: DVec3,
     /// Half the diagonal of that box.
     pub radius: f64,
-    /// The part that this is a further mesh of, finer or coarser, for some of its instances; `None` for a part of the model.
+    /// The model's part of which this is another level of detail. `None` for the model's parts themselves.
     pub mesh_of: Option<PartId>,
 }
 
-/// A placed part as output sees it.
+/// A placed part, as sinks see it.
 #[derive(Clone, Debug)]
 pub struct SceneInstance {
     /// Index into [`Scene::parts`].
@@ -39,11 +38,12 @@ pub struct SceneInstance {
     pub colour: Option<Colour>,
     /// Name, possibly empty.
     pub name: String,
-    /// Number of the instance's first face in the count that runs over all instances.
+    /// Index of this instance's first face when faces are numbered across all instances. Set by `prepare`; a session
+    /// renumbers when instances come and go.
     pub first_face: u32,
 }
 
-/// Everything beside triangles.
+/// Everything a sink gets besides triangles and lines.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// Name of the model.
@@ -55,7 +55,7 @@ pub struct Scene {
 }
 
 impl SceneInstance {
-    /// How much larger the part is in the world than in its own millimetres.
+    /// Uniform scale of the transform: the cube root of its determinant's absolute value.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.transform.matrix3.determinant().abs().cbrt()
@@ -63,7 +63,7 @@ impl SceneInstance {
 }
 
 impl Scene {
-    /// The largest scale at which each part is placed; 1 for parts that are not placed.
+    /// The largest scale at which each part is placed. 1 for unplaced parts, and where that is not positive and finite.
     #[must_use]
     pub fn largest_scales(&self) -> Vec<f64> {
         let mut scales = vec![0.0_f64; self.parts.len()];

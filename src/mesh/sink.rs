@@ -1,9 +1,9 @@
-//! The door through which triangles leave.
+//! The trait through which triangles leave the engine, and a sink that keeps them in memory.
 
 use super::{Batch, Drawn, EdgeLine, Scene};
 use std::fmt;
 
-/// Why a sink gave up: I/O mostly.
+/// Why a sink failed, usually I/O.
 #[derive(Debug)]
 pub struct SinkError {
     /// What the sink was doing (a path, a buffer).
@@ -26,42 +26,42 @@ impl std::error::Error for SinkError {
 
 /// Receives frames of triangles.
 ///
-/// Calls come in the order `begin` or `begin_changes`, (`batch` | `edge_line`)*, `drawn`, then `end` or `abort`, all from one thread
-/// (the render thread). Batches arrive sorted by (part, tile), then lines by (part, edge), whatever the number of workers.
+/// Call order: `begin` or `begin_changes`, `batch`*, `edge_line`*, `drawn`, then `end` or `abort`, all on the render
+/// thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers.
 pub trait MeshSink: Send {
-    /// A whole frame starts: what was sent before is void. Tiles without triangles are not sent.
+    /// Starts a whole frame, which replaces everything sent before. Tiles without triangles are not sent.
     ///
     /// # Errors
     /// When the sink cannot take the frame; `abort` follows.
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError>;
 
-    /// A frame starts that is the last one that ended, but for what is sent now: batches replace those of their tiles, and have
-    /// no triangles where a tile lost all of its; lines replace those of their edges. Parts and what they are made of stay;
-    /// their instances may have changed.
+    /// Starts an incremental frame: it equals the last completed frame except for what is sent now. Each batch replaces
+    /// that of its tile; a batch without triangles removes the tile. Each line replaces that of its edge. Parts stay
+    /// the same; instances may have changed.
     ///
     /// # Errors
-    /// When the sink takes whole frames only, as files do and as this method does unless it is implemented; `abort` follows.
+    /// When the sink takes whole frames only, like files; `abort` follows. The provided implementation always fails.
     fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        let context = format!("changes of {:?} for a sink of whole frames", scene.name);
+        let context = format!("incremental frame of {:?} for a sink that takes whole frames only", scene.name);
         Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
     }
 
-    /// The triangles of one tile. Instances share their part's batches. A sink that keeps the mesh takes it out
-    /// ([`std::mem::take`]); buffers that it leaves are used again for coming tiles.
+    /// Receives the triangles of one tile. Instances share their part's batches.
+    ///
+    /// A sink that keeps the mesh takes it with [`std::mem::take`]. Buffers left in `batch` are reused for later tiles.
     ///
     /// # Errors
     /// When the sink cannot take the batch; `abort` follows.
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError>;
 
-    /// The polyline of one B-rep edge.
+    /// Receives the polyline of one B-rep edge.
     ///
     /// # Errors
     /// When the sink cannot take the line; `abort` follows.
     fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError>;
 
-    /// Which tiles are to be drawn, once in each frame that is made for views. Edges between tiles that are drawn are without cracks;
-    /// a tile that is not drawn may still be as it was several frames ago. Frames made without views draw everything and do
-    /// not say so.
+    /// Receives the set of tiles to draw, once per frame of views. There are no cracks between drawn tiles; a tile that
+    /// is not drawn may be several frames old. Frames made without views draw everything and skip this call.
     ///
     /// # Errors
     /// When the sink cannot take it; `abort` follows.
@@ -69,17 +69,17 @@ pub trait MeshSink: Send {
         Ok(())
     }
 
-    /// The frame is complete: files appear whole now.
+    /// Completes the frame. Files become visible here, all at once.
     ///
     /// # Errors
     /// When the result cannot be finished; `abort` follows.
     fn end(&mut self) -> Result<(), SinkError>;
 
-    /// The frame will not be completed: leave nothing half-written. A whole frame comes next, if any.
+    /// Discards the frame: leave nothing half-written. If another frame follows, it is a whole one.
     fn abort(&mut self);
 }
 
-/// So that sinks chosen at run time fit where a sink's type is asked for.
+/// Lets a sink chosen at run time stand in for a generic `S: MeshSink`.
 impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         (**self).begin(scene)
@@ -110,29 +110,29 @@ impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
     }
 }
 
-/// Keeps everything in memory.
+/// A sink that keeps the last frame in memory.
 #[derive(Clone, Debug, Default)]
 pub struct MemorySink {
     /// The scene of the last frame.
     pub scene: Scene,
-    /// Its batches, sorted by (part, tile).
+    /// Batches with triangles, sorted by (part, tile).
     pub batches: Vec<Batch>,
-    /// Its edge polylines, sorted by (part, edge).
+    /// Edge polylines, sorted by (part, edge).
     pub edge_lines: Vec<EdgeLine>,
-    /// Which of its tiles are drawn; empty for frames that draw everything.
+    /// The drawn tiles. [`Drawn::default`] for frames made without views, which draw everything.
     pub drawn: Drawn,
     changes: Changes,
 }
 
 impl MemorySink {
-    /// A frame that draws everything: batches sorted by (part, tile), lines by (part, edge).
+    /// A frame that draws everything. `batches` are sorted by (part, tile), `edge_lines` by (part, edge).
     #[must_use]
     pub fn of(scene: Scene, batches: Vec<Batch>, edge_lines: Vec<EdgeLine>) -> Self {
         Self { scene, batches, edge_lines, ..Self::default() }
     }
 }
 
-/// What a frame has said so far that is only about changes.
+/// The incremental frame being received, if any.
 #[derive(Clone, Debug, Default)]
 struct Changes {
     only: bool,
@@ -140,7 +140,7 @@ struct Changes {
     edge_lines: Vec<EdgeLine>,
 }
 
-/// Sorted rows with those of `new` put in or in place of their own.
+/// Merges the sorted rows `new` into the sorted rows `old`; equal keys are replaced.
 fn replaced<T, K: Ord>(old: &mut Vec<T>, new: Vec<T>, key: impl Fn(&T) -> K) {
     let mut out = Vec::with_capacity(old.len() + new.len());
     let mut rest = std::mem::take(old).into_iter().peekable();

@@ -1,10 +1,12 @@
-//! Batches to counts and triangle quality: thinness after the usual height-over-edge measure.
+//! Batches -> counts and triangle quality, as the ratio of shortest height to longest edge.
 
 use super::Batch;
 use std::fmt;
 
-/// Size and quality of a mesh. Thinness is the shortest height over the longest edge: 0.866 for an equilateral triangle;
-/// below [`MeshStats::SLIVER`] a triangle counts as a sliver.
+/// Size and quality of a mesh.
+///
+/// Thinness is the shortest height over the longest edge: 0.866 for an equilateral triangle. Below
+/// [`MeshStats::SLIVER`] a triangle counts as a sliver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshStats {
     /// Triangles.
@@ -15,9 +17,9 @@ pub struct MeshStats {
     pub batches: u64,
     /// Triangles thinner than [`MeshStats::SLIVER`].
     pub slivers: u64,
-    /// The thinnest triangle; 1 when there is none.
+    /// Least thinness of a triangle; 1 if there are no triangles.
     pub min_thinness: f64,
-    /// Mean over all triangles; 0 when there is none.
+    /// Mean over all triangles; 0 if there are no triangles.
     pub mean_thinness: f64,
 }
 

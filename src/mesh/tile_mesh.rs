@@ -1,9 +1,9 @@
-//! The triangles of one tile.
+//! The triangles of one tile, and where their vertices come from.
 
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use glam::{DVec3, Vec2, Vec3};
 
-/// Where a vertex came from. Vertices of one part with equal `edge` origins have bit-identical positions.
+/// Where a vertex comes from. Vertices of a part with equal [`Edge`](Self::Edge) origins have bit-identical positions.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Origin {
     /// Lattice point (line of u, line of v) of the tile.
@@ -20,20 +20,20 @@ pub enum Origin {
         /// Index along the edge, from its start; 0 and the last are the edge's vertices.
         k: u32,
     },
-    /// A point where two boundary segments of a self-crossing face meet: its neighbours do not know of it.
+    /// A point where two boundary segments of a self-crossing face meet. Neighbouring tiles do not have it.
     Crossing {
-        /// Number within the tile.
+        /// Index among the tile's crossings.
         k: u32,
     },
-    /// A point within the tile, off its lattice: where tessellants are so far apart that the triangles between them would
-    /// leave the surface.
+    /// A point inside the tile, off its lattice. Inserted where triangles between tessellants alone would deviate from
+    /// the surface by more than the tolerance.
     Inner {
-        /// Number among the tile's vertices.
+        /// Index of the vertex in the tile.
         k: u32,
     },
     /// Tessellant `k` of a border between tiles, a seam or a pole of the face.
     Border {
-        /// Border number within the part's prepared edges.
+        /// The edge is `edges[brep_edges + border]` of the prepared part.
         border: u32,
         /// Index along the border.
         k: u32,
@@ -43,23 +43,22 @@ pub enum Origin {
 /// Triangles of one tile, in the part's coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileMesh {
-    /// Positions, millimetres, f64: what all arithmetic of topology and the f64 file formats use.
+    /// Positions, millimetres.
     pub positions: Vec<DVec3>,
-    /// Unit normals that point out of the face (face orientation applied).
+    /// Unit normals that point outwards: the face's orientation is applied.
     pub normals: Vec<Vec3>,
-    /// Surface parameters of each vertex, in the surface's natural parameters.
+    /// Parameters of each vertex, in the surface's natural parametrisation.
     pub uvs: Vec<Vec2>,
-    /// The lattice's u-lines and v-lines in the same parameters, from one border of the tile to the other; empty where there is
-    /// no lattice.
+    /// The lattice's u-lines and v-lines in the same parametrisation, borders included. Empty without a lattice.
     pub lines: [Vec<f32>; 2],
     /// Where each vertex came from.
     pub origins: Vec<Origin>,
-    /// Vertex indices, counter-clockwise seen from the outside. No triangle repeats a position.
+    /// Vertex indices, counter-clockwise seen from outside. No triangle has two corners at the same position.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl TileMesh {
-    /// Empties all lists and keeps their memory.
+    /// Empties all lists and keeps their capacity.
     pub fn clear(&mut self) {
         let Self { positions, normals, uvs, lines, origins, triangles } = self;
         positions.clear();
@@ -71,7 +70,7 @@ impl TileMesh {
     }
 }
 
-/// One tile's triangles on their way out.
+/// One tile's triangles, as sent to a [`MeshSink`](crate::mesh::MeshSink).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
     /// The part.
@@ -80,7 +79,7 @@ pub struct Batch {
     pub face: FaceId,
     /// The tile within the part.
     pub tile: TileId,
-    /// Which worker made it (0 for the serial path). Not part of the result: it depends on the worker count.
+    /// The worker that made it, 0 in [`serial`](crate::parallel::serial). The only field that depends on who works.
     pub worker: u32,
     /// The triangles.
     pub mesh: TileMesh,

@@ -1,13 +1,13 @@
 //! Natural parameters of analytic surfaces <-> parameters of their exact NURBS.
 
-/// How one natural parameter of a surface corresponds to the parameter of its NURBS form.
+/// Maps one natural parameter of a surface to the parameter of its NURBS form, and back.
 ///
-/// Strictly increasing both ways; equal at span ends.
+/// Both ways strictly increasing; the identity at span ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AxisMap {
-    /// The same number.
+    /// Both parameters are equal.
     Identity,
-    /// An angle, in `spans` equal spans of `step` ≤ 90° from `start`, each a rational quadratic with weights
+    /// An angle, in `spans` equal spans of `step` ≤ 90° from `start`. Each is a rational quadratic with weights
     /// 1, cos(step/2), 1.
     Arc {
         /// First angle, radians.
@@ -19,14 +19,14 @@ pub enum AxisMap {
     },
 }
 
-/// Share of a span within which an angle counts as the span's end, so that ends map to the knot itself.
+/// Parameters within this share of all spans from a span's end map to the knot itself.
 const SNAP: f64 = 1e-14;
 
 impl AxisMap {
-    /// The NURBS parameter of a natural parameter.
+    /// Converts a natural parameter to the NURBS parameter.
     ///
-    /// In a span, `tan(φ/2) = s·tan(step/4)` with φ the angle from the span's middle and s in [-1, 1] the NURBS parameter
-    /// across it (the tangent half-angle form of the circle). Beyond the ends it goes on straight with the slope it has there.
+    /// Within a span, `tan(φ/2) = s·tan(step/4)`, with φ the angle from the span's middle and s in [-1, 1] the NURBS
+    /// parameter across it (the tangent half-angle form of the circle). Extrapolates linearly beyond the ends.
     #[must_use]
     pub fn to_nurbs(&self, natural: f64) -> f64 {
         let Self::Arc { start, step, spans } = *self else { return natural };
@@ -47,7 +47,7 @@ impl AxisMap {
         start + step * (span + 0.5 * (1.0 + s))
     }
 
-    /// The natural parameter of a NURBS parameter: the inverse of [`to_nurbs`](Self::to_nurbs).
+    /// Converts a NURBS parameter to the natural parameter: the inverse of [`to_nurbs`](Self::to_nurbs).
     #[must_use]
     pub fn to_natural(&self, nurbs: f64) -> f64 {
         let Self::Arc { start, step, spans } = *self else { return nurbs };
@@ -68,7 +68,7 @@ impl AxisMap {
         start + step * (span + 0.5) + 2.0 * (s * (0.25 * step).tan()).atan()
     }
 
-    /// How fast the NURBS parameter grows per natural parameter at `natural`; between 0.785 and 1.28 for arcs.
+    /// The derivative of the NURBS parameter by the natural one at `natural`; between 0.785 and 1.28 for arcs.
     #[must_use]
     pub fn rate(&self, natural: f64) -> f64 {
         let Self::Arc { start, step, spans } = *self else { return 1.0 };
@@ -85,7 +85,7 @@ fn slope(s: f64, step: f64) -> f64 {
     0.25 * step * (1.0 + s * s * t * t) / t
 }
 
-/// The straight line of the given slope through (`end`, `end`).
+/// The line of the given slope through (`end`, `end`), at `t`.
 fn natural_end(t: f64, end: f64, slope: f64) -> f64 {
     end + (t - end) * slope
 }

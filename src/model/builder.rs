@@ -1,4 +1,4 @@
-//! Geometry stated by hand -> checked parts and models.
+//! Geometry from code -> checked parts and models.
 
 use super::{
     Coedge, Colour, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, FreeTrims, Instance, InstanceId, Loop, Model,
@@ -7,7 +7,7 @@ use super::{
 use glam::{DAffine3, DVec3};
 use std::f64::consts::TAU;
 
-/// Collects vertices, edges, shells and faces of one part; [`finish`](Self::finish) checks them.
+/// Builds one part from vertices, edges, shells and faces. [`finish`](Self::finish) checks them.
 ///
 /// ```
 /// use trimtess::model::{Frame3, Loop, PartBuilder, ShellKind, Surface};
@@ -26,13 +26,13 @@ pub struct PartBuilder {
 }
 
 impl PartBuilder {
-    /// An empty part.
+    /// Starts an empty part.
     #[must_use]
     pub fn new(name: impl Into<String>) -> Self {
         Self { part: Part { name: name.into(), ..Part::default() } }
     }
 
-    /// Colour of faces that have none.
+    /// Sets the colour of faces that have none.
     pub fn colour(&mut self, colour: Colour) {
         self.part.colour = Some(colour);
     }
@@ -58,32 +58,32 @@ impl PartBuilder {
     /// Adds a straight edge.
     ///
     /// # Panics
-    /// If a vertex is not this builder's.
+    /// If this builder has no such vertex.
     pub fn line(&mut self, start: VertexId, end: VertexId) -> EdgeId {
         let [a, b] = [start, end].map(|v| self.part.vertices[v.index()]);
         self.curve(NurbsCurve3::line(a, b), CurveKind::Line, start, end)
     }
 
-    /// Adds straight edges from corner to corner and back to the first, with new vertices; they are a loop as they stand.
+    /// Adds a closed polygon of straight edges with new vertices, and returns its loop.
     pub fn polygon(&mut self, corners: &[DVec3]) -> Vec<Coedge> {
         let vertices: Vec<VertexId> = corners.iter().map(|&corner| self.vertex(corner)).collect();
         let next = |k: usize| vertices[(k + 1) % vertices.len()];
         (0..vertices.len()).map(|k| self.line(vertices[k], next(k)).along()).collect()
     }
 
-    /// Adds a whole circle about the frame's z, with a new vertex on the frame's x axis.
+    /// Adds a full circle about the frame's z axis, with a new vertex on its x axis.
     pub fn circle(&mut self, frame: &Frame3, radius: f64) -> EdgeId {
         let vertex = self.vertex(frame.place(DVec3::X * radius));
         self.curve(NurbsCurve3::arc(frame, radius, radius, 0.0, TAU), CurveKind::Circle, vertex, vertex)
     }
 
-    /// Adds a shell and returns the number that faces name it by.
+    /// Adds a shell and returns its index, for [`Face::shell`].
     pub fn shell(&mut self, shell: Shell) -> u32 {
         self.part.shells.push(shell);
         u32::try_from(self.part.shells.len() - 1).unwrap_or(u32::MAX)
     }
 
-    /// Adds a shell that comes from no file.
+    /// Adds a shell without an entity number.
     pub fn plain_shell(&mut self, kind: ShellKind) -> u32 {
         self.shell(Shell { kind, entity: 0 })
     }
@@ -94,13 +94,13 @@ impl PartBuilder {
         FaceId::new(self.part.faces.len() - 1)
     }
 
-    /// Adds a face without colour and name; `reversed` if its outward normal is opposite to the surface's.
+    /// Adds a face without colour or name. `reversed`: its outward normal is opposite to the surface's.
     pub fn plain_face(&mut self, surface: Surface, shell: u32, loops: Vec<Loop>, reversed: bool) -> FaceId {
         self.face(face(surface, shell, loops, None, reversed))
     }
 
-    /// Adds a face without colour and name that free curves in (u,v) trim. On a surface that does not end (a plane, say) they
-    /// must bound what they keep.
+    /// Adds a face without colour or name, trimmed by free curves in (u,v). On an unbounded surface (a plane, say), the
+    /// curves must bound the face.
     ///
     /// ```
     /// use glam::DVec2;
@@ -119,13 +119,13 @@ impl PartBuilder {
         self.face(face(surface, shell, Vec::new(), Some(trims), reversed))
     }
 
-    /// What has been added so far.
+    /// Returns the part as built so far.
     #[must_use]
     pub fn part(&self) -> &Part {
         &self.part
     }
 
-    /// The part, if it is sound.
+    /// Checks and returns the part.
     ///
     /// # Errors
     /// The first fault that [`Part::check`] finds.
@@ -141,50 +141,50 @@ fn face(surface: Surface, shell: u32, loops: Vec<Loop>, trims: Option<FreeTrims>
 }
 
 impl EdgeId {
-    /// The edge as a face uses it in its own direction.
+    /// A coedge in the edge's own direction.
     #[must_use]
     pub fn along(self) -> Coedge {
         Coedge { edge: self, reversed: false, pcurve: None }
     }
 
-    /// The edge as a face uses it against its direction.
+    /// A coedge against the edge's direction.
     #[must_use]
     pub fn against(self) -> Coedge {
         Coedge { edge: self, reversed: true, pcurve: None }
     }
 }
 
-/// Collects parts and their instances; [`finish`](Self::finish) checks what parts alone cannot know.
+/// Builds a model from parts and instances. [`finish`](Self::finish) checks them.
 #[derive(Clone, Debug)]
 pub struct ModelBuilder {
     model: Model,
 }
 
 impl ModelBuilder {
-    /// An empty model in millimetres.
+    /// Starts an empty model in millimetres.
     #[must_use]
     pub fn new(name: impl Into<String>) -> Self {
         Self { model: Model { name: name.into(), millimetres_per_unit: 1.0, ..Model::default() } }
     }
 
-    /// Adds a part, not yet placed.
+    /// Adds a part without placing it.
     pub fn part(&mut self, part: Part) -> PartId {
         self.model.parts.push(part);
         PartId::new(self.model.parts.len() - 1)
     }
 
-    /// Places a part.
+    /// Adds an instance of a part.
     pub fn instance(&mut self, instance: Instance) -> InstanceId {
         self.model.instances.push(instance);
         InstanceId::new(self.model.instances.len() - 1)
     }
 
-    /// Places a part without colour and name of its own.
+    /// Adds an instance without colour or name of its own.
     pub fn place(&mut self, part: PartId, transform: DAffine3) -> InstanceId {
         self.instance(Instance { part, transform, colour: None, name: String::new() })
     }
 
-    /// The model, if it is sound.
+    /// Checks and returns the model.
     ///
     /// # Errors
     /// The first fault that [`Model::check`] finds.

@@ -1,4 +1,4 @@
-//! NURBS curves in space and in a surface's parameter plane, and their evaluation with two derivatives.
+//! NURBS curves in space and in a surface's (u,v) -> points and two derivatives.
 
 use super::Frame3;
 use super::knots;
@@ -15,9 +15,9 @@ use std::ops::{Add, Mul, Sub};
 pub struct NurbsCurve<P> {
     /// Polynomial degree.
     pub degree: usize,
-    /// Knot vector with multiplicities written out.
+    /// Knots, repeated by multiplicity.
     pub knots: Vec<f64>,
-    /// Control points (Euclidean, not multiplied by weights).
+    /// Euclidean control points, not multiplied by weights.
     pub points: Vec<P>,
     /// Weights, or empty for a polynomial curve.
     pub weights: Vec<f64>,
@@ -25,10 +25,10 @@ pub struct NurbsCurve<P> {
 
 /// A curve in space.
 pub type NurbsCurve3 = NurbsCurve<DVec3>;
-/// A curve in a surface's parameter plane.
+/// A curve in a surface's (u,v).
 pub type NurbsCurve2 = NurbsCurve<DVec2>;
 
-/// What a control point must be able to do; [`DVec2`] and [`DVec3`] are.
+/// Arithmetic of control points, implemented by [`DVec2`] and [`DVec3`].
 pub trait ControlPoint:
     Copy + Debug + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self>
 {
@@ -68,7 +68,7 @@ impl ControlPoint for DVec3 {
     }
 }
 
-/// A point of a curve with its first and second derivative by the parameter.
+/// A curve point with the first and second derivative by the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveDerivatives<P> {
     /// `C(t)`.
@@ -79,8 +79,8 @@ pub struct CurveDerivatives<P> {
     pub d2: P,
 }
 
-/// Smallest break of the tangent direction, radians, that counts as a kink. Files round knots and points to 6-15 digits;
-/// below this a "kink" is rounding.
+/// Smallest change of tangent direction that counts as a kink, radians. Below it, a "kink" is rounding: files print
+/// knots and points with 6-15 digits.
 const KINK: f64 = 1e-6;
 
 impl<P: ControlPoint> NurbsCurve<P> {
@@ -90,43 +90,43 @@ impl<P: ControlPoint> NurbsCurve<P> {
         knots::domain(self.degree, &self.knots)
     }
 
-    /// `C(t)`; `t` outside the domain is moved to its nearer end. The same bits as in [`derivatives`](Self::derivatives).
+    /// `C(t)`, with `t` clamped to the domain. Bit-identical to [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn point(&self, t: f64) -> P {
         let [point, ..] = self.orders::<1>(t);
         point
     }
 
-    /// `C(t)` and `C'(t)`, the same bits as in [`derivatives`](Self::derivatives).
+    /// `C(t)` and `C'(t)`, bit-identical to [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn tangent(&self, t: f64) -> [P; 2] {
         let [point, d1, _] = self.orders::<2>(t);
         [point, d1]
     }
 
-    /// `C(t)`, `C'(t)`, `C''(t)`, exact also for rational curves; `t` outside the domain is moved to its nearer end.
+    /// `C(t)`, `C'(t)`, `C''(t)`, with `t` clamped to the domain.
     ///
-    /// At a knot the values belong to the span that starts there (at the domain's end, that ends there). O(degree²); no
-    /// allocation up to degree 25.
+    /// Exact also for rational curves. At a knot, uses the span that starts there; at the domain's end, the span that
+    /// ends there. O(degree²); no allocation up to degree 25.
     #[must_use]
     pub fn derivatives(&self, t: f64) -> CurveDerivatives<P> {
         let [point, d1, d2] = self.orders::<3>(t);
         CurveDerivatives { point, d1, d2 }
     }
 
-    /// The point and derivatives of which the first `ROWS` are meant.
+    /// The point and derivatives of orders below `ROWS`; the rest are meaningless.
     fn orders<const ROWS: usize>(&self, t: f64) -> [P; 3] {
         let (a, b) = self.domain();
         let t = t.max(a).min(b);
         self.orders_on::<ROWS>(knots::span(self.degree, &self.knots, t), t)
     }
 
-    /// The same of the polynomial piece on the knot span `span`.
+    /// Like [`orders`](Self::orders), of the polynomial piece on knot span `span`.
     fn orders_on<const ROWS: usize>(&self, span: usize, t: f64) -> [P; 3] {
         knots::with_basis::<ROWS, _>(self.degree, &self.knots, span, t, |rows| self.weighted::<ROWS>(span, rows))
     }
 
-    /// The same given the basis on `span`.
+    /// Like [`orders_on`](Self::orders_on), from the basis `rows` on `span`.
     #[inline]
     fn weighted<const ROWS: usize>(&self, span: usize, rows: &[f64]) -> [P; 3] {
         let n = self.degree + 1;
@@ -156,13 +156,13 @@ impl<P: ControlPoint> NurbsCurve<P> {
         [point, d1, d2]
     }
 
-    /// The same curve run backwards over the same domain: `reversed.point(t) == point(a + b - t)`.
+    /// Reverses the curve over the same domain `[a, b]`: `reversed.point(t)` is `point(a + b - t)`.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let (a, b) = self.domain();
         Self {
             degree: self.degree,
-            // The ends are kept as they are: `a + b - b` may differ from `a` in the last digit.
+            // `a + b - b` may differ from `a` in the last digit.
             knots: self
                 .knots
                 .iter()
@@ -182,9 +182,9 @@ impl<P: ControlPoint> NurbsCurve<P> {
         }
     }
 
-    /// Parameters of the inner knots where the tangent direction breaks by more than a microradian, increasing.
+    /// Inner knots where the tangent direction changes by more than a microradian, increasing.
     ///
-    /// Only knots of multiplicity ≥ degree can be kinks; many of them are not (arcs, Bézier chains).
+    /// Only knots of multiplicity ≥ degree can be kinks. In arcs and Bézier chains many of them are smooth.
     #[must_use]
     pub fn kinks(&self) -> Vec<f64> {
         let (a, b) = self.domain();
@@ -208,7 +208,8 @@ impl<P: ControlPoint> NurbsCurve<P> {
         (left * (1.0 / l) - right * (1.0 / r)).norm() > KINK
     }
 
-    /// The tangent of the piece on `span` at its end `t`; a chord of the first thousandth of `inside` where it vanishes.
+    /// The tangent of the piece on `span` at its end `t`. Where it vanishes, the chord over a thousandth of the signed
+    /// length `inside`, which leads into the span.
     fn tangent_on(&self, span: usize, t: f64, inside: f64) -> P {
         let [point, d1, d2] = self.orders_on::<3>(span, t);
         if d1.norm() * inside.abs() > 1e-9 * d2.norm() * inside * inside {
@@ -220,16 +221,17 @@ impl<P: ControlPoint> NurbsCurve<P> {
 }
 
 impl NurbsCurve3 {
-    /// The segment from `a` to `b`, parameter 0 to 1.
+    /// The segment from `a` to `b`, over the parameters 0 to 1.
     #[must_use]
     pub fn line(a: DVec3, b: DVec3) -> Self {
         Self { degree: 1, knots: vec![0.0, 0.0, 1.0, 1.0], points: vec![a, b], weights: Vec::new() }
     }
 
-    /// The elliptic arc `O + rx cos t · x + ry sin t · y` for angles from `a0` to `a1 > a0`, exactly, as a rational quadratic.
+    /// The elliptic arc `O + rx cos t · x + ry sin t · y` for angles from `a0` to `a1 > a0`, as an exact rational
+    /// quadratic.
     ///
-    /// Equal spans of at most 90° with double inner knots. The parameter equals the angle at span ends; between them it is
-    /// off by the half-angle map of [`AxisMap::Arc`](super::AxisMap). Arcs of more than a turn repeat it.
+    /// Has equal spans of at most 90° with double inner knots. The parameter equals the angle at span ends; between
+    /// them, [`AxisMap::Arc`](super::AxisMap) maps one to the other. Angles may cover more than one turn.
     #[must_use]
     pub fn arc(frame: &Frame3, rx: f64, ry: f64, a0: f64, a1: f64) -> Self {
         let net = ArcNet::new(a0, a1);
@@ -251,7 +253,7 @@ pub(super) struct ArcNet {
 impl ArcNet {
     pub(super) fn new(a0: f64, a1: f64) -> Self {
         let sweep = a1 - a0;
-        // The slack keeps a sweep of k·90° plus rounding at k spans.
+        // A sweep of k·90° plus rounding takes k spans.
         let wanted = (sweep / std::f64::consts::FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 4096.0);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 1..=4096")]
         let spans = wanted as usize;
@@ -266,7 +268,7 @@ impl ArcNet {
             net.weights.extend([half.cos(), 1.0]);
         }
         net.knots.extend([a1; 3]);
-        // A whole turn closes bit for bit.
+        // A full turn closes bit for bit.
         if (sweep - std::f64::consts::TAU).abs() < 1e-12 {
             let first = net.rays[0];
             if let Some(last) = net.rays.last_mut() {

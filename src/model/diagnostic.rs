@@ -1,22 +1,22 @@
-//! What is told of a model on its way to a mesh: how bad it is, what it concerns, and its kind.
+//! Diagnostics: a severity, the part, face or edge concerned, and a kind with its numbers.
 
 use super::trouble::DiagnosticKind;
 use super::{EdgeId, FaceId, PartId};
 use glam::DVec3;
 use std::fmt;
 
-/// How bad a diagnostic is.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// Nothing is lost; something was repaired or approximated.
     Note,
-    /// Something other than geometry is lost (a colour, a name), or a face is not quite as stated.
+    /// Something other than geometry is lost (a colour, a name), or a face differs from the file.
     Warning,
-    /// A face or more is lost.
+    /// At least one face is lost.
     Error,
 }
 
-/// Something that was not understood, repaired or lost. Never silent.
+/// Reports something that was not understood, repaired or lost.
 ///
 /// ```
 /// use trimtess::model::{Diagnostic, DiagnosticKind, FaceError, FaceId, FaceTrouble, Severity};
@@ -24,11 +24,11 @@ pub enum Severity {
 /// let kind = FaceTrouble::Unusable(FaceError::OffSurface { gap_mm: 2.0, extent_mm: 3.0 });
 /// let told = Diagnostic { face: Some(FaceId(4)), ..Diagnostic::new(Severity::Error, kind) };
 /// assert_eq!(told.kind.code(), "face-off-surface");
-/// assert_eq!(told.to_string(), "edges lie 2.000e0 mm off the surface of a face of 3.000e0 mm");
+/// assert_eq!(told.to_string(), "edges lie 2.000e0 mm off the surface; the face is 3.000e0 mm across");
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
-    /// How bad.
+    /// How severe it is.
     pub severity: Severity,
     /// The part concerned.
     pub part: Option<PartId>,
@@ -38,21 +38,22 @@ pub struct Diagnostic {
     pub edge: Option<EdgeId>,
     /// Entity number in the source file, 0 if none.
     pub entity: u64,
-    /// Where, in the part's coordinates (millimetres), if it is somewhere.
+    /// Where, in the part's coordinates (millimetres), if it has a place.
     pub place: Option<DVec3>,
-    /// What and why, with numbers.
+    /// What happened and why, with numbers.
     pub kind: DiagnosticKind,
 }
 
 impl Diagnostic {
-    /// A diagnostic that names nothing yet: `Diagnostic { face, ..Diagnostic::new(severity, kind) }` names a face.
+    /// Makes a diagnostic without part, face, edge, entity and place.
+    /// `Diagnostic { face, ..Diagnostic::new(severity, kind) }` sets the face.
     #[must_use]
     pub fn new(severity: Severity, kind: impl Into<DiagnosticKind>) -> Self {
         Self { severity, part: None, face: None, edge: None, entity: 0, place: None, kind: kind.into() }
     }
 }
 
-/// The words of its kind.
+/// Writes the message of the kind.
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.kind.fmt(f)

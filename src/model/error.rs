@@ -1,16 +1,16 @@
-//! What [`Part::check`](super::Part::check) and [`Model::check`](super::Model::check) refuse, with the numbers that show why.
+//! Why parts and models are rejected, with the offending numbers.
 
 use super::{EdgeId, FaceId, InstanceId, PartId, SplineError, SurfaceError, TrimError, VertexId};
 use std::error::Error;
 use std::fmt;
 
-/// Why a part is not one.
+/// Why [`Part::check`](super::Part::check) rejects a part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PartError {
-    /// A vertex has a coordinate that is infinite or not a number.
+    /// A vertex has an infinite or NaN coordinate.
     Vertex(VertexId),
-    /// An edge's curve is not one.
+    /// An edge's curve is invalid.
     Curve {
         /// The edge.
         edge: EdgeId,
@@ -23,18 +23,18 @@ pub enum PartError {
         edge: EdgeId,
         /// As given.
         range: (f64, f64),
-        /// What the curve has.
+        /// The curve's domain.
         domain: (f64, f64),
     },
-    /// An edge names a vertex that does not exist.
+    /// An edge or a vertex loop refers to a vertex that does not exist.
     NoVertex {
-        /// The edge, if an edge names it.
+        /// The edge, if an edge refers to it.
         edge: Option<EdgeId>,
-        /// The face, if a vertex loop names it.
+        /// The face, if a vertex loop refers to it.
         face: Option<FaceId>,
         /// The vertex.
         vertex: VertexId,
-        /// How many there are.
+        /// How many vertices there are.
         count: usize,
     },
     /// An end of an edge's curve misses its vertex.
@@ -43,37 +43,37 @@ pub enum PartError {
         edge: EdgeId,
         /// The vertex.
         vertex: VertexId,
-        /// By how much, millimetres.
+        /// Distance between them, millimetres.
         distance: f64,
-        /// What is allowed.
+        /// Largest allowed distance, millimetres.
         limit: f64,
     },
-    /// A face's surface is not one.
+    /// A face's surface is invalid.
     Surface {
         /// The face.
         face: FaceId,
         /// Why.
         error: SurfaceError,
     },
-    /// A face names a shell that does not exist.
+    /// A face refers to a shell that does not exist.
     NoShell {
         /// The face.
         face: FaceId,
         /// The shell.
         shell: u32,
-        /// How many there are.
+        /// How many shells there are.
         count: usize,
     },
-    /// A loop names an edge that does not exist.
+    /// A loop refers to an edge that does not exist.
     NoEdge {
         /// The face.
         face: FaceId,
         /// The edge.
         edge: EdgeId,
-        /// How many there are.
+        /// How many edges there are.
         count: usize,
     },
-    /// A coedge's pcurve is not one.
+    /// A coedge's pcurve is invalid.
     Pcurve {
         /// The face.
         face: FaceId,
@@ -82,29 +82,29 @@ pub enum PartError {
         /// Why.
         error: SplineError,
     },
-    /// A loop without edges.
+    /// A loop has no edges.
     EmptyLoop {
         /// The face.
         face: FaceId,
         /// Which of its loops.
         index: usize,
     },
-    /// A coedge does not start at the vertex where the one before it ends.
+    /// A coedge does not start where the previous one ends.
     OpenLoop {
         /// The face.
         face: FaceId,
         /// Which of its loops.
         index: usize,
-        /// Where a coedge ends.
+        /// End of a coedge.
         end: VertexId,
-        /// Where the next one starts.
+        /// Start of the next coedge.
         start: VertexId,
-        /// How far apart, millimetres.
+        /// Distance between them, millimetres.
         distance: f64,
     },
-    /// A face without loops and free trimming curves on a surface that does not end.
+    /// A face without loops and free trimming curves, on an unbounded surface.
     Unbounded(FaceId),
-    /// A free trimming curve is none.
+    /// A free trimming curve is invalid.
     Trim {
         /// The face.
         face: FaceId,
@@ -119,7 +119,7 @@ pub enum PartError {
         face: FaceId,
         /// Number of its loops.
         loops: usize,
-        /// Number of its free curves.
+        /// Number of its free trimming curves.
         curves: usize,
     },
 }
@@ -138,34 +138,32 @@ impl fmt::Display for PartError {
                     (None, Some(face)) => write!(f, "face {}", face.0)?,
                     (None, None) => {}
                 }
-                write!(f, " names vertex {} of {count}", vertex.0)
+                write!(f, " refers to vertex {}; the part has {count}", vertex.0)
             }
-            Self::EdgeEnd { edge, vertex, distance, limit } => write!(
-                f,
-                "edge {} misses its vertex {} by {distance:.3e} mm, more than {limit:.3e} mm",
-                edge.0, vertex.0
-            ),
+            Self::EdgeEnd { edge, vertex, distance, limit } => {
+                write!(f, "edge {} misses its vertex {} by {distance:.3e} mm (limit {limit:.3e} mm)", edge.0, vertex.0)
+            }
             Self::Surface { face, error } => write!(f, "surface of face {}: {error}", face.0),
-            Self::NoShell { face, shell, count } => write!(f, "face {} names shell {shell} of {count}", face.0),
-            Self::NoEdge { face, edge, count } => write!(f, "face {} names edge {} of {count}", face.0, edge.0),
+            Self::NoShell { face, shell, count } => {
+                write!(f, "face {} refers to shell {shell}; the part has {count}", face.0)
+            }
+            Self::NoEdge { face, edge, count } => {
+                write!(f, "face {} refers to edge {}; the part has {count}", face.0, edge.0)
+            }
             Self::Pcurve { face, edge, error } => write!(f, "pcurve of edge {} on face {}: {error}", edge.0, face.0),
             Self::EmptyLoop { face, index } => write!(f, "loop {index} of face {} has no edges", face.0),
             Self::OpenLoop { face, index, end, start, distance } => write!(
                 f,
-                "loop {index} of face {} is open: a coedge ends at vertex {}, the next starts at vertex {}, {distance:.3e} mm \
-                 away",
+                "loop {index} of face {} is open: a coedge ends at vertex {}, the next starts at vertex {}, \
+                 {distance:.3e} mm away",
                 face.0, end.0, start.0
             ),
             Self::Unbounded(face) => {
-                write!(f, "face {} has neither loops nor trimming curves, and its surface does not end", face.0)
+                write!(f, "face {} has neither loops nor trimming curves, and its surface is unbounded", face.0)
             }
             Self::Trim { face, curve, error } => write!(f, "free trimming curve {curve} of face {}: {error}", face.0),
             Self::TwoBoundaries { face, loops, curves } => {
-                write!(
-                    f,
-                    "face {} has {loops} loops and {curves} free trimming curves: a face has one or the other",
-                    face.0
-                )
+                write!(f, "face {} has {loops} loops and {curves} free trimming curves; it cannot have both", face.0)
             }
         }
     }
@@ -173,36 +171,36 @@ impl fmt::Display for PartError {
 
 impl Error for PartError {}
 
-/// Why a model is not one.
+/// Why [`Model::check`](super::Model::check) rejects a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A part is not one.
+    /// A part is invalid.
     Part {
-        /// Which.
+        /// The part.
         part: PartId,
         /// Why.
         error: PartError,
     },
-    /// An instance names a part that does not exist.
+    /// An instance refers to a part that does not exist.
     NoPart {
         /// The instance.
         instance: InstanceId,
         /// The part.
         part: PartId,
-        /// How many there are.
+        /// How many parts there are.
         count: usize,
     },
-    /// An instance's transform is not a rigid motion with a uniform scale.
+    /// An instance's transform is not a rigid motion with an optional uniform scale.
     Transform {
         /// The instance.
         instance: InstanceId,
-        /// How far `MᵀM / scale²` is from the identity (not a number for transforms that are not finite).
+        /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular or not finite.
         error: f64,
     },
-    /// Millimetres per unit are not positive and finite.
+    /// The length unit is not positive and finite.
     Unit {
-        /// As given.
+        /// Millimetres per unit, as given.
         millimetres: f64,
     },
 }
@@ -212,12 +210,16 @@ impl fmt::Display for ModelError {
         match self {
             Self::Part { part, error } => write!(f, "part {}: {error}", part.0),
             Self::NoPart { instance, part, count } => {
-                write!(f, "instance {} names part {} of {count}", instance.0, part.0)
+                write!(f, "instance {} refers to part {}; the model has {count}", instance.0, part.0)
             }
             Self::Transform { instance, error } => {
-                write!(f, "instance {} is not placed by a rigid motion and a uniform scale, by {error:.1e}", instance.0)
+                write!(
+                    f,
+                    "the transform of instance {} is not a rigid motion with a uniform scale (off by {error:.1e})",
+                    instance.0
+                )
             }
-            Self::Unit { millimetres } => write!(f, "a unit of {millimetres} mm"),
+            Self::Unit { millimetres } => write!(f, "the length unit of {millimetres} mm is not positive and finite"),
         }
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 impl Surface {
     /// `S(u,v)` in natural parameters.
     ///
-    /// Analytic surfaces are defined everywhere; curves and NURBS are held to their domain (no wrapping).
+    /// Analytic surfaces are defined everywhere. Parameters of curves and NURBS are clamped to the domain, not wrapped.
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
         match self {
@@ -16,7 +16,7 @@ impl Surface {
         }
     }
 
-    /// `S(u,v)`, `S_u`, `S_v`, the same bits as in [`derivatives`](Self::derivatives).
+    /// `S(u,v)`, `S_u`, `S_v`, bit-identical to [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
         match self {
@@ -81,9 +81,9 @@ impl Surface {
         }
     }
 
-    /// The unit normal along `S_u × S_v`; at poles and collapsed borders its limit from inside the domain.
+    /// The unit normal along `S_u × S_v`; at poles and collapsed borders, the normal a little inside the domain.
     ///
-    /// `None` where the surface has no tangent plane nearby (a net collapsed to a curve or a point).
+    /// `None` if the surface has no tangent plane nearby (a net collapsed to a curve or a point).
     #[must_use]
     pub fn normal(&self, u: f64, v: f64) -> Option<DVec3> {
         match self {
@@ -92,7 +92,7 @@ impl Surface {
             Self::Cone { frame, radius, half_angle } => {
                 let (s, c) = half_angle.sin_cos();
                 let normal = Spin::new(frame, u).outward() * c - frame.z * s;
-                // Beyond the apex S_u turns round, and the normal with it.
+                // Beyond the apex S_u flips, and the normal with it.
                 Some(if radius + v * half_angle.tan() < 0.0 { -normal } else { normal })
             }
             Self::Sphere { frame, .. } => {
@@ -108,7 +108,8 @@ impl Surface {
         }
     }
 
-    /// The normal at (u,v), or else at the first of a few points ever farther towards the middle of the domain.
+    /// The normal at (u,v), else at the first regular point of up to three nearer and nearer to the middle of the
+    /// domain.
     fn nudged_normal(&self, u: f64, v: f64) -> Option<DVec3> {
         let [(u0, u1), (v0, v1)] = self.natural_domain();
         let middle = |a: f64, b: f64, t: f64| if (b - a).is_finite() { 0.5 * (a + b) } else { t };
@@ -116,7 +117,7 @@ impl Surface {
         let (range_u, range_v) = (spread(u0, u1), spread(v0, v1));
         [0.0, 1e-6, 1e-4, 1e-2].into_iter().find_map(|step| {
             let d = self.derivatives(u + (mu - u) * step, v + (mv - v) * step);
-            // Per whole domain, so that a collapsed direction is small against the other one.
+            // Scaled to the whole domain, so that lengths in both directions compare.
             let (du, dv) = (d.du * range_u, d.dv * range_v);
             let (lu, lv) = (du.length(), dv.length());
             let area = du.cross(dv);
@@ -132,7 +133,7 @@ fn spread(a: f64, b: f64) -> f64 {
     if d.is_finite() && d > 0.0 { d } else { 1.0 }
 }
 
-/// Rotation about a frame's axis by one angle, with its derivatives by the angle.
+/// Rotation about a frame's z axis by one angle, with derivatives by the angle.
 struct Spin<'a> {
     frame: &'a Frame3,
     sin: f64,
@@ -150,25 +151,28 @@ impl<'a> Spin<'a> {
         self.frame.x * self.cos + self.frame.y * self.sin
     }
 
-    /// The unit vector along growing angle.
+    /// The unit vector of increasing angle.
     fn around(&self) -> DVec3 {
         self.frame.y * self.cos - self.frame.x * self.sin
     }
 
+    /// Rotates `d`.
     fn turn(&self, d: DVec3) -> DVec3 {
         self.outward() * d.dot(self.frame.x) + self.around() * d.dot(self.frame.y) + self.frame.z * d.dot(self.frame.z)
     }
 
+    /// The first derivative of [`turn`](Self::turn).
     fn rate(&self, d: DVec3) -> DVec3 {
         self.around() * d.dot(self.frame.x) - self.outward() * d.dot(self.frame.y)
     }
 
+    /// The second derivative of [`turn`](Self::turn).
     fn bend(&self, d: DVec3) -> DVec3 {
         -self.outward() * d.dot(self.frame.x) - self.around() * d.dot(self.frame.y)
     }
 }
 
-/// The surface swept by a meridian turned by `u`: distance from the axis and height, each with two derivatives by v.
+/// A surface of revolution at angle `u`. Meridian: distance from the axis and height, each with two derivatives by v.
 fn turned(frame: &Frame3, u: f64, distance: [f64; 3], height: [f64; 3]) -> SurfaceDerivatives {
     let spin = Spin::new(frame, u);
     let (out, around) = (spin.outward(), spin.around());

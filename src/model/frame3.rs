@@ -19,9 +19,9 @@ impl Frame3 {
     /// The world frame.
     pub const WORLD: Self = Self { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
 
-    /// The frame with third axis along `axis` and first axis as near to `reference` as possible.
+    /// Makes the frame with its third axis along `axis` and its first axis as near to `reference` as possible.
     ///
-    /// `None` when `axis` has no direction. A `reference` parallel to `axis` is replaced by any perpendicular.
+    /// `None` if `axis` has no direction. A `reference` parallel to `axis` is replaced by any perpendicular.
     #[must_use]
     pub fn from_axis(origin: DVec3, axis: DVec3, reference: DVec3) -> Option<Self> {
         let z = axis.try_normalize()?;
@@ -34,13 +34,13 @@ impl Frame3 {
         Some(Self { origin, x, y: z.cross(x), z })
     }
 
-    /// Local coordinates to space.
+    /// Converts local coordinates to a point in space.
     #[must_use]
     pub fn place(&self, local: DVec3) -> DVec3 {
         self.origin + self.x * local.x + self.y * local.y + self.z * local.z
     }
 
-    /// Space to local coordinates.
+    /// Converts a point in space to local coordinates.
     #[must_use]
     pub fn local(&self, point: DVec3) -> DVec3 {
         let d = point - self.origin;

@@ -8,7 +8,7 @@ macro_rules! id {
         pub struct $name(pub u32);
 
         impl $name {
-            /// The id of the `index`-th row of its table. Tables hold fewer than 2³² rows.
+            /// The id of row `index` of its table. Tables have fewer than 2³² rows.
             #[must_use]
             pub fn new(index: usize) -> Self {
                 debug_assert!(u32::try_from(index).is_ok());
@@ -16,7 +16,7 @@ macro_rules! id {
                 Self(index as u32)
             }
 
-            /// The row.
+            /// The row in the table.
             #[must_use]
             pub fn index(self) -> usize {
                 self.0 as usize
@@ -30,7 +30,7 @@ id!(
     VertexId
 );
 id!(
-    /// An edge of a part: one 3-D curve, shared by the faces that meet there.
+    /// An edge of a part: one curve in space, shared by the faces that meet there.
     EdgeId
 );
 id!(
@@ -46,10 +46,10 @@ id!(
     InstanceId
 );
 id!(
-    /// A tile of a prepared part: a rectangle of a face's parameters.
+    /// A tile of a prepared part: a rectangle of a face's parameter domain.
     TileId
 );
 id!(
-    /// An edge of a prepared part: the part's own first, in the order of [`EdgeId`], then the borders between tiles.
+    /// An edge of a prepared part: first the part's edges in the order of [`EdgeId`], then the borders between tiles.
     RowId
 );

@@ -1,18 +1,18 @@
 //! Knot vectors -> spans, B-spline basis functions with two derivatives, Bézier extraction matrices.
 //!
-//! Basis: the triangular Cox–de Boor scheme, run once for the function and its derivatives (as in Piegl & Tiller, *The NURBS
-//! Book*, ch. 2). Extraction: Bézier points are blossom values (Ramshaw), written as one small matrix per span.
+//! Basis: the triangular Cox–de Boor scheme, run once for values and derivatives (Piegl & Tiller, *The NURBS Book*,
+//! ch. 2). Extraction: Bézier points are blossom values (Ramshaw), as one small matrix per span.
 
 use crate::math::bernstein::with_rows;
 use glam::{DVec3, DVec4};
 
-/// How often a periodic spline is repeated at most in one direction. A face goes round once or twice; helices are not
-/// periodic surfaces, so more turns are an error of the file, which must not cost memory.
+/// Maximum number of periods by which [`unroll`] extends a spline on either side. Faces go round once or twice, and
+/// helices are not periodic surfaces: more turns are an error in the file, which must not cost memory.
 const MOST_TURNS: f64 = 16.0;
 
 /// The domain `[knots[degree], knots[count]]` of a spline with `count` control points.
 ///
-/// Knots that are too few give an empty domain at zero instead of a panic.
+/// With too few knots the domain is `[0, 0]`; no panic.
 pub(crate) fn domain(degree: usize, knots: &[f64]) -> (f64, f64) {
     let count = knots.len().saturating_sub(degree + 1);
     match (knots.get(degree), knots.get(count)) {
@@ -21,7 +21,7 @@ pub(crate) fn domain(degree: usize, knots: &[f64]) -> (f64, f64) {
     }
 }
 
-/// The index `i` of the non-empty knot span `[knots[i], knots[i+1])` that holds `t`; the last one at the domain's end.
+/// Index `i` of the non-empty knot span `[knots[i], knots[i+1])` that contains `t`; at the domain's end, the last span.
 pub(crate) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
     let count = knots.len() - degree - 1;
     let inside = &knots[degree + 1..count];
@@ -29,7 +29,7 @@ pub(crate) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
     step_back(degree, knots, found)
 }
 
-/// Like [`span`], but at a knot the span that ends there.
+/// Like [`span`], but at a knot, the span that ends there.
 pub(crate) fn span_left(degree: usize, knots: &[f64], t: f64) -> usize {
     let count = knots.len() - degree - 1;
     let inside = &knots[degree + 1..count];
@@ -37,7 +37,7 @@ pub(crate) fn span_left(degree: usize, knots: &[f64], t: f64) -> usize {
     step_back(degree, knots, found)
 }
 
-/// The nearest span at or before `found` that is not empty, else the nearest after it.
+/// The nearest non-empty span at or before `found`, else the nearest after it.
 fn step_back(degree: usize, knots: &[f64], found: usize) -> usize {
     let count = knots.len() - degree - 1;
     let full = |i: &usize| knots[*i] < knots[*i + 1];
@@ -49,7 +49,7 @@ pub(crate) fn spans(degree: usize, knots: &[f64]) -> impl Iterator<Item = usize>
     (degree..knots.len().saturating_sub(degree + 1)).filter(|&i| knots[i] < knots[i + 1])
 }
 
-/// The distinct knots of the domain with their multiplicity, ends included.
+/// The distinct knots of the domain, ends included, with their multiplicities.
 pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<(f64, usize)> {
     let (a, b) = domain(degree, knots);
     let mut found: Vec<(f64, usize)> = Vec::new();
@@ -62,10 +62,11 @@ pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<(f64, usize)> {
     found
 }
 
-/// Calls `work` with the values, first and second derivatives (three rows of `degree + 1` numbers, one after the other) of the
-/// basis functions that live on `span` at `t`, which is normally inside the span but need not be. Function `j` belongs to
-/// control point `span - degree + j`. Of the rows only the first `ROWS` are filled in, each to the same bits whatever `ROWS`
-/// is: values alone cost a third.
+/// Calls `work` with the values, first and second derivatives at `t` of the basis functions of `span`: three rows of
+/// `degree + 1` numbers, one after the other. `t` may lie outside the span.
+///
+/// Function `j` belongs to control point `span - degree + j`. Only the first `ROWS` rows are filled in, with the same
+/// bits whatever `ROWS` is: values alone cost a third.
 pub(crate) fn with_basis<const ROWS: usize, R>(
     degree: usize,
     knots: &[f64],
@@ -75,7 +76,7 @@ pub(crate) fn with_basis<const ROWS: usize, R>(
 ) -> R {
     let around = &knots[span + 1 - degree..=span + degree];
     with_rows(degree, |rows| {
-        // With the degree known the loops unroll: nearly all curves and surfaces are of one of these.
+        // Known degrees let the loops unroll. Nearly all curves and surfaces have one of these.
         match degree {
             1 => fill::<ROWS>(1, around, t, rows),
             2 => fill::<ROWS>(2, around, t, rows),
@@ -86,7 +87,7 @@ pub(crate) fn with_basis<const ROWS: usize, R>(
     })
 }
 
-/// Raises degree 0 to `degree`, carrying both derivatives along. `around`: the `2 · degree` knots about the span.
+/// Raises the basis from degree 0 to `degree`, with both derivatives. `around`: the `2 · degree` knots about the span.
 #[inline(always)]
 fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f64]) {
     let around = &around[..2 * degree];
@@ -100,7 +101,7 @@ fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f6
             let left = around[degree + j - k];
             let right = around[degree + j];
             let width = right - left;
-            // A true quotient, so that it is exactly 0 and 1 at the ends and end points come out to the last bit.
+            // A true division is exactly 0 and 1 at the ends, so end points are exact to the last bit.
             let x = (t - left) / width;
             let old = n[j];
             if ROWS > 2 {
@@ -122,7 +123,8 @@ fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f6
     }
 }
 
-/// Rows `j`, columns `i`: Bézier point `j` of `[a, b]` (inside `span`) is `Σ_i m[j][i] · c[span - degree + i]`.
+/// The matrix `m` of Bézier extraction: Bézier point `j` of `[a, b]` (inside `span`) is
+/// `Σ_i m[j][i] · c[span - degree + i]`.
 ///
 /// Row `j` holds the blossom of every basis function at `degree - j` times `a` and `j` times `b`.
 pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f64) -> Vec<f64> {
@@ -148,19 +150,20 @@ pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f
     matrix
 }
 
-/// Share of a range below which a segment is nothing but rounding, and its derivatives noise: ends come from projections
-/// good to 1e-10, knots from files with as few as ten digits.
+/// A segment shorter than this share of the range may be rounding, with noise for derivatives: ends come from
+/// projections good to 1e-10, knots from files with as few as ten digits.
 const SLIVER: f64 = 1e-9;
 
-/// Share of the net's extent below which so short a segment is rounding in space, too. At an even speed it has about
-/// [`SLIVER`] of it; knots a billion times further apart elsewhere make any segment that short.
+/// A segment shorter than [`SLIVER`] is dropped only if its net, too, is smaller than this share of the whole net's
+/// extent. At even speed its share is about [`SLIVER`]. With knots a billion times further apart elsewhere, any segment
+/// is that short in the parameter.
 const SLIVER_IN_SPACE: f64 = 1e-7;
 
-/// Control rows over knots -> Bézier rows over `range` (cut to the domain). Knots that lie together within [`SLIVER`] and
-/// [`SLIVER_IN_SPACE`] count once.
+/// Converts control rows over knots to Bézier rows over `range`, clamped to the domain. Knots closer than [`SLIVER`]
+/// and [`SLIVER_IN_SPACE`] count as one.
 ///
-/// `rows` holds `width` homogeneous points per control row. Returns the segment borders and, segment by segment,
-/// `degree + 1` rows of `width` points. Neighbouring segments share their border row bit for bit.
+/// `rows` has `width` homogeneous points per control row. Returns the segment borders and, segment by segment,
+/// `degree + 1` rows of `width` points. Adjacent segments share their border row bit for bit.
 pub(crate) fn to_bezier(
     degree: usize,
     knots: &[f64],
@@ -217,10 +220,10 @@ fn extent<'a>(points: impl Iterator<Item = &'a DVec4>) -> f64 {
     (high - low).max_element()
 }
 
-/// A periodic spline repeated until it covers `range`; unchanged where the domain covers it already.
+/// Repeats a periodic spline until it covers `range`. Unchanged if the domain already covers it.
 ///
-/// The ends must coincide. The copies are joined by a knot of multiplicity `degree`; at most [`MOST_TURNS`] are added on
-/// either side. Rational nets are scaled from copy to copy so that the joined weights agree.
+/// The ends must coincide. Copies are joined by a knot of multiplicity `degree`; at most [`MOST_TURNS`] are added on
+/// either side. Rational nets are scaled from copy to copy so that the weights agree at the joints.
 pub(crate) fn unroll(
     degree: usize,
     knots: &[f64],
@@ -230,7 +233,7 @@ pub(crate) fn unroll(
 ) -> (Vec<f64>, Vec<DVec4>) {
     let (k0, k1) = domain(degree, knots);
     let period = k1 - k0;
-    // The slack keeps a range that overshoots by rounding on one copy.
+    // A range that overshoots by rounding takes no further copy.
     let turns = |miss: f64| (miss / period - 1e-9).ceil().clamp(0.0, MOST_TURNS);
     let (before, after) = (turns(k0 - range.0), turns(range.1 - k1));
     if before + after == 0.0 {
@@ -251,7 +254,7 @@ pub(crate) fn unroll(
     let mut out_rows: Vec<DVec4> = Vec::new();
     let mut copy = -before;
     while copy <= after {
-        // At the joints of the given copy its own end knots are kept to the last digit.
+        // The original copy keeps its end knots to the last bit.
         let end = if copy < 0.0 { k0 + (copy + 1.0) * period } else { k1 + copy * period };
         out_knots.extend(inner.iter().map(|k| k + copy * period));
         out_knots.extend(std::iter::repeat_n(end, if copy == after { degree + 1 } else { degree }));

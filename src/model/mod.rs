@@ -1,4 +1,4 @@
-//! What the user said: parts made of faces, edges and vertices, and where they are placed.
+//! The input model: parts (B-reps) made of faces, edges and vertices, and their placed instances.
 
 mod ids;
 pub use ids::{EdgeId, FaceId, InstanceId, PartId, RowId, TileId, VertexId};
@@ -57,5 +57,5 @@ mod validate;
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};
 
-/// Small models by name.
+/// Small built-in models.
 pub mod shapes;

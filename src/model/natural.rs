@@ -1,34 +1,34 @@
-//! What a surface's natural parameters do globally: domain, periods, poles, and inversion in closed form.
+//! Surfaces -> domain, periods and poles of their natural parameters; closed-form inversion.
 
 use super::nurbs_surface::extent;
 use super::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Share of the size within which two border rows count as the same: closure is a statement of the file's author, but some
-/// files print coordinates with seven digits.
+/// Border rows within this share of the size are equal: some files print the coordinates of closed surfaces with seven
+/// digits.
 const SAME_ROW: f64 = 1e-6;
-/// Share of the size within which a row or a curve end counts as one point (on the axis): axis directions are printed
-/// with as few as seven digits.
+/// Ends of a meridian within this share of the size lie on the axis: files print axis directions with as few as seven
+/// digits.
 const SAME_POINT: f64 = 1e-7;
-/// The same for a row of control points that are points of their own in the file, and rounded as such.
+/// Points of a collapsed NURBS border within this share of the size are one: the file states and rounds each by itself.
 const SAME_END: f64 = 1e-5;
 
 /// A line of constant parameter that is a single point in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pole {
-    /// Which parameter is constant on it: 0 for u, 1 for v.
+    /// The constant parameter: 0 for u, 1 for v.
     pub axis: usize,
-    /// Its value there.
+    /// Its value.
     pub at: f64,
-    /// The point.
+    /// The point in space.
     pub point: DVec3,
 }
 
 impl Surface {
     /// First and last natural parameter in u and in v; infinite where the surface is unbounded.
     ///
-    /// Angles that go round are given as 0 to 2π, though the surface continues beyond.
+    /// Angles of full turns are given as 0 to 2π, though the surface continues beyond.
     #[must_use]
     pub fn natural_domain(&self) -> [(f64, f64); 2] {
         const ALL: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -43,10 +43,10 @@ impl Surface {
         }
     }
 
-    /// After how much u and v the surface repeats; `None` where it does not.
+    /// The periods in u and v; `None` where the surface does not repeat.
     ///
-    /// 2π for angles that go round; the length of the domain for closed curves and NURBS, unless they close in a pole: nothing
-    /// goes on there.
+    /// 2π for angles; the length of the domain for closed curves and NURBS. Surfaces that close in a pole are not
+    /// periodic: they do not continue there.
     #[must_use]
     pub fn period(&self) -> [Option<f64>; 2] {
         match self {
@@ -62,8 +62,8 @@ impl Surface {
                 let tol = SAME_ROW * surface.size();
                 let ((u0, u1), (v0, v1)) = surface.domain();
                 let collapsed = |axis: usize, at: f64| self.collapsed(axis, at, SAME_END * surface.size());
-                // A direction in which every line is a point closes trivially, but nothing goes round in it; nor does it in
-                // one that closes in a pole.
+                // If every line in a direction is a single point, the direction closes trivially, without a period. Nor
+                // does a direction that closes in a pole have one.
                 let across_u =
                     surface.closed_u(tol) && !surface.samples_v().iter().all(|&v| collapsed(1, v)) && !collapsed(0, u0);
                 let across_v =
@@ -73,8 +73,9 @@ impl Surface {
         }
     }
 
-    /// The parameter lines that are a single point: a sphere's ends, apexes, collapsed NURBS borders, and the ends of a turned
-    /// curve that lie on the axis. Where a turned curve meets the axis on the way is not looked for: it has to be cut there.
+    /// The parameter lines that are single points: a sphere's ends, apexes, collapsed NURBS borders, and ends of a
+    /// rotated curve on the axis. Inner points of a rotated curve are not checked: a curve that meets the axis must be
+    /// cut there.
     #[must_use]
     pub fn poles(&self) -> Vec<Pole> {
         let parallel = |at: f64| Pole { axis: 1, at, point: self.point(0.0, at) };
@@ -114,7 +115,7 @@ impl Surface {
         }
     }
 
-    /// Whether the line of constant parameter `axis` at `at` stays within `tol` of one point (NURBS only).
+    /// Whether all points with parameter `axis` equal to `at` lie within `tol` of the first (NURBS only).
     fn collapsed(&self, axis: usize, at: f64, tol: f64) -> bool {
         let Self::Nurbs(surface) = self else { return false };
         let along = if axis == 0 { surface.samples_v() } else { surface.samples_u() };
@@ -122,11 +123,12 @@ impl Surface {
         along.first().is_some_and(|&start| along.iter().all(|&t| place(t).distance(place(start)) <= tol))
     }
 
-    /// The natural parameters of the surface point nearest to `p`, angles in [0, 2π) (a sphere's v in [-π/2, π/2]).
+    /// Finds the natural parameters of the surface point nearest to `p`, with angles in [0, 2π) (a sphere's v in
+    /// [-π/2, π/2]).
     ///
-    /// Closed form for planes, cylinders, cones, spheres and tori; `None` for the other kinds and for a `p` that is not
-    /// finite. On the axis u is arbitrary (0). Both nappes of a cone and both sheets of a self-intersecting torus are
-    /// considered.
+    /// In closed form for planes, cylinders, cones, spheres and tori. `None` for the other kinds, and if the parameters
+    /// are not finite. On the axis, u is arbitrary (0). Considers both nappes of a cone and both sheets of a
+    /// self-intersecting torus.
     #[must_use]
     pub fn invert(&self, p: DVec3) -> Option<DVec2> {
         let found = match self {
@@ -138,7 +140,7 @@ impl Surface {
             Self::Cone { frame, radius, half_angle } => {
                 let (u, rho, z) = polar(frame, p);
                 let (s, c) = half_angle.sin_cos();
-                // The meridian line (ρ, z) = (r, 0) + l (sin a, cos a); beyond the apex it has ρ < 0, seen from u + π.
+                // The meridian line is (ρ, z) = (r, 0) + l (sin a, cos a); beyond the apex, ρ < 0 at u + π.
                 let across = |rho: f64| ((rho - radius) * c - z * s).abs();
                 let along = |rho: f64| ((rho - radius) * s + z * c) * c;
                 if across(-rho) < across(rho) {
@@ -166,30 +168,30 @@ impl Surface {
     }
 }
 
-/// Angle, distance from the axis, height.
+/// Cylindrical coordinates: angle, distance from the axis, height.
 fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
     let local = frame.local(p);
     (local.y.atan2(local.x), local.x.hypot(local.y), local.z)
 }
 
-/// The angle in [0, 2π).
+/// Wraps an angle to [0, 2π).
 fn turn(angle: f64) -> f64 {
     let wrapped = angle.rem_euclid(TAU);
     if wrapped < TAU { wrapped } else { 0.0 }
 }
 
-/// How far the point of a turned curve is from the axis.
+/// Distance of the curve point at `t` from the axis of revolution.
 fn axis_distance(curve: &NurbsCurve3, frame: &Frame3, t: f64) -> f64 {
     let local = frame.local(curve.point(t));
     local.x.hypot(local.y)
 }
 
-/// The distance from the axis up to which a point of a turned curve is on it.
+/// Points of the curve within this distance of the axis of revolution lie on it.
 fn axis_tolerance(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
     SAME_POINT * extent(&curve.points).max(curve.point(curve.domain().0).distance(frame.origin))
 }
 
-/// The length of a curve's domain if its ends meet (and it goes anywhere at all).
+/// The length of a curve's domain, if its ends meet and it is not a single point.
 fn curve_period(curve: &NurbsCurve3) -> Option<f64> {
     let (a, b) = curve.domain();
     let size = extent(&curve.points);

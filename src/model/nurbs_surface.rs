@@ -1,4 +1,4 @@
-//! Evaluation of NURBS surfaces with first and second partial derivatives, and their closure.
+//! NURBS surfaces -> points, first and second partial derivatives, closure.
 
 use super::NurbsSurface;
 use super::knots;
@@ -40,22 +40,22 @@ impl NurbsSurface {
         (knots::domain(self.degree_u, &self.knots_u), knots::domain(self.degree_v, &self.knots_v))
     }
 
-    /// `S(u,v)`; parameters outside the domain are moved to its border. The same bits as in [`derivatives`](Self::derivatives).
+    /// `S(u,v)`, with (u,v) clamped to the domain. Bit-identical to [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
         self.orders::<1>(u, v).point
     }
 
-    /// `S(u,v)`, `S_u`, `S_v`, the same bits as in [`derivatives`](Self::derivatives).
+    /// `S(u,v)`, `S_u`, `S_v`, bit-identical to [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
         let SurfaceDerivatives { point, du, dv, .. } = self.orders::<2>(u, v);
         [point, du, dv]
     }
 
-    /// The points at all pairs of `us` and `vs`, u-major; each to the last bit as [`point`](Self::point) has it.
+    /// The points at all pairs of `us` and `vs`, u-major, bit-identical to [`point`](Self::point).
     ///
-    /// Rows of the net are summed up once per v: a few operations a point on lattices finer than the net.
+    /// Sums the rows of the net once per v: a few operations per point on lattices finer than the net.
     #[must_use]
     pub fn lattice(&self, us: &[f64], vs: &[f64]) -> Vec<DVec3> {
         let ((u0, u1), (v0, v1)) = self.domain();
@@ -93,16 +93,16 @@ impl NurbsSurface {
         out
     }
 
-    /// The point and its five partial derivatives, exact also for rational surfaces.
+    /// The point and its five partial derivatives, with (u,v) clamped to the domain.
     ///
-    /// Parameters outside the domain are moved to its border; at a knot the values belong to the span that starts there.
-    /// O(degree_u · degree_v), no allocation up to degree 25.
+    /// Exact also for rational surfaces. At a knot, uses the span that starts there. O(degree_u · degree_v); no
+    /// allocation up to degree 25.
     #[must_use]
     pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
         self.orders::<3>(u, v)
     }
 
-    /// The point and the derivatives of orders less than `ROWS`; the others mean nothing.
+    /// The point and the derivatives of orders below `ROWS`; the rest are meaningless.
     fn orders<const ROWS: usize>(&self, u: f64, v: f64) -> SurfaceDerivatives {
         let ((u0, u1), (v0, v1)) = self.domain();
         let (u, v) = (u.max(u0).min(u1), v.max(v0).min(v1));
@@ -115,7 +115,7 @@ impl NurbsSurface {
         })
     }
 
-    /// The piece whose first control point is (`row`, `column`) and its derivatives, given the bases there.
+    /// The point and derivatives of the piece whose first control point is (`row`, `column`), from the bases there.
     fn weighted<const ROWS: usize>(
         &self,
         row: usize,
@@ -123,7 +123,8 @@ impl NurbsSurface {
         column: usize,
         rows_v: &[f64],
     ) -> SurfaceDerivatives {
-        /// The orders in u and v of what comes out; so many of them as have an order less than `ROWS`.
+        /// Orders in u and v of the results, by total order: the first `ROWS · (ROWS + 1) / 2` have orders below
+        /// `ROWS`.
         const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
         let (nu, nv) = (self.degree_u + 1, self.degree_v + 1);
         let count_v = self.count_v();
@@ -180,17 +181,17 @@ impl NurbsSurface {
         self.samples_u().into_iter().all(|u| self.point(u, a).distance(self.point(u, b)) <= tol)
     }
 
-    /// Parameters in u that determine a curve u -> `S(u, v)`: `degree + 1` in every span.
+    /// Parameters that determine a curve u -> `S(u, v)`: `degree + 1` per span.
     pub(super) fn samples_u(&self) -> Vec<f64> {
         samples(self.degree_u, &self.knots_u)
     }
 
-    /// Parameters in v that determine a curve v -> `S(u, v)`: `degree + 1` in every span.
+    /// Parameters that determine a curve v -> `S(u, v)`: `degree + 1` per span.
     pub(super) fn samples_v(&self) -> Vec<f64> {
         samples(self.degree_v, &self.knots_v)
     }
 
-    /// Half the diagonal of the control net's box: the length against which coincidence is judged.
+    /// Half the diagonal of the control net's box. Tolerances of coincidence are relative to it.
     pub(super) fn size(&self) -> f64 {
         extent(&self.points)
     }
@@ -203,7 +204,7 @@ pub(super) fn extent(points: &[DVec3]) -> f64 {
     0.5 * low.distance(high)
 }
 
-/// `degree + 1` evenly spaced parameters of every span.
+/// `degree + 1` evenly spaced parameters per span.
 fn samples(degree: usize, knots: &[f64]) -> Vec<f64> {
     knots::spans(degree, knots)
         .flat_map(|i| (0..=degree).map(move |j| knots[i] + (knots[i + 1] - knots[i]) * j as f64 / degree.max(1) as f64))

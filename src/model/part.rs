@@ -1,14 +1,14 @@
-//! Parts (B-reps), instances and the model that holds them.
+//! Parts (B-reps), instances and models.
 
 use super::diagnostic::Diagnostic;
 use super::trouble::StepCause;
 use super::{EdgeId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 
-/// Linear RGBA, 0..1. Files' sRGB values are stored as given.
+/// Red, green, blue (sRGB) and opacity, each 0..1.
 pub type Colour = [f32; 4];
 
-/// What kind of curve an edge was before it became NURBS; lets straight edges stay two points.
+/// Kind of an edge's curve before its conversion to NURBS. Lets straight edges stay two points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveKind {
     /// A straight segment.
@@ -23,57 +23,57 @@ pub enum CurveKind {
     Polyline,
 }
 
-/// A B-rep edge: one 3-D curve over `range`, from vertex `start` to vertex `end`.
+/// A B-rep edge: one curve in space over `range`, from vertex `start` to vertex `end`.
 ///
-/// The curve's ends may miss the vertices by the file's tolerance; meshes use the vertex points.
+/// The curve's ends may miss the vertices by the file's tolerance. Meshes use the vertex points.
 #[derive(Clone, Debug)]
 pub struct Edge {
-    /// The curve in space; the master of all pcurves.
+    /// The curve in space. All pcurves follow it.
     pub curve: NurbsCurve3,
     /// Parameter at `start` and at `end`; `range.0 < range.1`, inside the curve's domain.
     pub range: (f64, f64),
-    /// Where the edge starts.
+    /// First vertex.
     pub start: VertexId,
-    /// Where it ends; equal to `start` for a closed edge.
+    /// Last vertex; equal to `start` for a closed edge.
     pub end: VertexId,
-    /// What the file called it.
+    /// Kind of curve in the source file.
     pub kind: CurveKind,
     /// Entity number in the source file, 0 if none.
     pub entity: u64,
 }
 
-/// An edge as one face uses it.
+/// One use of an edge by a face.
 #[derive(Clone, Debug)]
 pub struct Coedge {
     /// The edge.
     pub edge: EdgeId,
     /// Whether the loop runs against the edge.
     pub reversed: bool,
-    /// The curve in the face's (u,v), in the edge's parameter, if the user gave one.
+    /// The curve in the face's (u,v), in the edge's parameter, if given.
     pub pcurve: Option<NurbsCurve2>,
 }
 
 /// One boundary of a face.
 #[derive(Clone, Debug)]
 pub enum Loop {
-    /// Coedges head to tail, closed. Oriented so that the kept side lies left, seen from the tip of the *surface* normal.
+    /// Coedges head to tail, closed. The face lies left of them, seen from the tip of the *surface* normal.
     Edges(Vec<Coedge>),
-    /// A single point (an apex or a pole) bounds the face.
+    /// A single point: an apex or a pole.
     Vertex(VertexId),
 }
 
 /// A trimmed surface.
 #[derive(Clone, Debug)]
 pub struct Face {
-    /// Its surface.
+    /// The surface to trim.
     pub surface: Surface,
-    /// Its boundaries; empty for a surface that is kept whole (closed, or with a bounded natural domain).
+    /// Boundaries; empty for a whole surface (closed, or with a bounded natural domain).
     pub loops: Vec<Loop>,
-    /// Curves in (u,v) that trim it freely, instead of `loops`: a face has one or the other.
+    /// Free trimming curves in (u,v), as an alternative to `loops`. A face cannot have both.
     pub trims: Option<FreeTrims>,
     /// Whether the face's outward normal is opposite to the surface's `S_u × S_v`.
     pub reversed: bool,
-    /// The shell it belongs to: faces of one shell are oriented together.
+    /// Index into [`Part::shells`]. Faces of one shell are oriented together.
     pub shell: u32,
     /// Colour, where the file gives one.
     pub colour: Option<Colour>,
@@ -81,26 +81,26 @@ pub struct Face {
     pub name: String,
     /// Entity number in the source file, 0 if none.
     pub entity: u64,
-    /// Whether the source has a face here that could not be read. It keeps its number and its name, so that it is counted
-    /// among the faces without triangles; its surface and loops say nothing. Whoever sets it tells why in a diagnostic.
+    /// Whether the reader could not read this face. It keeps its index and name, so that it counts as a face without
+    /// triangles; `surface` and `loops` are meaningless. The reader reports the cause in a diagnostic.
     pub lost: bool,
-    /// Why the source's surface could not be read, where the loops could: `surface` says nothing then, and the loops are filled
-    /// in space, which is told with this reason.
+    /// Why the surface could not be read, if only the loops could. `surface` is meaningless then. The loops are filled
+    /// in space, and a diagnostic reports this cause.
     pub refused: Option<StepCause>,
 }
 
-/// What a group of faces is.
+/// What a shell bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShellKind {
     /// The outer boundary of a solid: normals point outwards, the volume is positive.
     Outer,
     /// A void of a solid: normals point into the void, the volume is negative.
     Void,
-    /// An open (or not known to be closed) shell, or loose faces.
+    /// A shell that is open or not known to be closed, or loose faces.
     Open,
 }
 
-/// A group of faces.
+/// A group of faces that are oriented together.
 #[derive(Clone, Debug)]
 pub struct Shell {
     /// What it bounds.
@@ -114,44 +114,45 @@ pub struct Shell {
 pub struct Part {
     /// Name, empty if none.
     pub name: String,
-    /// Vertex points.
+    /// Vertex positions.
     pub vertices: Vec<DVec3>,
-    /// Edges.
+    /// Edges, indexed by [`EdgeId`].
     pub edges: Vec<Edge>,
-    /// Faces.
+    /// Faces, indexed by [`FaceId`](super::FaceId).
     pub faces: Vec<Face>,
-    /// Shells that the faces name.
+    /// Shells, indexed by [`Face::shell`].
     pub shells: Vec<Shell>,
     /// Colour of faces that have none.
     pub colour: Option<Colour>,
-    /// Length up to which the source calls two points one, millimetres; 0 if it does not say. Wires may leave gaps as wide.
+    /// Distance within which the source treats two points as one, millimetres; 0 if not stated. Gaps in wires up to
+    /// this width are closed.
     pub tolerance: f64,
 }
 
 /// A placed part.
 #[derive(Clone, Debug)]
 pub struct Instance {
-    /// Which part.
+    /// The part to place.
     pub part: PartId,
-    /// Part to world; a rigid motion, perhaps with a uniform scale.
+    /// Part to world: a rigid motion with an optional uniform scale.
     pub transform: DAffine3,
-    /// Overrides the part's and faces' colours.
+    /// Overrides the colours of the part and its faces.
     pub colour: Option<Colour>,
     /// Name, empty if none.
     pub name: String,
 }
 
-/// A whole scene as stated.
+/// A scene: parts and their placements.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    /// Name (the file's, usually).
+    /// Name, usually that of the file.
     pub name: String,
-    /// Parts.
+    /// Parts, indexed by [`PartId`].
     pub parts: Vec<Part>,
-    /// Placed parts.
+    /// Placed parts, indexed by [`InstanceId`](super::InstanceId).
     pub instances: Vec<Instance>,
-    /// What the file's lengths were measured in: millimetres per file unit. Model lengths are already millimetres.
+    /// Length unit of the source file. Lengths in the model are already millimetres.
     pub millimetres_per_unit: f64,
-    /// What was repaired or lost on the way here.
+    /// What the reader repaired or lost.
     pub diagnostics: Vec<Diagnostic>,
 }

@@ -1,8 +1,8 @@
-//! Names to small models, stated by hand: for tests, examples, and `builtin:NAME` on the command line. The crate
-//! `trimtess-models` of this workspace adds larger ones.
+//! Small built-in models for tests, examples, and `builtin:NAME` on the command line. The crate `trimtess-models` of
+//! this workspace adds larger ones.
 //!
-//! Together they hold every way of bounding a face: outer loops and holes, seams, two loops around a cylinder, an apex, a
-//! surface kept whole, free-form borders, several solids, instances with colours.
+//! They cover the ways to bound a face: outer loops and holes, seams, two loops around a cylinder, an apex, no loops,
+//! free-form borders, free trims. [`pair`] has two parts and coloured instances.
 
 use super::{
     Coedge, CurveKind, EdgeId, Frame3, FreeTrims, Instance, Loop, Model, ModelBuilder, NurbsCurve, NurbsCurve2,
@@ -11,11 +11,11 @@ use super::{
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// What [`by_name`] knows, in the order of what they need.
+/// All names that [`by_name`] knows, roughly by increasing complexity.
 pub const NAMES: [&str; 10] =
     ["square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair", "flower"];
 
-/// The shape of that name; `None` if there is none.
+/// Makes the shape of that name; `None` if the name is unknown.
 ///
 /// ```
 /// use trimtess::model::shapes;
@@ -131,7 +131,7 @@ pub fn cone() -> Part {
     part.finish().expect(SOUND)
 }
 
-/// A sphere of radius 5 about the origin, kept whole: no loops.
+/// A sphere of radius 5 about the origin, without loops.
 #[must_use]
 pub fn sphere() -> Part {
     let mut part = solid("sphere", ShellKind::Outer);
@@ -139,7 +139,7 @@ pub fn sphere() -> Part {
     part.finish().expect(SOUND)
 }
 
-/// A torus about z of radii 8 and 3, kept whole: no loops.
+/// A torus about z of radii 8 and 3, without loops.
 #[must_use]
 pub fn torus() -> Part {
     let mut part = solid("torus", ShellKind::Outer);
@@ -160,7 +160,7 @@ fn sheet() -> NurbsSurface {
     NurbsSurface { degree_u: 3, degree_v: 3, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() }
 }
 
-/// A bicubic sheet over a square of side 12, bounded by its own borders.
+/// A bicubic sheet over a square of side 12, bounded by edges along its borders.
 #[must_use]
 pub fn wave() -> Part {
     let mut part = solid("wave", ShellKind::Open);
@@ -181,8 +181,8 @@ pub fn wave() -> Part {
     part.finish().expect(SOUND)
 }
 
-/// The sheet of [`wave`] with free trims: a flower, and a disk that crosses a petal, are cut out of it, and so is a corner beyond
-/// an open curve.
+/// The sheet of [`wave`] with free trims, which cut out a flower, a disk that crosses a petal, and a corner (by an open
+/// curve).
 #[must_use]
 pub fn flower() -> Part {
     const PETALS: usize = 6;
@@ -205,7 +205,7 @@ pub fn flower() -> Part {
     part.finish().expect(SOUND)
 }
 
-/// A washer placed twice and a cylinder in it, in three colours.
+/// Two instances of a washer with a cylinder in them, in three colours.
 #[must_use]
 pub fn pair() -> Model {
     let mut model = ModelBuilder::new("pair");
@@ -221,10 +221,9 @@ pub fn pair() -> Model {
     model.finish().expect(SOUND)
 }
 
-/// Why building them cannot fail.
-const SOUND: &str = "the shapes are stated soundly";
+const SOUND: &str = "built-in shapes are valid";
 
-/// A part with one shell, number 0.
+/// Starts a part with one shell, number 0.
 fn solid(name: &str, kind: ShellKind) -> PartBuilder {
     let mut part = PartBuilder::new(name);
     part.plain_shell(kind);

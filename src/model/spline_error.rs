@@ -1,12 +1,12 @@
-//! What splines and surfaces are refused for, with the numbers that show why.
+//! Why splines and surfaces are rejected, with the offending numbers.
 
 use std::error::Error;
 use std::fmt;
 
-/// Highest degree. CAD kernels write up to 25; cost grows with the square, binomials stay exact in f64 well beyond.
+/// Highest degree. CAD kernels write up to 25. Cost grows with the square; binomials stay exact in f64 well beyond 25.
 pub const MAX_DEGREE: usize = 60;
 
-/// Why knots, control points and weights do not make a spline.
+/// Why [`NurbsCurve::check`](super::NurbsCurve::check) rejects a spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SplineError {
@@ -15,23 +15,23 @@ pub enum SplineError {
         /// As given.
         degree: usize,
     },
-    /// Numbers of knots, control points and degree do not fit: `knots = points + degree + 1`, `points > degree`.
+    /// Not `knots = points + degree + 1` and `points > degree`.
     Count {
         /// Polynomial degree.
         degree: usize,
         /// Number of knots.
         knots: usize,
-        /// Number of control points (in this direction).
+        /// Number of control points in this direction.
         points: usize,
     },
-    /// There are weights, but not one per control point.
+    /// The number of weights is neither 0 nor that of control points.
     Weights {
         /// Number of weights.
         weights: usize,
         /// Number of control points.
         points: usize,
     },
-    /// A control point has a coordinate that is infinite or not a number.
+    /// A control point has an infinite or NaN coordinate.
     Point {
         /// Which.
         index: usize,
@@ -43,37 +43,38 @@ pub enum SplineError {
         /// As given.
         weight: f64,
     },
-    /// A knot is infinite or not a number.
+    /// A knot is infinite or NaN.
     Knot {
         /// Which.
         index: usize,
         /// As given.
         knot: f64,
     },
-    /// A knot is less than the one before it.
+    /// A knot is less than its predecessor.
     Decreasing {
         /// Which.
         index: usize,
-        /// The knot before it.
+        /// Its predecessor.
         before: f64,
         /// As given.
         knot: f64,
     },
-    /// A knot inside the domain is repeated more than `degree` times (at its ends `degree + 1`): the curve would break.
+    /// A knot has a multiplicity above `degree` inside the domain, or above `degree + 1` elsewhere: the curve would
+    /// break.
     Multiplicity {
         /// The knot.
         knot: f64,
-        /// How often it stands.
+        /// Its multiplicity.
         multiplicity: usize,
-        /// How often it may stand.
+        /// The highest multiplicity allowed.
         most: usize,
     },
-    /// First and last parameter are equal.
+    /// The domain is empty: first and last parameter are equal.
     Empty {
-        /// Both.
+        /// That parameter.
         at: f64,
     },
-    /// The domain is so short for its distance from zero that too few parameters lie in it.
+    /// The domain is so short for its distance from zero that f64 resolves too few parameters in it.
     Coarse {
         /// First and last parameter.
         domain: (f64, f64),
@@ -99,11 +100,11 @@ impl fmt::Display for SplineError {
                 write!(f, "knot {index} is {knot}, less than {before} before it")
             }
             Self::Multiplicity { knot, multiplicity, most } => {
-                write!(f, "knot {knot} stands {multiplicity} times, at most {most} are allowed")
+                write!(f, "knot {knot} has multiplicity {multiplicity}; at most {most} is allowed")
             }
             Self::Empty { at } => write!(f, "the domain is the single parameter {at}"),
             Self::Coarse { domain: (a, b) } => {
-                write!(f, "the domain from {a} to {b} is too short for numbers of that size to part it")
+                write!(f, "the domain from {a} to {b} is too short for the spacing of numbers of that size")
             }
         }
     }
@@ -111,29 +112,29 @@ impl fmt::Display for SplineError {
 
 impl Error for SplineError {}
 
-/// Why a surface is not one.
+/// Why [`Surface::check`](super::Surface::check) rejects a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SurfaceError {
-    /// A spline surface is not one in this direction (weights and points are reported with u).
+    /// A NURBS surface is invalid in this direction. Errors of weights and points are reported with u.
     Spline {
         /// `'u'` or `'v'`.
         direction: char,
         /// Why.
         error: SplineError,
     },
-    /// The swept curve is not one.
+    /// The swept curve is invalid.
     Curve(SplineError),
     /// A radius, an angle or a length is out of its range.
     Measure {
-        /// Which, with its range.
+        /// Its name and range, as in "a sphere's radius must be positive".
         what: &'static str,
         /// As given.
         value: f64,
     },
     /// The frame's axes are not orthonormal and right-handed.
     Frame {
-        /// Largest entry of `axesᵀ·axes - 1`, or of `x × y - z`.
+        /// Largest absolute entry of `axesᵀ·axes - 1` and `x × y - z`.
         error: f64,
     },
 }
@@ -144,7 +145,7 @@ impl fmt::Display for SurfaceError {
             Self::Spline { direction, error } => write!(f, "in {direction}: {error}"),
             Self::Curve(error) => write!(f, "swept curve: {error}"),
             Self::Measure { what, value } => write!(f, "{what}, but is {value}"),
-            Self::Frame { error } => write!(f, "the frame is not orthonormal and right-handed, by {error:.1e}"),
+            Self::Frame { error } => write!(f, "the frame is not orthonormal and right-handed (off by {error:.1e})"),
         }
     }
 }

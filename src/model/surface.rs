@@ -1,4 +1,4 @@
-//! Surfaces as the user (or a CAD file) states them, in their natural parameters.
+//! Surfaces of CAD models, in their natural parameters.
 //!
 //! Natural parameters follow ISO 10303-42: angles in radians, lengths in the part's unit.
 
@@ -7,16 +7,16 @@ use glam::DVec3;
 
 /// A NURBS surface. Control point `(i, j)` (i along u) is `points[i * count_v + j]`.
 ///
-/// Rules for degrees, knots and weights as for [`NurbsCurve`](super::NurbsCurve), in each direction.
+/// Degrees, knots and weights follow the rules of [`NurbsCurve`](super::NurbsCurve) in each direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NurbsSurface {
     /// Degree in u.
     pub degree_u: usize,
     /// Degree in v.
     pub degree_v: usize,
-    /// Knots in u, written out; `count_u + degree_u + 1` of them.
+    /// Knots in u, repeated by multiplicity; `count_u + degree_u + 1` of them.
     pub knots_u: Vec<f64>,
-    /// Knots in v, written out; `count_v + degree_v + 1` of them.
+    /// Knots in v, repeated by multiplicity; `count_v + degree_v + 1` of them.
     pub knots_v: Vec<f64>,
     /// Control points, u-major.
     pub points: Vec<DVec3>,
@@ -56,7 +56,8 @@ pub enum Surface {
         radius: f64,
     },
     /// `S(u,v) = O + (R + r cos v)(cos u·x + sin u·y) + r sin v·z`.
-    /// `minor > major` is a degenerate (self-intersecting) torus: faces use its lemon or apple part.
+    ///
+    /// With `minor > major` the torus intersects itself; faces use its lemon or apple part.
     Torus {
         /// Placement; z is the axis.
         frame: Frame3,
@@ -72,9 +73,9 @@ pub enum Surface {
         /// Sweep vector per unit of v.
         direction: DVec3,
     },
-    /// `S(u,v)` = C(v) turned by the angle u about the frame's z axis through its origin.
+    /// `S(u,v)` = C(v) rotated by the angle u about the frame's z axis through its origin.
     Revolution {
-        /// The turned curve.
+        /// The rotated curve.
         curve: NurbsCurve3,
         /// Placement; z is the axis.
         frame: Frame3,
@@ -83,7 +84,7 @@ pub enum Surface {
     Nurbs(NurbsSurface),
 }
 
-/// What kind of surface a face lies on.
+/// Kind of a [`Surface`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SurfaceKind {
     /// [`Surface::Plane`]
@@ -117,7 +118,7 @@ impl SurfaceKind {
         Self::Nurbs,
     ];
 
-    /// The kind in one word, lower case.
+    /// The kind as one lower-case word.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -134,7 +135,7 @@ impl SurfaceKind {
 }
 
 impl Surface {
-    /// Its kind.
+    /// Kind of this surface.
     #[must_use]
     pub const fn kind(&self) -> SurfaceKind {
         match self {

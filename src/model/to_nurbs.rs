@@ -7,11 +7,12 @@ use super::{AxisMap, Frame3, NurbsCurve3, NurbsSurface, Surface, knots};
 use glam::{DVec3, DVec4};
 
 impl Surface {
-    /// The surface over the natural box `u` × `v` (finite, increasing) as an exact NURBS, with the parameter maps.
+    /// Converts the surface over the natural box `u` × `v` (finite, increasing) to an exact NURBS, with its parameter
+    /// maps.
     ///
-    /// NURBS parameters equal the natural ones at knots (everywhere for straight directions). Sweeps keep their curve, and
-    /// NURBS surfaces stay as they are, over their whole domain; where they are periodic and the box leaves the domain, the
-    /// net is repeated until it covers the box.
+    /// NURBS parameters equal the natural ones at knots, and everywhere in straight directions. Swept curves and NURBS
+    /// surfaces are not cut to the box. If they are periodic and the box leaves the domain, they are repeated to cover
+    /// it.
     #[must_use]
     pub fn to_nurbs(&self, u: (f64, f64), v: (f64, f64)) -> (NurbsSurface, [AxisMap; 2]) {
         match self {
@@ -72,7 +73,7 @@ impl Surface {
         }
     }
 
-    /// The swept curve, repeated to cover `range` if the surface is periodic along `axis`.
+    /// Repeats the swept curve to cover `range`, if the surface is periodic along `axis`.
     fn covering(&self, curve: &NurbsCurve3, axis: usize, range: (f64, f64)) -> NurbsCurve3 {
         if self.period()[axis].is_none() {
             return curve.clone();
@@ -92,13 +93,13 @@ pub(crate) fn homogeneous(points: &[DVec3], weights: &[f64]) -> Vec<DVec4> {
     points.iter().zip(weights).map(|(&p, &w)| (p * w).extend(w)).collect()
 }
 
-/// Points and, if `weighted`, weights.
+/// Splits homogeneous points into points and, if `weighted`, weights.
 fn euclidean(rows: &[DVec4], weighted: bool) -> (Vec<DVec3>, Vec<f64>) {
     let points = rows.iter().map(|r| if r.w == 1.0 { r.truncate() } else { r.truncate() / r.w }).collect();
     (points, if weighted { rows.iter().map(|r| r.w).collect() } else { Vec::new() })
 }
 
-/// A straight meridian in the frame's (x, z) half plane, parameter = height.
+/// A straight meridian in the frame's (x, z) plane. Parameter: height.
 fn straight(v: (f64, f64), distance: impl Fn(f64) -> f64) -> NurbsCurve3 {
     let at = |v: f64| DVec3::new(distance(v), 0.0, v);
     let mut curve = NurbsCurve3 { knots: vec![v.0, v.0, v.1, v.1], ..NurbsCurve3::line(at(v.0), at(v.1)) };
@@ -106,7 +107,7 @@ fn straight(v: (f64, f64), distance: impl Fn(f64) -> f64) -> NurbsCurve3 {
     curve
 }
 
-/// A round meridian of radius `minor` about (x = `major`, z = 0), parameter = angle.
+/// A circular meridian of radius `minor` about (x = `major`, z = 0). Parameter: angle.
 fn round(v: (f64, f64), major: f64, minor: f64) -> (NurbsCurve3, AxisMap) {
     let (net, map) = arc(v);
     let points = net.rays.iter().map(|r| DVec3::new(major + minor * r.x, 0.0, minor * r.y)).collect();
@@ -115,7 +116,7 @@ fn round(v: (f64, f64), major: f64, minor: f64) -> (NurbsCurve3, AxisMap) {
     (curve, map)
 }
 
-/// Makes meridian ends that miss the axis by rounding only lie on it, so that a pole row is one point to the last bit.
+/// Moves meridian ends that miss the axis by rounding onto it, so that a pole's row is one point to the last bit.
 fn snap_to_axis(meridian: &mut NurbsCurve3) {
     let size = meridian.points.iter().fold(0.0_f64, |size, p| size.max(p.length()));
     let last = meridian.points.len() - 1;
@@ -126,7 +127,7 @@ fn snap_to_axis(meridian: &mut NurbsCurve3) {
     }
 }
 
-/// The unit arc over an angle range, its last knot as the map has it.
+/// The unit arc over an angle range. Its last knot equals the map's end to the last bit.
 fn arc(range: (f64, f64)) -> (ArcNet, AxisMap) {
     let mut net = ArcNet::new(range.0, range.1);
     #[allow(clippy::cast_possible_truncation, reason = "at most 4096 spans")]
@@ -137,7 +138,7 @@ fn arc(range: (f64, f64)) -> (ArcNet, AxisMap) {
     (net, map)
 }
 
-/// The meridian (in the frame's coordinates) turned about the frame's z axis over the angles `u`.
+/// Rotates the meridian (in the frame's coordinates) about the frame's z axis over the angles `u`.
 fn turned(frame: &Frame3, u: (f64, f64), meridian: &NurbsCurve3, map_v: AxisMap) -> (NurbsSurface, [AxisMap; 2]) {
     let (net, map_u) = arc(u);
     let count_v = meridian.points.len();
@@ -161,7 +162,7 @@ fn turned(frame: &Frame3, u: (f64, f64), meridian: &NurbsCurve3, map_v: AxisMap)
     (surface, [map_u, map_v])
 }
 
-/// A surface closed in u, repeated along u to cover `range`.
+/// Repeats a surface that is closed in u along u to cover `range`.
 fn unrolled_u(surface: NurbsSurface, range: (f64, f64)) -> NurbsSurface {
     let ((u0, u1), _) = surface.domain();
     if range.0 >= u0 && range.1 <= u1 {
@@ -173,7 +174,7 @@ fn unrolled_u(surface: NurbsSurface, range: (f64, f64)) -> NurbsSurface {
     NurbsSurface { knots_u, points, weights, ..surface }
 }
 
-/// The surface with u and v exchanged.
+/// Swaps u and v.
 fn transposed(surface: &NurbsSurface) -> NurbsSurface {
     let (nu, nv) = (surface.count_u(), surface.count_v());
     let order = || (0..nv).flat_map(move |j| (0..nu).map(move |i| i * nv + j));

@@ -1,25 +1,25 @@
-//! Free trims: oriented curves in a surface's (u,v), open or closed, crossing as they like, and the rule that says what they
-//! keep (Kumar & Manocha 1995, §2.1 and §2.2).
+//! Free trims: oriented curves in a surface's (u,v) and the rule that decides which points they keep (Kumar & Manocha
+//! 1995, §2.1 and §2.2). The curves may be open or closed, and may cross.
 
 use super::{NurbsCurve2, SplineError};
 use glam::DVec2;
 use std::error::Error;
 use std::fmt;
 
-/// Share of a curve's extent by which its ends, or the ends of its pieces, may miss each other and still be one point.
+/// Ends of a curve or of its pieces within this share of the curve's extent are one point.
 const SAME_END: f64 = 1e-9;
 
-/// Which points of a surface free trimming curves keep.
+/// Decides which points of a surface free trimming curves keep.
 ///
-/// Everywhere u runs to the right and v up, and what lies *left* of a curve is its kept side, as in B-reps. (The paper draws
-/// v to the right and u up: its domain is mirrored, and what it trims on the right of a curve is on the left of the same
-/// numbers drawn our way. Curves made for its pictures are reversed before they are given here.)
+/// With u to the right and v up, a curve keeps its *left* side, as in B-reps. (The paper draws v to the right and u up.
+/// Its domain is mirrored: the right side of a curve there is the left side here. Reverse curves that are taken from
+/// its figures.)
 ///
-/// An open curve counts as the loop that it makes with the border of the domain, followed counter-clockwise from its end to
-/// its start: the loop around its left side.
+/// An open curve is closed along the border of the domain, counter-clockwise from its end to its start: it becomes the
+/// loop around its left side.
 ///
-/// Where a surface is closed, closed curves go on beyond the seam at the other side of the domain, and so do open ones that
-/// end a period from where they start, around it. Where it does not end, curves have to bound what they keep.
+/// On a closed surface, a closed curve that crosses the seam continues at the other side of the domain. So does an open
+/// curve that ends one period from its start. On an unbounded surface, the curves must bound the region that they keep.
 ///
 #[doc = include_str!("../../docs/figures/rules.svg")]
 ///
@@ -28,45 +28,45 @@ const SAME_END: f64 = 1e-9;
 #[doc = include_str!("../../docs/figures/mirrored.svg")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TrimRule {
-    /// The paper's: what lies right of any curve is trimmed, so kept is what lies left of all. A counter-clockwise loop trims
-    /// its outside, a clockwise one its inside. Where a curve crosses itself, its winding numbers say what is inside.
+    /// Keeps what lies left of all curves (the paper's rule). A counter-clockwise loop trims its outside, a clockwise
+    /// loop its inside. For a curve that crosses itself, winding numbers decide what is inside.
     #[default]
     Handedness,
-    /// Kept is what the curves together do not wind around zero times. A clockwise loop inside a counter-clockwise one is a
-    /// hole, loops of the same direction are united.
+    /// Keeps points where the winding numbers of all curves do not sum to zero. A clockwise loop inside a
+    /// counter-clockwise one is a hole; loops of the same direction are united.
     NonZero,
-    /// Kept is what the curves together wind around an odd number of times; their directions do not matter.
+    /// Keeps points where the winding numbers of all curves sum to an odd number. Directions do not matter.
     EvenOdd,
 }
 
-/// A piece of a trimming curve.
+/// One piece of a trimming curve.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TrimPiece {
     /// A NURBS pcurve of any degree, rational or not, over its whole domain.
     Nurbs(NurbsCurve2),
-    /// Two points or more, joined by straight lines. The points are taken as the tessellation (the paper's footnote 1): all
-    /// of them are tessellants, whatever the tolerance.
+    /// At least two points, joined by straight lines. Every point becomes a tessellant, whatever the tolerance (the
+    /// paper's footnote 1).
     Polyline(Vec<DVec2>),
 }
 
-/// An oriented trimming curve: pieces head to tail. It is closed if it ends where it starts.
+/// An oriented trimming curve: pieces head to tail, open or closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrimCurve {
     /// At least one.
     pub pieces: Vec<TrimPiece>,
 }
 
-/// The free trims of a face. Without curves nothing is trimmed, whatever the rule.
+/// The free trims of a face. Without curves the whole surface is kept, whatever the rule.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FreeTrims {
-    /// What the curves keep.
+    /// Which points the curves keep.
     pub rule: TrimRule,
     /// In any order.
     pub curves: Vec<TrimCurve>,
 }
 
 impl FreeTrims {
-    /// Lower and upper corner of the box of all control points; infinite and upside down without any.
+    /// Lower and upper corner of the box of all control points; `[+∞, -∞]` without any.
     #[must_use]
     pub fn bounds(&self) -> [DVec2; 2] {
         let points = || self.curves.iter().flat_map(|c| &c.pieces).flat_map(TrimPiece::points).copied();
@@ -83,7 +83,7 @@ impl TrimPiece {
         Self::Nurbs(NurbsCurve2 { degree, knots, points, weights })
     }
 
-    /// Where it starts and ends; none for a piece without points.
+    /// First and last point; `None` for a piece without points.
     fn ends(&self) -> Option<[DVec2; 2]> {
         match self {
             Self::Nurbs(curve) => {
@@ -121,22 +121,22 @@ impl TrimCurve {
         TrimPiece::bezier(points, weights).into()
     }
 
-    /// A piecewise linear curve through `points`.
+    /// A polyline through `points`.
     #[must_use]
     pub fn polyline(points: Vec<DVec2>) -> Self {
         TrimPiece::Polyline(points).into()
     }
 
-    /// The piecewise linear loop through `corners` and back to the first.
+    /// The closed polyline through `corners` and back to the first.
     #[must_use]
     pub fn polygon(mut corners: Vec<DVec2>) -> Self {
         corners.extend(corners.first().copied());
         Self::polyline(corners)
     }
 
-    /// The counter-clockwise ellipse with the half axes `a` (where it starts) and `b`; clockwise if `b` lies right of `a`.
+    /// The ellipse with half axes `a` (where it starts) and `b`, as an exact rational quadratic of four spans.
     ///
-    /// Exact: a rational quadratic of four quarters.
+    /// Counter-clockwise if `b` lies left of `a`, else clockwise.
     #[must_use]
     pub fn ellipse(centre: DVec2, a: DVec2, b: DVec2) -> Self {
         let corners = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)];
@@ -155,7 +155,7 @@ impl TrimCurve {
         Self::ellipse(centre, DVec2::X * radius, DVec2::Y * radius)
     }
 
-    /// The same curve run backwards.
+    /// Reverses the curve.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let turned = |piece: &TrimPiece| match piece {
@@ -173,17 +173,17 @@ impl TrimCurve {
         start.zip(end).is_some_and(|(start, end)| start[0].distance(end[1]) <= SAME_END * self.extent())
     }
 
-    /// Diagonal of the box of its control points.
+    /// Diagonal of the box of all control points.
     fn extent(&self) -> f64 {
         let points = || self.pieces.iter().flat_map(TrimPiece::points).copied();
         let low = points().fold(DVec2::INFINITY, DVec2::min);
         (points().fold(DVec2::NEG_INFINITY, DVec2::max) - low).length()
     }
 
-    /// Whether its pieces are curves and meet.
+    /// Checks that all pieces are valid and meet end to start.
     ///
     /// # Errors
-    /// The first piece that is none, or that does not start where the one before it ends.
+    /// The first piece that is invalid, else the first that does not start where the previous one ends.
     pub fn check(&self) -> Result<(), TrimError> {
         if self.pieces.is_empty() {
             return Err(TrimError::NoPieces);
@@ -214,13 +214,13 @@ impl TrimCurve {
     }
 }
 
-/// Why a trimming curve is none.
+/// Why [`TrimCurve::check`] rejects a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TrimError {
-    /// It has no pieces.
+    /// The curve has no pieces.
     NoPieces,
-    /// A piece is no NURBS curve, or a point of a polyline is not finite.
+    /// A piece is not a valid NURBS curve, or a point of a polyline is not finite.
     Spline {
         /// Which of the curve's pieces.
         piece: usize,
@@ -231,18 +231,18 @@ pub enum TrimError {
     TooFewPoints {
         /// Which of the curve's pieces.
         piece: usize,
-        /// As given.
+        /// Number of points.
         points: usize,
     },
-    /// A piece does not start where the one before it ends.
+    /// A piece does not start where the previous one ends.
     Gap {
         /// Which of the curve's pieces.
         piece: usize,
-        /// Where the piece before it ends.
+        /// Last point of the previous piece.
         end: DVec2,
-        /// Where it starts.
+        /// First point of this piece.
         start: DVec2,
-        /// By how much these may differ.
+        /// Largest allowed distance between them.
         limit: f64,
     },
 }
@@ -250,14 +250,14 @@ pub enum TrimError {
 impl fmt::Display for TrimError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NoPieces => write!(f, "it has no pieces"),
+            Self::NoPieces => write!(f, "the curve has no pieces"),
             Self::Spline { piece, error } => write!(f, "piece {piece}: {error}"),
             Self::TooFewPoints { piece, points } => {
-                write!(f, "piece {piece}: a polyline of {points} points, at least 2 are needed")
+                write!(f, "piece {piece}: a polyline of {points} points; at least 2 are needed")
             }
             Self::Gap { piece, end, start, limit } => write!(
                 f,
-                "piece {piece} starts at ({}, {}), {:.3e} from the end of the one before it, more than {limit:.3e}",
+                "piece {piece} starts at ({}, {}), {:.3e} from the end of the previous piece (limit {limit:.3e})",
                 start.x,
                 start.y,
                 end.distance(start)

@@ -1,6 +1,6 @@
-//! Curves, surfaces, parts and models -> nothing, or the first reason why they are refused.
+//! Curves, surfaces, parts and models -> nothing, or the first reason why they are rejected.
 //!
-//! What passes satisfies every condition that evaluation and preparation rely on; they check none of it again.
+//! Evaluation and preparation rely on these conditions and do not check them again.
 
 use super::nurbs_surface::extent;
 use super::{
@@ -10,17 +10,17 @@ use super::{
 use glam::{DMat3, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
-/// How far frames and placements may be from orthonormal: files print directions with as few as six digits.
+/// Largest error of orthonormality of frames and placements: files print directions with as few as six digits.
 const NOT_ORTHONORMAL: f64 = 1e-4;
 
-/// Length of a domain, as a share of its parameters: with less of it, points would be off by a millionth of the spline.
+/// Shortest domain, as a share of its parameters. Points on a shorter one would be off by a millionth of the spline.
 const COARSE: f64 = 1e-10;
 
-/// Share of the part's size by which an edge may miss its vertex.
+/// Largest gap between an edge's end and its vertex, as a share of the part's size.
 const EDGE_GAP: f64 = 1e-4;
 
 impl<P: ControlPoint> NurbsCurve<P> {
-    /// Whether degree, knots, points and weights make a curve.
+    /// Checks degree, knots, points and weights.
     ///
     /// # Errors
     /// The first condition of [`NurbsCurve`] that does not hold.
@@ -31,7 +31,7 @@ impl<P: ControlPoint> NurbsCurve<P> {
 }
 
 impl NurbsSurface {
-    /// Whether degrees, knots, points and weights make a surface.
+    /// Checks degrees, knots, points and weights.
     ///
     /// # Errors
     /// The first condition of [`NurbsSurface`] that does not hold.
@@ -49,7 +49,7 @@ impl NurbsSurface {
     }
 }
 
-/// Knots against the rules and the number of points.
+/// Checks degree, number of points and knots in one direction.
 fn knots(degree: usize, knots: &[f64], points: usize) -> Result<(), SplineError> {
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(SplineError::Degree { degree });
@@ -79,7 +79,7 @@ fn knots(degree: usize, knots: &[f64], points: usize) -> Result<(), SplineError>
     Ok(())
 }
 
-/// Points and weights.
+/// Checks points and weights.
 fn net<P: ControlPoint>(points: &[P], weights: &[f64]) -> Result<(), SplineError> {
     if !weights.is_empty() && weights.len() != points.len() {
         return Err(SplineError::Weights { weights: weights.len(), points: points.len() });
@@ -94,7 +94,7 @@ fn net<P: ControlPoint>(points: &[P], weights: &[f64]) -> Result<(), SplineError
 }
 
 impl Surface {
-    /// Whether the surface's numbers are in their ranges.
+    /// Checks that the surface's numbers are in their ranges.
     ///
     /// # Errors
     /// The first condition of [`Surface`] that does not hold.
@@ -107,26 +107,26 @@ impl Surface {
             Self::Plane { frame } => orthonormal(frame),
             Self::Cylinder { frame, radius } => {
                 orthonormal(frame)?;
-                positive("a cylinder's radius is positive", *radius)
+                positive("a cylinder's radius must be positive", *radius)
             }
             Self::Cone { frame, radius, half_angle } => {
                 orthonormal(frame)?;
-                measure("a cone's radius is not negative", *radius, *radius >= 0.0)?;
+                measure("a cone's radius must not be negative", *radius, *radius >= 0.0)?;
                 let holds = half_angle.abs() < FRAC_PI_2 && *half_angle != 0.0;
-                measure("a cone's half angle is in (-π/2, π/2) and not 0", *half_angle, holds)
+                measure("a cone's half angle must be in (-π/2, π/2) and not 0", *half_angle, holds)
             }
             Self::Sphere { frame, radius } => {
                 orthonormal(frame)?;
-                positive("a sphere's radius is positive", *radius)
+                positive("a sphere's radius must be positive", *radius)
             }
             Self::Torus { frame, major, minor } => {
                 orthonormal(frame)?;
-                measure("a torus's major radius is not negative", *major, *major >= 0.0)?;
-                positive("a torus's minor radius is positive", *minor)
+                measure("a torus's major radius must not be negative", *major, *major >= 0.0)?;
+                positive("a torus's minor radius must be positive", *minor)
             }
             Self::Extrusion { curve, direction } => {
                 curve.check().map_err(SurfaceError::Curve)?;
-                positive("the length of an extrusion's direction is positive", direction.length())
+                positive("the length of an extrusion's direction must be positive", direction.length())
             }
             Self::Revolution { curve, frame } => {
                 curve.check().map_err(SurfaceError::Curve)?;
@@ -148,11 +148,11 @@ fn orthonormal(frame: &Frame3) -> Result<(), SurfaceError> {
 }
 
 impl Part {
-    /// Whether everything in the part is defined and fits together: splines, ranges, ids, loops that close (within the
-    /// part's tolerance), edges that reach their vertices (within 10⁻⁴ of the part's size).
+    /// Checks that everything in the part is valid and fits together: splines, ranges and ids. Loops must close within
+    /// the part's tolerance, and edges must reach their vertices within 10⁻⁴ of the part's size.
     ///
-    /// Geometry is not compared with topology beyond that: loops may cross, edges may leave their surface.
-    /// O(everything stored).
+    /// Does not compare geometry with topology beyond that: loops may cross, edges may leave their surface. Linear in
+    /// the size of the part.
     ///
     /// # Errors
     /// The first fault, in the order vertices, edges, faces.
@@ -175,7 +175,7 @@ impl Part {
         edge.curve.check().map_err(|error| PartError::Curve { edge: id, error })?;
         let (a, b) = edge.range;
         let domain = edge.curve.domain();
-        // Rounding of the file's arithmetic may put an end beyond the last knot.
+        // Rounding in the file may put an end beyond the last knot.
         let slack = 1e-9 * (domain.1 - domain.0);
         if !(a < b && a >= domain.0 - slack && b <= domain.1 + slack) {
             return Err(PartError::Range { edge: id, range: edge.range, domain });
@@ -261,10 +261,11 @@ impl Part {
 }
 
 impl Model {
-    /// Whether all parts are sound, instances name parts, and placements are rigid up to a uniform scale.
+    /// Checks the unit, all parts, and that instances place existing parts by rigid motions with an optional uniform
+    /// scale.
     ///
     /// # Errors
-    /// The first fault: parts, then instances.
+    /// The first fault, in the order unit, parts, instances.
     pub fn check(&self) -> Result<(), ModelError> {
         if !(self.millimetres_per_unit > 0.0 && self.millimetres_per_unit.is_finite()) {
             return Err(ModelError::Unit { millimetres: self.millimetres_per_unit });

@@ -1,25 +1,25 @@
-//! A view point's name to a camera that just holds a set of points.
+//! View points by name or angle to cameras that fit a set of points.
 
 use glam::{DMat4, DVec3, dcamera};
 use std::fmt;
 use std::str::FromStr;
 
-/// Where a scene is looked at from; z is up, the front looks along +y.
+/// The direction a scene is viewed from. z is up; the front view looks along +y.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ViewPoint {
-    /// Degrees about z, from the front (eye at -y) counter-clockwise seen from above: 90 is the right side (eye at +x).
+    /// Degrees about z, counter-clockwise seen from above. 0 is the front (eye at -y), 90 the right side (eye at +x).
     pub yaw: f64,
-    /// Degrees above the horizon: 90 looks down, -90 up.
+    /// Degrees above the horizon. 90 looks down, -90 up.
     pub pitch: f64,
-    /// Distance to the middle of the scene, as a multiple of the one from which the scene just fits. Above 0.
+    /// Distance to the middle of the scene, as a multiple of the distance at which the scene just fits. Above 0.
     pub distance: f64,
 }
 
 impl ViewPoint {
-    /// The corner view: all three axes are shortened alike.
+    /// The isometric view: all three axes are foreshortened equally.
     pub const ISO: Self = Self { yaw: 45.0, pitch: 35.264_389_682_754_654, distance: 1.0 };
 
-    /// Names that [`ViewPoint::from_str`] takes besides `yaw,pitch,distance`.
+    /// Names that [`ViewPoint::from_str`] accepts besides `yaw,pitch,distance`.
     pub const NAMED: [(&'static str, Self); 7] = [
         ("iso", Self::ISO),
         ("front", Self { yaw: 0.0, pitch: 0.0, distance: 1.0 }),
@@ -30,7 +30,7 @@ impl ViewPoint {
         ("bottom", Self { yaw: 0.0, pitch: -90.0, distance: 1.0 }),
     ];
 
-    /// What is right, up and towards the eye in its pictures.
+    /// Unit vectors to the right, up and towards the eye.
     fn axes(&self) -> [DVec3; 3] {
         let (yaw_sin, yaw_cos) = self.yaw.to_radians().sin_cos();
         let (pitch_sin, pitch_cos) = self.pitch.to_radians().sin_cos();
@@ -39,8 +39,10 @@ impl ViewPoint {
         [DVec3::new(yaw_cos, yaw_sin, 0.0), up, back]
     }
 
-    /// The perspective camera that sees all `points` in a picture `aspect` times as wide as high, with a small margin, when
-    /// `distance` is 1. Exact for the points given (a box's corners suffice, vertices make the tightest picture). O(points).
+    /// Fits a perspective camera to `points` for a picture of aspect ratio `aspect` (width over height).
+    ///
+    /// At `distance` 1 all points are in view with a small margin. The fit is exact: the corners of a bounding box
+    /// suffice, mesh vertices fit tighter. O(points).
     #[must_use]
     pub fn fit(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
         let [right, up, back] = self.axes();
@@ -67,7 +69,7 @@ impl ViewPoint {
         Camera { eye: target + self.distance * distance * back, target, up, lens }
     }
 
-    /// The same for lines of sight that are parallel. `distance` widens what is seen.
+    /// Fits an orthographic camera, see [`fit`](Self::fit). `distance` scales the height of the view.
     #[must_use]
     pub fn fit_orthographic(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
         let axes = self.axes();
@@ -89,10 +91,10 @@ impl ViewPoint {
     }
 }
 
-/// Free room on each side of a fitted scene, as a fraction of the picture.
+/// Margin of a fitted scene, both sides together, as a fraction of its size.
 const MARGIN: f64 = 0.06;
 
-/// What is not a view point.
+/// A text that is not a view point.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct BadViewPoint {
     /// The text.
@@ -101,11 +103,11 @@ pub struct BadViewPoint {
 
 impl fmt::Display for BadViewPoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "no view point: {:?}; known are", self.text)?;
+        write!(f, "unknown view point {:?}; known are", self.text)?;
         for (name, _) in ViewPoint::NAMED {
             write!(f, " {name},")?;
         }
-        f.write_str(" or yaw,pitch,distance: degrees, and a multiple (above 0) of the distance that shows all")
+        f.write_str(" or yaw,pitch,distance: degrees, distance above 0 as a multiple of the one that shows all")
     }
 }
 
@@ -130,17 +132,17 @@ impl FromStr for ViewPoint {
     }
 }
 
-/// How a camera makes its picture.
+/// The projection of a camera.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Lens {
-    /// Lines of sight meet in the eye.
+    /// Perspective projection.
     Perspective {
-        /// The full angle between the picture's top and bottom, radians, above 0 and below π.
+        /// Full vertical field of view in radians, above 0 and below π.
         fov_y: f64,
     },
-    /// Lines of sight are parallel: how far things are from the eye does not matter, nor on which side of it they are.
+    /// Parallel projection. The distance to the eye does not matter; points behind the eye are visible too.
     Orthographic {
-        /// How much of the world is between the picture's top and bottom, millimetres, above 0.
+        /// Height of the view in millimetres of the world, above 0.
         height: f64,
     },
 }
@@ -148,28 +150,29 @@ pub enum Lens {
 /// A camera in world coordinates, millimetres.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Camera {
-    /// Where it is.
+    /// Position of the camera.
     pub eye: DVec3,
-    /// What it looks at; not the eye.
+    /// Point the camera looks at. Must differ from `eye`.
     pub target: DVec3,
-    /// What points up in the picture; not along the line of sight.
+    /// Direction that points up in the picture. Must not be parallel to the line of sight.
     pub up: DVec3,
-    /// How it makes its picture.
+    /// Projection.
     pub lens: Lens,
 }
 
 impl Camera {
-    /// The angle that fitted cameras have: 30°, a long lens, as CAD drawings like it.
+    /// Vertical field of view of fitted cameras, radians: 30°, a long lens as is usual in CAD.
     pub const FOV_Y: f64 = std::f64::consts::FRAC_PI_6;
 
-    /// The same camera with parallel lines of sight: what is as deep as the target keeps its size.
+    /// Converts to an orthographic camera. Objects at the depth of the target keep their size.
     #[must_use]
     pub fn orthographic(&self) -> Self {
         let height = self.height_at((self.eye - self.target).length());
         Self { lens: Lens::Orthographic { height }, ..*self }
     }
 
-    /// The other way round, with the angle [`FOV_Y`](Self::FOV_Y) and the eye where that shows the target in the same size.
+    /// Converts to a perspective camera of [`FOV_Y`](Self::FOV_Y). Objects at the depth of the target keep their size.
+    /// Perspective cameras are returned unchanged.
     #[must_use]
     pub fn perspective(&self) -> Self {
         let Lens::Orthographic { height } = self.lens else { return *self };
@@ -178,14 +181,16 @@ impl Camera {
         Self { eye: self.target + distance * back, lens: Lens::Perspective { fov_y: Self::FOV_Y }, ..*self }
     }
 
-    /// World to camera: x right, y up, z towards the eye.
+    /// World to camera transform: x right, y up, z towards the eye.
     #[must_use]
     pub fn view(&self) -> DMat4 {
         dcamera::rh::view::look_at_mat4(self.eye, self.target, self.up)
     }
 
-    /// Camera to clip space with y up and depth 1 at `near`; depth 0 is at infinity, and with parallel lines of sight, which may
-    /// have a `near` below 0, at `far`.
+    /// Camera to clip space transform: y up, reversed depth with 1 at `near`.
+    ///
+    /// Depth 0 is at infinity in perspective (`far` is ignored) and at `far` in orthographic projection, where `near`
+    /// may be negative.
     #[must_use]
     pub fn projection(&self, aspect: f64, near: f64, far: f64) -> DMat4 {
         match self.lens {
@@ -199,7 +204,7 @@ impl Camera {
         }
     }
 
-    /// How much of the world is between the picture's top and bottom at this distance before the eye, above 0.
+    /// Height of the view in millimetres at distance `depth` in front of the eye.
     pub(super) fn height_at(&self, depth: f64) -> f64 {
         match self.lens {
             Lens::Perspective { fov_y } => 2.0 * (0.5 * fov_y).tan() * depth,
@@ -207,15 +212,14 @@ impl Camera {
         }
     }
 
-    /// The line of sight through the centre of a pixel, `x` from the left and `y` from the top, of a picture of so many pixels: a
-    /// point of it, and its direction of length 1.
+    /// The ray through the centre of pixel (`x`, `y`), counted from the upper left: its origin and unit direction.
     #[must_use]
     pub fn ray(&self, (x, y): (u32, u32), (width, height): (u32, u32)) -> (DVec3, DVec3) {
         self.line_of_sight([f64::from(x) + 0.5, f64::from(y) + 0.5], [f64::from(width), f64::from(height)])
     }
 
-    /// The same for any place of the picture, in pixels from its upper left corner. The point is the eye, and with parallel
-    /// lines of sight as deep as the eye.
+    /// The ray through a position in the picture, in pixels from the upper left corner: its origin and unit direction.
+    /// The origin is the eye, or in orthographic projection a point at the depth of the eye.
     #[must_use]
     pub fn line_of_sight(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> (DVec3, DVec3) {
         let place = DVec3::new(x - 0.5 * width, 0.5 * height - y, 0.0) * (self.height_at(1.0) / height);

@@ -1,11 +1,12 @@
-//! File colours (sRGB) to the linear light that glTF materials and shaders reckon in, by the transfer function of IEC 61966-2-1.
+//! sRGB colours of files to the linear light of glTF materials and shaders, by the transfer function of IEC 61966-2-1.
 
 use crate::model::Colour;
 
-/// Faces without a colour: a light grey that leaves room for highlights.
+/// Colour of faces without one: a light grey that leaves room for highlights.
 pub(super) const DEFAULT: Colour = [0.76, 0.78, 0.81, 1.0];
 
-/// Red, green and blue from sRGB to linear; alpha as it is. All are first brought into 0..1.
+/// Converts red, green and blue from sRGB to linear and keeps alpha. Values are clamped to 0..1; non-finite values
+/// become 1.
 pub(super) fn linear(colour: Colour) -> Colour {
     let [r, g, b, alpha] = colour.map(|value| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 });
     let decode = |value: f32| if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };

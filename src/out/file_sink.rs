@@ -1,4 +1,4 @@
-//! Batches to a file: keeps what the formats need, writes when the frame is complete.
+//! Batches to a file: collects a frame, writes it when the frame is complete.
 
 use super::pending::PendingFile;
 #[cfg(feature = "glb")]
@@ -24,7 +24,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Every format, with the extension that chooses it.
+    /// Every format with its file extension.
     pub const ALL: &'static [(&'static str, Self)] = &[
         #[cfg(feature = "glb")]
         ("glb", Self::Glb),
@@ -33,10 +33,10 @@ impl Format {
         ("obj", Self::Obj),
     ];
 
-    /// The format that the extension of `path` names, in either case.
+    /// Returns the format for the extension of `path`, ignoring case.
     ///
     /// # Errors
-    /// When the extension is missing or names none.
+    /// If the extension is missing or unknown.
     pub fn of_path(path: &Path) -> Result<Self, UnknownFormat> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
         let known = Self::ALL.iter().find(|(name, _)| *name == extension);
@@ -54,10 +54,10 @@ impl Format {
     }
 }
 
-/// A file name whose extension names no format that can be written.
+/// A file name whose extension is missing or not that of a format that can be written.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct UnknownFormat {
-    /// The extension, in lower case, without its dot; empty if there is none.
+    /// The extension in lower case, without its dot. Empty if missing.
     pub extension: String,
 }
 
@@ -77,24 +77,24 @@ impl fmt::Display for UnknownFormat {
 
 impl std::error::Error for UnknownFormat {}
 
-/// Writes a finished frame to `path`; the file appears whole or not at all.
+/// Writes a finished frame to `path` atomically.
 ///
 /// # Errors
-/// When the file cannot be created, written or renamed; nothing is left behind then, and what stood at `path` stays.
+/// If the file cannot be created, written or renamed. An existing file at `path` is then unchanged.
 pub fn save(frame: &MemorySink, path: &Path, format: Format) -> Result<(), SinkError> {
     PendingFile::create(path)?.publish(|file| format.write(frame, file))
 }
 
-/// A sink that writes `path` in the format its extension names.
+/// Creates a sink that writes `path` in the format of its extension. The file system is first touched by `begin`.
 ///
 /// # Errors
-/// When the extension names no format. The file system is first touched at `begin`.
+/// If the extension is missing or unknown.
 pub fn open(path: &Path) -> Result<Box<dyn MeshSink>, UnknownFormat> {
     Ok(Box::new(FileSink::new(path, Format::of_path(path)?)))
 }
 
-/// Collects a frame and writes it at `end`. Holds all triangles until then, because the formats state counts first and
-/// instances share their part's triangles.
+/// Collects a frame and writes it at `end`. Holds all triangles until then, because file headers contain counts and
+/// instances share the triangles of their part.
 #[derive(Debug)]
 pub struct FileSink {
     path: PathBuf,
@@ -104,7 +104,7 @@ pub struct FileSink {
 }
 
 impl FileSink {
-    /// A sink for `path`, whatever its extension.
+    /// Creates a sink that writes `format` to `path`, whatever its extension.
     #[must_use]
     pub fn new(path: &Path, format: Format) -> Self {
         Self { path: path.to_owned(), format, frame: MemorySink::default(), pending: None }
@@ -112,14 +112,14 @@ impl FileSink {
 }
 
 impl MeshSink for FileSink {
-    /// Creates the temporary file at once: a folder that cannot be written to is found before the work, not after it.
+    /// Creates the temporary file, so that a folder that cannot be written to is reported before any work is done.
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.pending = Some(PendingFile::create(&self.path)?);
         self.frame.begin(scene)
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        batch.mesh.uvs = Vec::new(); // no format carries these; a third of the memory
+        batch.mesh.uvs = Vec::new(); // no format stores these; they take a third of the memory
         batch.mesh.origins = Vec::new();
         self.frame.batch(batch)
     }

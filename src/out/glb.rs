@@ -1,8 +1,8 @@
 //! A frame to binary glTF 2.0: metres, +Y up, one mesh per part, one node per instance, one primitive per colour.
 //!
-//! Positions are single precision relative to the centre of the part's box (the node's translation puts it back), so a
-//! part far from the origin loses nothing. Each vertex carries the index of its face in `_FEATURE_ID_0`
-//! (EXT_mesh_features), each point of the B-rep edges, which are lines, that of its edge.
+//! Positions are single precision relative to the centre of the part's bounding box, which the node's translation adds
+//! back, so parts far from the origin keep their precision. Each vertex stores the index of its face in `_FEATURE_ID_0`
+//! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
 
 use super::colour;
 use super::placed::{batches_by_part, by_part, distinct};
@@ -21,19 +21,21 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Write};
 
 const METRES_PER_MILLIMETRE: f64 = 1e-3;
-/// Columns of the turn that takes +Z up to +Y up.
+/// Rotation from +Z up to +Y up, by columns.
 const Y_UP: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 /// The colour of B-rep edges.
 const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
-/// Indices up to here fit 16 bits; the greatest value is reserved for primitive restart.
+/// Meshes of up to this many vertices use 16-bit indices. The largest 16-bit value is reserved for primitive restart.
 const SHORT_VERTICES: usize = 65_535;
 
-/// Writes parts once and places them by nodes. An instance with a colour of its own gets a mesh of its own that shares the
-/// part's data. Triangles whose rounded corners coincide are left out.
+/// Writes a frame as binary glTF. Each part is stored once and placed by nodes.
+///
+/// An instance with its own colour gets its own mesh, which shares the part's data. Triangles whose rounded corners
+/// coincide are left out.
 ///
 /// # Errors
-/// What `file` reports, or, with nothing written, more than 4 GiB of data or [a position](BeyondSingle) that the format cannot
-/// hold.
+/// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
+/// written then.
 pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let mut glb = Glb::default();
     let mut shapes = Vec::new();
@@ -66,14 +68,14 @@ pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     glb.write(file)
 }
 
-/// The bytes of one buffer view, and the accessors that lie in it.
+/// The bytes of one buffer view, and its accessors.
 #[derive(Default)]
 struct Pool {
     bytes: Vec<u8>,
     accessors: Vec<Index<Accessor>>,
 }
 
-/// A primitive without its material: what colour variants share.
+/// The primitives of a part without materials, shared by its colour variants.
 struct PartShape {
     faces: Vec<(Option<Colour>, Primitive)>,
     edges: Option<Primitive>,
@@ -203,7 +205,7 @@ impl Glb {
             let linear = colour::linear(colour);
             root.push(Material {
                 alpha_mode: Valid(if linear[3] < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque }),
-                double_sided: true, // sheets are seen from both sides, and a file may have faces turned over
+                double_sided: true, // sheets show both sides, and files may contain reversed faces
                 pbr_metallic_roughness: PbrMetallicRoughness {
                     base_color_factor: PbrBaseColorFactor(linear),
                     metallic_factor: StrengthFactor(0.0),
@@ -215,7 +217,7 @@ impl Glb {
         })
     }
 
-    /// The part's mesh in its own colours or all in `colour`; `None` when there is nothing to draw.
+    /// Adds the part's mesh, in its own colours or all in `colour`. `None` if it is empty.
     fn mesh(&mut self, part: &ScenePart, shape: &PartShape, colour: Option<Colour>) -> Option<Index<Mesh>> {
         let mut primitives = Vec::new();
         for (own, primitive) in &shape.faces {
@@ -236,7 +238,7 @@ impl Glb {
     fn write(mut self, file: &mut impl Write) -> io::Result<()> {
         self.root.asset =
             Asset { generator: Some(concat!("trimtess ", env!("CARGO_PKG_VERSION")).into()), ..Asset::default() };
-        // The order keeps every pool aligned: 16-bit indices come last.
+        // This order keeps every pool aligned: 16-bit indices come last.
         let pools = [
             (self.vectors, Some(12), Target::ArrayBuffer),
             (self.features, Some(4), Target::ArrayBuffer),
@@ -276,7 +278,7 @@ impl Glb {
         let chunk = if total > 0 { 8 + binary } else { 0 };
         let length = 12 + 8 + json.len() as u64 + chunk;
         let length = u32::try_from(length)
-            .map_err(|_| io::Error::other(format!("{length} bytes of glTF; its lengths end at {}", u32::MAX)))?;
+            .map_err(|_| io::Error::other(format!("{length} bytes exceed the glTF limit of {}", u32::MAX)))?;
         file.write_all(b"glTF")?;
         for word in [2, length, json.len() as u32] {
             file.write_all(&word.to_le_bytes())?;
@@ -307,7 +309,7 @@ impl Pool {
         let offset = self.bytes.len() as u64;
         self.bytes.extend(bytes);
         let accessor = root.push(Accessor {
-            buffer_view: None, // known once all pools are full
+            buffer_view: None, // set by `write`, once all pools are full
             byte_offset: Some(USize64(offset)),
             count: USize64(count as u64),
             component_type: Valid(GenericComponentType(component)),
@@ -348,7 +350,7 @@ fn named(name: &str) -> Option<String> {
     (!name.is_empty()).then(|| name.to_owned())
 }
 
-/// Where the part's centre goes, and how the part is turned about it.
+/// The node of an instance: translates the part's centre and transforms the part about it.
 fn node(part: &ScenePart, instance: &SceneInstance, mesh: Option<Index<Mesh>>) -> Result<Node, BeyondSingle> {
     let centre = single(instance.transform.transform_point3(part.centre) * METRES_PER_MILLIMETRE)?;
     let turn = instance.transform.matrix3;

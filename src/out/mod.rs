@@ -1,6 +1,6 @@
-//! Meshes to files and pictures: one [`FileSink`](crate::out::FileSink) for all formats, chosen by the file's extension.
+//! Meshes to files and pictures: one [`FileSink`](crate::out::FileSink) for all formats, chosen by the file extension.
 //!
-//! A file appears whole or not at all. Positions that are equal in a part stay equal in the file, whatever the format.
+//! Files are written atomically. Positions that are equal in a part stay equal in the file, whatever the format.
 
 mod pending;
 pub use pending::write_whole;
@@ -35,6 +35,6 @@ pub use camera::{BadViewPoint, Camera, Lens, ViewPoint};
 
 mod orbit;
 
-/// Pictures.
+/// Pictures through wgpu.
 #[cfg(feature = "wgpu")]
 pub mod wgpu;

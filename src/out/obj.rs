@@ -1,4 +1,4 @@
-//! A frame to Wavefront OBJ: text, millimetres, world coordinates with every digit of the f64 values.
+//! A frame to Wavefront OBJ: text, millimetres, world coordinates at full f64 precision.
 
 use super::placed::{Placement, batches_by_part, distinct, placed};
 use crate::mesh::{MemorySink, Scene, SceneInstance};
@@ -6,11 +6,13 @@ use glam::DVec3;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-/// Writes every instance as an object `o`, every face as a group `g`. Numbers are the shortest that read back as the
-/// same f64, so equal positions stay equal. The format has no alpha and keeps colours in a second file: none are written.
+/// Writes every instance as an object `o` and every face as a group `g`.
+///
+/// Numbers are the shortest that parse to the same f64, so equal positions stay equal. Colours are not written: the
+/// format keeps them in a second file.
 ///
 /// # Errors
-/// What `file` reports.
+/// I/O errors of `file`.
 pub fn write_obj(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let by_part = batches_by_part(frame);
     writeln!(file, "# {}: millimetres, written by trimtess", word(&frame.scene.name))?;
@@ -61,7 +63,7 @@ fn object_name(scene: &Scene, instance: &SceneInstance) -> String {
     }
 }
 
-/// A name as one word of one line: the format ends names at blanks.
+/// Replaces white space and control characters by `_`, because names end at blanks in OBJ.
 fn word(name: &str) -> String {
     name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect()
 }

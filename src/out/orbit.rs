@@ -1,12 +1,11 @@
-//! A camera and a movement of the hand to the camera after it: turning, sliding and coming closer, about points that stay where they are
-//! in the picture.
+//! Pointer movements to cameras: orbit, pan and zoom about a point that keeps its place in the picture.
 
 use super::{Camera, Lens, ViewPoint};
 use glam::{DQuat, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
 impl Camera {
-    /// What is right, what is up and what is towards the eye in the picture, of length 1 each.
+    /// Unit vectors to the right, up and towards the eye.
     #[must_use]
     pub fn axes(&self) -> [DVec3; 3] {
         let back = (self.eye - self.target).normalize_or(DVec3::NEG_Y);
@@ -14,7 +13,7 @@ impl Camera {
         [right, back.cross(right), back]
     }
 
-    /// From which side it looks, with the distance 1: what [`ViewPoint::fit`] takes.
+    /// The camera's direction as a [`ViewPoint`] of distance 1, to fit other cameras from the same side.
     #[must_use]
     pub fn view_point(&self) -> ViewPoint {
         let [right, _, back] = self.axes();
@@ -25,13 +24,14 @@ impl Camera {
         }
     }
 
-    /// Turned by radians about the vertical through `pivot`, as if the scene went round counter-clockwise seen from above, and then about
-    /// the picture's horizontal through it: upwards shows more of what is below. It stops where it looks straight up or down,
-    /// and the horizon stays level if it was.
+    /// Orbits about `pivot` by angles in radians, first about the vertical, then about the picture's horizontal axis.
+    ///
+    /// Positive `round` turns the scene counter-clockwise seen from above; positive `upwards` shows more of its
+    /// underside. The tilt stops at straight up and straight down. A level horizon stays level.
     #[must_use]
     pub fn orbited(&self, pivot: DVec3, round: f64, upwards: f64) -> Self {
         let [right, up, back] = self.axes();
-        // With the head down, "up to the pole" is the other way round; a level camera's head is never down.
+        // Only cameras that are upside down (never level ones) have the poles the other way round: no clamp there.
         let pitch = back.z.clamp(-1.0, 1.0).asin();
         let tilt = if up.z < 0.0 { upwards } else { (pitch - upwards).clamp(-FRAC_PI_2, FRAC_PI_2) - pitch };
         let turn = DQuat::from_rotation_z(-round) * DQuat::from_axis_angle(right, -tilt);
@@ -39,16 +39,16 @@ impl Camera {
         Self { eye: about(self.eye), target: about(self.target), up: turn * up, ..*self }
     }
 
-    /// Slid sideways, so that the point at the depth of `pivot` that was seen at `from` is seen at `to`: pixels from the upper left corner of
-    /// a picture of `size` pixels.
+    /// Pans the camera so that the point at the depth of `pivot` under pixel `from` moves to pixel `to`.
+    /// Pixels count from the upper left corner of a picture of `size` pixels.
     #[must_use]
     pub fn slid(&self, pivot: DVec3, from: [f64; 2], to: [f64; 2], size: [f64; 2]) -> Self {
         let shift = self.at_depth_of(pivot, from, size) - self.at_depth_of(pivot, to, size);
         Self { eye: self.eye + shift, target: self.target + shift, ..*self }
     }
 
-    /// With the distances to `point` multiplied by `factor`, above 0, and what parallel lines of sight show: the point stays where it
-    /// is in the picture.
+    /// Zooms about `point`, which keeps its place in the picture. Multiplies the distances of eye and target to `point`
+    /// by `factor` (above 0), and the height of an orthographic view.
     #[must_use]
     pub fn approached(&self, point: DVec3, factor: f64) -> Self {
         let nearer = |place: DVec3| point + factor * (place - point);
@@ -59,8 +59,8 @@ impl Camera {
         Self { eye: nearer(self.eye), target: nearer(self.target), lens, ..*self }
     }
 
-    /// The point seen at a place of the picture, in pixels from the upper left corner, that is as deep as `pivot`; as deep as the target
-    /// where a pivot beside the eye or behind it cannot be seen.
+    /// Unprojects a pixel position to the depth of `pivot`, or of the target if a perspective camera has `pivot` level
+    /// with the eye or behind it. `at` counts from the upper left corner of a picture of `size` pixels.
     #[must_use]
     pub fn at_depth_of(&self, pivot: DVec3, at: [f64; 2], size: [f64; 2]) -> DVec3 {
         let [.., back] = self.axes();
@@ -71,15 +71,14 @@ impl Camera {
         start + direction * (wanted / -direction.dot(back))
     }
 
-    /// Where a point is seen, in pixels from the upper left corner of a picture of `size` pixels; `None` from behind, unless lines of sight
-    /// are parallel.
+    /// Projects a point to pixels from the upper left corner. `None` for points behind a perspective camera.
     #[must_use]
     pub fn pixel_of(&self, point: DVec3, [width, height]: [f64; 2]) -> Option<[f64; 2]> {
         let [right, up, back] = self.axes();
         let depth = (self.eye - point).dot(back);
         let scale = height / self.height_at(depth);
-        let beside = |axis: DVec3| scale * (point - self.eye).dot(axis);
-        (scale > 0.0).then(|| [0.5 * width + beside(right), 0.5 * height - beside(up)])
+        let offset = |axis: DVec3| scale * (point - self.eye).dot(axis);
+        (scale > 0.0).then(|| [0.5 * width + offset(right), 0.5 * height - offset(up)])
     }
 }
 
@@ -103,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_and_lines_of_sight_are_each_others_inverse() {
+    fn projection_and_line_of_sight_are_inverse() {
         let perspective = camera(30.0, 20.0);
         for camera in [perspective, perspective.orthographic()] {
             for at in [[0.0, 0.0], [400.0, 300.0], [799.0, 13.0]] {
@@ -120,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_as_deep_as_the_target_keeps_its_size_with_parallel_lines_of_sight() {
+    fn orthographic_camera_keeps_size_at_target_depth() {
         let perspective = camera(30.0, 20.0);
         let parallel = perspective.orthographic();
         let [right, up, _] = perspective.axes();
@@ -132,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_knows_where_it_looks_from() {
+    fn view_point_inverts_fit() {
         for (yaw, pitch) in [(0.0, 0.0), (45.0, 35.0), (-90.0, 0.0), (170.0, -60.0), (30.0, 90.0), (-20.0, -90.0)] {
             let back = camera(yaw, pitch).view_point();
             assert!((back.yaw - yaw).abs() < 1e-9 && (back.pitch - pitch).abs() < 1e-5, "{back:?}");
@@ -148,12 +147,12 @@ mod tests {
             camera = camera.orbited(pivot, 0.1, if k < 60 { 0.07 } else { -0.05 });
             assert!((camera.eye.distance(pivot) - start.eye.distance(pivot)).abs() < 1e-6);
             assert!(camera.axes()[0].z.abs() < 1e-9, "the horizon is level");
-            assert!(camera.axes()[1].z > -1e-9, "the head is up");
+            assert!(camera.axes()[1].z > -1e-9, "the camera is upright");
         }
         let around = start.orbited(pivot, std::f64::consts::TAU, 0.0);
         assert!(around.eye.distance(start.eye) < 1e-9);
-        assert!((start.orbited(pivot, 0.0, -9.0).view_point().pitch - 90.0).abs() < 1e-5, "it stops above");
-        // The scene follows the hand: to the right and down.
+        assert!((start.orbited(pivot, 0.0, -9.0).view_point().pitch - 90.0).abs() < 1e-5, "the tilt stops at 90°");
+        // The scene follows the pointer: to the right and down.
         let seen = pixel(&start, DVec3::new(50.0, 0.0, 50.0));
         let centre = DVec3::splat(50.0);
         assert!(pixel(&start.orbited(centre, 0.1, 0.0), DVec3::new(50.0, 0.0, 50.0))[0] > seen[0]);
@@ -161,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn sliding_takes_the_point_along() {
+    fn panning_moves_the_point_with_the_pointer() {
         let camera = camera(-20.0, 40.0);
         let point = DVec3::new(100.0, 0.0, 100.0);
         let from = pixel(&camera, point);
@@ -178,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn approaching_keeps_the_point_in_its_place() {
+    fn zooming_keeps_the_point_in_place() {
         let camera = camera(60.0, -10.0);
         let point = DVec3::new(100.0, 100.0, 0.0);
         let closer = camera.approached(point, 0.25);

@@ -1,7 +1,7 @@
-//! A path to a file that appears under its name only when it is complete.
+//! Paths to files written atomically: a temporary file in the same folder, renamed when it is complete.
 //!
-//! The bytes go to a file beside it, which takes its name when all are written: whoever reads the name finds what stood there
-//! before, or all of the new. A process that is killed leaves the file beside it, hidden and ending in `.part`.
+//! Readers of the path see the old content or all of the new. A killed process leaves the temporary file, hidden and
+//! ending in `.part`.
 
 use crate::mesh::SinkError;
 use std::fs::{self, File, OpenOptions};
@@ -9,26 +9,27 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Large enough that a write call costs less than filling it.
+/// Large enough that a write call costs less than filling the buffer.
 const BUFFER_BYTES: usize = 1 << 20;
 
-/// Names that are tried beside a path, should leftovers of a process with this one's number stand there.
+/// Maximum number of temporary names tried. Names are taken if an earlier process of the same id left files.
 const NAMES: u32 = 1000;
 
-/// A file under a temporary name in the folder of its final path; dropped before [`PendingFile::publish`], it is removed.
+/// A file under a temporary name in the folder of its final path. Removed if dropped before [`PendingFile::publish`].
 #[derive(Debug)]
 pub(super) struct PendingFile {
     path: PathBuf,
-    /// None for what cannot be replaced: devices and pipes are written to as they are.
+    /// `None` for devices and pipes, which are written in place.
     temporary: Option<PathBuf>,
     writer: Option<BufWriter<File>>,
 }
 
-/// Runs `write` on a file that appears at `path`, whole or not at all; what stood there stays until then. A link is followed,
-/// and a device or pipe is written to as it is.
+/// Writes a file atomically: runs `write` on a temporary file, then renames it to `path`.
+///
+/// Symbolic links are followed. Devices and pipes are written in place.
 ///
 /// # Errors
-/// What `write` reports, or when the file cannot be created, written or renamed; nothing is left behind then.
+/// Errors of `write`, and failures to create, write or rename the file. No temporary file is left behind.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), SinkError> {
     PendingFile::create(path)?.publish(|file| write(file))
 }
@@ -37,7 +38,7 @@ impl PendingFile {
     pub(super) fn create(path: &Path) -> Result<Self, SinkError> {
         let context = || format!("cannot create {}", path.display());
         let fail = |cause| SinkError { context: context(), cause };
-        // A link stays one: what it leads to is replaced.
+        // Keep a link and replace its target.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if let Ok(known) = fs::metadata(&path)
             && !known.is_file()
@@ -51,7 +52,7 @@ impl PendingFile {
         Ok(Self { path, temporary: Some(temporary), writer })
     }
 
-    /// A new file in the folder of `path`.
+    /// Creates a temporary file in the folder of `path`.
     fn beside(path: &Path) -> io::Result<(PathBuf, File)> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let name = path.file_name();
@@ -72,14 +73,14 @@ impl PendingFile {
         Err(taken)
     }
 
-    /// Runs `write` on the file, then gives it its name, replacing what stood there.
+    /// Runs `write` on the file, then renames it to its final path, replacing any file there.
     pub(super) fn publish(
         mut self,
         write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
     ) -> Result<(), SinkError> {
         let Some(mut writer) = self.writer.take() else { return Ok(()) };
         let result = write(&mut writer).and_then(|()| writer.flush());
-        drop(writer); // some systems do not rename open files
+        drop(writer); // some systems cannot rename open files
         result
             .and_then(|()| self.temporary.as_ref().map_or(Ok(()), |temporary| fs::rename(temporary, &self.path)))
             .map_err(|cause| SinkError { context: format!("cannot write {}", self.path.display()), cause })
@@ -90,7 +91,7 @@ impl Drop for PendingFile {
     fn drop(&mut self) {
         drop(self.writer.take());
         if let Some(temporary) = &self.temporary {
-            // After a rename there is nothing left under this name; nobody is left to hear of another failure.
+            // Fails after a rename, when the name is gone. Nobody is left to report other failures to.
             let _ = fs::remove_file(temporary);
         }
     }

@@ -4,12 +4,12 @@ use crate::mesh::{Batch, MemorySink, SceneInstance, TileMesh};
 use crate::model::PartId;
 use glam::{DAffine3, DMat3, DVec3};
 
-/// Batches of each part, in the order they came.
+/// Groups batches by part, keeping their order.
 pub(super) fn batches_by_part(frame: &MemorySink) -> Vec<Vec<&Batch>> {
     by_part(frame, &frame.batches, |batch| batch.part)
 }
 
-/// Items of each part, in the order they came.
+/// Groups items by part, keeping their order. Items of unknown parts are dropped.
 pub(super) fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
     let mut parts: Vec<Vec<&T>> = (0..frame.scene.parts.len()).map(|_| Vec::new()).collect();
     for item in items {
@@ -20,7 +20,7 @@ pub(super) fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&
     parts
 }
 
-/// Instances with the batches of their parts; instances of parts that are not there are passed over.
+/// Pairs each instance with the batches of its part. Instances of unknown parts are skipped.
 pub(super) fn placed<'a>(
     frame: &'a MemorySink,
     by_part: &'a [Vec<&'a Batch>],
@@ -32,7 +32,7 @@ pub(super) fn placed<'a>(
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
     transform: DAffine3,
-    /// Inverse transpose up to scale (the cofactor matrix), so that normals stay normal; keeps outside outside.
+    /// The inverse transpose up to scale (the cofactor matrix, negated if mirrored). Outward normals stay outward.
     normals: DMat3,
     mirrored: bool,
 }
@@ -46,7 +46,7 @@ impl Placement {
         Self { transform: *transform, normals, mirrored }
     }
 
-    /// A function of the bits of `point` alone, so what coincides in the part coincides in the world. Never -0.0.
+    /// The position in the world. Depends only on the bits of `point`: equal points stay equal. Never -0.0.
     pub(super) fn position(&self, point: DVec3) -> DVec3 {
         self.transform.transform_point3(point) + DVec3::ZERO
     }
@@ -56,14 +56,14 @@ impl Placement {
         (self.normals * normal.as_dvec3()).normalize_or(DVec3::Z)
     }
 
-    /// The corners in the order that is counter-clockwise from outside.
+    /// Orders the corners counter-clockwise seen from outside.
     pub(super) fn winding(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
         if self.mirrored { [a, c, b] } else { [a, b, c] }
     }
 }
 
-/// The triangles of `mesh` whose corners, as `rounded` has them, are three different points. Triangles that name a missing
-/// vertex are passed over.
+/// The triangles of `mesh` whose corners are three different points of `rounded`. Triangles with a missing vertex are
+/// skipped.
 pub(super) fn distinct<'a, P: PartialEq>(mesh: &'a TileMesh, rounded: &'a [P]) -> impl Iterator<Item = [u32; 3]> + 'a {
     mesh.triangles.iter().copied().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
         [Some(a), Some(b), Some(c)] => a != b && b != c && c != a,

@@ -1,16 +1,16 @@
-//! A frame to PLY, binary little-endian: double positions in millimetres and world coordinates, float normals, and the
-//! face each triangle belongs to.
+//! A frame to PLY, binary little-endian: f64 positions in millimetres and world coordinates, f32 normals, and the face
+//! of each triangle.
 
 use super::placed::{Placement, batches_by_part, distinct, placed};
 use crate::mesh::MemorySink;
 use glam::DVec3;
 use std::io::{self, Write};
 
-/// Writes every instance. Vertices are shared within a batch only; `face_id` counts faces over all instances
+/// Writes every instance. Vertices are shared within a batch only. `face_id` numbers faces across all instances
 /// ([`SceneInstance::first_face`](crate::mesh::SceneInstance::first_face) + face).
 ///
 /// # Errors
-/// What `file` reports, or more than 2³² vertices.
+/// I/O errors of `file`, or 2³² vertices or more.
 pub fn write_ply(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let by_part = batches_by_part(frame);
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
@@ -25,7 +25,7 @@ pub fn write_ply(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
         }
     }
     if u32::try_from(vertices).is_err() {
-        return Err(io::Error::other(format!("{vertices} vertices; PLY's 32-bit indices end at {}", u32::MAX)));
+        return Err(io::Error::other(format!("{vertices} vertices exceed the 32-bit indices of PLY ({})", u32::MAX)));
     }
     write!(
         file,

@@ -1,9 +1,9 @@
-//! Positions in double precision to single precision, or the number that it has none for.
+//! Positions in double precision to single precision, or an error where they overflow.
 
 use glam::{DVec3, Vec3};
 use std::{error, fmt, io};
 
-/// A position that single precision cannot hold: its numbers end at 3.4e38.
+/// A position that overflows single precision (3.4e38).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct BeyondSingle {
     /// The position, in the file's units and axes.
@@ -14,10 +14,7 @@ impl fmt::Display for BeyondSingle {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let DVec3 { x, y, z } = self.position;
         let most = f32::MAX;
-        write!(
-            f,
-            "a position of ({x:e}, {y:e}, {z:e}) does not fit the file's single precision, which ends at {most:e}"
-        )
+        write!(f, "the position ({x:e}, {y:e}, {z:e}) overflows the file format's single precision (up to {most:e})")
     }
 }
 
@@ -29,10 +26,10 @@ impl From<BeyondSingle> for io::Error {
     }
 }
 
-/// The nearest position in single precision. Never -0.0.
+/// Rounds to the nearest position in single precision. Never -0.0.
 ///
 /// # Errors
-/// Where a coordinate is not finite, or would not be.
+/// If a coordinate is not finite before or after rounding.
 pub(super) fn single(position: DVec3) -> Result<Vec3, BeyondSingle> {
     let rounded = position.as_vec3() + Vec3::ZERO;
     if rounded.is_finite() { Ok(rounded) } else { Err(BeyondSingle { position }) }

@@ -6,12 +6,14 @@ use crate::mesh::{Batch, MemorySink};
 use glam::Vec3;
 use std::io::{self, Write};
 
-/// Writes every instance. Each position is rounded once from its world coordinates, so that the file closes wherever
-/// the mesh does; triangles whose rounded corners coincide are left out.
+/// Writes every instance.
+///
+/// Positions are rounded once, from world coordinates, so the file is closed wherever the mesh is. Triangles whose
+/// rounded corners coincide are left out.
 ///
 /// # Errors
-/// What `file` reports, or, with nothing written, more than 2³² triangles or [a position](BeyondSingle) that the format cannot
-/// hold.
+/// I/O errors of `file`. 2³² triangles or more, or a position [beyond single precision](BeyondSingle); nothing is
+/// written then.
 pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let by_part = batches_by_part(frame);
     let mut world = Vec::new();
@@ -24,8 +26,8 @@ pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
         }
     }
     let count = u32::try_from(triangles)
-        .map_err(|_| io::Error::other(format!("{triangles} triangles; STL counts up to {}", u32::MAX)))?;
-    // Readers take a head that starts with "solid" for the text form.
+        .map_err(|_| io::Error::other(format!("{triangles} triangles exceed the STL limit of {}", u32::MAX)))?;
+    // The header must not start with "solid": readers would take the file for text STL.
     let mut head = [b' '; 80];
     let title = b"binary STL, millimetres, written by trimtess";
     head[..title.len()].copy_from_slice(title);

@@ -1,4 +1,4 @@
-//! Deliveries of all workers -> one frame in the sink, in (part, tile) order whatever the number of workers.
+//! Deliveries of all workers -> one frame in the sink, in (part, tile) order for any number of workers.
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
@@ -10,56 +10,56 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::time::Duration;
 
-/// A committed frame.
+/// Report of a committed frame.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct FrameReport {
     /// Number of the frame within its session, from 0.
     pub frame: u64,
-    /// Whether the sink got all there is, and not only what changed since the last frame.
+    /// Whether the sink got a whole frame rather than changes.
     pub whole: bool,
-    /// Tiles that were made.
+    /// Tiles made.
     pub tiles: usize,
-    /// Tiles with triangles that the sink got.
+    /// Batches with triangles sent to the sink.
     pub batches: usize,
     /// Triangles of all batches, each part counted once.
     pub triangles: u64,
-    /// Tiles whose triangles the sink was told to forget: out of the picture, and no more what the plan says.
+    /// Outdated off-screen tiles evicted from the sink, by empty batches.
     pub forgotten: usize,
-    /// Tiles that should have changed their rates and wait for the next frame, because the budget was spent.
+    /// Tiles whose change of level waits for the next frame because the budget was spent.
     pub deferred: u32,
-    /// Tiles that came out less than as stated, ascending by (part, tile).
+    /// Degraded tiles, ascending by (part, tile).
     pub degraded: Vec<DegradedTile>,
-    /// Faces off the normal path, ascending by (part, face); in whole frames made without a view, those without triangles are among
-    /// them.
+    /// Faces off the normal path, ascending by (part, face). Frames made by [`Session::frame`](super::Session::frame)
+    /// or [`serial`](super::serial) include faces without triangles.
     pub rungs: Vec<FaceRung>,
-    /// All faces by the rung that they needed, each part counted once; in frames of views, those made that left the normal path.
+    /// All faces by rung, each part counted once. Frames of views only count rebuilt faces off the normal path.
     pub ladder: Ladder,
     /// Triangles that only close boundaries, each part counted once.
     pub slivers: u64,
-    /// Faces that hold such triangles, or are wound otherwise than once, ascending by (part, face).
+    /// Faces with such triangles, or that their boundary does not wind around exactly once, ascending by (part, face).
     pub fills: Vec<FaceFill>,
     /// Edges without polyline, ascending by (part, edge).
     pub lost_lines: Vec<LostLine>,
-    /// What each worker did, by number; those that had nothing to do are left out.
+    /// Metrics of each worker, ascending. Workers without an order are left out.
     pub workers: Vec<WorkerMetrics>,
-    /// What the master took to make the plan; nothing where it was given.
+    /// Time to make the plan; zero where the caller passed it.
     pub planned_in: Duration,
-    /// From the order to the last delivery.
+    /// Time from the order to the last delivery.
     pub made_in: Duration,
-    /// From there until the sink had everything.
+    /// Time from the last delivery to the end of the commit.
     pub committed_in: Duration,
 }
 
-/// Why a frame was not committed. The sink has been told to abort if it had begun.
+/// Why a frame was not committed. If the sink was fed, [`MeshSink::abort`] was called.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FrameError {
     /// The sink refused.
     Sink(SinkError),
-    /// A worker's thread is gone: the session is over.
+    /// A worker's thread is gone. The session cannot be used any more.
     WorkerLost {
-        /// Its number.
+        /// The worker's index.
         worker: usize,
     },
 }
@@ -82,7 +82,7 @@ impl std::error::Error for FrameError {
     }
 }
 
-/// Takes from each worker that was asked what belongs to `frame`; a late delivery of an earlier frame is dropped.
+/// Takes the delivery of `frame` from each worker in `asked`. Drops late deliveries of earlier frames.
 pub(super) fn gather(queues: &[Receiver<Delivery>], asked: &[bool], frame: u64) -> Result<Vec<Delivery>, FrameError> {
     let mut deliveries = Vec::with_capacity(queues.len());
     for (worker, queue) in queues.iter().enumerate().filter(|(worker, _)| asked[*worker]) {
@@ -97,24 +97,23 @@ pub(super) fn gather(queues: &[Receiver<Delivery>], asked: &[bool], frame: u64) 
     Ok(deliveries)
 }
 
-/// What a sink gets beside what the workers made.
+/// How a frame is committed.
 #[derive(Clone, Copy)]
 pub(super) enum Feed<'a> {
-    /// Everything there is, and all of it is drawn.
+    /// As a whole frame, all of it drawn.
     All,
-    /// What is drawn for views.
+    /// As a frame of views.
     Views {
-        /// Whether the sink has nothing yet that holds.
+        /// Whether to send a whole frame rather than changes.
         whole: bool,
         drawn: &'a Drawn,
-        /// Tiles that it has and shall forget, ascending.
+        /// Tiles to evict from the sink, ascending.
         forgotten: &'a [(PartId, TileId, FaceId)],
     },
 }
 
-/// Feeds the sink with a frame that all workers have reported: `begin`, batches by (part, tile), edge lines by
-/// (part, edge), what is drawn, `end`; `abort` after the first refusal. `laps` started with the order. Returns what the sink left
-/// of the batches, too.
+/// Feeds a complete frame to the sink: `begin`, batches by (part, tile), edge lines by (part, edge), the drawn tiles,
+/// `end`; `abort` after the first refusal. `laps` was started with the order. Also returns the batches.
 pub(super) fn commit(
     deliveries: Vec<Delivery>,
     scene: &Scene,
@@ -147,7 +146,7 @@ pub(super) fn commit(
         batches.extend(forgotten.iter().map(empty));
         report.forgotten = forgotten.len();
     }
-    // The keys are unique: no ties that the number of workers could decide.
+    // The keys are unique, so there are no ties for the number of workers to decide.
     batches.sort_unstable_by_key(|b| (b.part, b.tile));
     lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
@@ -171,7 +170,7 @@ pub(super) fn commit(
     Ok((report, batches))
 }
 
-/// What faces hold, from what their tiles hold: in the order of the tiles, which decides how areas round.
+/// Sums the fills of tiles by face, in the order of the tiles: areas round the same for any number of workers.
 fn by_face(mut tiles: Vec<(TileId, FaceFill)>) -> Vec<FaceFill> {
     tiles.sort_unstable_by_key(|(tile, fill)| (fill.part, *tile));
     let mut faces: BTreeMap<(PartId, FaceId), FaceFill> = BTreeMap::new();
@@ -181,10 +180,11 @@ fn by_face(mut tiles: Vec<(TileId, FaceFill)>) -> Vec<FaceFill> {
     faces.into_values().collect()
 }
 
-/// The worst rung of each face that left the normal path, and faces counted by rung: all faces of `scene`, if all of it was made.
+/// The worst rung of each face that left the normal path, and the number of faces per rung. `scene` is given if all of
+/// it was made: then all its faces are counted.
 fn climbed(scene: Option<&Scene>, batches: &[Batch], tiles: Vec<FaceRung>) -> (Vec<FaceRung>, Ladder) {
     let mut worst: BTreeMap<(PartId, FaceId), Rung> = BTreeMap::new();
-    // A tile that vanishes is nothing to a face with other tiles.
+    // A tile without area does not affect a face that has other tiles.
     let (vanished, tiles): (Vec<_>, Vec<_>) = tiles.into_iter().partition(|tile| tile.rung == Rung::NoArea);
     let vanished: BTreeSet<(PartId, FaceId)> = vanished.iter().map(|tile| (tile.part, tile.face)).collect();
     let parts = scene.map_or(&[][..], |scene| &scene.parts);

@@ -1,27 +1,25 @@
-//! The cores of this machine -> threads that stay on one of them. Without the feature `affinity` no core is known.
+//! Pins threads to cores. Without the feature `affinity` no cores are known and nothing is pinned.
 
-/// A core.
 #[cfg(feature = "affinity")]
 pub(super) use core_affinity::CoreId;
 
-/// A core.
 #[cfg(not(feature = "affinity"))]
 #[derive(Clone, Copy)]
 pub(super) enum CoreId {}
 
-/// All cores; empty where they are not known.
+/// All cores, or none if the system does not list them.
 #[cfg(feature = "affinity")]
 pub(super) fn cores() -> Vec<CoreId> {
     core_affinity::get_core_ids().unwrap_or_default()
 }
 
-/// All cores; empty where they are not known.
+/// No cores.
 #[cfg(not(feature = "affinity"))]
 pub(super) fn cores() -> Vec<CoreId> {
     Vec::new()
 }
 
-/// Keeps this thread on a core. Where that is refused, the system goes on choosing.
+/// Pins this thread to a core. Has no effect if the system refuses.
 pub(super) fn stay_on(core: CoreId) {
     #[cfg(feature = "affinity")]
     core_affinity::set_for_current(core);

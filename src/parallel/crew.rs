@@ -1,4 +1,4 @@
-//! Threads and queues of a session: hands out frames, takes back what the workers made, gives them used buffers again.
+//! Threads and queues of a session: sends orders, receives deliveries, returns used buffers to the workers.
 
 use super::commit::{Feed, FrameError, FrameReport, commit, gather};
 use super::cores::{cores, stay_on};
@@ -19,7 +19,7 @@ use std::thread::{self, JoinHandle};
 pub struct StartError {
     /// The worker whose thread was refused.
     pub worker: usize,
-    /// What the system said.
+    /// The system's error.
     pub cause: std::io::Error,
 }
 
@@ -35,36 +35,36 @@ impl std::error::Error for StartError {
     }
 }
 
-/// What a frame asks of the workers.
+/// The work of one frame.
 pub(super) enum Work {
-    /// All that each owns of the first so many parts.
+    /// Everything that the workers own of the first `n` parts.
     All(usize),
-    /// For each worker some of what it owns.
+    /// One hand per worker, each a subset of what it owns.
     Some(Vec<Hand>),
 }
 
-/// A frame that workers are at.
+/// A frame in progress.
 pub(super) struct Underway {
     frame: u64,
-    /// Who has to report.
+    /// By worker: whether it got an order and has to deliver.
     asked: Vec<bool>,
     pub(super) laps: Laps,
 }
 
-/// The workers of a session and the ends of their queues.
+/// The workers of a session and the master's ends of their queues.
 pub(super) struct Crew<S: Stages> {
     orders: Vec<Sender<Order<S::Plan>>>,
     deliveries: Vec<Receiver<Delivery>>,
     threads: Vec<JoinHandle<()>>,
-    /// Buffers that each worker gets with its next order.
+    /// Used buffers of each worker, returned with its next order.
     spare: Vec<Vec<TileMesh>>,
     next_frame: u64,
-    /// Frames before this one are not wanted any more. The master writes it, workers look at it between tiles.
+    /// Earlier frames are cancelled. Written by the master, read by workers between tiles.
     wanted_from: Arc<AtomicU64>,
 }
 
 impl<S: Stages> Crew<S> {
-    /// One thread per hand. Threads already started end when a later one is refused.
+    /// Starts one thread per hand. If the system refuses a thread, those already started end.
     pub(super) fn start(stages: &Arc<S>, hands: Vec<Hand>, reuse: Reuse, pin: bool) -> Result<Self, StartError> {
         let cores = if pin { cores() } else { Vec::new() };
         let mut crew = Self {
@@ -97,17 +97,17 @@ impl<S: Stages> Crew<S> {
         Ok(crew)
     }
 
-    /// How many workers there are.
+    /// Number of workers.
     pub(super) fn len(&self) -> usize {
         self.threads.len()
     }
 
-    /// Broadcasts the plan to the workers that have something to do, who take the time of each tile if that is wanted.
+    /// Sends the plan to the workers that have something to do. With `timed`, they measure each tile.
     pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work, timed: bool) -> Result<Underway, FrameError> {
         let laps = Laps::start();
         let frame = self.next_frame;
         self.next_frame += 1;
-        // What is left of frames that nobody waited for would fill the queues until workers wait, and then the master.
+        // Deliveries of cancelled frames would fill the queues, and then block the workers and the master.
         for delivery in self.deliveries.iter().flat_map(Receiver::try_iter) {
             drop(delivery);
         }
@@ -128,23 +128,23 @@ impl<S: Stages> Crew<S> {
         Ok(Underway { frame, asked, laps })
     }
 
-    /// Whether all workers have reported: [`take`](Self::take) will not wait.
+    /// Whether all workers have delivered, so that [`take`](Self::take) does not wait.
     pub(super) fn is_made(&self, underway: &Underway) -> bool {
         let mut asked = self.deliveries.iter().zip(&underway.asked).filter(|(_, asked)| **asked);
         asked.all(|(queue, _)| !queue.is_empty())
     }
 
-    /// Waits for the workers of a frame.
+    /// Waits for all deliveries of a frame.
     pub(super) fn take(&mut self, underway: &Underway) -> Result<Vec<Delivery>, FrameError> {
         gather(&self.deliveries, &underway.asked, underway.frame)
     }
 
-    /// Makes workers leave frames that were given so far: they stop after the tile that they are at.
+    /// Cancels all frames given so far. Workers stop after their current tile.
     pub(super) fn cancel(&self) {
         self.wanted_from.store(self.next_frame, Ordering::Relaxed);
     }
 
-    /// Takes back what a sink left of batches, for those who made them.
+    /// Collects the buffers that a sink left in its batches, for the workers that filled them.
     pub(super) fn recycle(&mut self, batches: Vec<Batch>) {
         for Batch { worker, mut mesh, .. } in batches {
             if let Some(spare) = self.spare.get_mut(worker as usize)
@@ -157,7 +157,7 @@ impl<S: Stages> Crew<S> {
         }
     }
 
-    /// Makes one frame of everything in the first `parts` parts and feeds it to the sink.
+    /// Makes a whole frame of the first `parts` parts and feeds it to the sink.
     pub(super) fn frame(
         &mut self,
         plan: &Arc<S::Plan>,
@@ -173,7 +173,6 @@ impl<S: Stages> Crew<S> {
         Ok(report)
     }
 
-    /// Number of the next frame.
     pub(super) fn next_frame(&self) -> u64 {
         self.next_frame
     }
@@ -185,17 +184,17 @@ impl<S: Stages> Crew<S> {
     }
 }
 
-/// Buffers that wait for a worker: as many as a frame of a moving camera takes, not as many as the first one took.
+/// Most spare buffers per worker: enough for a frame of a moving camera, far fewer than the first frame filled.
 const MOST_SPARE: usize = 256;
 
 impl<S: Stages> Drop for Crew<S> {
     fn drop(&mut self) {
-        // Hanging up both queues ends every worker after the tile that it is at.
+        // Hanging up both queues ends every worker after its current tile.
         self.cancel();
         self.orders.clear();
         self.deliveries.clear();
         for thread in self.threads.drain(..) {
-            // A worker that died was reported by the frame that missed it.
+            // A panic of the thread was already reported, by the frame that missed its delivery.
             let _ = thread.join();
         }
     }
@@ -212,7 +211,7 @@ mod tests {
     use glam::DVec3;
     use std::sync::atomic::AtomicU32;
 
-    /// Stands in for a prepared model: one triangle per tile, named by tile, plan and the scratch's history.
+    /// Stands in for a prepared model: one triangle per tile, whose position encodes the tile and the plan.
     struct Fake {
         panics_at: Option<u32>,
         made: AtomicU32,
@@ -322,7 +321,7 @@ mod tests {
         }
     }
 
-    /// Refuses call number `at` and counts what comes after.
+    /// Refuses call number `at` and panics if a call other than `abort` follows.
     struct Refusing {
         at: usize,
         calls: usize,
@@ -377,7 +376,7 @@ mod tests {
     #[test]
     fn a_lost_worker_is_an_error_and_dropping_the_session_ends_all_threads() {
         let (fake, mut crew) = start(None, 2);
-        // Hanging up one worker's orders ends its thread, as a crash outside a tile would.
+        // Hanging up its orders ends the worker's thread, as a crash outside a tile would.
         crew.hang_up_on(1);
         let error = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut MemorySink::default()).unwrap_err();
         assert!(matches!(error, FrameError::WorkerLost { worker: 1 }), "{error}");

@@ -1,9 +1,10 @@
-//! Weighted tile centres -> one list of tiles per worker, dealt once. Neighbours go to different workers.
+//! Weighted tile centres -> one list of tiles per worker. Neighbouring tiles go to different workers.
 //!
 //! Method: Kumar & Manocha 1995, section 6 (neighbouring patches onto different processors, statically), made concrete
-//! as stratified dealing: tiles are sorted along a Hilbert curve through their centres; each window of a few consecutive tiles
-//! per worker is dealt heaviest first, each tile to the worker with the least so far.
-//! A zoom into one corner is a stretch of the curve and thus loads every worker.
+//! as stratified dealing. Tiles are sorted along a Hilbert curve through their centres. Each window of a few
+//! consecutive tiles per worker is dealt heaviest first, each tile to the worker with the least load so far. A zoom
+//! into one corner is a stretch of the curve and thus loads every worker.
+//!
 //! Hilbert index: J. Skilling, *Programming the Hilbert curve*, AIP Conf. Proc. 707 (2004), 381.
 
 use crate::model::{PartId, TileId};
@@ -13,16 +14,16 @@ use glam::DVec3;
 /// Bits per axis of a Hilbert index: three axes fill 63 of 64 bits.
 const BITS: u32 = 21;
 
-/// What the dealer knows of one tile.
+/// Position and expected cost of one tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
-    /// Where the tile is, in coordinates common to all tiles that are dealt together. Finite.
+    /// Centre of the tile, in coordinates common to all tiles. Finite.
     pub centre: DVec3,
     /// Expected cost, in any unit common to all tiles; positive and finite.
     pub weight: f64,
 }
 
-/// What the dealer knows of each tile of a model, in the order of [`Prepared::tiles`]: tiles stand where their part's first instance does.
+/// The load of each tile, in the order of [`Prepared::tiles`]. Tiles are placed as in their part's first instance.
 #[must_use]
 pub fn loads(prepared: &Prepared) -> Vec<Load> {
     let mut place = vec![None; prepared.parts.len()];
@@ -38,15 +39,14 @@ pub fn loads(prepared: &Prepared) -> Vec<Load> {
     prepared.tiles().map(load).collect()
 }
 
-/// Tiles of a window for each worker. With one each, a worker that got a tile as heavy as a hundred others gets another one in each
-/// window that follows; with many more, those of a worker would no longer be spread along the curve.
+/// Tiles per worker in a window. With 1, a worker that got a tile as heavy as a hundred others still gets another one
+/// in each window that follows. With many more, the tiles of one worker would no longer be spread along the curve.
 const WINDOW: usize = 4;
 
-/// The owner of each tile: `hands[w]` holds worker w's indices into `loads`, ascending.
+/// Deals tiles to workers: element `w` of the result holds worker `w`'s indices into `loads`, ascending.
 ///
-/// Every index is in exactly one hand. After each tile the workers' sums differ by at most the largest weight, so the
-/// final sums do too. The same loads and worker count give the same hands. `O(n (log n + workers))`.
-/// `workers` of 0 is taken as 1.
+/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight. Deterministic.
+/// `O(n (log n + workers))`. 0 `workers` are treated as 1.
 #[must_use]
 pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
     let workers = workers.max(1);
@@ -56,7 +56,7 @@ pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
     for chunk in along_curve(loads).chunks(WINDOW * workers) {
         window.clear();
         window.extend_from_slice(chunk);
-        // Sort keys end in an index, so that ties are decided and not left to luck.
+        // The index breaks ties, which makes the order deterministic.
         window.sort_unstable_by(|&a, &b| loads[b].weight.total_cmp(&loads[a].weight).then(a.cmp(&b)));
         for &tile in &window {
             let least = (0..workers).min_by(|&a, &b| f64::total_cmp(&sums[a], &sums[b])).unwrap_or(0);

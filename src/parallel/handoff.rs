@@ -1,4 +1,4 @@
-//! What crosses threads, and nothing else does: orders to the workers, deliveries to the render thread.
+//! Messages between threads: orders to the workers, deliveries to the render thread.
 
 use super::metrics::WorkerMetrics;
 use crate::frame::{Degradation, Rung};
@@ -8,85 +8,85 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Orders a worker may have waiting: the frame that it makes next.
+/// Capacity of a worker's order queue: the frame that it makes next.
 const ORDERS_AHEAD: usize = 1;
 
-/// Deliveries a worker may have waiting: the frame that the render thread commits next, and a late one.
+/// Capacity of a worker's delivery queue: the frame that the render thread commits next, and a late one.
 const DELIVERIES_AHEAD: usize = 2;
 
-/// What one worker owns, ascending.
+/// Tiles and edges of one worker: all that it owns, or those to make in a frame. Ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Hand {
-    /// Tiles, and the faces that they belong to.
+    /// Tiles with their faces.
     pub(super) tiles: Vec<(PartId, TileId, FaceId)>,
-    /// Edges whose polylines it makes.
+    /// Edges whose polylines the worker makes.
     pub(super) edges: Vec<(PartId, EdgeId)>,
-    /// Tiles of which it need keep nothing, before anything is made.
+    /// Tile caches to drop before the work starts.
     pub(super) gone: Gone,
 }
 
-/// Tiles that are not to be patched up from what they were.
+/// Invalidated tile caches: these tiles are rebuilt from scratch next time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Gone {
-    /// All that there are.
+    /// Whether all caches are invalid.
     pub(super) all: bool,
-    /// These.
+    /// The tiles with invalid caches, if not all.
     pub(super) tiles: Vec<(PartId, TileId)>,
 }
 
 impl Hand {
-    /// Whether there is nothing to make.
+    /// Whether there is nothing to make. Ignores invalid caches.
     pub(super) fn is_empty(&self) -> bool {
         self.tiles.is_empty() && self.edges.is_empty()
     }
 }
 
-/// What an order asks for.
+/// What an order asks a worker to make.
 pub(super) enum Task {
-    /// All that the worker owns of the first so many parts.
+    /// Everything it owns of the first `n` parts.
     All(usize),
-    /// Some of what it owns.
+    /// A subset of what it owns, with incremental updates.
     Some(Hand),
 }
 
-/// Master to worker: make your tiles by this plan.
+/// Message from the master to a worker: make these tiles by this plan.
 pub(super) struct Order<P> {
     /// Number of the frame, ascending.
     pub(super) frame: u64,
     /// The plan, the same for all workers.
     pub(super) plan: Arc<P>,
-    /// What of the worker's own to make.
+    /// What to make.
     pub(super) task: Task,
-    /// Whether to take the time of each tile.
+    /// Whether to measure the time of each tile.
     pub(super) timed: bool,
-    /// Buffers to make it in.
+    /// Used buffers to make tiles in.
     pub(super) spare: Vec<TileMesh>,
 }
 
-/// Worker to render thread: everything that one worker made for one frame.
+/// Message from a worker to the render thread: everything that it made for one frame.
 #[derive(Default)]
 pub(super) struct Delivery {
     /// Number of the frame.
     pub(super) frame: u64,
-    /// Batches, ascending by (part, tile); when a worker makes all that it owns, only those with triangles.
+    /// Batches, ascending by (part, tile). For [`Task::All`], only those with triangles.
     pub(super) batches: Vec<Batch>,
-    /// What each tile took, if that was asked.
+    /// Time of each tile, if [`Order::timed`].
     pub(super) times: Vec<(PartId, TileId, Duration)>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,
-    /// Tiles that came out less than as stated, ascending by (part, tile).
+    /// Degraded tiles, ascending by (part, tile).
     pub(super) degraded: Vec<DegradedTile>,
     /// Rungs of tiles off the normal path, ascending by (part, tile).
     pub(super) rungs: Vec<FaceRung>,
-    /// Tiles that hold more than what their loops wind around once, ascending by (part, tile).
+    /// Fills of tiles with more than what their loops wind around once, ascending by (part, tile).
     pub(super) fills: Vec<(TileId, FaceFill)>,
     /// Edges without polyline, ascending by (part, edge).
     pub(super) lost_lines: Vec<LostLine>,
-    /// What it took.
+    /// Counts and times.
     pub(super) metrics: WorkerMetrics,
 }
 
-/// A tile that came out less than as stated.
+/// A tile with a [`Degradation`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct DegradedTile {
     /// The part.
@@ -99,7 +99,7 @@ pub struct DegradedTile {
     pub degradation: Degradation,
 }
 
-/// How far down the ladder of fallbacks a face went.
+/// The [`Rung`] that a face needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FaceRung {
     /// The part.
@@ -110,28 +110,28 @@ pub struct FaceRung {
     pub rung: Rung,
 }
 
-/// What a face holds besides the triangles that its boundary winds around once.
+/// Triangles of a face besides those that its boundary winds around exactly once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FaceFill {
     /// The part.
     pub part: PartId,
     /// The face within the part.
     pub face: FaceId,
-    /// Triangles that only close the boundary; where it is not simple, also those that have no area.
+    /// Triangles that only close the boundary. If the boundary is not simple, also triangles without area.
     pub slivers: u32,
-    /// Area that the boundary winds around otherwise than once, mm².
+    /// Area that the boundary winds around, but not exactly once, mm².
     pub rewound: f64,
 }
 
 impl FaceFill {
-    /// Adds what another tile of the face holds.
+    /// Adds the fill of another tile of the face.
     pub(super) fn add(&mut self, other: &Self) {
         self.slivers += other.slivers;
         self.rewound += other.rewound;
     }
 }
 
-/// A B-rep edge that has no polyline. Triangles are not touched by that.
+/// A B-rep edge without a polyline. Triangles are not affected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostLine {
     /// The part.

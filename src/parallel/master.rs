@@ -1,4 +1,4 @@
-//! Prepared model + worker count -> a session: tiles dealt once, plans broadcast, frames committed on the caller's thread.
+//! Prepared model -> a session: deals tiles to workers, broadcasts plans, commits frames on the caller's thread.
 
 use super::commit::{Feed, FrameError, FrameReport, commit};
 use super::crew::{Crew, StartError, Underway, Work};
@@ -19,32 +19,32 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-/// Knobs of a [`Session`].
+/// Options of a [`Session`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SessionOptions {
-    /// Worker threads; 0 = one per core that the process may use. More than there are tiles is a waste, not an error.
+    /// Number of worker threads; 0 = one per core available to the process. Workers in excess of the tiles stay idle.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too.
     pub edge_lines: bool,
-    /// How views become plans.
+    /// Options of the planner, for frames of views.
     pub planner: PlannerOptions,
-    /// Meshes that a part which the model places more than once may have in frames of views, for instances at different
-    /// distances ([`Levels`]); 0 is taken as 1.
+    /// Maximum number of LODs per instanced part in frames of views ([`Levels`]). 0 is treated as 1.
     pub levels: usize,
-    /// Frames of views after which the master deals the tiles anew, by the time that they took in these; `None`: never.
+    /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub redeal: Option<NonZeroU32>,
-    /// What workers keep of tiles in frames of views, to patch them up with when they change. With anything but [`Reuse::NONE`] the
-    /// triangles between the vertices of a tile depend on the views before (and with [`redeal`](Self::redeal) on what was measured), though not on
-    /// the number of workers.
+    /// What workers cache per tile for incremental updates in frames of views.
+    ///
+    /// Except with [`Reuse::NONE`], how the inside of a tile is cut into triangles depends on the views before. With
+    /// [`redeal`](Self::redeal) it also depends on measured times and on the number of workers.
     pub reuse: Reuse,
-    /// Whether each worker stays on one core, where the system allows that: for machines that do nothing else. Ignored
+    /// Whether to pin each worker to one core, where the system allows it. For machines that do nothing else. Ignored
     /// without the feature `affinity`.
     pub pin: bool,
 }
 
 impl SessionOptions {
-    /// One worker per core, with edge lines.
+    /// One worker per core, edge lines, up to 4 LODs per part, no rebalancing, no pinning.
     pub const DEFAULT: Self = Self {
         workers: 0,
         edge_lines: true,
@@ -55,43 +55,43 @@ impl SessionOptions {
         pin: false,
     };
 
-    /// The same with `workers` threads.
+    /// Sets [`workers`](Self::workers).
     #[must_use]
     pub const fn with_workers(self, workers: usize) -> Self {
         Self { workers, ..self }
     }
 
-    /// The same with or without edge lines.
+    /// Sets [`edge_lines`](Self::edge_lines).
     #[must_use]
     pub const fn with_edge_lines(self, edge_lines: bool) -> Self {
         Self { edge_lines, ..self }
     }
 
-    /// The same with up to `levels` meshes of each part.
+    /// Sets [`levels`](Self::levels).
     #[must_use]
     pub const fn with_levels(self, levels: usize) -> Self {
         Self { levels, ..self }
     }
 
-    /// The same, dealing anew every `frames` frames of views; 0: never.
+    /// Sets [`redeal`](Self::redeal); 0 `frames` disable it.
     #[must_use]
     pub const fn with_redeal(self, frames: u32) -> Self {
         Self { redeal: NonZeroU32::new(frames), ..self }
     }
 
-    /// The same, keeping of tiles what `patch` says.
+    /// Sets [`reuse`](Self::reuse).
     #[must_use]
     pub const fn with_reuse(self, reuse: Reuse) -> Self {
         Self { reuse, ..self }
     }
 
-    /// The same with workers pinned to cores, or not.
+    /// Sets [`pin`](Self::pin).
     #[must_use]
     pub const fn with_pin(self, pin: bool) -> Self {
         Self { pin, ..self }
     }
 
-    /// The same with other knobs of the planner.
+    /// Sets [`planner`](Self::planner).
     #[must_use]
     pub const fn with_planner(self, planner: PlannerOptions) -> Self {
         Self { planner, ..self }
@@ -138,10 +138,10 @@ impl Stages for Prepared {
     }
 }
 
-/// A prepared model with its workers. Threads start here and end when the session is dropped. Several sessions of one prepared
-/// model, or of several, know nothing of each other.
+/// A prepared model with worker threads, which end when the session is dropped. Sessions are independent of each other,
+/// also those of one prepared model.
 ///
-/// For a camera, [`view`](Self::view) brings a sink up to date, frame after frame:
+/// For a moving camera, [`view`](Self::view) updates a sink frame by frame:
 ///
 /// ```no_run
 /// use std::sync::Arc;
@@ -163,14 +163,14 @@ impl Stages for Prepared {
 /// let mut sink = MemorySink::default();
 /// for _ in 0..100 {
 ///     let report = session.view(&[view], &mut sink)?;
-///     println!("{} of the tiles were made anew", report.tiles);
+///     println!("{} tiles rebuilt", report.tiles);
 ///     view.eye.y += 1.0;
 /// }
 /// # Ok(())
 /// # }
 /// ```
 ///
-/// For a mesh that keeps a tolerance everywhere, [`frame`](Self::frame) makes all of it by a plan:
+/// For a mesh within a tolerance everywhere, [`frame`](Self::frame) tessellates the whole model by a plan:
 ///
 /// ```no_run
 /// # use std::sync::Arc;
@@ -187,7 +187,7 @@ impl Stages for Prepared {
 /// # }
 /// ```
 pub struct Session {
-    /// With further rows of parts for their [`Levels`].
+    /// With the parts of all [`Levels`].
     prepared: Arc<Prepared>,
     model: Scene,
     scene: Scene,
@@ -195,22 +195,22 @@ pub struct Session {
     crew: Crew<Prepared>,
     owners: Owners,
     options: SessionOptions,
-    /// Made with the first view.
+    /// Created with the first frame of views.
     live: Option<Live>,
 }
 
-/// What a session keeps between the frames of views.
+/// State between frames of views.
 struct Live {
     planner: Planner,
     upkeep: Upkeep,
     begun: Option<Begun>,
 }
 
-/// A frame that was begun.
+/// A frame that was begun and not yet finished.
 struct Begun {
     plan: Arc<Plan>,
     due: Due,
-    /// `None` where nothing has to be made.
+    /// `None` if nothing has to be made.
     underway: Option<Underway>,
     planned_in: Duration,
     deferred: u32,
@@ -220,7 +220,7 @@ impl Session {
     /// Deals the tiles and starts the workers.
     ///
     /// # Errors
-    /// When the system refuses a thread; none is left behind.
+    /// When the system refuses a thread. Threads already started are joined first.
     pub fn start(prepared: Arc<Prepared>, options: &SessionOptions) -> Result<Self, StartError> {
         let workers = match options.workers {
             0 => thread::available_parallelism().map_or(1, usize::from),
@@ -235,14 +235,14 @@ impl Session {
         Ok(Self { prepared, model, scene, levels, crew, owners, options: options.clone(), live: None })
     }
 
-    /// How many workers there are.
+    /// Number of workers.
     #[must_use]
     pub fn workers(&self) -> usize {
         self.crew.len()
     }
 
-    /// What frames of views show: the model's parts, then further rows of those that have several meshes; and its instances as
-    /// they were added, moved and removed since, each with the row that it had in the last frame.
+    /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
+    /// instances. Each instance names the LOD that it used in the last frame.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -254,20 +254,20 @@ impl Session {
         self.live.as_ref().map(|live| live.planner.last())
     }
 
-    /// The prepared model as plans of frames of views see it: with further rows for parts that have several meshes.
+    /// The prepared model. Further LODs of a part are parts of their own, after all parts of the model.
     #[must_use]
     pub fn prepared(&self) -> &Arc<Prepared> {
         &self.prepared
     }
 
-    /// The part of the model that an instance is of; `None` if there is no such row.
+    /// The model's part of instance `row`, whatever its current LOD. `None` if out of range.
     #[must_use]
     pub fn part_of(&self, row: usize) -> Option<PartId> {
         self.levels.part_of(row)
     }
 
-    /// Places a part of the model once more, from the next frame of views on. Returns the row of the new instance, the last; `None` if there is
-    /// no such part.
+    /// Adds an instance of a part of the model, from the next frame of views on. Returns its index, which is the last.
+    /// `None` if there is no such part.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
         self.model.parts.get(instance.part.index())?;
         self.levels.push(instance.part);
@@ -276,7 +276,8 @@ impl Session {
         Some(self.scene.instances.len() - 1)
     }
 
-    /// Takes an instance away from the next frame of views on; those after it move up a row. `None` if there is no such row.
+    /// Removes an instance from the next frame of views on. The indices of later instances decrease by one. `None` if
+    /// out of range.
     pub fn remove_instance(&mut self, row: usize) -> Option<SceneInstance> {
         let part = self.levels.part_of(row)?;
         self.levels.remove(row);
@@ -285,7 +286,7 @@ impl Session {
         Some(SceneInstance { part, ..gone })
     }
 
-    /// Places an instance elsewhere from the next frame of views on. `false` if there is no such row.
+    /// Moves an instance from the next frame of views on. Returns `false` if out of range.
     pub fn move_instance(&mut self, row: usize, transform: glam::DAffine3) -> bool {
         let instance = self.scene.instances.get_mut(row);
         instance.map(|instance| instance.transform = transform).is_some()
@@ -299,26 +300,29 @@ impl Session {
         }
     }
 
-    /// Makes one whole frame of the prepared model by `plan` and feeds it to `sink`, from this thread. The sink sees the same
-    /// calls with the same bytes for any number of workers ([`Batch::worker`](crate::mesh::Batch::worker) excepted).
+    /// Tessellates the whole model by `plan` and feeds it to `sink` on this thread. The sink gets the same calls with
+    /// the same bytes for any number of workers, except for [`Batch::worker`](crate::mesh::Batch::worker).
     ///
-    /// A frame of views that was begun is left; the next one is whole.
+    /// Cancels a frame of views that was begun. The next frame of views is a whole one.
     ///
     /// # Errors
-    /// When the sink refuses (it has been told to abort; the session goes on) or a worker is gone (the session is over).
+    /// When the sink refuses: `abort` was called, the session can go on. When a worker is lost: the session is over.
     pub fn frame(&mut self, plan: &Arc<Plan>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.forget();
         self.crew.frame(plan, self.model.parts.len(), &self.model, sink)
     }
 
-    /// Brings `sink`, which must be the one of the last frame of views, up to date for what these views show together: shadow maps,
-    /// both eyes, or one picture. The first frame is whole; then batches of tiles that changed follow, and [`MeshSink::drawn`]. Where
-    /// nothing changed, not even what is drawn, the sink hears nothing.
+    /// Updates `sink` for all of these views together: one picture, both eyes, shadow maps. `sink` must be the one of
+    /// the last frame of views.
     ///
-    /// What is not drawn stays in the sink for when it is again, as long as that is not outdated; where it is more than half of what the
-    /// sink has, what was not drawn for 64 frames or more is forgotten.
+    /// The first frame is whole. Later frames send the tiles that changed and [`MeshSink::drawn`]. If nothing changed,
+    /// not even the drawn tiles, the sink gets no calls.
     ///
-    /// Everything that is drawn has no cracks, in every frame. The sink sees the same for any number of workers.
+    /// Tiles that leave the view stay resident until they are outdated. Every 64 frames, if more than half of the
+    /// resident triangles are not drawn, tiles that were not drawn in the last 128 frames are evicted.
+    ///
+    /// Drawn tiles have no cracks between them, in every frame. Without [`SessionOptions::redeal`], the sink gets the
+    /// same calls for any number of workers.
     ///
     /// # Errors
     /// As [`frame`](Self::frame).
@@ -327,11 +331,11 @@ impl Session {
         self.finish(sink)
     }
 
-    /// Begins a frame of views and returns while workers are at it. A frame that was begun before and not finished is left: what it
-    /// would have brought is part of this one.
+    /// Begins a frame of views and returns while the workers make it. Cancels an unfinished frame; its changes become
+    /// part of this one.
     ///
     /// # Errors
-    /// When a worker is gone: the session is over.
+    /// When a worker is lost: the session is over.
     pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
         let _span = tracing::debug_span!("begin").entered();
         self.cancel();
@@ -359,7 +363,7 @@ impl Session {
         Ok(())
     }
 
-    /// Whether [`finish`](Self::finish) would not wait: the workers are done, or no frame was begun.
+    /// Whether [`finish`](Self::finish) would return without waiting: the workers are done, or no frame was begun.
     #[must_use]
     pub fn is_made(&self) -> bool {
         let underway =
@@ -367,18 +371,18 @@ impl Session {
         underway.is_none_or(|underway| self.crew.is_made(underway))
     }
 
-    /// Leaves a frame that was begun; workers stop after the tile that they are at. Does nothing if there is none.
+    /// Cancels the frame that was begun, if any. Workers stop after their current tile.
     pub fn cancel(&mut self) {
         if let Some(live) = &mut self.live
             && let Some(Begun { due, underway: Some(_), .. }) = live.begun.take()
         {
             self.crew.cancel();
-            // How far workers came is chance, and must not show.
+            // How far the workers got is a matter of timing and must not affect later frames.
             self.owners.forget(due.tiles.iter().copied());
         }
     }
 
-    /// Has the next frame of views be a whole one, for a sink that has nothing of the last.
+    /// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun.
     pub fn forget(&mut self) {
         self.cancel();
         if let Some(live) = &mut self.live {
@@ -387,8 +391,7 @@ impl Session {
         self.owners.forget_all();
     }
 
-    /// Waits for the frame that was begun and brings `sink` up to date, as [`view`](Self::view). Without a frame begun it does
-    /// nothing.
+    /// Waits for the frame that was begun and updates `sink` as [`view`](Self::view) does. Without one, does nothing.
     ///
     /// # Errors
     /// As [`frame`](Self::frame).
@@ -428,10 +431,10 @@ impl Session {
     }
 }
 
-/// The same frame with no thread but the caller's: the stages of [`Session::frame`], called in order.
+/// Makes the same frame as [`Session::frame`] on the caller's thread alone.
 ///
 /// # Errors
-/// When the sink refuses; it has been told to abort.
+/// When the sink refuses; its `abort` was called.
 pub fn serial(
     prepared: &Arc<Prepared>,
     plan: &Plan,

@@ -1,40 +1,42 @@
-//! What each worker spent on a frame: counts and nanoseconds, taken without shared state.
+//! Counts and times of each worker in a frame, measured without shared state.
 
 #[cfg(feature = "cpu-time")]
 use cpu_time::ThreadTime;
 use std::time::{Duration, Instant};
 
-/// One worker's share of one frame.
+/// One worker's counts and times of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct WorkerMetrics {
-    /// The worker's number, from 0.
+    /// The worker's index.
     pub worker: u32,
-    /// Tiles that it made.
+    /// Tiles made.
     pub tiles: u32,
-    /// Triangles in them.
+    /// Triangles in these tiles.
     pub triangles: u64,
-    /// Bytes that it keeps of its tiles, to patch them up with.
+    /// Size of the worker's tile caches, bytes.
     pub kept: u64,
     /// Time spent on tiles.
     pub tiles_time: Duration,
     /// Time spent on edge polylines.
     pub lines_time: Duration,
-    /// Processor time of its thread, from the order to the delivery: what [`busy`](Self::busy) would be on a machine that does
-    /// nothing else. Zero without the feature `cpu-time`, and where the system does not tell.
+    /// Processor time of the worker's thread for this frame: [`busy`](Self::busy) without interference by other
+    /// processes. Zero without the feature `cpu-time`, and where the system has no such clock.
     pub cpu: Duration,
 }
 
 impl WorkerMetrics {
-    /// Time spent working; the rest of the frame the worker waited.
+    /// Time spent working. For the rest of the frame the worker waited.
     #[must_use]
     pub fn busy(&self) -> Duration {
         self.tiles_time + self.lines_time
     }
 }
 
-/// Mean over largest processor time: 1 when every worker had as much to do as any other, 1/W when one did everything.
-/// 1 when nobody did anything. Other processes on the machine do not show in it.
+/// Load balance: mean over largest processor time. 1 if all workers did the same, 1/W if one did everything.
+///
+/// Other processes on the machine do not affect it. 1 if no processor time was measured, as without the feature
+/// `cpu-time`. Workers that are missing from the list, as idle ones in frames of views, do not count.
 #[must_use]
 pub fn balance(workers: &[WorkerMetrics]) -> f64 {
     let busy = workers.iter().map(|w| w.cpu.as_secs_f64());
@@ -44,11 +46,11 @@ pub fn balance(workers: &[WorkerMetrics]) -> f64 {
     if largest > 0.0 { sum / (count * largest) } else { 1.0 }
 }
 
-/// Cuts running time into consecutive laps, so that the laps sum to the whole.
+/// A stopwatch whose consecutive laps sum to the whole time.
 pub(super) struct Laps(Instant);
 
 impl Laps {
-    /// The first lap starts.
+    /// Starts the first lap.
     pub(super) fn start() -> Self {
         Self(Instant::now())
     }
@@ -62,25 +64,24 @@ impl Laps {
     }
 }
 
-/// Processor time of the thread that asks, since it was started.
+/// A clock of the calling thread's processor time.
 #[cfg(feature = "cpu-time")]
 pub(super) struct Processor(Option<ThreadTime>);
 
 #[cfg(feature = "cpu-time")]
 impl Processor {
-    /// From now on.
     pub(super) fn start() -> Self {
         Self(ThreadTime::try_now().ok())
     }
 
-    /// What this thread has used; zero where the system does not tell.
+    /// Processor time since `start`; zero where the system has no such clock.
     pub(super) fn used(&self) -> Duration {
         let used = self.0.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
         used.unwrap_or_default()
     }
 }
 
-/// Nobody tells.
+/// Always zero.
 #[cfg(not(feature = "cpu-time"))]
 pub(super) struct Processor;
 

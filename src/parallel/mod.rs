@@ -1,4 +1,5 @@
-//! Tiles dealt once to workers that never talk to each other; one thread commits what they make. See `README.md` here.
+//! Sessions: workers that own tiles and never talk to each other, and one thread that commits their batches. The
+//! protocol is described in `README.md` of this folder.
 
 pub mod distribute;
 

@@ -1,4 +1,4 @@
-//! Who makes which tile: dealt when the session starts, and again by what tiles took, if that is wanted.
+//! Which worker makes which tile: dealt when the session starts, optionally rebalanced by measured times.
 
 use super::distribute::{deal, loads};
 use super::handoff::{Gone, Hand};
@@ -8,7 +8,7 @@ use crate::prepare::Prepared;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-/// What each worker owns: tiles as they are dealt; edges, far cheaper, in turn.
+/// Deals the model to workers: tiles by weight, edges (far cheaper) round-robin.
 pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
     let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
     let mut hands: Vec<Hand> = deal(&loads(prepared), workers)
@@ -31,14 +31,14 @@ pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Ve
 pub(super) struct Owners {
     parts: Vec<Vec<u32>>,
     workers: usize,
-    /// For each worker, what it need not keep any more: it is told with what it has to make next.
+    /// Invalid tile caches of each worker, sent with its next order.
     gone: Vec<Gone>,
     epoch: Option<Epoch>,
 }
 
-/// What tiles took since they were dealt.
+/// Times measured since tiles were last dealt.
 struct Epoch {
-    /// Frames after which they are dealt again.
+    /// Frames between rebalances.
     length: u32,
     frames: u32,
     /// Microseconds of each tile, by part.
@@ -46,7 +46,7 @@ struct Epoch {
 }
 
 impl Owners {
-    /// As dealt; to be dealt again after as many frames as `redeal` says.
+    /// The owners as dealt in `hands`, rebalanced every `redeal` frames.
     pub(super) fn of(prepared: &Prepared, hands: &[Hand], redeal: Option<NonZeroU32>) -> Self {
         let mut parts: Vec<Vec<u32>> = prepared.parts.iter().map(|part| vec![0; part.tiles.len()]).collect();
         for (worker, hand) in hands.iter().enumerate() {
@@ -59,15 +59,15 @@ impl Owners {
         Self { parts, workers: hands.len(), gone: vec![Gone::default(); hands.len()], epoch }
     }
 
-    /// Whether workers shall take the time of each tile.
+    /// Whether workers have to measure each tile.
     pub(super) fn wants_times(&self) -> bool {
         self.epoch.is_some()
     }
 
-    /// Books what tiles took in a frame, and deals them anew when that is due: by what they took since they were dealt last, and a
-    /// little by what is expected of them, so that those at rest are spread too.
+    /// Adds the times of a frame, and rebalances when that is due. The weight of a tile is its time since the last
+    /// rebalance, plus a little of its expected cost, so that idle tiles are spread too.
     pub(super) fn book(&mut self, prepared: &Prepared, times: impl Iterator<Item = (PartId, TileId, Duration)>) {
-        /// Microseconds for each expected nanosecond: as if a tenth of a frame had been measured.
+        /// Microseconds per expected nanosecond: counts expected costs as if a tenth of a frame had been measured.
         const EXPECTED: f64 = 1e-4;
         let Some(epoch) = &mut self.epoch else { return };
         for (part, tile, time) in times {
@@ -89,26 +89,26 @@ impl Owners {
         for ((part, tile, _), worker) in prepared.tiles().zip(owners) {
             let owner = &mut self.parts[part.index()][tile.0 as usize];
             if *owner != worker {
-                // Who gets it has nothing of it, and makes it from nothing.
+                // The new owner has no cache of it, and rebuilds it from scratch.
                 self.gone[*owner as usize].tiles.push((part, tile));
                 *owner = worker;
             }
         }
     }
 
-    /// These tiles are next made from nothing, whatever their owners have of them.
+    /// Invalidates the caches of these tiles: they are rebuilt from scratch next time.
     pub(super) fn forget(&mut self, tiles: impl Iterator<Item = (PartId, TileId)>) {
         for (part, tile) in tiles {
             self.gone[self.parts[part.index()][tile.0 as usize] as usize].tiles.push((part, tile));
         }
     }
 
-    /// So are all tiles.
+    /// Invalidates all tile caches.
     pub(super) fn forget_all(&mut self) {
         self.gone.iter_mut().for_each(|gone| *gone = Gone { all: true, tiles: Vec::new() });
     }
 
-    /// What is due, for those who own it; edges, far cheaper, in turn.
+    /// Distributes what is due: tiles to their owners, edges round-robin.
     pub(super) fn share(&mut self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
         let mut hands = vec![Hand::default(); self.workers];
         for &(part, tile) in &due.tiles {
@@ -134,7 +134,7 @@ mod tests {
     use glam::DAffine3;
 
     #[test]
-    fn tiles_are_dealt_again_by_what_they_took() {
+    fn rebalances_tiles_by_measured_times() {
         let mut model = ModelBuilder::new("boxes");
         for _ in 0..20 {
             let part = model.part(shapes::cuboid());

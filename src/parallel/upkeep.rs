@@ -1,5 +1,5 @@
-//! What plans change and what is drawn -> the tiles that a sink has to get anew. Counted from the last frame that was committed,
-//! tile by tile: a frame that is left costs nothing but its time.
+//! Residency: plan changes and drawn tiles -> the tiles that a sink needs. Tracked per tile since the last committed
+//! frame, so that a cancelled frame loses nothing but time.
 
 use crate::frame::PlanChanges;
 use crate::mesh::{Drawn, SceneInstance};
@@ -8,24 +8,24 @@ use crate::prepare::{Prepared, PreparedPart};
 use glam::DAffine3;
 use std::collections::BTreeSet;
 
-/// Bits of the tiles of a part.
+/// State of a part's tiles, one bit each.
 struct PartTiles {
-    /// What the sink has of them is not what the plan says, or nothing.
+    /// Not resident, or resident and outdated.
     stale: Vec<u64>,
-    /// The sink has triangles of them.
+    /// Resident in the sink.
     present: Vec<u64>,
-    /// Drawn in some view, for some instance; while a frame is made.
+    /// Drawn in some view by some instance of the frame in progress.
     drawn: Vec<u64>,
-    /// Drawn in this epoch, and in the one before.
+    /// Drawn in the current epoch, and in the one before.
     recent: [Vec<u64>; 2],
-    /// What the sink has of each tile that is present.
+    /// Triangle count of each tile, when it was last sent.
     triangles: Vec<u32>,
     tiles: usize,
 }
 
-/// Frames of an epoch: what was not drawn for one or two of them may be forgotten.
+/// Frames between evictions. Tiles that were not drawn in the last two epochs may be evicted.
 const EPOCH: u32 = 64;
-/// Triangles that a sink may have, as a multiple of those of the tiles that are drawn, before it is told to forget others.
+/// Tiles are evicted when the resident triangles exceed this multiple of the drawn ones.
 const KEPT: u64 = 2;
 
 impl PartTiles {
@@ -54,16 +54,17 @@ impl PartTiles {
     }
 }
 
-/// The state of one sink.
+/// What one sink has of the model.
 pub(super) struct Upkeep {
     parts: Vec<PartTiles>,
+    /// Edges whose lines are outdated.
     edges: BTreeSet<(PartId, EdgeId)>,
-    /// Whether the sink has nothing that holds.
+    /// Whether the next frame must be a whole one.
     whole: bool,
-    /// What the sink was told to draw, and where.
+    /// The drawn tiles of the last committed frame, and the instances' placements.
     shown: Drawn,
     placed: Vec<(PartId, DAffine3)>,
-    /// Frames of this epoch.
+    /// Frames in the current epoch.
     frames: u32,
 }
 
@@ -71,16 +72,16 @@ fn placed(instances: &[SceneInstance]) -> impl Iterator<Item = (PartId, DAffine3
     instances.iter().map(|instance| (instance.part, instance.transform))
 }
 
-/// What a frame has to bring.
+/// The content of a frame.
 #[derive(Debug, Default)]
 pub(super) struct Due {
-    /// Whether that is all there is.
+    /// Whether it is a whole frame rather than changes.
     pub(super) whole: bool,
-    /// Tiles to make, ascending.
+    /// Tiles to make: stale and drawn. Ascending.
     pub(super) tiles: Vec<(PartId, TileId)>,
-    /// Tiles that the sink has, that are not drawn, and that are not what the plan says: it cannot draw them again. Ascending.
+    /// Tiles to evict: resident, stale and not drawn. They could never be drawn again. Ascending.
     pub(super) forgotten: Vec<(PartId, TileId, FaceId)>,
-    /// Edges whose lines to make; all there are in whole frames. Ascending.
+    /// Edges whose lines to make; all edges in a whole frame. Ascending.
     pub(super) edges: Vec<(PartId, EdgeId)>,
 }
 
@@ -90,14 +91,14 @@ impl Upkeep {
         Self { parts, edges: BTreeSet::new(), whole: true, shown: Drawn::default(), placed: Vec::new(), frames: 0 }
     }
 
-    /// The sink has nothing any more.
+    /// Marks everything as not resident.
     pub(super) fn forget(&mut self) {
         self.whole = true;
         self.edges.clear();
         self.parts.iter_mut().for_each(PartTiles::forget);
     }
 
-    /// A plan differs from the one before.
+    /// Marks what the plan changed as stale.
     pub(super) fn outdate(&mut self, prepared: &Prepared, changes: &PlanChanges) {
         for &(part, TileId(tile)) in &changes.tiles {
             self.parts[part.index()].stale[tile as usize >> 6] |= 1 << (tile & 63);
@@ -106,7 +107,7 @@ impl Upkeep {
         self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge.0))));
     }
 
-    /// What the sink needs to draw.
+    /// What the sink needs in order to draw `drawn`. Counts one frame of the epoch.
     pub(super) fn due(&mut self, prepared: &Prepared, instances: &[SceneInstance], drawn: &Drawn) -> Due {
         for part in &mut self.parts {
             part.drawn.fill(0);
@@ -133,7 +134,8 @@ impl Upkeep {
         due
     }
 
-    /// Marks tiles stale that were not drawn for long, where the sink has much more than is drawn: they are forgotten then.
+    /// At the end of an epoch, marks tiles stale that were not drawn for two epochs, if too much is resident. That
+    /// evicts them.
     fn age(&mut self) {
         for part in &mut self.parts {
             part.recent[0].iter_mut().zip(&part.drawn).for_each(|(recent, drawn)| *recent |= drawn);
@@ -163,12 +165,12 @@ impl Upkeep {
         }
     }
 
-    /// Whether the sink was last told to draw just that of instances that stood there.
+    /// Whether the last committed frame had the same drawn tiles and the same placements.
     pub(super) fn shows(&self, drawn: &Drawn, instances: &[SceneInstance]) -> bool {
         self.shown == *drawn && self.placed.iter().copied().eq(placed(instances))
     }
 
-    /// The sink has what was due; `made` is how many triangles each of the tiles has.
+    /// Records that `due` was committed. `made` lists the triangle count of each tile.
     pub(super) fn committed(
         &mut self,
         due: &Due,
@@ -195,7 +197,7 @@ impl Upkeep {
     }
 }
 
-/// The tiles of word `k`.
+/// The tiles whose bits are set in word number `k`.
 fn bits(mut word: u64, k: usize) -> impl Iterator<Item = TileId> {
     std::iter::from_fn(move || {
         let bit = (word != 0).then(|| word.trailing_zeros())?;

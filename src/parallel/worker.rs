@@ -1,5 +1,5 @@
-//! Own tiles + plan -> one delivery per frame. A worker keeps its tiles and its scratch for the whole session and shares
-//! nothing that changes: no locks, no messages to other workers.
+//! Own tiles and a plan -> one delivery per frame. A worker owns its tiles, scratch and caches, and shares no mutable
+//! data: no locks, no messages to other workers.
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
@@ -14,22 +14,22 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The stages that a worker runs. [`Prepared`](crate::prepare::Prepared) is the real one; tests put others in its place.
+/// The stages that a worker runs. Implemented by [`Prepared`](crate::prepare::Prepared), and by fakes in tests.
 pub(super) trait Stages: Send + Sync + 'static {
     /// What the master broadcasts.
     type Plan: Send + Sync + 'static;
-    /// What a worker keeps between tiles; its content never shows in a result.
+    /// Work space of a worker. Does not affect results.
     type Scratch: Default + Send;
-    /// What a worker keeps of a tile to patch it up with.
+    /// Cache of one tile for incremental updates.
     type Cache: Default + Send;
 
-    /// Gives a buffer that coming tiles may be made in.
+    /// Gives a used buffer to later tiles.
     fn reuse(scratch: &mut Self::Scratch, mesh: TileMesh);
 
     /// Makes one tile.
     fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
 
-    /// Makes one tile, starting from what it was the last time; and how many bytes are kept of it for the next.
+    /// Updates one tile incrementally from its cache. Returns the size of the cache afterwards, bytes.
     fn update(
         &self,
         plan: &Self::Plan,
@@ -39,40 +39,41 @@ pub(super) trait Stages: Send + Sync + 'static {
         scratch: &mut Self::Scratch,
     ) -> (TileOutcome, usize);
 
-    /// Fills one tile's boundary, because making it failed for the reason `why`.
+    /// Fills one tile's boundary, after making it failed for the reason `why`.
     fn fill(&self, plan: &Self::Plan, part: PartId, tile: TileId, why: String) -> TileOutcome;
 
     /// Makes one edge's polyline.
     fn edge_line(&self, plan: &Self::Plan, part: PartId, edge: EdgeId) -> EdgeLine;
 }
 
-/// Something for each of some tiles.
 type ByTile<T> = HashMap<(PartId, TileId), T, BuildHasherDefault<BitMix>>;
 
-/// A worker: a hand, the scratch it is worked with, and what is kept of tiles.
+/// A worker: its hand, its scratch and its tile caches.
 pub(super) struct Worker<S: Stages> {
     number: u32,
     stages: Arc<S>,
     hand: Hand,
     scratch: S::Scratch,
     reuse: Reuse,
-    /// What is kept of tiles, and the bytes of that.
+    /// Tile caches and their sizes in bytes.
     memories: ByTile<(S::Cache, usize)>,
+    /// Sum of the sizes.
     kept: usize,
     wanted_from: Arc<AtomicU64>,
 }
 
 impl<S: Stages> Worker<S> {
-    /// The worker `number` with its hand. Frames before `wanted_from` are left half done.
+    /// Creates worker `number`. It abandons frames before `wanted_from`.
     pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse, wanted_from: Arc<AtomicU64>) -> Self {
         let (scratch, memories) = (S::Scratch::default(), HashMap::default());
         Self { number, stages, hand, scratch, reuse, memories, kept: 0, wanted_from }
     }
 
-    /// Makes every tile and edge of the hand that is of the first `parts` parts by `plan`, in ascending order.
+    /// Makes all tiles and edges of the hand in the first `parts` parts by `plan`, in ascending order.
     ///
-    /// A panic in a tile is a defect of this crate. It costs the inside of that tile: its boundary is filled, and it is
-    /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with what the panic said. One in an edge costs its polyline: a [`LostLine`].
+    /// A panic in a tile is a defect of this crate and costs the inside of that tile: its boundary is filled, and it is
+    /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with the panic's message. A panic in an
+    /// edge costs its polyline, see [`LostLine`].
     pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan, parts: usize) -> Delivery {
         let hand = std::mem::take(&mut self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
@@ -83,8 +84,8 @@ impl<S: Stages> Worker<S> {
         delivery
     }
 
-    /// The same for some tiles and edges; `some`, of a frame of views: whether with what each tile takes. Tiles are patched up then, and those
-    /// without triangles are delivered too.
+    /// Makes tiles and edges. `some` is given for frames of views, where tiles are updated incrementally; it says
+    /// whether to measure each tile. Batches without triangles are delivered too.
     fn make(
         &mut self,
         frame: u64,
@@ -117,7 +118,7 @@ impl<S: Stages> Worker<S> {
             }));
             let outcome = outcome.unwrap_or_else(|payload| {
                 self.forget((part, tile));
-                // The scratch may be half written: the next tile gets a new one.
+                // The scratch may be half written, so the next tile gets a new one.
                 self.scratch = S::Scratch::default();
                 let why = format!("internal error: {}", panic_message(&*payload));
                 let fill = || self.stages.fill(plan, part, tile, why.clone());
@@ -147,7 +148,7 @@ impl<S: Stages> Worker<S> {
         delivery
     }
 
-    /// Keeps nothing of a tile.
+    /// Drops the cache of a tile.
     fn forget(&mut self, tile: (PartId, TileId)) {
         self.kept -= self.memories.remove(&tile).map_or(0, |(_, bytes)| bytes);
     }
@@ -167,7 +168,7 @@ impl<S: Stages> Worker<S> {
                     self.make(frame, &plan, &hand.tiles, &hand.edges, Some(timed))
                 }
             };
-            // Whoever gets the delivery may be the last to know the plan, and make the next one in its place.
+            // Dropped before the delivery is sent, so that the master can reuse the plan's memory for the next one.
             drop(plan);
             if end.deliveries.send(delivery).is_err() {
                 return;
@@ -176,7 +177,7 @@ impl<S: Stages> Worker<S> {
     }
 }
 
-/// Books one tile.
+/// Adds one tile to the delivery.
 fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcome) {
     let TileOutcome { mesh, face, rung, degradation, slivers, rewound } = outcome;
     delivery.metrics.tiles += 1;

@@ -1,9 +1,9 @@
-//! Paid once per model: Bézier patches, pcurves, tiles, shared edges, bounds. Parallel over faces (rayon).
+//! Preprocessing, once per model: Bézier patches, pcurves, tiles, shared edges, bounds. Parallel over faces (rayon).
 //!
-//! The folders stand in the order of the work; each may name only those above it (`tests/layers.rs`).
+//! The folders are listed in the order of the work. Each may `use` only folders above it (`tests/layers.rs`).
 
 mod surface;
-/// NURBS to Bézier pieces.
+/// Converts NURBS to Bézier pieces.
 pub use surface::decompose;
 pub use surface::decompose::{BezierPatches, BezierSpline3};
 pub use surface::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};

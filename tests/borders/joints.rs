@@ -1,4 +1,4 @@
-//! Borders along parts of others: T-joints, and whole models without topology.
+//! Borders along parts of others: T-junctions, and whole models without topology.
 
 use crate::patches::{
     bicubic, ends_where_it_is_open, mesh, open, part, prepared, reversed_v, shared, strip, transposed,
@@ -14,7 +14,7 @@ fn right() -> NurbsSurface {
     bicubic(DVec2::new(3.0, 0.0), DVec2::new(6.0, 3.0))
 }
 
-/// Strips of a patch between these parameters, each turned another way.
+/// Strips of a patch between these parameters, each in another orientation.
 fn strips(s: &NurbsSurface, at: &[f64]) -> Vec<NurbsSurface> {
     let turned = |(k, w): (usize, &[f64])| {
         let s = strip(s, w[0], w[1]);
@@ -56,7 +56,7 @@ fn two_borders_along_three_and_more() {
 #[test]
 fn borders_that_overlap_in_part_share_that_part() {
     let prepared = prepared(part([strip(&left(), 0.0, 0.7), strip(&right(), 0.2, 1.0)]));
-    // Each has a piece of its own beside the common one.
+    // Each has a piece of its own next to the common one.
     assert_eq!((shared(&prepared), open(&prepared).count), (1, 8));
     ends_where_it_is_open(&prepared);
 }
@@ -76,7 +76,7 @@ fn three_faces_along_one_border_are_cut_alike() {
     ends_where_it_is_open(&prepared);
 }
 
-/// The shape with its faces' surfaces and nothing else.
+/// The shape, reduced to the surfaces of its faces.
 fn untold(name: &str) -> Part {
     let mut part = trimtess_models::by_name(name).unwrap().parts.remove(0);
     part.faces.iter_mut().for_each(|f| f.loops.clear());
@@ -89,8 +89,8 @@ fn untold(name: &str) -> Part {
 fn the_teapot_without_topology_is_the_teapot() {
     let prepared = prepared(untold("teapot"));
     let open = open(&prepared);
-    // The rim and the lid are apart, spout and handle run through the body, the spout ends: four quarters of two circles, two
-    // halves of four sections. Poles of lid and bottom are no edges.
+    // Rim and lid do not touch, spout and handle pass through the body, the spout ends: four quarters of two circles,
+    // two halves of four sections. Poles of lid and bottom are not edges.
     assert_eq!(open.count, 8 + 8, "{open:?}");
     ends_where_it_is_open(&prepared);
     let mut stated = trimtess_models::by_name("teapot").unwrap();
@@ -101,14 +101,14 @@ fn the_teapot_without_topology_is_the_teapot() {
     for chord in [1e-2, 1e-3, 1e-4] {
         let [a, b] = [&prepared, &stated].map(|p| mesh(p, chord).1);
         assert_eq!((a.unbalanced_edges, a.open_edges), (b.unbalanced_edges, b.open_edges));
-        // Sewn edges may run the other way, and where gaps are counted rounding may make one of them two.
+        // Sewn edges may run in the other direction, and rounding may count one gap as two.
         assert!(a.triangles.abs_diff(b.triangles) <= b.triangles / 1000, "{} {}", a.triangles, b.triangles);
     }
 }
 
 #[test]
 fn faces_with_edges_and_faces_without_share_them() {
-    // The sheet of the wave, bounded by edges, and a patch beside it without.
+    // The wave's sheet, bounded by edges, and an adjacent patch without edges.
     let mut part = trimtess_models::by_name("wave").unwrap().parts.remove(0);
     let mut beside = part.faces[0].clone();
     beside.loops.clear();

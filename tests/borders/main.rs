@@ -1,4 +1,4 @@
-//! Patches without topology that lie side by side: their common borders are one edge, and what is open is counted.
+//! Adjacent patches without topology: their common borders become one edge, and open edges are counted.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod joints;

@@ -1,4 +1,4 @@
-//! Patches made by hand, prepared and meshed.
+//! Hand-made patches, prepared and meshed.
 
 use glam::{DAffine3, DVec2, DVec3};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use trimtess::model::{FreeTrims, ModelBuilder, NurbsSurface, Part, PartBuilder, 
 use trimtess::parallel::serial;
 use trimtess::prepare::{OpenEdges, PrepareOptions, Prepared, prepare};
 
-/// A Bézier patch of these rows of control points, which run along v.
+/// A Bézier patch with these rows of control points along v.
 pub(crate) fn patch(rows: &[Vec<DVec3>]) -> NurbsSurface {
     let knots = |n: usize| [vec![0.0; n], vec![1.0; n]].concat();
     NurbsSurface {
@@ -26,8 +26,8 @@ pub(crate) fn height(p: DVec2) -> f64 {
     (1.3 * p.x + 0.4).sin() + (0.9 * p.y - 0.2).cos() + 0.3 * p.x * p.y
 }
 
-/// The bicubic patch over a rectangle whose control points lie at [`height`] above an even lattice: patches side by side have
-/// their borders' control points in common.
+/// The bicubic patch over a rectangle, with control points at [`height`] above an even lattice. Adjacent patches have
+/// equal control points on their common border.
 pub(crate) fn bicubic(low: DVec2, high: DVec2) -> NurbsSurface {
     let at = |i: usize, j: usize| {
         let p = low + (high - low) * DVec2::new(i as f64, j as f64) / 3.0;
@@ -36,14 +36,14 @@ pub(crate) fn bicubic(low: DVec2, high: DVec2) -> NurbsSurface {
     patch(&[0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| at(i, j)).to_vec()))
 }
 
-/// The part of a surface with `v` between two parameters of a Bézier patch, as a patch of its own.
+/// The part of a Bézier patch between two parameters v, as a patch of its own.
 pub(crate) fn strip(surface: &NurbsSurface, from: f64, to: f64) -> NurbsSurface {
     let n = surface.degree_v + 1;
     let rows: Vec<Vec<DVec3>> = surface.points.chunks(n).map(|row| blossom(row, from, to)).collect();
     patch(&rows)
 }
 
-/// Control points of a Bézier curve over a part of its domain.
+/// Control points of a part of a Bézier curve.
 pub(crate) fn blossom(points: &[DVec3], from: f64, to: f64) -> Vec<DVec3> {
     let n = points.len();
     let point = |k: usize| {
@@ -57,7 +57,7 @@ pub(crate) fn blossom(points: &[DVec3], from: f64, to: f64) -> Vec<DVec3> {
     (0..n).map(point).collect()
 }
 
-/// The same curve with one degree more.
+/// The same curve with its degree raised by one.
 pub(crate) fn elevated(points: &[DVec3]) -> Vec<DVec3> {
     let n = points.len();
     (0..=n)
@@ -83,7 +83,7 @@ pub(crate) fn transposed(s: &NurbsSurface) -> NurbsSurface {
     }
 }
 
-/// The surface with v run backwards.
+/// The surface with v reversed.
 pub(crate) fn reversed_v(s: &NurbsSurface) -> NurbsSurface {
     let nv = s.knots_v.len() - s.degree_v - 1;
     let end = s.knots_v[nv];
@@ -100,7 +100,7 @@ pub(crate) fn part(surfaces: impl IntoIterator<Item = NurbsSurface>) -> Part {
     trimmed(surfaces.into_iter().map(|s| (s, FreeTrims::default())))
 }
 
-/// Faces with free trims; none if there are no curves.
+/// Faces with free trims, or untrimmed where there are no curves.
 pub(crate) fn trimmed(faces: impl IntoIterator<Item = (NurbsSurface, FreeTrims)>) -> Part {
     let mut part = PartBuilder::new("patches");
     let shell = part.plain_shell(ShellKind::Open);
@@ -134,7 +134,7 @@ pub(crate) fn open(prepared: &Prepared) -> OpenEdges {
     prepared.parts[0].open_edges()
 }
 
-/// Edges with a face on both sides, or more.
+/// Number of edges used by two or more faces.
 pub(crate) fn shared(prepared: &Prepared) -> usize {
     let part = &prepared.parts[0];
     let faces = |uses: &[trimtess::prepare::TileUse]| {
@@ -155,7 +155,7 @@ pub(crate) fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MemorySink, MeshFac
     (sink, facts)
 }
 
-/// Meshes at three tolerances end where the open edges are and nowhere else: as long as those are.
+/// Asserts at three tolerances that the mesh ends at the open edges and nowhere else: both have the same length.
 pub(crate) fn ends_where_it_is_open(prepared: &Arc<Prepared>) {
     let open = open(prepared);
     for chord in [1e-2, 1e-3, 1e-4] {

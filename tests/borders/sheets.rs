@@ -1,4 +1,4 @@
-//! Two patches with one border, stated in all the ways in which two curves can be one.
+//! Two patches with one border, stated in all the ways in which two curves can coincide.
 
 use crate::patches::{
     bicubic, elevated, ends_where_it_is_open, mesh, open, part, patch, prepared, prepared_within, reversed_v, shared,
@@ -15,7 +15,7 @@ fn right() -> NurbsSurface {
     bicubic(DVec2::new(3.0, 0.0), DVec2::new(6.0, 3.0))
 }
 
-/// Two patches that have one border in common, and three each that are open.
+/// Asserts that two patches have one common edge and three open edges each.
 fn joins(surfaces: [NurbsSurface; 2]) {
     let prepared = prepared(part(surfaces));
     assert_eq!((shared(&prepared), open(&prepared).count), (1, 6), "{:?}", prepared.diagnostics);
@@ -43,7 +43,8 @@ fn borders_of_another_degree_are_one_edge() {
 
 #[test]
 fn borders_with_other_knots_are_one_edge() {
-    // Cut in two in the same patch: knots at 0.3 of multiplicity 3; the other with all its parameters twice as large.
+    // Cut in two in the same patch: a knot of multiplicity 3 at 0.3, and the other patch with parameters twice as
+    // large.
     let right = right();
     let cut = |row: &[DVec3]| {
         let (a, b) = (crate::patches::blossom(row, 0.0, 0.3), crate::patches::blossom(row, 0.3, 1.0));
@@ -54,7 +55,7 @@ fn borders_with_other_knots_are_one_edge() {
     joins([left(), NurbsSurface { points, knots_v, ..right }]);
 }
 
-/// The same surface with v run at another speed: v' = cv / (1 + (c - 1) v).
+/// The same surface with v reparametrised: v' = cv / (1 + (c - 1) v).
 fn rational(s: &NurbsSurface, c: f64) -> NurbsSurface {
     let weights = s.points.chunks(4).flat_map(|row| (0..row.len()).map(|k| c.powi(k as i32))).collect();
     NurbsSurface { weights, ..s.clone() }
@@ -69,8 +70,8 @@ fn borders_with_another_parameter_are_one_edge() {
 }
 
 #[test]
-fn a_parameter_that_stands_still_at_an_end_is_borne() {
-    // v = w²: of degree 6, with control points that coincide.
+fn a_parameter_with_zero_speed_at_an_end_is_handled() {
+    // v = w²: of degree 6, with coincident control points.
     let square = |row: &[DVec3]| {
         let polynomial = |t: f64| {
             let s = t * t;
@@ -85,7 +86,7 @@ fn a_parameter_that_stands_still_at_an_end_is_borne() {
     joins([patch(&left().points.chunks(4).map(square).collect::<Vec<_>>()), right]);
 }
 
-/// Bernstein coefficients of a polynomial of that degree, by Gaussian elimination.
+/// Bernstein coefficients of a polynomial of the given degree, by Gaussian elimination.
 fn interpolated(polynomial: impl Fn(f64) -> DVec3, degree: usize) -> Vec<DVec3> {
     let n = degree + 1;
     let binomial = |k: usize| (1..=k).fold(1.0, |b, i| b * (degree + 1 - i) as f64 / i as f64);
@@ -111,13 +112,13 @@ fn interpolated(polynomial: impl Fn(f64) -> DVec3, degree: usize) -> Vec<DVec3> 
 }
 
 #[test]
-fn gaps_up_to_the_tolerance_are_closed_and_wider_ones_are_told() {
+fn gaps_up_to_the_tolerance_are_closed_and_reported_and_wider_ones_stay_open() {
     let moved = |by: f64| {
         let mut right = right();
         right.points.iter_mut().for_each(|p| p.z += by);
         part([left(), right])
     };
-    // A part of about 7: a millionth of it by default.
+    // The part measures about 7; the default tolerance is a millionth of it.
     for (by, tolerance, joined) in [(3e-6, 1e-6, 1), (3e-5, 1e-6, 0), (3e-5, 1e-5, 1), (1e-2, 1e-2, 1), (1e-9, 0.0, 0)]
     {
         let prepared = prepared_within(moved(by), tolerance);
@@ -134,7 +135,7 @@ fn gaps_up_to_the_tolerance_are_closed_and_wider_ones_are_told() {
 }
 
 #[test]
-fn borders_with_the_same_ends_alone_are_two() {
+fn borders_with_only_their_ends_in_common_are_two() {
     let mut right = right();
     right.points[1].z += 0.01;
     let prepared = prepared(part([left(), right]));
@@ -144,10 +145,10 @@ fn borders_with_the_same_ends_alone_are_two() {
 #[test]
 fn three_patches_may_have_one_border() {
     let mut third = right();
-    // Turned up about the common border, whose points keep their place.
+    // Rotated upwards about the common border, whose points stay in place.
     third.points[4..].iter_mut().for_each(|p| *p = DVec3::new(3.0, p.y, p.z + p.x - 3.0));
     let prepared = prepared(part([left(), right(), third]));
-    // Used three times: one too many or too few.
+    // Three uses: neither open nor an ordinary pair.
     assert_eq!((shared(&prepared), open(&prepared).count), (1, 10));
     ends_where_it_is_open(&prepared);
 }
@@ -165,7 +166,7 @@ fn a_patch_narrower_than_the_tolerance_keeps_its_sides() {
 
 #[test]
 fn any_number_of_equal_borders_is_one() {
-    // The same patch again and again, and patches that are a little off each.
+    // The same patch repeated, and patches with a small offset each.
     for (count, off) in [(600, 0.0), (90, 1e-9)] {
         let moved = |k: usize| {
             let mut s = left();
@@ -182,7 +183,7 @@ fn any_number_of_equal_borders_is_one() {
 
 #[test]
 fn borders_of_many_straight_pieces_are_one_wherever_they_start() {
-    // Rings of which the second starts elsewhere; a foot is found among all of its pieces.
+    // The second ring starts elsewhere; a foot point is found among all of its pieces.
     let count = 2000;
     let ring = |first: usize, inner: f64| {
         let at = |k: usize| DVec2::from_angle(std::f64::consts::TAU * ((first + k) % count) as f64 / count as f64);
@@ -205,8 +206,8 @@ fn borders_of_many_straight_pieces_are_one_wherever_they_start() {
 }
 
 #[test]
-fn a_patch_may_close_upon_itself() {
-    // A tube of one patch whose ends meet at the same points run at different speeds: no period, but one edge.
+fn a_patch_may_be_sewn_to_itself() {
+    // A tube of one patch. Its ends coincide but run at different speeds: not a period, but one edge.
     let ring: Vec<Vec<DVec3>> = [(2.0, 0.0), (2.0, 5.0), (-4.0, 5.0), (-4.0, -5.0), (2.0, -5.0), (2.0, 0.0)]
         .into_iter()
         .map(|(x, z)| [0.0, 1.0, 2.0, 3.0].map(|y| DVec3::new(x, y, z)).to_vec())

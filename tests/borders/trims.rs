@@ -1,4 +1,4 @@
-//! Neighbours whose trims run over their common border: what both keep of it is shared, piece by piece.
+//! Neighbours with trims across their common border: the border pieces that both keep are shared.
 
 use crate::patches::{bicubic, ends_where_it_is_open, open, prepared, reversed_v, shared, trimmed};
 use glam::DVec2;
@@ -23,11 +23,11 @@ fn trims(curves: Vec<TrimCurve>) -> FreeTrims {
 
 #[test]
 fn a_loop_over_the_border_from_both_sides() {
-    // The same circle in both domains, as the patches go on in parameters too.
+    // The same circle in both domains; the patches continue each other in parameters too.
     let (a, b) = (trims(vec![hole(1.0, 0.5, 0.2)]), trims(vec![hole(0.0, 0.5, 0.2)]));
     let prepared = prepared(trimmed([(left(), a), (right(), b)]));
     assert_eq!(shared(&prepared), 2);
-    // Three sides of each, and the loop's halves, of which one holds the circle's start.
+    // Three sides of each patch, and the loop's halves, one of which contains the circle's start.
     assert_eq!(open(&prepared).count, 6 + 1 + 2);
     ends_where_it_is_open(&prepared);
 }
@@ -53,7 +53,7 @@ fn loops_that_keep_different_pieces() {
 }
 
 #[test]
-fn a_loop_over_a_border_that_runs_the_other_way() {
+fn a_loop_over_a_border_that_runs_in_the_other_direction() {
     let (a, b) = (trims(vec![hole(1.0, 0.3, 0.2)]), trims(vec![hole(0.0, 0.7, 0.2)]));
     let prepared = prepared(trimmed([(left(), a), (reversed_v(&right()), b)]));
     assert_eq!((shared(&prepared), open(&prepared).count), (2, 9));
@@ -73,7 +73,7 @@ fn polylines_and_flowers_over_the_corner_of_four() {
         (at(i, j), trims(vec![flower]))
     });
     let prepared = prepared(trimmed(faces));
-    // What is left of the four common borders.
+    // The remaining pieces of the four common borders.
     assert_eq!(shared(&prepared), 4);
     ends_where_it_is_open(&prepared);
     let open = open(&prepared);
@@ -82,7 +82,7 @@ fn polylines_and_flowers_over_the_corner_of_four() {
 
 #[test]
 fn trimming_curves_that_are_one_curve_in_space_are_one_edge() {
-    // Two planes cross; on each the line where they do is stated with parameters of its own, and a half is kept.
+    // Two planes intersect. On each, the line of intersection is stated with its own parameters, and one half is kept.
     let sheet = |normal: bool| {
         let at = |s: f64, t: f64| {
             let (x, y, z) = if normal { (s * 3.0, t * 5.0 - 1.0, 0.0) } else { (t * 4.0, 1.0, s * 2.0 - 1.0) };
@@ -96,7 +96,7 @@ fn trimming_curves_that_are_one_curve_in_space_are_one_edge() {
         trims(vec![TrimCurve::bezier(vec![DVec2::new(0.5, 1.0), DVec2::new(0.5, 0.2), DVec2::new(0.5, 0.0)], vec![])]);
     let prepared = prepared(trimmed([(sheet(true), a), (sheet(false), b)]));
     assert_eq!(shared(&prepared), 1);
-    // The second goes on from x = 3 to 4.
+    // The second continues from x = 3 to 4.
     assert_eq!(open(&prepared).count, 3 + 3 + 1);
     ends_where_it_is_open(&prepared);
 }

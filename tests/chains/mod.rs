@@ -1,13 +1,13 @@
-//! A prepared part -> whether the mesh that any plan makes of it ends where it should: loops against their points, sums of tiles
-//! against edges. What meshes are made of comes later; this is what no mesh can mend.
+//! A prepared part -> whether every mesh made from it ends only where it should: loops against their points, sums of
+//! tiles against edges. Meshing cannot repair such faults.
 
 use std::collections::BTreeMap;
 use trimtess::mesh::ScenePart;
 use trimtess::model::{EdgeId, RowId};
 use trimtess::prepare::{EdgeShape, Prepared, PreparedPart};
 
-/// Fails where [`chain_faults`] finds something.
-#[allow(dead_code, reason = "not every test that has this file asserts")]
+/// Panics if [`chain_faults`] finds something.
+#[allow(dead_code, reason = "not every test that includes this file asserts")]
 pub(crate) fn assert_chains_close(prepared: &Prepared) {
     let faults = all_faults(prepared);
     assert!(faults.is_empty(), "{faults:#?}");
@@ -21,7 +21,8 @@ pub(crate) fn all_faults(prepared: &Prepared) -> Vec<String> {
         .collect()
 }
 
-/// Where loops do not close, borders do not cancel, or edges do not that the scene does not list.
+/// Loops that do not close, and edge intervals whose uses do not cancel although they are neither free nor listed as
+/// not orientable.
 pub(crate) fn chain_faults(part: &PreparedPart, scene: &ScenePart) -> Vec<String> {
     let mut faults = Vec::new();
     let mut sums: BTreeMap<(u32, u32), i32> = BTreeMap::new();
@@ -62,7 +63,7 @@ pub(crate) fn chain_faults(part: &PreparedPart, scene: &ScenePart) -> Vec<String
         }
     }
     if scene.closed && !(scene.free_edges.is_empty() && scene.not_orientable.is_empty()) {
-        faults.push("closed, and yet edges are listed".to_owned());
+        faults.push("closed, but has free or non-orientable edges".to_owned());
     }
     faults
 }

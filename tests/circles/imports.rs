@@ -1,4 +1,5 @@
-//! The files of `src/` -> which names which: `use` declarations and paths, followed through re-exports to the file that has the item.
+//! The files of `src/` -> which names which: `use` declarations and paths, followed through re-exports to the file that
+//! defines the item.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -6,10 +7,10 @@ use std::path::Path;
 use syn::visit::{self, Visit};
 use syn::{Attribute, File, Item, ItemMod, ItemUse, UseTree, Visibility};
 
-/// A module's path below the crate, `["frame", "plan", "lattice"]`.
+/// A module's path below the crate: `["frame", "plan", "lattice"]`.
 pub(crate) type Module = Vec<String>;
 
-/// One file: what it names, and what it hands on under which name.
+/// One file: what it names, and what it re-exports under which name.
 #[derive(Default)]
 struct Names {
     paths: Vec<Vec<String>>,
@@ -17,7 +18,7 @@ struct Names {
     own: BTreeSet<String>,
 }
 
-/// Every file of a crate, by its module, with the modules that it names: those that declare what it uses.
+/// All files of a crate, by module, with the modules that declare what each uses.
 pub(crate) fn imports(src: &Path) -> BTreeMap<Module, BTreeSet<Module>> {
     let mut files = BTreeMap::new();
     read(src, &mut Vec::new(), &mut files);
@@ -45,7 +46,8 @@ fn read(dir: &Path, module: &mut Module, files: &mut BTreeMap<Module, Names>) {
     }
 }
 
-/// A path as written in `module`, from the crate's root; `None` where it leaves the crate or names something of its own file.
+/// A path as written in `module`, resolved from the crate's root. `None` if it leaves the crate or names an item of its
+/// own file.
 fn absolute(files: &BTreeMap<Module, Names>, module: &Module, path: &[String]) -> Option<Vec<String>> {
     let supers = path.iter().take_while(|name| *name == "super").count();
     let (base, rest) = match path.first()?.as_str() {
@@ -59,7 +61,7 @@ fn absolute(files: &BTreeMap<Module, Names>, module: &Module, path: &[String]) -
     (is_stated || files.contains_key(&absolute[..=module.len()])).then_some(absolute)
 }
 
-/// The file that has what a path leads to.
+/// The file that defines what a path leads to.
 fn resolve(files: &BTreeMap<Module, Names>, path: Vec<String>, depth: usize) -> Option<Module> {
     let known = (0..=path.len()).rev().find(|&k| files.contains_key(&path[..k]))?;
     let names = &files[&path[..known]];
@@ -129,7 +131,7 @@ impl<'ast> Visit<'ast> for Names {
     }
 
     fn visit_item_mod(&mut self, item: &'ast ItemMod) {
-        // Tests may look at anything.
+        // Tests may name anything.
         if !is_test(&item.attrs) {
             visit::visit_item_mod(self, item);
         }

@@ -1,4 +1,4 @@
-//! Sources -> circles of files, and names that point against the order of the rooms: docs/architecture.md, enforced.
+//! Sources -> cycles between files, and names that break the folder order of docs/architecture.md.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod imports;
@@ -12,7 +12,8 @@ fn src() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// Modules that lead back to themselves, each with the others on its circles (Tarjan 1972, by reachability: the crate is small).
+/// Modules that reach themselves, each with the others on its cycles: strongly connected components (Tarjan 1972) by
+/// transitive closure, since the crate is small.
 fn circles(of: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
     let mut reach = of.clone();
     let all: Vec<&Module> = of.keys().collect();
@@ -34,13 +35,13 @@ fn circles(of: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
 }
 
 #[test]
-fn no_file_takes_part_in_a_circle() {
+fn no_file_takes_part_in_a_cycle() {
     let found = circles(&imports(&src()));
     assert!(found.is_empty(), "{found:#?}");
 }
 
 #[test]
-fn rooms_name_only_those_before_them() {
+fn folders_name_only_those_listed_before_them() {
     let all = imports(&src());
     let mut bad = Vec::new();
     for layer in ["prepare", "frame"] {
@@ -67,7 +68,7 @@ fn what_makes_a_mesh_for_a_tolerance_names_no_camera_in_motion_and_no_cache() {
 }
 
 #[test]
-fn a_circle_would_be_seen() {
+fn a_cycle_would_be_found() {
     let of = |names: &[(&str, &str)]| -> BTreeMap<Module, BTreeSet<Module>> {
         let mut all: BTreeMap<Module, BTreeSet<Module>> = BTreeMap::new();
         for (from, to) in names {
@@ -78,13 +79,13 @@ fn a_circle_would_be_seen() {
     };
     assert!(circles(&of(&[("a", "b"), ("b", "c"), ("a", "c")])).is_empty());
     assert_eq!(circles(&of(&[("a", "b"), ("b", "c"), ("c", "a"), ("d", "a")])).len(), 3);
-    // A file that is known to name others is seen to.
+    // A file known to name others is found to do so.
     let lattice: Module = ["frame", "plan", "lattice"].map(str::to_owned).to_vec();
     let density: Module = ["frame", "plan", "density"].map(str::to_owned).to_vec();
     assert!(imports(&src())[&lattice].contains(&density));
 }
 
-/// The rooms of a layer, in the order in which its `mod.rs` lists them.
+/// The folders of a layer, in the order in which its `mod.rs` lists them.
 fn rooms(layer: &str) -> Vec<String> {
     let file = syn::parse_file(&fs::read_to_string(src().join(layer).join("mod.rs")).unwrap()).unwrap();
     let modules = file.items.iter().filter_map(|item| if let syn::Item::Mod(item) = item { Some(item) } else { None });

@@ -1,4 +1,4 @@
-//! Every file of both corpora, as it is and with its points moved.
+//! Every file of both corpora, unchanged and with moved points.
 
 use crate::chains::all_faults;
 use glam::DVec3;
@@ -23,7 +23,7 @@ fn files() -> Vec<PathBuf> {
     files
 }
 
-/// Points in the cube from -1 to 1, each a function of the seed.
+/// Points in the cube from -1 to 1, determined by the seed.
 struct Noise(u64);
 
 impl Noise {
@@ -36,7 +36,7 @@ impl Noise {
     }
 }
 
-/// Moves every point of a file with three coordinates by up to `by`.
+/// Moves every point with three coordinates of a file by up to `by` per coordinate.
 fn moved(text: &str, by: f64, seed: u64) -> String {
     const POINT: &str = "CARTESIAN_POINT";
     let mut noise = Noise(seed);
@@ -65,7 +65,7 @@ fn moved(text: &str, by: f64, seed: u64) -> String {
     out
 }
 
-/// Moves vertices and control points of edges by up to a share of their part.
+/// Moves vertices and control points of edges by up to a fraction of their part's size per coordinate.
 fn shaken(mut model: Model, share: f64, seed: u64) -> Model {
     let mut noise = Noise(seed);
     for part in &mut model.parts {
@@ -87,7 +87,7 @@ fn prepared(model: Model) -> Prepared {
     prepare(model, &PrepareOptions::DEFAULT).expect("within the limits")
 }
 
-/// Of one input: faults, and how many parts are closed, faces filled and faces without tiles.
+/// Faults of one input; counts of closed parts, filled faces and faces without tiles.
 fn judge(prepared: &Prepared) -> (Vec<String>, [usize; 3]) {
     let faces = || prepared.parts.iter().flat_map(|part| &part.faces);
     let closed = prepared.scene.parts.iter().filter(|part| part.closed).count();
@@ -96,7 +96,7 @@ fn judge(prepared: &Prepared) -> (Vec<String>, [usize; 3]) {
 }
 
 #[test]
-fn every_file_sums_to_what_its_shells_say() {
+fn the_edges_of_every_file_sum_to_what_its_shells_say() {
     let mut wrong = Vec::new();
     let mut all = [0; 3];
     for path in files() {
@@ -117,7 +117,7 @@ fn every_file_sums_to_what_its_shells_say() {
     assert!(wrong.is_empty(), "{} faults: {:#?}", wrong.len(), &wrong[..wrong.len().min(20)]);
 }
 
-/// Whether a diagnostic tells that loops were closed or filled, or that a shell cannot be.
+/// Whether a diagnostic reports closed or filled loops, or a shell that cannot be oriented.
 fn changed(kind: &DiagnosticKind) -> bool {
     use trimtess::model::{FaceTrouble, ShellTrouble, WireTrouble};
     match kind {
@@ -134,14 +134,14 @@ fn changed(kind: &DiagnosticKind) -> bool {
     }
 }
 
-/// Which parts are closed by their edges alone: those that only lie together within a tolerance may part.
+/// Which parts are closed by their edges alone. Edges that merely coincide within a tolerance may separate when moved.
 fn closed(model: &Model) -> Vec<bool> {
     let stated = model.parts.iter().map(|part| Shells::of(part).open == 0);
     let prepared = prepared(model.clone());
     stated.zip(&prepared.scene.parts).map(|(stated, part)| stated && part.closed).collect()
 }
 
-/// What became of changed models that were closed.
+/// Results of changed models whose originals are closed.
 #[derive(Default)]
 struct Shaken {
     wrong: Vec<String>,
@@ -150,7 +150,7 @@ struct Shaken {
 }
 
 impl Shaken {
-    /// Judges a changed model, of which these parts were closed.
+    /// Judges a changed model; `closed` marks the parts that were closed before.
     fn add(&mut self, whose: &str, closed: &[bool], model: Model) {
         let after = prepared(model);
         let (faults, counts) = judge(&after);
@@ -159,7 +159,8 @@ impl Shaken {
         for (k, (was_closed, part)) in closed.iter().zip(&after.scene.parts).enumerate() {
             if *was_closed && !part.closed {
                 let (free, not) = (part.free_edges.len(), part.not_orientable.len());
-                let open = format!("{whose}: part {k} is closed no more: {free} edges are free, {not} not orientable");
+                let open =
+                    format!("{whose}: part {k} is no longer closed: {free} edges are free, {not} not orientable");
                 self.wrong.push(open);
                 let told = after.diagnostics.iter().filter(|d| d.part.is_none_or(|p| p.index() == k));
                 self.wrong.extend(told.take(4).map(|d| format!("  face {:?}: {}", d.face, d.kind)));
@@ -173,8 +174,8 @@ impl Shaken {
     }
 }
 
-/// Seeds per file and share, and whether a file is looked at: without `TRIMTESS_SHAKES` one, and only small ones, since the large take
-/// a second each.
+/// Seeds per file and share. Without `TRIMTESS_SHAKES`, one per small file and none per large one, since those take a
+/// second each.
 fn seeds(path: &Path) -> std::ops::Range<u64> {
     match std::env::var("TRIMTESS_SHAKES").ok().and_then(|text| text.parse().ok()) {
         Some(count) => 0..count,

@@ -1,4 +1,4 @@
-//! Closed stays closed: what prepare makes of any input sums to what its shells say.
+//! Closed stays closed: the edges of any prepared input sum to what its shells say.
 
 #[path = "../chains/mod.rs"]
 mod chains;

@@ -36,7 +36,7 @@ const CORNERS: [[f64; 3]; 8] = [
     [0.0, 3.0, 2.0],
 ];
 
-/// Corners of the sides of a block, outwards.
+/// Corners of the sides of a block, counter-clockwise from outside.
 const SIDES: [[usize; 4]; 6] = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
 /// A block of 4 × 3 × 2 with shared edges; sides are faces 0 to 5.
@@ -71,7 +71,7 @@ fn a_block_is_closed() {
 }
 
 #[test]
-fn a_face_whose_surface_is_of_no_use_is_filled() {
+fn a_face_with_an_unusable_surface_is_filled() {
     let empty = NurbsSurface {
         degree_u: 1,
         degree_v: 1,
@@ -84,13 +84,13 @@ fn a_face_whose_surface_is_of_no_use_is_filled() {
     let surfaces = [
         // Far off.
         Surface::Plane { frame: Frame3 { origin: DVec3::Z * 9.0, ..Frame3::WORLD } },
-        // No numbers, and no points.
+        // A NaN radius, and a net without points.
         Surface::Sphere { frame: Frame3::WORLD, radius: f64::NAN },
         Surface::Nurbs(empty.clone()),
         // Without area: a line, and a point.
         of([0.0, 1.0, 1.0, 2.0].map(|x| DVec3::X * x)),
         of([DVec3::ZERO; 4]),
-        // Beyond all numbers.
+        // Its arithmetic overflows.
         of([DVec3::ZERO, DVec3::X * 1e300, DVec3::Y * 1e300, DVec3::splat(1e300)]),
         // Edge on: the loop has no width there.
         Surface::Plane { frame: Frame3 { x: DVec3::X, y: DVec3::Z, z: -DVec3::Y, ..Frame3::WORLD } },
@@ -116,14 +116,14 @@ fn an_edge_without_a_curve_is_straight() {
             _ => edge.curve.points[1] = DVec3::NAN,
         }
         let prepared = prepared(part);
-        // The vertices say where a line ends, whatever its points are.
+        // The vertices state where a line ends, whatever its points are.
         let expected = if broken == 2 { 0 } else { 2 };
         assert!(is_closed(&prepared) && filled(&prepared) == expected, "{broken}: {:?}", prepared.diagnostics);
     }
 }
 
 #[test]
-fn only_what_is_not_finite_has_no_tile() {
+fn only_faces_with_a_nan_have_no_tile() {
     let mut part = block();
     part.vertices[0].x = f64::NAN;
     let prepared = prepared(part);
@@ -132,7 +132,7 @@ fn only_what_is_not_finite_has_no_tile() {
 }
 
 #[test]
-fn faces_that_name_what_is_not_there_cost_themselves() {
+fn faces_that_name_missing_entities_cost_only_themselves() {
     let mut part = block();
     let Loop::Edges(coedges) = &mut part.faces[1].loops[0] else { unreachable!() };
     coedges[0].edge = EdgeId(99);
@@ -143,7 +143,7 @@ fn faces_that_name_what_is_not_there_cost_themselves() {
 
 #[test]
 fn a_slit_between_two_faces_is_filled_as_far_as_it_does_not_cancel() {
-    // A face between two edges along one line, on a surface of that line; the block's face beside it has the other edge.
+    // A face between two coincident edges, on a surface that is a line; the block's face next to it has the other edge.
     let mut part = block();
     let first = part.edges[0].clone();
     part.edges.push(Edge { kind: CurveKind::Line, ..first });
@@ -172,9 +172,9 @@ fn a_slit_between_two_faces_is_filled_as_far_as_it_does_not_cancel() {
 
 #[test]
 fn a_lobe_with_neighbours_is_not_turned() {
-    // A bow tie: the sides of the block beyond it run along its edges as it does.
+    // A bow tie: the adjacent sides of the block traverse its edges consistently with it.
     let mut part = block();
-    // Top and bottom take their second and third corner the other way round; the sides follow.
+    // Top and bottom swap their second and third corner; the sides follow.
     part.vertices.swap(1, 2);
     part.vertices.swap(5, 6);
     for e in &mut part.edges {

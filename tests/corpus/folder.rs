@@ -3,12 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-/// The folder of the corpus; says so where it is absent.
+/// The folder of the corpus. Prints a message if it is absent.
 pub(crate) fn corpus() -> Option<PathBuf> {
     beside_the_checkout("../shared/corpus")
 }
 
-/// A folder with a reference.jsonl, as seen from the checkout; says so where it is absent.
+/// A folder with a reference.jsonl, relative to the checkout. Prints a message if it is absent.
 pub(crate) fn beside_the_checkout(folder: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     if path.join("reference.jsonl").exists() {

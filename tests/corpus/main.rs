@@ -1,4 +1,4 @@
-//! Every STEP file of the corpora beside the checkout. Skipped, with a message, where a corpus is absent.
+//! Every STEP file of the corpora beside the checkout. Skipped, with a message, if a corpus is absent.
 #![cfg(feature = "step")]
 
 #[path = "../flipped/mod.rs"]

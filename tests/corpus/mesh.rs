@@ -1,4 +1,4 @@
-//! Meshes of all files: nothing lost, no crack, areas right, the tolerance kept.
+//! Meshes of all files: no face lost, no crack, correct areas, within the tolerance.
 
 use crate::read::read;
 use crate::reference::{corpora, value};
@@ -45,7 +45,7 @@ fn every_file_is_meshed_whole_and_within_tolerance() {
             complain(format!("{} unbalanced edges where the file does not end", found.total.defects));
         }
         if closed && sink.scene.parts.iter().any(|part| !part.closed) {
-            complain("closed by the reference, and called open".to_owned());
+            complain("closed in the reference, open by prepare".to_owned());
         }
         let area: f64 = value(facts, "area").and_then(|a| a.parse().ok()).unwrap_or(0.0);
         if !corpus.excepts(file, "area") && (found.total.area / area - 1.0).abs() > 0.02 {
@@ -54,13 +54,13 @@ fn every_file_is_meshed_whole_and_within_tolerance() {
         for (part, face) in &found.faces_without_triangles {
             let told = |f: &Option<FaceId>| *f == Some(*face);
             if !prepared.diagnostics.iter().any(|d| d.part == Some(*part) && told(&d.face)) {
-                complain(format!("face {face:?} of {part:?} is lost in silence"));
+                complain(format!("face {face:?} of {part:?} is lost without a diagnostic"));
             }
         }
         let deviation = audit::deviation(&prepared, &sink, chord);
         let worst = deviation.beyond_gap.worst.max(deviation.edges.worst);
         if deviation.beyond_gap.p999 > 1.0 || worst > 1.5 {
-            complain(format!("deviation {worst} of the tolerance"));
+            complain(format!("deviation is {worst} of the tolerance"));
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");

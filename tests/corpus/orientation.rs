@@ -1,4 +1,4 @@
-//! Orientation of all files' meshes: solids have a positive volume, neighbours agree, no triangle looks inwards.
+//! Orientation of all files' meshes: solids have positive volume, neighbours agree, no triangle looks inwards.
 
 use crate::flipped::{disagreeing, flipped};
 use crate::mesh::mesh;
@@ -34,7 +34,7 @@ fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
             let folded = FOLDED.iter().any(|(name, _)| *name == file);
             let flipped = flipped(&prepared, &sink, &report.fills);
             if let Some((count, worst)) = flipped.filter(|_| !folded) {
-                complain(format!("{count} of {} triangles flipped, such as {worst}", total.triangles));
+                complain(format!("{count} of {} triangles flipped, the largest: {worst}", total.triangles));
             }
         }
     }
@@ -42,8 +42,9 @@ fn every_file_is_turned_outwards_and_no_triangle_is_flipped() {
 }
 
 #[test]
-fn a_fold_that_need_not_be_is_told() {
-    // A quadrilateral with a hollow corner, cut along the wrong diagonal: the same boundary, and one triangle is reversed.
+fn an_avoidable_fold_is_found() {
+    // A quadrilateral with a reflex corner, cut along the wrong diagonal: the same boundary, and one triangle is
+    // reversed.
     let mut part = PartBuilder::new("dart");
     let shell = part.plain_shell(ShellKind::Open);
     let corners = [(0.0, 0.0), (4.0, -3.0), (1.0, 0.0), (4.0, 3.0)].map(|(x, y)| DVec3::new(x, y, 0.0));

@@ -1,4 +1,4 @@
-//! Models as read: face counts and units against what OpenCASCADE found, and the geometry against itself.
+//! Models as read: face counts and units against OpenCASCADE, and the geometry against itself.
 
 use crate::reference::{Corpus, corpora, value};
 use glam::DVec3;
@@ -6,13 +6,13 @@ use std::path::Path;
 use trimtess::import::step::{StepOptions, read_file};
 use trimtess::model::{Loop, Model, Part, Severity, Surface};
 
-/// Files where our count of faces is right and differs from OpenCASCADE's.
+/// Files where our face count is right and OpenCASCADE's differs.
 const OTHER_COUNT: [(&str, usize, &str); 2] = [
     ("thor_art1_body.step", 280, "OpenCASCADE cuts some of the file's 280 faces into 284"),
     ("tie_rod.step", 60, "OpenCASCADE cuts some of the file's 60 faces into 68"),
 ];
 
-/// OpenCASCADE moves the root of a file by a placement that its representation lists; ISO 10303-41 does not say so.
+/// OpenCASCADE moves the root of a file by a placement listed in its representation; ISO 10303-41 does not say so.
 const MOVED_BY_REFERENCE: &str = "degenerate_torus.stp";
 
 pub(crate) fn read(path: &Path) -> Model {
@@ -89,7 +89,7 @@ fn placed_edges_fill_the_reference_box() {
         let (l, h) = edge_box(&model);
         let size = (high - low).length();
         let out = (low - l).max(h - high).max_element() / size;
-        // Faces may bulge beyond their edges, but in most files edges come close to every side.
+        // Faces may bulge beyond their edges, but in most files edges come close to every side of the box.
         let short = (l - low).max(high - h).max_element() / size;
         println!("{file}: edges reach out of the box by {out:.1e} and fall short by {short:.1e} of its diagonal");
         if file != MOVED_BY_REFERENCE && (out > 1e-3 || short > 0.6) {

@@ -1,4 +1,4 @@
-//! What is known of the files of a corpus: its reference.jsonl and exceptions.json.
+//! Reference facts about the files of a corpus: its reference.jsonl and exceptions.json.
 
 use crate::folder::beside_the_checkout;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ pub(crate) fn value<'a>(line: &'a str, key: &str) -> Option<&'a str> {
     Some(rest[..rest.find([',', '}']).unwrap_or(rest.len())].trim_matches(['"', '[', ']']))
 }
 
-/// File names and their facts: the STEP files of the reference.
+/// Names and facts of the STEP files in the reference.
 fn step_lines(reference: &str) -> impl Iterator<Item = (&str, &str)> {
     reference
         .lines()
@@ -18,18 +18,18 @@ fn step_lines(reference: &str) -> impl Iterator<Item = (&str, &str)> {
         .filter(|(file, _)| Path::new(file).extension().is_some_and(|e| e == "stp" || e == "step"))
 }
 
-/// A folder of real files with what is known of them.
+/// A folder of real files and its reference facts.
 pub(crate) struct Corpus {
     pub(crate) path: PathBuf,
-    /// The lines of its reference.jsonl, those of STEP files only: name and facts.
+    /// Name and facts of each STEP file in its reference.jsonl.
     pub(crate) files: Vec<(String, String)>,
     exceptions: String,
 }
 
-/// Folders beside the checkout, and how many STEP files each has.
+/// Folders beside the checkout, and their numbers of STEP files.
 const FOLDERS: [(&str, usize); 2] = [("../shared/corpus", 39), ("../shared/corpus-closed", 12)];
 
-/// The corpora that are there; says which are absent.
+/// The corpora that exist. Prints which are absent.
 pub(crate) fn corpora() -> Vec<Corpus> {
     let read = |(folder, count): (&str, usize)| {
         let path = beside_the_checkout(folder)?;
@@ -43,12 +43,13 @@ pub(crate) fn corpora() -> Vec<Corpus> {
 }
 
 impl Corpus {
-    /// All STEP files: name, facts and where it is.
+    /// All STEP files: name, facts and path.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&str, &str, PathBuf)> {
         self.files.iter().map(|(file, facts)| (&**file, &**facts, self.path.join(file)))
     }
 
-    /// Whether the folder's exceptions say that the reference is wrong about `faces`, `area` or `deviation` of a file.
+    /// Whether the folder's exceptions state that the reference is wrong about `check` of a file: `faces`, `area` or
+    /// `deviation`.
     pub(crate) fn excepts(&self, file: &str, check: &str) -> bool {
         let of_file = self.exceptions.lines().find(|line| line.trim_start().starts_with(&format!("\"{file}\"")));
         let skipped = of_file.and_then(|line| line.split("\"skip\": [").nth(1)?.split(']').next());

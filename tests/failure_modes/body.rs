@@ -1,4 +1,4 @@
-//! Points, lines and arcs -> parts whose faces share their vertices and edges by place.
+//! Points, lines and arcs -> parts whose faces share coincident vertices and edges.
 
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -6,12 +6,12 @@ use trimtess::model::{
     Coedge, CurveKind, EdgeId, FaceId, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
 };
 
-/// The frame at `origin` with third axis `z` and first axis nearest to `x`.
+/// The frame at `origin` with third axis `z` and first axis as near as possible to `x`.
 pub(crate) fn frame(origin: DVec3, z: DVec3, x: DVec3) -> Frame3 {
     Frame3::from_axis(origin, z, x).expect("an axis")
 }
 
-/// The world's frame, lifted.
+/// The world's frame, raised to `z`.
 pub(crate) fn level(z: f64) -> Frame3 {
     Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD }
 }
@@ -39,13 +39,13 @@ impl Body {
         Self::new(ShellKind::Open)
     }
 
-    /// What follows has its own vertices and edges.
+    /// Makes later faces use their own vertices and edges.
     pub(crate) fn forget(&mut self) {
         self.vertices.clear();
         self.lines.clear();
     }
 
-    /// The vertex there; a new one if there is none within rounding.
+    /// The vertex at `p`, new if there is none within rounding.
     pub(crate) fn vertex(&mut self, p: DVec3) -> VertexId {
         let near = 1e-12 * p.abs().max_element().max(1.0);
         if let Some(&(_, v)) = self.vertices.iter().find(|(q, _)| q.distance(p) <= near) {
@@ -56,7 +56,7 @@ impl Body {
         v
     }
 
-    /// The straight edge between two points, in that direction.
+    /// The straight edge from `a` to `b`, shared if it exists.
     pub(crate) fn line(&mut self, a: DVec3, b: DVec3) -> Coedge {
         let (a, b) = (self.vertex(a), self.vertex(b));
         if let Some((ends, edge)) = self.lines.iter().find(|(ends, _)| *ends == [a, b] || *ends == [b, a]) {
@@ -98,12 +98,12 @@ impl Body {
         self.part.plain_face(surface, self.shell, loops.into_iter().map(Loop::Edges).collect(), reversed)
     }
 
-    /// A plane face that looks along the frame's z.
+    /// A plane face whose normal is the frame's z.
     pub(crate) fn flat(&mut self, frame: Frame3, loops: Vec<Vec<Coedge>>) -> FaceId {
         self.face(Surface::Plane { frame }, loops, false)
     }
 
-    /// A plane face with straight edges, counter-clockwise as seen from outside, and holes in it.
+    /// A plane face with straight edges, counter-clockwise seen from outside, with holes.
     pub(crate) fn side(&mut self, corners: &[DVec3], holes: Vec<Vec<Coedge>>) -> FaceId {
         let [a, b, c] = [corners[0], corners[1], corners[2]];
         let mut loops = vec![self.polygon(corners)];
@@ -131,7 +131,8 @@ impl Body {
 }
 
 /// The cubic spline with continuous tangents through `count` + 1 points of a curve over `range`, in the curve's own
-/// parameter: off by the fourth power of the spacing. A curve that closes starts and ends at one point, bit for bit.
+/// parameter. Its error is of fourth order in the spacing. The spline of a closed curve starts and ends at one point,
+/// bit for bit.
 pub(crate) fn through(curve: impl Fn(f64) -> DVec3, range: (f64, f64), count: u32) -> NurbsCurve3 {
     let step = (range.1 - range.0) / f64::from(count);
     let tangent = |t: f64| {
@@ -165,7 +166,7 @@ pub(crate) fn ball(radius: f64) -> f64 {
     4.0 / 3.0 * PI * radius.powi(3)
 }
 
-/// Volume of a cap of a ball, given its height.
+/// Volume of a spherical cap of the given height.
 pub(crate) fn cap(radius: f64, height: f64) -> f64 {
     PI * height * height * (radius - height / 3.0)
 }

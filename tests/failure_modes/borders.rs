@@ -1,4 +1,4 @@
-//! Holes that touch: the outer border, each other, a vertex; and hairlines between them.
+//! Holes that touch the outer border, each other, or a vertex; and hairlines between them.
 
 use crate::body::{Body, level};
 use crate::ladder::Ladder;
@@ -29,7 +29,7 @@ fn plate(body: &mut Body, holes: Vec<Vec<Coedge>>) {
 }
 
 #[test]
-fn holes_at_a_hairs_breadth_from_the_border_and_from_each_other() {
+fn holes_at_a_hairline_from_the_border_and_from_each_other() {
     for gap in [1e-2, 1e-4, 1e-6] {
         let mut body = Body::sheet();
         let holes = [((7.0 - gap, 0.0), 3.0), ((1.0 - 3.0 * gap, 0.0), 3.0 - gap)];
@@ -42,7 +42,7 @@ fn holes_at_a_hairs_breadth_from_the_border_and_from_each_other() {
 
 #[test]
 fn a_hole_tangent_to_the_border() {
-    // Its vertex where they touch, opposite, and elsewhere.
+    // Its vertex at the point of contact, opposite, and elsewhere.
     for angle in [0.0, PI, 1.0] {
         let mut body = Body::sheet();
         let hole = ring(&mut body, (7.0, 0.0), 3.0, angle);
@@ -94,7 +94,7 @@ fn holes_that_share_a_vertex() {
 
 #[test]
 fn round_holes_that_share_a_vertex_with_the_border() {
-    // Tangent in a vertex of both: no segment has to be split.
+    // Tangent in a vertex of both: no segment is split.
     let mut body = Body::sheet();
     let mut corners = square().to_vec();
     corners.insert(2, at(10.0, 0.0));
@@ -106,7 +106,7 @@ fn round_holes_that_share_a_vertex_with_the_border() {
 
 #[test]
 fn two_discs_joined_at_a_point() {
-    // One loop that touches itself: both discs of an eight, run through without a crossing.
+    // One loop that touches itself: both discs of an eight, traversed without a crossing.
     let mut body = Body::sheet();
     let (left, right) = (ring(&mut body, (-3.0, 0.0), 3.0, 0.0), ring(&mut body, (3.0, 0.0), 3.0, PI));
     body.flat(Frame3::WORLD, vec![vec![left.along(), right.along()]]);
@@ -115,7 +115,7 @@ fn two_discs_joined_at_a_point() {
 
 #[test]
 fn touching_windows_in_a_cylinder() {
-    // Four windows that share corners, on a side with a lattice of its own.
+    // Four windows that share corners, on a side with its own lattice.
     let (radius, height) = (5.0, 12.0);
     let mut body = Body::sheet();
     let [low, high] = [0.0, height].map(|z| body.circle(&level(z), radius));
@@ -137,7 +137,7 @@ fn touching_windows_in_a_cylinder() {
 
 #[test]
 fn a_quarter_disc_whose_arc_leaves_along_its_side() {
-    // The arc is tangent to the straight side that follows it: an angle of nothing between them.
+    // The arc is tangent to the straight side that follows it: the angle between them is zero.
     let mut body = Body::sheet();
     let arc = body.arc(&Frame3 { origin: at(0.0, 5.0), ..Frame3::WORLD }, 5.0, -FRAC_PI_2, 0.0);
     let (up, down) = (body.line(at(5.0, 5.0), at(5.0, 0.0)), body.line(at(5.0, 0.0), at(0.0, 0.0)));

@@ -6,7 +6,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_4, PI, SQRT_2, TAU};
 use trimtess::model::{Frame3, Loop, Surface};
 
-/// The cone about z through the circles of radius `low` at z = 0 and `high` at `height`.
+/// The cone about z through the circles of radius `low` at z = 0 and `high` at z = `height`.
 fn side(low: f64, high: f64, height: f64) -> Surface {
     Surface::Cone { frame: Frame3::WORLD, radius: low, half_angle: ((high - low) / height).atan() }
 }
@@ -105,7 +105,7 @@ fn a_cone_in_two_halves_and_in_three_thirds() {
 
 #[test]
 fn holes_near_the_apex_and_around_it() {
-    // On the cone of 45 degrees rolled out flat: a disc about a point at slant distance `s` from the apex.
+    // On the 45° cone rolled out flat: a disc about a point at slant distance `s` from the apex.
     let turns = 1.0 / SQRT_2;
     let rolled = |s: f64, radius: f64| {
         move |t: f64| {
@@ -115,7 +115,7 @@ fn holes_near_the_apex_and_around_it() {
         }
     };
     let slant = 10.0;
-    // A spline through so few points that it leaves the cone beside the apex is followed, and that is told.
+    // A spline through so few points that it leaves the cone near the apex is accepted, with a diagnostic.
     let coarse = |points: u32| (1.0, 0.999, points);
     for (s, radius, points) in
         [(1.0, 0.9, 2048), (5.0, 2.0, 2048), (1e-2, 9e-3, 2048), coarse(2048), coarse(256), coarse(64)]

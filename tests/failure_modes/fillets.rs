@@ -1,4 +1,4 @@
-//! Slots, fillets and drilled walls: long thin faces, curves of intersection, and many of the same.
+//! Slots, fillets and drilled walls: long thin faces, intersection curves, and many equal ones.
 
 use crate::body::{Body, frame, integral, level, through};
 use crate::ladder::Ladder;
@@ -16,7 +16,7 @@ fn four_slots_with_round_ends() {
     let mut body = Body::solid();
     let (mut top, mut bottom) = (Vec::new(), Vec::new());
     for k in 0..4 {
-        // The right end's axis, then the left end's; slot by slot turned by a little.
+        // The right end's axis, then the left end's, each slot turned by a little.
         let middle = at(0.0, 8.0 * f64::from(k) - 12.0, 0.0);
         let along = at((0.1 * f64::from(k)).cos(), (0.1 * f64::from(k)).sin(), 0.0);
         let across = DVec3::Z.cross(along);
@@ -56,7 +56,7 @@ fn four_slots_with_round_ends() {
     Ladder::solid(body.finish(), (800.0 - 4.0 * slot) * thick, area).climb();
 }
 
-/// The same edge the other way.
+/// The same edge in the other direction.
 fn turned(c: &Coedge) -> Coedge {
     Coedge { reversed: !c.reversed, ..c.clone() }
 }
@@ -68,7 +68,7 @@ fn a_block_with_all_edges_and_corners_rounded() {
         let mut body = Body::solid();
         let inner = size - DVec3::splat(2.0 * radius);
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-        // The centre of the corner ball with the given signs.
+        // The centre of the corner ball at the given signs.
         let centre = |s: DVec3| 0.5 * inner * s;
         let signs = [-1.0, 1.0];
         // One quarter arc for each corner and each axis it turns about, from the next axis to the one after.
@@ -119,7 +119,7 @@ fn a_block_with_all_edges_and_corners_rounded() {
                 body.side(&corners, Vec::new());
             }
         }
-        // Steiner's formula for what lies within the radius of the inner box.
+        // Steiner's formula for the set of points within the radius of the inner box.
         let (faces, edges) = (inner.x * inner.y + inner.y * inner.z + inner.z * inner.x, inner.x + inner.y + inner.z);
         let volume = inner.x * inner.y * inner.z
             + 2.0 * faces * radius
@@ -132,8 +132,8 @@ fn a_block_with_all_edges_and_corners_rounded() {
 
 #[test]
 fn a_pin_with_a_tiny_round_at_its_rim() {
-    // A quarter of a torus, five thousand times as long as wide. Long pins are cut open where their rounds are, but find the
-    // place on their common circle less precisely.
+    // A quarter of a torus, five thousand times as long as wide. Long pins are cut open at their rounds, but locate
+    // points on the common circle less precisely.
     for (big, small, height) in
         [(50.0, 1e-2, 30.0), (50.0, 1e-4, 30.0), (5.0, 4.999, 8.0), (5.0, 0.5, 107.1), (5.0, 0.5, 1000.0)]
     {
@@ -155,7 +155,7 @@ fn a_pin_with_a_tiny_round_at_its_rim() {
     }
 }
 
-/// What a hole of the radius `r` straight through a rod of the radius `big` takes away.
+/// The volume that a hole of radius `r` straight through a rod of radius `big` removes.
 fn drilled(big: f64, r: f64) -> f64 {
     // 8 ∫ √(R² - y²) √(r² - y²) dy, with y = r sin t.
     8.0 * integral(|t| (big * big - (r * t.sin()).powi(2)).sqrt() * (r * t.cos()).powi(2), (0.0, FRAC_PI_2))
@@ -163,7 +163,7 @@ fn drilled(big: f64, r: f64) -> f64 {
 
 #[test]
 fn a_hole_drilled_through_the_wall_of_a_rod() {
-    // Both rims are splines that lie on two cylinders; each face sees its own image of them.
+    // Both rims are splines that lie on two cylinders; each face has its own images of them.
     for (big, r, length) in [(10.0, 3.0, 40.0), (10.0, 9.9, 40.0), (10.0, 0.05, 40.0)] {
         for turn in [0.0, 1.0, FRAC_PI_2] {
             let mut body = Body::solid();
@@ -186,7 +186,7 @@ fn a_hole_drilled_through_the_wall_of_a_rod() {
             body.face(Surface::Plane { frame: level(-0.5 * length) }, vec![vec![foot.along()]], true);
             body.flat(level(0.5 * length), vec![vec![head.along()]]);
             let volume = PI * big * big * length - drilled(big, r);
-            // The wall of the bore is 2 √(R² - y²) long; the window in the rod is as high as the bore at each angle.
+            // The bore's wall is 2 √(R² - y²) long; the window in the rod is as high as the bore at each angle.
             let bore = integral(|t| 2.0 * (big * big - (r * t.sin()).powi(2)).sqrt() * r, (0.0, TAU));
             let window = integral(
                 |t| 4.0 * big * r * r * t.cos().powi(2) / (big * big - (r * t.sin()).powi(2)).sqrt(),

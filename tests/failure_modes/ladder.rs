@@ -1,4 +1,4 @@
-//! A model -> meshes at four tolerances, each held to everything that must be true of it.
+//! A model -> meshes at four tolerances, each checked against everything that must hold.
 
 use crate::flipped::{disagreeing, flipped};
 use glam::DAffine3;
@@ -11,30 +11,30 @@ use trimtess::model::{FaceId, Model, ModelBuilder, Part};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-/// Chord tolerances as shares of the first.
+/// Chord tolerances as fractions of the first.
 const RUNGS: [f64; 4] = [1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 32.0];
-/// Largest turning of the normal across a cell, radians.
+/// Largest turn of the normal across a cell, radians.
 const ANGLE: f64 = 0.5;
 
-/// A model and what must come out of it.
+/// A model and its expected results.
 pub(crate) struct Ladder {
     model: Model,
-    /// Which of the test's inputs this is.
+    /// Names the input within its test.
     name: String,
     closed: bool,
-    /// First chord tolerance, millimetres; a hundredth of the diagonal if none is given.
+    /// First chord tolerance, millimetres; `None` is a hundredth of the diagonal.
     chord: Option<f64>,
     area: Option<f64>,
     volume: Option<f64>,
     pieces: Option<u64>,
-    /// Codes of diagnostics that belong to the case.
+    /// Codes of expected diagnostics.
     told: Vec<&'static str>,
     lost: BTreeSet<FaceId>,
     /// Pieces of negative volume.
     voids: u64,
-    /// Whether loops touch each other within segments, which is told and repaired.
+    /// Whether loops touch each other within segments, which is reported and repaired.
     touching: bool,
-    /// Whether the chord tolerance is so large that only angles count: volume and area say little.
+    /// Whether the chord tolerance is so large that only angles limit the mesh; the bounds on volume are loose then.
     angles_only: bool,
 }
 
@@ -64,32 +64,32 @@ impl Ladder {
         }
     }
 
-    /// A solid of the given volume and area.
+    /// A solid with the given volume and area.
     pub(crate) fn solid(part: Part, volume: f64, area: f64) -> Self {
         Self { volume: Some(volume), area: Some(area), ..Self::new(placed(part), true) }
     }
 
-    /// An open shell of the given area.
+    /// An open shell with the given area.
     pub(crate) fn sheet(part: Part, area: f64) -> Self {
         Self { area: Some(area), ..Self::new(placed(part), false) }
     }
 
-    /// Which of the test's inputs this is.
+    /// Names the input within its test.
     pub(crate) fn named(self, name: impl std::fmt::Debug) -> Self {
         Self { name: format!("{name:?}"), ..self }
     }
 
-    /// The first chord tolerance, millimetres.
+    /// Sets the first chord tolerance, millimetres.
     pub(crate) fn chord(self, chord: f64) -> Self {
         Self { chord: Some(chord), ..self }
     }
 
-    /// How many connected pieces there are.
+    /// Sets the number of connected pieces.
     pub(crate) fn pieces(self, pieces: u64) -> Self {
         Self { pieces: Some(pieces), ..self }
     }
 
-    /// An open shell that came out of a solid.
+    /// An open shell, by its model.
     pub(crate) fn open(model: Model, area: f64) -> Self {
         Self { area: Some(area), ..Self::new(model, false) }
     }
@@ -99,27 +99,28 @@ impl Ladder {
         Self { area: Some(area), ..Self::new(model, true) }
     }
 
-    /// How many of the pieces are voids.
+    /// Sets how many of the pieces are voids.
     pub(crate) fn voids(self, voids: u64) -> Self {
         Self { voids, ..self }
     }
 
-    /// Loops touch each other where one of them has no vertex: their segments are split there, and that is told.
+    /// Allows loops to touch each other where one of them has no vertex: segments are split there, and that is
+    /// reported.
     pub(crate) fn touching(self) -> Self {
         Self { touching: true, ..self }
     }
 
-    /// The chord tolerance is too large to count.
+    /// Marks the chord tolerance as too large to limit the mesh.
     pub(crate) fn angles_only(self) -> Self {
         Self { angles_only: true, ..self }
     }
 
-    /// Diagnostics of these codes belong to the case; each of them must occur.
+    /// Sets the codes of expected diagnostics; each of them must occur.
     pub(crate) fn told(self, codes: &[&'static str]) -> Self {
         Self { told: codes.to_vec(), ..self }
     }
 
-    /// Faces that have no triangles, and are told.
+    /// Sets the faces that have no triangles and must be reported.
     pub(crate) fn lost(self, faces: &[u32]) -> Self {
         Self { lost: faces.iter().map(|&f| FaceId(f)).collect(), ..self }
     }
@@ -145,12 +146,12 @@ impl Ladder {
         }
         for code in &self.told {
             if !prepared.diagnostics.iter().any(|d| d.kind.code() == *code) {
-                wrong.push(format!("not told: {code}"));
+                wrong.push(format!("missing diagnostic: {code}"));
             }
         }
         for face in &self.lost {
             if !prepared.diagnostics.iter().any(|d| d.face == Some(*face)) {
-                wrong.push(format!("face {} is lost in silence", face.0));
+                wrong.push(format!("face {} is lost without a diagnostic", face.0));
             }
         }
         wrong
@@ -176,7 +177,8 @@ impl Ladder {
             wrong.push(format!("neighbours disagree about {disagreeing:?}"));
         }
         wrong.extend(
-            flipped(prepared, &sink, &report.fills).map(|(count, worst)| format!("{count} flipped, such as {worst}")),
+            flipped(prepared, &sink, &report.fills)
+                .map(|(count, worst)| format!("{count} flipped, the largest: {worst}")),
         );
         let deviation = audit::deviation(prepared, &sink, chord);
         let worst = deviation.beyond_gap.worst.max(deviation.edges.worst);
@@ -209,7 +211,7 @@ impl Ladder {
             }
         }
         if let Some(area) = self.area {
-            // Inscribed triangles have less area, by the angle squared; and chords cut off strips along edges.
+            // Inscribed triangles have less area, by the square of the angle; and chords cut strips off along edges.
             let (least, most) = (0.25 * ANGLE * ANGLE * area + strips, 0.02 * area + strips);
             if total.area < area - least || total.area > area + most {
                 wrong.push(format!("area {} of {area}", total.area));

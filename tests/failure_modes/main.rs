@@ -1,8 +1,8 @@
-//! What made other tessellators fail, each with its own smallest input: every case climbs a ladder of tolerances and is
-//! checked at each rung ([`ladder`]).
+//! Inputs that made other tessellators fail, each in its smallest form. Every case is meshed at a ladder of tolerances
+//! and checked at each ([`ladder`]).
 //!
-//! The groups are those in which such reports come: faces that are lost, seams and poles, cracks, tolerances not kept,
-//! scales, endless inputs, and one bad face that takes others with it.
+//! Grouped as such reports are: lost faces, seams and poles, cracks, violated tolerances, scales, endless inputs, and
+//! one bad face that takes others with it.
 
 mod body;
 mod borders;

@@ -1,4 +1,4 @@
-//! Edges that are true to less than their faces would need: images that cross though edges do not.
+//! Edges less accurate than their faces need: images cross although edges do not.
 
 use crate::body::Body;
 use crate::ladder::Ladder;
@@ -12,7 +12,7 @@ fn at(x: f64, y: f64) -> DVec3 {
 
 #[test]
 fn arcs_a_thousandth_of_their_radius_apart_stay_apart() {
-    // Chords of one, between points that any tolerance may choose, must not reach the other.
+    // Chords of one arc, between any points that a tolerance may choose, must not reach the other.
     const TURN: f64 = 4.0;
     for gap in [2e-2, 2e-3, 2e-4] {
         let mut body = Body::sheet();
@@ -28,12 +28,12 @@ fn arcs_a_thousandth_of_their_radius_apart_stay_apart() {
 
 #[test]
 fn arcs_that_leave_a_vertex_side_by_side_stay_apart() {
-    // Two quarters of a circle from one vertex, of which the other ends are this far apart.
+    // Two quarter circles from one vertex, whose other ends are `gap` apart.
     for gap in [5e-2, 5e-3] {
         let mut body = Body::sheet();
         let outer = body.arc(&Frame3::WORLD, 3.0, 0.0, 0.5 * PI);
         let radius = (3.0 - gap) * 0.5 + 4.5 / (3.0 - gap);
-        // Through (3, 0) and the point `gap` below (0, 3), about a centre on the diagonal between them.
+        // Through (3, 0) and the point `gap` below (0, 3), about a centre on the perpendicular bisector of the two.
         let [a, b] = [at(3.0, 0.0), at(0.0, 3.0 - gap)];
         let along = (b - a).normalize();
         let across = DVec3::Z.cross(along);
@@ -51,7 +51,7 @@ fn arcs_that_leave_a_vertex_side_by_side_stay_apart() {
 
 #[test]
 fn a_spline_whose_speed_jumps_by_a_thousand_bounds_a_face() {
-    // One slope for both sides of such a knot has the image run back over itself.
+    // With one slope for both sides of such a knot, the image would run back over itself.
     let mut body = Body::sheet();
     let xs = [0.0, 1.0, 3.0, 3.0005, 3.001, 3.0015, 3.002, 6.0, 10.0];
     let points: Vec<DVec3> = xs.iter().map(|&x| at(x, 0.0)).collect();

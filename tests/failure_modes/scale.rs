@@ -1,4 +1,4 @@
-//! Sizes, places and tolerances far apart: from a micrometre to a kilometre, next to the origin and far away from it.
+//! Sizes, places and tolerances far apart: from a micrometre to a kilometre, near the origin and far from it.
 
 use crate::body::{Body, frame};
 use crate::ladder::{Ladder, placed};
@@ -11,7 +11,7 @@ use trimtess::model::{Frame3, Part, Surface};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, prepare};
 
-/// A block of 20 × 20 × 6 with a countersunk hole and half a ball on it, `size` times as large, standing at `place`.
+/// A block of 20 × 20 × 6 with a countersunk hole and a half ball on top, scaled by `size` and placed at `place`.
 fn block(size: f64, place: DVec3) -> (Part, f64, f64) {
     let mut body = Body::solid();
     let lift = |z: f64| Frame3 { origin: place + DVec3::new(-4.0, 0.0, z) * size, ..Frame3::WORLD };
@@ -56,7 +56,7 @@ fn a_kilometre_from_the_origin() {
 
 #[test]
 fn turned_away_from_all_axes() {
-    // A pin through a slanted block's frame: nothing is parallel to anything.
+    // A pin through a slanted block's frame: nothing is parallel to an axis.
     for size in [1e-3, 1e3] {
         let axis = DVec3::new(0.3, -0.5, 0.81);
         let foot = frame(DVec3::new(11.0, 7.0, -3.0) * size, axis, DVec3::X);
@@ -81,8 +81,8 @@ fn a_tolerance_far_larger_than_the_part() {
 }
 
 #[test]
-fn no_tolerance_at_all_keeps_every_face_of_every_shape() {
-    // Infinite chord, any angle: the coarsest mesh there is.
+fn the_coarsest_mesh_keeps_every_face_of_every_shape() {
+    // Infinite chord, any angle.
     for name in trimtess_models::names() {
         let prepared = Arc::new(
             prepare(trimtess_models::by_name(name).expect("a shape"), &PrepareOptions::DEFAULT)
@@ -101,7 +101,7 @@ fn no_tolerance_at_all_keeps_every_face_of_every_shape() {
 }
 
 #[test]
-fn a_tolerance_far_smaller_than_rounding_is_told() {
+fn a_tolerance_far_smaller_than_rounding_is_reported() {
     let (part, volume, _) = block(1.0, DVec3::ZERO);
     let prepared = Arc::new(prepare(placed(part), &PrepareOptions::DEFAULT).expect("within the limits"));
     let limits = PlanLimits::DEFAULT.with_triangles_per_tile(20_000).with_triangles(200_000);

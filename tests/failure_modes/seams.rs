@@ -1,4 +1,4 @@
-//! Spheres and tori: seams, poles, whole surfaces, holes on all of them.
+//! Spheres and tori: seams, poles, whole surfaces, holes across all of them.
 
 use crate::body::{Body, ball, cap, frame, integral, level};
 use crate::ladder::Ladder;
@@ -41,7 +41,7 @@ fn whole_spheres_of_any_radius() {
 }
 
 #[test]
-fn half_spheres_above_and_beside() {
+fn half_spheres_above_an_equator_and_between_meridians() {
     let radius = 5.0;
     // The seam of the upper half runs from the equator to the pole and back.
     for with_seam in [false, true] {
@@ -56,7 +56,7 @@ fn half_spheres_above_and_beside() {
         body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![equator.along()]], true);
         Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).climb();
     }
-    // Half a ball between two meridians, each an edge of its own; at any angle to the seam.
+    // Half a ball between two meridians, each its own edge, at any angle to the seam.
     for turn in [0.0, 1.0, FRAC_PI_2, 3.0] {
         let mut body = Body::solid();
         let out = DVec3::new(f64::cos(turn), f64::sin(turn), 0.0);
@@ -70,8 +70,8 @@ fn half_spheres_above_and_beside() {
 }
 
 #[test]
-fn caps_through_the_pole_and_close_to_it() {
-    // A plane section whose circle passes the north pole, or misses it by a little on either side.
+fn caps_through_the_pole_and_near_it() {
+    // A plane section whose circle passes through the north pole, or misses it by a little on either side.
     let radius: f64 = 5.0;
     let tilt: f64 = 0.6;
     for miss in [0.0, 1e-7, -1e-7, 1e-2, -1e-2] {
@@ -94,7 +94,7 @@ fn caps_through_the_pole_and_close_to_it() {
 }
 
 #[test]
-fn antipodal_holes_over_the_poles_across_the_seam_and_askew() {
+fn antipodal_holes_over_the_poles_across_the_seam_and_oblique() {
     let (radius, bore): (f64, f64) = (5.0, 2.0);
     let h = (radius * radius - bore * bore).sqrt();
     for axis in [DVec3::Z, DVec3::X, -DVec3::Y, DVec3::new(0.4, 0.1, 0.9), DVec3::new(0.3, 0.0, 1.0)] {
@@ -106,14 +106,14 @@ fn antipodal_holes_over_the_poles_across_the_seam_and_askew() {
         body.face(sphere(radius), vec![vec![top.against()], vec![bottom.along()]], false);
         let bore_side = Surface::Cylinder { frame: frame(DVec3::ZERO, axis, reference), radius: bore };
         body.face(bore_side, vec![vec![bottom.along()], vec![top.against()]], true);
-        // The napkin ring: as large as a ball of its height.
+        // The napkin ring: its volume is that of a ball of its height.
         Ladder::solid(body.finish(), ball(h), 4.0 * PI * radius * h + TAU * bore * 2.0 * h).climb();
     }
 }
 
 #[test]
-fn many_holes_each_somewhere_else() {
-    // Over both poles, across the seam, beside it, tangent to the seam from both sides.
+fn many_holes_in_different_places() {
+    // Over both poles, across the seam, next to it, tangent to the seam from both sides.
     let radius: f64 = 5.0;
     let open: f64 = 0.25;
     let spots = [
@@ -174,7 +174,7 @@ fn whole_tori_thin_and_fat_with_and_without_edges() {
 }
 
 #[test]
-fn pipe_bends_across_the_seam_and_beside_it() {
+fn pipe_bends_across_the_seam_and_next_to_it() {
     let (major, minor) = (8.0, 3.0);
     for (from, to) in [(0.0, FRAC_PI_2), (-1.0, 1.0), (5.0, 5.5), (1.0, 1.0 + 0.9 * TAU), (0.0, PI)] {
         let mut body = Body::solid();
@@ -193,7 +193,7 @@ fn pipe_bends_across_the_seam_and_beside_it() {
 
 #[test]
 fn rings_cut_once_around() {
-    // The upper half, the outer half, and a narrow strip of a torus, each closed by what is plane or straight.
+    // The upper half, the outer half, and a narrow strip of a torus, each closed by planes or ruled surfaces.
     let (major, minor) = (8.0, 3.0);
     let mut body = Body::solid();
     let [inner, outer] = [major - minor, major + minor].map(|r| body.circle(&Frame3::WORLD, r));
@@ -207,7 +207,7 @@ fn rings_cut_once_around() {
     body.face(torus(major, minor), vec![vec![low.along()], vec![high.against()]], false);
     let core = Surface::Cylinder { frame: Frame3::WORLD, radius: major };
     body.face(core, vec![vec![low.along()], vec![high.against()]], true);
-    // The half disc's centre of gravity lies at 4 r / 3π from its straight side, that of the half circle at 2 r / π.
+    // The centroid of the half disc lies 4 r / 3π from its straight side, that of the half circle 2 r / π.
     let volume = TAU * (major + 4.0 * minor / (3.0 * PI)) * 0.5 * PI * minor * minor;
     let area = TAU * (major + 2.0 * minor / PI) * PI * minor + TAU * major * 2.0 * minor;
     Ladder::solid(body.finish(), volume, area).climb();
@@ -215,7 +215,7 @@ fn rings_cut_once_around() {
 
 #[test]
 fn windows_in_a_torus_anywhere() {
-    // A window between four parameter lines: across no seam, one seam, both; with the seams stated and without.
+    // A window between four parameter lines across no seam, one seam, or both; with and without seam edges.
     let (major, minor): (f64, f64) = (8.0, 3.0);
     let places = [(1.0, 1.0), (-0.3, 1.0), (1.0, -0.4), (-0.3, -0.4), (3.0, 3.0)];
     for ((u0, v0), with_seams) in places.into_iter().flat_map(|place| [(place, false), (place, true)]) {
@@ -260,7 +260,7 @@ fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
         let area = TAU * radius * height - 0.8 * radius * 4.0;
         Ladder::sheet(body.finish(), area).named(u).told(told).climb();
     }
-    // A round window about the end of the x axis, over the middle of a sphere's seam.
+    // A round window about the end of the x axis, across the middle of a sphere's seam.
     let mut body = Body::sheet();
     let half = seam(&mut body, radius);
     let window = body.circle(&frame(DVec3::X * 4.0, DVec3::X, DVec3::Y), 3.0);
@@ -278,7 +278,7 @@ fn window(body: &mut Body, radius: f64, (u0, u1): (f64, f64), (v0, v1): (f64, f6
     vec![west, north.along(), Coedge { reversed: !east.reversed, ..east }, south.against()]
 }
 
-/// A meridian arc about (x = `major`, z = 0), turned about z: volume and area by integration.
+/// A meridian arc about (x = `major`, z = 0), turned about z. Volume and area by integration.
 fn turned_arc(major: f64, minor: f64, from: f64, to: f64) -> (Surface, f64, f64) {
     let f = Frame3 { origin: DVec3::X * major, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y };
     let surface = Surface::Revolution { curve: NurbsCurve3::arc(&f, minor, minor, from, to), frame: Frame3::WORLD };

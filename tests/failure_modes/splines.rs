@@ -1,4 +1,4 @@
-//! B-spline faces: helices, closed ones with their seams anywhere, trims along knots, creases and natural borders.
+//! B-spline faces: helices, closed faces with seams anywhere, trims along knots, creases and natural borders.
 
 use crate::body::{Body, frame, integral, level, through};
 use crate::ladder::{Ladder, placed};
@@ -12,7 +12,7 @@ use trimtess::model::{Coedge, EdgeId, Frame3, NurbsCurve3, NurbsSurface, Surface
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, prepare};
 
-/// The unit circle by nine points: weights and corners of a square.
+/// The unit circle as nine points of a rational quadratic; `true` marks the corners of a square.
 const RING: [(f64, f64, bool); 9] = [
     (1.0, 0.0, false),
     (1.0, 1.0, true),
@@ -33,7 +33,7 @@ fn ring_knots() -> Vec<f64> {
     [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4].map(f64::from).to_vec()
 }
 
-/// A tube of the given radius along a helix about z: u along it, v around it.
+/// A tube of the given radius along a helix about z: u along it, v around it. Also returns its length.
 fn coil(wide: f64, pitch: f64, turns: f64, radius: f64) -> (NurbsSurface, f64) {
     let rise = pitch / TAU;
     let per_radian = wide.hypot(rise);
@@ -83,7 +83,7 @@ fn helical_pipes_of_many_turns() {
         let last = surface.points.len() / RING.len() - 1;
         let mut body = Body::solid();
         let [first, end] = [0, last].map(|i| body.spline(rib(&surface, i)));
-        // S_u × S_v looks inwards: along, then from outside upwards.
+        // S_u × S_v points inwards: u runs along the helix, v from outside upwards.
         let loops = if with_seam {
             let seam = body.spline(stringer(&surface, 0));
             vec![vec![seam.along(), end.along(), seam.against(), first.against()]]
@@ -228,7 +228,7 @@ fn a_tube_with_unclamped_periodic_knots() {
             loops = vec![vec![low.along(), seam, high.against(), down]];
         }
         if with_window {
-            // A round window across the seam: an open shell then.
+            // A round window across the seam makes it an open shell.
             let mut sheet = Body::sheet();
             let [low, high] = [0.0, 10.0].map(|z| sheet.spline(rim(z)));
             let at = |t: f64| {
@@ -260,7 +260,7 @@ fn a_tube_with_unclamped_periodic_knots() {
     }
 }
 
-/// Turning about z, for control points.
+/// Rotation about z, for control points.
 trait AboutZ {
     fn rotate_about_z(self, angle: f64) -> DVec3;
 }
@@ -272,7 +272,7 @@ impl AboutZ for DVec3 {
     }
 }
 
-/// A roof over x from 0 to 6: quadratic spans with a knot at 2 and a crease at 4, straight along y from 0 to 5.
+/// A roof over x from 0 to 6: quadratic spans with a knot at 2 and a crease at 4, extruded along y from 0 to 5.
 fn roof() -> NurbsSurface {
     let profile = [(0.0, 0.0), (1.0, 1.0), (3.0, 1.0), (4.0, 0.0), (5.0, 2.0), (6.0, 1.0)];
     NurbsSurface {
@@ -285,7 +285,7 @@ fn roof() -> NurbsSurface {
     }
 }
 
-/// A stretch of the roof's profile at the given y.
+/// A part of the roof's profile at the given y.
 fn ridge(y: f64, from: f64, to: f64) -> (NurbsCurve3, (f64, f64)) {
     let roof = roof();
     let points = roof.points.iter().step_by(2).map(|&p| DVec3::new(p.x, y, p.z)).collect();
@@ -325,7 +325,7 @@ fn trims_along_knots_creases_and_natural_borders() {
 
 #[test]
 fn a_hole_that_runs_along_a_crease() {
-    // A slot whose long side is the crease, and one that straddles it.
+    // A slot whose long side is the crease, and one across it.
     let surface = Surface::Nurbs(roof());
     for (u0, u1) in [(4.0, 5.0), (3.0, 4.0), (3.2, 4.7)] {
         let mut body = Body::sheet();
@@ -355,9 +355,9 @@ fn a_hole_that_runs_along_a_crease() {
 }
 
 #[test]
-fn a_sheet_folded_back_over_itself() {
-    // Two legs that meet in a crease at a sharp angle: edges across it must not be imaged on the wrong leg. They run through
-    // the crease at another share of their range than the surface does, forwards and backwards.
+fn a_sheet_folded_back_onto_itself() {
+    // Two legs that meet in a crease at a sharp angle: edges across it must not be projected onto the wrong leg. Edges
+    // and surface have the crease at different fractions of their ranges, with the edges in both directions.
     for angle in [0.5_f64, 0.1, 0.02, 4e-3] {
         for (crease, knot) in [(0.5, 0.5), (0.5, 0.2), (0.3, 0.9)] {
             let profile =
@@ -385,9 +385,8 @@ fn a_sheet_folded_back_over_itself() {
 }
 
 #[test]
-fn a_sheet_bent_back_over_itself() {
-    // Two legs that lie close together, with a bend between them; its edges run through the bend at another speed than the
-    // surface does.
+fn a_sheet_bent_back_onto_itself() {
+    // Two legs close together, with a bend between them. Edges run through the bend at another speed than the surface.
     for gap in [1.0, 0.1] {
         for weight in [1.0, 0.3, 3.0] {
             let profile = [DVec3::ZERO, DVec3::new(20.0, 0.0, 0.5 * gap), DVec3::Z * gap];
@@ -422,7 +421,7 @@ fn a_sheet_bent_back_over_itself() {
 
 #[test]
 fn a_patch_whose_whole_border_is_one_point() {
-    // It lies in a plane and is folded over itself. Nothing goes round in it, though every line of it closes.
+    // It lies in a plane and is folded onto itself. It has no period, although every line of it is closed.
     let inner = |k: usize| k == 1 || k == 2;
     let net = (0..16).map(|k| (k / 4, k % 4));
     let bag = NurbsSurface {

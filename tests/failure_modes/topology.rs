@@ -1,4 +1,4 @@
-//! What bodies are put together from: edges of many faces, faces that coincide, faces that are lost, faces next to nothing.
+//! How bodies are composed: edges of many faces, coincident faces, lost faces, tiny faces.
 
 use crate::body::{Body, frame};
 use crate::ladder::{Ladder, placed};
@@ -35,7 +35,7 @@ fn fins_that_share_one_edge() {
 
 #[test]
 fn an_edge_used_four_times_within_one_shell() {
-    // Two blocks that touch along an edge, given as one body.
+    // Two blocks that touch along an edge, stated as one body.
     let mut body = Body::solid();
     block(&mut body, at(0.0, 0.0, 0.0), at(1.0, 1.0, 1.0));
     block(&mut body, at(1.0, 1.0, 0.0), at(3.0, 2.0, 1.0));
@@ -45,8 +45,8 @@ fn an_edge_used_four_times_within_one_shell() {
 }
 
 #[test]
-fn solids_that_touch_with_a_face() {
-    // Each with its own edges, and both with the same ones: then the edges around the common face have four uses.
+fn solids_that_touch_in_a_face() {
+    // With separate edges, and with common ones: then the edges around the common face have four uses.
     for common in [false, true] {
         let mut body = Body::solid();
         block(&mut body, at(0.0, 0.0, 0.0), at(4.0, 3.0, 2.0));
@@ -96,7 +96,7 @@ fn a_loop_of_ten_thousand_edges_and_a_prism_on_it() {
     let count = 10_000_u32;
     let corner = |k: u32, z: f64| {
         let angle = TAU * f64::from(k) / f64::from(count);
-        // A gear: every other corner further in.
+        // A gear: every other corner lies further in.
         let radius = if k.is_multiple_of(2) { 100.0 } else { 99.9 };
         at(radius * angle.cos(), radius * angle.sin(), z)
     };
@@ -126,7 +126,7 @@ fn a_loop_of_ten_thousand_edges_and_a_prism_on_it() {
     Ladder::solid(part.finish().expect("a valid part"), area * 5.0, 2.0 * area + side).climb();
 }
 
-/// A block of 4 × 3 × 2 with a hole, its faces numbered as entities from 70.
+/// A block of 4 × 3 × 2 with a hole; its faces have entity numbers from 70.
 fn numbered() -> Part {
     let mut body = Body::solid();
     let [top, bottom] = [2.0, 0.0].map(|z| {
@@ -144,7 +144,7 @@ fn numbered() -> Part {
 }
 
 #[test]
-fn one_broken_face_costs_its_surface_and_is_told_by_entity() {
+fn one_broken_face_loses_only_its_surface_and_is_reported_by_entity() {
     type Break = fn(&mut Part);
     let breaks: [(&'static str, Break); 5] = [
         ("face-off-surface", |p| {
@@ -187,8 +187,8 @@ fn one_broken_face_costs_its_surface_and_is_told_by_entity() {
 }
 
 #[test]
-fn a_strip_with_one_side_only_is_meshed() {
-    // Eight bilinear pieces around a circle, turned over once on the way: no orientation fits.
+fn a_one_sided_strip_is_meshed() {
+    // Eight bilinear pieces around a circle, with one half twist: no orientation fits.
     let count = 8;
     let mut body = Body::sheet();
     let rung = |k: i32| {
@@ -222,7 +222,7 @@ fn a_strip_with_one_side_only_is_meshed() {
     serial(&prepared, &plan, true, &mut sink).expect("a frame");
     let facts = check_scene(&sink);
     assert!(facts.total.is_well_formed() && facts.faces_without_triangles.is_empty(), "{}", facts.total);
-    // Neighbours disagree across one of the rungs, and nowhere else.
+    // Neighbours disagree across one of the rungs and nowhere else.
     let rungs = facts.total.unbalanced_edges - facts.total.open_edges;
     assert!((1..=16).contains(&rungs), "{}", facts.total);
     assert_eq!(facts.total.components, 1);

@@ -1,4 +1,5 @@
-//! Surfaces of revolution whose profile is a whole curve that meets its axis, or one without ends, as files state them.
+//! Surfaces of revolution whose profile is a whole curve that meets its axis, or an unbounded curve, as files state
+//! them.
 
 use crate::ladder::Ladder;
 use std::f64::consts::{FRAC_PI_3, PI, TAU};
@@ -54,7 +55,7 @@ impl Text {
         self.add(&format!("EDGE_CURVE('',#{from},#{to},#{curve},.T.)"))
     }
 
-    /// The circle about the z axis at `height` with its vertex over the x axis.
+    /// The circle about the z axis at `height` with its vertex above the x axis.
     fn ring(&mut self, radius: f64, height: f64) -> (Id, Id) {
         let frame = self.frame([0.0, 0.0, height], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
         let circle = self.add(&format!("CIRCLE('',#{frame},{radius:?})"));
@@ -86,7 +87,7 @@ impl Text {
         self.face(bounds, surface)
     }
 
-    /// The level face at `height` that looks up or down.
+    /// The horizontal face at `height` that looks up or down.
     fn lid(&mut self, uses: &[(Id, bool)], height: f64, up: bool) -> Id {
         let frame = self.frame([0.0, 0.0, height], [0.0, 0.0, if up { 1.0 } else { -1.0 }], [1.0, 0.0, 0.0]);
         let plane = self.add(&format!("PLANE('',#{frame})"));
@@ -106,7 +107,8 @@ impl Text {
         let length = self.add("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))");
         let angle = self.add("(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.))");
         let context = self.add(&format!(
-            "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#{length},#{angle}))REPRESENTATION_CONTEXT('',''))"
+            "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#{length},#{angle}))\
+             REPRESENTATION_CONTEXT('',''))"
         ));
         self.add(&format!("SHAPE_REPRESENTATION('',(#{item}),#{context})"));
         let text = format!(
@@ -117,7 +119,7 @@ impl Text {
         read(text.as_bytes(), &StepOptions::default()).expect("a readable file")
     }
 
-    /// A solid of these faces, at every tolerance.
+    /// Checks a solid of these faces at every tolerance.
     fn climb(self, faces: &[Id], volume: f64, area: f64) {
         let model = self.model(faces, true);
         let bad: Vec<_> = model.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
@@ -215,7 +217,8 @@ fn half_of_a_round_turned_about_its_own_axis() {
     }
 }
 
-/// A circle of radius 2 about (`x`, 0, 0), turned; the face between its crossings of the axis has two runs of one seam.
+/// A circle of radius 2 about (`x`, 0, 0), turned about z. The face lies between its crossings of the axis; its seam is
+/// used in both directions.
 fn spindle(x: f64) -> (Text, [Id; 1]) {
     let mut text = Text::default();
     let [profile, side] = [0, 1].map(|_| text.conic("CIRCLE", [x, 0.0, 0.0], "2."));
@@ -238,13 +241,13 @@ fn a_circle_across_the_axis_is_the_sheet_on_which_its_seam_lies() {
     let root = 3.0f64.sqrt();
     let (text, faces) = spindle(-1.0);
     text.climb(&faces, PI * (6.0 * root - 8.0 * FRAC_PI_3), TAU * (4.0 * root - 4.0 * FRAC_PI_3));
-    // The apple: what the circle's greater part sweeps.
+    // The apple: swept by the greater part of the circle.
     let (text, faces) = spindle(1.0);
     text.climb(&faces, PI * (6.0 * root + 16.0 * FRAC_PI_3), TAU * (4.0 * root + 8.0 * FRAC_PI_3));
 }
 
 #[test]
-fn a_boundary_on_both_sheets_of_a_closed_profile_is_told() {
+fn a_boundary_on_both_sheets_of_a_closed_profile_is_refused() {
     let mut text = Text::default();
     let (_, inner) = text.ring(1.0, 0.0);
     let (_, outer) = text.ring(3.0, 0.0);
@@ -258,7 +261,7 @@ fn a_boundary_on_both_sheets_of_a_closed_profile_is_told() {
 
 #[test]
 fn the_normal_of_an_open_turned_circle_is_that_of_its_start() {
-    // The circle's parameter starts at x and goes up, or down: the normal points outwards, or inwards.
+    // The circle's parameter starts at x and goes up or down: the normal points outwards or inwards.
     for (axis, inwards) in [(-1.0, false), (1.0, true)] {
         let mut text = Text::default();
         let (_, ring) = text.ring(2.0, 0.0);

@@ -1,5 +1,5 @@
 //! Triangles of a frame against the exact normals of their faces: which of them look inwards? And faces against their
-//! neighbours: which of them run along a common edge in the same direction?
+//! neighbours: which of them traverse a common edge in the same direction?
 
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
@@ -8,9 +8,9 @@ use trimtess::model::{EdgeId, Model, PartId};
 use trimtess::parallel::FaceFill;
 use trimtess::prepare::{Prepared, PreparedFace};
 
-/// How many triangles look to the other side than their face, and the largest of them; `None` if there are none. Not of faces
-/// with `fills`: where loops wind backwards triangles are reversed, and those that only close look anywhere. Nor triangles that
-/// the boundary [forces](is_forced).
+/// How many triangles look to the other side than their face, and the one of greatest height; `None` if there are none.
+/// Skips faces with `fills`: where loops wind backwards triangles are reversed, and triangles that only close the
+/// boundary look anywhere. Skips triangles that the boundary [forces](is_forced).
 pub(crate) fn flipped(prepared: &Prepared, sink: &MemorySink, fills: &[FaceFill]) -> Option<(usize, String)> {
     let mut count = 0;
     let mut worst = (0.0, String::new());
@@ -37,8 +37,8 @@ fn is_filled(batch: &Batch, fills: &[FaceFill]) -> bool {
     fills.binary_search_by_key(&(batch.part, batch.face), |fill| (fill.part, fill.face)).is_ok()
 }
 
-/// Cosine between a triangle's normal and its face's at its middle, and its height; `None` for triangles that are lines but
-/// for rounding and for the gap that the file leaves.
+/// Cosine between a triangle's normal and its face's normal at its middle, and the triangle's height. `None` if the
+/// triangle is a line up to rounding and the gap that the file leaves.
 fn cosine(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> Option<(f64, f64)> {
     let [a, b, c] = corners.map(|v| batch.mesh.positions[v as usize]);
     let normal = (b - a).cross(c - a);
@@ -60,13 +60,14 @@ fn outwards(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> DVec3 {
     (d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 }).normalize_or_zero()
 }
 
-/// Whether any triangles between the same boundary would look inwards there: all corners are on it, and seen along the surface's
-/// normal it winds backwards around a point of the triangle, since chords of two of its edges cross there.
+/// Whether every triangulation of this boundary looks inwards there. This is so if all corners lie on the boundary and
+/// it winds negatively around a point of the triangle, seen along the surface normal: chords of two of its edges cross
+/// there.
 ///
-/// How often it winds around a point is the number of the tile's triangles that cover it, less those that do so reversed: this is the
-/// same for all triangles with that boundary. Where it is never negative the mesh is folded, and need not be.
+/// The winding number of a point is the number of the tile's triangles that cover it, reversed ones negative. It is the
+/// same for all triangulations of the boundary. Where it is not negative the mesh is folded without need.
 fn is_forced(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> bool {
-    /// Points along each side.
+    /// Sample points along each side.
     const POINTS: u32 = 32;
     let on_boundary = |v: u32| matches!(batch.mesh.origins[v as usize], Origin::Edge { .. } | Origin::Border { .. });
     if !corners.into_iter().all(on_boundary) {
@@ -74,7 +75,8 @@ fn is_forced(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> bool {
     }
     let place = |t: [u32; 3]| t.map(|v| batch.mesh.positions[v as usize]);
     let ([a, b, c], view) = (place(corners), outwards(face, batch, corners));
-    // Sheets that turn by 30° within a triangle are a fifteenth of its length off it. What is further away is another turn of a thread.
+    // A sheet that turns by 30° within a triangle is a fifteenth of the triangle's length off it. Triangles further
+    // away are another turn of a thread.
     let near = 0.25 * a.distance(b).max(b.distance(c)).max(c.distance(a));
     let covers = |&t: &[u32; 3], p: DVec3| {
         let [a, b, c] = place(t);
@@ -92,7 +94,7 @@ fn is_forced(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> bool {
     })
 }
 
-/// The two ends of a segment, the lesser first.
+/// The two ends of a segment, the smaller first.
 type Segment = [[u64; 3]; 2];
 
 fn segment(part: PartId, a: DVec3, b: DVec3) -> (bool, (PartId, Segment)) {
@@ -100,10 +102,10 @@ fn segment(part: PartId, a: DVec3, b: DVec3) -> (bool, (PartId, Segment)) {
     (a < b, (part, [a.min(b), a.max(b)]))
 }
 
-/// Edges that two faces of one shell run along in the same direction, where no third face of the shell has them.
+/// Edges that two faces of one shell traverse in the same direction, and that no third face of the shell uses.
 ///
-/// Segments that lie on several edges are left out: there faces of other shells, or edges that were never sewn, coincide. So are
-/// faces with `fills`, of which a boundary segment may have several triangles.
+/// Skips segments on several edges: there faces of other shells, or unsewn edges, coincide. Skips faces with `fills`:
+/// several of their triangles may use one boundary segment.
 pub(crate) fn disagreeing(model: &Model, sink: &MemorySink, fills: &[FaceFill]) -> Vec<(PartId, EdgeId)> {
     let mut edges: BTreeMap<_, Option<EdgeId>> = BTreeMap::new();
     for line in &sink.edge_lines {

@@ -1,5 +1,5 @@
-//! Random configurations of up to twelve curves: the exact area against closed forms and the other arrangement, and what is
-//! kept point by point.
+//! Random configurations of up to twelve curves: exact area against closed forms and the independent arrangement, and
+//! the kept points one by one.
 
 use crate::draw::{Draw, each_configuration, keeps, polygon, winding};
 use crate::other;
@@ -21,9 +21,10 @@ fn circles(trims: &FreeTrims) -> Option<Vec<(DVec2, f64, bool)>> {
     trims.curves.iter().map(of_curve).collect()
 }
 
-/// The area of each region is that of the arrangement that implicitisation and eigenvalues make; of circles, the closed form.
+/// The area of each region equals that of the arrangement by implicitisation and eigenvalues, and for circles the
+/// closed form.
 #[test]
-fn random_regions_have_the_area_of_closed_forms_and_of_the_other_arrangement() {
+fn random_regions_have_the_area_of_closed_forms_and_of_the_independent_arrangement() {
     let domain = UvDomain::new(DVec2::ZERO, DVec2::ONE);
     each_configuration(|seed| {
         let trims = Draw(seed).configuration();
@@ -37,7 +38,7 @@ fn random_regions_have_the_area_of_closed_forms_and_of_the_other_arrangement() {
     });
 }
 
-/// Every region of random curves keeps the points that the rule keeps, asked of polygons.
+/// Every region of random curves keeps the points that the rule keeps, as decided by polygons.
 #[test]
 fn random_regions_keep_what_the_rule_says() {
     const POINTS: usize = 100;

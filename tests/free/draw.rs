@@ -1,4 +1,4 @@
-//! Random trimming curves from a seed, and an independent answer to what they keep.
+//! Random trimming curves from a seed, and an independent decision of which points they keep.
 
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use trimtess::model::{FreeTrims, NurbsCurve2, TrimCurve, TrimPiece, TrimRule};
 
-/// A generator of numbers (SplitMix64).
+/// A generator of random numbers (SplitMix64).
 pub(crate) struct Draw(pub(crate) u64);
 
 impl Draw {
@@ -34,7 +34,7 @@ impl Draw {
         DVec2::new(self.range(a, b), self.range(a, b))
     }
 
-    /// A circle, an ellipse, a flower, a free closed cubic, or a polygon; either way round.
+    /// A circle, an ellipse, a flower, a free closed cubic, or a polygon, in either direction.
     pub(crate) fn curve(&mut self) -> TrimCurve {
         let centre = self.point(0.15, 0.85);
         let curve = match self.below(5) {
@@ -57,7 +57,7 @@ impl Draw {
         if self.below(2) == 0 { curve.reversed() } else { curve }
     }
 
-    /// A closed cubic of two Bézier pieces through random points: it may cross itself.
+    /// A closed cubic of two Bézier pieces through random points; it may cross itself.
     fn cubic(&mut self) -> TrimCurve {
         let p: Vec<DVec2> = (0..6).map(|_| self.point(0.05, 0.95)).collect();
         let bezier = |q: [DVec2; 4]| TrimPiece::bezier(q.to_vec(), Vec::new());
@@ -105,7 +105,7 @@ impl Draw {
         FreeTrims { rule, curves: (0..n).map(|_| self.curve()).collect() }
     }
 
-    /// Up to twelve circles, one time in eight; or up to twelve curves of all kinds, closed and open.
+    /// Up to twelve circles, one time in eight; otherwise up to twelve curves of all kinds, closed and open.
     pub(crate) fn configuration(&mut self) -> FreeTrims {
         let rule = self.rule();
         let only_circles = self.below(8) == 0;
@@ -124,7 +124,7 @@ impl Draw {
     }
 }
 
-/// Calls `check` with the seed of each configuration, on all cores: 200 of them, or as many as `TRIMTESS_CONFIGURATIONS` says.
+/// Calls `check` with the seed of each configuration, on all cores: 200 of them, or `TRIMTESS_CONFIGURATIONS`.
 pub(crate) fn each_configuration(check: impl Fn(u64) + Sync) {
     let count = std::env::var("TRIMTESS_CONFIGURATIONS").map_or(200, |n| n.parse().unwrap());
     let next = AtomicU64::new(0);
@@ -146,7 +146,7 @@ pub(crate) fn each_configuration(check: impl Fn(u64) + Sync) {
     assert!(failed.is_empty(), "seeds {failed:?} of {count}");
 }
 
-/// A closed quadratic B-spline of `petals` petals, counter-clockwise.
+/// A closed quadratic B-spline with `petals` petals, counter-clockwise.
 pub(crate) fn flower(centre: DVec2, radius: f64, petals: usize, depth: f64) -> TrimCurve {
     let n = 4 * petals;
     let control = |k: usize| {
@@ -177,7 +177,7 @@ pub(crate) fn polygon(curve: &TrimCurve, n: usize) -> Vec<DVec2> {
 pub(crate) fn winding(p: &[DVec2], q: DVec2) -> i32 {
     let turn = |k: usize| {
         let (a, b) = (p[k] - q, p[(k + 1) % p.len()] - q);
-        // Only what changes sides of the line to the left of `q` counts: there angles jump.
+        // Only segments that cross the ray to the left of `q` count: there angles jump.
         let crosses = (a.y < 0.0) != (b.y < 0.0) && a.perp_dot(b) * (b.y - a.y) < 0.0;
         if !crosses {
             0
@@ -190,12 +190,12 @@ pub(crate) fn winding(p: &[DVec2], q: DVec2) -> i32 {
     (0..p.len()).map(turn).sum()
 }
 
-/// Twice the signed area of a polygon, halved.
+/// Signed area of a polygon.
 pub(crate) fn area(p: &[DVec2]) -> f64 {
     0.5 * (0..p.len()).map(|k| p[k].perp_dot(p[(k + 1) % p.len()])).sum::<f64>()
 }
 
-/// Whether the rule keeps `q`, by polygons of the curves.
+/// Whether the rule keeps `q`, decided by polygons of the curves.
 pub(crate) fn keeps(rule: TrimRule, polygons: &[Vec<DVec2>], q: DVec2) -> bool {
     let windings = || polygons.iter().map(|p| (winding(p, q), area(p)));
     match rule {

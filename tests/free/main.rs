@@ -1,4 +1,4 @@
-//! Free trims: the rules, the regions they keep, and the triangles that come of them.
+//! Free trims: the rules, the regions they keep, and the resulting triangles.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod configurations;

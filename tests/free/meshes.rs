@@ -15,7 +15,7 @@ use trimtess::model::{
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{FreeRegion, PrepareOptions, Prepared, UvDomain, prepare};
 
-/// The unit square in space, its own parameters.
+/// The unit square in space; space coordinates equal its parameters.
 pub(crate) fn sheet() -> NurbsSurface {
     let knots = vec![0.0, 0.0, 1.0, 1.0];
     let points = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
@@ -49,7 +49,7 @@ pub(crate) fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MemorySink, FrameRe
     (sink, report)
 }
 
-/// Length of the tessellated boundary of a sheet that is one tile, and the area of its polygons.
+/// Length of the tessellated boundary of a one-tile sheet, and the area of its polygons.
 fn outline(prepared: &Prepared, plan: &Plan) -> (f64, f64) {
     let part = &prepared.parts[0];
     let (mut length, mut area) = (0.0, 0.0);
@@ -112,7 +112,7 @@ fn curved_sheets_keep_the_chord_tolerance_on_surface_and_trim() {
 fn closed_surfaces_stay_closed_along_seams_and_poles() {
     let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 };
     let torus = Surface::Torus { frame: Frame3::WORLD, major: 3.0, minor: 1.0 };
-    // A hole in the middle, and one over the seam that both of its sides see half of.
+    // One hole away from seams and poles; its boundary is at most `rim` times as long in space as in (u,v).
     for (surface, centre, rim) in [(sphere, DVec2::new(3.0, 0.3), 1.0), (torus, DVec2::new(3.0, 2.0), 3.5)] {
         let hole = TrimCurve::circle(centre, 0.4).reversed();
         let trims = FreeTrims { rule: TrimRule::Handedness, curves: vec![hole] };
@@ -163,7 +163,7 @@ fn crowds_are_meshed() {
     }
 }
 
-/// The paper's §4.1: tangential meetings are recorded, and are a tessellant of both curves, the same one.
+/// The paper's §4.1: a point of tangency is recorded, and is a common tessellant of both curves.
 #[test]
 fn points_of_tangency_are_shared_tessellants() {
     let touch = DVec2::new(0.45, 0.5);
@@ -174,7 +174,7 @@ fn points_of_tangency_are_shared_tessellants() {
             let near = |p: &DVec3| p.truncate().distance(touch) <= 1e-6;
             let part = &prepared.parts[0];
             let at: Vec<DVec3> = part.edges.iter().flat_map(|e| &e.breaks).map(|b| b.point).filter(near).collect();
-            // Four arcs end there, or two where the loop within is redundant.
+            // Four arcs end there, or two if the inner loop is redundant.
             assert!(at.len() == 4 || at.len() == 2, "{rule:?}: {at:?}");
             assert!(at.iter().all(|p| p == &at[0]), "{at:?}");
             for chord in [1e-2, 1e-3, 1e-4] {
@@ -185,7 +185,7 @@ fn points_of_tangency_are_shared_tessellants() {
     }
 }
 
-/// The plan with `n` segments for each of the coarsest plan's, on its lattice.
+/// The plan with `n` segments for each segment of the coarsest plan, on its lattice.
 fn divided(prepared: &Prepared, n: usize) -> Plan {
     let mut plan = plan(prepared, &Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None });
     for (part, planned) in prepared.parts.iter().zip(&mut plan.parts) {
@@ -196,7 +196,7 @@ fn divided(prepared: &Prepared, n: usize) -> Plan {
     plan
 }
 
-/// A sheet's triangles under a plan cover the polygons of the tessellants, to rounding, and leave nothing open but these.
+/// Asserts that a sheet's triangles cover the polygons of the tessellants up to rounding and are open only along these.
 /// Returns the polygons' length and area.
 pub(crate) fn judge(prepared: &Arc<Prepared>, plan: &Plan, case: &str) -> (f64, f64) {
     let mut sink = MemorySink::default();
@@ -210,10 +210,10 @@ pub(crate) fn judge(prepared: &Arc<Prepared>, plan: &Plan, case: &str) -> (f64, 
     (length, area)
 }
 
-/// Every random configuration: the triangles cover the polygons of the tessellants, to rounding, and leave nothing open but
-/// these; the polygons come to the exact area as their chords come to the curves, with the square of their number.
+/// In every random configuration the triangles cover the polygons of the tessellants up to rounding and are open only
+/// along these. The polygons' area converges to the exact area with the square of the number of chords.
 #[test]
-fn random_configurations_are_meshed_as_they_are() {
+fn random_configurations_are_meshed_exactly() {
     let domain = UvDomain::new(DVec2::ZERO, DVec2::ONE);
     each_configuration(|seed| {
         let trims = Draw(seed).configuration();
@@ -226,7 +226,7 @@ fn random_configurations_are_meshed_as_they_are() {
             let crossings = crossings(&segments(&prepared, &plan));
             assert!(crossings.is_empty(), "seed {seed} at {chord}: {crossings:?}");
             let (length, area) = judge(&prepared, &plan, &format!("seed {seed} at {chord}"));
-            // Between a chord and its curve there are two thirds of the tolerance on average.
+            // On average two thirds of the tolerance lie between a chord and its curve.
             let slack = chord * length + 1e-6;
             assert!((area - exact).abs() <= slack, "seed {seed} at {chord}: area {area}, exact {exact}");
         }
@@ -238,7 +238,7 @@ fn random_configurations_are_meshed_as_they_are() {
             let (length, area) = judge(&prepared, &plan, &format!("seed {seed}, {n} times"));
             errors.push((area - exact) * (n * n) as f64 / length.max(1.0));
         }
-        // From some number on the error is a constant over its square.
+        // From some number on, the error times the square of the number is constant.
         let [a, b, c] = [errors[2], errors[3], errors[4]];
         assert!((a - b).abs() <= 0.02 && (b - c).abs() <= 0.02, "seed {seed}: {errors:?}");
     });

@@ -1,4 +1,4 @@
-//! What the builder says of free trims.
+//! What the builder refuses in free trims.
 
 use glam::{DAffine3, DVec2, DVec3};
 use trimtess::model::{
@@ -43,7 +43,7 @@ fn faulty_curves_are_refused_with_numbers() {
     assert_eq!(spline(|c| c.knots[3] = 1.5), SplineError::Decreasing { index: 4, before: 1.5, knot: 1.0 });
     let (error, text) = fault(TrimCurve::polyline(vec![DVec2::ONE]));
     assert_eq!(error, TrimError::TooFewPoints { piece: 0, points: 1 });
-    assert_eq!(text, "free trimming curve 1 of face 0: piece 0: a polyline of 1 points, at least 2 are needed");
+    assert_eq!(text, "free trimming curve 1 of face 0: piece 0: a polyline of 1 points; at least 2 are needed");
     let (error, _) = fault(TrimCurve::polyline(vec![DVec2::ONE, DVec2::NAN]));
     assert_eq!(error, TrimError::Spline { piece: 0, error: SplineError::Point { index: 1 } });
     assert_eq!(fault(TrimCurve { pieces: Vec::new() }).0, TrimError::NoPieces);
@@ -55,7 +55,7 @@ fn faulty_curves_are_refused_with_numbers() {
     };
     let (error, text) = fault(gap);
     assert!(matches!(error, TrimError::Gap { piece: 1, .. }), "{error}");
-    assert!(text.contains("starts at (1, 0.001), 1.000e-3 from the end of the one before it"), "{text}");
+    assert!(text.contains("starts at (1, 0.001), 1.000e-3 from the end of the previous piece"), "{text}");
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn unbounded_surfaces_and_two_kinds_of_boundary_are_refused() {
     let face = part.trimmed_face(plane.clone(), shell, FreeTrims::default(), false);
     let error = part.finish().unwrap_err();
     assert_eq!(error, PartError::Unbounded(face));
-    assert_eq!(error.to_string(), "face 0 has neither loops nor trimming curves, and its surface does not end");
+    assert_eq!(error.to_string(), "face 0 has neither loops nor trimming curves, and its surface is unbounded");
     let mut part = PartBuilder::new("part");
     let shell = part.plain_shell(ShellKind::Open);
     let trims = FreeTrims { rule: TrimRule::NonZero, curves: vec![TrimCurve::circle(DVec2::ZERO, 1.0)] };
@@ -78,7 +78,7 @@ fn unbounded_surfaces_and_two_kinds_of_boundary_are_refused() {
     let part = model.part(part);
     model.place(part, DAffine3::IDENTITY);
     let error = model.finish().unwrap_err().to_string();
-    assert!(error.contains("face 0 has 1 loops and 1 free trimming curves: a face has one or the other"), "{error}");
+    assert!(error.contains("face 0 has 1 loops and 1 free trimming curves; it cannot have both"), "{error}");
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The area that free trims keep, by other means than the crate's: closed forms for circles, and for all curves an arrangement
-//! of Bézier pieces cut where implicitisation and eigenvalues say that they meet.
+//! The area that free trims keep, computed independently of the crate: closed forms for circles, and for all curves an
+//! arrangement of Bézier pieces, cut at the intersections found by implicitisation and eigenvalues.
 
 use crate::implicit::{by_eigenvalues, point};
 use glam::{DVec2, DVec3};
@@ -12,18 +12,18 @@ const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
 struct Piece {
     /// `(w x, w y, w)`.
     control: Vec<DVec3>,
-    /// For both coordinates, the parameters between which it is monotone.
+    /// For each coordinate, the parameters between which it is monotone.
     turns: [Vec<f64>; 2],
-    /// Where others meet it.
+    /// Parameters where other pieces meet it.
     cuts: Vec<f64>,
 }
 
 /// A closed curve.
 struct Wire {
     pieces: Vec<Piece>,
-    /// What closes it along the border or beyond: counted, not kept.
+    /// Pieces that close it along the border or beyond: they count for winding but bound nothing.
     closure: Vec<Piece>,
-    /// Winding number from which on a point is inside.
+    /// Minimum winding number of points inside.
     least: i32,
 }
 
@@ -51,7 +51,7 @@ impl Piece {
         [points().fold(DVec2::INFINITY, DVec2::min), points().fold(DVec2::NEG_INFINITY, DVec2::max)]
     }
 
-    /// The integral of x dy, by Gauss and Legendre's four points on each of 64 stretches.
+    /// The integral of x dy, by four-point Gauss-Legendre quadrature on each of 64 stretches.
     fn green(&self, from: f64, to: f64) -> f64 {
         const N: usize = 64;
         let ends = |k: usize| from + (to - from) * k as f64 / N as f64;
@@ -89,8 +89,8 @@ impl Piece {
         (d.truncate() - c.truncate() * (d.z / c.z)) / c.z
     }
 
-    /// Where it crosses the line on which the coordinate other than `axis` is that of `q`: stretch, coordinate `axis`, and 1 if
-    /// it winds counter-clockwise about what lies before that place on the line.
+    /// Its crossings with the line through `q` parallel to `axis`: the stretch, the coordinate `axis`, and the sign: 1
+    /// if it winds counter-clockwise about the points before that place on the line, else -1.
     fn crossings(&self, q: DVec2, axis: usize) -> Vec<(usize, f64, i32)> {
         let across = 1 - axis;
         let turns = &self.turns[across];
@@ -115,7 +115,7 @@ impl Piece {
     }
 }
 
-/// 0, 1, and the parameters between at which a coordinate of a curve turns.
+/// 0, 1, and the parameters between them at which a coordinate of a curve has an extremum.
 fn turns(control: &[DVec3], axis: usize) -> Vec<f64> {
     let c: Vec<[f64; 2]> = control.iter().map(|c| [c[axis], c.z]).collect();
     let minor = |i: usize, j: usize| c[j][0] * c[i][1] - c[j][1] * c[i][0];
@@ -133,7 +133,7 @@ fn turns(control: &[DVec3], axis: usize) -> Vec<f64> {
     out
 }
 
-/// Bézier pieces of a NURBS curve: control points are values of the blossoms.
+/// Bézier pieces of a NURBS curve; control points are blossom values.
 fn beziers(curve: &NurbsCurve2) -> Vec<Vec<DVec3>> {
     let (p, knots) = (curve.degree, &curve.knots);
     let blossom = |span: usize, at: &[f64]| {
@@ -156,7 +156,7 @@ fn beziers(curve: &NurbsCurve2) -> Vec<Vec<DVec3>> {
     spans.map(|k| (0..=p).map(|i| control(k, i)).collect()).collect()
 }
 
-/// The point of the unit square's border at a distance from the origin, and the other way round.
+/// The point of the unit square's border at a distance along it from the origin. [`border_distance`] is the inverse.
 fn along_border(at: f64) -> DVec2 {
     let side = at.floor() as usize % 4;
     CORNERS[side].lerp(CORNERS[(side + 1) % 4], at.fract())
@@ -179,7 +179,7 @@ fn wire(curve: &TrimCurve) -> Wire {
     let mut controls: Vec<Vec<DVec3>> = curve.pieces.iter().flat_map(of_piece).collect();
     let count = controls.len();
     let is_closed = curve.is_closed();
-    // Neighbours have their ends in common, to the bit.
+    // Adjacent pieces have bit-identical ends.
     for k in (0..count).filter(|&k| is_closed || k > 0) {
         let before = &controls[(k + count - 1) % count];
         controls[k][0] = before[before.len() - 1];
@@ -207,7 +207,7 @@ fn wire(curve: &TrimCurve) -> Wire {
     Wire { pieces, closure, least }
 }
 
-/// The other of two parameters at which a polynomial cubic is at one point.
+/// The two parameters at which a polynomial cubic passes through one point.
 fn double_point(c: &[DVec3]) -> Option<[f64; 2]> {
     let [p0, p1, p2, p3] = <[DVec3; 4]>::try_from(c).ok()?.map(DVec3::truncate);
     let (a3, a2, a1) = (p3 - p2 * 3.0 + p1 * 3.0 - p0, (p2 - p1 * 2.0 + p0) * 3.0, (p1 - p0) * 3.0);
@@ -247,7 +247,7 @@ fn cut(wires: &mut [Wire]) {
     }
 }
 
-/// The area that free trims keep of the unit square.
+/// The area of the unit square that free trims keep.
 pub(crate) fn area(trims: &FreeTrims) -> f64 {
     let side = |k: usize| Piece::line(CORNERS[k], CORNERS[(k + 1) % 4]);
     let mut wires = vec![Wire { pieces: (0..4).map(side).collect(), closure: Vec::new(), least: 1 }];
@@ -287,7 +287,7 @@ pub(crate) fn area(trims: &FreeTrims) -> f64 {
                                 sides[1][n] += sign;
                                 turned = sign;
                             } else if number == 0 && (at - q[axis]).abs() <= 1e-12 {
-                                // What closes a curve along the border.
+                                // The closing piece along the border.
                                 sides[1][n] += sign;
                             } else if at > q[axis] {
                                 sides[0][n] += sign;
@@ -297,7 +297,7 @@ pub(crate) fn area(trims: &FreeTrims) -> f64 {
                     }
                 }
                 let [ahead, behind] = sides.map(|s| i32::from(keeps(&s)));
-                // The area is on the left of what goes round it counter-clockwise.
+                // The area lies on the left of pieces that go around it counter-clockwise.
                 sum += f64::from(turned * (behind - ahead)) * piece.green(w[0], w[1]);
             }
         }
@@ -305,7 +305,7 @@ pub(crate) fn area(trims: &FreeTrims) -> f64 {
     sum
 }
 
-/// The same for circles, in closed form: centres, radii, and whether they run counter-clockwise.
+/// The area kept by circles, in closed form, from centres, radii, and whether they run counter-clockwise.
 pub(crate) fn area_of_circles(rule: TrimRule, circles: &[(DVec2, f64, bool)]) -> f64 {
     let keeps = |q: DVec2, own: Option<(usize, bool)>| {
         let is_in = |k: usize| match own {

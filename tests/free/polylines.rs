@@ -11,11 +11,11 @@ use trimtess::math::predicates::orient2d;
 use trimtess::model::{Diagnostic, EdgeId, FreeTrims, PartId, Severity, Surface, TrimCurve, TrimRule};
 use trimtess::prepare::{Prepared, PreparedEdge};
 
-/// A segment of a tessellated edge of a sheet over its own parameters, and where on which edge.
+/// A segment of a tessellated edge of a sheet over its own parameters, and its place on the edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
     pub(crate) ends: [DVec2; 2],
-    /// Which edge, and from which parameter to which: told when it crosses another.
+    /// The edge and the range of parameters, for messages about crossings.
     #[allow(dead_code, reason = "for messages")]
     edge: (u32, [f64; 2]),
 }
@@ -57,8 +57,8 @@ pub(crate) fn crossings(segments: &[Segment]) -> Vec<[Segment; 2]> {
     out
 }
 
-/// The plan with `count(edge)` segments for an edge's whole range, evenly over its parameter, on the coarsest lattice; no less
-/// between two breaks than the coarsest plan has.
+/// The plan with `count()` segments over each edge's whole range, even in its parameter, on the coarsest lattice.
+/// Between two breaks there are never fewer segments than in the coarsest plan.
 pub(crate) fn evenly(prepared: &Prepared, mut count: impl FnMut() -> f64) -> Plan {
     let mut plan = plan(prepared, &Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None });
     for (part, planned) in prepared.parts.iter().zip(&mut plan.parts) {
@@ -71,7 +71,8 @@ pub(crate) fn evenly(prepared: &Prepared, mut count: impl FnMut() -> f64) -> Pla
     plan
 }
 
-/// Spreads points evenly between breaks: as many segments as `count` says of the parameter's length and of what there are.
+/// Spaces points evenly between breaks. `count` maps the length of a parameter range and its present number of segments
+/// to the new number.
 pub(crate) fn refine(edge: &PreparedEdge, line: &mut EdgePolyline, count: impl Fn(f64, usize) -> usize) {
     let mut ts = vec![line.ts[0]];
     let mut breaks = vec![0];
@@ -85,20 +86,20 @@ pub(crate) fn refine(edge: &PreparedEdge, line: &mut EdgePolyline, count: impl F
     (line.ts, line.breaks) = (ts, breaks);
 }
 
-/// Two curves that come within `gap` of each other (or touch, or are one to rounding), and a kept side between them.
+/// Two curves within `gap` of each other (or touching, or equal up to rounding), with a kept side between them.
 fn pair(draw: &mut Draw, kind: u64, gap: f64) -> Vec<TrimCurve> {
     let centre = DVec2::new(draw.range(0.4, 0.6), draw.range(0.4, 0.6));
     let way = DVec2::from_angle(draw.range(0.0, TAU));
     let r = draw.range(0.1, 0.3);
     let circle = |c: DVec2, r: f64| {
-        // Not all seams in the same place.
+        // Seams in different places.
         let (a, b) = (way.rotate(DVec2::from_angle(1.0)), way.rotate(DVec2::from_angle(1.0)).perp());
         TrimCurve::ellipse(c, a * r, b * r)
     };
     match kind {
         // Concentric.
         0 => vec![circle(centre, r), TrimCurve::circle(centre, r - gap).reversed()],
-        // Touching from within.
+        // Touching from inside.
         1 => {
             let s = r * draw.range(0.1, 0.95);
             vec![circle(centre, r), TrimCurve::circle(centre + way * (r - s - gap), s).reversed()]
@@ -118,7 +119,7 @@ fn pair(draw: &mut Draw, kind: u64, gap: f64) -> Vec<TrimCurve> {
             let circle = TrimCurve::circle(centre + way * (r - s - gap), s);
             vec![TrimCurve::ellipse(centre, way * r, way.perp() * b), circle.reversed()]
         }
-        // A line beside a circle.
+        // A line next to a circle.
         4 => {
             let p = centre + way * (r + gap);
             let side = way.perp();
@@ -145,7 +146,7 @@ fn pair(draw: &mut Draw, kind: u64, gap: f64) -> Vec<TrimCurve> {
     }
 }
 
-/// Whatever rates the edges of curves that touch, or nearly touch, have: their polylines do not cross.
+/// The polylines of curves that touch, or nearly touch, do not cross at any rates.
 #[test]
 fn curves_that_touch_or_nearly_touch_are_apart_at_any_rates() {
     let seeds = std::env::var("TRIMTESS_PAIRS").map_or(1, |n| n.parse().unwrap());
@@ -166,7 +167,7 @@ fn curves_that_touch_or_nearly_touch_are_apart_at_any_rates() {
         }
     };
     let cases = (0..seeds).flat_map(|seed| (0..7).flat_map(move |kind| gaps.map(|gap| (seed, kind, gap))));
-    // Osculating curves are nearer than a billionth, and one, along a stretch: what they keep between them is a cusp.
+    // Osculating curves are closer than a billionth, hence merged, along a stretch: the region between them is a cusp.
     let cases = cases.filter(|&(_, kind, gap)| kind != 3 || gap >= 1e-8);
     let failed: Vec<_> =
         cases.filter(|&(seed, kind, gap)| catch_unwind(AssertUnwindSafe(|| case(seed, kind, gap))).is_err()).collect();

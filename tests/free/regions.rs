@@ -27,7 +27,7 @@ fn assert_area(region: &FreeRegion, loops: usize, want: f64) {
     assert_eq!(region.polygons(4).len(), loops);
 }
 
-/// Area that two circles of radius `r` at a distance `d` have in common.
+/// Area of the intersection of two circles of radius `r` at distance `d`.
 fn lens(r: f64, d: f64) -> f64 {
     2.0 * r * r * (d / (2.0 * r)).acos() - 0.5 * d * (4.0 * r * r - d * d).sqrt()
 }
@@ -68,14 +68,14 @@ fn rules_differ_on_nested_and_overlapping_circles() {
     }
 }
 
-/// Curve D of the paper's Figure 5: a loop inside another that has trimmed it already, or tangent to it from within.
+/// Curve D of the paper's Figure 5: a loop inside another that already trims it, or tangent to it from inside.
 #[test]
 fn redundant_loops_inside_trimmed_ones_vanish_as_in_figure_5() {
     for inner in [circle(0.55, 0.45, 0.1), circle(0.7, 0.5, 0.1)] {
         let holes = [circle(0.5, 0.5, 0.3).reversed(), inner.reversed()];
         assert_area(&region(TrimRule::Handedness, &holes), 2, 1.0 - PI * 0.09);
     }
-    // Beyond what an open curve trims, too.
+    // Also beyond an open curve's trim.
     let cut = TrimCurve::polyline(vec![DVec2::new(0.6, 0.0), DVec2::new(0.6, 1.0)]);
     assert_area(&region(TrimRule::Handedness, &[cut, circle(0.8, 0.5, 0.1).reversed()]), 1, 0.6);
 }
@@ -87,7 +87,7 @@ fn self_contained_loops_count_once_and_may_keep_nothing() {
     assert_area(&region(TrimRule::Handedness, &twice), 1, PI * 0.09);
     assert_area(&region(TrimRule::NonZero, &twice), 1, PI * 0.09);
     assert!(region(TrimRule::EvenOdd, &twice).is_empty());
-    // Nothing is left.
+    // An empty region.
     let apart = [circle(0.2, 0.5, 0.1), circle(0.8, 0.5, 0.1)];
     assert!(region(TrimRule::Handedness, &apart).is_empty());
     assert_area(&region(TrimRule::NonZero, &apart), 2, 2.0 * PI * 0.01);
@@ -99,7 +99,7 @@ fn end_points_on_curves_are_crossings_like_others() {
     let p = |x: f64, y: f64| DVec2::new(x, y);
     let disk = PI * 0.04;
     let hole = circle(0.5, 0.5, 0.2).reversed();
-    // A corner on a circle, from outside and from within.
+    // A corner on a circle, from outside and from inside.
     let outside = TrimCurve::polygon(vec![p(0.7, 0.5), p(0.9, 0.6), p(0.9, 0.4)]);
     let area = region(TrimRule::Handedness, &[hole.clone(), outside]).area();
     assert!((area - (1.0 - disk - 0.02)).abs() <= 1e-9, "{area}");
@@ -108,11 +108,11 @@ fn end_points_on_curves_are_crossings_like_others() {
     assert!((area - (disk - 0.02)).abs() <= 1e-9, "{area}");
     // From corner to corner.
     assert_area(&region(TrimRule::Handedness, &[TrimCurve::polyline(vec![p(0.0, 0.0), p(1.0, 1.0)])]), 1, 0.5);
-    // Two that end at one point of the border.
+    // Two curves that end at one point of the border.
     let line = |a: DVec2, b: DVec2| TrimCurve::polyline(vec![a, b]);
     let ends = [line(p(0.0, 0.5), p(0.5, 0.0)), line(p(0.5, 0.0), p(1.0, 0.5))];
     assert_area(&region(TrimRule::Handedness, &ends), 1, 1.0 - 0.25);
-    // One that ends on another, on the border.
+    // A curve that ends on another, on the border.
     let half = circle(0.5, 0.0, 0.25).reversed();
     let onto = line(p(0.0, 1.0), p(0.25, 0.0));
     assert_area(&region(TrimRule::Handedness, &[half, onto]), 1, 1.0 - 0.125 - PI * 0.03125);
@@ -132,12 +132,12 @@ fn coincident_stretches_cancel_in_opposite_directions_and_count_once_in_the_same
     let rectangle = |x0: f64, x1: f64, y0: f64, y1: f64| {
         TrimCurve::polygon([(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| DVec2::new(x, y)).to_vec())
     };
-    // Side by side: the common side is run in both directions.
+    // Side by side: the common side is traversed in both directions.
     let pair = [rectangle(0.1, 0.4, 0.2, 0.6), rectangle(0.4, 0.8, 0.3, 0.9)];
     assert_area(&region(TrimRule::NonZero, &pair), 1, 0.12 + 0.24);
     assert_area(&region(TrimRule::EvenOdd, &pair), 1, 0.12 + 0.24);
     assert!(region(TrimRule::Handedness, &pair).is_empty());
-    // One within the other, with a common part of a side: run in one direction.
+    // One inside the other, with a common part of a side: traversed in one direction.
     let pair = [rectangle(0.1, 0.7, 0.1, 0.9), rectangle(0.1, 0.3, 0.4, 0.6)];
     assert_area(&region(TrimRule::Handedness, &pair), 1, 0.04);
     assert_area(&region(TrimRule::NonZero, &pair), 1, 0.48);
@@ -147,7 +147,7 @@ fn coincident_stretches_cancel_in_opposite_directions_and_count_once_in_the_same
     for rule in RULES {
         assert_area(&region(rule, &half), 1, 0.5);
     }
-    // Arcs of one circle, with different ends.
+    // Arcs of one circle with different ends.
     let arc = |a: f64, b: f64| circle_arc(DVec2::splat(0.5), 0.3, a, b);
     let chord = |a: f64, b: f64| {
         let p = |t: f64| DVec2::splat(0.5) + DVec2::from_angle(t) * 0.3;
@@ -169,10 +169,10 @@ fn circle_arc(centre: DVec2, r: f64, a: f64, b: f64) -> trimtess::model::TrimPie
 }
 
 #[test]
-fn open_curves_go_on_along_the_border() {
+fn open_curves_are_closed_along_the_border() {
     let line = |a: (f64, f64), b: (f64, f64)| TrimCurve::polyline(vec![a.into(), b.into()]);
     for rule in RULES {
-        // Upwards: its left is the part with the smaller u.
+        // Upwards: its left is the part with smaller u.
         assert_area(&region(rule, &[line((0.3, 0.0), (0.3, 1.0))]), 1, 0.3);
         assert_area(&region(rule, &[line((0.3, 1.0), (0.3, 0.0))]), 1, 0.7);
         assert_area(&region(rule, &[line((0.0, 0.25), (1.0, 0.25))]), 1, 0.75);
@@ -185,11 +185,11 @@ fn open_curves_go_on_along_the_border() {
         };
         assert_area(&region(rule, std::slice::from_ref(&cap)), 1, 0.02 * PI);
         assert_area(&region(rule, &[cap.reversed()]), 1, 1.0 - 0.02 * PI);
-        // Beyond the border on both sides: clipped, and told.
+        // Beyond the border on both sides: clipped and reported.
         let clipped = region(rule, &[line((0.3, -0.5), (0.3, 1.5))]);
         assert_area(&clipped, 1, 0.3);
         assert!(clipped.notes.iter().any(|n| n.what == TrimTrouble::Clipped { curve: 0 }), "{:?}", clipped.notes);
-        // Ends inside: extended, and told.
+        // Ends inside: extended and reported.
         let short = region(rule, &[line((0.3, 0.1), (0.3, 0.95))]);
         assert_area(&short, 1, 0.3);
         assert!(
@@ -198,7 +198,7 @@ fn open_curves_go_on_along_the_border() {
             short.notes
         );
     }
-    // Two that cross: the paper keeps what is left of both.
+    // Two that cross: the paper keeps the intersection of their left sides.
     let cross = [line((0.0, 0.4), (1.0, 0.4)), line((0.3, 0.0), (0.3, 1.0))];
     assert_area(&region(TrimRule::Handedness, &cross), 1, 0.18);
     assert_area(&region(TrimRule::NonZero, &cross), 1, 1.0 - 0.7 * 0.4);
@@ -215,7 +215,7 @@ fn loops_that_leave_the_domain_are_clipped() {
     assert!(region(TrimRule::Handedness, &[circle(0.5, 3.0, 1.0)]).is_empty());
 }
 
-/// Figure 6 of the paper: two loops that meet in two points; what either trims is trimmed.
+/// Figure 6 of the paper: two loops that meet in two points; whatever either trims is trimmed.
 #[test]
 fn intersecting_loops_merge_as_in_figure_6() {
     let c1 = circle(0.4, 0.5, 0.2).reversed();
@@ -232,8 +232,8 @@ fn intersecting_loops_merge_as_in_figure_6() {
 }
 
 #[test]
-fn a_curve_that_crosses_itself_is_told_and_wound() {
-    // A figure of eight: one lobe either way round.
+fn a_self_intersecting_curve_is_reported_and_resolved_by_winding() {
+    // A figure of eight: one lobe in each direction.
     let p = |x: f64, y: f64| DVec2::new(x, y);
     let eight = TrimCurve::polygon(vec![p(0.2, 0.3), p(0.8, 0.7), p(0.8, 0.3), p(0.2, 0.7)]);
     let both = region(TrimRule::NonZero, std::slice::from_ref(&eight));

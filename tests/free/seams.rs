@@ -1,4 +1,4 @@
-//! Free trims on closed surfaces, over their seams, and on surfaces that do not end.
+//! Free trims on closed surfaces, across their seams, and on unbounded surfaces.
 
 use crate::meshes::{mesh, prepared};
 use glam::DVec2;
@@ -18,7 +18,7 @@ fn region(rule: TrimRule, curves: Vec<TrimCurve>) -> FreeRegion {
 }
 
 #[test]
-fn loops_go_on_beyond_seams() {
+fn loops_continue_across_seams() {
     let whole = TAU * TAU;
     for centre in [(3.0, 3.0), (0.1, 3.0), (6.2, 3.0), (3.0, -0.2), (0.0, TAU), (0.3, 0.2), (7.0, -9.0)] {
         let disk = TrimCurve::circle(centre.into(), 0.5);
@@ -30,13 +30,13 @@ fn loops_go_on_beyond_seams() {
         }
         let pierced = region(TrimRule::Handedness, vec![disk.reversed()]);
         assert!((pierced.area() - whole + area).abs() <= 1e-9, "{centre:?}: {}", pierced.area());
-        // Two that meet beyond a seam.
+        // Two circles that intersect across a seam.
         let other = TrimCurve::circle(DVec2::from(centre) + DVec2::X * 0.5, 0.5);
         let lens = 0.25 * (TAU / 3.0 - (TAU / 3.0).sin());
         let both = region(TrimRule::Handedness, vec![disk.clone(), other]);
         assert!((both.area() - lens).abs() <= 1e-9, "{centre:?}: {}", both.area());
     }
-    // Wider than the surface goes round: both ends lie on the other half of it already.
+    // Wider than the period: its ends overlap.
     let wide = region(TrimRule::NonZero, vec![TrimCurve::ellipse(DVec2::splat(3.0), DVec2::X * 4.0, DVec2::Y * 0.5)]);
     let beyond = PI / 4.0_f64;
     let end = 2.0 * (beyond.acos() - beyond * (1.0 - beyond * beyond).sqrt());

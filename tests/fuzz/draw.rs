@@ -1,4 +1,4 @@
-//! Bytes -> numbers, and lists that print as they are written.
+//! Bytes -> numbers, and lists that print as source code.
 
 use arbitrary::{Result, Unstructured};
 use std::fmt;
@@ -8,7 +8,7 @@ use std::ops::Deref;
 #[derive(Clone, PartialEq, Default)]
 pub(crate) struct List<T>(pub(crate) Vec<T>);
 
-/// A list of these.
+/// A list of these items.
 pub(crate) fn list<T, const N: usize>(items: [T; N]) -> List<T> {
     List(items.into())
 }
@@ -37,13 +37,13 @@ pub(crate) fn below(u: &mut Unstructured<'_>, n: usize) -> Result<usize> {
     u.int_in_range(0..=n - 1)
 }
 
-/// One of 256 evenly spaced numbers in `low..=high`: few bytes, and short to print.
+/// One of 256 evenly spaced numbers in `low..=high`: takes few bytes and prints short.
 pub(crate) fn range(u: &mut Unstructured<'_>, low: f64, high: f64) -> Result<f64> {
     let share = f64::from(u.arbitrary::<u8>()?) / 255.0;
     Ok(round(low + (high - low) * share))
 }
 
-/// A number in `low..=high`, both above zero, evenly spread in its logarithm.
+/// A number in `low..=high`, uniform in its logarithm. Both ends are positive.
 pub(crate) fn log_range(u: &mut Unstructured<'_>, low: f64, high: f64) -> Result<f64> {
     let share = f64::from(u.arbitrary::<u8>()?) / 255.0;
     Ok(round(low * (high / low).powf(share)))

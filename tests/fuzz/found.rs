@@ -1,11 +1,11 @@
-//! Inputs that failed once, shrunk: each is judged in every run.
+//! Inputs that failed once, shrunk. Each is judged in every run.
 
 use crate::draw::list;
 use crate::sheet::{Net, Sheet};
 use crate::solid::{Shape, Solid};
 use crate::watch::sound;
 
-/// Each of thousands of segments of noise crosses all others.
+/// Thousands of segments of noise, each of which crosses all others.
 #[test]
 fn a_tile_of_noise_ends() {
     sound(&Sheet {
@@ -100,7 +100,7 @@ fn a_whole_b_spline_torus_far_out_is_turned_outwards() {
     });
 }
 
-/// The crease at v = 3 is one piece long, of seven.
+/// The crease at v = 3 spans one of seven pieces.
 #[test]
 fn a_short_crease_is_kept() {
     let mut points = Vec::new();
@@ -113,7 +113,7 @@ fn a_short_crease_is_kept() {
     sound(&Sheet { net, loops: list([]), pieces: 4, reversed: false, sound: true, chord_rel: 0.01 });
 }
 
-/// Newton's steps across a crease between spans of very different speeds run to and fro.
+/// Newton steps across a crease between spans of very different speeds oscillate.
 #[test]
 fn an_edge_crosses_uneven_creases() {
     let knots = [list([0.0, 0.0, 1.0, 1.0]), list([0.0, 0.0, 1.0, 1.25, 4.25, 5.25, 5.25])];
@@ -206,7 +206,7 @@ fn a_wavy_sheet_stays_within_its_outline() {
     });
 }
 
-/// Where the knots are next to each other, an edge's image is noise: thousands of stretches that cannot be told apart.
+/// Where knots are nearly equal, an edge's image is noise: thousands of indistinguishable stretches.
 #[test]
 fn uneven_knots_and_weights_are_quick() {
     let net = Net {
@@ -258,7 +258,7 @@ fn uneven_knots_and_weights_are_quick() {
     sound(&Sheet { net, loops, pieces: 0, reversed: false, sound: false, chord_rel: 0.01 });
 }
 
-/// Two sides and one without length, on a surface that runs to and fro over itself.
+/// Two sides and one of no length, on a surface that folds back onto itself repeatedly.
 #[test]
 fn images_of_noise_are_quick() {
     let net = Net {
@@ -298,8 +298,8 @@ fn images_of_noise_are_quick() {
     sound(&Sheet { net, loops, pieces: 4, reversed: true, sound: false, chord_rel: 0.0003 });
 }
 
-/// Of pieces a billion times longer than others, the short ones are as large in space: they are meshed, and the oracle looks into
-/// them, which single precision does not tell apart.
+/// The knot spans differ in length by a factor of a billion, but are equally large in space. The short ones are meshed,
+/// and the oracle measures them, although single precision does not separate their parameters.
 #[test]
 fn pieces_of_very_different_lengths_are_measured() {
     let knots = [
@@ -322,7 +322,7 @@ fn pieces_of_very_different_lengths_are_measured() {
     sound(&Sheet { net, loops: list([]), pieces: 4, reversed: true, sound: true, chord_rel: 0.01 });
 }
 
-/// Long, sheared, with creases: the oracle's way to a sample's foot runs along a crease.
+/// Long, sheared, with creases: the oracle's search for a sample's foot point runs along a crease.
 #[test]
 fn a_sheared_flat_sheet_is_flat() {
     let points = list([
@@ -378,7 +378,7 @@ fn a_sheared_flat_sheet_is_flat() {
     sound(&Sheet { net, loops, pieces: 7, reversed: true, sound: true, chord_rel: 0.0003 });
 }
 
-/// A side that runs into a pole: of the vertices nearly there, the nearest is the pole.
+/// A side that ends in a pole: of the vertices nearby, the pole is the nearest.
 #[test]
 fn the_nearest_of_several_vertices_is_the_pole() {
     let knots = [
@@ -448,7 +448,7 @@ fn the_nearest_of_several_vertices_is_the_pole() {
     sound(&Sheet { net, loops: list([]), pieces: 0, reversed: false, sound: false, chord_rel: 0.01 });
 }
 
-/// Two sides that are points, nearly the same one, meet at a corner.
+/// Two sides that are points, nearly the same point, meet at a corner.
 #[test]
 fn two_poles_meet() {
     let knots = [

@@ -1,4 +1,4 @@
-//! A model -> its mesh and what the oracle says of it.
+//! A model -> its mesh and the oracle's verdict.
 
 use crate::chains::all_faults;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use trimtess::model::{Diagnostic, FaceError, Model, Severity};
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
 
-/// Lattices of a case at most: it is the degenerate that is looked for, not the large.
+/// Limits of a case: the tests look for degenerate models, not for large ones.
 const LIMITS: PlanLimits = PlanLimits::DEFAULT.with_triangles_per_tile(1 << 13).with_triangles(1 << 16);
 /// Largest angle between neighbouring triangles, radians.
 const ANGLE: f64 = 0.5;
@@ -18,12 +18,12 @@ const ANGLE: f64 = 0.5;
 pub(crate) struct Meshed {
     pub(crate) prepared: Arc<Prepared>,
     pub(crate) chord: f64,
-    /// The plan is coarser than asked.
+    /// Whether the plan is coarser than requested.
     pub(crate) short: bool,
     pub(crate) report: FrameReport,
     pub(crate) mesh: MemorySink,
     pub(crate) facts: SceneFacts,
-    /// Segments of the B-rep edges and borders that one tile uses, once.
+    /// Segments of B-rep edges and borders that only one tile uses.
     boundary: u64,
 }
 
@@ -40,14 +40,15 @@ impl Meshed {
         let once = lines.filter(|(edge, _)| edge.uses.len() == 1);
         let segments = once.map(|(edge, line)| match edge.shape {
             EdgeShape::Curve(_) => line.ts.len().saturating_sub(1),
-            // A pole has a length where the edges beside it end near it only.
+            // A pole has length only where its adjacent edges end near it.
             EdgeShape::Point(pole) => edge.breaks.iter().filter(|end| end.point != pole).count(),
         });
         let boundary = segments.sum::<usize>() as u64;
         Ok(Self { prepared, chord, short: plan.shortfall.is_some(), report, mesh, facts, boundary })
     }
 
-    /// What holds of any model, however broken: a mesh that is well formed, and nothing lost in silence.
+    /// Checks what holds for any model, however broken: the mesh is well formed, and nothing is lost without a
+    /// diagnostic.
     pub(crate) fn holds(&self) -> Result<(), String> {
         if !self.facts.total.is_well_formed() {
             return Err(format!("malformed: {}", self.facts.total));
@@ -66,20 +67,20 @@ impl Meshed {
             return Err(format!("no polyline for edge {}: {}", lost.edge.0, lost.why));
         }
         for &(part, face) in &self.facts.faces_without_triangles {
-            // Notes and warnings tell of faces that are there.
+            // Notes and warnings are about faces that have triangles.
             let of_face = |d: &&Diagnostic| d.part == Some(part) && d.face == Some(face);
             let refused = self.prepared.diagnostics.iter().filter(of_face).any(|d| d.severity == Severity::Error);
             let without_area = self.prepared.scene.parts[part.index()].without_area.contains(&face);
             let degraded = self.report.degraded.iter().any(|t| t.part == part && t.face == face);
             if !(refused || without_area || degraded) {
-                return Err(format!("face {} of part {} is lost in silence", face.0, part.0));
+                return Err(format!("face {} of part {} is lost without a diagnostic", face.0, part.0));
             }
         }
         Ok(())
     }
 
-    /// What holds of one face besides: where nothing is told, there is no crack but the open edges. There may be fewer, since
-    /// those of a broken face may fall together.
+    /// Also checks one face: without a diagnostic, only its open edges are open. Fewer edges may be open, since those
+    /// of a broken face may coincide.
     pub(crate) fn is_whole(&self) -> Result<(), String> {
         self.holds()?;
         if self.is_told() || self.facts.total.unbalanced_edges <= self.boundary {
@@ -88,13 +89,14 @@ impl Meshed {
         Err(format!("{} open segments are stated: {}", self.boundary, self.facts.total))
     }
 
-    /// Whether a face is told to be lost or not quite as stated.
+    /// Whether a diagnostic calls a face lost or changed.
     fn is_told(&self) -> bool {
         let tells = |d: &Diagnostic| d.severity == Severity::Error || (d.severity > Severity::Note && d.face.is_some());
         self.prepared.diagnostics.iter().any(tells) || !self.report.degraded.is_empty()
     }
 
-    /// What holds of sound models besides: nothing lost or doubtful, no crack but the open edges, the tolerance kept.
+    /// Also checks what holds for sound models: nothing lost or doubtful, only the open edges are open, the tolerance
+    /// holds.
     pub(crate) fn is_sound(&self) -> Result<(), String> {
         self.holds()?;
         if let Some(told) = self.prepared.diagnostics.iter().find(|d| d.severity > Severity::Note) {
@@ -110,7 +112,7 @@ impl Meshed {
         self.keeps_tolerance()
     }
 
-    /// Every triangle keeps the tolerance, as far as the plan did not run into its limits.
+    /// Checks that the triangles keep the tolerance, unless the plan reached its limits.
     pub(crate) fn keeps_tolerance(&self) -> Result<(), String> {
         if self.short {
             return Ok(());

@@ -1,7 +1,7 @@
-//! Bytes -> files, models -> meshes, with the oracle as the judge. A plain `cargo test` tries the first inputs of one fixed
-//! sequence, `FUZZ_MS` goes on for a time, and `cargo bolero test` steers by coverage (docs/decisions/010 and 017).
+//! Bytes -> files and models -> meshes, judged by the oracle. A plain `cargo test` tries the first inputs of one fixed
+//! sequence, `FUZZ_MS` runs for a time, and `cargo bolero test` steers by coverage (docs/decisions/010 and 017).
 //!
-//! What fails is shrunk and printed as a test, ready to be committed to `found.rs`.
+//! A failing input is shrunk and printed as a test, ready to be committed to `found.rs`.
 
 #[path = "../chains/mod.rs"]
 mod chains;

@@ -1,4 +1,4 @@
-//! Bytes -> models stated by hand: solids of closed forms, and sheets with random nets and loops.
+//! Bytes -> hand-stated models: solids with closed forms, and sheets with random nets and loops.
 
 use crate::draw::below;
 use crate::sequence::judge;

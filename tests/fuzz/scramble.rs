@@ -1,36 +1,37 @@
-//! A few bytes -> edits of a Part 21 text that keep most of its grammar: arguments, references, numbers, whole instances.
+//! A few bytes -> edits of a Part 21 text that keep most of its grammar: arguments, references, numbers, whole
+//! instances.
 
 use crate::draw::{List, below, repeat};
 use arbitrary::{Result, Unstructured};
 
-/// Edits, applied one after the other.
+/// Edits, applied in order.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Scrambled(List<Edit>);
 
-/// Places are counted among the tokens of their kind, and wrap around.
+/// One edit. Positions count tokens of their kind, modulo their number.
 #[derive(Clone, PartialEq, Debug)]
 enum Edit {
-    /// A reference takes the number of another.
+    /// Replaces a reference by another of the file.
     Reference { at: usize, from: usize },
-    /// A number becomes another of the file.
+    /// Replaces a number by another of the file.
     Number { at: usize, from: usize },
-    /// A number becomes one that is asking for trouble.
+    /// Replaces a number by an extreme one.
     Extreme { at: usize, value: &'static str },
-    /// A number is off by a little.
+    /// Changes a number by a little.
     Nudge { at: usize, by: f64 },
-    /// A keyword becomes another of the file.
+    /// Replaces a keyword by another of the file.
     Keyword { at: usize, from: usize },
-    /// Any token becomes something else.
+    /// Replaces any token.
     Token { at: usize, value: &'static str },
-    /// An enumeration such as .T. becomes another.
+    /// Replaces an enumeration such as .T.
     Sense { at: usize, value: &'static str },
-    /// A token and the comma before it are said again.
+    /// Repeats a token and the comma before it.
     Repeat { at: usize, times: usize },
-    /// A token is gone.
+    /// Deletes a token.
     Delete { at: usize },
-    /// An instance is gone.
+    /// Deletes an instance.
     Drop { at: usize },
-    /// An instance's text is that of another, under its own number.
+    /// Replaces the text of an instance by that of another, keeping its number.
     Copy { at: usize, from: usize },
 }
 
@@ -60,7 +61,7 @@ impl Scrambled {
         Ok(Self(repeat(count, || Edit::draw(u))?))
     }
 
-    /// `text` with the edits.
+    /// Applies the edits to `text`.
     pub(crate) fn of(&self, text: &str) -> String {
         let Some(data) = text.find("DATA;") else { return text.to_owned() };
         let (head, body) = text.split_at(data + 5);
@@ -70,7 +71,7 @@ impl Scrambled {
     }
 }
 
-/// A place among at most 65536.
+/// A position below 65536.
 fn place(u: &mut Unstructured<'_>) -> Result<usize> {
     Ok(usize::from(u.arbitrary::<u16>()?))
 }
@@ -161,7 +162,7 @@ fn is_value(token: &str) -> bool {
     is_reference(token) || is_number(token) || is_enumeration(token) || token.starts_with(['\'', '$', '*'])
 }
 
-/// Splits text into tokens; white space is left out.
+/// Splits text into tokens, without white space.
 fn tokens(text: &str) -> Vec<String> {
     let mut tokens = Vec::new();
     let mut rest = text.trim_start();

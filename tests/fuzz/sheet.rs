@@ -14,14 +14,14 @@ use trimtess::model::{
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Sheet {
     pub(crate) net: Net,
-    /// Corners as shares of the domain, straight in the parameters between them; none for the whole surface.
+    /// Corners as fractions of the domain, joined by straight lines in parameters; empty for the whole surface.
     pub(crate) loops: List<List<[f64; 2]>>,
-    /// Cubic pieces of each side's curve in space; 0 for a straight segment from corner to corner.
+    /// Cubic pieces per side of the curve in space; 0 is a straight segment from corner to corner.
     pub(crate) pieces: usize,
     pub(crate) reversed: bool,
-    /// Whether it is stated soundly: it must then come out within the tolerance and without cracks.
+    /// Whether it is stated soundly; its mesh must then be within the tolerance and without cracks.
     pub(crate) sound: bool,
-    /// Chord tolerance over the diagonal.
+    /// Chord tolerance as a fraction of the diagonal.
     pub(crate) chord_rel: f64,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct Sheet {
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Net {
     pub(crate) degrees: [usize; 2],
-    /// Written out.
+    /// In u and v, with multiplicities written out.
     pub(crate) knots: [List<f64>; 2],
     /// u-major.
     pub(crate) points: List<[f64; 3]>,
@@ -55,7 +55,7 @@ impl Sheet {
         let model = match self.model() {
             Ok(model) => model,
             Err(error) if self.sound => return Err(format!("refused: {error}")),
-            // That is the one clear error.
+            // A clear refusal is a valid answer.
             Err(_) => return Ok(()),
         };
         let meshed = Meshed::new(model, self.chord_rel)?;
@@ -66,7 +66,7 @@ impl Sheet {
         let surface = self.net.surface();
         let mut part = PartBuilder::new("sheet");
         let shell = part.plain_shell(ShellKind::Open);
-        // A surface that is none is refused when the part is finished; there is nothing to evaluate before that.
+        // An invalid surface is refused when the part is finished; it must not be evaluated before.
         let usable = surface.check().is_ok();
         let loops = self.loops.iter().filter(|_| usable).map(|l| self.boundary(&mut part, &surface, l)).collect();
         part.plain_face(Surface::Nurbs(surface), shell, loops, self.reversed);
@@ -94,8 +94,8 @@ impl Sheet {
     }
 }
 
-/// The image of a segment of the parameter plane as cubics with the surface's tangents at their ends: as many between two
-/// knot lines.
+/// The image of a segment of the parameter plane as cubics with the surface's tangents at their ends, equally many
+/// between any two knot lines.
 fn lifted(surface: &NurbsSurface, a: DVec2, b: DVec2, pieces: usize) -> NurbsCurve<DVec3> {
     let share = |knot: f64, from: f64, to: f64| (knot - from) / (to - from);
     let of_u = surface.knots_u.iter().map(|&k| share(k, a.x, b.x));
@@ -140,7 +140,7 @@ impl Net {
         }
     }
 
-    /// A graph over a shaken grid; if `wild`, anything.
+    /// A graph over a perturbed grid; if `wild`, anything.
     fn draw(u: &mut Unstructured<'_>, wild: bool) -> Result<Self> {
         let degrees = [1 + below(u, 5)?, 1 + below(u, 5)?];
         let counts = [degrees[0] + 1 + below(u, 4)?, degrees[1] + 1 + below(u, 4)?];
@@ -154,7 +154,7 @@ impl Net {
             for j in 0..counts[1] {
                 let shaken = DVec2::new(range(u, -0.2, 0.2)?, range(u, -0.2, 0.2)?);
                 let grid = DVec2::new(i as f64, j as f64) + shaken;
-                // Sound folds are no sharper than a right angle or so.
+                // Sound folds are at most about as sharp as a right angle.
                 let steep = if wild { counts[0].max(counts[1]) as f64 } else { 1.0 };
                 let z = range(u, -height, height)? * steep;
                 let p = if chaos {
@@ -179,7 +179,7 @@ impl Net {
     }
 }
 
-/// Knots from 0 on, clamped or (if `wild`) perhaps not, with multiplicities.
+/// Knots from 0 on, with multiplicities; clamped, or (if `wild`) perhaps not.
 fn knots(u: &mut Unstructured<'_>, degree: usize, count: usize, wild: bool) -> Result<List<f64>> {
     let clamped = !wild || u.arbitrary()?;
     let steps = if wild { &[1.0, 0.0, 1e-9, 1e9, 0.3][..] } else { &[1.0, 0.0, 0.25, 3.0][..] };
@@ -187,7 +187,7 @@ fn knots(u: &mut Unstructured<'_>, degree: usize, count: usize, wild: bool) -> R
     let mut at = 0.0;
     while all.len() < count {
         at += *u.choose(steps)?;
-        // The first inner knots must leave the start, and none may be too many.
+        // A knot occurs at most `degree` times, the first `degree + 1` times.
         let equal = all.iter().filter(|&&k| k == at).count();
         let most = if at == 0.0 { degree + 1 } else { degree };
         if equal >= most {
@@ -205,7 +205,7 @@ fn knots(u: &mut Unstructured<'_>, degree: usize, count: usize, wild: bool) -> R
     Ok(List(all))
 }
 
-/// Degenerate poles, coincident rows, folds.
+/// Makes degenerate poles, coincident rows, folds.
 fn spoil(u: &mut Unstructured<'_>, points: &mut [[f64; 3]], [nu, nv]: [usize; 2]) -> Result<()> {
     for _ in 0..below(u, 4)? {
         let (i, j) = (below(u, nu)?, below(u, nv)?);
@@ -220,7 +220,7 @@ fn spoil(u: &mut Unstructured<'_>, points: &mut [[f64; 3]], [nu, nv]: [usize; 2]
     Ok(())
 }
 
-/// A star around a point, or a rectangle; counter-clockwise.
+/// A star-shaped polygon around a point, counter-clockwise.
 fn star(u: &mut Unstructured<'_>, centre: DVec2, radius: f64) -> Result<Vec<DVec2>> {
     let count = 3 + below(u, 8)?;
     (0..count)
@@ -244,7 +244,7 @@ fn sound_loops(u: &mut Unstructured<'_>) -> Result<List<List<[f64; 2]>>> {
         loops.push(list_of(star(u, DVec2::splat(0.5), 0.48)?));
     }
     if rectangle {
-        // Holes keep to cells of a 3 × 3 grid between 0.2 and 0.8.
+        // Each hole stays in its cell of a 3 × 3 grid between 0.2 and 0.8.
         for cell in 0..9_u32 {
             if u.ratio(1, 4)? {
                 let centre = DVec2::new(0.3 + 0.2 * f64::from(cell % 3), 0.3 + 0.2 * f64::from(cell / 3));
@@ -257,7 +257,7 @@ fn sound_loops(u: &mut Unstructured<'_>) -> Result<List<List<[f64; 2]>>> {
     Ok(List(loops))
 }
 
-/// Loops that cross, touch, repeat themselves, have spikes and sides of no length, or leave the domain.
+/// Loops that cross, touch or repeat themselves, have spikes or zero-length sides, or leave the domain.
 fn broken_loops(u: &mut Unstructured<'_>) -> Result<List<List<[f64; 2]>>> {
     let mut loops: Vec<Vec<DVec2>> = Vec::new();
     for _ in 0..1 + below(u, 4)? {
@@ -267,18 +267,18 @@ fn broken_loops(u: &mut Unstructured<'_>) -> Result<List<List<[f64; 2]>>> {
         for _ in 0..below(u, 4)? {
             let (k, l) = (below(u, points.len())?, below(u, points.len())?);
             match below(u, 6)? {
-                // No length.
+                // A zero-length side.
                 0 => points.insert(k, points[k]),
                 // A spike.
                 1 => {
                     let tip = points[k] + DVec2::new(range(u, -0.3, 0.3)?, range(u, -0.3, 0.3)?);
                     points.splice(k..k, [points[k], tip]);
                 }
-                // Crossing itself.
+                // A self-intersection.
                 2 => points.swap(k, l),
-                // Touching itself.
+                // A self-contact.
                 3 => points[k] = points[l],
-                // On the border of the domain, or past it.
+                // On the border of the domain, or beyond it.
                 4 => points[k] = points[k].round(),
                 _ => points.reverse(),
             }

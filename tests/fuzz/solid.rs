@@ -1,4 +1,4 @@
-//! A few numbers -> a solid anywhere, of any size, whose volume has a closed form.
+//! A few numbers -> a solid of any size at any place, whose volume has a closed form.
 
 use crate::draw::{List, below, log_range, range, repeat};
 use crate::judge::Meshed;
@@ -9,28 +9,28 @@ use trimtess::model::{
     Coedge, EdgeId, Frame3, Instance, Loop, Model, ModelBuilder, Part, PartBuilder, ShellKind, Surface, VertexId,
 };
 
-/// A solid and where it stands.
+/// A solid and its placement.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Solid {
     pub(crate) shape: Shape,
     /// Angles about z, y, x of the solid within its part, radians.
     pub(crate) turn: [f64; 3],
-    /// Where in its part it stands.
+    /// Position of the solid within its part.
     pub(crate) at: [f64; 3],
     /// Angles and uniform scale of the part's instance.
     pub(crate) placed: ([f64; 3], f64),
-    /// Curved sides as B-splines instead of their kinds.
+    /// Whether curved sides are B-splines instead of analytic surfaces.
     pub(crate) nurbs: bool,
-    /// Faces stated inside out.
+    /// Whether faces are stated inside out.
     pub(crate) inverted: bool,
-    /// Chord tolerance over the diagonal.
+    /// Chord tolerance as a fraction of the diagonal.
     pub(crate) chord_rel: f64,
 }
 
 /// Sizes are millimetres.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Shape {
-    /// Over a star-shaped polygon: radii at even angles.
+    /// Over a star-shaped polygon, by its radii at even angles.
     Prism {
         radii: List<f64>,
         height: f64,
@@ -47,13 +47,13 @@ pub(crate) enum Shape {
         outer: f64,
         height: f64,
     },
-    /// Radius below and above; 0 above is an apex.
+    /// By its radii below and above; 0 above is an apex.
     Cone {
         low: f64,
         high: f64,
         height: f64,
     },
-    /// Whole, or the part above a height as a share of the radius.
+    /// Whole, or the part above a height given as a fraction of the radius.
     Sphere {
         radius: f64,
         above: Option<f64>,
@@ -87,7 +87,7 @@ impl Solid {
         let scale = self.placed.1;
         let exact = self.shape.volume() * scale.powi(3);
         let total = &meshed.facts.total;
-        // Far from its origin a solid is rounded to the digits that are left.
+        // Far from its origin a solid is rounded to fewer digits.
         let rounding = 1e-14 * scale * DVec3::from(self.at).length();
         let slack = (1.05 * meshed.chord + rounding) * total.area + 1e-9 * exact;
         if meshed.short || (total.volume - exact).abs() <= slack {
@@ -109,7 +109,7 @@ impl Solid {
         self.shape.build(&mut part, &frame, self.nurbs);
         let mut part: Part = part.finish()?;
         if self.inverted {
-            // Loops are stated by the surface's normal, so they stay as they are.
+            // Loops are stated relative to the surface's normal, so they stay as they are.
             part.faces.iter_mut().for_each(|face| face.reversed = !face.reversed);
         }
         let mut model = ModelBuilder::new("solid");
@@ -153,7 +153,7 @@ impl Shape {
         })
     }
 
-    /// Some length of it.
+    /// A typical length.
     fn size(&self) -> f64 {
         match self {
             Self::Prism { radii, height } => radii.iter().fold(*height, |m, r| m.max(*r)),
@@ -165,7 +165,7 @@ impl Shape {
         }
     }
 
-    /// Whether the sign of its volume is beyond doubt: a thin wall keeps the orientation that it is stated with.
+    /// Whether the sign of its volume is beyond doubt: a thin wall keeps its stated orientation.
     fn is_thick(&self) -> bool {
         match self {
             Self::Washer { inner, outer, .. } => *inner < 0.4 * outer,

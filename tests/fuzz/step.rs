@@ -1,4 +1,5 @@
-//! Bytes -> the text of a STEP file: as they are, or as edits of a sound one; to a mesh with diagnostics, or one clear error.
+//! Bytes -> the text of a STEP file, either verbatim or as edits of a sound one -> a mesh with diagnostics, or one
+//! clear error.
 
 use crate::judge::Meshed;
 use crate::sequence::judge;
@@ -13,9 +14,9 @@ use trimtess::import::step::{StepOptions, read};
 #[path = "scramble.rs"]
 mod scramble;
 
-/// Bytes that start like this are a text themselves.
+/// Bytes with this prefix are used verbatim.
 const MAGIC: &[u8] = b"ISO-10303-21";
-/// Sound texts that edits start from.
+/// Sound texts to edit.
 const SEEDS: [&str; 5] = [
     include_str!("seeds/kinds.step"),
     include_str!("seeds/curves.step"),
@@ -42,7 +43,7 @@ impl Case for Text {
         let meshed = Meshed::new(model, 1e-2)?;
         meshed.holds()?;
         if meshed.report.triangles == 0 && meshed.prepared.diagnostics.is_empty() && meshed.report.degraded.is_empty() {
-            return Err("nothing came of it, and nothing was said".to_owned());
+            return Err("neither triangles nor a diagnostic".to_owned());
         }
         Ok(())
     }
@@ -55,7 +56,8 @@ impl Case for Text {
         let outcome = written.map_or_else(|error| format!("cannot be written: {error}"), |()| "written".to_owned());
         let text = String::from_utf8_lossy(&self.0);
         format!(
-            "{} ({outcome})\nTo commit it: cp it to tests/fuzz/found/NAME.step; `step_found` judges every file there.\n{text}",
+            "{} ({outcome})\nTo commit it: cp it to tests/fuzz/found/NAME.step; `step_found` judges every file \
+             there.\n{text}",
             path.display()
         )
     }
@@ -71,7 +73,7 @@ fn step_bytes() {
 fn step_found() {
     for folder in ["found", "seeds"] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz").join(folder);
-        // Git keeps no folder without files.
+        // Git keeps no empty folders.
         for file in fs::read_dir(&folder).into_iter().flatten() {
             let path = file.expect("a file").path();
             println!("{}", path.display());
@@ -80,7 +82,7 @@ fn step_found() {
     }
 }
 
-/// The seeds are sound: edits start from something that gets through.
+/// The seeds are sound, so that edits start from a text that is read and meshed.
 #[test]
 fn step_seeds() {
     for (number, seed) in SEEDS.iter().enumerate() {

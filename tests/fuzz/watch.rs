@@ -1,4 +1,4 @@
-//! An input -> a verdict on its result, its time and its memory. What fails is printed as a test to commit.
+//! An input -> a verdict on its result, time and memory. Prints a failing input as a test to commit.
 
 use arbitrary::Unstructured;
 use std::any::Any;
@@ -9,30 +9,30 @@ use std::sync::{Mutex, Once, OnceLock};
 use std::thread::{self, ThreadId};
 use std::time::{Duration, Instant};
 
-/// Longest that one input may take, processor time of the whole process. They are small, and take milliseconds; the rest is
-/// for the targets beside this one.
+/// Limit for one input, in processor time of the whole process. Inputs are small and take milliseconds; the margin is
+/// for tests that run in parallel.
 const TIME: Duration = Duration::from_secs(20);
-/// What takes this long is taken for endless: the input is printed and the process ended.
+/// An input that takes this long counts as endless: it is printed, and the process aborts.
 const ENDLESS: Duration = Duration::from_secs(60);
-/// Most memory that the process may grow by during one input, bytes. Other tests of the process count, too.
+/// Limit for the growth of the process during one input, bytes. Includes other tests of the process.
 const MEMORY: u64 = 1 << 30;
 
-/// An input that was drawn from bytes.
+/// An input drawn from bytes.
 pub(crate) trait Case: Sized {
-    /// The input that `u` stands for.
+    /// The input that `u` encodes.
     fn draw(u: &mut Unstructured<'_>) -> arbitrary::Result<Self>;
-    /// Sends it through the crate; an error says what is wrong with the outcome.
+    /// Runs it through the crate; an error says what is wrong with the outcome.
     fn judge(&self) -> Result<(), String>;
-    /// How to commit it as a test.
+    /// The source of a test for it.
     fn as_test(&self) -> String;
 }
 
-/// Inputs at work, by thread: since when, and how to print them.
+/// Inputs in progress, by thread: the start time, and how to print them.
 type AtWork = HashMap<ThreadId, (Duration, fn(&[u8]) -> String, Vec<u8>)>;
 static AT_WORK: Mutex<Option<AtWork>> = Mutex::new(None);
 static WATCHDOG: Once = Once::new();
 
-/// Judges the input that `bytes` stand for.
+/// Judges the input that `bytes` encode.
 ///
 /// # Panics
 /// If it fails, with the test to commit.
@@ -47,7 +47,7 @@ pub(crate) fn drawn<C: Case>(bytes: &[u8]) {
     }
 }
 
-/// Judges a case that was found before.
+/// Judges a case found earlier.
 ///
 /// # Panics
 /// If it fails.
@@ -96,7 +96,8 @@ fn message(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text").to_owned()
 }
 
-/// Processor time of all threads so far: a clock that a busy machine does not run ahead. Elsewhere than on Linux, time itself.
+/// Processor time of all threads so far, which does not depend on the load of the machine. Wall time on systems other
+/// than Linux.
 fn processor_time() -> Duration {
     static START: OnceLock<Instant> = OnceLock::new();
     let start = *START.get_or_init(Instant::now);
@@ -109,13 +110,14 @@ fn processor_time() -> Duration {
         .map_or_else(|| start.elapsed(), |(user, system)| Duration::from_millis(10 * (user + system)))
 }
 
-/// Makes the process forget its peak of memory and returns what it holds now, bytes; 0 where the system does not tell.
+/// Resets the process's memory peak and returns its current memory, bytes; `u64::MAX`, which allows any growth, where
+/// the system has no peak to reset.
 fn forget_peak() -> u64 {
     // Linux: proc_pid_clear_refs(5).
     if fs::write("/proc/self/clear_refs", "5").is_ok() { peak() } else { u64::MAX }
 }
 
-/// Most memory that the process held, bytes.
+/// Peak memory of the process, bytes; 0 if unknown.
 fn peak() -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,5 +1,6 @@
-//! Where two Bézier curves meet, by implicitisation and generalised eigenvalues (Manocha & Demmel, "Algorithms for
-//! intersecting parametric and algebraic curves", ACM TOG 13(1), 1994): the tests' own judge of production's halving.
+//! Intersections of two Bézier curves by implicitisation and generalised eigenvalues (Manocha & Demmel, "Algorithms
+//! for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994): an independent check of the crate's
+//! subdivision.
 
 use faer::Mat;
 use glam::{DMat2, DVec2, DVec3};
@@ -23,7 +24,7 @@ fn scaled(control: &[DVec3]) -> Vec<DVec3> {
     control.iter().enumerate().map(|(i, &c)| c * binomial(n, i)).collect()
 }
 
-/// The same curve, one degree higher: its further roots are at infinity.
+/// The same curve with its degree raised by one; the additional roots are at infinity.
 fn elevated(control: &[DVec3]) -> Vec<DVec3> {
     let n = control.len();
     let at = |i: usize| {
@@ -39,10 +40,10 @@ fn bezout(f: &[f64], g: &[f64]) -> Mat<f64> {
     Mat::from_fn(n, n, |i, j| (0..=i.min(n - 1 - j)).map(|k| f[j + k + 1] * g[i - k] - f[i - k] * g[j + k + 1]).sum())
 }
 
-/// All meetings of two Bézier curves: `a` is implicit, as the determinant of Bézout's matrix at a point; with `b` put in, its
-/// roots are the generalised eigenvalues of a companion pencil.
+/// All intersections of two Bézier curves. `a` is implicitised as the determinant of Bézout's matrix at a point; with
+/// `b` substituted, the roots are the generalised eigenvalues of a companion pencil.
 pub(crate) fn by_eigenvalues(a: &[DVec3], b: &[DVec3]) -> Vec<[f64; 2]> {
-    /// Rows of a pencil below which faer 0.24 runs out of the buffer that it asked for.
+    /// Minimum rows of a pencil: with fewer, faer 0.24 exceeds the buffer size it requested.
     const LEAST: usize = 4;
     if (a.len() - 1) * (b.len() - 1) < LEAST {
         return by_eigenvalues(a, &elevated(b));
@@ -84,7 +85,7 @@ pub(crate) fn by_eigenvalues(a: &[DVec3], b: &[DVec3]) -> Vec<[f64; 2]> {
         if !(s.im.abs() <= 1e-5 && (-1e-5..=1.0 + 1e-5).contains(&s.re)) {
             continue;
         }
-        // The kernel of Bézout's matrix holds the powers of t / (1 - t).
+        // The kernel of Bézout's matrix contains the powers of t / (1 - t).
         let vector = pencil.U().col(k);
         let t = if n == 1 {
             along(a, point(b, s.re))
@@ -107,13 +108,13 @@ pub(crate) fn by_eigenvalues(a: &[DVec3], b: &[DVec3]) -> Vec<[f64; 2]> {
     out
 }
 
-/// Parameter of the point of a straight line that is nearest to `p`.
+/// Parameter of the point of a straight line nearest to `p`.
 fn along(line: &[DVec3], p: DVec2) -> f64 {
     let [from, to] = [point(line, 0.0), point(line, 1.0)];
     (p - from).dot(to - from) / (to - from).length_squared()
 }
 
-/// A meeting to the last digits, by Newton's method; none where curves only come near.
+/// Refines an intersection to the last digits by Newton's method; `None` if the curves only come near each other.
 fn polished(a: &[DVec3], b: &[DVec3], mut at: [f64; 2]) -> Option<[f64; 2]> {
     const STEP: f64 = 1e-6;
     let tangent = |c: &[DVec3], t: f64| (point(c, t + STEP) - point(c, t - STEP)) / (2.0 * STEP);

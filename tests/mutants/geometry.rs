@@ -1,20 +1,20 @@
-//! Files whose points are moved or rounded -> parts that are as closed as before: what is closed in the file is closed in
-//! the mesh, whatever its geometry.
+//! Files with moved or rounded points -> parts as closed as before: what is closed in the file is closed in the mesh,
+//! whatever its geometry.
 //!
-//! A plain run tries a few files, one mutant for each size of the noise. The long run is
+//! A plain run tries a few files, one mutant per size of the noise. The long run is
 //!
 //! ```text
 //! TRIMTESS_GEOMETRY=20 cargo test --release --test mutants -- --nocapture geometry
 //! ```
 //!
-//! | variable | is |
+//! | variable | meaning |
 //! |---|---|
-//! | `TRIMTESS_GEOMETRY` | mutants for each file and size of the noise; all files are tried |
-//! | `TRIMTESS_GEOMETRY_FIRST` | number of the first of them |
-//! | `TRIMTESS_GEOMETRY_FILES` | parts of file names, with commas |
-//! | `TRIMTESS_GEOMETRY_KEEP` | a folder for the mutants |
+//! | `TRIMTESS_GEOMETRY` | mutants per file and size of the noise; tries all files |
+//! | `TRIMTESS_GEOMETRY_FIRST` | number of the first mutant |
+//! | `TRIMTESS_GEOMETRY_FILES` | substrings of file names, separated by commas |
+//! | `TRIMTESS_GEOMETRY_KEEP` | a folder to save the mutants to |
 //!
-//! A mutant depends on the file's name, the noise and its number alone. Times are printed and never judged.
+//! A mutant depends only on the file's name, the noise and its number. Times are printed and never judged.
 
 use crate::parts::{CORPORA, Made, closed_by_reference, is_asked, make, name, number, on_all_cores, said, step_files};
 use crate::points::Points;
@@ -29,16 +29,16 @@ use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{FaceId, PartId, Severity};
 use trimtess::prepare::{PrepareOptions, Prepared, Shells, prepare};
 
-/// How far points move, as shares of their part.
+/// How far points move, as fractions of the size of their part.
 const SHARES: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
 
-/// Up to here no face may have to be filled in space.
+/// Up to this noise no face may be filled in space.
 const SMALL: f64 = 1e-5;
 
-/// What points of edges are rounded to, as a share of their part.
+/// Step to which the points of edges are rounded, as a fraction of the size of their part.
 const STEP: f64 = 1e-3;
 
-/// Files of a plain run: of each kind one, all within half a second.
+/// Files of a plain run: one of each kind, each within half a second.
 const FEW: [&str; 7] = [
     "cutter_male.step",
     "koch_shoulder_rotation.step",
@@ -52,9 +52,10 @@ const FEW: [&str; 7] = [
 /// A mutant may take ten times as long as its file, or this much longer.
 const SLACK: Duration = Duration::from_millis(200);
 
-/// A file read, prepared and meshed on this thread.
+/// A file that was read, prepared and meshed on this thread.
 struct Run {
-    /// Closed in the file by edges alone, or by what prepare made of them: part by part.
+    /// Whether each part must be closed in its mutants: closed by its edges both as read and as prepared, or by the
+    /// reference.
     stated: Vec<bool>,
     closed: Vec<bool>,
     made: Made,
@@ -62,7 +63,7 @@ struct Run {
 }
 
 impl Run {
-    /// `stated` are the parts that have to be closed whatever this file's geometry is.
+    /// `stated` are the parts that must be closed whatever the geometry of this file.
     fn of(bytes: &[u8], stated: Option<&[bool]>) -> Result<Self, String> {
         let work = || {
             let start = Instant::now();
@@ -77,7 +78,7 @@ impl Run {
             let took = start.elapsed();
             let silent = |(part, face): &&_| !is_told(&prepared, *part, *face);
             let silent: Vec<String> = made.filled.iter().filter(silent).map(|face| format!("{face:?}")).collect();
-            made.faults.extend(silent.into_iter().map(|face| format!("filled in space, and not told: {face}")));
+            made.faults.extend(silent.into_iter().map(|face| format!("filled in space without a warning: {face}")));
             let stated = by_edges.iter().zip(&closed).map(|(by_edges, closed)| *by_edges && *closed).collect();
             Ok(Self { stated, closed, made, took })
         };
@@ -90,7 +91,7 @@ impl Run {
         self.took.as_secs_f64()
     }
 
-    /// The longest that a mutant may take.
+    /// Time limit for a mutant, beyond which it counts as slow.
     fn most(&self) -> Duration {
         (10 * self.took).max(self.took + SLACK)
     }
@@ -102,7 +103,7 @@ fn is_told(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
     about.any(|d| d.severity >= Severity::Warning)
 }
 
-/// What mutants with noise of one size came to.
+/// Results of the mutants with noise of one size.
 #[derive(Default)]
 struct Sum {
     mutants: usize,
@@ -115,13 +116,13 @@ struct Sum {
     with_filled: Vec<String>,
     slivers: u64,
     slow: usize,
-    /// Time over what it may take, and whose.
+    /// Largest ratio of time to limit, and its mutant.
     slowest: (f64, String),
     faults: Vec<String>,
 }
 
 impl Sum {
-    /// Books a mutant of a file that took `whole`.
+    /// Adds a mutant of the file whose unchanged run is `whole`.
     fn add(&mut self, mutant: &str, run: Result<Run, String>, whole: &Run) {
         self.mutants += 1;
         let mut faults = match &run {
@@ -146,7 +147,7 @@ impl Sum {
             }
             let opened = whole.stated.iter().zip(&run.closed).filter(|(before, after)| **before && !**after).count();
             if opened > 0 {
-                faults.push(format!("{opened} parts are no longer called closed in the file"));
+                faults.push(format!("{opened} parts are no longer closed"));
             }
         }
         self.open += usize::from(!faults.is_empty());
@@ -154,7 +155,7 @@ impl Sum {
     }
 }
 
-/// Where mutants are kept, if anywhere.
+/// Saves a mutant, if requested.
 fn keep(mutant: &str, bytes: &[u8]) {
     let Ok(folder) = std::env::var("TRIMTESS_GEOMETRY_KEEP") else { return };
     let path = Path::new(&folder).join(format!("{}.step", mutant.replace(' ', "_")));
@@ -171,12 +172,12 @@ fn files() -> Vec<PathBuf> {
     files
 }
 
-/// The mutants of all files, given how a file becomes some of them: what their noise is called, their name, their bytes.
+/// Runs the mutants of all files. `of` makes those of one file: the name of the noise, the mutant's name, its bytes.
 fn mutants(of: impl Fn(&str, &Points<'_>, &mut dyn FnMut(String, String, Vec<u8>)) + Sync) -> BTreeMap<String, Sum> {
     let sums = Mutex::new(BTreeMap::<String, Sum>::new());
     on_all_cores(&files(), |path| {
         let (name, bytes) = (name(path), std::fs::read(path).expect("a readable file"));
-        // The second run is the one that finds everything in memory.
+        // The second run finds everything in memory.
         let whole = Run::of(&bytes, None).and_then(|_| Run::of(&bytes, None));
         let Ok(mut whole) = whole else {
             println!("skipped: {name} cannot be read");
@@ -207,7 +208,7 @@ fn mutants(of: impl Fn(&str, &Points<'_>, &mut dyn FnMut(String, String, Vec<u8>
     sums.into_inner().expect("no thread panicked")
 }
 
-/// Prints a line for each size of the noise, and fails if there is a fault.
+/// Prints a line per size of the noise, and fails if there is a fault.
 fn judge(sums: &BTreeMap<String, Sum>) {
     for (noise, sum) in sums {
         let Sum { mutants, open, repaired, filled, lost, slivers, slow, slowest, .. } = sum;

@@ -1,4 +1,5 @@
-//! Files with other points -> meshes as closed as before. Broken files are for the command line: `cli/tests/mutants`.
+//! STEP files with other points -> meshes as closed as before. Broken files are tested through the command line:
+//! `cli/tests/mutants`.
 #![cfg(feature = "step")]
 
 mod geometry;

@@ -1,5 +1,5 @@
-//! The bytes of a STEP file -> the same file with its points elsewhere: every CARTESIAN_POINT moved at random, or those of
-//! edges rounded. All other bytes stay.
+//! The bytes of a STEP file -> the same file with every CARTESIAN_POINT moved at random, or those of edges rounded. All
+//! other bytes stay.
 
 use crate::random::Random;
 use std::collections::{HashMap, HashSet};
@@ -8,16 +8,16 @@ use std::ops::Range;
 /// A CARTESIAN_POINT.
 struct Point {
     entity: u64,
-    /// Where its coordinates stand in the file.
+    /// Byte ranges of its coordinates in the file.
     at: Vec<Range<usize>>,
     coordinates: Vec<f64>,
-    /// Diagonal of the part that it belongs to, in the file's unit; of points in (u,v) that of their curve.
+    /// Diagonal of its part, in the file's unit; for points in (u,v) that of their curve.
     size: f64,
-    /// Whether the curve of an edge, or one of its ends, is made of it.
+    /// Whether it belongs to the curve or an end of an edge.
     on_edge: bool,
 }
 
-/// An instance: the first word of its type, and what it refers to.
+/// An instance: the first word of its type, and its references.
 struct Instance<'a> {
     kind: &'a str,
     refers_to: Vec<u64>,
@@ -53,12 +53,12 @@ impl<'a> Points<'a> {
         points
     }
 
-    /// How many there are.
+    /// Number of points.
     pub(crate) fn len(&self) -> usize {
         self.all.len()
     }
 
-    /// Sizes of parts, and which points belong to edges.
+    /// Sets the sizes of parts, and which points belong to edges.
     fn measure(&mut self, instances: &HashMap<u64, Instance<'_>>, order: &[u64]) {
         let rows: HashMap<u64, usize> = self.all.iter().enumerate().map(|(row, point)| (point.entity, row)).collect();
         let is_representation = |kind: &str| kind.ends_with("REPRESENTATION");
@@ -97,7 +97,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// The file with every point moved by at most `share` of its part.
+    /// The file with every point moved by at most `share` of its part's size.
     pub(crate) fn moved(&self, share: f64, random: &mut Random) -> Vec<u8> {
         self.edited(|point| {
             let reach = share * point.size / (point.coordinates.len() as f64).sqrt();
@@ -105,7 +105,7 @@ impl<'a> Points<'a> {
         })
     }
 
-    /// The file with the points of edges rounded to multiples of `share` of their part.
+    /// The file with the points of edges rounded to multiples of `share` of their part's size.
     pub(crate) fn rounded(&self, share: f64) -> Vec<u8> {
         self.edited(|point| {
             let step = share * point.size;
@@ -114,7 +114,7 @@ impl<'a> Points<'a> {
         })
     }
 
-    /// The file with other coordinates for those points that have any.
+    /// The file with the coordinates that `others` gives; other points stay.
     fn edited(&self, mut others: impl FnMut(&Point) -> Option<Vec<f64>>) -> Vec<u8> {
         let mut out = Vec::with_capacity(self.bytes.len() + 16 * self.all.len());
         let mut done = 0;
@@ -122,7 +122,7 @@ impl<'a> Points<'a> {
             let Some(coordinates) = others(point) else { continue };
             for (at, x) in point.at.iter().zip(coordinates) {
                 out.extend_from_slice(&self.bytes[done..at.start]);
-                // A real of Part 21 has a point before its exponent; 17 digits are all that a double has.
+                // A real of Part 21 has a point before its exponent; 17 digits represent every double.
                 out.extend(format!("{x:.16E}").bytes());
                 done = at.end;
             }
@@ -132,7 +132,8 @@ impl<'a> Points<'a> {
     }
 }
 
-/// Everything that an instance refers to, directly or not, itself included. What is of a kind to `stop` at is left out.
+/// Collects all instances that `root` refers to, directly or not, itself included. Does not follow types for which
+/// `stop` holds.
 fn reach(instances: &HashMap<u64, Instance<'_>>, root: u64, stop: impl Fn(&str) -> bool, reached: &mut HashSet<u64>) {
     let mut open = vec![root];
     while let Some(entity) = open.pop() {
@@ -143,7 +144,7 @@ fn reach(instances: &HashMap<u64, Instance<'_>>, root: u64, stop: impl Fn(&str) 
     }
 }
 
-/// Diagonal of the box of those points that have as many coordinates as the first.
+/// Diagonal of the box of the points that have as many coordinates as the first.
 fn diagonal<'a>(points: impl Iterator<Item = &'a [f64]>) -> f64 {
     let mut ends: Option<Vec<(f64, f64)>> = None;
     for point in points {
@@ -155,7 +156,7 @@ fn diagonal<'a>(points: impl Iterator<Item = &'a [f64]>) -> f64 {
     ends.unwrap_or_default().iter().map(|(low, high)| (high - low).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Statements, without the semicolons that end them. Semicolons in strings and comments end none.
+/// Statements, without their semicolons. Semicolons in strings and comments do not count.
 fn statements(bytes: &[u8]) -> Vec<Range<usize>> {
     let (mut all, mut start, mut at) = (Vec::new(), 0, 0);
     while at < bytes.len() {
@@ -173,7 +174,7 @@ fn statements(bytes: &[u8]) -> Vec<Range<usize>> {
     all
 }
 
-/// Where the next `end` is over.
+/// The position after the next `end`.
 fn after(bytes: &[u8], from: usize, end: &[u8]) -> usize {
     bytes[from..].windows(end.len()).position(|w| w == end).map_or(bytes.len(), |length| from + length + end.len())
 }
@@ -199,7 +200,7 @@ fn numbers(bytes: &[u8], statement: Range<usize>) -> Vec<Range<usize>> {
     tokens(bytes, statement).filter(is_number).collect()
 }
 
-/// References, words and numbers of a statement; not what is in strings and comments.
+/// References, words and numbers of a statement, except in strings and comments.
 fn tokens(bytes: &[u8], statement: Range<usize>) -> impl Iterator<Item = Range<usize>> {
     let mut at = statement.start;
     std::iter::from_fn(move || {

@@ -1,6 +1,6 @@
-//! A hand-made frame: one box part of six faces, one batch per face, placed as told.
+//! A hand-made frame: one box part of six faces, one batch per face, placed by given transforms.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-#![allow(dead_code, reason = "each test program uses a part of it")]
+#![allow(dead_code, reason = "not every test program uses all of it")]
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use trimtess::mesh::{
@@ -66,7 +66,7 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
     MemorySink::of(scene, box_batches(size), (0..4).map(line).collect())
 }
 
-/// Sends a frame through a sink, up to but without its end.
+/// Sends a frame through a sink, without the final `end`.
 pub(crate) fn play(frame: &MemorySink, sink: &mut dyn MeshSink) -> Result<(), SinkError> {
     sink.begin(&frame.scene)?;
     for batch in &frame.batches {
@@ -78,7 +78,7 @@ pub(crate) fn play(frame: &MemorySink, sink: &mut dyn MeshSink) -> Result<(), Si
     Ok(())
 }
 
-/// An empty folder of its own for each test.
+/// Makes an empty folder for one test.
 pub(crate) fn folder(name: &str) -> std::path::PathBuf {
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let _ = std::fs::remove_dir_all(&path);

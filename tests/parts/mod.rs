@@ -1,5 +1,5 @@
 //! STEP files beside the checkout, and the parts of a frame that are closed in the file and open in the mesh.
-#![allow(dead_code, reason = "each test uses some of it")]
+#![allow(dead_code, reason = "not every test uses all of it")]
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -13,10 +13,10 @@ use trimtess::model::{FaceId, PartId, Severity};
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::Prepared;
 
-/// Folders of real files, as seen from the checkout: each with a reference.jsonl.
+/// Folders of real files, relative to the checkout, each with a reference.jsonl.
 pub(crate) const CORPORA: [&str; 2] = ["../shared/corpus", "../shared/corpus-closed"];
 
-/// The STEP files of some folders, in a fixed order. Says which folders are absent. Relative paths start at the
+/// The STEP files of some folders, in a fixed order. Prints which folders are absent. Paths are relative to the
 /// checkout.
 pub(crate) fn step_files(folders: &[impl AsRef<Path>]) -> Vec<PathBuf> {
     let root = checkout();
@@ -46,41 +46,41 @@ pub(crate) fn name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Whether the reference.jsonl beside a file calls it closed. No reference says nothing.
+/// Whether the reference.jsonl beside a file calls it closed; false without a reference.
 pub(crate) fn closed_by_reference(path: &Path) -> bool {
     let reference = std::fs::read_to_string(path.with_file_name("reference.jsonl")).unwrap_or_default();
     let start = format!("{{\"file\": \"{}\"", name(path));
     reference.lines().any(|line| line.starts_with(&start) && line.contains("\"closed\": true"))
 }
 
-/// What a frame came to.
+/// Results of a frame.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Made {
     pub(crate) triangles: u64,
-    /// Triangles that only close a face.
+    /// Triangles that only close a face's boundary.
     pub(crate) slivers: u64,
-    /// Faces by the name of their rung, each part counted once.
+    /// Number of faces per rung, each part counted once.
     pub(crate) rungs: BTreeMap<String, u64>,
-    /// A line for each part that should be closed and is not, and for what is malformed.
+    /// A line for each part that should be closed but is open, and for each malformed part.
     pub(crate) faults: Vec<String>,
     /// Faces filled in space.
     pub(crate) filled: Vec<(PartId, FaceId)>,
 }
 
 impl Made {
-    /// How many faces ended on a rung of that name; 0 where there is no such rung.
+    /// Number of faces that ended on the named rung; 0 if it does not exist.
     pub(crate) fn on(&self, rung: &str) -> u64 {
         self.rungs.get(rung).copied().unwrap_or(0)
     }
 }
 
-/// Makes a frame on this thread and checks it. Parts that `must_close` names, by their number, have to be closed, and the others
-/// where the file does not end. A panic is a fault.
+/// Makes a frame on this thread and checks it. Parts for which `must_close` holds must be closed; others may be open
+/// only at the edges that are free in the file. A panic is a fault.
 pub(crate) fn make(prepared: &Arc<Prepared>, tolerance: &Tolerance, must_close: impl Fn(usize) -> bool) -> Made {
     let mut sink = MemorySink::default();
     let report = catch_unwind(AssertUnwindSafe(|| serial(prepared, &plan(prepared, tolerance), true, &mut sink)));
     let report = match report {
-        Ok(report) => report.expect("memory takes every frame"),
+        Ok(report) => report.expect("the memory sink accepts every frame"),
         Err(panic) => return Made { faults: vec![format!("a panic: {}", said(&*panic))], ..Made::default() },
     };
     let facts = check_scene(&sink);
@@ -108,7 +108,7 @@ pub(crate) fn make(prepared: &Arc<Prepared>, tolerance: &Tolerance, must_close: 
     made
 }
 
-/// The faces along cracks that left the normal path, with what was told of them; all of them if none did.
+/// The faces along cracks that left the normal rung, with their diagnostics; all faces along cracks if none did.
 fn culprits(prepared: &Prepared, report: &FrameReport, part: PartId, faces: &[FaceId]) -> String {
     const NAMED: usize = 4;
     let rung = |face: FaceId| report.rungs.iter().find(|f| (f.part, f.face) == (part, face)).map(|f| f.rung);
@@ -128,10 +128,10 @@ fn culprits(prepared: &Prepared, report: &FrameReport, part: PartId, faces: &[Fa
     text.join(", ")
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub(crate) fn said(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    text.unwrap_or("without words").to_owned()
+    text.unwrap_or("without a message").to_owned()
 }
 
 /// Calls `work` for each item, on all cores.
@@ -148,12 +148,12 @@ pub(crate) fn on_all_cores<T: Sync>(items: &[T], work: impl Fn(&T) + Sync) {
     });
 }
 
-/// A number in the environment.
+/// A number from the environment.
 pub(crate) fn number(variable: &str, default: u64) -> u64 {
     std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-/// Whether a file is among those that an environment variable names by parts of their names, with commas; all without it.
+/// Whether a file's name contains one of the comma-separated strings of an environment variable; true if it is unset.
 pub(crate) fn is_asked(variable: &str, path: &Path) -> bool {
     let Ok(asked) = std::env::var(variable) else { return true };
     asked.split(',').any(|part| name(path).contains(part))

@@ -1,7 +1,8 @@
-//! A judge of bytes -> its verdicts on one fixed sequence of random inputs, the same in every run: a test that passed on a
-//! change passes on its next run, too. `cargo bolero` brings its own inputs (docs/decisions/017).
+//! A judge of bytes -> its verdicts on one fixed sequence of random inputs. The sequence is the same in every run, so
+//! that a test that passed on a change passes on its next run. `cargo bolero` brings its own inputs
+//! (docs/decisions/017).
 //!
-//! `FUZZ_MS` goes on for that long instead of for a number of inputs, and `FUZZ_FIRST` starts at another input.
+//! `FUZZ_MS` runs for that many milliseconds instead of a number of inputs. `FUZZ_FIRST` starts at another input.
 
 use bolero::bolero_engine::driver::Options;
 use bolero::bolero_engine::input::Bytes;
@@ -10,7 +11,7 @@ use bolero::{Engine, Test};
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
-/// Judges `$count` inputs of at most `$most_bytes`; a closure that panics is a verdict, and its input is shrunk.
+/// Judges `$count` inputs of at most `$most_bytes`. A panic in the closure is a failure, and its input is shrunk.
 macro_rules! judge {
     ($count:expr, $most_bytes:expr, $judge:expr) => {
         if cfg!(fuzzing) {
@@ -57,12 +58,12 @@ impl<T: Test<Value: Debug>> Engine<T> for Sequence {
 
 fn variable(name: &str) -> Option<u64> {
     let text = std::env::var(name).ok()?;
-    Some(text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
+    Some(text.parse().unwrap_or_else(|_| panic!("{name}={text} is not a number")))
 }
 
-/// Input `number` of the sequence: its length, evenly spread up to `most`, and its bytes (SplitMix64).
+/// Input `number` of the sequence (SplitMix64). Its length is uniform in 0..=`most`.
 fn bytes(number: u64, most: usize) -> Vec<u8> {
-    // Scrambled, or each input would be the one before, shifted.
+    // Without scrambling each input would be the previous one, shifted.
     let mut state = scrambled(number);
     let mut next = || {
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);

@@ -1,4 +1,4 @@
-//! Bodies without stated faces: primitives, sweeps, triangles, replicas. Their volumes are known in closed form.
+//! Bodies without stated faces: primitives, sweeps, triangles, replicas. Their volumes have closed forms.
 
 use crate::{clean, is, model, placement, point, world};
 use std::f64::consts::PI;
@@ -14,7 +14,7 @@ fn holding(items: &str) -> String {
     format!("#92=SHAPE_REPRESENTATION('',({items}),#1);")
 }
 
-/// The mesh of all instances at a fine tolerance.
+/// Facts of the mesh of all instances at a fine tolerance.
 fn facts(model: Model) -> MeshFacts {
     let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
     assert!(prepared.diagnostics.iter().all(|d| d.severity < Severity::Warning), "{:?}", prepared.diagnostics);
@@ -28,7 +28,7 @@ fn facts(model: Model) -> MeshFacts {
     check_scene(&sink).total
 }
 
-/// Reads a body that has so many faces and edges and encloses such a volume.
+/// Reads a body and asserts its numbers of faces and edges and its volume.
 fn solid(text: &str, items: &str, faces: usize, edges: usize, volume: f64) {
     let model = model(&(text.to_owned() + &holding(items)));
     clean(&model);
@@ -97,16 +97,18 @@ fn rectangle(x: f64) -> String {
     world()
         + &points
         + &sides
-        + "#69=OUTER_BOUNDARY_CURVE('',(#60,#61,#62,#63),.F.);#68=PLANE('',#20);#70=CURVE_BOUNDED_SURFACE('',#68,(#69),.F.);"
+        + "#69=OUTER_BOUNDARY_CURVE('',(#60,#61,#62,#63),.F.);#68=PLANE('',#20);\
+           #70=CURVE_BOUNDED_SURFACE('',#68,(#69),.F.);"
 }
 
-/// The disc of radius 1 about (3, 0) as face #70, with a square hole if asked for.
+/// The disc of radius 1 about (3, 0) as face #70, with an optional square hole.
 fn disc() -> String {
     world()
         + &placement(30, [3.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
         + &crate::vertex(40, [4.0, 0.0, 0.0])
         + "#50=CIRCLE('',#30,1.);#51=EDGE_CURVE('',#40,#40,#50,.T.);#52=ORIENTED_EDGE('',*,*,#51,.T.);\
-           #53=EDGE_LOOP('',(#52));#54=FACE_OUTER_BOUND('',#53,.T.);#68=PLANE('',#20);#70=FACE_SURFACE('',(#54),#68,.T.);"
+           #53=EDGE_LOOP('',(#52));#54=FACE_OUTER_BOUND('',#53,.T.);#68=PLANE('',#20);\
+           #70=FACE_SURFACE('',(#54),#68,.T.);"
 }
 
 #[test]
@@ -126,7 +128,7 @@ fn areas_and_faces_are_extruded() {
 
 #[test]
 fn areas_and_faces_are_revolved() {
-    // About the y axis, through the origin and along the other way.
+    // About the y axis, through the origin, in both directions.
     let axes = "#80=DIRECTION('',(0.,1.,0.));#81=AXIS1_PLACEMENT('',#21,#80);\
                 #82=DIRECTION('',(0.,-1.,0.));#83=AXIS1_PLACEMENT('',#21,#82);";
     let area = |x, solid: &str| rectangle(x) + axes + solid;
@@ -186,7 +188,7 @@ fn triangles_share_their_edges() {
 fn tessellations_of_exact_geometry_are_not_drawn_twice() {
     let block = "#60=BLOCK('',#20,1.,1.,1.);";
     let solid = "#50=TESSELLATED_SOLID('',(#41,#42),$);";
-    // In one representation; linked from another one; as an annotation; beside it, owned by nothing.
+    // In one representation; linked from another one; as an annotation; separate, without an owner.
     let apart = "#93=TESSELLATED_SHAPE_REPRESENTATION('',(#50),#1);";
     let linked = "#50=TESSELLATED_SOLID('',(#41,#42),#60);".to_owned() + apart;
     let drawn = "#51=TESSELLATED_ANNOTATION_OCCURRENCE('',(),#50);".to_owned() + solid + apart;
@@ -195,13 +197,13 @@ fn tessellations_of_exact_geometry_are_not_drawn_twice() {
         let faces: usize = model.parts.iter().map(|part| part.faces.len()).sum();
         assert_eq!(faces, 6, "{text} {:?}", model.diagnostics);
     }
-    // Alone it is drawn, whoever holds it.
+    // Alone it is drawn, whatever contains it.
     let alone = model(&tetrahedron(solid));
     assert_eq!(alone.parts[0].faces.len(), 4, "{:?}", alone.diagnostics);
 }
 
 #[test]
-fn broken_bodies_cost_themselves() {
+fn broken_bodies_cost_only_themselves() {
     for bad in [
         "#60=BLOCK('',#20,2.,-3.,4.);",
         "#60=SPHERE('',2.,#99);",
@@ -232,7 +234,7 @@ fn broken_bodies_cost_themselves() {
 }
 
 #[test]
-fn a_broken_triangle_or_face_of_a_tessellation_costs_itself() {
+fn a_broken_triangle_or_face_of_a_tessellation_costs_only_itself() {
     let sound = "#50=TESSELLATED_SHELL('',(#41,#42),$);";
     let cubic = "#43=CUBIC_BEZIER_TRIANGULATED_FACE('',#40,4,(),$,(2,3,4,5),((1,2,3)));";
     let wires = "#43=TESSELLATED_EDGE('',#40,$,(1,2));";
@@ -266,7 +268,7 @@ fn a_broken_triangle_or_face_of_a_tessellation_costs_itself() {
 
 #[test]
 fn triangles_without_height_leave_no_slit() {
-    // Two large triangles on the left of a line with two points on it, three small ones on its right; between them the
+    // Two large triangles on the left of a line with two points on it, three small ones on its right. In between, the
     // writer filled the line with triangles without height.
     let between = |flat: &str| {
         let text = world()
@@ -282,7 +284,8 @@ fn triangles_without_height_leave_no_slit() {
         let facts = facts(model);
         assert!(facts.open_edges == 4 && (facts.area - 3.0).abs() < 1e-9, "{flat}: {facts}");
     }
-    let text = "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(2.,0.,0.)));#50=TRIANGULATED_FACE('',#40,3,(),$,(),((1,2,3)));";
+    let text = "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(2.,0.,0.)));\
+                #50=TRIANGULATED_FACE('',#40,3,(),$,(),((1,2,3)));";
     let flat = model(&(world() + text + &holding("#50")));
     assert!(
         flat.parts[0].faces.is_empty()
@@ -296,7 +299,7 @@ fn triangles_without_height_leave_no_slit() {
 }
 
 #[test]
-fn items_that_may_be_shapes_are_read_or_told() {
+fn items_that_may_be_shapes_are_read_or_reported() {
     let ball = "#60=SPHERE('',1.,#21);";
     for bad in [
         "#61=FOO_SOLID('',#20,1.);",
@@ -324,15 +327,17 @@ fn items_that_may_be_shapes_are_read_or_told() {
         "#61=GEOMETRIC_CURVE_SET('',(#21));",
         "#61=GEOMETRIC_SET('',(#21,#20));",
         "#61=SHELL_BASED_WIREFRAME_MODEL('',());",
-        "#61=(LENGTH_MEASURE_WITH_UNIT()MEASURE_REPRESENTATION_ITEM()MEASURE_WITH_UNIT(LENGTH_MEASURE(1.),#5)REPRESENTATION_ITEM(''));",
-        "#61=(ANNOTATION_CURVE_OCCURRENCE()ANNOTATION_OCCURRENCE()GEOMETRIC_REPRESENTATION_ITEM()REPRESENTATION_ITEM('')STYLED_ITEM((),#21));",
+        "#61=(LENGTH_MEASURE_WITH_UNIT()MEASURE_REPRESENTATION_ITEM()MEASURE_WITH_UNIT(LENGTH_MEASURE(1.),#5)\
+         REPRESENTATION_ITEM(''));",
+        "#61=(ANNOTATION_CURVE_OCCURRENCE()ANNOTATION_OCCURRENCE()GEOMETRIC_REPRESENTATION_ITEM()\
+         REPRESENTATION_ITEM('')STYLED_ITEM((),#21));",
         "#61=CAMERA_MODEL_D3('',#20,$);",
     ] {
         let model = model(&(world() + ball + none + &holding("#60,#61")));
         clean(&model);
         assert_eq!(model.parts[0].faces.len(), 1, "{none}");
     }
-    // Surfaces that end by themselves are faces.
+    // Bounded surfaces are faces.
     for (surface, area) in [("#61=SPHERICAL_SURFACE('',#20,1.);", 4.0 * PI), ("", 2.0)] {
         let item = if surface.is_empty() { "#70" } else { "#61" };
         let model = model(

@@ -54,7 +54,7 @@ fn a_broken_header_is_replaced() {
 
 #[test]
 fn a_stray_quote_does_not_swallow_the_file() {
-    // Empty names read as quotes inside the string, so that it only ends at the next name that is not empty.
+    // Empty names look like quotes within the string, so that it only ends at the next non-empty name.
     let names: String = (200..260).map(|id| format!("#{id}=CARTESIAN_POINT('',(0.,0.,0.));\n")).collect();
     let text = file(&(world() + &names + BALLS)).replace("#71=CLOSED_SHELL('',", "#71=CLOSED_SHELL('named',");
     let model = try_read(&text.replace("#205=CARTESIAN_POINT('',", "#205=CARTESIAN_POINT(''',")).expect("mended");
@@ -72,11 +72,11 @@ fn too_many_syntax_errors_give_the_file_up() {
 }
 
 #[test]
-fn a_truncated_file_gives_what_is_whole() {
+fn a_truncated_file_yields_its_complete_instances() {
     let text = file(&(world() + BALLS));
     let cut = text.find("#73=").expect("there");
     for extra in [0, 8, 25] {
-        let model = try_read(&text[..cut + extra]).expect("closed for the writer");
+        let model = try_read(&text[..cut + extra]).expect("a truncated file is still read");
         assert_eq!(faces(&model), 1, "cut {extra} bytes into #73");
     }
 }
@@ -103,7 +103,7 @@ fn other_files_are_named() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn files_without_end_are_not_read_to_it() {
+fn endless_files_are_not_read_to_the_end() {
     let options = StepOptions::DEFAULT.with_max_bytes(1000);
     let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
     assert!(matches!(error, StepError::TooLarge { bytes: 1001, limit: 1000 }), "{error}");
@@ -132,7 +132,7 @@ fn limits_are_named_with_what_would_be_needed() {
 
 #[test]
 fn styles_that_fan_out_are_followed_once() {
-    // Ten levels of sixteen references each: 16^10 ways to the colour.
+    // Ten levels of sixteen references each: 16^10 paths to the colour.
     let mut text = "#103=STYLED_ITEM('',(#200),#60);#210=COLOUR_RGB('',1.,0.5,0.);".to_owned();
     for level in 200..210 {
         let next = vec![format!("#{}", level + 1); 16].join(",");
@@ -183,10 +183,12 @@ fn nonsense_numbers_cost_their_face() {
         "#73=SPHERICAL_SURFACE()",
         "#73=CONICAL_SURFACE('',#20,1.,1.5707963267948966)",
         "#73=NO_SUCH_SURFACE('',#20,1.)",
-        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(9000000000000000000,2),(2,2),(0.,1.),(0.,1.),.U.)",
+        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(9000000000000000000,2),(2,2),\
+         (0.,1.),(0.,1.),.U.)",
         "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(1.,0.),(0.,1.),.U.)",
         "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(1.,1.),(0.,1.),.U.)",
-        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',900000,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(0.,1.),(0.,1.),.U.)",
+        "#73=B_SPLINE_SURFACE_WITH_KNOTS('',900000,1,((#21,#21),(#21,#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),\
+         (0.,1.),(0.,1.),.U.)",
         "#73=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#21,#21),(#21)),.U.,.F.,.F.,.F.,(2,2),(2,2),(0.,1.),(0.,1.),.U.)",
         "#73=BEZIER_SURFACE('',0,0,((#21)),.U.,.F.,.F.,.F.)",
         "#73=BEZIER_SURFACE('',1,1,(),.U.,.F.,.F.,.F.)",

@@ -1,17 +1,18 @@
-//! Edges on every kind of curve: from vertex to vertex, along the stated sense, exactly.
+//! Edges on every kind of curve: from vertex to vertex, in the stated sense, exactly.
 
 use crate::{clean, edge_of, model, near, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use trimtess::model::{CurveKind, Edge, Part};
 
-/// Reads edge #50 from `start` to `end` on curve #60, closed by straight edge #51 in a plane.
+/// Reads edge #50 from `start` to `end` on curve #60, closed by a straight edge #51 in a plane.
 fn edge(start: [f64; 3], end: [f64; 3], same_sense: bool, curve: &str) -> (Part, Edge) {
     let sense = if same_sense { 'T' } else { 'F' };
     let (loop_edges, vertices) = if start == end {
         ("#70".to_owned(), format!("{}#50=EDGE_CURVE('',#30,#30,#60,.{sense}.);", vertex(30, start)))
     } else {
-        let back = "#51=EDGE_CURVE('',#32,#30,#55,.T.);#55=LINE('',#31,#56);#56=VECTOR('',#57,1.);#57=DIRECTION('',(1.,0.,0.));";
+        let back = "#51=EDGE_CURVE('',#32,#30,#55,.T.);#55=LINE('',#31,#56);#56=VECTOR('',#57,1.);\
+                    #57=DIRECTION('',(1.,0.,0.));";
         let forth = format!("#50=EDGE_CURVE('',#30,#32,#60,.{sense}.);");
         ("#70,#71".to_owned(), vertex(30, start) + &vertex(32, end) + &forth + back)
     };
@@ -19,7 +20,7 @@ fn edge(start: [f64; 3], end: [f64; 3], same_sense: bool, curve: &str) -> (Part,
         "#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',({loop_edges}));\
          #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
     );
-    // An oriented edge that nothing refers to may name an edge that is not there.
+    // An unreferenced oriented edge may name a missing edge.
     let face = shell("ADVANCED_FACE('',(#76),#77,.T.)", 2);
     let model = model(&(world() + &vertices + curve + &loops + &face));
     clean(&model);
@@ -81,7 +82,7 @@ fn conics_are_exact() {
     near(at(&ellipse, 0.5), DVec3::new(3.0, 1.0, 0.0) * FRAC_1_SQRT_2);
     assert_eq!(ellipse.kind, CurveKind::Conic);
     let ends = |t: f64| [3.0 * t.cosh(), 2.0 * t.sinh(), 0.0];
-    // The sense cannot matter on an open curve.
+    // On an open curve the sense has no effect.
     for same_sense in [true, false] {
         let (_, hyperbola) = edge(ends(-0.7), ends(1.9), same_sense, "#60=HYPERBOLA('',#20,3.,2.);");
         for i in 0..=10 {
@@ -111,7 +112,7 @@ fn a_b_spline_is_kept_and_reversed_where_the_sense_says_so() {
     assert_eq!(forth.curve.knots, [0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 2.0]);
     let (_, back) = edge([4.0, 0.0, 0.0], [0.0; 3], false, &spline);
     near(back.curve.points[0], DVec3::new(4.0, 0.0, 0.0));
-    // A flag that contradicts the vertices gives way.
+    // A flag that contradicts the vertices is ignored.
     let (_, wrong) = edge([4.0, 0.0, 0.0], [0.0; 3], true, &spline);
     near(at(&wrong, 0.25), at(&back, 0.25));
 }
@@ -156,7 +157,8 @@ fn a_closed_spline_is_passed_through_its_seam() {
     let points: String = corners.iter().zip(61..).map(|(p, id)| point(id, [p[0], p[1], 0.0])).collect();
     let list = (61..70).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
     let spline = format!(
-        "{points}#60=B_SPLINE_CURVE_WITH_KNOTS('',2,({list}),.UNSPECIFIED.,.T.,.F.,(3,2,2,2,3),(0.,1.,2.,3.,4.),.UNSPECIFIED.);"
+        "{points}#60=B_SPLINE_CURVE_WITH_KNOTS('',2,({list}),.UNSPECIFIED.,.T.,.F.,(3,2,2,2,3),(0.,1.,2.,3.,4.),\
+         .UNSPECIFIED.);"
     );
     let (_, across) = edge([0.0, 4.0, 0.0], [4.0, 0.0, 0.0], true, &spline);
     assert!((across.range.1 - across.range.0 - 2.0).abs() < 1e-9);
@@ -172,13 +174,14 @@ fn a_closed_spline_is_passed_through_its_seam() {
 fn wrapped_curves_are_unwrapped() {
     let trimmed =
         "#61=CIRCLE('',#20,2.);#60=TRIMMED_CURVE('',#61,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.F.,.PARAMETER.);";
-    // The trimmed curve runs against the circle, and the edge against the trimmed curve.
+    // The trimmed curve is opposite to the circle, and the edge to the trimmed curve.
     let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], false, trimmed);
     near(at(&arc, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
     let surface_curve = "#61=CIRCLE('',#20,2.);#60=SURFACE_CURVE('',#61,(#77),.CURVE_3D.);";
     let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, surface_curve);
     assert_eq!(arc.kind, CurveKind::Circle);
-    let complex = "#61=CIRCLE('',#20,2.);#60=(BOUNDED_CURVE()CURVE()GEOMETRIC_REPRESENTATION_ITEM()REPRESENTATION_ITEM('')\
+    let complex = "#61=CIRCLE('',#20,2.);#60=(BOUNDED_CURVE()CURVE()GEOMETRIC_REPRESENTATION_ITEM()\
+                   REPRESENTATION_ITEM('')\
         SURFACE_CURVE(#61,(#77),.CURVE_3D.));";
     let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, complex);
     assert_eq!(arc.kind, CurveKind::Circle);
@@ -186,11 +189,12 @@ fn wrapped_curves_are_unwrapped() {
 
 #[test]
 fn a_composite_curve_joins_its_segments() {
-    // From (4,0) straight to (2,0), then a quarter circle given in degrees; the line is stated backwards.
+    // From (4,0) straight to (2,0), then a quarter circle given in degrees; the line is stated in reverse.
     let curve = point(64, [2.0, 0.0, 0.0])
         + "#65=LINE('',#64,#66);#66=VECTOR('',#67,1.);#67=DIRECTION('',(1.,0.,0.));\
            #68=TRIMMED_CURVE('',#65,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(2.)),.T.,.PARAMETER.);\
-           #69=CIRCLE('',#20,2.);#80=TRIMMED_CURVE('',#69,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.T.,.PARAMETER.);\
+           #69=CIRCLE('',#20,2.);#80=TRIMMED_CURVE('',#69,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.T.,\
+           .PARAMETER.);\
            #81=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.F.,#68);#82=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#80);\
            #60=COMPOSITE_CURVE('',(#81,#82),.F.);";
     let (_, edge) = edge([4.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, &curve);
@@ -210,11 +214,12 @@ fn a_polyline_keeps_its_kind() {
 }
 
 #[test]
-fn superfluous_knots_are_taken_out() {
-    // The inner knot stands degree + 1 times, and both control points there are one.
+fn superfluous_knots_are_removed() {
+    // The inner knot has multiplicity degree + 1, and its two control points are equal.
     let points = point(61, [0.0, 0.0, 0.0]) + &point(62, [1.0, 1.0, 0.0]) + &point(63, [4.0, 0.0, 0.0]);
     let curve = points
-        + "#60=B_SPLINE_CURVE_WITH_KNOTS('',1,(#61,#62,#62,#63),.UNSPECIFIED.,.F.,.F.,(2,2,2),(0.,1.,2.),.UNSPECIFIED.);";
+        + "#60=B_SPLINE_CURVE_WITH_KNOTS('',1,(#61,#62,#62,#63),.UNSPECIFIED.,.F.,.F.,(2,2,2),(0.,1.,2.),\
+           .UNSPECIFIED.);";
     let (_, edge) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &curve);
     assert_eq!(edge.curve.knots, [0.0, 0.0, 1.0, 2.0, 2.0]);
     assert_eq!(edge.curve.points.len(), 3);
@@ -255,8 +260,10 @@ fn different_vertices_in_one_place_make_a_turn_where_the_loop_says_so() {
             + &vertex(34, [0.0, 0.0, 0.0])
             + &vertex(36, [0.0, 2.0, 0.0])
             + CIRCLE
-            + "#61=LINE('',#21,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(1.,0.,0.));#50=EDGE_CURVE('',#30,#32,#60,.T.);\
-               #51=EDGE_CURVE('',#32,#36,#61,.T.);#52=EDGE_CURVE('',#36,#34,#61,.T.);#53=EDGE_CURVE('',#34,#30,#61,.T.);\
+            + "#61=LINE('',#21,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(1.,0.,0.));\
+               #50=EDGE_CURVE('',#30,#32,#60,.T.);\
+               #51=EDGE_CURVE('',#32,#36,#61,.T.);#52=EDGE_CURVE('',#36,#34,#61,.T.);\
+               #53=EDGE_CURVE('',#34,#30,#61,.T.);\
                #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#72=ORIENTED_EDGE('',*,*,#52,.T.);\
                #73=ORIENTED_EDGE('',*,*,#53,.T.);#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
             + &format!("#75=EDGE_LOOP('',({uses}));");
@@ -268,7 +275,7 @@ fn different_vertices_in_one_place_make_a_turn_where_the_loop_says_so() {
         let alone = arc(end, "#70");
         near(at(edge_of(&alone, 50), 0.5), DVec3::X * -2.0);
     }
-    // Beside others it is an edge without length.
+    // Among other edges it is an edge without length.
     let triangle = arc([2.0, 0.0, 0.0], "#70,#71,#72,#73");
     assert_eq!((triangle.edges.len(), triangle.vertices.len()), (3, 3));
 }

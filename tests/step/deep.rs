@@ -1,4 +1,4 @@
-//! Chains and circles of references, ten thousand long: read to their end or told, never an overflow of the stack.
+//! Chains and cycles of references, ten thousand long: read to the end or reported, without a stack overflow.
 
 use crate::{file, placement, vertex, world};
 use trimtess::import::step::{StepOptions, read};
@@ -10,12 +10,12 @@ const LENGTH: u32 = 10_000;
 const BALL: &str = "#60=MANIFOLD_SOLID_BREP('',#61);\n#61=CLOSED_SHELL('',(#62));\n#62=ADVANCED_FACE('',(),#63,.T.);\n\
     #63=SPHERICAL_SURFACE('',#20,1.);\n";
 
-/// Read, whatever is in it; an error of the file as a whole is one of the answers that may be.
+/// Reads a file with this data; an empty model if the file is refused, which is a valid answer.
 fn answered(data: &str) -> Model {
     read(file(data).as_bytes(), &StepOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The model holds the ball, or an error says that something was left out.
+/// Asserts that the model contains the ball, or that an error reports something left out.
 fn ball_or_error(model: &Model) {
     let placed = model.instances.iter().any(|i| model.parts[i.part.index()].faces.iter().any(|f| !f.lost));
     let told = model.diagnostics.iter().any(|d| d.severity == Severity::Error);

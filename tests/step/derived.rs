@@ -1,4 +1,4 @@
-//! What is defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
+//! Entities defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
 
 use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, vertex, world};
 use glam::DVec3;
@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
 
-/// The edge #50 from `start` to `end` on curve #60, part of a face with a straight second edge.
+/// The edge #50 from `start` to `end` on curve #60, in a face with a straight second edge.
 fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
     let text = world()
         + &vertex(30, start)
@@ -30,7 +30,7 @@ fn middle(edge: &Edge) -> DVec3 {
 fn offsets_of_lines_and_circles_are_exact() {
     let up = "#80=DIRECTION('',(0.,0.,1.));";
     let circle = |sign: &str| format!("{up}#60=OFFSET_CURVE_3D('',#61,{sign}0.5,.F.,#80);#61=CIRCLE('',#20,2.);");
-    // Up × tangent leads to the centre.
+    // Up × tangent points to the centre.
     let inner = edge([1.5, 0.0, 0.0], [0.0, 1.5, 0.0], &circle(""));
     near(middle(&inner), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
     let outer = edge([2.5, 0.0, 0.0], [0.0, 2.5, 0.0], &circle("-"));
@@ -45,20 +45,21 @@ fn offsets_of_other_curves_keep_the_tolerance() {
     let half = edge([3.75, 0.0, 0.0], [-3.75, 0.0, 0.0], curve);
     for k in 1..200 {
         let p = half.curve.point(half.range.0 + (half.range.1 - half.range.0) * f64::from(k) / 200.0);
-        // The distance from the ellipse, by sampling it densely.
+        // The distance from the ellipse, by dense sampling.
         let on = |t: f64| DVec3::new(4.0 * t.cos(), 2.0 * t.sin(), 0.0);
         let nearest = (0..20_000).map(|i| on(std::f64::consts::PI * f64::from(i) / 20_000.0).distance(p));
         let distance = nearest.fold(f64::INFINITY, f64::min);
         assert!((distance - 0.25).abs() < 1.1e-3, "{distance} at {p}");
     }
-    // At a corner of the basis the offset would jump.
+    // At a corner of the basis curve the offset would jump.
     let points: String =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]].into_iter().zip(40..).map(|(p, id)| point(id, p)).collect();
     let text = world()
         + &points
         + &vertex(30, [0.0, 0.0, 0.0])
         + "#60=OFFSET_CURVE_3D('',#61,0.25,.F.,#22);#61=POLYLINE('',(#40,#41,#42));#50=EDGE_CURVE('',#30,#30,#60,.T.);\
-           #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
+           #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);\
+           #77=PLANE('',#20);"
         + &crate::shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
     let told = model(&text).diagnostics;
     assert!(
@@ -78,7 +79,8 @@ fn replicas_of_curves_and_surfaces_are_moved_exactly() {
     let text = world()
         + &vertex(30, [1.0, 0.0, 4.0])
         + &operator
-        + "#60=SURFACE_REPLICA('',#61,#81);#61=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.T.);"
+        + "#60=SURFACE_REPLICA('',#61,#81);#61=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);\
+           #76=FACE_BOUND('',#75,.T.);"
         + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
     let model = model(&text);
     clean(&model);
@@ -86,11 +88,12 @@ fn replicas_of_curves_and_surfaces_are_moved_exactly() {
     assert_eq!((frame.origin, radius), (DVec3::X, 4.0));
 }
 
-/// The vertex of a face on a sphere that is bounded by a vertex at point #40.
+/// The vertex of a face on a sphere, bounded by a vertex at point #40.
 fn vertex_at(context: u32, stated: &str) -> DVec3 {
     let text = world()
         + stated
-        + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.T.);"
+        + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);\
+           #76=FACE_BOUND('',#75,.T.);"
         + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", context);
     let model = model(&text);
     clean(&model);
@@ -115,7 +118,8 @@ fn points_may_be_defined_by_others() {
     let circle = "#40=POINT_REPLICA('',#40,#20);";
     let text = world()
         + circle
-        + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.T.);"
+        + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);\
+           #76=FACE_BOUND('',#75,.T.);"
         + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
     let told = model(&text).diagnostics;
     assert!(
@@ -126,9 +130,11 @@ fn points_may_be_defined_by_others() {
 
 #[test]
 fn an_edge_may_be_given_in_parameters_only() {
-    // On the cylinder: a quarter turn while it rises by 3.
-    let curve = "#60=PCURVE('',#61,#62);#61=CYLINDRICAL_SURFACE('',#20,2.);#62=DEFINITIONAL_REPRESENTATION('',(#63),#1);\
-                 #63=POLYLINE('',(#64,#65));#64=CARTESIAN_POINT('',(0.,0.));#65=CARTESIAN_POINT('',(1.5707963267948966,3.));";
+    // On the cylinder: a quarter turn while rising by 3.
+    let curve = "#60=PCURVE('',#61,#62);#61=CYLINDRICAL_SURFACE('',#20,2.);\
+                 #62=DEFINITIONAL_REPRESENTATION('',(#63),#1);\
+                 #63=POLYLINE('',(#64,#65));#64=CARTESIAN_POINT('',(0.,0.));\
+                 #65=CARTESIAN_POINT('',(1.5707963267948966,3.));";
     let helix = edge([2.0, 0.0, 0.0], [0.0, 2.0, 3.0], curve);
     for k in 0..=50 {
         let s = f64::from(k) / 50.0;
@@ -206,7 +212,7 @@ fn trims_beyond_the_surface_end_with_it() {
             Surface::Nurbs(net) => net.domain(),
             other => panic!("{other:?}"),
         };
-        // No place is there twice: in the middle of each quarter of the domain another one.
+        // No place occurs twice: the middles of the domain's quarters are distinct.
         let at = |i: f64, j: f64| face.surface.point(u0 + (u1 - u0) * i, v0 + (v1 - v0) * j);
         assert!(at(0.05, 0.05).distance(at(0.9, 0.9)) > 0.1 && at(0.1, 0.1).distance(at(0.1, 0.8)) > 0.1);
     }

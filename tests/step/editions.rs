@@ -1,5 +1,5 @@
-//! Exchange structures of ISO 10303-21 edition 3 (and 2): anchors, references, signatures, several data sections. None of
-//! them costs more than what is not in the file.
+//! Exchange structures of ISO 10303-21 editions 2 and 3: anchors, references, signatures, several data sections. None
+//! of them costs more than what the file lacks.
 
 use crate::{file, world};
 use trimtess::import::step::{StepOptions, read};
@@ -29,12 +29,13 @@ fn told(model: &Model, least: Severity) -> Vec<(u64, DiagnosticKind)> {
 }
 
 #[test]
-fn anchors_and_references_before_the_data_are_passed_over() {
+fn anchors_and_references_before_the_data_are_skipped() {
     for sections in [
         "ANCHOR;\n<top>=#60;\nENDSEC;\n",
         "ANCHOR;\nENDSEC;\nREFERENCE;\n#900=<other.stp#top>;\nENDSEC;\n",
-        // Names, values, lists and tags that only edition 3 has; a name that looks like a section.
-        "ANCHOR;\n<a>=#60{tag:'ENDSEC;'};\n<b>=@5;\n<c>=(1.,'x',$);\n<DATA>=\"0F\";\n<ENDSEC>=.T.;\n<e>=#PI;\nENDSEC;\n",
+        // Names, values, lists and tags of edition 3, and a name that looks like a section.
+        "ANCHOR;\n<a>=#60{tag:'ENDSEC;'};\n<b>=@5;\n<c>=(1.,'x',$);\n<DATA>=\"0F\";\n<ENDSEC>=.T.;\n<e>=#PI;\n\
+         ENDSEC;\n",
         "ANCHOR;\n<it's>=#60;\nENDSEC;\nREFERENCE;\n/* DATA; */\n@7=<other.stp#DATA>;\n#901=<#here>;\nENDSEC;\n",
         "SIGNATURE;\nMIIBb+/=\nENDSEC;\n",
         "anchor;\n<top>=#60;\nendsec;\n",
@@ -56,7 +57,10 @@ fn an_instance_of_another_file_costs_what_uses_it() {
     assert!(
         errors.len() == 1
             && errors[0].0 == 72
-            && matches!(errors[0].1.step_trouble(), Some(StepTrouble::Elsewhere { place, .. }) if place.contains("other.stp#ball")),
+            && matches!(
+                errors[0].1.step_trouble(),
+                Some(StepTrouble::Elsewhere { place, .. }) if place.contains("other.stp#ball")
+            ),
         "{errors:?}"
     );
     assert!(
@@ -72,10 +76,10 @@ fn signatures_are_not_verified() {
         assert!(told(&model, Severity::Warning).is_empty(), "{body}: {:?}", model.diagnostics);
         assert!(told(&model, Severity::Note).iter().any(|(_, kind)| *kind == StepOutcome::Signature.into()), "{body}");
     }
-    // Longer than what is searched beforehand.
+    // Longer than the range searched in advance.
     let long = model(&(sound() + "SIGNATURE;\n" + &"AAAA\n".repeat(300_000) + "ENDSEC;\n"));
     assert_eq!((faces(&long), told(&long, Severity::Warning)), (2, Vec::new()));
-    // What else follows the end is cut with a warning.
+    // Other text after the end is cut with a warning.
     for more in ["\0\0", "#73=A();", "a second file"] {
         let model = model(&(sound() + more));
         assert_eq!((faces(&model), told(&model, Severity::Error).len()), (2, 0), "{more}: {:?}", model.diagnostics);
@@ -96,7 +100,7 @@ fn several_data_sections_are_one() {
 }
 
 #[test]
-fn values_stated_elsewhere_are_unset() {
+fn values_defined_in_other_files_are_unset() {
     let text = sound().replace("#20,2.)", "#20,@12)").replace("#20,1.)", "#20,#PI)");
     let unset = model(&text);
     assert_eq!((faces(&unset), unset.parts[0].faces.len()), (0, 2));
@@ -110,10 +114,10 @@ fn values_stated_elsewhere_are_unset() {
     assert_eq!(warnings.iter().filter(|(entity, _)| [62, 72].contains(entity)).count(), 2, "{warnings:?}");
     let resource = model(&sound().replace("#20,2.)", "#20,<it's;2>)").replace("#20,1.)", "#20,<)"));
     assert_eq!((faces(&resource), resource.parts[0].faces.len()), (0, 2), "{:?}", resource.diagnostics);
-    // In strings they are text.
+    // Within strings they are text.
     let name = sound().replace("('',#20,2.)", "('a<b',#20,2.)").replace("('',#20,1.)", "('<it''s>@1 #PI',#20,1.)");
     assert_eq!((faces(&model(&name)), told(&model(&name), Severity::Note)), (2, Vec::new()));
-    // However many there are.
+    // In any number.
     let many: String = (0..100).map(|i| format!("#{}=CARTESIAN_POINT('@1',(@{i},@E,0.));\n", 500 + i)).collect();
     assert_eq!(faces(&crate::editions::model(&file(&(world() + &many + BALLS)))), 2);
 }

@@ -1,11 +1,13 @@
-//! Rare forms of faces, edges and vertices: read, or refused with the number of what is not read. Nothing is lost silently.
+//! Rare forms of faces, edges and vertices: read, or refused with the number of the unread entity. Nothing is lost
+//! silently.
 
 use crate::{clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Loop, Model, Severity, StepTrouble, Surface};
 use trimtess::prepare::{PrepareOptions, prepare};
 
-/// A square in z = 1: vertices #30..#36, edges #50..#53 counterclockwise, their uses #70..#73, loop #75, bound #76.
+/// A square in z = 1: vertices #30..#36, edges #50..#53 counter-clockwise, oriented edges #70..#73, loop #75, bound
+/// #76.
 fn square() -> String {
     let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
     let mut text =
@@ -24,7 +26,7 @@ fn plane(model: &Model) -> (DVec3, DVec3) {
     (frame.origin, frame.z)
 }
 
-/// Severity, entity and reason of what is worse than a note.
+/// Severity, entity and message of diagnostics worse than a note.
 fn told(model: &Model) -> Vec<(Severity, u64, String)> {
     let bad = model.diagnostics.iter().filter(|d| d.severity > Severity::Note);
     bad.map(|d| (d.severity, d.entity, d.kind.to_string())).collect()
@@ -61,7 +63,7 @@ fn polygons_and_holes_imply_their_plane() {
     let model = model(&(world() + &points + polygon + &shell("FACE('',(#76))", 1)));
     clean(&model);
     near(plane(&model).1, DVec3::new(0.0, -1.0, 1.0).normalize());
-    // A round hole in a square; the hole alone would look the other way.
+    // A round hole in a square; the hole alone would give the opposite normal.
     let hole = "#80=CIRCLE('',#81,0.5);#81=AXIS2_PLACEMENT_3D('',#83,#22,#23);#83=CARTESIAN_POINT('',(1.,1.,1.));\
                 #84=VERTEX_POINT('',#85);#85=CARTESIAN_POINT('',(1.5,1.,1.));#86=EDGE_CURVE('',#84,#84,#80,.T.);\
                 #87=ORIENTED_EDGE('',*,*,#86,.F.);#88=EDGE_LOOP('',(#87));#89=FACE_BOUND('',#88,.T.);";
@@ -72,7 +74,7 @@ fn polygons_and_holes_imply_their_plane() {
 }
 
 #[test]
-fn a_face_without_surface_and_plane_is_told() {
+fn a_face_without_surface_and_plane_is_reported() {
     // Bent by 0.3: read, with a warning.
     let bent = square().replace("(0.00000000000000000000,2.00000000000000000000,1.", "(0.,2.,1.3");
     let bent = model(&(bent + &shell("FACE('',(#76))", 1)));
@@ -80,7 +82,7 @@ fn a_face_without_surface_and_plane_is_told() {
     let warnings = told(&bent);
     assert!(warnings.len() == 1 && warnings[0].0 == Severity::Warning && warnings[0].1 == 91, "{warnings:?}");
     assert!(warnings[0].2.contains("mm off their plane"), "{warnings:?}");
-    // A vertex, nothing, and what is no bound have no plane, and nothing that could be filled.
+    // A vertex loop, no bounds, and a broken bound define no plane and leave nothing to fill.
     let alone = "#77=VERTEX_LOOP('',#30);#78=FACE_BOUND('',#77,.T.);";
     let broken = "#77=EDGE_LOOP('',(#79));#79=EDGE_CURVE('',#30,#30,#99,.T.);#78=FACE_BOUND('',#77,.T.);";
     for (text, face) in [
@@ -99,7 +101,7 @@ fn a_face_without_surface_and_plane_is_told() {
 
 #[test]
 fn a_face_whose_surface_is_not_read_keeps_its_loops() {
-    // A face that should state a surface, one that states what is none, and one that states what is not there.
+    // The surface is missing from the entity, unsupported or invalid, or missing from the file.
     for (text, face, reason) in [
         ("", "FACE_SURFACE('',(#76))", ""),
         ("", "ADVANCED_FACE('',(#76),.T.,.F.)", ""),
@@ -114,7 +116,7 @@ fn a_face_whose_surface_is_not_read_keeps_its_loops() {
             !read.lost && read.refused.as_ref().is_some_and(|why| why.to_string().contains(reason)),
             "{face}: {read:?}"
         );
-        assert!(!read.reversed && read.loops.len() == 1, "{face}: the loops look where the face does");
+        assert!(!read.reversed && read.loops.len() == 1, "{face}: the loops have the face's orientation");
         assert!(only_part(&model).check().is_ok());
         let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
         assert_eq!(prepared.parts[0].face_rows, [Some(0)]);
@@ -125,7 +127,7 @@ fn a_face_whose_surface_is_not_read_keeps_its_loops() {
             "{told:?}"
         );
     }
-    // Between a line to and fro may be anything: it is lost, as long as nothing else is known of it.
+    // Nothing defines the face between a line and its reverse: it is lost.
     let back = "#74=ORIENTED_EDGE('',*,*,#50,.F.);#77=EDGE_LOOP('',(#70,#74));#78=FACE_OUTER_BOUND('',#77,.T.);";
     let model = model(&(square() + back + &shell("FACE('',(#78))", 1)));
     let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
@@ -149,7 +151,8 @@ fn an_edge_whose_curve_is_not_read_is_straight() {
         ("#50=EDGE('',#30,#32);", "straight"),
         // Both ends lie at one parameter of the curve, which is a short line from (5,5,1) away from both.
         (
-            "#50=EDGE_CURVE('',#30,#32,#98,.T.);#98=B_SPLINE_CURVE_WITH_KNOTS('',1,(#96,#97),.UNSPECIFIED.,.F.,.F.,(2,2),(0.,1.),             .UNSPECIFIED.);#96=CARTESIAN_POINT('',(5.,5.,1.));#97=CARTESIAN_POINT('',(6.,6.,1.));",
+            "#50=EDGE_CURVE('',#30,#32,#98,.T.);#98=B_SPLINE_CURVE_WITH_KNOTS('',1,(#96,#97),.UNSPECIFIED.,.F.,.F.,\
+             (2,2),(0.,1.),.UNSPECIFIED.);#96=CARTESIAN_POINT('',(5.,5.,1.));#97=CARTESIAN_POINT('',(6.,6.,1.));",
             "same parameter",
         ),
     ] {
@@ -162,7 +165,7 @@ fn an_edge_whose_curve_is_not_read_is_straight() {
         assert!(told[0].2.contains(reason), "{edge}: {told:?}");
         assert!(model.diagnostics.iter().all(|d| d.face.is_some() && d.place.is_some()));
     }
-    // Where it starts and ends in one vertex, nothing tells where it runs.
+    // If it starts and ends in one vertex, nothing defines its path.
     let model = model(&(sound + "#50=EDGE_CURVE('',#30,#30,#99,.T.);" + &face));
     assert!(only_face(&model).lost);
 }
@@ -208,7 +211,7 @@ fn a_seam_edge_is_an_oriented_edge() {
 }
 
 #[test]
-fn a_subedge_is_a_part_of_its_parents_curve() {
+fn a_subedge_is_part_of_its_parents_curve() {
     // The half circle from (1,0) over (0,1) to (-1,0) as two subedges, one of a subedge of an oriented edge.
     let text = world()
         + &vertex(30, [1.0, 0.0, 0.0])
@@ -227,7 +230,7 @@ fn a_subedge_is_a_part_of_its_parents_curve() {
         let edge = edge_of(only_part(&sound), entity);
         near(edge.curve.point(0.5 * (edge.range.0 + edge.range.1)), DVec3::new(x, at, 0.0));
     }
-    // Parents that lead in a circle, to nothing, or to an edge without geometry cost the curve, neither the face nor the file.
+    // Parents that form a cycle, do not exist, or have no geometry cost the curve, neither the face nor the file.
     for (bad, reason) in [
         ("#53=SUBEDGE('',#34,#30,#52);", "too deeply"),
         ("#53=SUBEDGE('',#34,#30,#99);", "#99"),
@@ -244,14 +247,15 @@ fn a_subedge_is_a_part_of_its_parents_curve() {
 }
 
 #[test]
-fn vertices_on_curves_and_surfaces_hold_edges() {
+fn vertices_may_be_points_on_curves_and_surfaces() {
     // The corners of the square as points on a line, on a plane, on a spline and of a degenerate parameter curve.
     let on = square()
         .replace("#30=VERTEX_POINT('',#31)", "#30=VERTEX_POINT('',#100)")
         .replace("#32=VERTEX_POINT('',#33)", "#32=VERTEX_POINT('',#101)")
         .replace("#34=VERTEX_POINT('',#35)", "#34=VERTEX_POINT('',#102)")
         .replace("#36=VERTEX_POINT('',#37)", "#36=VERTEX_POINT('',#103)")
-        + "#100=POINT_ON_CURVE('',#110,0.);#110=LINE('',#31,#61);#101=POINT_ON_SURFACE('',#111,2.,0.);#111=PLANE('',#112);\
+        + "#100=POINT_ON_CURVE('',#110,0.);#110=LINE('',#31,#61);#101=POINT_ON_SURFACE('',#111,2.,0.);\
+           #111=PLANE('',#112);\
            #112=AXIS2_PLACEMENT_3D('',#31,#22,#23);#102=POINT_ON_CURVE('',#113,1.);#113=POLYLINE('',(#33,#35,#37));\
            #103=DEGENERATE_PCURVE('',#111,#114);#114=DEFINITIONAL_REPRESENTATION('',(#115),#1);\
            #115=POLYLINE('',(#116,#117));#116=CARTESIAN_POINT('',(0.,2.));#117=CARTESIAN_POINT('',(0.,2.5));";
@@ -262,7 +266,7 @@ fn vertices_on_curves_and_surfaces_hold_edges() {
     for (p, [x, y]) in only_part(&sound).vertices.iter().zip(corners) {
         near(*p, DVec3::new(x, y, 1.0));
     }
-    // What cannot be placed costs the face, told with the number of the point.
+    // A vertex without a place costs the face; the message names the point.
     for (good, bad, entity) in [
         ("#102=POINT_ON_CURVE('',#113,1.)", "#102=POINT_ON_CURVE('',#113,5.)", 102),
         ("#102=POINT_ON_CURVE('',#113,1.)", "#102=POINT_ON_CURVE('',#99,1.)", 99),
@@ -280,8 +284,9 @@ fn vertices_on_curves_and_surfaces_hold_edges() {
 }
 
 #[test]
-fn edges_on_one_long_curve_and_faces_on_one_surface_are_their_own() {
-    // A polyline of 401 points on a parabola, cut into ten edges; each bounds a face on one spline surface with a chord.
+fn edges_on_one_long_curve_and_faces_on_one_surface_are_separate() {
+    // A polyline of 401 points on a parabola, cut into ten edges. Each bounds, with a chord, a face on one spline
+    // surface.
     let mut text = world();
     let mut ids = Vec::new();
     for i in 0..=400_u32 {
@@ -289,7 +294,8 @@ fn edges_on_one_long_curve_and_faces_on_one_surface_are_their_own() {
         ids.push(format!("#{}", 1000 + i));
     }
     text += &format!("#60=POLYLINE('',({}));#62=VECTOR('',#23,1.);#63=LINE('',#21,#62);", ids.join(","));
-    text += "#61=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#900,#901),(#902,#903)),.U.,.F.,.F.,.F.,(2,2),(2,2),(0.,1.),(0.,1.),.U.);";
+    text += "#61=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#900,#901),(#902,#903)),.U.,.F.,.F.,.F.,(2,2),(2,2),\
+             (0.,1.),(0.,1.),.U.);";
     for (id, [x, y]) in (900..).zip([[-1.0, -1.0], [-1.0, 200.0], [500.0, -1.0], [500.0, 200.0]]) {
         text += &point(id, [x, y, 0.0]);
     }
@@ -300,7 +306,8 @@ fn edges_on_one_long_curve_and_faces_on_one_surface_are_their_own() {
     for k in 0..10_u32 {
         let (a, b, id) = (2000 + k, 2001 + k, 3000 + 10 * k);
         text += &format!(
-            "#{id}=EDGE_CURVE('',#{a},#{b},#60,.T.);#{}=EDGE_CURVE('',#{b},#{a},#63,.T.);#{}=ORIENTED_EDGE('',*,*,#{id},.T.);\
+            "#{id}=EDGE_CURVE('',#{a},#{b},#60,.T.);#{}=EDGE_CURVE('',#{b},#{a},#63,.T.);\
+             #{}=ORIENTED_EDGE('',*,*,#{id},.T.);\
              #{}=ORIENTED_EDGE('',*,*,#{},.T.);#{}=EDGE_LOOP('',(#{},#{}));#{}=FACE_OUTER_BOUND('',#{},.T.);\
              #{}=ADVANCED_FACE('',(#{}),#61,.T.);",
             id + 1,
@@ -328,7 +335,7 @@ fn edges_on_one_long_curve_and_faces_on_one_surface_are_their_own() {
     assert_eq!((part.faces.len(), part.edges.len(), part.vertices.len()), (10, 20, 11));
     for k in 0..10 {
         let edge = edge_of(part, 3000 + 10 * k);
-        // Each keeps the control points that it needs.
+        // Each edge keeps only the control points that it needs.
         assert!(edge.curve.points.len() < 50, "{}", edge.curve.points.len());
         let ends = [edge.range.0, edge.range.1].map(|t| edge.curve.point(t));
         near(ends[0], part.vertices[edge.start.index()]);

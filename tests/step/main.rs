@@ -1,4 +1,4 @@
-//! The STEP reader on hand-made texts, one small file per entity kind.
+//! The STEP reader on hand-written texts, one small file per kind of entity.
 #![cfg(feature = "step")]
 
 mod bodies;
@@ -17,7 +17,7 @@ use glam::DVec3;
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{Diagnostic, Edge, Face, Model, Part, Severity, StepTrouble};
 
-/// Millimetres and radians, as contexts #1; degrees as #2; inches as #3.
+/// Millimetres and radians as context #1; with degrees as #2; with inches as #3.
 const UNITS: &str = "
 #1=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#10))
   GLOBAL_UNIT_ASSIGNED_CONTEXT((#5,#6,#7))REPRESENTATION_CONTEXT('',''));
@@ -34,7 +34,7 @@ const UNITS: &str = "
 #13=DIMENSIONAL_EXPONENTS(0.,0.,0.,0.,0.,0.,0.);
 ";
 
-/// Whether a diagnostic tells that something was not read for such a reason.
+/// Whether a diagnostic states that something was not read, for a reason of this kind.
 fn is(told: &Diagnostic, of: impl Fn(&StepTrouble) -> bool) -> bool {
     told.kind.step_trouble().is_some_and(of)
 }
@@ -51,7 +51,7 @@ fn model(data: &str) -> Model {
     read(file(data).as_bytes(), &StepOptions::default()).expect("a readable file")
 }
 
-/// Asserts that nothing was lost or doubtful.
+/// Asserts that there is no diagnostic worse than a note.
 fn clean(model: &Model) {
     let bad: Vec<_> = model.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
     assert!(bad.is_empty(), "{bad:?}");

@@ -1,4 +1,4 @@
-//! Product structure: assemblies, mapped items, units, colours, and what no product owns.
+//! Product structure: assemblies, mapped items, units, colours, and entities without a product.
 
 use crate::{clean, model, near, placement, world};
 use glam::DVec3;
@@ -8,7 +8,8 @@ use trimtess::model::{Model, Severity};
 /// A product definition #id (and id+1..id+4) named `name`, whose shape is representation `shape`.
 fn product(id: u32, name: &str, shape: u32) -> String {
     format!(
-        "#{id}=PRODUCT_DEFINITION('','',#{},$);#{}=PRODUCT_DEFINITION_FORMATION('','',#{});#{}=PRODUCT('{name}','{name}','',());\
+        "#{id}=PRODUCT_DEFINITION('','',#{},$);#{}=PRODUCT_DEFINITION_FORMATION('','',#{});\
+         #{}=PRODUCT('{name}','{name}','',());\
          #{}=PRODUCT_DEFINITION_SHAPE('','',#{id});#{}=SHAPE_DEFINITION_REPRESENTATION(#{},#{shape});\n",
         id + 1,
         id + 1,
@@ -20,7 +21,7 @@ fn product(id: u32, name: &str, shape: u32) -> String {
     )
 }
 
-/// A sphere of radius 1 without bounds as solid #id, its shell, face and surface behind it.
+/// An unbounded sphere of radius 1 as solid #id, with its shell, face and surface.
 fn ball(id: u32) -> String {
     format!(
         "#{id}=MANIFOLD_SOLID_BREP('',#{});#{}=CLOSED_SHELL('',(#{}));#{}=ADVANCED_FACE('',(),#{},.T.);\
@@ -51,7 +52,8 @@ fn occurrence(id: u32, [parent, child]: [u32; 2], [first, second]: [u32; 2], [fr
     )
 }
 
-/// Two nested assemblies: the ball at (1,0,0) turned by 90° about z in "pair", "pair" at (0,10,0) and (0,20,0) in "all".
+/// Two nested assemblies: the ball at (1,0,0), rotated by 90° about z, in "pair"; "pair" at (0,10,0) and (0,20,0) in
+/// "all".
 fn nested(swap: bool) -> String {
     let places = placement(30, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0])
         + &placement(34, [0.0, 10.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
@@ -89,7 +91,7 @@ fn nested_assemblies_share_their_part() {
 
 #[test]
 fn each_representation_has_its_own_units() {
-    // The ball is drawn in inches, the assemblies in millimetres.
+    // The ball's lengths are inches, the assemblies' millimetres.
     let text = nested(false).replace("(#20,#60),#1)", "(#20,#60),#3)");
     let model = model(&text);
     clean(&model);
@@ -100,8 +102,8 @@ fn each_representation_has_its_own_units() {
 }
 
 #[test]
-fn a_geometry_representation_may_stand_beside_the_products() {
-    // The product's own representation is empty; another one with the same coordinates holds the solid.
+fn a_geometry_representation_may_be_separate_from_the_products() {
+    // The product's own representation is empty; another one in the same coordinates contains the solid.
     let text = world()
         + &ball(60)
         + "#50=SHAPE_REPRESENTATION('',(#20),#1);#51=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);\
@@ -179,8 +181,8 @@ fn exploding_assemblies_stop_at_the_limit() {
 }
 
 #[test]
-fn what_no_product_owns_is_read_once() {
-    // A solid in a representation, a solid in nothing, a face in nothing.
+fn entities_without_a_product_are_read_once() {
+    // A solid in a representation; a solid and a face in none.
     let text = world()
         + &ball(60)
         + &ball(70)
@@ -260,9 +262,10 @@ fn an_occurrence_may_have_its_own_colour() {
 }
 
 #[test]
-fn what_cannot_be_placed_is_left_out_with_an_error_and_appears_nowhere() {
+fn items_that_cannot_be_placed_are_left_out_with_an_error_and_appear_nowhere() {
     let scaled = |scale: &str| format!("#30=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#21,{scale},$);");
-    let mapped = "#50=SHAPE_REPRESENTATION('ball',(#60),#1);#51=REPRESENTATION_MAP(#20,#50);#52=MAPPED_ITEM('',#51,#30);\
+    let mapped = "#50=SHAPE_REPRESENTATION('ball',(#60),#1);#51=REPRESENTATION_MAP(#20,#50);\
+                  #52=MAPPED_ITEM('',#51,#30);\
                   #54=SHAPE_REPRESENTATION('',(#52),#1);";
     let replica = "#52=SOLID_REPLICA('',#60,#30);#54=SHAPE_REPRESENTATION('',(#52),#1);";
     for (text, entity) in [
@@ -282,11 +285,11 @@ fn what_cannot_be_placed_is_left_out_with_an_error_and_appears_nowhere() {
             "{text}: {told:?}"
         );
         assert!(told.iter().any(|d| d.entity == entity), "{text}: {told:?}");
-        // A solid that nothing else owns may still be read by itself where it is not what was to be placed.
+        // A solid without another owner is still read by itself, unless it is the one to be placed.
         let free = text.contains("#99") || text.contains("#52,#30,") || text.contains("#52,#30)");
         assert_eq!(model.instances.is_empty(), !free || text.contains("#60,#30"), "{text}: {told:?}");
     }
-    // One good placement beside a bad one stands.
+    // A good placement next to a bad one remains.
     let both = mapped.replace("(#52)", "(#52,#53)") + &scaled("0.") + "#53=MAPPED_ITEM('',#51,#20);";
     let model = model(&(world() + &ball(60) + &both + &product(100, "all", 54)));
     assert_eq!((model.instances.len(), model.parts[0].faces.len()), (1, 1), "{:?}", model.diagnostics);
@@ -299,12 +302,12 @@ fn an_occurrence_with_a_bad_transformation_is_left_out() {
     let model = model(&bad);
     let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).collect();
     assert!(told.len() == 1 && told[0].severity == Severity::Error && told[0].entity == 210, "{told:?}");
-    assert_eq!(told[0].place, Some(DVec3::ZERO), "a point of what it would have placed");
+    assert_eq!(told[0].place, Some(DVec3::ZERO), "a point of the unplaced item");
     assert_eq!(origins(&model), [DVec3::new(1.0, 20.0, 0.0)]);
 }
 
 #[test]
-fn replicas_may_stand_on_many_others() {
+fn replicas_may_depend_on_many_others() {
     let mut text =
         world() + &placement(30, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]) + "#60=SPHERE('',1.,#21);";
     text += "#40=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#31,1.,$);";

@@ -1,14 +1,16 @@
-//! Supplemental geometry: what a shape was constructed from. Left out with a note per representation, or read on demand.
+//! Supplemental geometry, from which a shape was constructed: left out with one note per representation, or read on
+//! demand.
 
 use crate::{clean, file, point, vertex, world};
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{Model, Severity};
 
-/// A ball in representation #50 and, tied to it, the supplemental items `items` in representation #51.
+/// A ball in representation #50, and the supplemental items `items` in the linked representation #51.
 fn constructed(items: &str, more: &str) -> String {
     world()
         + &point(40, [1.0, 0.0, 0.0])
-        + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);#60=MANIFOLD_SOLID_BREP('',#61);#61=CLOSED_SHELL('',(#62));\
+        + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);#60=MANIFOLD_SOLID_BREP('',#61);\
+           #61=CLOSED_SHELL('',(#62));\
            #62=ADVANCED_FACE('',(),#63,.T.);#63=SPHERICAL_SURFACE('',#20,1.);\
            #52=CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP('','',#50,#51);\
            #70=PLANE('',#20);#71=CYLINDRICAL_SURFACE('',#20,3.);#72=LINE('',#21,#73);#73=VECTOR('',#22,1.);\
@@ -42,13 +44,13 @@ fn supplemental_geometry_is_left_out_with_one_note() {
     ] {
         let model = with(&constructed(items, ""), false);
         clean(&model);
-        // Where only the shell or the face is not listed, it is nobody's.
+        // Where only the shell or the face is missing from the list, it has no owner.
         assert_eq!(faces(&model)[0], [62], "{items}");
         let notes = told(&model, Severity::Note);
         assert!(notes.len() == 1 && notes[0].0 == 51 && notes[0].1.contains(counts), "{items}: {notes:?}");
         assert!(notes[0].1.contains("--supplemental"), "{notes:?}");
     }
-    // The face of a shell that is left out is not left over.
+    // The face of an omitted shell is omitted too.
     assert_eq!(faces(&with(&constructed("#76", ""), false)), [[62]]);
 }
 
@@ -59,7 +61,7 @@ fn supplemental_geometry_is_read_on_demand() {
     assert_eq!(faces(&model), [[62, 74, 75]], "one part: {:?}", model.diagnostics);
     let notes = told(&model, Severity::Note);
     assert!(notes.len() == 1 && notes[0].0 == 51 && notes[0].1.contains("1 LINE"), "{notes:?}");
-    // What has no ends is told by its number.
+    // Unbounded entities are reported by number.
     for items in ["#70,#71", "#77"] {
         let model = with(&constructed(items, ""), true);
         let warnings = told(&model, Severity::Warning);
@@ -72,8 +74,8 @@ fn supplemental_geometry_is_read_on_demand() {
 }
 
 #[test]
-fn supplemental_geometry_in_circles_and_mapped_ends() {
-    // Two supplemental representations tied to each other, one of them mapped.
+fn supplemental_geometry_in_cycles_and_mapped_terminates() {
+    // Two supplemental representations linked to each other, one of them mapped.
     let more = "#53=CONSTRUCTIVE_GEOMETRY_REPRESENTATION('',(#71),#1);\
                 #54=CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP('','',#51,#53);\
                 #55=CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP('','',#53,#51);\

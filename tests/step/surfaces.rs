@@ -1,4 +1,4 @@
-//! Faces on every kind of surface, compared with the formulas of ISO 10303-42.
+//! Faces on every kind of surface, against the formulas of ISO 10303-42.
 
 use crate::{clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
@@ -38,7 +38,7 @@ fn elementary_surfaces_stay_what_they_are() {
 #[test]
 fn units_reach_radii_and_half_angles() {
     let cone = |context| face_in(context, [0.0; 3], "#60=CONICAL_SURFACE('',#20,2.,0.25);").surface;
-    // Context 2 counts angles in degrees, context 3 lengths in inches.
+    // Context 2 has angles in degrees, context 3 lengths in inches.
     let Surface::Cone { radius, half_angle, .. } = cone(2) else { panic!("no cone") };
     assert_eq!(radius, 2.0);
     assert!((half_angle - 0.25f64.to_radians()).abs() < 1e-15);
@@ -64,7 +64,7 @@ fn a_degenerate_torus_is_its_outer_or_inner_part() {
         let height = 3.0f64.sqrt();
         assert!((surface.point(1.0, v0) - DVec3::Z * (-height * far.signum())).length() < 1e-12);
         assert!((surface.point(1.0, v1) - DVec3::Z * (height * far.signum())).length() < 1e-12);
-        // S_u × S_v as the torus formula gives it.
+        // S_u × S_v according to the torus formula.
         let d = surface.derivatives(0.0, middle);
         assert!(d.du.cross(d.dv).x * far * far.signum() > 0.0);
     }
@@ -107,7 +107,7 @@ fn a_swept_parabola_reaches_the_whole_boundary() {
 
 #[test]
 fn a_turned_line_is_bounded_by_its_face() {
-    // A circle of radius 2 at height 3 bounds the face of a cylinder that is stated as a turned line.
+    // A circle of radius 2 at height 3 bounds the face of a cylinder, stated as a revolved line.
     let ring = placement(40, [0.0, 0.0, 3.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
     let text = world()
         + &ring
@@ -145,7 +145,7 @@ fn a_turned_line_bounded_by_one_ring_reaches_the_apex() {
     assert!(curve.points[1].z > 2.0);
 }
 
-/// A net #61 of 3 × 2 points bent like a roof.
+/// Points #61..#66 of a net of 3 × 2, bent like a roof.
 fn roof() -> String {
     let points = [[0.0, 0.0, 0.0], [0.0, 4.0, 0.0], [2.0, 0.0, 2.0], [2.0, 4.0, 2.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0]];
     points.into_iter().zip(61..).map(|(p, id)| point(id, p)).collect()
@@ -157,7 +157,8 @@ const NET: &str = "((#61,#62),(#63,#64),(#65,#66))";
 fn b_spline_surfaces_of_every_form() {
     let knots = roof()
         + &format!(
-            "#60=B_SPLINE_SURFACE_WITH_KNOTS('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.,(3,3),(2,2),(0.,2.),(0.,1.),.UNSPECIFIED.);"
+            "#60=B_SPLINE_SURFACE_WITH_KNOTS('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.,(3,3),(2,2),(0.,2.),(0.,1.),\
+             .UNSPECIFIED.);"
         );
     let Surface::Nurbs(net) = face(&knots).surface else { panic!("no net") };
     assert_eq!((net.degree_u, net.degree_v, net.knots_u.len(), net.knots_v.len()), (2, 1, 6, 4));
@@ -199,8 +200,9 @@ fn offsets_are_exact_where_the_kind_allows_and_close_elsewhere() {
 }
 
 #[test]
-fn an_offset_is_of_one_sheet_although_the_profile_passes_the_axis_aside() {
-    // A circle about (4, y, 0) turned about z, which it meets twice where y is 0; else rounding has put it aside.
+fn an_offset_has_one_sheet_even_if_its_profile_narrowly_misses_the_axis() {
+    // A circle about (4, y, 0), revolved about z. It meets z twice if y is 0; otherwise rounding has moved it off the
+    // axis.
     for y in [0.0, 1e-5, -1e-3] {
         let basis = format!(
             "#61=SURFACE_OF_REVOLUTION('',#62,#63);#62=CIRCLE('',#64,5.);#64=AXIS2_PLACEMENT_3D('',#65,#66,#23);\
@@ -221,7 +223,7 @@ fn an_offset_is_of_one_sheet_although_the_profile_passes_the_axis_aside() {
 }
 
 #[test]
-fn a_trimmed_surface_turned_in_one_direction_turns_the_face() {
+fn a_trimmed_surface_reversed_in_one_direction_reverses_the_face() {
     let text = |v: char| format!("#61=PLANE('',#20);#60=RECTANGULAR_TRIMMED_SURFACE('',#61,0.,1.,0.,1.,.T.,.{v}.);");
     assert!(!face(&text('T')).reversed);
     assert!(face(&text('F')).reversed);
@@ -241,7 +243,7 @@ fn whole_surfaces_need_bounds_of_their_own() {
     assert!(only_face(&swept).lost);
     let lost: Vec<_> = swept.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
     assert!(lost.len() == 1 && lost[0].entity == 60, "{lost:?}");
-    // What never has bounds is construction geometry: no face that could be lost.
+    // An infinite surface is construction geometry: there is no face to lose.
     let plane = set("#60=PLANE('',#20);");
     assert!(
         plane.parts.is_empty()
@@ -253,7 +255,7 @@ fn whole_surfaces_need_bounds_of_their_own() {
 }
 
 #[test]
-fn loose_surfaces_are_of_one_shell() {
+fn loose_surfaces_form_one_shell() {
     let surface = |id: u32| format!("#{id}=BEZIER_SURFACE('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);");
     let text = world() + &roof() + &surface(160) + &surface(161) + &surface(162) + &surface(163);
     let rest = "#170=GEOMETRIC_SET('',(#160));#171=GEOMETRIC_SET('',(#161,#162));\
@@ -277,8 +279,8 @@ fn a_row_of_points_rounded_apart_is_a_pole() {
     assert_eq!([0.0, 1e-6, 1e-3].map(poles), [1, 1, 0]);
 }
 
-/// A strip of a torus that touches itself, between two circles through the point where it does, two arcs each. Points are moved by
-/// 2e-6, so that the circles change places beside that point.
+/// A strip of a torus that touches itself, between two circles of two arcs each through the point of contact. Points
+/// are displaced by 2e-6, so that the circles change places near that point.
 const STRIP: &str = "
 #101=CARTESIAN_POINT('',(-2.14672683900023,-7.96006487595572,-9.74167524950238));#105=VERTEX_POINT('',#101);
 #102=CARTESIAN_POINT('',(-1.88939145861165,-6.84296548044077,-9.01354716611325));#106=VERTEX_POINT('',#102);

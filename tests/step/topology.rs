@@ -1,11 +1,11 @@
-//! Loops, senses, shells: the topology that files state, with all its flags.
+//! Loops, senses, shells: topology as files state it, with all its flags.
 
 use crate::{clean, edge_of, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind};
 use trimtess::prepare::{PrepareOptions, prepare};
 
-/// Corners of a unit square in z = 0: vertices #30, #32, #34, #36 counterclockwise, edges #50..#53 from each to the next,
+/// A unit square in z = 0: vertices #30, #32, #34, #36 counter-clockwise, edges #50..#53 from each to the next,
 /// oriented edges #70..#73 along them.
 fn square() -> String {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
@@ -40,7 +40,7 @@ fn corners(part: &Part, bound: &Loop) -> Vec<DVec3> {
     points
 }
 
-/// Twice the area that a loop encloses, seen from above.
+/// Twice the area of a loop, seen from above.
 fn area(part: &Part, bound: &Loop) -> f64 {
     let points = corners(part, bound);
     (0..points.len()).map(|i| points[i].cross(points[(i + 1) % points.len()]).z).sum()
@@ -55,7 +55,7 @@ fn loops_keep_to_the_left_of_the_surface_normal_whatever_the_flags() {
         clean(&model);
         let face = only_face(&model);
         assert_eq!((face.reversed, face.name.as_str(), face.entity), (!same_sense, "top", 91));
-        // The loop is counterclockwise; each flag that is false turns it once.
+        // The loop is counter-clockwise; each false flag reverses it once.
         let turned = (bound == 'T') != same_sense;
         assert_eq!(area(only_part(&model), &face.loops[0]), if turned { -2.0 } else { 2.0 });
     }
@@ -89,7 +89,7 @@ fn turned_shells_turn_their_faces() {
     let part = only_part(&model);
     assert_eq!(part.shells.iter().map(|s| s.kind).collect::<Vec<_>>(), [ShellKind::Outer, ShellKind::Void]);
     assert_eq!(part.faces.iter().map(|f| (f.shell, f.reversed)).collect::<Vec<_>>(), [(0, false), (1, true)]);
-    // Turning a face over does not change its surface, nor where the kept side lies.
+    // Reversing a face changes neither its surface nor the kept side.
     assert_eq!(area(part, &part.faces[1].loops[0]), 2.0);
 }
 
@@ -109,7 +109,8 @@ fn a_polygon_makes_edges_that_neighbours_share() {
         + &point(41, [1.0, 0.0, 0.0])
         + &point(42, [1.0, 1.0, 0.0])
         + &point(43, [0.0, 1.0, 0.0]);
-    let rest = "#60=PLANE('',#20);#75=POLY_LOOP('',(#40,#41,#42));#76=FACE_BOUND('',#75,.T.);#77=POLY_LOOP('',(#40,#42,#43));\
+    let rest = "#60=PLANE('',#20);#75=POLY_LOOP('',(#40,#41,#42));#76=FACE_BOUND('',#75,.T.);\
+                #77=POLY_LOOP('',(#40,#42,#43));\
                 #78=FACE_BOUND('',#77,.T.);#91=FACE_SURFACE('',(#76),#60,.T.);#94=FACE_SURFACE('',(#78),#60,.T.);\
                 #90=CLOSED_SHELL('',(#91,#94));#93=FACETED_BREP('',#90);\
                 #92=FACETED_BREP_SHAPE_REPRESENTATION('',(#93),#1);";
@@ -121,7 +122,7 @@ fn a_polygon_makes_edges_that_neighbours_share() {
 }
 
 #[test]
-fn wrong_senses_are_put_right_and_reported() {
+fn wrong_senses_are_corrected_and_reported() {
     let wrong = square().replace("#72=ORIENTED_EDGE('',*,*,#52,.T.)", "#72=ORIENTED_EDGE('',*,*,#52,.F.)");
     let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);";
     let model = model(&(wrong + rest + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
@@ -130,8 +131,9 @@ fn wrong_senses_are_put_right_and_reported() {
     assert!(warnings.len() == 1 && warnings[0].entity == 91, "{warnings:?}");
 }
 
-/// Two faces on one quarter disc, back to back: the arc #50 from #30 at (1,0) to #32 at (0,1) is the quarter, from #32 to
-/// #30 the other three quarters. `arc` states the edge, `uses` how each face's loop uses it on the way from #30 to #32.
+/// Two faces on one quarter disc, back to back. The arc #50 from #30 at (1,0) to #32 at (0,1) is the quarter; from #32
+/// to #30 it is the other three quarters. `arc` states the edge, `uses` how each face's loop uses it on the way from
+/// #30 to #32.
 fn quarter(arc: &str, uses: [char; 2]) -> Model {
     let text = world()
         + &vertex(30, [1.0, 0.0, 0.0])
@@ -153,7 +155,7 @@ fn quarter(arc: &str, uses: [char; 2]) -> Model {
     model(&(text + &rest))
 }
 
-/// The point halfway along an edge's curve, from its start.
+/// The midpoint of an edge's curve, from its start.
 fn middle(model: &Model, entity: u64) -> DVec3 {
     let edge = edge_of(only_part(model), entity);
     edge.curve.point(0.5 * (edge.range.0 + edge.range.1))
@@ -173,10 +175,10 @@ fn swapped_vertices_of_an_arc_are_exchanged_when_all_loops_say_so() {
     for face in &only_part(&swapped).faces {
         assert_eq!(corners(only_part(&swapped), &face.loops[0]).len(), 3);
     }
-    // One loop alone is not believed over the edge: there the use is turned.
+    // One loop alone does not overrule the edge: there the use is reversed.
     let doubtful = quarter("#50=EDGE_CURVE('',#32,#30,#64,.T.);", ['T', 'F']);
     near(middle(&doubtful, 50), -near_side);
-    // Nor does exchanging do anything to an edge on an open curve.
+    // Exchanging the vertices of an edge on an open curve has no effect.
     let straight = quarter("#50=EDGE_CURVE('',#32,#30,#63,.T.);", ['T', 'T']);
     near(middle(&straight, 50), DVec3::new(0.5, 0.5, 0.0));
 }
@@ -196,8 +198,9 @@ fn a_bound_without_length_is_no_whole_surface() {
 }
 
 #[test]
-fn a_lost_face_keeps_its_row() {
-    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);#91=ADVANCED_FACE('',(#76),#60,.T.);\
+fn a_lost_face_keeps_its_index() {
+    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
+                #91=ADVANCED_FACE('',(#76),#60,.T.);\
                 #94=ADVANCED_FACE('second',(#76),#99,.T.);#95=POLY_LOOP('',());#96=ORIENTED_FACE('',*,#96,.T.);\
                 #90=OPEN_SHELL('',(#98,#95,#96,#94,#91));#93=SHELL_BASED_SURFACE_MODEL('',(#90));\
                 #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#1);";
@@ -215,14 +218,15 @@ fn a_lost_face_keeps_its_row() {
     assert!(part.check().is_ok());
     let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
     assert_eq!(prepared.parts[0].face_rows, [None, None, None, Some(0), Some(1)]);
-    assert_eq!(prepared.diagnostics.len(), 4, "told once");
+    assert_eq!(prepared.diagnostics.len(), 4, "reported once");
 }
 
 #[test]
-fn an_open_loop_is_closed_straight_and_told_with_its_place() {
+fn an_open_loop_is_closed_straight_and_reported_with_its_place() {
     let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
                 #77=EDGE_LOOP('',(#70,#71));#78=FACE_BOUND('',#77,.T.);#91=ADVANCED_FACE('',(#76),#60,.T.);\
-                #94=ADVANCED_FACE('',(#78),#60,.T.);#90=OPEN_SHELL('',(#94,#91));#93=SHELL_BASED_SURFACE_MODEL('',(#90));\
+                #94=ADVANCED_FACE('',(#78),#60,.T.);#90=OPEN_SHELL('',(#94,#91));\
+                #93=SHELL_BASED_SURFACE_MODEL('',(#90));\
                 #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#1);";
     let model = model(&(square() + rest));
     let rows: Vec<_> = only_part(&model).faces.iter().map(|face| (face.entity, face.lost)).collect();
@@ -241,7 +245,7 @@ fn errors(model: &Model) -> Vec<(u64, String)> {
 }
 
 #[test]
-fn vertices_in_one_place_join_and_edges_without_length_go() {
+fn coincident_vertices_are_joined_and_edges_without_length_are_removed() {
     // A fifth edge without length between two vertices at the corner (0,0).
     let split = square().replace("#53=EDGE_CURVE('',#36,#30,", "#53=EDGE_CURVE('',#36,#38,")
         + &vertex(38, [0.0, 0.0, 0.0])
@@ -256,16 +260,19 @@ fn vertices_in_one_place_join_and_edges_without_length_go() {
 
 #[test]
 fn a_bounded_surface_takes_its_ends_from_parameter_curves() {
-    // The unit square of a plane, bounded by unbounded lines that only their pcurves cut to length.
+    // The unit square of a plane, bounded by unbounded lines that only their pcurves trim.
     let mut text = world()
-        + "#60=PLANE('',#20);#59=(GEOMETRIC_REPRESENTATION_CONTEXT(2)PARAMETRIC_REPRESENTATION_CONTEXT()REPRESENTATION_CONTEXT('',''));";
+        + "#60=PLANE('',#20);#59=(GEOMETRIC_REPRESENTATION_CONTEXT(2)PARAMETRIC_REPRESENTATION_CONTEXT()\
+           REPRESENTATION_CONTEXT('',''));";
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     for (i, [x, y]) in corners.into_iter().enumerate() {
         let [dx, dy] = [corners[(i + 1) % 4][0] - x, corners[(i + 1) % 4][1] - y];
         let id = 100 + 20 * i;
         text += &format!(
-            "#{}=LINE('',#{},#{});#{}=VECTOR('',#{},1.);#{}=DIRECTION('',({dx:?},{dy:?},0.));#{}=CARTESIAN_POINT('',({:?},{:?},0.));\
-             #{}=CARTESIAN_POINT('',({x:?},{y:?}));#{}=DIRECTION('',({dx:?},{dy:?}));#{}=VECTOR('',#{},1.);#{}=LINE('',#{},#{});\
+            "#{}=LINE('',#{},#{});#{}=VECTOR('',#{},1.);#{}=DIRECTION('',({dx:?},{dy:?},0.));\
+             #{}=CARTESIAN_POINT('',({:?},{:?},0.));\
+             #{}=CARTESIAN_POINT('',({x:?},{y:?}));#{}=DIRECTION('',({dx:?},{dy:?}));#{}=VECTOR('',#{},1.);\
+             #{}=LINE('',#{},#{});\
              #{}=TRIMMED_CURVE('',#{},(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(1.)),.T.,.PARAMETER.);\
              #{}=DEFINITIONAL_REPRESENTATION('',(#{}),#59);#{}=PCURVE('',#60,#{});\
              #{}=SURFACE_CURVE('',#{},(#{}),.CURVE_3D.);#{}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#{});",
@@ -308,7 +315,7 @@ fn a_bounded_surface_takes_its_ends_from_parameter_curves() {
 }
 
 #[test]
-fn a_broken_inner_loop_costs_itself() {
+fn a_broken_inner_loop_costs_only_itself() {
     let outer = "#75=EDGE_LOOP('',(#70,#71,#72,#73));";
     let first = "#76=FACE_OUTER_BOUND('',#75,.T.);";
     for (bad, loop_) in [
@@ -331,7 +338,7 @@ fn a_broken_inner_loop_costs_itself() {
             assert!(told[0].face.is_some() && told[0].place.is_some(), "{told:?}");
             assert!(told[0].kind.to_string().contains(&format!("#{loop_}")), "{told:?}");
         }
-        // A broken outer one costs the face, told with a place.
+        // A broken outer loop costs the face; the diagnostic has a place.
         let model = model(
             &(square()
                 + outer
@@ -346,8 +353,8 @@ fn a_broken_inner_loop_costs_itself() {
 }
 
 #[test]
-fn an_edge_off_its_vertex_is_told_once_with_face_and_place() {
-    // The circle of radius 1 misses the vertex at (1.2, 0) that it should start at.
+fn an_edge_off_its_vertex_is_reported_once_with_face_and_place() {
+    // The circle of radius 1 misses its start vertex at (1.2, 0).
     let text = world()
         + &vertex(30, [1.2, 0.0, 0.0])
         + &vertex(32, [0.0, 1.0, 0.0])
@@ -368,7 +375,8 @@ fn an_edge_off_its_vertex_is_told_once_with_face_and_place() {
     assert!(told[0].kind.to_string().contains("2.000e-1 mm"), "{told:?}");
 }
 
-/// A disc of radius 2 whose circle #50 starts and ends at a vertex `off` inside of it; and further bounds and their entities.
+/// A disc of radius 2 whose circle #50 starts and ends at a vertex `off` inside of it; with further bounds and their
+/// entities.
 fn disc(off: f64, bounds: &str, rest: &str) -> Model {
     let circle = "#60=CIRCLE('',#20,2.);#50=EDGE_CURVE('',#30,#30,#60,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);\
                   #75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);";

@@ -1,4 +1,4 @@
-//! Tiles with one difficulty each. Every tile is also run rotated and mirrored: eight tiles per case.
+//! Tiles with one difficulty each. Each is also run rotated and mirrored: eight tiles per case.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ fn polygon(points: &[(f64, f64)]) -> Vec<DVec2> {
     points.iter().map(|&(x, y)| DVec2::new(x, y)).collect()
 }
 
-/// A regular polygon, clockwise (a hole) if `turns` is -1.
+/// A regular polygon; clockwise (a hole) if `turns` is -1.
 fn round(centre: (f64, f64), radius: f64, count: u32, turns: f64) -> Vec<DVec2> {
     let point = |k| DVec2::from_angle(turns * TAU * f64::from(k) / f64::from(count)) * radius;
     (0..count).map(|k| DVec2::new(centre.0, centre.1) + point(k)).collect()
@@ -27,7 +27,7 @@ fn reversed(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points
 }
 
-/// The tile's border, `steps` segments per side, counter-clockwise.
+/// The tile's border with `steps` segments per side, counter-clockwise.
 pub(crate) fn border(cells: (u32, u32), steps: u32) -> Vec<DVec2> {
     let (w, h) = (f64::from(cells.0), f64::from(cells.1));
     let corners = [DVec2::ZERO, DVec2::new(w, 0.0), DVec2::new(w, h), DVec2::new(0.0, h)];
@@ -38,7 +38,7 @@ pub(crate) fn border(cells: (u32, u32), steps: u32) -> Vec<DVec2> {
     (0..4).flat_map(side).collect()
 }
 
-/// The tile turned by 90 degrees.
+/// The tile rotated by 90 degrees.
 fn rotated(tile: &Tile) -> Tile {
     let height = f64::from(tile.cells.1);
     Tile {
@@ -49,7 +49,7 @@ fn rotated(tile: &Tile) -> Tile {
     }
 }
 
-/// The tile with left and right exchanged, loops reversed so that they keep the same side.
+/// The tile mirrored in x, its loops reversed so that they keep the same side.
 fn mirrored(tile: &Tile) -> Tile {
     let width = f64::from(tile.cells.0);
     let loops: Vec<Vec<DVec2>> = tile
@@ -69,7 +69,7 @@ fn images(tile: &Tile) -> Vec<Tile> {
     images
 }
 
-/// Runs the tile and its images, and the reference, through the exact checker. The result is that of the tile itself.
+/// Checks the tile, its images and the reference with the exact checker. Returns the result of the tile itself.
 fn run(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
     let tile = Tile::new(cells, loops);
     let mut first = None;
@@ -89,7 +89,7 @@ fn run(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
     first.expect("there are images")
 }
 
-/// Runs loops that are not simple. The result is that of the tile itself.
+/// Checks loops that are not simple. Returns the result of the tile itself.
 fn run_repaired(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
     let tile = Tile::new(cells, loops);
     let mut first = None;
@@ -107,7 +107,7 @@ fn run_repaired(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
     first.expect("there are images")
 }
 
-/// Runs loops of which only the boundary is asked.
+/// Checks only the boundary of the result, for arbitrary loops.
 fn run_closed(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
     let tile = Tile::new(cells, loops);
     let mut first = None;
@@ -126,7 +126,7 @@ fn in_border(cells: (u32, u32), steps: u32, hole: Vec<DVec2>) -> TrimOutput {
     run(cells, &[border(cells, steps), hole])
 }
 
-// -- the degenerate cases of the cell scheme
+// -- degenerate cases of the cell scheme
 
 #[test]
 fn case_01_tessellant_on_a_line_or_a_corner() {
@@ -212,7 +212,7 @@ fn few_holes_in_a_cell_are_slit_open() {
 
 #[test]
 fn case_08_pseudo_active_cells() {
-    // The thin hole passes the corners of cells without a tessellant or a kept corner of theirs.
+    // The thin hole cuts corners off cells that have no tessellant and no kept corner.
     in_border((5, 5), 5, polygon(&[(0.5, 0.9), (0.9, 1.3), (4.3, 4.7), (4.7, 4.3), (1.3, 0.9)]));
 }
 
@@ -267,7 +267,7 @@ fn case_14_trim_in_a_border_cell() {
 
 #[test]
 fn case_15_all_corners_trimmed() {
-    // A kept strip runs through the middle of a row of cells.
+    // A kept strip through the middle of a row of cells.
     run((5, 3), &[polygon(&[(0.2, 1.3), (4.8, 1.4), (4.8, 1.6), (0.2, 1.7)])]);
     run(
         (5, 5),
@@ -277,12 +277,12 @@ fn case_15_all_corners_trimmed() {
 
 #[test]
 fn case_16_loops_that_touch() {
-    // At a tessellant of both: nothing is split.
+    // At a tessellant of both loops: nothing is split.
     let (left, right) =
         (polygon(&[(1.0, 1.0), (1.2, 2.8), (2.5, 2.0)]), polygon(&[(2.5, 2.0), (3.8, 2.8), (3.9, 1.2)]));
     run((5, 4), &[border((5, 4), 5), left.clone(), right.clone()]);
     run((1, 1), &[border((5, 4), 5), left, right].map(|l| l.iter().map(|p| *p / DVec2::new(5.0, 4.0)).collect()));
-    // In the middle of a segment: the segment has to end there.
+    // In the middle of a segment: it must be split there.
     let out = run_repaired(
         (4, 4),
         &[border((4, 4), 4), rectangle((1.0, 1.0), (2.0, 3.0)), polygon(&[(2.0, 2.0), (3.0, 3.0), (3.0, 1.0)])],
@@ -293,7 +293,8 @@ fn case_16_loops_that_touch() {
 
 #[test]
 fn case_17_poles_and_seams() {
-    // A pole is a border side with as many tessellants as the other side needs; a seam has equal ones on both sides.
+    // A pole is a border side with as many tessellants as its other side; a seam has the same tessellants on both
+    // sides.
     let mut outer = border((6, 3), 1);
     outer.splice(1..1, (1..40).map(|k| DVec2::new(6.0, 3.0 * f64::from(k) / 40.0)).map(|p| DVec2::new(p.y * 2.0, 0.0)));
     run((6, 3), &[outer]);
@@ -350,7 +351,7 @@ fn slits_keep_both_sides() {
         let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
         let tip = size * DVec2::new(0.45, 0.7);
         let out = run(cells, &[border_with_slit(cells, 0.4 * size.x, (tip.x, tip.y))]);
-        // Left of the way in the slit's root is point 1, left of the way back it is point 3.
+        // In the slit's root, point 1 lies left of the way in and point 3 left of the way back.
         for edge in [[1, 2], [2, 3]] {
             let used = out.triangles.iter().any(|t| (0..3).any(|k| [t[k], t[(k + 1) % 3]] == edge));
             assert!(used, "{edge:?} in {cells:?}");
@@ -396,7 +397,7 @@ fn loops_that_touch_at_tessellants() {
         let outer = || -> Vec<DVec2> { border((5, 5), 5).iter().map(|p| *p * scale).collect() };
         // A hole that touches the border at a border tessellant.
         run(cells, &[outer(), scaled(&[(2.0, 0.0), (1.5, 1.5), (2.5, 1.6)])]);
-        // Two holes in a ring: the region between them hangs together at two points only.
+        // Two holes in a ring: the region between them is connected at two points only.
         run(
             cells,
             &[
@@ -428,7 +429,7 @@ fn figure_of_eight_has_one_lobe_reversed() {
     assert_eq!(out.extra_points.len(), 1);
     assert!(!out.triangles.is_empty());
     assert!(!out.layers.is_empty() && out.layers.iter().all(|&(_, times)| times == -1));
-    // Two triangles join the split segments to the whole ones of the neighbours.
+    // Two triangles join the split segments to the unsplit ones of the neighbours.
     assert_eq!(out.closing.len(), 2);
 }
 
@@ -438,7 +439,7 @@ fn overlapping_loops_cancel_or_add() {
     assert!(twice.layers.iter().all(|&(_, times)| times == 1) && twice.closing.is_empty());
     // A hole that leaves through the border's side, along it.
     run_repaired((3, 3), &[border((3, 3), 1), rectangle((1.0, 0.0), (2.0, 1.5))]);
-    // The same loop there and back leaves nothing, a slit gone through twice leaves nothing of itself.
+    // A loop and its reverse leave nothing; a slit traversed twice vanishes.
     for loops in [[border((3, 3), 3), reversed(border((3, 3), 3))], [border((1, 1), 3), reversed(border((1, 1), 3))]] {
         let out = run((3, 3), &loops);
         assert!(out.triangles.is_empty() && out.full_cells.is_empty());
@@ -472,7 +473,7 @@ fn flat_loops_cancel_or_are_closed() {
 
 #[test]
 fn points_in_one_place_of_the_plane_and_two_in_space_are_joined() {
-    // Two tessellants with the same parameters: a point that was clamped to the border, or a pole of the file's own.
+    // Two tessellants with the same parameters: a point clamped to the border, or a pole that the file states.
     let mut hole = round((2.0, 2.0), 1.1, 9, -1.0);
     hole.insert(3, hole[2]);
     for cells in [(4, 4), (1, 1)] {
@@ -484,7 +485,7 @@ fn points_in_one_place_of_the_plane_and_two_in_space_are_joined() {
         trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
         assert_eq!(check_boundary(&tile.input(), &out), Ok(()));
         assert_eq!(out.closing.len(), 1);
-        // The other way round there is nothing to join.
+        // Reversed, there is nothing to join.
         tile.places[16 + 3].z = 0.0;
         trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
         assert!(out.closing.is_empty() && check_boundary(&tile.input(), &out).is_ok());
@@ -512,7 +513,8 @@ fn angles_come_close_to_delaunay() {
             reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
             let (ours, best) = (angles(&tile, &out), angles(&tile, &plain));
             let at = |angles: &[f64], share: f64| angles[(share * (angles.len() - 1) as f64) as usize];
-            // No edge may leave its cell: that costs the thinnest triangles up to 0.6 of their angle, most of them nothing.
+            // Edges may not leave their cell. This costs the thinnest triangles up to 0.6 of their angle, most
+            // triangles nothing.
             for (share, least) in [(0.0, 0.4), (0.1, 0.9), (0.5, 0.95)] {
                 let (ours, best) = (at(&ours, share), at(&best, share));
                 assert!(ours >= least * best, "segments of {segment}: {ours} instead of {best} at {share}");

@@ -1,4 +1,4 @@
-//! A tile's triangles -> facts, or what is wrong with them. Knows nothing of how they were made.
+//! A tile's triangles -> facts, or what is wrong with them. Independent of how they were made.
 
 use std::collections::HashMap;
 
@@ -16,7 +16,7 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// Points with the same coordinates are at one place in space, others are not.
+    /// Points with equal coordinates are at one place in space, all others at different places.
     pub(crate) fn new(cells: (u32, u32), loops: &[Vec<DVec2>]) -> Self {
         let mut tile = Self { cells, points: Vec::new(), loop_starts: vec![0], places: Vec::new() };
         for points in loops {
@@ -32,7 +32,7 @@ impl Tile {
         TrimInput { cells: *cells, points, loop_starts, places }
     }
 
-    /// How to commit it to `cases.rs`.
+    /// The source of a test for `cases.rs`.
     pub(crate) fn as_test(&self) -> String {
         let polygon = |w: &[u32]| {
             let points: Vec<(f64, f64)> =
@@ -44,14 +44,14 @@ impl Tile {
     }
 }
 
-/// Signed area of a polygon, relative to its first point so that small loops far out keep their digits.
+/// Signed area of a polygon, relative to its first point so that small loops far from the origin keep their digits.
 pub(crate) fn area(points: &[DVec2]) -> f64 {
     let Some(&origin) = points.first() else { return 0.0 };
     let fan = points.windows(2).map(|w| (w[0] - origin).perp_dot(w[1] - origin));
     0.5 * fan.sum::<f64>()
 }
 
-/// All triangles of a tile, full cells split along the diagonal from (i, j).
+/// All triangles of a tile; full cells are split along the diagonal from (i, j).
 pub(crate) fn all_triangles(input: &TrimInput<'_>, out: &TrimOutput) -> Vec<[u32; 3]> {
     let mut all = out.triangles.clone();
     let corner = |i: u32, j: u32| input.points.len() as u32 + j * (input.cells.0 + 1) + i;
@@ -92,8 +92,9 @@ pub(crate) struct Facts {
     pub(crate) area: f64,
 }
 
-/// Positive triangles that match along their inner edges. With `exact`, moreover: every tessellant segment of nonzero length
-/// that no other cancels is an edge of exactly one triangle, in its direction, and the areas agree. Points of equal coordinates count as one vertex.
+/// Checks that triangles are positive and match along inner edges. With `exact`, also checks the boundary and the area:
+/// every tessellant segment of nonzero length that no other cancels is an edge of exactly one triangle, in its
+/// direction. Points with equal coordinates count as one vertex.
 pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Result<Facts, String> {
     let mut by_position: HashMap<(u64, u64), u32> = HashMap::new();
     let bits = |p: DVec2| ((p.x + 0.0).to_bits(), (p.y + 0.0).to_bits());
@@ -159,8 +160,8 @@ pub(crate) fn check(input: &TrimInput<'_>, out: &TrimOutput, exact: bool) -> Res
     Ok(facts)
 }
 
-/// The boundary of all triangles is the loops, as chains over places in space; and triangles that only close name three places.
-/// Holds for every input.
+/// Checks that the boundary of all triangles is the loops, as chains over places in space, and that triangles which
+/// only close name three places. Holds for every input.
 pub(crate) fn check_boundary(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
     let mut known: HashMap<[u64; 3], u32> = HashMap::new();
     let first: Vec<u32> = (0..)
@@ -192,7 +193,8 @@ pub(crate) fn check_boundary(input: &TrimInput<'_>, out: &TrimOutput) -> Result<
     }
 }
 
-/// In repaired tiles the border consists of parts of segments: both ends of an unmatched edge must lie near one segment.
+/// In repaired tiles the boundary consists of parts of segments: both ends of an unmatched edge must lie near one
+/// segment.
 fn on_border_of(input: &TrimInput<'_>, out: &TrimOutput, edge: [u32; 2], exact: bool) -> bool {
     if exact {
         return false;
@@ -212,8 +214,8 @@ fn on_border_of(input: &TrimInput<'_>, out: &TrimOutput, edge: [u32; 2], exact: 
     })
 }
 
-/// Points are covered as often as the loops wind around them, negative numbers by reversed layers. Points within 1e-6 of a
-/// segment are skipped.
+/// Checks that each point is covered as often as its winding number, by reversed triangles if that is negative. Skips
+/// points within 1e-6 of a segment.
 pub(crate) fn check_cover(input: &TrimInput<'_>, out: &TrimOutput) -> Result<(), String> {
     let all = all_triangles(input, out);
     let size = DVec2::new(f64::from(input.cells.0), f64::from(input.cells.1));

@@ -1,4 +1,4 @@
-//! Random tiles: the ladder and the reference against the checker.
+//! Random tiles: the ladder and the reference triangulation against the checker.
 
 use std::cell::RefCell;
 use std::time::{Duration, Instant};
@@ -10,15 +10,15 @@ use crate::checker::{Tile, check, check_boundary, check_cover};
 use crate::generator::{Mode, any_tile, crossing_tile, tile, touching_tile};
 use crate::sequence::judge;
 
-/// Inputs of a test: a second or two.
+/// Inputs per test: a second or two.
 const COUNT: u64 = 400;
-/// Inputs of any loops, of which one in a hundred is large: most of the others take microseconds.
+/// Inputs of arbitrary loops. One in a hundred is large; most of the others take microseconds.
 const ANY_COUNT: u64 = 20_000;
-/// Bytes of an input: numbers take four each.
+/// Maximum bytes per input. A number takes four.
 const MOST_BYTES: usize = 20_000;
 
 thread_local! {
-    /// What all inputs of a test share, since a scratch must leave no trace in results.
+    /// State shared by all inputs of a test, since a scratch must not influence results.
     static SHARED: RefCell<(TrimScratch, TrimOutput, Tally)> = RefCell::default();
 }
 
@@ -36,7 +36,8 @@ struct Tally {
     slowest: Duration,
 }
 
-/// Triangulates a drawn tile, unless the draw was refused, and lets `judge` see the result; its error is printed as a test.
+/// Triangulates a drawn tile and lets `judge` check the result; does nothing if the draw was refused. Prints a failure
+/// as a test.
 fn drawn(tile: Result<Option<Tile>>, judge: impl Fn(&Tile, &TrimOutput) -> std::result::Result<(), String>) {
     let Ok(Some(tile)) = tile else { return };
     SHARED.with_borrow_mut(|(scratch, out, tally)| {
@@ -62,13 +63,13 @@ fn is_repaired(out: &TrimOutput) -> bool {
     matches!(out.stats.outcome, TrimOutcome::Repaired { .. })
 }
 
-/// What became of a test's tiles.
+/// Counts of a test's tiles.
 fn tally() -> Tally {
     let tally = SHARED.take().2;
     let Tally { tiles, tessellants, certified, merged, cdt, repaired, whole, retraced, led, slowest } = tally;
     println!(
-        "{tiles} tiles, {tessellants} tessellants; certified {certified}, merged {merged}, cdt {cdt}, repaired {repaired}, \
-         of these whole tile {whole}; retraced {retraced}; led {led}; the slowest took {slowest:?}"
+        "{tiles} tiles, {tessellants} tessellants; certified {certified}, merged {merged}, cdt {cdt}, \
+         repaired {repaired}, of these whole tile {whole}; retraced {retraced}; led {led}; the slowest took {slowest:?}"
     );
     tally
 }
@@ -94,7 +95,7 @@ fn fuzz_simple_loops() {
     assert!(tally().tiles > 0, "the generator must not refuse everything");
 }
 
-/// Loops that cross: no panic, positive triangles that match, over the points that the loops wind around.
+/// Crossing loops: no panic, and positive, matching triangles that cover the points around which the loops wind.
 #[test]
 fn fuzz_crossing_loops() {
     judge!(COUNT, MOST_BYTES, |bytes: &[u8]| {
@@ -111,7 +112,7 @@ fn fuzz_crossing_loops() {
     assert!(repaired > 10 * led);
 }
 
-/// Any loops at all: the boundary is the loops.
+/// Arbitrary loops: the boundary is the loops.
 #[test]
 fn fuzz_any_loops() {
     judge!(ANY_COUNT, MOST_BYTES, |bytes: &[u8]| {
@@ -120,7 +121,8 @@ fn fuzz_any_loops() {
     assert!(tally().repaired > 0);
 }
 
-/// Loops that touch at tessellants, and slits: as exact as simple loops, unless the reference finds that they overlap too.
+/// Loops that touch at tessellants, and slits: as exact as simple loops, unless the reference finds that they overlap
+/// too.
 #[test]
 fn fuzz_touching_loops() {
     judge!(COUNT, MOST_BYTES, |bytes: &[u8]| {

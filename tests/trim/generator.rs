@@ -1,4 +1,4 @@
-//! Random bytes -> tiles whose loops are simple, nested and oriented, with one kind of difficulty each.
+//! Random bytes -> tiles with simple, nested, oriented loops and one kind of difficulty each.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use trimtess::math::predicates::{Side, orient2d, side_of};
 use crate::cases::border;
 use crate::checker::{Tile, area};
 
-/// What the loops of a tile have in common.
+/// The difficulty that the loops of a tile share.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Mode {
     /// Wavy loops of up to 63 segments.
@@ -20,15 +20,15 @@ pub(crate) enum Mode {
     Quarters,
     /// Rectangles whose sides run along lattice lines.
     LatticeRectangles,
-    /// Up to 154 tessellants with radii that jump.
+    /// Up to 154 tessellants with jumping radii.
     Spiky,
     /// Up to 19 loops, many inside one cell.
     Tiny,
-    /// Triangles to heptagons: segments over many cells.
+    /// Triangles to heptagons with segments over many cells.
     Long,
     /// Tessellants next to lattice corners, 1e-15 to 2e-3 away.
     NearCorners,
-    /// A border with bites.
+    /// A border with dents.
     Bites,
     /// No border: the outer loop is a trim loop.
     Outer,
@@ -58,7 +58,7 @@ fn below(u: &mut Unstructured<'_>, n: u32) -> Result<u32> {
     u.int_in_range(0..=n - 1)
 }
 
-/// A tile, or `None` when the draw gave loops that touch or cross.
+/// A tile; `None` if the drawn loops touch or cross.
 pub(crate) fn tile(u: &mut Unstructured<'_>, mode: Mode) -> Result<Option<Tile>> {
     let cells = (1 + below(u, 24)?, 1 + below(u, 24)?);
     let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
@@ -91,7 +91,7 @@ fn outer_loop(u: &mut Unstructured<'_>, size: DVec2) -> Result<Vec<DVec2>> {
     (0..count).map(point).collect()
 }
 
-/// The tile's border with its own number of segments on each side; with bites, some segments dent inwards.
+/// The tile's border with an own number of segments on each side. With bites, some segments dent inwards.
 fn border_loop(u: &mut Unstructured<'_>, size: DVec2, mode: Mode) -> Result<Vec<DVec2>> {
     let corners = [DVec2::ZERO, DVec2::new(size.x, 0.0), size, DVec2::new(0.0, size.y)];
     let mut points = Vec::new();
@@ -189,7 +189,7 @@ fn cut(points: &[DVec2]) -> Vec<DVec2> {
     out
 }
 
-/// Every hole lies in the first loop, in no other hole, and every island in exactly one hole.
+/// Whether every hole lies in the first loop and in no other hole, and every island in exactly one hole.
 fn nested(loops: &[Vec<DVec2>]) -> bool {
     loops.iter().enumerate().all(|(k, points)| {
         let around: i32 =
@@ -211,7 +211,7 @@ fn winding(p: DVec2, points: &[DVec2]) -> i32 {
     number
 }
 
-/// No two segments meet except at the tessellant they share.
+/// Whether no two segments meet except at the tessellant they share.
 pub(crate) fn simple(loops: &[Vec<DVec2>]) -> bool {
     struct Segment {
         a: DVec2,
@@ -248,7 +248,7 @@ pub(crate) fn simple(loops: &[Vec<DVec2>]) -> bool {
     true
 }
 
-/// The path a, b, c turns back onto itself.
+/// Whether the path a, b, c turns back onto itself.
 fn folds(a: DVec2, b: DVec2, c: DVec2) -> bool {
     orient2d(a, b, c) == 0.0 && (c - b).dot(a - b) > 0.0
 }
@@ -267,7 +267,7 @@ fn meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
         || (b_side == Side::On && between(c, d, b))
 }
 
-/// A tile whose holes were shaken until they cross something.
+/// A tile whose holes are moved until they cross something.
 pub(crate) fn crossing_tile(u: &mut Unstructured<'_>) -> Result<Option<Tile>> {
     let cells = (1 + below(u, 12)?, 1 + below(u, 12)?);
     let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
@@ -289,11 +289,11 @@ pub(crate) fn crossing_tile(u: &mut Unstructured<'_>) -> Result<Option<Tile>> {
     Ok((!simple(&loops)).then(|| Tile::new(cells, &loops)))
 }
 
-/// A tile whose loops touch each other, themselves and the border at tessellants, and have slits.
+/// A tile with slits, whose loops touch each other, themselves and the border at tessellants.
 pub(crate) fn touching_tile(u: &mut Unstructured<'_>) -> Result<Option<Tile>> {
     let cells = (1 + below(u, 4)?, 1 + below(u, 4)?);
     let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
-    // Coordinates are multiples of a quarter, or of something that does not meet the lattice lines.
+    // Coordinates are multiples of a quarter, or of a number that misses the lattice lines.
     let grain = *u.choose(&[0.25, 1.0 / 3.0, 0.5])?;
     let on_grid = |p: DVec2| ((p / grain).round() * grain).clamp(DVec2::ZERO, size);
     let mut loops = vec![border(cells, (1.0 / grain).round() as u32 * cells.0.max(cells.1))];
@@ -324,7 +324,7 @@ fn segments(loops: &[Vec<DVec2>]) -> Vec<[DVec2; 2]> {
     loops.iter().flat_map(of_loop).filter(|s| s[0] != s[1]).collect()
 }
 
-/// The segments meet elsewhere than at common ends, and are not each other's reverse.
+/// Whether the segments meet elsewhere than at common ends and are not each other's reverse.
 fn overlap([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     if (a, b) == (d, c) {
         return false;
@@ -348,8 +348,8 @@ fn overlap([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     }
 }
 
-/// A tile of any loops: random walks, stars, spikes and curls, on lattice lines and off them, run twice or backwards, whose
-/// points are at places of their own, at the place of their coordinates, or at one of a few.
+/// A tile of arbitrary loops: random walks, stars, spikes and curls, on and off lattice lines, repeated or reversed. A
+/// point's place in space is its own, that of its coordinates, or one of a few.
 pub(crate) fn any_tile(u: &mut Unstructured<'_>) -> Result<Tile> {
     let cells = (1 + below(u, 6)?, 1 + below(u, 6)?);
     let size = DVec2::new(f64::from(cells.0), f64::from(cells.1));
@@ -392,13 +392,13 @@ fn any_loop(u: &mut Unstructured<'_>, size: DVec2, count: u32) -> Result<Vec<DVe
     for k in 0..count {
         let angle = TAU * f64::from(k * turns) / f64::from(count);
         points.push(match kind {
-            // Anywhere: as many crossings as there can be.
+            // Anywhere: as many crossings as possible.
             0 => at(u)?,
-            // A star, or a circle run several times.
+            // A star, or a circle traversed several times.
             1 => centre + DVec2::from_angle(angle) * radius,
             // A curl that winds inwards.
             2 => centre + DVec2::from_angle(3.0 * angle) * radius * f64::from(k) / f64::from(count),
-            // Spikes there and back.
+            // Spikes out and back.
             3 if k % 2 == 0 => centre,
             3 => at(u)?,
             // Steps along the axes.

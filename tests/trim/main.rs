@@ -1,5 +1,5 @@
-//! The trim triangulation of one tile: the degenerate cases by name, random tiles against the reference, and
-//! prepared models under random plans.
+//! Trim triangulation of one tile: degenerate cases by name, random tiles against the reference, and prepared models
+//! under random plans.
 
 mod cases;
 mod checker;

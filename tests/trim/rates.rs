@@ -1,4 +1,5 @@
-//! Prepared models under plans with any rates: whatever lattices and edges the neighbours of a tile have, nothing cracks.
+//! Prepared models under plans with arbitrary rates: nothing cracks, whatever lattices and edges a tile's neighbours
+//! have.
 
 use std::ops::RangeInclusive;
 use std::sync::{Arc, OnceLock};
@@ -15,8 +16,8 @@ use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, TileU
 use crate::checker::{Tile, check};
 use crate::sequence::judge;
 
-/// A plan that no tolerance asks for. Tiles and edges take these numbers in turn, but no less than the coarsest plan has, and
-/// no segment of an edge crosses more than a cell along it.
+/// A plan that no tolerance produces. Tiles and edges take these numbers in turn, but never less than in the coarsest
+/// plan, and no segment of an edge spans more than one cell in either direction.
 #[derive(Clone, PartialEq, Debug)]
 struct Rates {
     /// Index into [`trimtess_models::names`].
@@ -48,7 +49,7 @@ impl Rates {
         Ok(Self { shape, cells, segments, growth: *u.choose(&[1.0, 5.0, 0.01])? })
     }
 
-    /// Lines from `low` to `high` through `stops`, `count` gaps between two of them but no less than in `least`.
+    /// Lines from `low` to `high` through `stops`, with `count` gaps between two stops but no fewer than in `least`.
     fn spread(&self, low: f64, high: f64, stops: &[f64], count: u8, least: &[f64]) -> Vec<f64> {
         let mut lines = vec![low];
         let inner = stops.iter().copied().filter(|&stop| stop > low && stop < high);
@@ -59,7 +60,7 @@ impl Rates {
             lines.extend((1..count).map(|k| from + (to - from) * self.share(f64::from(k) / f64::from(count))));
             lines.push(to);
         }
-        // Numbers that are next to each other have no others between them.
+        // Adjacent floating-point numbers have none between them.
         lines.dedup();
         lines
     }
@@ -83,7 +84,7 @@ impl Rates {
             let [nu, nv] = self.cells[k % self.cells.len()];
             let face = &part.faces[part.face_of(tile)];
             let creases = &face.creases;
-            // Nothing bends on a plane, so that its lines are even.
+            // A plane does not bend, so its lines are even.
             let lines =
                 Rates { growth: if face.kind == SurfaceKind::Plane { 1.0 } else { self.growth }, ..self.clone() };
             *lattice = Arc::new(TileLattice {
@@ -111,7 +112,7 @@ impl Rates {
         }
     }
 
-    /// Judges each tile by itself, and the mesh of all.
+    /// Checks each tile by itself, and the mesh of all tiles.
     fn judge(&self) -> std::result::Result<(), String> {
         let prepared = prepared(self.shape);
         let plan = self.plan(&prepared);
@@ -136,11 +137,11 @@ impl Rates {
         let once = edges.filter(|(edge, _)| edge.uses.len() == 1 && matches!(edge.shape, EdgeShape::Curve(_)));
         let open: usize = once.map(|(_, line)| line.ts.len() - 1).sum();
         let cracked = facts.unbalanced_edges != open as u64;
-        if cracked { Err(format!("{open} segments are open by right: {facts}")) } else { Ok(()) }
+        if cracked { Err(format!("{open} segments should be open: {facts}")) } else { Ok(()) }
     }
 }
 
-/// Halves the gaps of `ts` in a range until each spans at most a cell in either direction.
+/// Halves the gaps of `ts` in a range until each spans at most one cell in either direction.
 fn within_cells(ts: &[f64], range: RangeInclusive<f64>, uv: &UvCurve, lattice: &TileLattice) -> Vec<f64> {
     let mut hint = 0;
     let mut at = |t: f64| {
@@ -165,9 +166,9 @@ fn within_cells(ts: &[f64], range: RangeInclusive<f64>, uv: &UvCurve, lattice: &
     out
 }
 
-/// A tile's loops in cells, as the frame traces them.
+/// A tile's loops in cell units, traced as the frame does.
 fn trace(part: &PreparedPart, plan: &PartPlan, number: usize) -> Tile {
-    /// What is so near to the border is on it.
+    /// Points this close to the border snap to it.
     const SNAP: f64 = 1e-9;
     let lattice = &plan.tiles[number];
     let (nu, nv) = lattice.cells();

@@ -1,4 +1,4 @@
-//! Cameras that move round files of the corpus: no cracks, and in the pixels asked for on every tile.
+//! Cameras that move around files of the corpus: no cracks, and every tile within the screen-space error.
 
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::pixels::{Draw, measured};
@@ -7,7 +7,7 @@ use std::sync::Arc;
 use trimtess::mesh::MemorySink;
 use trimtess::parallel::Session;
 
-/// Whole solids of all kinds of surfaces; few enough triangles that each is measured.
+/// Whole solids of all kinds of surfaces, with few enough triangles to measure each.
 const FILES: [&str; 7] = [
     "screw.step",
     "io1_cm_214.stp",
@@ -19,7 +19,7 @@ const FILES: [&str; 7] = [
 ];
 
 #[test]
-fn files_keep_the_pixels_asked_for_in_every_frame() {
+fn files_keep_the_screen_space_error_in_every_frame() {
     for (k, name) in FILES.iter().enumerate() {
         let Some(prepared) = of_corpus(name) else { continue };
         let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
@@ -35,22 +35,22 @@ fn files_keep_the_pixels_asked_for_in_every_frame() {
             let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
             let near = 0.05 * prepared.scene.parts.iter().map(|part| part.radius).fold(0.0, f64::max);
             let (share, _) = measured(session.prepared(), &view, near, &frame);
-            assert!(share <= 1.0, "{name} {f}: {share} times what is asked");
+            assert!(share <= 1.0, "{name} {f}: {share} times the tolerance");
             most = most.max(share);
         }
-        println!("{name}: {most} of what is asked, {stretches} stretches of edges");
+        println!("{name}: at most {most} of the tolerance, {stretches} edge segments");
         assert!(most > 0.1 && stretches > 1000, "{name}: {most}, {stretches}");
     }
 }
 
 #[test]
-fn files_stay_closed_and_within_what_is_said_where_lines_stay() {
+fn files_stay_closed_and_within_the_stated_error_with_split_lines() {
     for (k, name) in FILES.iter().enumerate() {
         let Some(prepared) = of_corpus(name) else { continue };
         let views = path(&mut Draw(60 + k as u64), prepared.bounds.unwrap(), 20);
         for lines in [lines::CRITERION, lines::RENDERING] {
             let (most, made) = lines::flown(name, &prepared, lines, &views);
-            println!("{name}, {lines:?}: {most} of what is asked, {made} tiles");
+            println!("{name}, {lines:?}: at most {most} of the tolerance, {made} tiles");
         }
     }
 }

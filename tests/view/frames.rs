@@ -1,4 +1,5 @@
-//! Frames of a moving camera: what a sink holds after each is what its plan says, without cracks and within the pixels asked for.
+//! Frames of a moving camera: after each, the sink holds what the plan says, without cracks and within the screen-space
+//! error.
 
 use super::pixels::{Draw, measured};
 use super::{prepared, shape, two_sizes};
@@ -12,7 +13,7 @@ use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions, serial};
 use trimtess::prepare::Prepared;
 
-/// Cameras along a path: round the middle, closer and away, looking aside; with jumps now and then.
+/// Cameras along a path: around the middle, closer and further away, looking aside, with occasional jumps.
 pub(crate) fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let mut place = [0.0, 0.3, 2.5, 0.0];
@@ -45,7 +46,7 @@ pub(crate) fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> V
     (0..frames).map(view).collect()
 }
 
-/// The plan's triangles of tiles that are drawn, made from nothing.
+/// The plan's triangles of all drawn tiles, made without history.
 pub(crate) fn from_scratch(session: &Session) -> MemorySink {
     let plan = session.plan().unwrap();
     let mut sink = MemorySink::default();
@@ -55,7 +56,7 @@ pub(crate) fn from_scratch(session: &Session) -> MemorySink {
     sink
 }
 
-/// Batches that are drawn in some view, in the order of parts and tiles.
+/// Batches drawn in some view, ordered by part and tile.
 pub(crate) fn drawn(sink: &MemorySink) -> Vec<Batch> {
     let shows = |batch: &&Batch| {
         let instances = sink.scene.instances.iter().enumerate().filter(|(_, i)| i.part == batch.part);
@@ -65,8 +66,8 @@ pub(crate) fn drawn(sink: &MemorySink) -> Vec<Batch> {
     sink.batches.iter().filter(shows).cloned().map(|batch| Batch { worker: 0, ..batch }).collect()
 }
 
-/// Edges whose tiles are all there, in stretches between tessellants: triangles have each as often in one direction as in the
-/// other. Returns how many stretches there were.
+/// Asserts that edges whose tiles are all present are balanced: triangles use each segment between tessellants equally
+/// often in both directions. Returns the number of segments.
 pub(crate) fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case: &str) -> usize {
     let mut stretches = 0;
     for (p, part) in prepared.parts.iter().enumerate() {
@@ -93,7 +94,7 @@ pub(crate) fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case
             uses.len() >= 2 && uses.iter().all(|place| there[place.tile.index()])
         };
         let (whole, cut): (Vec<usize>, Vec<usize>) = (0..part.edges.len()).partition(is_all_there);
-        // Coarse edges with the same ends may be the same chord, which has the sides of both.
+        // Coarse edges with the same ends may be the same chord, which is used by the sides of both.
         let cut: HashSet<_> =
             cut.into_iter().flat_map(|e| line(e).windows(2).map(stretch).collect::<Vec<_>>()).collect();
         for e in whole {
@@ -111,13 +112,13 @@ fn bits(p: DVec3) -> [u64; 3] {
     p.to_array().map(f64::to_bits)
 }
 
-/// Tiles are made from nothing, so that they are bit by bit what their plan says.
+/// Without incremental updates, so that tiles equal those of their plan bit by bit.
 pub(crate) fn options(workers: usize) -> SessionOptions {
     SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false).with_reuse(Reuse::NONE)
 }
 
 #[test]
-fn after_each_frame_a_sink_has_what_the_plan_says_without_cracks_and_within_the_pixels() {
+fn after_each_frame_the_sink_holds_the_plan_without_cracks_and_within_the_screen_space_error() {
     let (mut made, mut all) = (0, 0);
     for name in ["torus", "washer", "sphere", "brake-hub", "trimmed-teapot"] {
         let prepared = shape(name);
@@ -141,17 +142,17 @@ fn after_each_frame_a_sink_has_what_the_plan_says_without_cracks_and_within_the_
                 let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
                 let near = 0.05 * prepared.scene.parts[0].radius;
                 let (share, _) = measured(&prepared, &view, near, &frame);
-                assert!(share <= 1.0, "{name} {f}: {share} times what is asked");
+                assert!(share <= 1.0, "{name} {f}: {share} times the tolerance");
                 most = most.max(share);
             }
         }
         assert!(most > 0.1 && stretches > 1000, "{name}: {most}, {stretches}");
     }
-    assert!(3 * made < all, "{made} of {all} tiles were made anew");
+    assert!(3 * made < all, "{made} of {all} tiles were rebuilt");
 }
 
 #[test]
-fn the_number_of_workers_does_not_show() {
+fn the_number_of_workers_does_not_matter() {
     let prepared = shape("brake-hub");
     let views = path(&mut Draw(3), prepared.bounds.unwrap(), 25);
     let frames = |workers: usize| {
@@ -173,7 +174,7 @@ fn the_number_of_workers_does_not_show() {
 }
 
 #[test]
-fn frames_that_are_left_cost_nothing_but_time() {
+fn cancelled_frames_cost_nothing_but_time() {
     let prepared = shape("trimmed-teapot");
     let views = path(&mut Draw(5), prepared.bounds.unwrap(), 40);
     let mut session = Session::start(Arc::clone(&prepared), &options(3)).unwrap();
@@ -234,7 +235,7 @@ impl MeshSink for Calls {
 }
 
 #[test]
-fn where_nothing_moves_nothing_is_done_and_after_a_refusal_all_comes_again() {
+fn a_still_view_does_no_work_and_a_refused_frame_is_sent_whole_again() {
     let prepared = two_sizes("torus");
     let view = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
@@ -252,7 +253,7 @@ fn where_nothing_moves_nothing_is_done_and_after_a_refusal_all_comes_again() {
 }
 
 #[test]
-fn what_is_out_of_sight_for_long_is_forgotten_where_it_is_much() {
+fn tiles_off_screen_for_long_are_evicted_when_they_are_many() {
     let prepared = shape("brake-hub");
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = MemorySink::default();
@@ -260,7 +261,7 @@ fn what_is_out_of_sight_for_long_is_forgotten_where_it_is_much() {
     session.view(&[whole], &mut sink).unwrap();
     let triangles = |batches: &[Batch]| batches.iter().map(|b| b.mesh.triangles.len()).sum::<usize>();
     let all = triangles(&sink.batches);
-    // Past the model, a little nearer each time; and back.
+    // Past the model, a little further each time, and back.
     let aside = |k: u32| View {
         forward: whole.forward + 1.3 * whole.forward.cross(whole.up) * (1.0 + 1e-4 * f64::from(k)),
         ..whole
@@ -305,7 +306,7 @@ fn instances_come_move_and_go() {
     assert!(session.add_instance(trimtess::mesh::SceneInstance { part: PartId(9), ..nearer }).is_none());
 }
 
-/// Rows of a part, away from the camera.
+/// Rows of instances of a part, at increasing distances from the camera.
 fn crowd(name: &str) -> Arc<Prepared> {
     let mut model = ModelBuilder::new("crowd");
     let part = model.part(trimtess_models::by_name(name).unwrap().parts.swap_remove(0));
@@ -317,7 +318,7 @@ fn crowd(name: &str) -> Arc<Prepared> {
 }
 
 #[test]
-fn instances_far_away_have_a_mesh_of_their_own_where_that_is_much_coarser() {
+fn distant_instances_have_coarser_levels_of_detail() {
     let prepared = crowd("torus");
     let eye = DVec3::new(60.0, -80.0, 30.0);
     let still = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0] };
@@ -337,7 +338,7 @@ fn instances_far_away_have_a_mesh_of_their_own_where_that_is_much_coarser() {
             };
             let instances = sink.scene.instances.iter().enumerate();
             triangles += instances.map(|(i, instance)| of_row(instance.part, i)).sum::<usize>();
-            // Every instance keeps its pixels, whatever mesh it has.
+            // Every instance keeps the screen-space error, whatever level it has.
             if k == 5 {
                 let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
                 let (share, _) = measured(session.prepared(), &view, 1.0, &frame);
@@ -350,7 +351,7 @@ fn instances_far_away_have_a_mesh_of_their_own_where_that_is_much_coarser() {
 }
 
 #[test]
-fn two_views_share_the_strictest_rates_and_draw_their_own() {
+fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
     let prepared = shape("brake-hub");
     let mut draw = Draw(11);
     let views = path(&mut draw, prepared.bounds.unwrap(), 12);
@@ -371,7 +372,7 @@ fn two_views_share_the_strictest_rates_and_draw_their_own() {
 }
 
 #[test]
-fn what_is_culled_is_not_in_the_picture() {
+fn culled_tiles_are_not_in_the_picture() {
     let prepared = shape("washer");
     let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_backs(true));
     let mut draw = Draw(4);
@@ -399,7 +400,7 @@ fn what_is_culled_is_not_in_the_picture() {
 }
 
 #[test]
-fn a_budget_puts_off_what_is_least_urgent_and_all_is_done_in_the_end() {
+fn a_budget_defers_the_least_urgent_tiles_and_all_are_done_in_the_end() {
     let prepared = shape("brake-hub");
     let budget = Some(Duration::from_micros(300));
     let planner = PlannerOptions::DEFAULT.with_budget(budget);
@@ -422,7 +423,8 @@ fn a_budget_puts_off_what_is_least_urgent_and_all_is_done_in_the_end() {
             break;
         }
     }
-    // Everything keeps the tolerance then; rates may be a step finer than without the budget, by what was on the way.
+    // All tiles keep the tolerance then. Rates may be a step finer than without the budget, because of the path to
+    // them.
     at_once.view(&[last], &mut whole).unwrap();
     let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
     let (share, _) = measured(&prepared, &last, 0.05 * prepared.scene.parts[0].radius, &frame);
@@ -454,7 +456,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
 }
 
 #[test]
-fn views_that_are_no_cameras_show_nothing() {
+fn invalid_views_draw_nothing() {
     let prepared = prepared(trimtess_models::by_name("torus").unwrap());
     let good = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
     let mut session = Session::start(Arc::clone(&prepared), &options(1)).unwrap();

@@ -1,4 +1,4 @@
-//! Plans for cameras: what is asked in pixels is kept in the picture, wherever the camera stands, at no more than it needs.
+//! Plans for cameras: they keep the screen-space error from any camera, at no more than the necessary cost.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod corpus;
@@ -25,7 +25,7 @@ fn prepared(model: Model) -> Arc<Prepared> {
     Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))
 }
 
-/// A file of the corpus, where it is there and can be read.
+/// A file of the corpus, if it exists and can be read.
 #[cfg(feature = "step")]
 fn of_corpus(name: &str) -> Option<Arc<Prepared>> {
     use trimtess::import::step;
@@ -43,7 +43,7 @@ fn shape(name: &str) -> Arc<Prepared> {
     prepared(trimtess_models::by_name(name).unwrap())
 }
 
-/// A part twice, once turned and three times as large.
+/// A part placed twice, once rotated and three times as large.
 fn two_sizes(name: &str) -> Arc<Prepared> {
     let mut model = ModelBuilder::new("two");
     let part = model.part(trimtess_models::by_name(name).unwrap().parts.swap_remove(0));
@@ -62,7 +62,7 @@ fn mesh(prepared: &Arc<Prepared>, plan: &Plan) -> MemorySink {
 }
 
 #[test]
-fn every_tile_keeps_the_pixels_asked_for_and_no_border_opens() {
+fn every_tile_keeps_the_screen_space_error_and_no_border_opens() {
     let mut draw = Draw(1);
     for name in ["torus", "sphere", "cylinder", "wave", "flower", "teapot"] {
         let prepared = shape(name);
@@ -73,29 +73,29 @@ fn every_tile_keeps_the_pixels_asked_for_and_no_border_opens() {
             assert_eq!(plan.shortfall, None, "{name} {view:?}");
             let frame = mesh(&prepared, &plan);
             let (share, seen) = measured(&prepared, &view, 0.05 * prepared.scene.parts[0].radius, &frame);
-            assert!(share <= 1.0, "{name}: {share} times what is asked by {view:?}");
+            assert!(share <= 1.0, "{name}: {share} times the tolerance of {view:?}");
             let facts = check_scene(&frame).total;
             assert_eq!(facts.is_closed(), !["wave", "flower", "teapot"].contains(&name), "{name} {view:?}");
             (most, all) = (most.max(share), all + seen);
         }
-        assert!(most > 0.3 && all > 10_000, "{name}: {most} of what is asked at {all} points");
+        assert!(most > 0.3 && all > 10_000, "{name}: at most {most} of the tolerance at {all} points");
     }
 }
 
 #[test]
-fn the_instance_that_shows_most_decides() {
+fn the_instance_with_the_largest_screen_space_error_decides() {
     let mut draw = Draw(2);
     let prepared = two_sizes("torus");
     for _ in 0..12 {
         let view = draw.view(prepared.bounds.unwrap(), (0.5, 3.0));
         let frame = mesh(&prepared, &plan_for_view(&prepared, &view));
         let (share, _) = measured(&prepared, &view, 0.15 * prepared.scene.parts[0].radius, &frame);
-        assert!(share <= 1.0, "{share} times what is asked by {view:?}");
+        assert!(share <= 1.0, "{share} times the tolerance of {view:?}");
     }
 }
 
 #[test]
-fn what_is_far_is_coarse_beside_what_is_near() {
+fn distant_tiles_are_coarser_than_near_ones() {
     let prepared = shape("teapot");
     let [low, high] = prepared.bounds.unwrap();
     let height = 0.5 * (low.z + high.z);
@@ -117,7 +117,7 @@ fn what_is_far_is_coarse_beside_what_is_near() {
     let (near, far) = (all.clone().min_by(by_depth).unwrap(), all.max_by(by_depth).unwrap());
     let (ratio, depths) = (chord(far) / chord(near), depth(far) / depth(near));
     assert!(ratio > 0.7 * depths && depths > 4.0, "{ratio} at {depths} times the distance");
-    // With parallel lines of sight nothing is far.
+    // In an orthographic view distance does not matter.
     let parallel = View { projection: Projection::Orthographic { height: 100.0 }, ..view };
     let back = View { eye: view.eye + DVec3::X * 1e4, ..parallel };
     let plan = plan_for_view(&prepared, &parallel);
@@ -126,7 +126,7 @@ fn what_is_far_is_coarse_beside_what_is_near() {
 }
 
 #[test]
-fn a_camera_inside_costs_no_explosion() {
+fn a_camera_inside_does_not_explode_the_cost() {
     let mut draw = Draw(3);
     for name in ["teapot", "torus", "flower"] {
         let prepared = shape(name);
@@ -155,7 +155,7 @@ fn a_camera_inside_costs_no_explosion() {
 }
 
 #[test]
-fn all_workers_make_the_same_and_no_camera_is_told() {
+fn all_workers_make_the_same_and_invalid_cameras_are_reported() {
     let prepared = shape("teapot");
     let view = Draw(4).view(prepared.bounds.unwrap(), (1.0, 1.5));
     let plan = Arc::new(plan_for_view(&prepared, &view));

@@ -1,4 +1,4 @@
-//! Cameras by chance, and what their pictures show wrong.
+//! Random cameras, and the screen-space error of their pictures.
 
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -25,7 +25,7 @@ impl Draw {
         DVec3::from([(); 3].map(|()| self.range(-1.0, 1.0))).normalize_or(DVec3::X)
     }
 
-    /// A camera at a multiple of the radius from the middle, looking about there.
+    /// A camera at a multiple of the radius from the middle, looking near the middle.
     pub(crate) fn view(&mut self, [low, high]: [DVec3; 2], away: (f64, f64)) -> View {
         let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
         let eye = middle + self.direction() * radius * self.range(away.0, away.1);
@@ -45,7 +45,7 @@ impl Draw {
     }
 }
 
-/// Where a point is in the picture, in pixels from its middle; `None` beside the picture, and nearer than `near`.
+/// Position of a point in the picture, in pixels from its middle; `None` if off-screen or nearer than `near`.
 pub(crate) fn project(view: &View, near: f64, p: DVec3) -> Option<DVec2> {
     let forward = view.forward.normalize();
     let right = forward.cross(view.up).normalize();
@@ -61,7 +61,7 @@ pub(crate) fn project(view: &View, near: f64, p: DVec3) -> Option<DVec2> {
     p.abs().cmple(0.5 * size).all().then_some(p)
 }
 
-/// The most pixels by which points of a batch's triangles miss the surface, where they are in the picture; and how many are.
+/// The largest screen-space error of a batch's triangles, in pixels, and the number of on-screen sample points.
 pub(crate) fn worst(
     prepared: &Prepared,
     view: &View,
@@ -117,7 +117,7 @@ pub(crate) fn worst(
     (worst, seen)
 }
 
-/// The most deviation of any instance's tile as a share of what is asked, and how many points were measured.
+/// The largest deviation of any instance's tile as a multiple of the tolerance, and the number of sample points.
 pub(crate) fn measured(prepared: &Arc<Prepared>, view: &View, near: f64, frame: &MemorySink) -> (f64, usize) {
     let (mut most, mut seen) = (0.0_f64, 0);
     for instance in &frame.scene.instances {

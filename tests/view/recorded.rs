@@ -1,4 +1,4 @@
-//! Plans kept in a file -> the same frames.
+//! Saved plans -> the same frames.
 
 use super::frames::{drawn, options, path};
 use super::pixels::Draw;
@@ -9,7 +9,7 @@ use trimtess::mesh::MemorySink;
 use trimtess::parallel::Session;
 
 #[test]
-fn plans_that_were_kept_make_the_same_frames_again() {
+fn saved_plans_make_the_same_frames_again() {
     let prepared = shape("brake-hub");
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = MemorySink::default();

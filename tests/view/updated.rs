@@ -1,5 +1,5 @@
-//! Tiles that are patched up from frame to frame: the same vertices, boundaries and areas as made from nothing, whatever the path, and no
-//! trace of how many workers there were or of frames that were left.
+//! Tiles updated incrementally from frame to frame: the same vertices, boundaries and areas as made without history,
+//! whatever the path, the number of workers and the cancelled frames.
 
 use super::frames::{balanced, drawn, from_scratch, path};
 use super::pixels::Draw;
@@ -22,7 +22,7 @@ const SOME: [Reuse; 5] = [
     Reuse { samples: false, trace: false, ..Reuse::ALL },
 ];
 
-/// Sides of triangles that no other triangle runs along backwards, ascending.
+/// Sides of triangles that no other triangle uses in reverse, in ascending order.
 fn boundary(mesh: &TileMesh) -> Vec<(u32, u32)> {
     let mut sides: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     for &[a, b, c] in &mesh.triangles {
@@ -39,7 +39,7 @@ fn boundary(mesh: &TileMesh) -> Vec<(u32, u32)> {
     sides.into_iter().filter_map(directed).collect()
 }
 
-/// Twice the areas in space and in (u,v), the latter signed.
+/// Twice the areas in space and in (u,v); the latter is signed.
 fn areas(mesh: &TileMesh) -> (f64, f64) {
     let p = |v: u32| mesh.positions[v as usize];
     let q = |v: u32| mesh.uvs[v as usize].as_dvec2();
@@ -47,7 +47,7 @@ fn areas(mesh: &TileMesh) -> (f64, f64) {
     mesh.triangles.iter().map(area).fold((0.0, 0.0), |sum, area| (sum.0 + area.0, sum.1 + area.1))
 }
 
-/// The same mesh with its lattice points in the order of the lattice: what is patched has them in another one.
+/// The same mesh with its lattice points in lattice order, which updated tiles do not keep.
 fn in_order(mesh: &TileMesh) -> TileMesh {
     let key = |v: &usize| match mesh.origins[*v] {
         Origin::Edge { .. } | Origin::Border { .. } => (0, 0, *v as u32),
@@ -69,7 +69,8 @@ fn in_order(mesh: &TileMesh) -> TileMesh {
     }
 }
 
-/// Asserts that two meshes of a tile differ in nothing but how their inside is cut into triangles. Whether they differ in that.
+/// Asserts that two meshes of a tile differ at most in the triangulation of their inside. Returns whether they differ
+/// in that.
 fn same_but_inside(kind: SurfaceKind, patched: &TileMesh, made: &TileMesh, case: &str) -> bool {
     let (patched, made) = (&in_order(patched), &in_order(made));
     assert!(
@@ -116,7 +117,7 @@ fn kind(prepared: &Prepared, part: PartId, tile: TileId) -> SurfaceKind {
 }
 
 #[test]
-fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
+fn updated_tiles_equal_those_made_without_history_except_inside() {
     for name in ["torus", "washer", "flower", "brake-hub", "brake-rotor", "trimmed-teapot"] {
         let prepared = shape(name);
         for (k, patch) in SOME.into_iter().enumerate() {
@@ -128,7 +129,7 @@ fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
                 let all = prepared.tiles().map(|(part, tile, _)| (part, tile));
                 let changed: Vec<_> = if f == 0 { all.collect() } else { planner.changes().tiles.clone() };
                 for (part, tile) in changed {
-                    // Some frames are missed.
+                    // Skips some frames.
                     if f % 7 == 3 && tile.0 % 2 == 0 {
                         continue;
                     }
@@ -144,11 +145,11 @@ fn patched_tiles_are_those_made_from_nothing_but_for_the_inside() {
     }
 }
 
-/// Files of the corpus with planes of many holes, folds, poles and loops within a cell.
+/// Files of the corpus with planes of many holes, folds, poles and loops within one cell.
 const FILES: [&str; 4] = ["mini_heatsink.stp", "as1_oc_214.stp", "periodic_pole_solid.stp", "tank_torus_sphere.stp"];
 
 #[test]
-fn sessions_that_patch_have_no_cracks() {
+fn sessions_that_update_tiles_have_no_cracks() {
     let mut differ = 0;
     let files = FILES.into_iter().filter_map(|name| Some((name, of_corpus(name)?)));
     for (name, prepared) in ["brake-hub", "trimmed-teapot"].map(|name| (name, shape(name))).into_iter().chain(files) {
@@ -172,11 +173,11 @@ fn sessions_that_patch_have_no_cracks() {
         }
         assert!(stretches > 1000 && kept > 0, "{name}: {stretches} {kept}");
     }
-    assert!(differ > 0, "nothing was patched");
+    assert!(differ > 0, "no tile was updated incrementally");
 }
 
 #[test]
-fn neither_the_number_of_workers_nor_frames_that_are_left_show_in_what_is_patched() {
+fn neither_the_number_of_workers_nor_cancelled_frames_change_updated_tiles() {
     let prepared = shape("brake-hub");
     let views = path(&mut Draw(23), prepared.bounds.unwrap(), 60);
     let frames = |workers: usize, pause: bool| {
@@ -187,7 +188,7 @@ fn neither_the_number_of_workers_nor_frames_that_are_left_show_in_what_is_patche
         for (f, view) in views.iter().enumerate() {
             session.begin(&[*view]).unwrap();
             if f % 6 == 5 {
-                // Left sooner or later: nothing of how far it came must show.
+                // Cancelled at any stage: how far the frame had come must not matter.
                 while pause && !session.is_made() {
                     std::thread::yield_now();
                 }

@@ -1,4 +1,4 @@
-//! A path's views -> what each tile costs in its frames, one thread, tile by tile; and what handing frames over costs.
+//! Views of a path -> the cost of each tile on one thread, and the cost of handing frames to workers.
 
 use super::flight::ms;
 use super::uploads::Uploads;
@@ -17,22 +17,22 @@ use trimtess::parallel::distribute::{Load, loads};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
-/// Frames in which tiles are timed: they are spread over the path.
+/// Maximum number of frames in which tiles are timed, spread over the path.
 const SAMPLED: usize = 30;
-/// How often each tile is made; its cost is the least, so that what else the machine does is left out.
+/// How often each tile is made. Its cost is the minimum, to exclude interference by other processes.
 const TIMES: usize = 3;
 
-/// What tiles cost.
+/// Measured costs of tiles.
 pub(super) struct Costs {
-    /// Expected costs and places of the tiles.
+    /// Expected costs and positions of the tiles.
     pub(super) tiles: Vec<Load>,
-    /// How many frames of the path are from one row to the next.
+    /// Frames of the path per row of `frames`.
     pub(super) stride: usize,
-    /// Milliseconds: a row for each frame that was timed, and in it each tile; 0 for those that were not made.
+    /// Milliseconds per timed frame and tile; 0 for tiles that were not made.
     pub(super) frames: Vec<Vec<f64>>,
 }
 
-/// Times all tiles in some frames of a path, of which each is made anew. The frame path of sessions is not touched by this.
+/// Times all tiles, made from scratch, in some frames of a path. Runs outside of sessions.
 pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Result<Costs, Failure> {
     let stride = views.len().div_ceil(SAMPLED).max(1);
     let mut scratch = Scratch::default();
@@ -45,8 +45,8 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
     Ok(Costs { tiles: loads(prepared), stride, frames })
 }
 
-/// Times the tiles that a session makes in each frame of a path but the first, where it keeps what it can: once, since a tile that is
-/// patched is another one then.
+/// Times the tiles that a coherent session makes in each frame of a path except the first. Each update is timed once,
+/// because it changes the tile cache.
 pub(super) fn record_changes(
     prepared: &Arc<Prepared>,
     views: &[View],
@@ -81,7 +81,7 @@ pub(super) fn record_changes(
     Ok(Costs { tiles: loads(&rows), stride: 1, frames })
 }
 
-/// Milliseconds of each of some tiles.
+/// Times the tiles in `which`, milliseconds.
 fn tiles(prepared: &Prepared, plan: &Plan, which: &[(PartId, TileId)], scratch: &mut Scratch) -> Vec<f64> {
     let mut costs = vec![f64::INFINITY; which.len()];
     for _ in 0..TIMES {
@@ -94,17 +94,17 @@ fn tiles(prepared: &Prepared, plan: &Plan, which: &[(PartId, TileId)], scratch: 
     costs
 }
 
-/// What something returns, and milliseconds that it took.
+/// Runs `work`; returns its result and milliseconds.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let (begun, used) = (Instant::now(), ThreadTime::try_now());
     let done = work();
-    // By the clock where that is less: asking the system takes time too. By the processor where others had it meanwhile.
+    // The minimum of both clocks: reading processor time takes time itself, and wall time includes other processes.
     let elapsed = begun.elapsed();
     let used = used.ok().and_then(|used| Some(ThreadTime::try_now().ok()?.duration_since(used)));
     (done, ms(used.map_or(elapsed, |used| used.min(elapsed))))
 }
 
-/// Milliseconds from an order to the last delivery when there is nothing to do: the median of some frames.
+/// Milliseconds from an order to the last delivery of an empty frame: the median of 101 frames.
 pub(super) fn hand_off(workers: usize) -> Result<f64, Failure> {
     const FRAMES: usize = 101;
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());

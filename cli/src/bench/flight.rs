@@ -1,4 +1,4 @@
-//! Views one after another through a session -> what each frame took, stage by stage and worker by worker.
+//! A sequence of views through a session -> times of each frame by stage and worker.
 
 use super::kept::{Counts, Kept};
 use super::uploads::{Size, Uploads};
@@ -11,25 +11,25 @@ use trimtess::frame::{Intensive, Lines, Plan, PlannerOptions, Reuse, View, plan_
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
-/// What a frame takes over from the last one.
+/// What a frame reuses of the last one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Coherence {
-    /// Nothing: a plan from nothing, all tiles.
+    /// Nothing: make the plan and all tiles from scratch.
     #[default]
     Off,
-    /// The plan, of which only what the view asks for changes; all tiles in the picture are made anew.
+    /// Update the plan; rebuild all visible tiles.
     Plan,
-    /// The plan, and all tiles that it leaves as they are; the others are patched up.
+    /// Update the plan; keep unchanged tiles and update changed ones incrementally.
     On,
-    /// The plan, and all tiles that it leaves as they are; the others are made from nothing.
+    /// Update the plan; keep unchanged tiles and rebuild changed ones.
     Anew,
-    /// As `on`, patching up everything that can be, also where that is slower.
+    /// Like `on`, but update incrementally wherever possible, even if slower.
     All,
-    /// As `all`, but places and normals of vertices are evaluated.
+    /// Like `all`, but evaluate all positions and normals.
     NoSamples,
-    /// As `all`, but all crossings are traced.
+    /// Like `all`, but trace all crossings.
     NoTrace,
-    /// As `all`, but all triangles are made from nothing.
+    /// Like `all`, but rebuild all triangles.
     NoTriangles,
 }
 
@@ -59,15 +59,15 @@ impl Coherence {
     }
 }
 
-/// How lines follow rates, in plans that are kept.
+/// How lattice lines follow changes of level, if plans are reused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Follow {
-    /// Placed anew whenever a rate changes its step: as few as keep the tolerance, as even.
+    /// Spread lines evenly after each change of level, as few as the tolerance allows.
     #[default]
     Spread,
-    /// Lines stay, and all intervals between them that fail their criteria are split.
+    /// Keep lines, and split every interval that violates the tolerance.
     Split,
-    /// Lines stay, and as many intervals are split as make up the number of lines: up to four times the deviation.
+    /// Keep lines, and split only until there are as many as `spread` places; up to four times the deviation.
     SplitRendering,
 }
 
@@ -89,7 +89,7 @@ impl Follow {
     }
 }
 
-/// What is flown, how, and how often.
+/// Arguments of [`fly`].
 pub(super) struct Order<'a> {
     pub(super) prepared: &'a Arc<Prepared>,
     pub(super) views: &'a [View],
@@ -97,24 +97,24 @@ pub(super) struct Order<'a> {
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
     pub(super) lines: Lines,
-    /// How often the path is flown; each frame's times are the least of all.
+    /// Number of flights. Each frame's times are the minimum over all flights.
     pub(super) rounds: usize,
 }
 
 /// Milliseconds of one frame, or of one worker in it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Times {
-    /// The master: from the view to the plan.
+    /// From the view to the plan, on the master.
     pub(super) plan: f64,
     /// From the plan to the last delivery.
     pub(super) make: f64,
-    /// From there until the sink had everything.
+    /// From the last delivery to the end of the commit.
     pub(super) commit: f64,
-    /// All three.
+    /// From the view to the end of the commit.
     pub(super) frame: f64,
-    /// Processor time of the thread that calls: plan, hand-off and commit.
+    /// Processor time of the calling thread: plan, hand-off and commit.
     pub(super) caller_cpu: f64,
-    /// What each worker was busy.
+    /// Busy time of each worker.
     pub(super) busy: Vec<f64>,
     /// Processor time of each worker.
     pub(super) cpu: Vec<f64>,
@@ -149,39 +149,39 @@ impl Times {
         self.cpu.iter_mut().zip(&other.cpu).for_each(|(a, b)| least(a, b));
     }
 
-    /// What the frame would take on a machine that does nothing else: the caller's processor time, and the longest of a worker.
+    /// Estimated frame time on an otherwise idle machine: processor time of the caller plus the maximum of the workers.
     pub(super) fn undisturbed(&self) -> f64 {
         self.caller_cpu + self.cpu.iter().copied().fold(0.0, f64::max)
     }
 }
 
-/// What one frame made.
+/// Output of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Made {
     /// Tiles that were made.
     pub(super) tiles: u64,
     /// Bytes of batches.
     pub(super) uploaded: u64,
-    /// What a renderer holds after it.
+    /// What a renderer holds after the frame.
     pub(super) held: Size,
-    /// Bytes that workers keep to patch tiles up with.
+    /// Size of the workers' tile caches, bytes.
     pub(super) kept: u64,
 }
 
-/// A path, flown.
+/// Results of flying a path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Flight {
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
-    /// Where tiles are taken over: what of those that are not was there before.
+    /// How much of the rebuilt tiles was there before. Only for [`Coherence::On`].
     pub(super) kept: Option<Kept>,
     pub(super) times: Vec<Times>,
-    /// Of the last round.
+    /// Output per frame, in the last round.
     pub(super) made: Vec<Made>,
-    /// Resident memory of the process after the first frame and after the last, bytes.
+    /// Resident memory of the process after the first and the last frame, bytes.
     pub(super) resident: [Option<u64>; 2],
-    /// How long it took in all.
+    /// Duration of all rounds.
     pub(super) seconds: f64,
 }
 
@@ -237,7 +237,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     Ok(flight)
 }
 
-/// What tiles that are made again keep, along a path: not timed, since it holds plans.
+/// Measures how much rebuilt tiles keep along a path. A separate flight without times, because it holds on to plans.
 fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<Kept, Failure> {
     let mut counts = Counts::default();
     session.forget();
@@ -254,7 +254,7 @@ fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<Kep
     Ok(counts.shares())
 }
 
-/// A frame that takes nothing over.
+/// Makes a frame that reuses nothing.
 fn anew(
     session: &mut Session,
     prepared: &Prepared,
@@ -271,7 +271,7 @@ fn anew(
     Ok(report)
 }
 
-/// Milliseconds.
+/// Converts a duration to milliseconds.
 pub(super) fn ms(duration: Duration) -> f64 {
     1e3 * duration.as_secs_f64()
 }

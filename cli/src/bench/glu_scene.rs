@@ -1,7 +1,7 @@
-//! The Utah teapot with three holes in each of its 32 patches, seen from four sides: triangles, error in pixels, cracks and time of
-//! one thread, for several tolerances; or what frames along 300 views of that path take.
+//! The Utah teapot with three holes in each of its 32 patches -> triangles, error in pixels, cracks and single-thread
+//! time from four sides for several tolerances, or frame times along 300 views of that path.
 //!
-//! It also judges another program's triangles for the same scene, and prints the scene's control points for it
+//! Also measures the triangles of another program for the same scene, and prints the scene's control points for it
 //! (docs/benchmarks.md: libGLU).
 
 use crate::limits::unprepared;
@@ -22,7 +22,7 @@ use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{Prepared, prepare};
 
 const SIZE: (u32, u32) = (1920, 1080);
-/// Millimetres per unit of the published teapot, in which the camera's path is stated.
+/// Millimetres per unit of the published teapot. The camera path is defined in these units.
 const UNIT: f64 = 20.0;
 const VIEWS: usize = 4;
 
@@ -32,29 +32,29 @@ const VIEWS: usize = 4;
 pub(super) struct GluSceneArgs {
     #[command(subcommand)]
     other: Option<Other>,
-    /// Tolerances, a line each.
+    /// Tolerances in pixels; prints one line for each.
     #[arg(value_name = "PIXELS", value_parser = positive,
           default_values_t = [4.0, 2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.1])]
     pixels: Vec<f64>,
 }
 
-/// What is told instead of the table.
+/// Output other than the table.
 #[derive(clap::Subcommand)]
 enum Other {
-    /// What frames along 300 views of the path take, each made anew or after the one before.
+    /// Time frames along 300 views of the path, each rebuilt from scratch or updated from the one before.
     Path {
-        /// Tolerances.
+        /// Tolerances in pixels.
         #[arg(value_name = "PIXELS", value_parser = positive, required = true)]
         pixels: Vec<f64>,
     },
-    /// The same measures of another program's triangles.
+    /// Measure the triangles of another program.
     Triangles {
-        /// A file for each view: 16 little-endian f32 a triangle, its patch, then x y z u v of each corner.
+        /// One file per view, with 16 little-endian f32 per triangle: the patch, then x y z u v of each corner.
         #[arg(value_name = "FILES", required = true)]
         files: Vec<PathBuf>,
     },
-    /// The scene's control points, in millimetres: how many, and how many patches; the points; 16 numbers of points a patch,
-    /// u-major.
+    /// Print the control points of the scene in millimetres: numbers of points and patches; the points; 16 indices of
+    /// points per patch, u-major.
     Points,
 }
 
@@ -80,12 +80,12 @@ pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure>
     Ok(Done::Clean)
 }
 
-/// A failure in another's words.
+/// Converts an error to a failure.
 fn cannot(error: impl std::fmt::Display) -> Failure {
     Failure::Cannot(error.to_string())
 }
 
-/// The teapot with two circles and a flower of 48 straight pieces cut out of each patch; and its patches.
+/// The teapot with two circles and a flower of 48 straight segments cut out of each patch, and its patches.
 fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
     let teapot = trimtess_models::by_name("teapot").ok_or_else(|| cannot("no teapot"))?;
     let flower = |k: u32| {
@@ -137,7 +137,7 @@ fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Co
     Ok(())
 }
 
-/// A plan, and the time that planning and tessellating take: the least of some rounds, each long enough for the clock.
+/// Makes a plan, and times planning and tessellating: minimum of some rounds, each long enough for the clock.
 fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
     const ROUNDS: u32 = 5;
     const TIMES: u32 = 10;
@@ -158,7 +158,7 @@ fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
     (plan, least)
 }
 
-/// Flies the path with one worker, and tells processor time a frame: the caller's and the worker's.
+/// Flies the path with one worker and prints processor time per frame, of caller and worker together.
 fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
     const FRAMES: usize = 300;
     const ROUNDS: usize = 5;
@@ -188,20 +188,21 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
         }
         let ms = 1e3 * least.as_secs_f64() / FRAMES as f64;
         let [triangles, tiles] = [triangles, tiles].map(|n| n as f64 / FRAMES as f64);
-        let how = if coherent { "coherent" } else { "anew    " };
+        let how = if coherent { "coherent" } else { "rebuilt " };
         let rate = 1e3 / ms;
         crate::tell(&format!(
-            "{px:6.2} px, {how} | {ms:7.3} ms a frame, {rate:8.1} frames/s | {triangles:7.0} triangles, {tiles:5.1} tiles made\n"
+            "{px:6.2} px, {how} | {ms:7.3} ms/frame, {rate:8.1} frames/s | {triangles:7.0} triangles, \
+             {tiles:5.1} tiles made\n"
         ))?;
     }
     Ok(())
 }
 
-/// Time that this thread has used, where the system tells (Linux); the time of day elsewhere.
+/// Processor time of this thread on Linux, wall time elsewhere.
 fn time() -> Duration {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat");
-    let used = told.ok().and_then(|text| text.split(' ').next()?.parse().ok());
+    let schedstat = std::fs::read_to_string("/proc/thread-self/schedstat");
+    let used = schedstat.ok().and_then(|text| text.split(' ').next()?.parse().ok());
     used.map_or_else(|| START.elapsed(), Duration::from_nanos)
 }
 
@@ -240,12 +241,12 @@ fn read_triangles(bytes: &[u8], patches: usize) -> Result<Vec<Triangle>, Failure
     };
     let triangles: Vec<Triangle> = numbers.as_chunks().0.iter().map(triangle).collect();
     match triangles.iter().find(|triangle| triangle.patch >= patches) {
-        Some(wrong) => Err(cannot(format!("a triangle of patch {}; there are {patches}", wrong.patch))),
+        Some(wrong) => Err(cannot(format!("a triangle belongs to patch {} of only {patches}", wrong.patch))),
         None => Ok(triangles),
     }
 }
 
-/// The scene's control points, and the numbers of each patch's.
+/// Control points of the scene, and indices of them for each patch.
 fn points(patches: &[NurbsSurface]) -> String {
     let mut text = format!("{} {}\n", 16 * patches.len(), patches.len());
     for p in patches.iter().flat_map(|patch| &patch.points) {
@@ -258,7 +259,7 @@ fn points(patches: &[NurbsSurface]) -> String {
     text
 }
 
-/// One of the cameras on a path around the teapot.
+/// A camera on the path around the teapot.
 struct Camera {
     eye: DVec3,
     forward: DVec3,
@@ -295,7 +296,7 @@ impl Camera {
         }
     }
 
-    /// Where a point is in the picture, in pixels from its middle.
+    /// Projects a point to pixels from the middle of the picture.
     fn project(&self, point: DVec3) -> DVec2 {
         let local = point - self.eye;
         let focal = 0.5 * f64::from(SIZE.1) / (0.5 * Self::FOV_Y).tan();
@@ -303,19 +304,19 @@ impl Camera {
     }
 }
 
-/// What is wrong with triangles.
+/// Quality measures of triangles.
 #[derive(Default)]
 struct Judged {
     count: usize,
-    /// Distances in the picture between points of triangles and the points of the surface next to them.
+    /// Screen-space distances between samples of triangles and the nearest points of the surface.
     pixels: Vec<f64>,
-    /// Edges of triangles along borders that two patches have in common, and those without a partner.
+    /// Triangle edges along borders shared by two patches, and how many of them have no partner.
     border_edges: usize,
     unmatched: usize,
 }
 
 impl Judged {
-    const HEAD: &str = "triangles a view | px max,  99 %, median | T-junctions ";
+    const HEAD: &str = "triangles / view | px max,  99 %, median | T-junctions ";
 
     fn add(&mut self, triangles: &[Triangle], patches: &[NurbsSurface], camera: &Camera) {
         self.count += triangles.len();
@@ -348,14 +349,14 @@ impl Judged {
     }
 }
 
-/// Barycentric coordinates of the points at which triangles are measured: a grid of fifths, without the corners.
+/// Barycentric coordinates of the samples of a triangle: a grid of fifths without the corners.
 fn places() -> impl Iterator<Item = DVec3> {
     const N: u32 = 5;
     let all = (0..=N).flat_map(|i| (0..=N - i).map(move |j| [i, j, N - i - j]));
     all.filter(|w| !w.contains(&N)).map(|w| DVec3::from(w.map(f64::from)) / f64::from(N))
 }
 
-/// How far a triangle's point is from the next point of the surface, in pixels.
+/// Screen-space distance of a triangle's sample to the nearest point of the surface.
 fn deviation(patch: &NurbsSurface, corners: &[Corner; 3], w: DVec3, camera: &Camera) -> f64 {
     let [a, b, c] = corners;
     let point = a.point * w.x + b.point * w.y + c.point * w.z;
@@ -377,13 +378,13 @@ fn deviation(patch: &NurbsSurface, corners: &[Corner; 3], w: DVec3, camera: &Cam
     camera.project(point).distance(camera.project(next))
 }
 
-/// The side of the patch (u = 0, u = 1, v = 0, v = 1) that an edge is on.
+/// The side of the patch (u = 0, u = 1, v = 0, v = 1) that a triangle edge lies on.
 fn side(ends: [Corner; 2]) -> Option<usize> {
     let on = |at: fn(&Corner) -> f64| ends.iter().all(|c| at(c).abs() < 1e-5);
     [on(|c| c.uv.x), on(|c| 1.0 - c.uv.x), on(|c| c.uv.y), on(|c| 1.0 - c.uv.y)].iter().position(|&on| on)
 }
 
-/// Which sides of each patch are another's too.
+/// Which sides of each patch are shared with another patch.
 fn shared_sides(patches: &[NurbsSurface]) -> Vec<[bool; 4]> {
     let key = |p: &DVec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let of_patch = |patch: &NurbsSurface| {

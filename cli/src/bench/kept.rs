@@ -1,4 +1,4 @@
-//! Plans of consecutive frames, and the tiles that were made in the later one -> how much of these was in the plan before.
+//! Plans of consecutive frames and the tiles rebuilt in the later one -> how much of these was in the plan before.
 
 use serde::Serialize;
 use std::collections::HashSet;
@@ -6,22 +6,22 @@ use trimtess::frame::{Plan, TileLattice};
 use trimtess::model::{PartId, TileId};
 use trimtess::prepare::Prepared;
 
-/// Shares of what tiles that were made again consist of that was there before; of all of them together, 0 to 1.
+/// Fractions of the content of rebuilt tiles that was there before, over all rebuilt tiles, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Kept {
-    /// Tiles whose lattices are the same: only edges changed.
+    /// Tiles with an unchanged lattice: only edges changed.
     pub(super) lattices: f64,
     /// Lattice lines inside tiles.
     pub(super) lines: f64,
-    /// Cells between the same lines.
+    /// Cells between the same adjacent lines.
     pub(super) cells: f64,
-    /// Tessellants along tiles.
+    /// Tessellants along the boundaries of tiles.
     pub(super) tessellants: f64,
-    /// Stretches between two tessellants that were neighbours.
+    /// Boundary segments between the same adjacent tessellants.
     pub(super) segments: f64,
 }
 
-/// A count, and how many of it were there before.
+/// A number of items, and how many of them were there before.
 #[derive(Clone, Copy, Debug, Default)]
 struct Count {
     kept: usize,
@@ -50,7 +50,7 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// Counts the tiles that a frame made again.
+    /// Adds the tiles `made` in the frame of plan `now`.
     pub(super) fn add(&mut self, prepared: &Prepared, before: &Plan, now: &Plan, made: &[(PartId, TileId)]) {
         for &(part, tile) in made {
             let (p, t) = (part.index(), tile.0 as usize);
@@ -92,7 +92,7 @@ impl Counts {
     }
 }
 
-/// How many parameters are in both, and how many pairs of neighbours.
+/// How many parameters of `new` are in `old`, and how many adjacent pairs.
 fn same(old: &[f64], new: &[f64]) -> (usize, usize) {
     let points: HashSet<u64> = old.iter().map(|x| x.to_bits()).collect();
     let pairs: HashSet<[u64; 2]> = old.windows(2).map(|w| [w[0].to_bits(), w[1].to_bits()]).collect();

@@ -1,4 +1,4 @@
-//! `trimtess bench`: a camera's path over a model, timed stage by stage and worker by worker.
+//! `trimtess bench`: times a camera path over a model by stage and worker.
 
 mod costs;
 mod flight;
@@ -35,59 +35,61 @@ pub(crate) struct BenchArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
     #[arg(value_name = "FILE", value_parser = input::parse, required = true)]
     pub(crate) input: Option<Input>,
-    /// Where the camera goes: orbit, zoom, walk, glu (the path of the comparison with libGLU), or a file that --save-path wrote.
+    /// Camera path: orbit, zoom, walk, glu (the path of the comparison with libGLU), or a file written by --save-path.
     #[arg(long, value_name = "PATH", value_parser = route::parse, default_value = "orbit")]
     path: Route,
-    /// Frames of the path [default: 300, or all that were recorded].
+    /// Number of frames of the path [default: 300, or all recorded views].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// What frames take over from the last one; several, with commas, are measured one after the other.
+    /// What frames reuse of the last one. A comma-separated list measures several.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', default_values = ["off", "on"])]
     coherence: Vec<Coherence>,
-    /// How lattice lines and tessellants follow rates that change; several, with commas, are measured one after the other, where
-    /// plans are kept.
+    /// How lattice lines and tessellants follow changes of level, if plans are reused. A comma-separated list measures
+    /// several.
     #[arg(long, value_name = "HOW", value_delimiter = ',', default_values = ["spread"])]
     lines: Vec<Follow>,
-    /// As many times the lines that are needed there may be, from 1 to 2, where they are split: else they are placed anew.
+    /// Upper bound on split lattice lines, as a multiple of what `spread` places, from 1 to 2. Beyond it, lines are
+    /// spread.
     #[arg(long, value_name = "X", value_parser = positive, default_value_t = 2.0)]
     most_lines: f64,
-    /// Frames after which the lines of each tile are placed anew, if they were split; tiles take turns [default: never].
+    /// Spread the split lines of each tile again every N frames; tiles take turns [default: never].
     #[arg(long, value_name = "N")]
     resync: Option<NonZeroU32>,
-    /// How often the path is flown: each frame's times are the least of all.
+    /// Number of flights along the path. Each frame's time is the minimum over all flights.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
     rounds: u32,
     /// Width and height in pixels [default: 1920x1080, or as recorded].
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
-    /// Largest distance between picture and exact surface, pixels [default: 0.5, or as recorded].
+    /// Maximum screen-space error, pixels [default: 0.5, or as recorded].
     #[arg(long, value_name = "P", value_parser = positive)]
     deviation_px: Option<f64>,
-    /// Largest turning of the normal across a triangle, degrees [default: 30, or as recorded].
+    /// Maximum angle by which the normal turns across a lattice cell, degrees [default: 30, or as recorded].
     #[arg(long, value_name = "DEG", value_parser = positive)]
     angle: Option<f64>,
-    /// Time each tile by itself, all of them in 30 of the frames and those that changed in each, and tell how evenly 4, 8, 16, 32 and 64 workers (or as many as are given) would
-    /// be loaded, dealt in several ways.
+    /// Time each tile alone (all tiles in 30 of the frames, changed tiles in every frame), and simulate how evenly 4,
+    /// 8, 16, 32 and 64 workers (or the numbers given) would be loaded under several ways of dealing tiles.
     #[arg(long, value_name = "N,N,…", num_args = 0..=1, require_equals = true, default_missing_value = "4,8,16,32,64",
           value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..))]
     replay: Vec<u16>,
-    /// Write the result as JSON.
+    /// Write the results as JSON.
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
-    /// Write charts.
+    /// Write charts as SVG.
     #[arg(long, value_name = "OUT.svg")]
     plot: Option<PathBuf>,
-    /// Write the views, for --path.
+    /// Write the views to a file for --path.
     #[arg(long, value_name = "OUT.json")]
     save_path: Option<PathBuf>,
 }
 
-/// What is measured without a path over a file.
+/// Measurements other than a camera path over a file.
 #[derive(clap::Subcommand)]
 enum Other {
-    /// The trimmed teapot of the comparison with libGLU: triangles, error in pixels, cracks, time of one thread.
+    /// Measure the trimmed teapot of the comparison with libGLU: triangles, error in pixels, cracks, time of one
+    /// thread.
     GluScene(glu_scene::GluSceneArgs),
-    /// What tiles cost by what is in them: the weights that `prepare` gives, fitted to times of this machine.
+    /// Fit a cost model of tiles to times on this machine, and compare it with the weights from `prepare`.
     TileCosts(tile_costs::TileCostsArgs),
 }
 
@@ -118,7 +120,7 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done
     let mut flights = Vec::new();
     let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
     for &coherence in &args.coherence {
-        // Plans from nothing have no lines to keep.
+        // Plans made from scratch have no lines to keep.
         let ways = if coherence == Coherence::Off { &[Follow::Spread][..] } else { &args.lines };
         for &follow in ways {
             for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
@@ -174,8 +176,8 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done
     Ok(Done::Clean)
 }
 
-/// How evenly each number of workers would be loaded, and where a frame's time would go, where frames take over as much as those
-/// flights do.
+/// Simulates each number of workers: efficiency, and the parts of a frame's time. Planning and commit times are medians
+/// of `flights`.
 fn replayed(
     costs: &Costs,
     numbers: &[usize],
@@ -200,7 +202,7 @@ fn replayed(
             frame_ms: Losses { work, imbalance: most - work, master, handoff },
         })
     };
-    // Tiles that were not made have no costs.
+    // Tiles that were not made have cost 0.
     let all: Vec<f64> = frames.iter().flatten().filter(|&&ms| ms > 0.0).map(|ms| 1e3 * ms).collect();
     let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
     let most = all.iter().copied().fold(0.0, f64::max);
@@ -213,7 +215,7 @@ fn replayed(
     })
 }
 
-/// The tiles that cost most in any frame, the worst first.
+/// The most expensive tiles of any frame, worst first.
 fn costly(prepared: &Prepared, costs: &Costs) -> Vec<Costly> {
     const TOLD: usize = 5;
     let work: Vec<f64> = costs.frames.iter().map(|frame| frame.iter().sum()).collect();

@@ -1,4 +1,4 @@
-//! The report -> charts as SVG: what each frame took, and how evenly workers were loaded.
+//! The report -> charts as SVG: time of each frame, and load balance of the workers.
 
 use super::flight::Flight;
 use super::replay::Policy;
@@ -7,11 +7,11 @@ use crate::Failure;
 use plotters::prelude::*;
 use std::path::Path;
 
-/// Width, and height of each chart, pixels.
+/// Width and height of a chart, pixels.
 const SIZE: (u32, u32) = (960, 420);
 const FONT: (&str, u32) = ("sans-serif", 15);
 
-/// Writes the charts, whole or not at all.
+/// Writes the charts atomically.
 pub(super) fn save(report: &Report, flights: &[Flight], file: &Path) -> Result<(), Failure> {
     let cannot = |why: &dyn std::fmt::Display| Failure::Cannot(format!("{}: {why}", file.display()));
     let charts = 1 + report.replays.len() as u32;
@@ -34,14 +34,14 @@ pub(super) fn save(report: &Report, flights: &[Flight], file: &Path) -> Result<(
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 type Drawn<'a> = Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
 
-/// Milliseconds of each frame along the path, by powers of ten.
+/// Milliseconds of each frame along the path, on a logarithmic scale.
 fn frames<'a>(report: &Report, flights: &[Flight], area: &Area<'a>) -> Drawn<'a> {
     let all = || flights.iter().flat_map(|flight| &flight.times).map(|t| t.frame);
     let (low, high) = all().fold((f64::INFINITY, 1e-3_f64), |(low, high), ms| (low.min(ms), high.max(ms)));
     let longest = flights.iter().map(|flight| flight.times.len()).max().unwrap_or(1);
     let path = report.runs.first().map_or("", |run| run.path.as_str());
     let mut chart = ChartBuilder::on(area)
-        .caption(format!("{}, {path}: ms a frame", report.model), FONT)
+        .caption(format!("{}, {path}: ms per frame", report.model), FONT)
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(56)
@@ -58,12 +58,12 @@ fn frames<'a>(report: &Report, flights: &[Flight], area: &Area<'a>) -> Drawn<'a>
     legend(&mut chart, SeriesLabelPosition::UpperRight)
 }
 
-/// Efficiency by the number of workers: replayed for each way to deal tiles, measured as dots.
+/// Efficiency by number of workers: a line per way of dealing tiles as simulated, and dots as measured.
 fn balance<'a>(report: &Report, replay: &Replay, area: &Area<'a>) -> Drawn<'a> {
     let rows = &replay.rows;
     let most = rows.iter().map(|row| row.workers).max().unwrap_or(2) as f64;
     let mut chart = ChartBuilder::on(area)
-        .caption(format!("{}: mean over largest load of workers, coherence {}", report.model, replay.coherence), FONT)
+        .caption(format!("{}: mean over maximum load of workers, coherence {}", report.model, replay.coherence), FONT)
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(56)

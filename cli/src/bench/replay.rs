@@ -1,28 +1,28 @@
-//! What tiles cost in the frames of a path -> how evenly a way to deal them loads any number of workers.
+//! Costs of tiles in the frames of a path -> load balance of a way of dealing tiles, for any number of workers.
 //!
-//! Workers never talk to each other, so that a frame's work is over when the one with the most has done it: efficiency is the mean
-//! of the workers' loads over the largest, both summed over the frames.
+//! Workers do not exchange work, so a frame ends with its most loaded worker. Efficiency is the mean load of the
+//! workers over the maximum, both summed over frames.
 
 use trimtess::parallel::distribute::{Load, along_curve, deal};
 
-/// A way to deal tiles.
+/// A way of dealing tiles to workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Policy {
-    /// Windows along the Hilbert curve, by weight: what sessions do.
+    /// By weight in windows along the Hilbert curve, as sessions do.
     Windows,
-    /// The same, were tiles cut so that none ever costs more than [`CAP`].
+    /// Like [`Policy::Windows`], with tiles cut so that none costs more than [`CAP`].
     Capped,
-    /// One stretch of the Hilbert curve each, of equal weight.
+    /// One stretch of the Hilbert curve per worker, of equal weight.
     Contiguous,
-    /// By lot.
+    /// At random.
     Random,
-    /// By what they cost in the epoch before, heaviest first to the least loaded; the first as [`Policy::Windows`].
+    /// By cost in the last epoch, heaviest first to the least loaded worker. The first epoch is as [`Policy::Windows`].
     Epoch,
-    /// By what they are about to cost, frame by frame: no order of dealing whole tiles does much better.
+    /// By actual cost in each frame, heaviest first. No other way of dealing whole tiles is much better.
     Dynamic,
 }
 
-/// Most milliseconds of a tile of [`Policy::Capped`].
+/// Maximum cost of a tile in [`Policy::Capped`], milliseconds.
 pub(super) const CAP: f64 = 0.03;
 /// Frames of an epoch.
 pub(super) const EPOCH: usize = 60;
@@ -43,17 +43,17 @@ impl Policy {
     }
 }
 
-/// Milliseconds of workers, summed over frames.
+/// Loads of workers in milliseconds, summed over frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Share {
-    /// Of all workers' loads the mean.
+    /// Mean load.
     pub(super) mean: f64,
-    /// The largest load.
+    /// Maximum load.
     pub(super) most: f64,
 }
 
 impl Share {
-    /// 1 when all have the same to do.
+    /// Mean over maximum; 1 for equal loads.
     pub(super) fn efficiency(&self) -> f64 {
         if self.most > 0.0 { self.mean / self.most } else { 1.0 }
     }
@@ -64,8 +64,8 @@ impl Share {
     }
 }
 
-/// Deals `tiles` to `workers` (at least one) and has them work through `frames`: rows of milliseconds, one for each tile. An epoch
-/// is `epoch` rows (at least one).
+/// Simulates `workers` (at least one) on `frames`: rows of milliseconds per tile. `epoch` (at least one) is the number
+/// of rows per epoch.
 pub(super) fn replay(policy: Policy, tiles: &[Load], frames: &[Vec<f64>], workers: usize, epoch: usize) -> Share {
     let mut share = Share::default();
     if policy == Policy::Capped {
@@ -117,7 +117,7 @@ fn stretches(tiles: &[Load], workers: usize) -> Vec<usize> {
     owners
 }
 
-/// Tiles in an order of their own, one to each worker in turn. The same in every run.
+/// Deals shuffled tiles to workers in turn. The same in every run.
 fn lots(tiles: usize, workers: usize) -> Vec<usize> {
     // A step of Knuth's MMIX generator; its upper bits are good.
     let next = |state: &mut u64| {
@@ -132,7 +132,7 @@ fn lots(tiles: usize, workers: usize) -> Vec<usize> {
     owners
 }
 
-/// Heaviest first, each to the worker with the least so far.
+/// Deals the heaviest tiles first, each to the least loaded worker.
 fn heaviest_first(costs: &[f64], workers: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..costs.len()).collect();
     order.sort_by(|&a, &b| costs[b].total_cmp(&costs[a]));
@@ -154,7 +154,7 @@ fn sums(frames: &[Vec<f64>]) -> Vec<f64> {
     sums
 }
 
-/// Tiles in equal pieces, as many as it takes that none costs more than [`CAP`] in any frame.
+/// Cuts tiles into as few equal pieces as keep the cost of each at most [`CAP`] in every frame.
 fn capped(tiles: &[Load], frames: &[Vec<f64>]) -> (Vec<Load>, Vec<Vec<f64>>) {
     let most = |tile: usize| frames.iter().map(|costs| costs[tile]).fold(0.0, f64::max);
     let pieces: Vec<usize> = (0..tiles.len()).map(|tile| ((most(tile) / CAP).ceil() as usize).max(1)).collect();
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_tiles_are_equal_loads_and_one_worker_is_always_even() {
+    fn equal_tiles_give_equal_loads() {
         let (tiles, frames) = (line(64), vec![vec![0.02; 64]; 3]);
         for policy in Policy::ALL {
             for workers in [1, 2, 4, 32, 64] {
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zoom_into_one_end_loads_one_worker_of_those_with_stretches() {
+    fn a_zoom_into_one_end_loads_one_worker_if_dealt_contiguously() {
         let tiles = line(64);
         let mut costs = vec![0.0; 64];
         costs[..16].fill(0.01);
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn one_costly_tile_bounds_everything_but_what_cuts_it() {
+    fn one_expensive_tile_bounds_every_policy_except_capped() {
         let mut costs = vec![0.01; 16];
         costs[7] = 0.32;
         let mut tiles = line(16);
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn an_epoch_is_dealt_by_what_the_one_before_cost() {
+    fn an_epoch_is_dealt_by_the_costs_of_the_last_one() {
         let tiles = line(8);
         let costs: Vec<f64> = [8.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.0].to_vec();
         let first = replay(Policy::Epoch, &tiles, std::slice::from_ref(&costs), 2, 1);

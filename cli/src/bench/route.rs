@@ -1,25 +1,25 @@
-//! `--path` on the command line -> a list of views: a camera path around the model, or one recorded in a JSON file.
+//! `--path` on the command line -> a list of views: a camera path around the model, or recorded in a JSON file.
 
 use crate::Failure;
 use std::path::{Path, PathBuf};
 use trimtess::frame::{CameraPath, Picture, View};
 use trimtess::glam::DVec3;
 
-/// What `--path` names.
+/// The `--path` argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Route {
-    /// A path by its name.
+    /// A named path.
     Named(CameraPath),
-    /// A file of views, as `--save-path` writes.
+    /// A file of views written by `--save-path`.
     Recorded(PathBuf),
 }
 
-/// Reads the argument: a path's name, or else a file's.
+/// Parses the name of a path, or else a file name.
 pub(crate) fn parse(text: &str) -> Result<Route, std::convert::Infallible> {
     Ok(text.parse().map_or_else(|_| Route::Recorded(PathBuf::from(text)), Route::Named))
 }
 
-/// What the command line says of the picture; what it does not say is the recorded view's, or else [`Picture`]'s default here.
+/// Picture options of the command line. Missing ones are taken from the recorded view, or from [`PICTURE`].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Asked {
     pub(crate) size: Option<(u32, u32)>,
@@ -27,12 +27,12 @@ pub(crate) struct Asked {
     pub(crate) angle: Option<f64>,
 }
 
-/// What is not asked otherwise: half a pixel is below what 4× multisampling shows; the angle is that of pictures.
+/// Defaults. Half a pixel is below what 4× multisampling shows; the angle is the same as in `render`.
 const PICTURE: Picture =
     Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: std::f64::consts::FRAC_PI_6 };
 
 impl Route {
-    /// A short name, for reports.
+    /// A short name for reports.
     pub(crate) fn name(&self) -> String {
         match self {
             Self::Named(path) => {
@@ -43,19 +43,20 @@ impl Route {
         }
     }
 
-    /// The views, at least one: `frames` of a named path, all that were recorded unless it says how many.
+    /// The views, at least one: `frames` of a named path (default 300), or of a recorded one (default all, repeated as
+    /// needed).
     pub(crate) fn views(
         &self,
         bounds: Option<[DVec3; 2]>,
         frames: Option<usize>,
         asked: Asked,
     ) -> Result<Vec<View>, Failure> {
-        /// Frames of a named path: those of the comparison with libGLU.
+        /// Default number of frames, as in the comparison with libGLU.
         const FRAMES: usize = 300;
         match self {
             Self::Named(path) => {
                 let bounds =
-                    bounds.ok_or_else(|| Failure::Cannot("nothing is placed: there is no box to fly around".into()))?;
+                    bounds.ok_or_else(|| Failure::Cannot("the model is empty: nothing to fly around".into()))?;
                 let picture = Picture {
                     size: asked.size.unwrap_or(PICTURE.size),
                     deviation_px: asked.deviation_px.unwrap_or(PICTURE.deviation_px),
@@ -79,18 +80,18 @@ impl Route {
     }
 }
 
-/// The views of a file, at least one.
+/// Reads the views of a file, at least one.
 fn read(file: &Path) -> Result<Vec<View>, Failure> {
     let cannot = |why: &dyn std::fmt::Display| {
         let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
-        Failure::Cannot(format!("{}: {why}; --path takes {known}, or a file that --save-path wrote", file.display()))
+        Failure::Cannot(format!("{}: {why}; --path accepts {known}, or a file written by --save-path", file.display()))
     };
     let text = std::fs::read_to_string(file).map_err(|e| cannot(&e))?;
     let views: Vec<View> = serde_json::from_str(&text).map_err(|e| cannot(&e))?;
-    if views.is_empty() { Err(cannot(&"no views in it")) } else { Ok(views) }
+    if views.is_empty() { Err(cannot(&"the file has no views")) } else { Ok(views) }
 }
 
-/// Writes views to a file, whole or not at all, one a line.
+/// Writes views to a file atomically, one per line.
 pub(crate) fn save(views: &[View], file: &Path) -> Result<(), Failure> {
     let rows: Result<Vec<String>, _> = views.iter().map(serde_json::to_string).collect();
     let rows = rows.map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;

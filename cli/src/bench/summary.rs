@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The median, and what one in a hundred exceeds; milliseconds.
+/// Median and 99th percentile, milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Spread {
     pub(super) p50: f64,
@@ -15,18 +15,18 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Of any numbers; zeros of none.
+    /// Computes both. Zero for no numbers.
     pub(super) fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = numbers.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
-        // The least number that a share of all does not exceed.
+        // The smallest number that is at least as large as this share of all numbers.
         let rank = |share: f64| ((share * sorted.len() as f64).ceil() as usize).max(1) - 1;
         let at = |share: f64| sorted.get(rank(share)).copied().unwrap_or(0.0);
         Self { p50: at(0.5), p99: at(0.99) }
     }
 }
 
-/// Everything that was measured.
+/// All measurements.
 #[derive(Serialize)]
 pub(super) struct Report {
     pub(super) model: String,
@@ -41,7 +41,7 @@ pub(super) struct Report {
     pub(super) replays: Vec<Replay>,
 }
 
-/// What it ran on.
+/// The machine that the measurements were made on.
 #[derive(Serialize)]
 pub(super) struct Machine {
     pub(super) processor: String,
@@ -50,10 +50,10 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    /// This one.
+    /// Describes this machine.
     pub(super) fn this() -> Self {
-        let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let model = told.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+        let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let model = cpuinfo.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
         Self {
             processor: model.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned()),
             cores: std::thread::available_parallelism().map_or(1, usize::from),
@@ -62,56 +62,56 @@ impl Machine {
     }
 }
 
-/// One path, flown one way.
+/// Results of a path flown with one set of options.
 #[derive(Serialize)]
 pub(super) struct Run {
     pub(super) path: String,
     pub(super) workers: usize,
-    /// What frames take over: `off`, `plan`, `on`, or what of `on` is left out.
+    /// What frames reuse: a name of `Coherence`.
     pub(super) coherence: &'static str,
-    /// How lines follow rates: `spread`, `split` or `split-rendering`.
+    /// How lines follow changes of level: `spread`, `split` or `split-rendering`.
     pub(super) lines: &'static str,
     pub(super) frames: usize,
     pub(super) frames_per_s: f64,
-    /// Whole frames, from the view until the sink has everything.
+    /// Time of a frame, from the view to the end of the commit.
     pub(super) p50_ms: f64,
     pub(super) p99_ms: f64,
     /// The first frame, which is always whole.
     pub(super) first_ms: f64,
-    /// The same as processor time: the caller's, and the longest of a worker.
+    /// Processor time of a frame: the caller's plus the maximum of the workers.
     pub(super) undisturbed_ms: Spread,
     pub(super) triangles_mean: f64,
     pub(super) tiles_remade_mean: f64,
-    /// What of the tiles that are made again was in the plan before; where tiles are taken over.
+    /// How much of the rebuilt tiles was in the plan before. Only for coherence `on`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) kept: Option<Kept>,
     pub(super) bytes_uploaded_mean: f64,
-    /// What a renderer holds at most.
+    /// Maximum bytes that a renderer holds.
     pub(super) bytes_held: u64,
     pub(super) bytes_held_per_triangle: f64,
-    /// What workers keep at most to patch tiles up with.
+    /// Maximum size of the workers' tile caches.
     pub(super) bytes_kept: u64,
-    /// Mean over largest processor time of the workers, both summed over the frames.
+    /// Mean over maximum processor time of the workers, both summed over frames.
     pub(super) efficiency: f64,
     pub(super) stages_ms: Stages,
-    /// Resident memory of the process after the first frame and after the last, where the system tells.
+    /// Resident memory of the process after the first and the last frame, if known.
     pub(super) resident_bytes: [Option<u64>; 2],
     pub(super) seconds: f64,
 }
 
 #[derive(Serialize)]
 pub(super) struct Stages {
-    /// The master: from the view to the plan.
+    /// From the view to the plan, on the master.
     pub(super) plan: Spread,
     /// From the plan to the last delivery.
     pub(super) make: Spread,
-    /// The sink: from there until it had everything.
+    /// From the last delivery to the end of the commit to the sink.
     pub(super) commit: Spread,
-    /// What each worker was busy.
+    /// Busy time of each worker.
     pub(super) workers: Vec<Spread>,
     /// Processor time of each worker.
     pub(super) workers_cpu: Vec<Spread>,
-    /// Processor time of the thread that calls: plan, hand-off and commit.
+    /// Processor time of the calling thread: plan, hand-off and commit.
     pub(super) caller_cpu: Spread,
 }
 
@@ -161,23 +161,23 @@ impl Run {
     }
 }
 
-/// Mean over largest processor time of workers, both summed over frames; 1 when there was nothing to do.
+/// Mean over maximum processor time of workers, both summed over frames; 1 if no work was done.
 fn efficiency(times: &[Times]) -> f64 {
     let mean: f64 = times.iter().map(|t| t.cpu.iter().sum::<f64>() / t.cpu.len() as f64).sum();
     let most: f64 = times.iter().map(|t| t.cpu.iter().copied().fold(0.0, f64::max)).sum();
     if most > 0.0 { mean / most } else { 1.0 }
 }
 
-/// What the costs of tiles say of any number of workers.
+/// Simulation of any number of workers from the measured costs of tiles.
 #[derive(Serialize)]
 pub(super) struct Replay {
-    /// What frames take over: `off` or `on`.
+    /// What frames reuse: `off` or `on`.
     pub(super) coherence: &'static str,
     /// Frames in which tiles were timed.
     pub(super) frames: usize,
-    /// Microseconds of a tile in a frame.
+    /// Cost of a tile in a frame, microseconds.
     pub(super) tile_us: TileCosts,
-    /// The tiles that cost most, the worst first.
+    /// The most expensive tiles, worst first.
     pub(super) costly: Vec<Costly>,
     pub(super) rows: Vec<Row>,
 }
@@ -190,39 +190,40 @@ pub(super) struct TileCosts {
     pub(super) most: f64,
 }
 
-/// A tile that costs much.
+/// An expensive tile.
 #[derive(Serialize)]
 pub(super) struct Costly {
     pub(super) part: u32,
     pub(super) face: u32,
     pub(super) tile: u32,
-    /// The face's entity in the file, 0 if none.
+    /// The face's entity in the file; 0 if unknown.
     pub(super) entity: u64,
+    /// Cost in the frame where it is highest, microseconds.
     pub(super) us: f64,
-    /// Of all the work of the frame where it cost that.
+    /// Fraction of the work of that frame.
     pub(super) share: f64,
 }
 
-/// One number of workers.
+/// Results for one number of workers.
 #[derive(Serialize)]
 pub(super) struct Row {
     pub(super) workers: usize,
-    /// Mean over largest load, by way of dealing.
+    /// Mean over maximum load, by name of the [`Policy`].
     pub(super) efficiency: BTreeMap<&'static str, f64>,
-    /// Where a frame's time goes as sessions deal, milliseconds.
+    /// Parts of a frame's time if tiles are dealt as in sessions, milliseconds.
     pub(super) frame_ms: Losses,
 }
 
-/// A frame's time: its work, evenly shared, and what comes on top.
+/// A frame's time: its work, shared evenly, and the losses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Losses {
-    /// All tiles' costs over the number of workers.
+    /// Cost of all tiles divided by the number of workers.
     pub(super) work: f64,
-    /// What the worker with the most has beyond that.
+    /// Excess of the most loaded worker over `work`.
     pub(super) imbalance: f64,
-    /// The plan: the median of the flights.
+    /// Planning: the median of the flights.
     pub(super) master: f64,
-    /// From the order to the last delivery of a frame without tiles, and the commit: the median of the flights.
+    /// From the order to the last delivery in an empty frame, plus the commit (the median of the flights).
     pub(super) handoff: f64,
 }
 
@@ -233,7 +234,7 @@ impl Losses {
 }
 
 impl Report {
-    /// Tables.
+    /// The results as tables.
     pub(super) fn text(&self) -> String {
         let mut text = String::new();
         // Writing to a string cannot fail.
@@ -251,12 +252,13 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "cpu: the caller's processor time and the longest of a worker, as on a machine that does nothing else"
+            "cpu: processor time of the caller plus the maximum of the workers, as on an otherwise idle machine"
         );
         let _ = writeln!(
             text,
-            "path     workers    coherence           lines | frames/s  ms: p50    p99  first | cpu: p50    p99 | plan p50    p99 | slowest worker | sink p50    p99 | \
-             triangles   tiles made   KiB sent   KiB kept | efficiency | kept %: lines tessellants cells segments"
+            "path     workers    coherence           lines | frames/s  ms: p50    p99  first | cpu: p50    p99 | \
+             plan p50    p99 | slowest worker | sink p50    p99 | \
+             triangles   tiles made   KiB sent  KiB cache | efficiency | kept %: lines tessellants cells segments"
         );
         self.runs.iter().for_each(|run| text += &run.line());
         self.replays.iter().for_each(|replay| replay.tell(&mut text));
@@ -275,7 +277,8 @@ impl Run {
         let kept = self.kept.as_ref().map(percent).unwrap_or_default();
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
-            "{:<10} {:>5} {:>12} {:>15} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} {:>10.0} | {:>10.3} | {kept}\n",
+            "{:<10} {:>5} {:>12} {:>15} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | \
+             {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} {:>10.0} | {:>10.3} | {kept}\n",
             self.path,
             self.workers,
             self.coherence,
@@ -306,14 +309,15 @@ impl Replay {
         let TileCosts { mean, spread, most } = &self.tile_us;
         let _ = writeln!(
             text,
-            "replayed from the costs of tiles in {} frames, coherence {}: {mean:.1} µs a tile, median {:.1}, 99 % {:.1}, most {most:.1}",
+            "simulated from the costs of tiles in {} frames, coherence {}: {mean:.1} µs per tile, median {:.1}, \
+             99 % {:.1}, max {most:.1}",
             self.frames, self.coherence, spread.p50, spread.p99
         );
         let _ = write!(text, "workers |");
         Policy::ALL.iter().for_each(|policy| {
             let _ = write!(text, " {:>10}", policy.name());
         });
-        let _ = writeln!(text, " | ms a frame: work  imbalance  master  hand-off |  all");
+        let _ = writeln!(text, " | ms/frame:   work  imbalance  master  hand-off |  all");
         for row in &self.rows {
             let _ = write!(text, "{:>7} |", row.workers);
             Policy::ALL.iter().for_each(|policy| {
@@ -326,7 +330,8 @@ impl Replay {
         let cap = 1e3 * CAP;
         let _ = writeln!(
             text,
-            "capped: windows of tiles cut at {cap:.0} µs; epoch: dealt anew by cost every {EPOCH} frames; dynamic: no dealing is better"
+            "capped: windows of tiles cut at {cap:.0} µs; epoch: rebalanced by cost every {EPOCH} frames; \
+             dynamic: nearly the best way to deal whole tiles"
         );
         for tile in &self.costly {
             let Costly { part, face, tile, entity, us, share } = tile;
@@ -344,7 +349,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_numbers_that_occur() {
+    fn quantiles_are_elements_of_the_sample() {
         assert_eq!(Spread::of([]), Spread { p50: 0.0, p99: 0.0 });
         assert_eq!(Spread::of([3.0]), Spread { p50: 3.0, p99: 3.0 });
         assert_eq!(Spread::of((1..=100).rev().map(f64::from)), Spread { p50: 50.0, p99: 99.0 });

@@ -1,9 +1,9 @@
-//! What tiles cost, by what is in them: the model of `prepare::Tile::weight`, fitted to times of this machine.
+//! Times of tiles on this machine -> the cost model of `prepare::Tile::weight`, by robust least squares (Huber).
 //!
-//! Each tile is made alone, on one thread, for six views around each model at half a pixel of 1920 × 1080. The least of four
-//! times counts. Told are the nanoseconds for a tile, a cell, a boundary tessellant, and a tessellant beyond 32 per cell that
-//! have the least relative error over all tiles; then, for each file, how well these and the weights that `prepare` gives
-//! (which knows no view) go with what was measured.
+//! Each tile is made alone on one thread, for six views around each model at half a pixel of 1920 × 1080. Its cost is
+//! the minimum of four times. The fit gives nanoseconds per tile, cell, boundary tessellant, and tessellant beyond 32
+//! per cell that minimize the relative error over all tiles. For each file it prints the correlation of measured costs
+//! with the fit and with the weights from `prepare`, which knows no view.
 
 use crate::input::{self, Input};
 use crate::limits::unprepared;
@@ -17,15 +17,15 @@ use trimtess::prepare::{Prepared, Tile, prepare};
 
 /// Views around each model.
 const VIEWS: usize = 6;
-/// How often a tile is made; the least time counts.
+/// How often each tile is made. The minimum time counts.
 const TIMES: usize = 4;
-/// Tessellants of a cell beyond which its polygon takes longer.
+/// Tessellants per cell beyond which each costs more.
 const CROWD: f64 = 32.0;
 const TERMS: usize = 4;
 
 /// A tile in a view.
 struct Sample {
-    /// 1, cells, tessellants, tessellants beyond the crowd.
+    /// 1, cells, tessellants, tessellants beyond [`CROWD`] per cell.
     terms: [f64; TERMS],
     /// Nanoseconds.
     cost: f64,
@@ -50,13 +50,14 @@ pub(super) fn run(args: &TileCostsArgs, common: &Common) -> Result<Done, Failure
     }
     let all: Vec<&Sample> = files.iter().flat_map(|(_, samples)| samples).collect();
     if all.len() < TERMS {
-        return Err(Failure::Cannot(format!("{} tiles are too few to fit {TERMS} numbers to", all.len())));
+        return Err(Failure::Cannot(format!("{} samples are too few to fit {TERMS} coefficients", all.len())));
     }
     let fit = fit(&all);
     let [tile, cell, tessellant, crowd] = fit;
     crate::tell(&format!(
-        "{} tiles: ns for a tile {tile:.0}, a cell {cell:.0}, a tessellant {tessellant:.0}, one in a crowd {crowd:.0} more\n\
-         \x20                          file  samples   ms | correlation of costs with the fit, weights | of their logarithms\n",
+        "{} tiles: ns per tile {tile:.0}, cell {cell:.0}, tessellant {tessellant:.0}, \
+         {crowd:.0} more beyond {CROWD} per cell\n\
+         \x20                          file  samples   ms | correlation of costs with fit, weights | of logarithms\n",
         all.len(),
     ))?;
     files.iter().try_for_each(|(name, samples)| crate::tell(&row(name, samples, &fit)))?;
@@ -106,8 +107,8 @@ fn predicted(terms: &[f64; TERMS], fit: &[f64; TERMS]) -> f64 {
     terms.iter().zip(fit).map(|(a, b)| a * b).sum()
 }
 
-/// Least squares of relative errors, where those of more than a few tenths (tiles off the usual path) count by their size and not by its
-/// square: Huber's estimate, by reweighting.
+/// Fits relative errors by iteratively reweighted least squares with Huber's weights: errors above `USUAL` (tiles off
+/// the usual path) count linearly, not squared.
 fn fit(samples: &[&Sample]) -> [f64; TERMS] {
     const ROUNDS: usize = 30;
     const USUAL: f64 = 0.3;
@@ -128,7 +129,7 @@ fn fit(samples: &[&Sample]) -> [f64; TERMS] {
     fit
 }
 
-/// How well the fit and the weights go with what a file's tiles cost.
+/// One line of correlations for a file.
 fn row(name: &str, samples: &[Sample], fit: &[f64; TERMS]) -> String {
     let costs: Vec<f64> = samples.iter().map(|s| s.cost).collect();
     let fitted: Vec<f64> = samples.iter().map(|s| predicted(&s.terms, fit)).collect();
@@ -151,7 +152,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let product =
         |x: &[f64], p: f64, y: &[f64], q: f64| -> f64 { x.iter().zip(y).map(|(x, y)| (x - p) * (y - q)).sum() };
     let spread = product(a, middle_a, a, middle_a) * product(b, middle_b, b, middle_b);
-    // What does not vary goes with nothing.
+    // Constants correlate with nothing.
     if spread.is_normal() { product(a, middle_a, b, middle_b) / spread.sqrt() } else { 0.0 }
 }
 

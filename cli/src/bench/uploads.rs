@@ -1,34 +1,34 @@
-//! Batches -> how many bytes a renderer would upload and hold. Keeps sizes and no mesh.
+//! Batches -> the bytes that a renderer would upload and hold. Stores sizes, not meshes.
 
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
 use trimtess::model::{PartId, TileId};
 use trimtess::prepare::Prepared;
 
-/// A vertex on a GPU: a position relative to the part in three f32, and a packed normal.
+/// Position relative to the part as three f32, and a packed normal.
 const BYTES_PER_VERTEX: u64 = 16;
-/// A triangle: three u32.
+/// Three u32.
 const BYTES_PER_TRIANGLE: u64 = 12;
 
-/// What a tile's batch is.
+/// Size of a batch, or of several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Size {
     pub(super) triangles: u64,
     pub(super) bytes: u64,
 }
 
-/// A sink that counts.
+/// A sink that only counts.
 pub(super) struct Uploads {
-    /// Where each part's tiles start among all.
+    /// Index of each part's first tile among all tiles.
     starts: Vec<usize>,
     held: Vec<Size>,
-    /// Tiles of this frame's batches.
+    /// Tiles sent in this frame.
     pub(super) sent: Vec<(PartId, TileId)>,
-    /// Their bytes.
+    /// Bytes sent in this frame.
     pub(super) uploaded: u64,
 }
 
 impl Uploads {
-    /// For frames of a model.
+    /// Creates a sink for frames of a model.
     pub(super) fn of(prepared: &Prepared) -> Self {
         let mut starts = vec![0];
         for part in &prepared.parts {
@@ -38,23 +38,23 @@ impl Uploads {
         Self { starts, held, sent: Vec::new(), uploaded: 0 }
     }
 
-    /// Counts from here on; frames that change nothing are not heard of.
+    /// Resets the counts of the frame. Needed because frames that change nothing do not call the sink.
     pub(super) fn next_frame(&mut self) {
         self.sent.clear();
         self.uploaded = 0;
     }
 
-    /// How many tiles there are.
+    /// Number of tiles.
     pub(super) fn tiles(&self) -> usize {
         self.held.len()
     }
 
-    /// A tile's number among those of all parts.
+    /// Index of a tile among all tiles.
     pub(super) fn tile(&self, part: PartId, tile: TileId) -> usize {
         self.starts[part.index()] + tile.0 as usize
     }
 
-    /// What all tiles together are after the last frame.
+    /// Total size of all tiles after the last frame.
     pub(super) fn held(&self) -> Size {
         let add = |a: Size, b: &Size| Size { triangles: a.triangles + b.triangles, bytes: a.bytes + b.bytes };
         self.held.iter().fold(Size::default(), add)

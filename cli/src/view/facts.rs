@@ -1,10 +1,10 @@
-//! What was picked to lines of text.
+//! A picked face to lines of text.
 
 use trimtess::mesh::Scene;
 use trimtess::out::wgpu::Picked;
 use trimtess::prepare::Prepared;
 
-/// Names and values of a face, for the panel.
+/// Facts of a face for the panel, as names and values.
 pub(super) fn facts(picked: &Picked, scene: &Scene, prepared: &Prepared) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
     let named = |name: Option<&str>, number: usize| match name {

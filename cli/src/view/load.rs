@@ -1,4 +1,4 @@
-//! A file to a model with its session, on a thread of its own: the window goes on meanwhile.
+//! A file to a prepared model and its session, on a separate thread so that the window stays responsive.
 
 use crate::Common;
 use crate::input::Input;
@@ -10,16 +10,16 @@ use std::time::Instant;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-/// How files are read.
+/// Loads files.
 #[derive(Clone)]
 pub(super) struct Loader {
     limits: LimitArgs,
     prepare: PrepareOptions,
-    /// Threads for it; 0 = one per core.
+    /// Number of threads; 0 for one per core.
     threads: usize,
 }
 
-/// A model that can be shown.
+/// A loaded model.
 pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) prepared: Arc<Prepared>,
@@ -27,7 +27,7 @@ pub(super) struct Loaded {
     pub(super) seconds: f64,
 }
 
-/// A file that is being read.
+/// A file that is being loaded.
 pub(super) struct Loading {
     pub(super) name: String,
     pub(super) since: Instant,
@@ -39,7 +39,7 @@ impl Loader {
         Self { limits: common.limits.clone(), prepare: common.prepare(), threads: common.workers() }
     }
 
-    /// Reads and prepares, on this thread and the pool that it is in.
+    /// Loads a file on this thread and its rayon pool.
     pub(super) fn load(&self, input: &Input, session: &SessionOptions) -> Result<Loaded, String> {
         let start = Instant::now();
         let model = input.read(&self.limits.step()).map_err(|failure| failure.to_string())?;
@@ -48,34 +48,34 @@ impl Loader {
         Ok(Loaded { name: input.name(), prepared, session, seconds: start.elapsed().as_secs_f64() })
     }
 
-    /// The same on another thread.
+    /// Starts loading a file on another thread.
     pub(super) fn start(&self, input: Input, session: &SessionOptions) -> Loading {
         let (sender, result) = channel();
         let (loader, session, name) = (self.clone(), session.clone(), input.name());
         let work = move || {
-            // A pool of its own: the process's has the window's thread for one of its workers.
+            // A separate pool: the window's thread is a worker of the global one.
             let pool = rayon::ThreadPoolBuilder::new().num_threads(loader.threads).build();
             let loaded = match pool {
                 Ok(pool) => pool.install(|| loader.load(&input, &session)),
                 Err(error) => Err(error.to_string()),
             };
-            // A window that was closed meanwhile does not listen.
+            // Fails if the window was closed meanwhile.
             let _ = sender.send(loaded);
         };
-        // A thread that is refused hangs up, as one that panics does.
+        // If the thread cannot be started, the channel closes, as after a panic.
         let _ = thread::Builder::new().name("trimtess-load".into()).spawn(work);
         Loading { name, since: Instant::now(), result }
     }
 }
 
 impl Loading {
-    /// What came of it, once it has ended.
+    /// The result, once loading has ended.
     pub(super) fn poll(&self) -> Option<Result<Loaded, String>> {
         match self.result.try_recv() {
             Ok(loaded) => Some(loaded),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                Some(Err("internal error while reading it; the terminal says more".into()))
+                Some(Err("internal error while reading the file; see the terminal".into()))
             }
         }
     }

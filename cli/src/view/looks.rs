@@ -1,51 +1,51 @@
-//! Keys, buttons and sliders to how the model is looked at.
+//! Keys, buttons and sliders to the settings of the view.
 
 use crate::picture::{self, PictureArgs};
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::ColourBy;
 use trimtess::out::{Camera, Lens, ViewPoint};
 
-/// What the user has chosen.
+/// The user's settings.
 #[derive(Clone, Debug)]
 pub(super) struct Looks {
     pub(super) camera: Camera,
-    /// What was asked for; whether it is orthographic is the camera's to say.
+    /// Picture options. The camera above replaces `camera` and `orthographic`.
     pub(super) picture: PictureArgs,
     pub(super) workers: usize,
-    /// Whether the model turns by itself.
+    /// The model turns by itself.
     pub(super) turning: bool,
     pub(super) panel: bool,
 }
 
-/// Degrees that a model that turns by itself turns in a frame.
+/// Degrees per frame by which the model turns by itself.
 const TURN: f64 = 0.5;
 
-/// What is done once.
+/// A one-time action.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Action {
-    /// Sees all of the model from this side.
+    /// Fits the model in the picture, seen from this side.
     Fit(ViewPoint),
-    /// Sees all of it from the present side.
+    /// Fits the model in the picture, seen from the current side.
     FitHere,
-    /// Forgets what was picked.
+    /// Clears the picked face.
     Unpick,
 }
 
-/// Keys 1 to 7.
+/// View points of keys 1 to 7.
 const SIDES: [&str; 7] = ["front", "back", "left", "right", "top", "bottom", "iso"];
 
-/// The view point that a name of [`ViewPoint::NAMED`] means.
+/// Finds a view point in [`ViewPoint::NAMED`].
 fn side(name: &str) -> Option<ViewPoint> {
     ViewPoint::NAMED.iter().find(|(known, _)| *known == name).map(|(_, point)| *point)
 }
 
 impl Looks {
-    /// The standard views with their names and keys.
+    /// The standard view points with their names and keys.
     pub(super) fn sides() -> impl Iterator<Item = (&'static str, usize, ViewPoint)> {
         SIDES.iter().enumerate().filter_map(|(index, name)| Some((*name, index + 1, side(name)?)))
     }
 
-    /// Has all of a box in the picture.
+    /// Fits the camera to a box.
     pub(super) fn fit(&mut self, from: &ViewPoint, bounds: Option<[DVec3; 2]>, aspect: f64) {
         if let Some(bounds) = bounds {
             let corner = |k: usize| DVec3::new(bounds[k & 1].x, bounds[k >> 1 & 1].y, bounds[k >> 2].z);
@@ -57,19 +57,19 @@ impl Looks {
         matches!(self.camera.lens, Lens::Orthographic { .. })
     }
 
-    /// Has lines of sight parallel, or meet in the eye; what is as deep as the target keeps its size.
+    /// Switches between orthographic and perspective. Objects at the depth of the target keep their size.
     pub(super) fn set_orthographic(&mut self, orthographic: bool) {
         self.camera = if orthographic { self.camera.orthographic() } else { self.camera.perspective() };
     }
 
-    /// Turns the model by one frame's angle, if it turns.
+    /// Turns the model by one frame's angle if `turning` is set.
     pub(super) fn turn(&mut self, bounds: Option<[DVec3; 2]>) {
         if let Some([low, high]) = bounds.filter(|_| self.turning) {
             self.camera = self.camera.orbited(0.5 * (low + high), TURN.to_radians(), 0.0);
         }
     }
 
-    /// What the keys pressed ask for.
+    /// Applies the pressed keys. Returns the actions they trigger.
     pub(super) fn keys(&mut self, input: &egui::InputState) -> Vec<Action> {
         use egui::Key;
         let mut actions = Vec::new();

@@ -1,4 +1,4 @@
-//! `trimtess view`: a file in a window, or a picture of the window.
+//! `trimtess view`: a file in a window, or a screenshot of the window.
 
 mod facts;
 mod load;
@@ -20,26 +20,26 @@ use std::path::PathBuf;
 /// `trimtess view`
 #[derive(clap::Args)]
 pub(crate) struct ViewArgs {
-    /// A STEP file, builtin:NAME, or builtin:list. Without it the window waits for a file to be dropped.
+    /// A STEP file, builtin:NAME, or builtin:list. Without it, the window opens empty and waits for a dropped file.
     #[arg(value_name = "FILE", value_parser = input::parse)]
     pub(crate) input: Option<Input>,
-    /// Width and height of the window.
+    /// Width and height of the window in points.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x800")]
     size: (u32, u32),
     #[command(flatten)]
     picture: PictureArgs,
-    /// Write a picture of the window instead of opening one: a PNG. Needs no display.
+    /// Write a screenshot (PNG) instead of opening a window. Needs no display.
     #[arg(long, value_name = "OUT.png", requires = "input")]
     screenshot: Option<PathBuf>,
-    /// Frames before the picture; the model turns by half a degree in each.
+    /// Number of frames before the screenshot; the model turns by half a degree per frame.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "screenshot")]
     frames: u32,
-    /// A click before the picture, in points from the window's upper left corner.
+    /// Click here before the screenshot, in points from the upper left corner of the window.
     #[arg(long, value_name = "X,Y", value_parser = point, requires = "screenshot")]
     click: Option<(f32, f32)>,
 }
 
-/// Reads X,Y.
+/// Parses X,Y.
 fn point(text: &str) -> Result<(f32, f32), String> {
     let point = text.split_once(',').and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
     point.ok_or_else(|| format!("{text} is not X,Y, like 400,300"))

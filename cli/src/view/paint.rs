@@ -1,4 +1,4 @@
-//! egui's triangles to pixels: one pass over the window, the scene's picture among them.
+//! egui's triangles to pixels, in one pass that also draws the scene's texture.
 
 use egui::epaint::{ImageDelta, Primitive, Vertex};
 use egui::{ClippedPrimitive, ImageData, TextureFilter, TextureId, TextureOptions, TexturesDelta};
@@ -8,10 +8,10 @@ use wgpu::{
     TextureFormat, TextureView,
 };
 
-/// The texture of the scene's picture.
+/// Id of the texture with the scene.
 pub(super) const PICTURE: TextureId = TextureId::User(0);
 
-/// Draws the panel.
+/// Draws egui's output.
 pub(super) struct Painter {
     device: wgpu::Device,
     queue: wgpu::Queue,
@@ -26,11 +26,11 @@ pub(super) struct Painter {
     encoded: bool,
 }
 
-/// A picture of the window that is painted into.
+/// The target of a picture.
 #[derive(Clone, Copy)]
 pub(super) struct Canvas<'a> {
     pub(super) target: &'a TextureView,
-    /// Pixels.
+    /// Width and height in pixels.
     pub(super) size: (u32, u32),
     pub(super) pixels_per_point: f32,
 }
@@ -121,13 +121,13 @@ impl Painter {
         }
     }
 
-    /// Has the scene's picture be this one.
+    /// Sets the texture with the scene.
     pub(super) fn show(&mut self, picture: &Texture) {
         let group = self.group(picture, TextureOptions::NEAREST);
         self.textures.insert(PICTURE, (picture.clone(), group));
     }
 
-    /// Paints the window anew.
+    /// Paints the whole window.
     pub(super) fn paint(&mut self, canvas: &Canvas<'_>, primitives: &[ClippedPrimitive], textures: &TexturesDelta) {
         textures.set.iter().for_each(|(id, delta)| self.set(*id, delta));
         let (width, height) = (canvas.size.0 as f32, canvas.size.1 as f32);
@@ -181,7 +181,7 @@ impl Painter {
         }
     }
 
-    /// Makes a texture, or changes part of one.
+    /// Creates a texture, or updates part of one.
     fn set(&mut self, id: TextureId, delta: &ImageDelta) {
         let ImageData::Color(image) = &delta.image;
         let [width, height] = image.size.map(|side| side as u32);
@@ -232,7 +232,7 @@ impl Painter {
     }
 }
 
-/// Writes into a buffer that has room, a new one if need be.
+/// Writes `bytes` to the buffer, replacing it by a larger one if needed.
 fn fill(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

@@ -1,8 +1,8 @@
-// The panel's triangles, which are coloured as egui has them: gamma-encoded sRGB, alpha multiplied in.
+// Draws the panel's triangles. Their colours are egui's: gamma-encoded sRGB with premultiplied alpha.
 
 struct Globals {
     size: vec2<f32>,     // points
-    encoded: f32,        // 1: the target takes encoded sRGB as it is
+    encoded: f32,        // 1: the target stores encoded sRGB as written
     rest: f32,
 };
 
@@ -30,7 +30,7 @@ fn encode(light: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(light, vec3(1.0 / 2.4)) - 0.055, 12.92 * light, light <= vec3(0.0031308));
 }
 
-// Textures of egui hold encoded colours.
+// egui's textures hold encoded colours.
 @fragment
 fn widget(in: Corner) -> @location(0) vec4<f32> {
     let colour = in.colour * textureSample(image, nearby, in.at);

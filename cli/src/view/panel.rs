@@ -1,44 +1,45 @@
-//! The panel: choices, what a frame cost, what was picked.
+//! The panel: settings, costs of the last frame, facts of the picked face.
 
 use super::looks::{Action, Looks};
 use egui::{Grid, RichText, Slider, Ui};
 use std::time::Duration;
 use trimtess::out::wgpu::{BytesHeld, ColourBy, Drew};
 
-/// Points.
+/// Width of the panel in points.
 pub(super) const WIDTH: f32 = 260.0;
 
-/// What the last frame that changed something cost, by stage.
+/// Costs of the last frame that changed something, by stage.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Costs {
     pub(super) planned: Duration,
     pub(super) made: Duration,
     pub(super) committed: Duration,
     pub(super) drawn: Duration,
-    /// From one picture of the window to the next.
+    /// Time between two pictures of the window.
     pub(super) between: Duration,
     pub(super) tiles: usize,
+    /// Bytes of tiles.
     pub(super) sent: u64,
-    /// Thread time of the busiest worker, and of all of them.
+    /// Busy time of each worker.
     pub(super) workers: Vec<Duration>,
     pub(super) drew: Drew,
     pub(super) held: BytesHeld,
 }
 
-/// What is shown, in words.
+/// Texts shown in the panel.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Told {
     pub(super) name: String,
     pub(super) counts: Vec<(&'static str, String)>,
     pub(super) picked: Vec<(&'static str, String)>,
-    /// What is waited for.
+    /// Work in progress.
     pub(super) underway: Option<String>,
-    /// What went wrong.
+    /// The last error.
     pub(super) trouble: Option<String>,
     pub(super) costs: Costs,
 }
 
-/// Shows it; returns what is asked for.
+/// Draws the panel. Returns the actions that its buttons trigger.
 pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &Told) -> Vec<Action> {
     let mut actions = Vec::new();
     ui.add_space(4.0);
@@ -99,7 +100,8 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &Told) -> Vec<Action> 
         rows(ui, "picked", &told.picked);
     }
     ui.separator();
-    let hint = "drag: turn · right drag: slide · wheel: closer\nclick: what is there · drop a file: show it\nW L E B T C P F O 1–7 Esc: as the buttons";
+    let hint = "drag: orbit · right drag: pan · wheel: zoom\nclick: pick a face · drop a file: open it\n\
+                keys: W L E B T C P F O 1–7 Esc";
     ui.label(RichText::new(hint).weak().small());
     actions
 }

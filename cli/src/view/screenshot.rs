@@ -12,7 +12,7 @@ use std::path::Path;
 use trimtess::out::wgpu::{Image, Renderer};
 use wgpu::{TextureFormat, TextureUsages};
 
-/// Makes frames until the picture is the one asked for, and writes it.
+/// Runs the frames and the click in `args`, then writes the screenshot.
 pub(super) fn write(
     output: &Path,
     input: &Input,
@@ -22,7 +22,7 @@ pub(super) fn write(
 ) -> Result<(), Failure> {
     let cannot = |error: String| Failure::Cannot(error);
     if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        return Err(Failure::Usage(format!("{}: pictures are written as .png", output.display())));
+        return Err(Failure::Usage(format!("{}: the output must be a .png file", output.display())));
     }
     require_outputs(output, None)?;
     let renderer = Renderer::new().map_err(|error| cannot(error.to_string()))?;
@@ -31,7 +31,7 @@ pub(super) fn write(
     let size = args.size;
     if size.0 > most || size.1 > most {
         return Err(Failure::Usage(format!(
-            "a window of {} × {} pixels; each side may be 1 to {most}",
+            "cannot draw a window of {} × {} pixels; each side may be 1 to {most}",
             size.0, size.1
         )));
     }
@@ -58,7 +58,7 @@ pub(super) fn write(
         let input = egui::RawInput { screen_rect: Some(screen), time: Some(time), events, ..egui::RawInput::default() };
         viewer.picture(input, &canvas).map_err(cannot)
     };
-    // The first lays the panel out; then the camera holds the model beside it.
+    // The first frame lays out the panel; then the camera can be fitted to the remaining area.
     step(&mut viewer, Vec::new())?;
     viewer.fit(&args.picture.camera);
     step(&mut viewer, Vec::new())?;

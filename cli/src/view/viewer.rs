@@ -1,4 +1,4 @@
-//! Input to the window's next picture: the session is asked for a frame, the scene is drawn, the panel is painted.
+//! Input to the next picture of the window: requests a frame from the session, draws the scene, paints the panel.
 
 use super::facts::facts;
 use super::load::{Loaded, Loader, Loading};
@@ -15,19 +15,19 @@ use trimtess::parallel::{FrameError, FrameReport, Session, SessionOptions, Worke
 use trimtess::prepare::Prepared;
 use wgpu::{Texture, TextureFormat, TextureUsages, TextureViewDescriptor};
 
-/// What scenes are drawn into.
+/// Format of the texture that the scene is drawn to.
 const PICTURE_FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 
-/// How long a picture waits for workers before it shows the last frame once more.
+/// How long a picture waits for workers before it shows the last frame again.
 const AWAITED: Duration = Duration::from_millis(8);
 
-/// A window's content, with or without a window.
+/// The content of the window. Works without a window, too.
 pub(super) struct Viewer {
     device: wgpu::Device,
     egui: egui::Context,
     painter: Painter,
     scene: LiveScene,
-    /// Whether the scene keeps lattices.
+    /// The scene stores lattice positions.
     lattice: bool,
     picture: Option<Texture>,
     loader: Loader,
@@ -36,32 +36,32 @@ pub(super) struct Viewer {
     pub(super) looks: Looks,
     told: Told,
     last: Instant,
-    /// Where the pointer was last while it dragged.
+    /// Last position of the pointer during a drag.
     hand: Option<egui::Pos2>,
-    /// Whether frames are waited for: pictures of scripts show what was asked for.
+    /// Wait for every frame, so that screenshots show the camera they were made for.
     patient: bool,
 }
 
-/// A model that is shown.
+/// The model that is shown.
 struct Model {
     prepared: Arc<Prepared>,
     session: Session,
     workers: usize,
-    /// The camera of the frame that the workers are at.
+    /// Camera of the frame in progress.
     underway: Option<Camera>,
-    /// The camera of the last frame.
+    /// Camera of the last complete frame.
     shown: Option<Camera>,
-    /// Whether the last frame has put something off.
+    /// The last frame deferred changes of level.
     deferred: bool,
     picked: Option<Picked>,
-    /// What a drag turns about, or slides along with.
+    /// The point that drags orbit about, or move along.
     pivot: DVec3,
 }
 
-/// What becomes of a picture.
+/// Result of a picture.
 pub(super) struct Shown {
     pub(super) platform: egui::PlatformOutput,
-    /// Whether another one is to follow at once.
+    /// Another picture must follow at once.
     pub(super) again: bool,
 }
 
@@ -101,13 +101,13 @@ impl Viewer {
         &self.egui
     }
 
-    /// Starts to read a file; what is shown stays until it has been read.
+    /// Starts loading a file. The current model stays until the file is loaded.
     pub(super) fn open(&mut self, input: Input) {
         self.told.trouble = None;
         self.loading = Some(self.loader.start(input, &self.session_options()));
     }
 
-    /// Reads a file now, and waits for frames from now on.
+    /// Loads a file synchronously. From then on every frame is waited for.
     pub(super) fn open_now(&mut self, input: &Input, aspect: f64) -> Result<(), String> {
         self.patient = true;
         let loaded = self.loader.load(input, &self.session_options())?;
@@ -115,7 +115,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Has all of the model in the scene's picture, from a side.
+    /// Fits the camera to the model, seen from a side.
     pub(super) fn fit(&mut self, from: &ViewPoint) {
         let size = self.picture.as_ref().map_or((1, 1), |picture| (picture.width(), picture.height()));
         if let Some(model) = &self.model {
@@ -156,7 +156,7 @@ impl Viewer {
         });
     }
 
-    /// Makes the window's next picture.
+    /// Draws the next picture of the window.
     pub(super) fn picture(&mut self, input: egui::RawInput, canvas: &Canvas<'_>) -> Result<Shown, String> {
         self.told.costs.between = self.last.elapsed();
         self.last = Instant::now();
@@ -209,7 +209,7 @@ impl Viewer {
         Ok(Shown { platform: output.platform_output, again: again || soon })
     }
 
-    /// Turns, slides, comes closer, picks.
+    /// Handles the pointer: orbit, pan, zoom, pick.
     fn hand(&mut self, ui: &egui::Ui, response: &egui::Response, pixels_per_point: f32) {
         let Some(model) = &mut self.model else { return };
         let Some(shown) = model.shown else { return };
@@ -226,7 +226,7 @@ impl Viewer {
             self.scene.pick((x.max(0.0) as u32, y.max(0.0) as u32), 0, &options).ok().flatten()
         };
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
-            // A slow picture may see the button go down and the hand move at once.
+            // At a low frame rate, pressing the button and moving the pointer may arrive in the same picture.
             let held = response.drag_started() || self.hand.is_none();
             let start = ui.input(|input| input.pointer.press_origin()).unwrap_or(at);
             if held {
@@ -242,7 +242,7 @@ impl Viewer {
                 self.looks.camera = if sliding {
                     camera.slid(model.pivot, place(at - moved), place(at), size)
                 } else {
-                    // The picture's height is half a turn.
+                    // A drag over the height of the picture is half a turn.
                     let angle = |points: f32| std::f64::consts::PI * f64::from(points) * scale / size[1];
                     camera.orbited(model.pivot, angle(moved.x), -angle(moved.y))
                 };
@@ -266,7 +266,7 @@ impl Viewer {
         }
     }
 
-    /// Circles the point that was picked.
+    /// Draws a circle around the picked point.
     fn mark(&self, ui: &egui::Ui, area: egui::Rect, pixels_per_point: f32) {
         let Some(model) = &self.model else { return };
         let (Some(picked), Some(shown)) = (model.picked, model.shown) else { return };
@@ -279,7 +279,7 @@ impl Viewer {
         }
     }
 
-    /// Takes what has been read.
+    /// Shows a file that has finished loading.
     fn load(&mut self, aspect: f64) {
         let Some(loading) = &self.loading else { return };
         match loading.poll() {
@@ -316,7 +316,7 @@ impl Viewer {
         self.looks.turn(model.prepared.bounds);
     }
 
-    /// Has the session make what the camera asks for; whether another picture is to follow at once.
+    /// Requests and collects frames of the session. Returns whether another picture must follow at once.
     fn advance(&mut self, size: (u32, u32)) -> Result<bool, String> {
         let waiting = self.loading.is_some();
         let options = self.session_options();
@@ -328,7 +328,7 @@ impl Viewer {
         if self.lattice != self.looks.picture.lattice {
             self.lattice = self.looks.picture.lattice;
             self.scene.keep_lattice(self.lattice).map_err(|error| error.to_string())?;
-            // What is on the device has no places in lattices, or need not have them.
+            // Send all tiles again, with or without lattice positions.
             model.session.forget();
             (model.underway, model.shown) = (None, None);
         }
@@ -341,7 +341,7 @@ impl Viewer {
                 *model.underway.insert(self.looks.camera)
             }
         };
-        // Most frames of a moving camera are made before the next picture would be.
+        // Most frames of a moving camera are finished within this time.
         let start = Instant::now();
         while !self.patient && !model.session.is_made() && start.elapsed() < AWAITED {
             std::thread::sleep(AWAITED / 32);
@@ -357,7 +357,7 @@ impl Viewer {
         Ok(waiting || model.underway.is_some() || model.deferred || moved || self.looks.turning)
     }
 
-    /// Draws the last frame into the window's picture.
+    /// Draws the last complete frame to the scene texture.
     fn draw(&mut self, size: (u32, u32)) -> Result<(), String> {
         let extent = wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 };
         let picture = match self.picture.take().filter(|picture| picture.size() == extent) {
@@ -391,7 +391,7 @@ impl Viewer {
     }
 }
 
-/// Notes what a frame cost. Where nothing changed, the last one that did stays.
+/// Stores the costs of a frame. Frames that change nothing keep the previous costs.
 fn tell(costs: &mut Costs, report: &FrameReport, sent: u64) {
     if report.batches > 0 {
         (costs.planned, costs.made, costs.committed) = (report.planned_in, report.made_in, report.committed_in);
@@ -417,7 +417,7 @@ mod tests {
         picture: PictureArgs,
     }
 
-    /// A viewer of 400 by 300 points that nobody sees; `None` where nothing can be drawn.
+    /// An off-screen viewer of 400 by 300 points; `None` without a graphics adapter.
     fn viewer() -> Option<(Viewer, Renderer, Texture)> {
         let renderer = Renderer::new().ok()?;
         let target = renderer.device().create_texture(&wgpu::TextureDescriptor {
@@ -468,7 +468,7 @@ mod tests {
         egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: egui::Modifiers::NONE }
     }
 
-    /// Steps until nothing is left to do.
+    /// Draws pictures until no other must follow.
     fn settle(viewer: &mut Viewer, target: &Texture, time: &mut f64) {
         let start = Instant::now();
         while step(viewer, target, time, Vec::new(), &[]).again {
@@ -477,7 +477,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_dropped_and_troubles_told_while_the_last_model_stays() {
+    fn dropped_files_are_opened_and_errors_keep_the_last_model() {
         let Some((mut viewer, _renderer, target)) = viewer() else { return };
         let mut time = 0.0;
         settle(&mut viewer, &target, &mut time);
@@ -499,7 +499,7 @@ mod tests {
     }
 
     #[test]
-    fn hands_turn_slide_come_closer_and_pick() {
+    fn the_pointer_orbits_pans_zooms_and_picks() {
         let Some((mut viewer, _renderer, target)) = viewer() else { return };
         let mut time = 0.0;
         viewer.open(Input::Builtin("box".to_owned()));
@@ -558,7 +558,7 @@ mod tests {
     }
 
     #[test]
-    fn lattices_are_kept_while_they_are_shown_and_lines_of_sight_become_parallel() {
+    fn lattices_are_stored_while_shown_and_cameras_become_orthographic() {
         let Some((mut viewer, _renderer, target)) = viewer() else { return };
         let mut time = 0.0;
         viewer.open(Input::Builtin("torus".to_owned()));
@@ -581,7 +581,7 @@ mod tests {
     }
 
     #[test]
-    fn other_workers_start_anew() {
+    fn changing_the_number_of_workers_restarts_the_session() {
         let Some((mut viewer, _renderer, target)) = viewer() else { return };
         let mut time = 0.0;
         viewer.open(Input::Builtin("washer".to_owned()));

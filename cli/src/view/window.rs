@@ -1,4 +1,4 @@
-//! A window of the system to pictures of the viewer: events in, one picture for each that is asked for.
+//! Window events to pictures of the viewer, one per requested redraw.
 
 use super::load::Loader;
 use super::looks::Looks;
@@ -14,13 +14,13 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 
-/// Shows a window until it is closed.
+/// Shows the window until it is closed.
 pub(super) fn run(input: Option<Input>, size: (u32, u32), loader: Loader, looks: Looks) -> Result<(), Failure> {
     let no_window = |error: &dyn std::fmt::Display| {
-        // What comes before is where in winit's sources it was noticed.
+        // The text before the cause is a position in winit's sources.
         let error = error.to_string();
         let cause = error.rsplit(": ").next().unwrap_or(&error).trim_end_matches('.');
-        Failure::Cannot(format!("no window can be opened: {cause}; --screenshot OUT.png needs none"))
+        Failure::Cannot(format!("cannot open a window: {cause}; --screenshot OUT.png works without one"))
     };
     let events = EventLoop::new().map_err(|error| no_window(&error))?;
     events.set_control_flow(ControlFlow::Wait);
@@ -29,7 +29,7 @@ pub(super) fn run(input: Option<Input>, size: (u32, u32), loader: Loader, looks:
     app.failure.map_or(Ok(()), Err)
 }
 
-/// What the first window is made from.
+/// Arguments of the window, until it is created.
 struct Start {
     input: Option<Input>,
     size: (u32, u32),
@@ -37,14 +37,14 @@ struct Start {
     looks: Looks,
 }
 
-/// The process's one window.
+/// The application, with its only window.
 struct App {
     start: Option<Start>,
     open: Option<Open>,
     failure: Option<Failure>,
 }
 
-/// A window with what is in it.
+/// An open window and its content.
 struct Open {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
@@ -157,9 +157,9 @@ impl Open {
                 self.window.request_redraw();
                 return Ok(());
             }
-            // Nobody sees it: the next event asks again.
+            // The window is not visible: wait for the next event.
             CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => return Ok(()),
-            CurrentSurfaceTexture::Validation => return Err("the window's picture is not valid".to_owned()),
+            CurrentSurfaceTexture::Validation => return Err("the window's surface texture is not valid".to_owned()),
         };
         let target = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let canvas = Canvas {

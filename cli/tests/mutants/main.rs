@@ -1,8 +1,8 @@
-//! CAD files, broken in a few places -> the command line's word on them: a mesh, with diagnostics where something is lost, or
-//! one clear error; within ten seconds, and within four times the memory of the file unbroken.
+//! Mutated CAD files -> the command line must write a mesh, with diagnostics for everything lost, or print one error;
+//! within ten seconds, and within four times the memory of the intact file.
 //!
-//! `TRIMTESS_MUTANTS` is the number of mutants per file (1 without it), `TRIMTESS_MUTANTS_SEED` shifts all of them. Files:
-//! tests/data, and the corpora where there are any. The same numbers give the same mutants.
+//! `TRIMTESS_MUTANTS` is the number of mutants per file (default 1), `TRIMTESS_MUTANTS_SEED` shifts the random seed.
+//! Files: tests/data, and the corpora if present. The same numbers give the same mutants.
 
 mod mutate;
 #[path = "../../../tests/parts/mod.rs"]
@@ -21,9 +21,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Memory that any mutant may take: a small file's peak is that of the program, and a mutant may ask for a finer mesh.
+/// Memory that every mutant may take. For small files the program itself dominates, and a mutant may need a finer mesh.
 const FLOOR: u64 = 64 << 20;
-/// How often the memory of the unbroken file a mutant may take.
+/// Memory that a mutant may take, as a multiple of the intact file's.
 const TIMES: u64 = 4;
 /// Processor time that a mutant may take.
 const TIME: Duration = Duration::from_secs(10);
@@ -39,24 +39,23 @@ struct Found {
     outcomes: BTreeMap<(Mutation, i32), u32>,
     faults: Vec<String>,
     slowest: (Duration, String),
-    /// Peak over that of the unbroken file, and whose.
+    /// Maximum peak memory as a multiple of the intact file's, and the mutant.
     hungriest: (f64, String),
 }
 
-/// Breaks a file in `count` ways, and runs each.
+/// Runs `count` mutants of a file.
 fn mutants_of(path: &Path, folder: &Path, count: u64, shift: u64, found: &Mutex<Found>) {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let folder = folder.join(&name);
     fs::create_dir_all(&folder).expect("a folder for mutants");
     let bytes = fs::read(path).expect("a readable file");
-    let whole =
-        run(path, &folder.join("out"), &Limits { time: 6 * TIME, memory: u64::MAX }).expect("the unbroken file");
+    let whole = run(path, &folder.join("out"), &Limits { time: 6 * TIME, memory: u64::MAX }).expect("the intact file");
     for number in 0..count {
         let mut random = Random::new(&name, shift.wrapping_mul(1_000_003).wrapping_add(number));
         let mutation = Mutation::ALL[(random.below(u64::MAX) % Mutation::ALL.len() as u64) as usize];
         let mutant = mutation.of(&bytes, &mut random);
         let file = folder.join(format!("{number}_{mutation:?}.step"));
-        fs::write(&file, mutant).expect("a written mutant");
+        fs::write(&file, mutant).expect("a writable mutant");
         let limits = Limits { time: TIME, memory: FLOOR.max(TIMES * whole.peak) };
         let outcome = run(&file, &folder.join(format!("out{number}")), &limits);
         let mut found = found.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -70,7 +69,7 @@ fn mutants_of(path: &Path, folder: &Path, count: u64, shift: u64, found: &Mutex<
                 if share > found.hungriest.0 {
                     found.hungriest = (share, format!("{name} {number} {mutation:?}, {} MiB", peak >> 20));
                 }
-                fs::remove_file(&file).expect("a mutant that is no longer needed");
+                fs::remove_file(&file).expect("a removable mutant");
             }
             Err(fault) => found.faults.push(format!("{fault}\n  trimtess tessellate {} -o /tmp/x.glb", file.display())),
         }

@@ -1,24 +1,24 @@
-//! The bytes of a file -> the bytes of a broken one.
+//! The bytes of a file -> the bytes of a mutant.
 
 use crate::random::Random;
 use std::ops::Range;
 
-/// What is done to a file.
+/// A way to mutate a file.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) enum Mutation {
     /// The file ends early.
     Truncated,
-    /// Some bytes are others.
+    /// Some bytes are replaced.
     Flipped,
     /// Some lines are missing.
     LinesGone,
-    /// Some references name another instance.
+    /// Some references point to other instances.
     References,
-    /// Some numbers are others.
+    /// Some numbers are replaced.
     Numbers,
 }
 
-/// Numbers that ask for trouble.
+/// Replacement numbers that are likely to cause trouble.
 const NUMBERS: [&str; 12] =
     ["0.", "-1.", "1.E9", "1.E300", "1.E-9", "3.7", "-1000.", "1.E-300", "1.E400", "-0.", "1.E-5", "360."];
 
@@ -73,7 +73,7 @@ impl Mutation {
     }
 }
 
-/// Runs of bytes that start and go on so.
+/// Runs of bytes that start with `starts` and continue with `goes_on`.
 fn tokens(bytes: &[u8], starts: impl Fn(u8) -> bool, goes_on: impl Fn(u8) -> bool) -> Vec<Range<usize>> {
     let mut all = Vec::new();
     let mut at = 0;
@@ -89,7 +89,7 @@ fn tokens(bytes: &[u8], starts: impl Fn(u8) -> bool, goes_on: impl Fn(u8) -> boo
     all
 }
 
-/// `bytes` with some ranges replaced; of ranges that occur twice the first counts.
+/// Replaces some ranges of `bytes`. Of several edits with the same start, the first counts.
 fn edited(bytes: &[u8], mut edits: Vec<(Range<usize>, Vec<u8>)>) -> Vec<u8> {
     edits.sort_by_key(|(range, _)| range.start);
     edits.dedup_by_key(|(range, _)| range.start);

@@ -1,4 +1,4 @@
-//! A file -> what `trimtess tessellate` made of it, or what is wrong with that.
+//! A file -> the outcome of `trimtess tessellate`, or a fault.
 
 use serde_json::Value;
 use std::fs;
@@ -7,31 +7,31 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// What a run may take.
+/// Limits of a run.
 pub(crate) struct Limits {
-    /// Of all its threads; a process that sleeps may take [`PATIENCE`] times as long.
+    /// Processor time of all threads. Wall time may be [`PATIENCE`] times as long.
     pub(crate) time: Duration,
-    /// Peak of the resident size, bytes.
+    /// Peak resident memory, bytes.
     pub(crate) memory: u64,
 }
 
-/// A run that is as it should be.
+/// A run without fault.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Outcome {
     pub(crate) status: i32,
-    /// Processor time, or what a clock says where the system does not tell.
+    /// Processor time, or wall time if unknown.
     pub(crate) time: Duration,
     pub(crate) peak: u64,
 }
 
-/// How often the process is looked at. Its peak of memory is cumulative, so only what happens in the last moment is missed,
-/// and that its own report tells.
+/// Polling interval. The peak of memory is cumulative, so only the last interval is missed, which the process's own
+/// report covers.
 const EVERY: Duration = Duration::from_millis(2);
 
-/// A process on a busy machine waits for its turn.
+/// Maximum wall time as a multiple of the allowed processor time, for busy machines.
 const PATIENCE: u32 = 12;
 
-/// Runs the command line on `file`, with all output in `folder`.
+/// Tessellates `file`, with all output in `folder`.
 pub(crate) fn run(file: &Path, folder: &Path, limits: &Limits) -> Result<Outcome, String> {
     fs::create_dir_all(folder).map_err(|error| error.to_string())?;
     let [mesh, report, log] = ["mesh.glb", "report.json", "log"].map(|name| folder.join(name));
@@ -75,7 +75,7 @@ pub(crate) fn run(file: &Path, folder: &Path, limits: &Limits) -> Result<Outcome
     }
 }
 
-/// What contradicts the contract of the command line: statuses, files, messages.
+/// Violations of the command line's contract: statuses, files, messages.
 fn faults(status: i32, said: &str, mesh: &Path, report: Option<&Value>) -> Option<String> {
     let internal = |text: &str| text.contains("internal error") || text.contains("panicked");
     if internal(said) || report.is_some_and(|report| internal(&report.to_string())) {
@@ -83,7 +83,7 @@ fn faults(status: i32, said: &str, mesh: &Path, report: Option<&Value>) -> Optio
         return Some(format!("a panic: {}", reasons.chars().take(1000).collect::<String>()));
     }
     match (status, report) {
-        (1, None) if mesh.exists() => Some("it cannot be done, but a file was written".into()),
+        (1, None) if mesh.exists() => Some("status 1, but a file was written".into()),
         (1, None) => {
             let errors = said.lines().filter(|line| line.starts_with("error: ")).count();
             (errors != 1).then(|| format!("{errors} errors instead of one"))
@@ -96,27 +96,27 @@ fn faults(status: i32, said: &str, mesh: &Path, report: Option<&Value>) -> Optio
                 return Some(format!("{triangles} triangles, {lost} faces lost, but only {diagnostics} diagnostics"));
             }
             if report["diagnostics"].to_string().contains("no stage said why") {
-                return Some("a face is lost in silence".into());
+                return Some("a face is lost without explanation".into());
             }
             if status == 3 && diagnostics == 0 {
                 return Some("no diagnostics, but status 3".into());
             }
             let whole = fs::read(mesh).is_ok_and(|bytes| is_whole_glb(&bytes));
-            (!whole).then(|| "the mesh file is not whole".into())
+            (!whole).then(|| "the mesh file is incomplete".into())
         }
         (1, Some(_)) => Some("a report, but no mesh".into()),
         (0 | 3, None) => Some("a mesh, but no report".into()),
-        _ => Some("a status that is not documented".into()),
+        _ => Some("an undocumented status".into()),
     }
 }
 
-/// A GLB states its length in its header.
+/// Checks the length in the header.
 fn is_whole_glb(bytes: &[u8]) -> bool {
     let length = bytes.get(8..12).and_then(|four| four.try_into().ok()).map(u32::from_le_bytes);
     bytes.starts_with(b"glTF") && length.map(|length| length as usize) == Some(bytes.len())
 }
 
-/// Largest resident size of a running process so far, bytes; 0 where the system does not tell.
+/// Peak resident memory of a running process, bytes; 0 if unknown.
 fn peak_of(process: u32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
@@ -124,12 +124,12 @@ fn peak_of(process: u32) -> u64 {
     kib.unwrap_or(0) << 10
 }
 
-/// Processor time of a running process so far, if the system tells.
+/// Processor time of a running process, if known.
 fn work_of(process: u32) -> Option<Duration> {
-    /// Linux counts processor time in hundredths of a second for programs to read.
+    /// Linux reports processor time in hundredths of a second.
     const TICK: Duration = Duration::from_millis(10);
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name, in brackets, may hold spaces. After it: state, ten other numbers, time in user and in system mode.
+    // The name, in parentheses, may contain spaces. After it: state, ten other numbers, user time, system time.
     let mut after = stat[stat.rfind(')')? + 1..].split_ascii_whitespace().skip(11);
     let mut ticks = || after.next()?.parse::<u32>().ok();
     Some(TICK * (ticks()? + ticks()?))

@@ -1,7 +1,7 @@
-//! Paths -> sides of solids, turned about an axis or swept along an outline, with the edges that neighbouring sides share.
+//! Paths -> sides of solids, turned about an axis or swept along an outline, with edges shared between neighbours.
 //!
-//! Everything is oriented as seen from outside: a path has the material on its left, a ring that is handed back is what the
-//! neighbour's boundary needs. Sides turn their loops over themselves where their surface looks inwards.
+//! Everything is oriented as seen from outside: a path has the material on its left, and a returned ring is oriented
+//! for the neighbour's boundary. `finish` reverses the loops of sides whose surface normal points inwards.
 
 use super::path::{Path, Piece, lifted, meridian, right};
 use glam::{DVec2, DVec3};
@@ -9,7 +9,7 @@ use trimtess::model::{
     Coedge, Colour, CurveKind, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
 };
 
-/// Lengths below are rounding, millimetres.
+/// Lengths below this are rounding errors, millimetres.
 const ROUNDING: f64 = 1e-9;
 
 /// A closed chain of coedges.
@@ -24,28 +24,28 @@ struct Side {
     /// Whether the surface's normal points into the material.
     reversed: bool,
     colour: Option<Colour>,
-    /// As seen from outside.
+    /// Oriented as seen from outside.
     loops: Vec<Loop>,
 }
 
-/// A closed solid in the making.
+/// A builder of a closed solid.
 pub(super) struct Body {
     part: PartBuilder,
     shell: u32,
     sides: Vec<Side>,
-    /// Colour of the sides to come, if not the part's.
+    /// Colour of sides added next, if not the part's.
     paint: Option<Colour>,
 }
 
-/// What [`Body::turn`] and [`Body::sweep`] made: the sides, by piece of the turned path (of the outline), and the
-/// boundaries of the neighbours at the ends of the turned path (of the profile), where there are any.
+/// Result of [`Body::turn`] and [`Body::sweep`]: the sides per piece of the turned path (or of the outline, row by row
+/// of the profile), and the boundaries of the neighbours at the start and end of the turned path (or of the profile).
 pub(super) struct Made {
     pub(super) sides: Vec<SideId>,
     start: Option<Ring>,
     end: Option<Ring>,
 }
 
-/// The ring as the side beyond it uses it.
+/// Reverses a ring, as the side across it uses it.
 fn turned_over(ring: &[Coedge]) -> Ring {
     let over = |coedge: &Coedge| if coedge.reversed { coedge.edge.along() } else { coedge.edge.against() };
     ring.iter().rev().map(over).collect()
@@ -59,7 +59,7 @@ impl Body {
         Self { part, shell, sides: Vec::new(), paint: None }
     }
 
-    /// The part with all that was added.
+    /// Builds the part.
     pub(super) fn finish(mut self) -> Part {
         for Side { surface, reversed, colour, loops } in self.sides {
             let turned = |boundary| match boundary {
@@ -84,24 +84,24 @@ impl Body {
         self.part.finish().expect("the brake's parts are stated soundly")
     }
 
-    /// Colour of the sides to come.
+    /// Sets the colour of sides added next.
     pub(super) fn paint(&mut self, colour: Colour) {
         self.paint = Some(colour);
     }
 
-    /// A side, still without boundary; `reversed` if the surface's normal points into the material.
+    /// Adds a side without boundary. `reversed` if the surface's normal points into the material.
     pub(super) fn side(&mut self, surface: Surface, reversed: bool) -> SideId {
         self.sides.push(Side { surface, reversed, colour: self.paint, loops: Vec::new() });
         SideId(self.sides.len() - 1)
     }
 
-    /// A plane side, still without boundary.
+    /// Adds a plane side without boundary.
     pub(super) fn flat(&mut self, origin: DVec3, outwards: DVec3) -> SideId {
         let frame = Frame3::from_axis(origin, outwards, outwards.any_orthogonal_vector()).expect("a direction");
         self.side(Surface::Plane { frame }, false)
     }
 
-    /// Adds a boundary, as seen from outside.
+    /// Adds a boundary loop, oriented as seen from outside.
     pub(super) fn bound(&mut self, side: SideId, ring: Ring) {
         self.sides[side.0].loops.push(Loop::Edges(ring));
     }
@@ -118,12 +118,12 @@ impl Body {
         self.part.line(start, end)
     }
 
-    /// A whole circle about the frame's z, counter-clockwise.
+    /// Adds a full circle about the frame's z, counter-clockwise.
     pub(super) fn circle(&mut self, frame: &Frame3, radius: f64) -> EdgeId {
         self.part.circle(frame, radius)
     }
 
-    /// Bounds the sides at the ends of what was made. An end on the axis has no neighbour.
+    /// Adds the boundaries at start and end of `made` to its neighbours. An end on the axis has no neighbour.
     pub(super) fn join(&mut self, made: &mut Made, start: Option<SideId>, end: Option<SideId>) {
         for (ring, side) in [(made.start.take(), start), (made.end.take(), end)] {
             if let (Some(ring), Some(side)) = (ring, side) {
@@ -132,7 +132,7 @@ impl Body {
         }
     }
 
-    /// Turns `path`, in (distance from the axis, height), about the frame's z axis.
+    /// Revolves `path`, in (distance from the axis, height), about the frame's z axis.
     pub(super) fn turn(&mut self, frame: &Frame3, path: &Path) -> Made {
         let rings: Vec<Option<EdgeId>> =
             path.points.iter().map(|p| (p.x > 0.0).then(|| self.part.circle(&lifted(frame, p.y), p.x))).collect();
@@ -170,7 +170,7 @@ impl Body {
     }
 
     /// Sweeps `profile`, in (distance to the right of the outline, height), along the closed `outline` in the frame's
-    /// plane. Where the profile leaves the outline, the outline has no corners.
+    /// plane. Unless the profile stays on the outline, the outline must be smooth.
     pub(super) fn sweep(&mut self, frame: &Frame3, outline: &Path, profile: &Path) -> Made {
         let (n, m) = (outline.pieces.len(), profile.pieces.len());
         let mut rings: Vec<Vec<EdgeId>> = Vec::with_capacity(m + 1);
@@ -212,11 +212,12 @@ impl Body {
     }
 }
 
-/// What a straight piece from `p` by `d` turns to, in (distance from the axis, height).
+/// The surface of revolution of a line from `p` by `d`, in (distance from the axis, height), and whether its normal
+/// points into the material.
 fn straight(frame: &Frame3, p: DVec2, d: DVec2) -> (Surface, bool) {
     let at = lifted(frame, p.y);
     if d.y.abs() < ROUNDING {
-        // It looks up where the path leads towards the axis.
+        // The outward normal is up if the path leads towards the axis.
         return (Surface::Plane { frame: at }, d.x > 0.0);
     }
     let surface = if d.x.abs() < ROUNDING {
@@ -227,7 +228,7 @@ fn straight(frame: &Frame3, p: DVec2, d: DVec2) -> (Surface, bool) {
     (surface, d.y < 0.0)
 }
 
-/// What a circle of radius `minor`, `major` from the axis and in the frame's plane, turns to.
+/// The surface of revolution of a circle of radius `minor` with its centre at distance `major` from the axis.
 fn round(frame: &Frame3, major: f64, minor: f64) -> Surface {
     if major.abs() < ROUNDING {
         Surface::Sphere { frame: *frame, radius: minor }
@@ -236,7 +237,8 @@ fn round(frame: &Frame3, major: f64, minor: f64) -> Surface {
     }
 }
 
-/// What piece `j` of the profile makes along piece `k` of the outline, and whether its normal points into the material.
+/// The surface of piece `j` of the profile along piece `k` of the outline, and whether its normal points into the
+/// material.
 fn swept(frame: &Frame3, outline: &Path, k: usize, profile: &Path, j: usize) -> (Surface, bool) {
     let (corner, tangent) = (outline.points[k], outline.tangent(k));
     let p = profile.points[j];

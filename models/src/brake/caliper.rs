@@ -1,4 +1,4 @@
-//! Dimensions -> a caliper around the rotor's edge, with bores for four pistons, and the pistons and pads in it.
+//! Dimensions -> a caliper around the rotor's edge with bores for four pistons, a piston, and a pad.
 
 use super::body::{Body, SideId};
 use super::path::Path;
@@ -7,23 +7,23 @@ use super::{CAST_PAINTED, LINING, STEEL};
 use glam::DVec3;
 use trimtess::model::{Frame3, Part};
 
-/// Distances from the rotor's faces outwards: the lining, its plate, the gap to the caliper.
+/// Thicknesses outwards from the rotor's faces: lining, its plate, gap to the caliper.
 pub(super) const LINING_DEPTH: f64 = 10.0;
 pub(super) const PLATE: f64 = 6.0;
 const GAP: f64 = 1.0;
-/// Heights of the faces of the arms that look at the rotor.
+/// Heights of the arms' inner faces, which are towards the rotor.
 const ARMS: [f64; 2] = [FACES[0] - LINING_DEPTH - PLATE - GAP, FACES[3] + LINING_DEPTH + PLATE + GAP];
 /// Heights of the arms' outer faces.
 pub(super) const OUTER: [f64; 2] = [ARMS[0] - 32.0, ARMS[1] + 30.0];
-/// Where the pistons are: distance from the rotor's axis, and across; their radius.
+/// Position of the pistons (distance from the rotor's axis along x, and along y), and their radius.
 pub(super) const PISTONS: [f64; 2] = [123.0, 26.0];
 const PISTON: f64 = 19.0;
-/// Where the bolts are that hold the caliper: distance from the rotor's axis, and across.
+/// Position of the caliper bolts: distance from the rotor's axis along x, and along y.
 pub(super) const SCREWS: [f64; 2] = [166.0, 40.0];
-/// How deep their heads are sunk.
+/// Depth of the counterbores for their heads.
 pub(super) const SUNK: f64 = 4.0;
 
-/// The caliper, around the rotor's edge in the x direction: two arms, and two bridges between them with fillets.
+/// The caliper around the rotor's edge in the x direction: two arms, joined by two bridges with fillets.
 pub(super) fn caliper() -> Part {
     const ROOT: f64 = 3.0;
     let mut body = Body::new("caliper", CAST_PAINTED);
@@ -85,7 +85,7 @@ fn bore(body: &mut Body, mouth: DVec3, up: f64, arm: SideId) {
     body.join(&mut hole, Some(arm), None);
 }
 
-/// Holes through the bridges along the rotor's axis, from the outer face of one arm to that of the other.
+/// Bolt holes through the bridges along the rotor's axis, from the outer face of one arm to that of the other.
 fn screws(body: &mut Body, [below, above]: [SideId; 2]) {
     const HOLE: f64 = 5.25;
     const SEAT: f64 = 9.0;
@@ -104,7 +104,7 @@ fn screws(body: &mut Body, [below, above]: [SideId; 2]) {
     }
 }
 
-/// A piston along z, its mouth in the plane z = 0, its body below.
+/// A piston along z, with its mouth in the plane z = 0 and its body below.
 pub(super) fn piston() -> Part {
     const OUT: f64 = PISTON - 0.05;
     let mut body = Body::new("piston", STEEL);

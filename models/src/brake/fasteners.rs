@@ -1,5 +1,5 @@
-//! Dimensions -> bolts, nuts, washers and pins: hexagons whose chamfers are cut exactly (a cone meets a plane in a hyperbola),
-//! threads as rings.
+//! Dimensions -> bolts, nuts and washers: hexagons with exact chamfers (a cone meets a plane in a hyperbola), threads
+//! as rings.
 
 use super::STEEL;
 use super::body::{Body, Ring, SideId};
@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 use trimtess::model::{CurveKind, Frame3, NurbsCurve3, Part, Surface};
 
-/// What a bolt and its nut share.
+/// Thread dimensions of a bolt and its nut.
 #[derive(Clone, Copy)]
 pub(super) struct Thread {
     /// Largest radius.
@@ -22,7 +22,7 @@ impl Thread {
         1.5 * self.radius
     }
 
-    /// Corners of `turns` rings from height `z` on, upwards, between two radii.
+    /// Corners of `turns` rings upwards from height `z`, between two radii.
     fn rings(self, z: f64, turns: u32, crest: f64, root: f64) -> impl Iterator<Item = (f64, f64, f64)> {
         (0..turns).flat_map(move |turn| {
             let at = |share: f64| z + self.pitch * (f64::from(turn) + share);
@@ -35,7 +35,7 @@ impl Thread {
     }
 }
 
-/// A bolt along z: the head stands on the plane z = 0, the shank hangs from it; `turns` of thread are at its end.
+/// A bolt along z: head above the plane z = 0, shank below, with `turns` of thread at its end.
 pub(super) fn bolt(name: &str, thread: Thread, length: f64, turns: u32) -> Part {
     let mut body = Body::new(name, STEEL);
     let (radius, flats) = (thread.radius, thread.flats());
@@ -47,7 +47,7 @@ pub(super) fn bolt(name: &str, thread: Thread, length: f64, turns: u32) -> Part 
     corners.extend(thread.rings(0.6 * thread.pitch - length, turns, radius, thread.root()));
     let end = (0.6 + f64::from(turns)) * thread.pitch - length;
     corners.extend([(radius, end, 0.0), (radius, 0.0, 0.1 * radius), (1.2 * radius, 0.0, 0.0)]);
-    // The fillet ends in the seat: what lies beyond it is the head's.
+    // The fillet ends at the seat, which belongs to the head.
     let mut path = Path::open(&corners);
     path.points.pop();
     path.pieces.pop();
@@ -56,7 +56,7 @@ pub(super) fn bolt(name: &str, thread: Thread, length: f64, turns: u32) -> Part 
     body.finish()
 }
 
-/// A nut along z between the planes z = 0 and z = its height.
+/// A nut along z, from the plane z = 0 upwards.
 pub(super) fn nut(name: &str, thread: Thread, turns: u32) -> Part {
     let mut body = Body::new(name, STEEL);
     let height = f64::from(turns + 1) * thread.pitch;
@@ -73,7 +73,7 @@ pub(super) fn nut(name: &str, thread: Thread, turns: u32) -> Part {
     body.finish()
 }
 
-/// A washer along z on the plane z = 0, its outer edges rounded.
+/// A washer along z on the plane z = 0, with rounded outer edges.
 pub(super) fn washer(name: &str, inner: f64, outer: f64, height: f64) -> Part {
     let mut body = Body::new(name, STEEL);
     let round = 0.25 * height;
@@ -82,15 +82,16 @@ pub(super) fn washer(name: &str, inner: f64, outer: f64, height: f64) -> Part {
     body.finish()
 }
 
-/// How a hexagon ends.
+/// The end of a hexagonal prism.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Chamfer {
     None,
-    /// By a cone of 30° to the end's plane.
+    /// Cut by a cone at 30° to the end plane.
     Cone,
 }
 
-/// The sides of a hexagonal prism about z between two heights; `ends` are the planes there, which get their outer boundary.
+/// Adds the sides of a hexagonal prism about z between two heights. `ends` are the end planes, which get their outer
+/// boundary.
 fn hexagon(body: &mut Body, flats: f64, heights: (f64, f64), chamfers: (Chamfer, Chamfer), ends: [SideId; 2]) {
     let rims = [(heights.0, chamfers.0, 1.0), (heights.1, chamfers.1, -1.0)].map(|(z, chamfer, inwards)| {
         let corner = flats / FRAC_PI_6.cos();
@@ -128,7 +129,7 @@ fn hexagon(body: &mut Body, flats: f64, heights: (f64, f64), chamfers: (Chamfer,
         body.bound(side, vec![low.0[k].along(), posts[next].along(), high.0[k].against(), posts[k].against()]);
     }
     for (top, ((edges, _, circle, slope, z), chamfer)) in rims.into_iter().zip([chamfers.0, chamfers.1]).enumerate() {
-        // Counter-clockwise about z: what lies above is on its left.
+        // Counter-clockwise about z, with the surface above on the left.
         let above: Ring = edges.iter().map(|edge| edge.along()).collect();
         let below: Ring = edges.iter().rev().map(|edge| edge.against()).collect();
         let (outer, of_end) = if top == 1 { (above.clone(), above) } else { (below.clone(), below) };
@@ -146,11 +147,11 @@ fn hexagon(body: &mut Body, flats: f64, heights: (f64, f64), chamfers: (Chamfer,
     }
 }
 
-/// Where a cone about z meets a plane beside its axis, between two points of equal height 60° apart; its tangents there meet
-/// `rise` above their middle.
+/// The intersection of a cone about z with a plane parallel to its axis, between two points of equal height 60° apart.
+/// The tangents at these points meet `rise` above their midpoint.
 ///
-/// At distance d from the axis, height falls by tan 30° · √(d² + s²) with s along the plane. Over |s| ≤ d tan 30° that is the
-/// rational quadratic with the middle weight 2/√3, whatever d and the cone's slope.
+/// At distance d from the axis, height falls by tan 30° · √(d² + s²) with s along the plane.
+/// Over |s| ≤ d tan 30° this is the rational quadratic with middle weight 2/√3, for every d and slope of the cone.
 fn hyperbola(a: DVec3, b: DVec3, rise: DVec3) -> NurbsCurve3 {
     NurbsCurve3 {
         degree: 2,

@@ -10,7 +10,7 @@ use trimtess::model::{Frame3, Part};
 
 /// Heights of the ends of the hub.
 const ENDS: [f64; 2] = [-12.0, 66.0];
-/// Heights of the flange; the bell of the rotor stands on it.
+/// Heights of the flange, which carries the bell of the rotor.
 pub(super) const FLANGE: [f64; 2] = [40.0, BELL[0]];
 /// Heights of the toothed ring.
 const TEETH: [f64; 2] = [20.0, 26.0];
@@ -18,7 +18,7 @@ const TEETH: [f64; 2] = [20.0, 26.0];
 const FLOOR: f64 = 58.0;
 /// Radius of the body between the toothed ring and the flange.
 const NECK: f64 = 33.0;
-/// Radius of the end that the rotor's bell is centred by.
+/// Radius of the end that centres the rotor's bell.
 const PILOT: f64 = BORE - 0.05;
 
 /// The hub about z.
@@ -30,7 +30,7 @@ pub(crate) fn hub() -> Part {
         [TEETH[1], FLANGE[1], ENDS[1], FLOOR].map(|z| plane(&mut body, z, DVec3::Z));
     let [end_low, ring_low, flange_low] = [ENDS[0], TEETH[0], FLANGE[0]].map(|z| plane(&mut body, z, DVec3::NEG_Z));
 
-    // From the inner end to the toothed ring: a chamfer, the seat of the bearing, a shoulder by a free-form curve.
+    // From the inner end to the toothed ring: a chamfer, the bearing seat, a free-form shoulder.
     let mut seat = Path::from((26.5, ENDS[0]));
     seat.line((28.0, ENDS[0] + 1.5)).line((28.0, 4.0));
     seat.cubic([(28.0, 9.0), (NECK, 9.0)], (NECK, 14.0)).line((NECK, TEETH[0]));
@@ -86,7 +86,8 @@ pub(crate) fn hub() -> Part {
     body.finish()
 }
 
-/// The outline of a gear, counter-clockwise: arcs at its tips and feet, which take these shares of a pitch; straight flanks.
+/// The outline of a gear, counter-clockwise: straight flanks, and arcs at tips and feet with these fractions of a
+/// pitch.
 fn gear(count: u32, [foot, tip]: [f64; 2], shares: [f64; 2]) -> Path {
     let pitch = TAU / f64::from(count);
     let [crest, gap] = shares.map(|share| share * pitch);
@@ -103,18 +104,18 @@ fn gear(count: u32, [foot, tip]: [f64; 2], shares: [f64; 2]) -> Path {
     path.close()
 }
 
-/// The outline of the flange: an arc around each bolt, and between two bolts one that touches both of theirs.
+/// The outline of the flange: an arc around each bolt, joined tangentially by arcs between the bolts.
 fn lobes() -> Path {
     const LOBE: f64 = 11.0;
     const WAIST: f64 = 42.0;
     let step = TAU / f64::from(BOLTS);
-    // The arc between two bolts has its centre at distance d and the radius d - WAIST; the bolt's is LOBE away from it:
-    // (d - WAIST + LOBE)² = d² + BOLT_CIRCLE² - 2 d BOLT_CIRCLE cos(step / 2).
+    // The arc between two bolts has its centre at distance d and radius d - WAIST, and touches the bolt's circle of
+    // radius LOBE: (d - WAIST + LOBE)² = d² + BOLT_CIRCLE² - 2 d BOLT_CIRCLE cos(step / 2).
     let slack = WAIST - LOBE;
     let far = (BOLT_CIRCLE * BOLT_CIRCLE - slack * slack) / (2.0 * (BOLT_CIRCLE * (0.5 * step).cos() - slack));
     let bolt = |k: f64| DVec2::from_angle(step * k) * BOLT_CIRCLE;
     let between = |k: f64| DVec2::from_angle(step * (k + 0.5)) * far;
-    // Where the arc before a bolt ends.
+    // End of the arc before a bolt.
     let touch = |k: f64| bolt(k) + (between(k - 1.0) - bolt(k)).normalize() * LOBE;
     let mut path = Path::from(touch(0.0));
     let turn_at = |centre: DVec2, from: DVec2, to: DVec2| (from - centre).angle_to(to - centre);

@@ -1,8 +1,9 @@
-//! Dimensions -> a disc brake and its parts: solids of turned, swept and extruded curves, after Figures 16 and 17 of Kumar &
-//! Manocha 1995 (a brake hub and a brake rotor of Alpha_1, Utah).
+//! Dimensions -> a disc brake and its parts: solids of turned, swept and extruded curves, after Figures 16 and 17 of
+//! Kumar & Manocha 1995 (a brake hub and a brake rotor of Alpha_1, Utah).
 //!
-//! Sides meet where intersections have closed forms: planes with cylinders, cones and tori across their axis, coaxial turned
-//! surfaces, a cone with planes beside its axis. Neighbours share their edges, so that every part is closed.
+//! Sides meet only where intersections have closed forms: planes with cylinders, cones and tori across their axis,
+//! coaxial surfaces of revolution, a cone with planes parallel to its axis. Neighbours share their edges, so every part
+//! is closed.
 
 mod body;
 mod caliper;
@@ -25,7 +26,7 @@ const CAST_PAINTED: Colour = [0.72, 0.1, 0.08, 1.0];
 const STEEL: Colour = [0.8, 0.8, 0.78, 1.0];
 const LINING: Colour = [0.16, 0.14, 0.13, 1.0];
 
-/// How many bolts hold the rotor, and how far from the axis they are.
+/// Number of wheel bolts, and their distance from the axis.
 const BOLTS: u32 = 5;
 const BOLT_CIRCLE: f64 = 57.0;
 
@@ -48,9 +49,9 @@ pub(crate) fn assembly() -> Model {
     place(hub(), &[DAffine3::IDENTITY]);
     place(rotor(), &[DAffine3::IDENTITY]);
 
-    // The caliper stands at the back, the better to be seen in common views.
+    // The caliper is at the back, where the standard views show it well.
     let stand = DAffine3::from_rotation_z(FRAC_PI_2);
-    // What is stated for the rotor's lower face, for its upper one.
+    // Maps parts at the rotor's lower face to its upper face.
     let other = at(0.0, 0.0, rotor::FACES[3]) * DAffine3::from_rotation_x(PI);
     place(caliper::caliper(), &[stand]);
     place(caliper::pad(), &[stand, stand * other]);

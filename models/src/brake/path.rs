@@ -1,23 +1,23 @@
-//! Corners with radii, or points and arcs -> plane paths of lines, circular arcs and cubic Bézier pieces: what is turned, swept
-//! and extruded.
+//! Corners with radii, or points and arcs -> plane paths of lines, circular arcs and cubic Bézier pieces, to be swept
+//! or revolved.
 
 use glam::{DVec2, DVec3};
 use trimtess::model::{CurveKind, Frame3, NurbsCurve3};
 
-/// How a path goes on from one point to the next.
+/// A piece of a path between two points.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Piece {
     Line,
-    /// About `centre` by the angle `turn`, counter-clockwise if positive, less than a whole turn.
+    /// A circular arc about `centre` by the angle `turn`, counter-clockwise if positive, less than a full turn.
     Arc {
         centre: DVec2,
         turn: f64,
     },
-    /// A cubic Bézier piece, by its inner control points.
+    /// A cubic Bézier piece with these inner control points.
     Cubic([DVec2; 2]),
 }
 
-/// Points and the pieces between them; as many pieces as points if it is closed, else one less.
+/// Points and the pieces between them: as many pieces as points if closed, else one less.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
     pub(super) points: Vec<DVec2>,
@@ -30,19 +30,19 @@ pub(super) fn right(d: DVec2) -> DVec2 {
 }
 
 impl Path {
-    /// A path that starts at a point, still without pieces.
+    /// Starts a path at a point.
     pub(super) fn from(start: impl Into<DVec2>) -> Self {
         Self { points: vec![start.into()], pieces: Vec::new() }
     }
 
-    /// Goes on straight.
+    /// Appends a line.
     pub(super) fn line(&mut self, to: impl Into<DVec2>) -> &mut Self {
         self.points.push(to.into());
         self.pieces.push(Piece::Line);
         self
     }
 
-    /// Goes on along a circle about `centre`.
+    /// Appends an arc about `centre`.
     pub(super) fn arc(&mut self, centre: impl Into<DVec2>, turn: f64) -> &mut Self {
         let centre = centre.into();
         let last = self.points[self.points.len() - 1];
@@ -51,20 +51,20 @@ impl Path {
         self
     }
 
-    /// Goes on along a cubic Bézier curve, given its inner control points.
+    /// Appends a cubic Bézier piece with these inner control points.
     pub(super) fn cubic(&mut self, inner: [(f64, f64); 2], to: impl Into<DVec2>) -> &mut Self {
         self.points.push(to.into());
         self.pieces.push(Piece::Cubic(inner.map(DVec2::from)));
         self
     }
 
-    /// Makes the last point the first one, from which it differs by rounding at most.
+    /// Closes the path by removing its last point, which must equal the first up to rounding.
     pub(super) fn close(mut self) -> Self {
         self.points.pop();
         self
     }
 
-    /// The open path through corners `(x, y, radius)` with arcs of these radii; the ends have none.
+    /// The open path along corners `(x, y, radius)`, rounded with these radii except at the ends.
     pub(super) fn open(corners: &[(f64, f64, f64)]) -> Self {
         let mut path = Self::default();
         for k in 0..corners.len() {
@@ -74,7 +74,7 @@ impl Path {
         path
     }
 
-    /// The closed path through corners `(x, y, radius)` with arcs of these radii.
+    /// The closed path along corners `(x, y, radius)`, rounded with these radii.
     pub(super) fn closed(corners: &[(f64, f64, f64)]) -> Self {
         let mut path = Self::default();
         for k in 0..corners.len() {
@@ -84,7 +84,7 @@ impl Path {
         path
     }
 
-    /// Goes on to a corner and around it.
+    /// Appends a line to corner `k` and, if `inner`, the arc around it.
     fn corner(&mut self, corners: &[(f64, f64, f64)], k: usize, inner: bool) {
         let at = |k: usize| DVec2::new(corners[k].0, corners[k].1);
         let (corner, radius) = (at(k), corners[k].2);
@@ -101,7 +101,7 @@ impl Path {
         self.points.push(corner + after * cut);
     }
 
-    /// Goes on straight, unless it is there.
+    /// Appends a line to `to` unless the path is there already.
     fn reach(&mut self, to: DVec2) {
         match self.points.last() {
             Some(last) if last.distance(to) < 1e-9 => {}
@@ -112,7 +112,7 @@ impl Path {
         }
     }
 
-    /// The closed uniform cubic B-spline with these control points, Bézier piece by piece.
+    /// The closed uniform cubic B-spline with these control points, as Bézier pieces.
     pub(super) fn spline(controls: &[DVec2]) -> Self {
         let at = |k: usize| controls[k % controls.len()];
         let mut path = Self::default();
@@ -124,7 +124,7 @@ impl Path {
         path
     }
 
-    /// Turned about the origin.
+    /// Rotates the path about the origin.
     pub(super) fn turned(&self, angle: f64) -> Self {
         let turn = |p: DVec2| DVec2::from_angle(angle).rotate(p);
         let piece = |piece: &Piece| match *piece {
@@ -135,7 +135,7 @@ impl Path {
         Self { points: self.points.iter().map(|&p| turn(p)).collect(), pieces: self.pieces.iter().map(piece).collect() }
     }
 
-    /// A closed path run backwards.
+    /// Reverses a closed path.
     pub(super) fn reversed(&self) -> Self {
         let piece = |piece: &Piece| match *piece {
             Piece::Line => Piece::Line,
@@ -151,12 +151,12 @@ impl Path {
         self.points.len() == self.pieces.len()
     }
 
-    /// Where piece `k` ends.
+    /// End of piece `k`.
     pub(super) fn end(&self, k: usize) -> DVec2 {
         self.points[(k + 1) % self.points.len()]
     }
 
-    /// The unit tangent at the start of piece `k`.
+    /// Unit tangent at the start of piece `k`.
     pub(super) fn tangent(&self, k: usize) -> DVec2 {
         let start = self.points[k];
         match self.pieces[k] {
@@ -166,10 +166,10 @@ impl Path {
         }
     }
 
-    /// The straight piece through a point.
+    /// The line that contains a point.
     ///
     /// # Panics
-    /// If there is none: the models name pieces that they have just made.
+    /// If there is none. Callers pass points of lines that they have just made.
     pub(super) fn piece_through(&self, x: f64, y: f64) -> usize {
         let p = DVec2::new(x, y);
         let through = |&k: &usize| {
@@ -179,7 +179,7 @@ impl Path {
         (0..self.pieces.len()).find(through).expect("a piece that the model has just made")
     }
 
-    /// Piece `k` moved to its right by `offset`, in the frame's plane z = `height`.
+    /// Piece `k` offset to its right by `offset`, in the frame's plane z = `height`.
     pub(super) fn curve(&self, k: usize, frame: &Frame3, offset: f64, height: f64) -> (NurbsCurve3, CurveKind) {
         let place = |p: DVec2| frame.place(p.extend(height));
         let (a, b) = (self.points[k], self.end(k));
@@ -206,13 +206,14 @@ impl Path {
     }
 }
 
-/// The frame of a half plane through the axis of `frame`: its plane coordinates are the distance from the axis and the height.
+/// The frame of a half plane parallel to the z axis of `frame`: x is the distance from `origin` in direction
+/// `outwards`, y the height.
 pub(super) fn meridian(frame: &Frame3, origin: DVec2, outwards: DVec2) -> Frame3 {
     let x = frame.place(outwards.extend(0.0)) - frame.origin;
     Frame3 { origin: frame.place(origin.extend(0.0)), x, y: frame.z, z: x.cross(frame.z) }
 }
 
-/// A frame moved along its own axis.
+/// A frame moved along its z axis.
 pub(super) fn lifted(frame: &Frame3, height: f64) -> Frame3 {
     Frame3 { origin: frame.place(DVec3::Z * height), ..*frame }
 }

@@ -1,4 +1,5 @@
-//! Dimensions -> a ventilated brake disc: two friction rings with drilled channels and curved vanes between them, and a bell.
+//! Dimensions -> a ventilated brake disc: two friction rings with drilled channels and curved vanes between them, and a
+//! bell.
 
 use super::body::{Body, SideId};
 use super::path::Path;
@@ -16,14 +17,14 @@ pub(super) const BELL: [f64; 2] = [52.0, 60.0];
 /// Radius of the bore in the bell.
 pub(super) const BORE: f64 = 34.0;
 const VANES: u32 = 36;
-/// Radius of the fillets at the vanes' ends.
+/// Radius of the fillets where vanes meet the rings.
 const ROOT: f64 = 2.0;
 /// Half the thickness of a vane.
 const HALF: f64 = 2.5;
-/// Distance from the axis of the drilled holes of a channel.
+/// Distances of the drilled holes of a channel from the axis.
 const DRILLED: [f64; 3] = [112.0, 126.0, 140.0];
 
-/// The rotor about z; the inboard friction face is in the plane z = 0, the bell is above.
+/// The rotor about z, with the inboard friction face in the plane z = 0 and the bell above.
 pub(crate) fn rotor() -> Part {
     let mut body = Body::new("brake rotor", CAST);
     let frame = Frame3::WORLD;
@@ -54,7 +55,7 @@ pub(crate) fn rotor() -> Part {
     body.finish()
 }
 
-/// The middle of a vane: centre of its arc, its ends, and the angle between them.
+/// The centre line of a vane: centre of its arc, its ends, and the angle between them.
 fn camber() -> (DVec2, [DVec2; 2], f64) {
     const CURVATURE: f64 = 80.0;
     let ends = [DVec2::new(95.0, 0.0), DVec2::from_angle(0.2) * 143.0];
@@ -64,7 +65,7 @@ fn camber() -> (DVec2, [DVec2; 2], f64) {
     (centre, ends, (ends[0] - centre).angle_to(ends[1] - centre))
 }
 
-/// The vanes, from the face below to the face above them.
+/// Adds the vanes between the faces below and above them.
 fn vanes(body: &mut Body, [below, above]: [SideId; 2]) {
     let (centre, ends, turn) = camber();
     let mut outline = Path::from(ends[0] + (ends[0] - centre).normalize() * HALF);
@@ -79,8 +80,8 @@ fn vanes(body: &mut Body, [below, above]: [SideId; 2]) {
     }
 }
 
-/// The holes through both friction rings, in the middle of the channels between the vanes; each ring is given by the side
-/// where the drill leaves it or enters it, upper side first.
+/// Adds the drilled holes through both friction rings, in the middle of the channels between the vanes. Each ring is
+/// given by its two faces, upper face first.
 fn channels(body: &mut Body, inboard: [SideId; 2], outboard: [SideId; 2]) {
     const HOLE: f64 = 3.0;
     const CHAMFER: f64 = 1.0;
@@ -89,7 +90,7 @@ fn channels(body: &mut Body, inboard: [SideId; 2], outboard: [SideId; 2]) {
     let from_below = Path::open(&[(HOLE, inner, 0.0), (HOLE, low + CHAMFER, 0.0), (HOLE + CHAMFER, low, 0.0)]);
     let from_above = Path::open(&[(HOLE + CHAMFER, high, 0.0), (HOLE, high - CHAMFER, 0.0), (HOLE, upper, 0.0)]);
     for radius in DRILLED {
-        // Where the vanes' middle is at this distance: the two centres and the point make a triangle of known sides.
+        // The point of the centre line at this radius: a triangle of known sides with the axis and the arc's centre.
         let (far, arm) = (centre.length(), centre.distance(ends[0]));
         let cosine = (radius * radius + far * far - arm * arm) / (2.0 * radius * far);
         let middle = centre.to_angle() - cosine.acos();
@@ -104,7 +105,7 @@ fn channels(body: &mut Body, inboard: [SideId; 2], outboard: [SideId; 2]) {
     }
 }
 
-/// The holes in the bell: for the wheel bolts, two for the screws that hold the rotor in place, and windows between the bolts.
+/// Adds the holes in the bell: for the wheel bolts, for two screws that hold the rotor, and windows between the bolts.
 fn mounting(body: &mut Body, [outside, inside]: [SideId; 2]) {
     let [low, high] = BELL;
     let frame =
@@ -120,7 +121,7 @@ fn mounting(body: &mut Body, [outside, inside]: [SideId; 2]) {
         let mut hole = body.turn(&frame(BOLT_CIRCLE, angle), &screw);
         body.join(&mut hole, Some(outside), Some(inside));
     }
-    // Windows with splines as outlines, run clockwise: the material is around them.
+    // Windows with spline outlines, clockwise because the material is outside.
     let window: Vec<DVec2> = [(-9.0, -6.0), (9.0, -6.0), (14.0, 4.0), (5.0, 9.0), (-5.0, 9.0), (-14.0, 4.0)]
         .map(|(x, y)| DVec2::new(BOLT_CIRCLE + y, x))
         .to_vec();

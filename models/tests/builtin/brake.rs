@@ -1,4 +1,4 @@
-//! The disc brake: closed parts with the volumes of their closed forms, from the dimensions.
+//! The disc brake: its parts are closed and have the volumes computed from their dimensions in closed form.
 
 use crate::volumes::{Section, frustum, integral, ring, rounding};
 use crate::{alone, meshed, patches, prepared};
@@ -27,7 +27,7 @@ fn the_assembly_has_more_than_three_thousand_patches() {
 }
 
 fn rotor() -> f64 {
-    // The inboard ring, and the outboard one with the bell.
+    // The inboard ring, and the outboard ring with the bell.
     let convex = |corner, outwards, radius| -rounding(corner, outwards, radius);
     let inboard =
         ring(88.0, 150.0, 8.0) + convex(88.0, 1.0, 1.5) + convex(88.0, 1.0, 1.0) + 2.0 * convex(150.0, -1.0, 1.0);
@@ -92,10 +92,11 @@ fn hub() -> f64 {
     seat + teeth + neck + lobes().prism(12.0, 2.0, 2.0) + pilot - recess - splines - holes
 }
 
-/// The flange: five arcs of radius 11 about the bolts, and five hollow ones between them that come as near as 42.
+/// The flange: five arcs of radius 11 about the bolts, and five hollow arcs between them, 42 from the axis at their
+/// closest.
 fn lobes() -> Section {
     let (bolts, lobe, waist, half): (f64, f64, f64, f64) = (57.0, 11.0, 42.0, 0.2 * PI);
-    // Centre of a hollow arc, by bisection: it is as far from the bolt as both radii together.
+    // Centre of a hollow arc, by bisection: its distance from the bolt is the sum of both radii.
     let miss = |far: f64| (bolts * bolts + far * far - 2.0 * bolts * far * half.cos()).sqrt() - (far - waist + lobe);
     let (mut low, mut high) = (waist, 1000.0);
     for _ in 0..100 {
@@ -103,7 +104,7 @@ fn lobes() -> Section {
         if miss(middle) > 0.0 { low = middle } else { high = middle }
     }
     let (far, hollow) = (low, low - waist);
-    // The triangle of axis, bolt and hollow centre: its angles at the bolt and at the hollow centre.
+    // Angles of the triangle of axis, bolt and hollow centre.
     let between = hollow + lobe;
     let angle = |opposite: f64, a: f64, b: f64| ((a * a + b * b - opposite * opposite) / (2.0 * a * b)).acos();
     let (at_bolt, at_hollow) = (angle(far, bolts, between), angle(bolts, far, between));
@@ -123,7 +124,8 @@ fn hub_and_rotor_have_their_volume() {
     }
 }
 
-/// A hexagon of a height with ends cut by cones of 30° that start at 0.95 of half the width across flats.
+/// Volume of a hexagonal prism with `cut` ends chamfered by 30° cones, which start at 0.95 of half the width across
+/// flats.
 fn hexagon(flats: f64, height: f64, cut: f64) -> f64 {
     let area = 12.0 * 0.5 * flats * flats * FRAC_PI_6.tan();
     let circle = 0.95 * flats;
@@ -134,7 +136,7 @@ fn hexagon(flats: f64, height: f64, cut: f64) -> f64 {
     area * height - cut * tangent * beyond
 }
 
-/// `turns` rings of thread from root to crest and back.
+/// Volume of `turns` rings of thread from root to crest and back.
 fn thread(turns: f64, pitch: f64, crest: f64, root: f64) -> f64 {
     let flank = frustum(crest, root, 0.375 * pitch);
     turns * (2.0 * flank + PI * 0.125 * pitch * crest * crest + PI * 0.125 * pitch * root * root)

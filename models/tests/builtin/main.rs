@@ -1,5 +1,5 @@
-//! The paper's models -> meshes at three tolerances: nothing lost, nothing open that the model closes, the tolerance kept,
-//! and the volume of the closed form.
+//! The paper's models -> meshes at three tolerances: no face lost, no cracks, deviation within the tolerance, and the
+//! exact volume.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod brake;
@@ -15,7 +15,7 @@ use trimtess::model::{Model, ModelBuilder, Part, Severity};
 use trimtess::parallel::serial;
 use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
 
-/// The model of that name, prepared without complaints: notes tell of borders that patches share.
+/// Prepares the model of that name. Fails on warnings and errors; notes report borders that were sewn.
 fn prepared(name: &str) -> Arc<Prepared> {
     of_model(trimtess_models::by_name(name).unwrap())
 }
@@ -28,7 +28,7 @@ fn of_model(model: Model) -> Arc<Prepared> {
     Arc::new(prepared)
 }
 
-/// One part as a model.
+/// Prepares a model of one part.
 fn alone(part: Part) -> Arc<Prepared> {
     let mut model = ModelBuilder::new(part.name.clone());
     let part = model.part(part);
@@ -36,8 +36,9 @@ fn alone(part: Part) -> Arc<Prepared> {
     of_model(model.finish().unwrap())
 }
 
-/// What the mesh with a chord of `share` of the diagonal is, and how far it is from the model; no tile took a way out, and
-/// nothing is open but what only one side uses.
+/// Meshes with a chord tolerance of `share` of the diagonal; returns the tolerance, the facts and the deviation.
+///
+/// Asserts that no tile is degraded, every face has triangles, and only edges with a single use are open.
 fn meshed(prepared: &Arc<Prepared>, share: f64) -> (f64, SceneFacts, DeviationReport) {
     let chord = share * prepared.diagonal;
     let plan = frame::plan(prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
@@ -53,13 +54,13 @@ fn meshed(prepared: &Arc<Prepared>, share: f64) -> (f64, SceneFacts, DeviationRe
     (chord, facts, audit::deviation(prepared, &sink, chord))
 }
 
-/// Bézier patches under the faces: of distinct parts, not of instances; a plane face is one.
+/// Number of Bézier patches of all faces. Counts parts, not instances; a plane face has one patch.
 fn patches(prepared: &Prepared) -> usize {
     let faces = prepared.parts.iter().flat_map(|part| &part.faces);
     faces.map(|face| (face.patches.breaks_u.len() - 1) * (face.patches.breaks_v.len() - 1)).sum()
 }
 
-/// What tiles are expected to cost, where the model is placed so many times as large.
+/// Weights of the tiles of a model placed at a scale.
 fn weights(name: &str, scale: f64) -> Vec<f64> {
     let mut model = trimtess_models::by_name(name).unwrap();
     for instance in &mut model.instances {

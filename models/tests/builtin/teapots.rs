@@ -22,17 +22,17 @@ fn what_patches_have_in_common_is_shared_up_to_the_loops_across_it() {
         let prepared = prepared(name);
         prepared.parts[0].edges.iter().filter(|edge| edge.uses.len() == 2).count()
     };
-    // Of two borders of the body an N takes the middle, of the lid's four an ellipse; of four borders below a flower does.
+    // An N splits two borders of the body, an ellipse each of the lid's four, and a flower each of the lower body's
+    // four.
     assert_eq!(["teapot", "trimmed-teapot", "flower-teapot"].map(shared), [52, 52 + 2 + 4, 52 + 4]);
 }
 
 #[test]
 fn what_is_cut_out_of_the_trimmed_teapot_is_gone_from_both_sides_of_a_border() {
-    // The N lies across a border of the body; both its patches lose as much, and more than the others' single letters.
     let prepared = prepared("trimmed-teapot");
     let whole = crate::prepared("teapot");
     let [(_, cut, _), (_, full, _)] = [&prepared, &whole].map(|p| meshed(p, 1e-4));
     let lost = full.total.area - cut.total.area;
-    // Letters, ellipses: about a sixth of the pot.
+    // Letters and ellipses take about a sixth of the area.
     assert!((0.1..0.3).contains(&(lost / full.total.area)), "{lost} of {}", full.total.area);
 }

@@ -1,9 +1,9 @@
-//! Sections, turned areas and rounded corners -> volumes, by Pappus and Steiner.
+//! Sections, turned areas and rounded corners -> volumes, by the theorems of Pappus and Steiner.
 
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
-/// A plane figure: its area, and the length of its outline.
+/// Area and perimeter of a plane figure.
 #[derive(Clone, Copy)]
 pub(crate) struct Section {
     pub(crate) area: f64,
@@ -11,7 +11,7 @@ pub(crate) struct Section {
 }
 
 impl Section {
-    /// A convex polygon with corners `(x, y, radius)`, counter-clockwise.
+    /// A convex, counter-clockwise polygon with corners `(x, y, radius)`.
     pub(crate) fn rounded(corners: &[(f64, f64, f64)]) -> Self {
         let mut section = Self { area: 0.0, outline: 0.0 };
         let n = corners.len();
@@ -26,8 +26,8 @@ impl Section {
         section
     }
 
-    /// Volume over a height, its edges at `ends` of the two ends rounded with a radius; an outline without corners. Negative
-    /// radii are fillets around the foot.
+    /// Volume of the prism of this height with the edges of `ends` ends (0 to 2) rounded. The outline must be smooth.
+    /// Negative radii are fillets around the foot.
     pub(crate) fn prism(&self, height: f64, ends: f64, radius: f64) -> f64 {
         let r = radius.abs();
         // The integrals of the outline's offset and of its square over the height of the rounding.
@@ -36,25 +36,27 @@ impl Section {
     }
 }
 
-/// A ring of rectangular section.
+/// Volume of a ring of rectangular section.
 pub(crate) fn ring(inner: f64, outer: f64, height: f64) -> f64 {
     PI * (outer * outer - inner * inner) * height
 }
 
-/// A frustum of a cone.
+/// Volume of a frustum of a cone.
 pub(crate) fn frustum(a: f64, b: f64, height: f64) -> f64 {
     PI / 3.0 * (a * a + a * b + b * b) * height
 }
 
-/// What rounding a corner of a turned section takes away (or adds, in a hollow corner) at `corner` from the axis; the material
-/// lies `outwards` of the corner (1) or towards the axis (-1); in a hollow corner, the other way.
+/// Volume that rounding a corner of a turned section removes, or adds in a hollow corner.
+///
+/// `corner` is its distance from the axis. The material is outwards of a convex corner (`outwards` 1) or towards the
+/// axis (-1); for a hollow corner it is the other way round.
 pub(crate) fn rounding(corner: f64, outwards: f64, radius: f64) -> f64 {
     let area = radius * radius * (1.0 - FRAC_PI_4);
     let centroid = radius * (10.0 - 3.0 * PI) / (3.0 * (4.0 - PI));
     TAU * (corner + outwards * centroid) * area
 }
 
-/// The integral of a polynomial of degree 9 or less, by Gauss.
+/// Integral of a polynomial of degree at most 9, by Gauss quadrature.
 pub(crate) fn integral(f: impl Fn(f64) -> f64, (a, b): (f64, f64)) -> f64 {
     const NODES: [(f64, f64); 5] = [
         (0.0, 0.568_888_888_888_888_9),

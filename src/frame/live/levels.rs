@@ -1,9 +1,10 @@
-//! Instances of one part, far and near -> rows of the part, each planned for those that need about the same.
+//! Instances of one part, far and near -> levels of detail (LODs) of the part, each planned for instances of similar
+//! scale on screen.
 //!
-//! One mesh for all instances has to be as fine as the nearest needs it, and all others are drawn as finely. So a part that is
-//! placed several times stands in the prepared model several times, as one object, and each of its rows serves a band of
-//! distances: a factor of four in rate, two in lines, is one band. The bands are absolute, so that a row is not made anew when the camera
-//! moves, but instances go from row to row. What that costs is the triangles of the rows that are in use, once each.
+//! One mesh for all instances would have to be as fine as the nearest needs. So a part with several instances has
+//! several rows in the prepared model, one per LOD, which share its data. Each row serves a band of pixels per
+//! millimetre: a factor of 4, which is a factor of 2 in lattice lines. Bands are absolute: when the camera moves,
+//! instances change rows and the rows' meshes stay. The cost is the triangles of all rows in use, once each.
 
 use super::shown::PartBoxes;
 use crate::frame::view::camera::View;
@@ -12,15 +13,15 @@ use crate::model::PartId;
 use crate::prepare::{BoundingBox, Prepared};
 use std::sync::Arc;
 
-/// Pixels that a millimetre covers, from one band to the next.
+/// Width of a band: the ratio of pixels per millimetre at its ends.
 const BAND: f64 = 4.0;
-/// How far beyond its band an instance must be to leave it.
+/// Hysteresis: an instance leaves its band once it is outside by this factor.
 const SLACK: f64 = 1.2;
 
-/// A band of distances.
+/// A band of screen-space scales; the higher, the finer. `None`: not assigned yet.
 type Band = Option<i32>;
 
-/// Which rows each part of a model has, and who is in which.
+/// The LODs of each part, and the LOD that each instance uses.
 #[derive(Debug)]
 pub struct Levels {
     /// By part of the model.
@@ -31,18 +32,18 @@ pub struct Levels {
 
 #[derive(Debug)]
 struct PartLevels {
-    /// Rows in the prepared model; the part's own first.
+    /// Rows in the prepared model, one per LOD; the part's own first.
     rows: Vec<PartId>,
-    /// The band that each row serves; `None` while it serves none.
+    /// The band that each row serves; `None` while the row is unused.
     bands: Vec<Band>,
     place: BoundingBox,
 }
 
 impl Levels {
-    /// The model with up to `most` rows for each part that it places more than once, after the rows of its parts; their
-    /// triangles and edges are shared, not copied.
+    /// Returns the model with up to `most` LODs for each part that has several instances. Further LODs are appended
+    /// after the model's parts and share their data.
     ///
-    /// Cost: nothing to speak of, and in planners about 200 bytes per tile and edge of each row.
+    /// Memory: in a planner, about 200 bytes per tile and edge of each LOD.
     #[must_use]
     pub fn of(prepared: &Arc<Prepared>, most: usize) -> (Arc<Prepared>, Self) {
         let mut placed = vec![0_usize; prepared.parts.len()];
@@ -64,33 +65,36 @@ impl Levels {
         (Arc::new(out), Self { parts, instances })
     }
 
-    /// How many parts the model has: rows from there on are further ones of these.
+    /// Number of parts of the model. Rows from this one on are further LODs.
     #[must_use]
     pub fn parts(&self) -> usize {
         self.parts.len()
     }
 
-    /// The part of the model that an instance is of. `None` if there is no such instance.
+    /// The model's part of an instance, whatever its current LOD. `None` if out of range.
     #[must_use]
     pub fn part_of(&self, instance: usize) -> Option<PartId> {
         self.instances.get(instance).map(|(part, _)| *part)
     }
 
-    /// An instance was added after the others.
+    /// Appends an instance of `part`.
     pub fn push(&mut self, part: PartId) {
         self.instances.push((part, None));
     }
 
-    /// An instance was removed, and those after it moved up.
+    /// Removes an instance. The indices of later instances decrease by one.
+    ///
+    /// # Panics
+    /// If out of range.
     pub fn remove(&mut self, instance: usize) {
         self.instances.remove(instance);
     }
 
-    /// Gives each instance the row that serves what the views show of it. Those that no view shows stay where they are.
+    /// Selects the LOD of each instance by its largest scale in the views. Off-screen instances keep their LOD.
     ///
-    /// Where there are more bands than rows, the coarser bands share a row, and keep the tolerance of the finest of them.
-    /// A function of the views and of what was assigned before. Cost: about 20 ns per view for each instance of a part with
-    /// several rows.
+    /// Where there are more bands than LODs, the coarser bands share an LOD, at the tolerance of the finest of them.
+    /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance, for parts
+    /// with several LODs.
     pub fn assign(&mut self, instances: &mut [SceneInstance], views: &[View]) {
         if self.parts.iter().all(|part| part.rows.len() == 1) {
             return;
@@ -126,7 +130,7 @@ impl Levels {
     }
 }
 
-/// The band of a rate; the one before, as long as that is near.
+/// The band of a scale, in pixels of the allowed deviation per millimetre. Keeps `before` within the hysteresis.
 fn band_of(most: f64, before: Band) -> i32 {
     let exact = most.log2() / BAND.log2();
     let slack = SLACK.log2() / BAND.log2();
@@ -136,7 +140,7 @@ fn band_of(most: f64, before: Band) -> i32 {
 }
 
 impl PartLevels {
-    /// Has rows for the bands that are wanted, ascending; those that have one keep it.
+    /// Assigns rows to the finest of the `wanted` bands, which ascend. Bands that have a row keep it.
     fn serve(&mut self, wanted: &[i32]) {
         let finest = &wanted[wanted.len().saturating_sub(self.rows.len())..];
         for band in &mut self.bands {
@@ -151,7 +155,7 @@ impl PartLevels {
         }
     }
 
-    /// The row of a band: its own, or that of the next finer one that has a row.
+    /// The row of a band: its own, else that of the next finer band with a row.
     fn row(&self, band: i32) -> Option<PartId> {
         let served = self.bands.iter().zip(&self.rows).filter_map(|(served, row)| Some(((*served)?, *row)));
         served.filter(|(served, _)| *served >= band).min().map(|(_, row)| row)
@@ -180,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_band_is_left_late() {
+    fn bands_have_hysteresis() {
         assert_eq!([band_of(1.0, None), band_of(3.9, None), band_of(4.0, None), band_of(0.9, None)], [0, 0, 1, -1]);
         assert_eq!(
             [band_of(4.5, Some(0)), band_of(5.0, Some(0)), band_of(0.9, Some(0)), band_of(0.8, Some(0))],

@@ -1,4 +1,4 @@
-//! Moving cameras: rates that stay, levels of detail, what is drawn, budgets.
+//! Plans for moving cameras: culling, levels of detail, hysteresis, budgets.
 
 pub(super) mod levels;
 pub(super) mod planner;

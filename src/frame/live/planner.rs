@@ -1,8 +1,8 @@
-//! Views, frame after frame -> plans that differ from the last one only where the views ask for it.
+//! Views, frame after frame -> plans that differ from the last one only where the views require it.
 //!
-//! Each tile keeps a step of a row of rates ([`rate`](super::rate)), as seen through its own box; where it comes so close to the eye that
-//! its box says little, or reaches beside the picture, a step for each sub-box. An edge takes the finest step of its tiles, or
-//! of its own boxes beside a tile of the second kind. Tiles that no view shows keep what they have.
+//! Each tile has a step of density with hysteresis ([`rate`](super::rate)), for its bounding box. A tile that is close
+//! to the eye or partly off-screen has a step for each of its sub-boxes instead. An edge takes the finest step of its
+//! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
 use super::rate::{Rate, Step, Terms, band, step};
 use super::resync::{Kept, Turns, owner};
@@ -26,30 +26,30 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A tile whose box is seen at rates further apart than this gets a step for each of its sub-boxes. Not sooner, since it changes
-/// with each of them then: at 1.6 the trimmed teapot has a twentieth fewer triangles, and twice as many tiles are made.
+/// Split the level of a tile into per-box levels when they differ by more than this factor. Each of them can trigger a
+/// rebuild: at 1.6 the trimmed teapot has 5 % fewer triangles, and twice as many tiles are rebuilt.
 const APART: f64 = 4.0;
-/// Rates as close again as this are one step.
+/// Merge the per-box levels back into one when they differ by less than this factor.
 const TOGETHER: f64 = 3.0;
 
-/// Knobs of a [`Planner`].
+/// Options of a [`Planner`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlannerOptions {
-    /// What a plan may cost in all.
+    /// Limits on the size of a plan.
     pub limits: PlanLimits,
-    /// Predicted time of one worker for the tiles of a frame, beyond which changes wait for the next frame; `None`: all are
-    /// made at once. What was never made is made at once in any case, at the rates it has.
+    /// Budget for the tiles of a frame, as predicted time of a single worker. Changes beyond it wait for the next
+    /// frame. New tiles are always built, at a coarse level if the budget is spent. `None` disables it.
     pub budget: Option<Duration>,
-    /// Whether tiles of closed parts are left out where all of them turns its back to the camera. Right as long as the
-    /// near plane cuts nothing open and no camera is inside a part.
+    /// Cull back-facing tiles of closed parts.
+    /// Only valid while no camera is inside a part and the near plane clips none.
     pub cull_backs: bool,
-    /// How lines follow rates that change.
+    /// How lattice lines and tessellants follow changes of density.
     pub lines: Lines,
 }
 
 impl PlannerOptions {
-    /// Default limits, no budget, no culling of backs, lines as even as they may be.
+    /// Default limits, no budget, no back-face culling, [`Lines::Spread`].
     pub const DEFAULT: Self =
         Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false, lines: Lines::Spread };
 
@@ -88,49 +88,51 @@ impl Default for PlannerOptions {
     }
 }
 
-/// How a plan differs from the same planner's last one.
+/// Differences between two consecutive plans of a planner.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PlanChanges {
-    /// Tiles whose triangles depend on something that changed: their lattice, or the tessellants of an edge. Ascending.
+    /// Tiles to rebuild: their lattice or the tessellants of one of their edges changed. Ascending.
     pub tiles: Vec<(PartId, TileId)>,
-    /// Edges with other tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges). Ascending.
+    /// Edges whose tessellants changed, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges).
+    /// Ascending.
     pub edges: Vec<(PartId, RowId)>,
-    /// Tiles with another lattice; they are among `tiles`. Ascending.
+    /// Tiles whose lattice changed, a subset of `tiles`. Ascending.
     pub lattices: Vec<(PartId, TileId)>,
-    /// Tiles whose rates should have changed and wait, because the budget was spent.
+    /// Number of tiles whose change of level waits because the budget was spent.
     pub deferred: u32,
 }
 
-/// What a planner keeps of one part.
+/// State of one part.
 struct PartRates {
     boxes: PartBoxes,
     tiles: Vec<Rate>,
-    /// Densities that each tile's step serves; an empty band where it has a step for each sub-box, or none yet.
+    /// Densities for which each tile keeps its step. (0, 0) for tiles with a step per sub-box, or none yet.
     bands: Vec<(f64, f64)>,
     edges: Vec<Rate>,
-    /// The terms by which each tile's and edge's row of the plan was made, by number; 0: none yet.
+    /// The `term` with which each tile and edge was last planned; 0: never.
     tile_terms: Vec<u32>,
     edge_terms: Vec<u32>,
-    /// Whose lines are not those of its rate alone.
+    /// Tiles and edges whose lines also depend on history.
     kept: Kept,
-    /// Cells of each tile.
+    /// Number of cells of each tile.
     cells: Vec<u64>,
-    /// What each tile shows in the frame that is planned.
+    /// What the views of the current frame show of each tile.
     seen: Vec<Seen>,
 }
 
-/// In no picture.
+/// Off-screen, or culled.
 const UNSEEN: Seen = Seen { most: -1.0, least: -1.0 };
 
-/// Makes the plans of consecutive frames. A function of the options and of all views so far: the same sequence gives the same
-/// plans, bit for bit.
+/// Makes the plans of consecutive frames.
+///
+/// Deterministic: the same options, views and instances, frame by frame, give the same plans, bit for bit.
 pub struct Planner {
     prepared: Arc<Prepared>,
     options: PlannerOptions,
     parts: Vec<PartRates>,
     terms: Terms,
-    /// Counts the terms there were.
+    /// Number of changes of `terms`. Plans made with an earlier one are outdated.
     term: u32,
     turns: Turns,
     pages: PlanPages,
@@ -138,23 +140,24 @@ pub struct Planner {
     limited: Limited,
     tessellants: Tessellants,
     touched: Touched,
-    /// What the last plan was made for.
+    /// Views and placements of the last plan.
     seen: Vec<View>,
     placed: Vec<(PartId, DAffine3)>,
+    /// Whether to plan again even if nothing moves.
     unfinished: bool,
 }
 
-/// The last plan and the one before, which is brought up to date and used again, so that a frame costs what changes.
+/// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
 struct PlanPages {
     last: Arc<Plan>,
     spare: Option<Arc<Plan>>,
-    /// How they differ.
+    /// Differences between the two.
     lattices: Vec<(PartId, TileId)>,
     edges: Vec<(PartId, RowId)>,
 }
 
 impl PlanPages {
-    /// A page like the last one that nobody else has.
+    /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it.
     fn next(&mut self) -> Arc<Plan> {
         let mut spare = self.spare.take();
         let Some(page) = spare.as_mut().and_then(Arc::get_mut) else { return Arc::new(Plan::clone(&self.last)) };
@@ -176,7 +179,7 @@ impl PlanPages {
     }
 }
 
-/// Tiles and edges that limits keep from what they need.
+/// Tiles and edges that limits make coarser than required.
 #[derive(Default)]
 struct Limited {
     tiles: BTreeSet<(PartId, TileId)>,
@@ -192,17 +195,17 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
     }
 }
 
-/// A stamp of an edge that is looked at.
+/// Stamp of every edge in [`Touched`].
 const TOUCHED: u8 = 1;
-/// A lattice beside it changed.
+/// An adjacent lattice changed.
 const BESIDE_NEW: u8 = 2;
-/// It is placed anew.
+/// All tessellants are replaced.
 const ANEW: u8 = 4;
 
-/// Edges to look at, each once however many tiles ask for it.
+/// Edges to plan, each once however many tiles request it.
 #[derive(Default)]
 struct Touched {
-    /// By part and edge: 0 where it is not among `rows`, else [`TOUCHED`] and why.
+    /// By part and edge: 0 if not among `rows`, else [`TOUCHED`] and the reasons.
     stamps: Vec<Vec<u8>>,
     rows: Vec<(usize, RowId)>,
 }
@@ -216,7 +219,7 @@ impl Touched {
         *stamp |= TOUCHED | why;
     }
 
-    /// Calls `each` with every edge and its stamp, and forgets them.
+    /// Calls `each` with every edge and its stamp, and empties the set.
     fn drain(&mut self, mut each: impl FnMut(usize, RowId, u8)) {
         for (part, edge) in self.rows.drain(..) {
             let stamp = std::mem::take(&mut self.stamps[part][edge.index()]);
@@ -225,32 +228,32 @@ impl Touched {
     }
 }
 
-/// A tile that should have another rate.
+/// A tile whose rate should change.
 struct WantedRate {
-    /// How many times finer it should be; infinite for a tile that was never planned by the present terms.
+    /// How many steps finer it should be. Infinite without a step so far, or if never planned with the current terms.
     urgency: f64,
     part: usize,
     tile: usize,
     rate: Rate,
     band: (f64, f64),
-    /// The chord tolerance that it is seen at, in the part's own millimetres.
+    /// The chord tolerance that the views require, in the part's own millimetres.
     chord: f64,
-    /// Whether all its lines are placed anew, and those of its edges.
+    /// Whether to replace all lines of the tile and of its edges.
     anew: bool,
 }
 
-/// A frame's plan in the making.
+/// The plan of the current frame.
 struct PlanDraft<'a> {
     page: &'a mut Plan,
     sights: Vec<Vec<ShownTile>>,
     wanted: Vec<WantedRate>,
-    /// Tiles that are drawn with a step for each sub-box: their edges are looked at by their own boxes in every frame.
+    /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
     near: Vec<(usize, usize)>,
     changes: PlanChanges,
 }
 
 impl Planner {
-    /// Starts with everything as coarse as angles allow. Cost: a few microseconds per tile and per edge.
+    /// Starts with the coarsest plan. Cost: a few microseconds per tile and per edge.
     #[must_use]
     pub fn new(prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
         let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
@@ -289,27 +292,27 @@ impl Planner {
         }
     }
 
-    /// The last plan; the coarsest one if there was no view yet.
+    /// The last plan; before the first call of [`plan`](Self::plan), the coarsest one.
     #[must_use]
     pub fn last(&self) -> &Arc<Plan> {
         &self.pages.last
     }
 
-    /// How the last plan differs from the one before.
+    /// Differences between the last plan and the one before.
     #[must_use]
     pub fn changes(&self) -> &PlanChanges {
         &self.changes
     }
 
-    /// The plan for these views of the prepared model's parts, as `instances` place them. Where a place is in several
-    /// pictures, or several instances of its part are, the strictest counts.
+    /// Makes the plan for these views of `instances`, whose parts index the prepared model. Where several views or
+    /// instances show the same place of a part, the strictest tolerance applies.
     ///
-    /// [`Plan::drawn`] says what is in the pictures. All of that keeps the tolerance, up to [`Plan::shortfall`] and
-    /// [`PlanChanges::deferred`]. Views that are no cameras (see [`plan_for_view`](crate::frame::plan_for_view())) show nothing, and
-    /// instances of parts that there are not are passed over.
+    /// All tiles in [`Plan::drawn`] keep the tolerance, up to [`Plan::shortfall`] and [`PlanChanges::deferred`].
+    /// Invalid views (see [`plan_for_view`](crate::frame::plan_for_view())) draw nothing; instances of unknown parts
+    /// are skipped.
     ///
-    /// Cost: about 20 ns for each tile of each instance in each view, a few microseconds for each tile and edge that
-    /// changes, and a comparison if nothing moved.
+    /// Cost: about 20 ns per tile, instance and view, and a few microseconds per tile and edge that changes. If nothing
+    /// moved, one comparison of the arguments with the last ones.
     pub fn plan(&mut self, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
         let placed = instances.iter().map(|i| (i.part, i.transform));
         let is_still = self.seen == views && self.placed.iter().copied().eq(placed.clone());
@@ -356,7 +359,7 @@ impl Planner {
         &self.pages.last
     }
 
-    /// What all views agree on beside what they see.
+    /// Sets the terms common to all views: the strictest angle and edge length.
     fn agree_on(&mut self, views: &[View]) {
         let strictest = |of: &dyn Fn(&View) -> Option<f64>| views.iter().filter_map(of).reduce(f64::min);
         let terms = Terms {
@@ -370,7 +373,7 @@ impl Planner {
         }
     }
 
-    /// What sees each part; and whether a view is none.
+    /// The instances of each part as the views see them, and whether any view is invalid.
     fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<ShownTile>>, bool) {
         let mut sights: Vec<Vec<ShownTile>> = vec![Vec::new(); self.parts.len()];
         let mut unusable = false;
@@ -390,7 +393,7 @@ impl Planner {
         (sights, unusable)
     }
 
-    /// Which tiles of a part are drawn, and which of these should have other rates.
+    /// Finds the drawn tiles of a part, and those of them whose rate should change.
     fn look(&mut self, p: usize, draft: &mut PlanDraft<'_>) {
         let PartRates { boxes, tiles, bands, tile_terms, kept, seen, .. } = &mut self.parts[p];
         seen.fill(UNSEEN);
@@ -419,7 +422,7 @@ impl Planner {
             } else {
                 draft.near.push((p, t));
                 let face = &part.faces[part.face_of(&part.tiles[t])];
-                // A plane has one cell however it is seen; what bends there are its edges, which have boxes of their own.
+                // A plane has one cell at any density. Its edges may bend, but they have their own boxes.
                 let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
                 let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
                 if planned && !due && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
@@ -442,9 +445,9 @@ impl Planner {
         }
     }
 
-    /// Leaves for later what the budget does not allow: the tiles that are closest to their tolerance.
+    /// Defers the changes that exceed the budget, the least urgent ones.
     ///
-    /// A tile that waits keeps its rate, and the rates of edges follow from those of tiles: whatever waits, the plan is closed.
+    /// A deferred tile keeps its rate. The rates of edges follow from those of tiles, so the plan is always closed.
     fn defer(&self, draft: &mut PlanDraft<'_>) {
         draft.changes.deferred = 0;
         let Some(budget) = self.options.budget else { return };
@@ -464,13 +467,13 @@ impl Planner {
             }
             left > 0.0
         });
-        // One at least, or nothing would ever be done.
+        // Always at least one, or a small budget would never make progress.
         let kept = kept.count().max(1).min(draft.wanted.len());
         draft.changes.deferred = (draft.wanted.len() - kept) as u32;
         draft.wanted.truncate(kept);
     }
 
-    /// Lattices of the tiles that change, then tessellants of the edges along them.
+    /// Plans the lattices of the tiles that change, then the tessellants of their edges.
     fn apply(&mut self, draft: &mut PlanDraft<'_>) {
         let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
         let mut touched = std::mem::take(&mut self.touched);
@@ -484,11 +487,13 @@ impl Planner {
             (rates.kept.tiles[t], rates.kept.due[t]) = (before.is_some(), false);
             let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile, before);
             let is_plane = face.kind == SurfaceKind::Plane;
-            // The lattice of a plane asks nothing, but what is thin is told from what is lost by its chord.
+            // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
+            // thin or lost.
             made.chord = Terms::settled(if is_plane { chord } else { made.chord });
             mark(&mut self.limited.tiles, id, !kept.cells);
             mark(&mut self.limited.lines, id, !kept.lines);
-            // What a stricter chord was measured against holds; on a plane nothing is measured, so that any will do.
+            // Triangles measured against a stricter chord still hold. On a plane nothing is measured, so any finite
+            // chord will do.
             let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
             let as_before = old.us == made.us && old.vs == made.vs && holds;
             if !as_before {
@@ -535,7 +540,7 @@ impl Planner {
             return;
         }
         let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
-        // Nothing changed beside it, and nothing along it: lines of pins and holes are made by angles, at any distance.
+        // If the angle alone decides, as for pins and holes at any distance, another chord gives the same tessellants.
         if let (true, Rate::Even(now), Rate::Even(before)) =
             (planned && need.tolerance.max_edge.is_none(), &rate, &rates.edges[k])
         {
@@ -558,7 +563,7 @@ impl Planner {
         }
     }
 
-    /// Whether what is drawn is within the limits; else all is planned a step coarser.
+    /// Whether the drawn tiles are within the limits. If not, makes the terms one step coarser.
     fn fits(&mut self) -> bool {
         /// Steps after which everything is as coarse as angles allow, or nearly.
         const COARSEST: i16 = 128;
@@ -574,7 +579,7 @@ impl Planner {
             self.term += 1;
             return false;
         }
-        // A step finer is at most twice as much; with less there would be no end of it.
+        // One step finer may double the cells. At more than a quarter of the limit, steps could alternate forever.
         if self.terms.coarser > 0 && spent < allowed / 4 {
             self.terms.coarser -= 1;
             self.term += 1;
@@ -605,12 +610,12 @@ impl Planner {
     }
 }
 
-/// Steps of boxes by what they show to whom.
+/// The step of each box, with hysteresis.
 fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[ShownTile]) -> Box<[Step]> {
     places.enumerate().map(|(k, place)| step(densest(place, sights), before.step(k))).collect()
 }
 
-/// Whether boxes keep their steps.
+/// Whether all boxes keep their steps.
 fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[ShownTile]) -> bool {
     places.enumerate().all(|(k, place)| step(densest(place, sights), before.step(k)) == before.step(k))
 }

@@ -1,27 +1,26 @@
-//! How many pixels a millimetre covers -> the step of a geometric row of rates that serves it, kept for as long as it may be.
+//! Pixels per millimetre -> a step of a geometric series of densities, with hysteresis.
 //!
-//! Between two frames the rates of everything change a little, and everything would be made anew. So rates are rounded up to
-//! steps, and lowered only when they are well below one: the master's only memory, and the only way in which a frame depends on
-//! earlier ones.
+//! Between two frames the density of everything changes a little, and without steps everything would be rebuilt. So
+//! densities are rounded up to steps, and a step is lowered only when the density is well below it.
 
 use crate::frame::view::asked::Need;
 use crate::frame::view::tolerance::Tolerance;
 
-/// Steps per doubling of the pixels that a millimetre covers; lattices and polylines grow with its square root, so that a
-/// step is a factor of 2^(1/4) in lines: 9 % more than needed on the average, in each direction.
+/// Steps per doubling of the pixels per millimetre. The number of lines grows with its square root, so a step is a
+/// factor of 2^(1/4) in lines: 9 % more than needed on average, in each direction.
 const STEPS: f64 = 2.0;
-/// How far below a step the need must have fallen for it to be left, in steps.
+/// Hysteresis: a step is lowered once the density is more than this many steps below it.
 const SLACK: f64 = 1.5;
 
-/// A step of the row; the higher, the finer. `None`: not seen.
+/// A step of the series; the higher, the finer. `None`: off-screen.
 pub(crate) type Step = Option<i16>;
 
-/// What a tile or edge keeps.
+/// The current step, or steps, of a tile or edge.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Rate {
-    /// The same everywhere.
+    /// One step everywhere.
     Even(Step),
-    /// A step for each of its boxes: what comes close to the eye, or is partly out of the picture.
+    /// One step per bounding box, for what is close to the eye or partly off-screen.
     Each(Box<[Step]>),
 }
 
@@ -34,7 +33,7 @@ impl Rate {
         }
     }
 
-    /// Whether each box has a step of its own.
+    /// Whether each box has its own step.
     pub(crate) fn is_each(&self) -> bool {
         matches!(self, Self::Each(_))
     }
@@ -48,7 +47,8 @@ impl Rate {
     }
 }
 
-/// Deviations asked for (one is a pixel's, in this row's measure) over the millimetre, as a step; the one before, if it still serves.
+/// The step of a density, in allowed deviations per millimetre. Keeps `before` within the hysteresis. `None` for
+/// densities that are NaN or not positive.
 pub(crate) fn step(density: f64, before: Step) -> Step {
     if density <= 0.0 || density.is_nan() {
         return None;
@@ -59,25 +59,25 @@ pub(crate) fn step(density: f64, before: Step) -> Step {
     kept.or_else(|| Some(exact.ceil().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16))
 }
 
-/// The densities that a step serves: above the first, up to the second.
+/// The range of densities for which a step is kept.
 pub(crate) fn band(step: Step) -> (f64, f64) {
     let Some(k) = step.map(f64::from) else { return (0.0, 0.0) };
     (((k - SLACK) / STEPS).exp2(), (k / STEPS).exp2())
 }
 
-/// What all rates of a frame have in common beside the steps.
+/// What all rates of a frame have in common, besides their steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Terms {
     /// Largest turning of the normal across a cell, radians.
     pub(crate) angle: f64,
-    /// Largest length of edges, as a multiple of the deviation.
+    /// Largest length of mesh edges, as a multiple of the deviation.
     pub(crate) size: Option<f64>,
-    /// Steps by which everything is coarser, for the limits' sake.
+    /// Steps by which everything is coarsened to stay within the limits.
     pub(crate) coarser: i16,
 }
 
 impl Terms {
-    /// How many times fewer lines there are for the limits' sake.
+    /// Factor by which the limits reduce the number of lines.
     pub(crate) fn coarsened(&self) -> f64 {
         (0.5 * f64::from(self.coarser) / STEPS).exp2()
     }
@@ -86,7 +86,7 @@ impl Terms {
         ((f64::from(step) - f64::from(self.coarser)) / STEPS).exp2()
     }
 
-    /// What keeping a rate asks of a tile or edge with `boxes` boxes, of a part of this radius.
+    /// The tolerances of a tile or edge with this rate and `boxes` boxes, in a part of this radius.
     pub(crate) fn need(&self, rate: &Rate, boxes: usize, radius: f64) -> Need {
         let most = rate.finest();
         let shares = match (rate, most) {
@@ -102,7 +102,8 @@ impl Terms {
         Need { tolerance: tolerance.usable(radius), shares }
     }
 
-    /// A chord tolerance at most as large, one for every two steps: what is measured against it changes half as often.
+    /// Rounds a chord tolerance down to a power of two. It then changes only every two steps, and so does what is
+    /// measured against it.
     pub(crate) fn settled(chord: f64) -> f64 {
         if chord > 0.0 && chord.is_finite() { chord.log2().floor().exp2() } else { chord }
     }
@@ -113,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_is_raised_at_once_and_left_late() {
+    fn steps_rise_at_once_and_fall_with_hysteresis() {
         assert_eq!(step(0.0, Some(3)), None);
         assert_eq!([step(1.0, None), step(1.01, None), step(0.99, None)], [Some(0), Some(1), Some(0)]);
         for k in -40..40_i16 {
@@ -126,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn needs_are_at_least_as_strict_as_what_is_seen() {
+    fn needs_are_at_least_as_strict_as_the_views() {
         let terms = Terms { angle: 0.3, size: Some(20.0), coarser: 0 };
         for k in 0..60 {
             let density = 1.13_f64.powi(k - 30);

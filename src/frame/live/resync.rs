@@ -1,15 +1,15 @@
-//! Frames, and tiles that kept lines in them -> those whose turn it is to have all lines placed anew.
+//! Frame numbers -> tiles to resynchronise: tiles with incrementally updated lines take turns to replace all of them.
 
 use crate::frame::plan::split::{Before, Intensive, Lines};
 use crate::prepare::{PreparedEdge, PreparedPart};
 use std::num::NonZeroU32;
 
-/// How lines follow, and which frame it is.
+/// The schedule of resynchronisation.
 pub(crate) struct Turns {
     split: Option<(Intensive, f64)>,
     every: Option<NonZeroU32>,
     frame: u64,
-    /// Frames since something moved.
+    /// Frames since the last movement.
     still: u64,
 }
 
@@ -22,35 +22,35 @@ impl Turns {
         Self { split, every, frame: 0, still: 0 }
     }
 
-    /// The next frame.
+    /// Advances to the next frame.
     pub(crate) fn pass(&mut self, is_still: bool) {
         self.frame += 1;
         self.still = if is_still { self.still + 1 } else { 0 };
     }
 
-    /// Whether turns are left though nothing moves. Every tile has two: its edges follow the lattices beside them, so that they are
-    /// as they would be without history once these are.
+    /// Whether turns are pending while nothing moves. Every tile takes two turns: edges depend on the adjacent
+    /// lattices, so they are free of history only once these are.
     pub(crate) fn are_left(&self) -> bool {
         self.every.is_some_and(|every| self.still < 2 * u64::from(every.get()))
     }
 
     fn has(&self, part: usize, tile: usize) -> bool {
-        // Multiples of the golden section are spread evenly.
+        // Multiples of the golden ratio are spread evenly.
         let scattered = ((part as u64) << 32 | tile as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
         self.every.is_some_and(|every| (self.frame + scattered).is_multiple_of(u64::from(every.get())))
     }
 
-    /// What new lines follow, unless they are placed anew.
+    /// The lines to update incrementally; `None` if all lines are replaced.
     pub(crate) fn follow<'a, T: ?Sized>(&self, last: &'a T, anew: bool) -> Option<Before<'a, T>> {
         self.split.filter(|_| !anew).map(|(intensive, most)| Before { last, intensive, most })
     }
 }
 
-/// What of a part has kept lines since all of its lines were placed together.
+/// Tiles and edges of a part whose lines depend on history: updated incrementally since they were last all replaced.
 pub(crate) struct Kept {
     pub(crate) tiles: Vec<bool>,
     pub(crate) edges: Vec<bool>,
-    /// Tiles whose turn has come.
+    /// Tiles whose turn has come and is not done.
     pub(crate) due: Vec<bool>,
 }
 
@@ -60,7 +60,7 @@ impl Kept {
         Self { tiles: vec![false; tiles], edges: vec![false; edges], due: vec![false; tiles] }
     }
 
-    /// Whether it is the turn of a tile that is drawn. Once come, it stays until the tile is done.
+    /// Whether a drawn tile has to be resynchronised. Stays true until it is done.
     pub(crate) fn is_due(
         &mut self,
         turns: &Turns,
@@ -77,7 +77,7 @@ impl Kept {
     }
 }
 
-/// The tile with which an edge is placed anew: the first that is drawn.
+/// The tile whose turn resynchronises an edge: the first one that is drawn.
 pub(crate) fn owner(edge: &PreparedEdge, is_drawn: impl Fn(usize) -> bool) -> Option<usize> {
     edge.uses.iter().map(|place| place.tile.index()).find(|&tile| is_drawn(tile))
 }
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn everyone_has_one_turn_in_so_many_frames_and_few_at_once() {
+    fn tiles_take_evenly_spread_turns() {
         let mut turns =
             Turns::of(Lines::Split { intensive: Intensive::Rendering, most: 2.0, resync: NonZeroU32::new(10) });
         let mut count = vec![0; 1000];

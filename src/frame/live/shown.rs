@@ -1,4 +1,5 @@
-//! A part's tiles, by their boxes and normals -> which of them a camera shows, and at what rates.
+//! Bounding boxes and normal cones of a part's tiles -> the tiles that a camera shows, and their pixels per millimetre.
+//! Frustum and back-face culling.
 
 use crate::frame::plan::lattice::{places, strips};
 use crate::frame::view::sight::{Seen, Sight};
@@ -6,16 +7,16 @@ use crate::prepare::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// One instance in one view.
+/// One instance as one view sees it.
 #[derive(Clone, Debug)]
 pub(crate) struct ShownTile {
     pub(crate) view: usize,
     pub(crate) instance: usize,
-    /// With pixels as multiples of the view's deviation.
+    /// In units of the view's allowed deviation instead of pixels.
     pub(crate) sight: Sight,
 }
 
-/// Directions around an axis.
+/// A normal cone.
 #[derive(Clone, Copy, Debug)]
 struct Cone {
     axis: DVec3,
@@ -23,21 +24,21 @@ struct Cone {
 }
 
 impl Cone {
-    /// Holds any direction.
+    /// Contains all directions.
     const ALL: Self = Self { axis: DVec3::Z, half_angle: f64::INFINITY };
 }
 
-/// Where a part and its tiles are, and where the tiles face.
+/// Bounding boxes of a part and its tiles, and normal cones of the tiles.
 #[derive(Debug)]
 pub(crate) struct PartBoxes {
     whole: BoundingBox,
     tiles: Vec<BoundingBox>,
-    /// Of outward normals; empty for parts that are not closed, and may be seen from behind.
+    /// Cones of outward normals. Empty for open parts, whose back faces may be visible.
     cones: Vec<Cone>,
 }
 
 impl PartBoxes {
-    /// Cost: a look at the table of bounds of each tile.
+    /// Reads the table of derivative bounds of each tile.
     pub(crate) fn of(part: &PreparedPart) -> Self {
         let face = |tile: &Tile| &part.faces[part.face_of(tile)];
         let tiles: Vec<BoundingBox> = boxes(part).collect();
@@ -47,13 +48,13 @@ impl PartBoxes {
         Self { whole, tiles, cones }
     }
 
-    /// The box of all of a part's tiles.
+    /// The bounding box of all tiles of a part.
     pub(crate) fn whole(part: &PreparedPart) -> BoundingBox {
         boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
     }
 
-    /// Calls `each` with every tile that an instance shows, ascending; those of closed parts that face away are left out if
-    /// `cull_backs`.
+    /// Calls `each` with the tiles in the view frustum, ascending. `cull_backs` skips back-facing tiles of closed
+    /// parts.
     pub(crate) fn seen_by(&self, sight: &Sight, cull_backs: bool, mut each: impl FnMut(usize, Seen)) {
         if sight.look(&self.whole).is_none() {
             return;
@@ -72,13 +73,13 @@ fn boxes(part: &PreparedPart) -> impl Iterator<Item = BoundingBox> + '_ {
     part.tiles.iter().map(|tile| tile_box(&part.faces[part.face_of(tile)], tile))
 }
 
-/// The box of a tile's surface, and of its edges as far as these are off the surface.
+/// The bounding box of a tile's surface, enlarged by the gap between surface and edges.
 fn tile_box(face: &PreparedFace, tile: &Tile) -> BoundingBox {
     let all = places(face, tile).fold(BoundingBox::EMPTY, |all, place| all.with(place));
     BoundingBox { low: all.low - face.gap, high: all.high + face.gap }
 }
 
-/// Outward normals of a tile: that in the middle, and as far around it as bounds say that normals turn.
+/// The cone of a tile's outward normals: around the normal in the middle, by the bound on how far normals turn.
 fn normals(face: &PreparedFace, tile: &Tile) -> Cone {
     if face.creases.iter().any(|creases| !creases.is_empty()) {
         return Cone::ALL;

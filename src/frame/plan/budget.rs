@@ -1,10 +1,10 @@
-//! What is left of a plan's limits, and what tiles are expected to take.
+//! Limits -> what remains of them while a plan is made; a tile and its plan -> its predicted time.
 
 use super::limits::PlanLimits;
 use super::planned::{PartPlan, TileLattice};
 use crate::prepare::{EdgeUse, Tile, nanoseconds};
 
-/// What is left of the limits.
+/// What remains of the limits.
 pub(crate) struct Budget {
     /// Cells and tessellants.
     pub(crate) left: u64,
@@ -16,20 +16,21 @@ impl Budget {
         Self { left: limits.allowed() / 2, cells_per_tile: (limits.triangles_per_tile / 2).max(1) }
     }
 
-    /// `None` when there is not as much.
+    /// `None` if fewer are left.
     pub(crate) fn spend(&mut self, cells: u64) -> Option<()> {
         self.left = self.left.checked_sub(cells)?;
         Some(())
     }
 }
 
-/// Cells of a lattice.
+/// Number of cells of a lattice.
 pub(crate) fn cells(lattice: &TileLattice) -> u64 {
     let (nu, nv) = lattice.cells();
     u64::from(nu) * u64::from(nv)
 }
 
-/// Nanoseconds that a tile takes, with `growth` times as many cells as it has, and as many tessellants as go with these.
+/// Predicted time of a tile in nanoseconds, with its number of cells scaled by `growth` and its boundary tessellants by
+/// √`growth`.
 pub(crate) fn predicted(plan: &PartPlan, tile: &Tile, t: usize, growth: f64) -> f64 {
     let tessellants = |u: &EdgeUse| {
         let breaks = &plan.edges[u.edge.index()].breaks;

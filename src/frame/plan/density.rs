@@ -1,28 +1,30 @@
-//! A density of lines along a parameter -> the fewest lines that keep it, as even as it allows.
+//! A density of lines along a parameter -> the fewest lines that meet it, spaced as evenly as it allows.
 
 /// A piecewise constant density of lines along one parameter.
 #[derive(Clone, Copy)]
 pub(crate) struct Density<'a> {
-    /// Strip borders, increasing; one more than there are strips. The outer strips go on beyond the first and the last.
+    /// Strip borders, increasing; one more than there are strips. The outer strips extend beyond the first and last
+    /// border.
     pub(crate) breaks: &'a [f64],
     /// Lines per unit of parameter in each strip, not negative.
     pub(crate) rates: &'a [f64],
 }
 
-/// Share of a line that a gap may hold beyond its own: strips and breaks meet at the same knots, but for rounding.
+/// A strip with fewer lines than this inside a gap does not limit the gap: strips and breaks meet at the same knots,
+/// except for rounding.
 const HAIR: f64 = 1e-6;
-/// Share of a gap by which the last one may be less full than the others.
+/// By how much the last gap may be less full than the others, in gaps.
 const SHORT: f64 = 1.0 / 32.0;
-/// Scales of a density that are tried until the last gap is as full as that.
+/// Number of scales of a density to try until the last gap is that full.
 const TRIALS: usize = 6;
 
 impl Density<'_> {
-    /// The strip in which `a` lies; at a border the one that begins there.
+    /// The strip that contains `a`; at a border, the one that begins there.
     fn strip(&self, a: f64) -> usize {
         self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1)
     }
 
-    /// Strips between `a` and `b`: density and the part of the strip that lies there.
+    /// The strips between `a` and `b`: the density of each, and its width there.
     fn strips(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> {
         let last = self.rates.len() - 1;
         (self.strip(a)..=last).take_while(move |&k| k == 0 || self.breaks[k] < b).map(move |k| {
@@ -32,7 +34,7 @@ impl Density<'_> {
         })
     }
 
-    /// The integral of the density.
+    /// Integral of the density from `a` to `b`: a number of lines.
     pub(crate) fn mass(&self, a: f64, b: f64) -> f64 {
         self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
     }
@@ -42,14 +44,16 @@ impl Density<'_> {
         self.strips(a, b).fold(0.0, |most, (rate, _)| f64::max(most, rate))
     }
 
-    /// How many lines of the density the gap from `a` to `b` holds where it is densest: at most 1 if it keeps the density.
+    /// Length of the gap from `a` to `b` as a multiple of the longest gap that its largest density allows: at most 1 if
+    /// the gap meets the density.
     pub(crate) fn fullness(&self, a: f64, b: f64) -> f64 {
         let touched = self.strips(a, b).filter(|(rate, width)| rate * width > HAIR);
         touched.fold(0.0, |most, (rate, _)| f64::max(most, rate)) * (b - a)
     }
 
-    /// Strides from `a` to `b` at `scale` times the density, up to `limit`: the fewest gaps that keep it, and how full they are
-    /// together: as many, but that the last one counts by the share of a line in it. Beyond `limit`, what is left counts.
+    /// Counts the fewest gaps from `a` to `b` that meet the density times `scale`, up to `limit` + 1, and how full they
+    /// are together: 1 for each gap but the last, which counts by its fullness. Beyond `limit`, the rest counts by its
+    /// integral.
     fn filled(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
         let mut strides = Strides::new(self, a, scale);
         let mut x = a;
@@ -63,23 +67,24 @@ impl Density<'_> {
         (limit + 1, limit as f64 + scale * self.mass(x, b))
     }
 
-    /// The fewest gaps from `a` to `b` that keep the density, counted up to `limit`: as many as [`spread`](Self::spread) makes.
+    /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`: as many as
+    /// [`spread`](Self::spread) makes.
     pub(crate) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
         let most = self.most(a, b);
         let even = even_gaps(most, a, b).min(limit as f64) as usize;
         if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit).0.min(even) }
     }
 
-    /// Whether no gaps are fewer than even ones, given the largest density.
+    /// Whether even gaps are the fewest, given the largest density `most`.
     fn is_even(&self, most: f64, a: f64, b: f64) -> bool {
         even_gaps(most, a, b) <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most)
     }
 
-    /// Parameters from `a` to `b > a`, strictly increasing, so dense that no gap is longer than 1/ρ anywhere in it; as
-    /// few as that allows, and as even. Appends all but `a`.
+    /// Appends parameters after `a` and up to `b > a`, strictly increasing and ending with `b`. They are the fewest
+    /// such that no gap is longer than 1/ρ anywhere in it, spaced as evenly as that allows.
     ///
-    /// Where that takes more than `limit` gaps, the density is scaled down as a whole until it does not. Returns whether
-    /// it was kept. Cost: that of a handful of counts of the gaps; of even ones, one at most.
+    /// If that takes more than `limit` gaps, the whole density is scaled down until it does not. Returns whether the
+    /// density is met. Cost: a handful of passes over the gaps; at most one if they are even.
     pub(crate) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
         let most = self.most(a, b);
         let even = even_gaps(most, a, b);
@@ -90,14 +95,14 @@ impl Density<'_> {
         let (asked, filled) = self.filled(a, b, 1.0, limit);
         let (n, kept) = (asked.min(limit), asked <= limit);
         let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
-        // Even gaps are as few, or nothing else can be reckoned with.
+        // Even gaps are as few, or the density is infinite.
         if kept && n as f64 >= even || !mass.is_finite() {
-            // Strides that add up rounding may be one more.
+            // Strides accumulate rounding and may be one more.
             evenly(a, b, n.min(even as usize), out);
             return kept && n as f64 >= even;
         }
-        // The largest factor that takes no more gaps makes the last gap as full as the others. A gap holds at most one
-        // line of the density, and at most one gap per strip is not full: that bounds the factor from both sides.
+        // The largest scale that takes no more gaps makes the last gap as full as the others. A gap holds at most one
+        // line of the density, and at most one gap per strip is not full: this bounds the scale from both sides.
         let full = n as f64;
         let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
         let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
@@ -106,7 +111,7 @@ impl Density<'_> {
             if scale == low && filled >= full - SHORT {
                 break;
             }
-            // What is missing, over all gaps; exact where no border comes between.
+            // Spreads the missing fullness over all gaps; exact if no strip border lies between.
             let next = scale + (full - 0.5 * SHORT - filled) / mass;
             scale = if low < next && next < high { next } else { 0.5 * (low + high) };
             let tried = self.filled(a, b, scale, n);
@@ -118,7 +123,7 @@ impl Density<'_> {
         for _ in 1..n {
             let before = x;
             x = strides.next(b);
-            // A line a hair before the end would only be rounding: what is left holds a millionth of a line.
+            // A line a hair before the end is only rounding: the rest holds at most a millionth of a line.
             let hair = b - x <= 1e-6 * (x - before) && self.mass(x, b) <= HAIR;
             if x >= b || hair {
                 break;
@@ -130,12 +135,12 @@ impl Density<'_> {
     }
 }
 
-/// The even gaps that keep a density.
+/// Number of even gaps that meet the largest density `most`.
 fn even_gaps(most: f64, a: f64, b: f64) -> f64 {
     (most * (b - a) * (1.0 - 1e-12)).ceil().max(1.0)
 }
 
-/// Steps along a density, each as long as `scale` times its largest rate on the way allows.
+/// Steps along a density, each as long as the largest density on the way, times `scale`, allows.
 struct Strides<'a> {
     density: &'a Density<'a>,
     scale: f64,
@@ -166,7 +171,8 @@ impl<'a> Strides<'a> {
         (self.at, self.border, self.step) = (k, self.border(k), self.rate(k).recip());
     }
 
-    /// The furthest `x ≤ end` with `(x − before)·ρ ≤ 1` for the largest ρ on the way; more than before in any case.
+    /// Moves to the furthest `x ≤ end` with `(x − before)·ρ ≤ 1` for the largest ρ on the way, but always past
+    /// the last `x`.
     #[inline]
     fn next(&mut self, end: f64) -> f64 {
         let to = self.x + self.step;
@@ -176,7 +182,7 @@ impl<'a> Strides<'a> {
 
     fn over_borders(&mut self, end: f64) -> f64 {
         let x = self.x;
-        // A step below the spacing of numbers is the next number: every stride gets on.
+        // A step below the spacing of floats goes to the next float: every stride advances.
         let reach = |rate: f64| {
             let to = x + 1.0 / rate;
             if to > x {
@@ -198,7 +204,7 @@ impl<'a> Strides<'a> {
                 return to.min(end);
             }
             most = most.max(self.rate(k + 1));
-            // Too dense to be entered from here at all: the gap ends at the border.
+            // The next strip is too dense to enter from here: the gap ends at the border.
             if reach(most) <= border {
                 return border;
             }
@@ -207,7 +213,7 @@ impl<'a> Strides<'a> {
     }
 }
 
-/// `n` even gaps, fewer where numbers are not that fine.
+/// Appends `n` even gaps, fewer where floats are not that fine.
 fn evenly(a: f64, b: f64, n: usize, out: &mut Vec<f64>) {
     let mut last = a;
     for k in 1..n {
@@ -237,7 +243,7 @@ mod tests {
         (lines, kept)
     }
 
-    /// Most lines of the density in a gap.
+    /// Largest fullness of any gap.
     fn fullest(breaks: &[f64], rates: &[f64], lines: &[f64]) -> f64 {
         let density = Density { breaks, rates };
         lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
@@ -248,19 +254,19 @@ mod tests {
         let (breaks, rates) = ([0.0, 0.5, 1.0], [1e7, 1e6]);
         let (lines, kept) = spread(&breaks, &rates, 0.0, 1.0, LIMIT);
         assert!(!kept && lines.len() > LIMIT - 4);
-        // As many lines as the limit allows in each half, ten to one.
+        // The halves keep their ratio of ten to one.
         let left = lines.partition_point(|&x| x < 0.5) as f64;
         assert!((left / (lines.len() as f64 - left) - 10.0).abs() < 0.2, "{left} of {}", lines.len());
         let fair = 5.5e6 / LIMIT as f64;
         assert!(fullest(&breaks, &rates, &lines) < 1.01 * fair);
-        // Even densities, and densities beyond numbers.
+        // Even, infinite and huge densities.
         assert_eq!(spread(&[0.0, 1.0], &[1e9], 0.0, 1.0, LIMIT).0.len(), LIMIT + 1);
         assert!(!spread(&[0.0, 0.5, 1.0], &[f64::INFINITY, 1.0], 0.0, 1.0, LIMIT).1);
         assert!(!spread(&[0.0, 0.5, 1.0], &[1e300, 1.0], 0.0, 1.0, LIMIT).1);
     }
 
     #[test]
-    fn nothing_is_spent_where_the_density_is_zero() {
+    fn no_lines_are_spent_where_the_density_is_zero() {
         let breaks = [0.0, 1.0, 2.0, 3.0];
         assert_eq!(spread(&breaks, &[0.0; 3], 0.0, 3.0, LIMIT), (vec![0.0, 3.0], true));
         let (lines, kept) = spread(&breaks, &[0.0, 10.0, 0.0], 0.0, 3.0, LIMIT);
@@ -269,19 +275,19 @@ mod tests {
 
     #[test]
     fn a_denser_strip_is_entered_at_its_border_only() {
-        // From 0 the sparse strip allows 2, but the dense one, which begins at 1, allows 0.1 from there.
+        // The sparse strip allows a step of 2 from 0, the dense one, which begins at 1, only 0.1.
         let (lines, _) = spread(&[0.0, 1.0, 2.0], &[0.5, 10.0], 0.0, 2.0, LIMIT);
         assert!(lines[1] <= 1.0 && lines.len() == 12, "{lines:?}");
     }
 
     #[test]
-    fn even_gaps_are_not_one_more_for_rounding() {
+    fn rounding_does_not_add_an_even_gap() {
         // Ten tenths add up to less than 1.
         assert_eq!(spread(&[0.0, 0.1, 1.0], &[0.1, 10.0], 0.0, 1.0, LIMIT).0.len(), 11);
     }
 
     #[test]
-    fn steps_below_the_spacing_of_numbers_end() {
+    fn steps_below_the_spacing_of_floats_terminate() {
         let next = 1.0_f64.next_up();
         let (lines, kept) = spread(&[1.0, next, 2.0], &[1e300, 3.0], 1.0, 2.0, LIMIT);
         assert!(kept && (5..=6).contains(&lines.len()), "{lines:?}");
@@ -289,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn any_density_is_kept_or_said_not_to_be() {
+    fn any_density_is_met_or_reported() {
         let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
             let strips = u.int_in_range(1..=6_usize)?;
             let mut breaks = vec![f64::from(u.int_in_range(-1000..=1000_i32)?)];
@@ -310,7 +316,8 @@ mod tests {
             let (lines, kept) = spread(&breaks, &rates, a, b, limit);
             let full = fullest(&breaks, &rates, &lines);
             let mass = Density { breaks: &breaks, rates: &rates }.mass(a, b);
-            // A gap is not shorter than numbers are apart, and its ends are rounded: that many lines at most.
+            // Gaps are no shorter than the spacing of floats, and their ends are rounded: this bounds the excess, in
+            // lines.
             let ulp = f64::EPSILON * f64::max(first.abs(), last.abs());
             let rounding = 2.0 * HAIR + 4.0 * ulp * rates.iter().copied().fold(0.0, f64::max);
             assert!(!kept || full <= 1.0 + rounding, "{breaks:?} {rates:?} {a} {b} {limit}: {full}");

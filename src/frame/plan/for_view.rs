@@ -1,4 +1,4 @@
-//! One camera -> a plan that keeps its deviations in pixels.
+//! One camera -> a plan that meets its screen-space error.
 
 use super::limits::PlanLimits;
 use super::make::plan_parts;
@@ -10,29 +10,31 @@ use crate::frame::view::tolerance::Tolerance;
 use crate::mesh::ScenePart;
 use crate::prepare::Prepared;
 
-/// Rates for one camera, within [`PlanLimits::DEFAULT`].
+/// Plans lattice lines and tessellants for one camera, within [`PlanLimits::DEFAULT`].
 ///
-/// Every sub-box of a tile, and every strip of an edge, has a tolerance of its own: the deviation asked for over the most
-/// pixels that a millimetre covers anywhere in its box, for the instance that shows the most. Cells and segments that lie in
-/// several boxes keep the strictest of these. So wherever a point of the surface is in the picture, the triangles are within
-/// `deviation_px` of it there; an edge's rate depends on the edge's own boxes and on the lattices beside it, and is the same for all its
-/// faces. What is beside the picture is planned as if it were so much deeper that it is in it, for shadows and for the next frame; what is nearer
-/// than the near plane or behind the camera, and parts that are not placed, as coarse as angles allow.
+/// Every sub-box of a tile and every strip of an edge has its own tolerance: `deviation_px` over the most pixels that a
+/// millimetre covers anywhere in the box, for the instance where that is largest. Cells and segments that lie in
+/// several boxes meet the strictest of their tolerances. Wherever a point of the surface is in the image, the triangles
+/// are therefore within `deviation_px` of it. The density of an edge depends on its own boxes and on the lattices next
+/// to it, and is the same for all its faces.
 ///
-/// A camera inside the model costs no more than outside: what is nearer than 5 % of half its box's diagonal is planned as if
-/// it were that far away. Boxes are a quarter of a Bézier piece wide at most, where it bends, so that such places are about to
-/// leave the picture.
+/// Off-screen surface is planned at the depth where the frustum is wide enough to contain it, for shadows and for the
+/// next frame. Surface that is nearer than the near plane or behind the camera, and parts without instances, are as
+/// coarse as the angle allows.
 ///
-/// A view whose numbers are no camera's (not finite, no direction, no size) gives as coarse a plan, which says so in
-/// [`Plan::shortfall`].
+/// A camera inside the model costs no more than one outside: a box nearer than 5 % of half its diagonal is planned at
+/// that distance. Where a surface bends, boxes are usually a quarter of a Bézier piece wide, so that such a box is
+/// about to leave the image.
 ///
-/// Cost: as [`plan`](crate::frame::plan()), and about 20 ns for each box of each instance.
+/// An invalid view (not finite, no direction, no size) gives the coarsest plan, and [`Plan::shortfall`] reports it.
+///
+/// Cost: that of [`plan`](crate::frame::plan()), plus about 20 ns for each box of each instance.
 #[must_use]
 pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
     plan_for_view_within(prepared, view, &PlanLimits::DEFAULT)
 }
 
-/// The same within limits of the caller's.
+/// As [`plan_for_view`], within the limits of the caller.
 #[must_use]
 pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
     let lens = view.lens();

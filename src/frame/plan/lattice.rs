@@ -1,9 +1,9 @@
-//! Derivative bounds and a tolerance to the lattice lines of a tile.
+//! Derivative bounds and a tolerance -> the lattice lines of a tile.
 //!
 //! Deviation: the theorem of Filip, Magedson and Markot (CAGD 3(4), 1986) in its form for any triangle whose box is
 //! h_u × h_v: ⅛ (M₁h_u² + 2M₂h_u h_v + M₃h_v²). The mixed term is split between the directions by
-//! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), r = h_v/h_u of the cheapest uniform lattice, so that each direction has a density of
-//! lines of its own that follows the bounds along it.
+//! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), with r = h_v/h_u of the cheapest uniform lattice. Each direction then has
+//! its own density of lines, which follows the bounds along it.
 
 use super::density::Density;
 use super::planned::{MAX_LINES, TileLattice};
@@ -15,27 +15,28 @@ use crate::prepare::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 
-/// Most lines of one tile in one direction, over all stretches between creases.
+/// Maximum number of lines of one tile in one direction, over all stretches between creases.
 const LINES_OF_TILE: f64 = 32768.0;
-/// Times that a lattice over its limits is made coarser; each time brings it down to about the limit.
+/// Maximum number of times that a lattice over its limits is made coarser; each time brings it down to about the limit.
 const COARSER: usize = 8;
 
-/// Least length of a cell that the angle asks for, in gaps between edges and surface, where a tile's loops meet themselves. That is noise:
-/// a fillet whose points moved by a share of its radius turns twenty times over where it turned by a right angle, and lines at each turn
-/// follow nothing of its shape. The chord tolerance holds; fillets of noise keep a few cells across.
+/// Least cell length that the angle tolerance can require in tiles whose loops meet themselves, as a multiple of the
+/// gap between edges and surface. Such tiles are noise: a fillet whose points moved by a fraction of its radius turns
+/// twenty times where it turned by a right angle, and lines at each turn do not follow its shape. The chord tolerance
+/// still holds; noisy fillets keep a few cells across.
 const GAPS_PER_CELL: f64 = 16.0;
 
-/// What a strip of a tile needs, from the bounds of the boxes under it.
+/// Requirements on the cells of a strip of a tile, from the bounds of the boxes under it.
 #[derive(Clone, Copy, Default)]
 struct Needs {
     bounds: BoxBounds,
-    /// u-lines and v-lines per unit of parameter that keep the surface's parametrisation even within a cell.
+    /// u-lines and v-lines per unit of parameter that keep the parametrisation even within a cell.
     even: [f64; 2],
-    /// u-lines and v-lines per unit of parameter beyond which cells are noise.
+    /// u-lines and v-lines per unit of parameter beyond which cells follow noise.
     densest: [f64; 2],
 }
 
-/// Largest bounds of the boxes under a strip.
+/// Componentwise maximum over the boxes under a strip.
 fn worst(boxes: impl Iterator<Item = Needs>) -> Needs {
     boxes.fold(Needs::default(), |m, n| {
         let (a, b) = (&m.bounds, &n.bounds);
@@ -53,39 +54,40 @@ fn worst(boxes: impl Iterator<Item = Needs>) -> Needs {
     })
 }
 
-/// Across a cell no first derivative may change along the surface by more than this share of its largest length there:
-/// triangles that are positive in (u,v) would turn over where it runs backwards. At 1 a side shrinks to a point; the rest is
-/// for the slack of the bounds.
+/// Maximum change of a first derivative along the surface across a cell, as a multiple of its largest length there.
+/// Where the derivative reverses, triangles that are positive in (u,v) fold over. At 1 a side can shrink to a point;
+/// the rest allows for the slack of the bounds.
 const UNEVEN: f64 = 1.25;
 
 impl Needs {
-    /// `share`: the tile's tolerance as a share of the box's own.
+    /// `share` is the tile's tolerance as a fraction of the box's own.
     fn of(bounds: BoxBounds, share: f64, densest: impl Fn(f64) -> f64) -> Self {
         let ratio = |change: f64, of: f64| if of > 0.0 { change / (UNEVEN * of) } else { 0.0 };
         let along = |own: &Bend, speed: f64, other: f64| ratio(own.slide, speed).max(ratio(bounds.uv.slide, other));
         let even = [along(&bounds.uu, bounds.u, bounds.v), along(&bounds.vv, bounds.v, bounds.u)];
         let densest = [bounds.u, bounds.v].map(densest);
-        // A box that may deviate more bends less by as much, and is shorter.
+        // A larger tolerance for a box counts as smaller derivatives.
         let BoxBounds { uu, uv, vv, u, v, .. } = bounds;
         let [uu, uv, vv] = [uu, uv, vv].map(|bend| bend.scaled(share));
         Self { bounds: BoxBounds { uu, uv, vv, u: u * share, v: v * share, ..bounds }, even, densest }
     }
 
-    /// Second derivatives as they count for the chord, where normals turn within a cell by the arc sine of `share`.
+    /// Second derivatives that count for the chord, where normals turn within a cell by at most the arc sine of
+    /// `share`.
     fn second(&self, share: f64) -> Second {
         let BoxBounds { uu, uv, vv, .. } = &self.bounds;
         Second { uu: uu.along(share), uv: uv.along(share), vv: vv.along(share) }
     }
 }
 
-/// Bounds of what second derivatives lift the surface off its triangles.
+/// Bounds on the second derivatives that lift the surface off its triangles.
 struct Second {
     uu: f64,
     uv: f64,
     vv: f64,
 }
 
-/// The boxes of a face's table that lie under a tile, those of one strip in u after the other: places that [`Need`] has shares of.
+/// The boxes of a face's table under a tile, strip by strip in u: the order of [`Need::shares`].
 pub(crate) fn places<'a>(
     face: &'a PreparedFace,
     tile: &Tile,
@@ -104,22 +106,23 @@ pub(crate) fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize>
     first..last
 }
 
-/// Whether a lattice is as dense as it was asked to be, or what made it coarser.
+/// Whether a lattice is as dense as required; if not, which limit made it coarser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct LinesKept {
-    /// The limits on lines did not, or what they would follow is noise.
+    /// False if the limits on lines made it coarser, or if more lines would follow noise.
     pub(crate) lines: bool,
-    /// The limit on cells did not.
+    /// False if the limit on cells made it coarser.
     pub(crate) cells: bool,
 }
 
-/// Whether tiles have one cell whatever the tolerance: on planes, as long as edges may be of any length.
+/// Whether tiles of a face have one cell at any tolerance: on planes, unless the length of edges is limited.
 pub(crate) fn is_single(face: &PreparedFace, max_edge: Option<f64>) -> bool {
     face.kind == SurfaceKind::Plane && max_edge.is_none()
 }
 
-/// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense: they are
-/// not where [`MAX_LINES`] or `most_cells` forbid it. Lines `before` stay as far as they serve. A pure function of its arguments.
+/// Lattice lines of `tile` at `factor` times the density that a tolerance needs, and whether they are that dense:
+/// [`MAX_LINES`] and `most_cells` may prevent it. Lines of `before` are reused where they fit. A pure function of its
+/// arguments.
 pub(crate) fn lattice(
     face: &PreparedFace,
     tile: &Tile,
@@ -142,8 +145,8 @@ pub(crate) fn lattice(
     let mut shares = Vec::new();
     let noise = if tile.entangled { GAPS_PER_CELL * face.gap } else { 0.0 };
     let densest = |speed: f64| if noise > 0.0 { speed / noise } else { f64::INFINITY };
-    // A cell that lies in several boxes has to keep the tolerances of all. Where these are far apart, as they are close to the
-    // eye, no cell does: lines run along the borders.
+    // A cell in several boxes must meet the tolerances of all of them. Where these differ strongly, as they do close to
+    // the eye, lines run along the borders of boxes, so that no cell is in two.
     let steep = is_steep(&need.shares, sv.len());
     let mut reach = usize::from(!steep);
     loop {
@@ -166,16 +169,16 @@ struct Under<'a> {
     tile: &'a Tile,
     /// Their strips in u and in v.
     strips: [std::ops::Range<usize>; 2],
-    /// What they need, those of one strip in u after the other.
+    /// Their requirements, strip by strip in u.
     needs: &'a [Needs],
 }
 
-/// Densities of lines that keep a tolerance, strip by strip of a tile, in u and in v.
+/// Densities of lines for a tolerance, strip by strip of a tile, in u and in v.
 struct Densities {
     wanted: [Vec<f64>; 2],
-    /// What triangles need in order not to turn over, however far they may deviate; for lines that follow others.
+    /// Least densities at which triangles do not fold over, at any tolerance; for lines that follow others.
     least: Option<[Vec<f64>; 2]>,
-    /// Whether they are less dense than the turning of normals asks, since that is noise.
+    /// Whether `wanted` is less than the angle tolerance requires, because that would follow noise.
     noisy: bool,
 }
 
@@ -189,7 +192,7 @@ impl Densities {
         let width = tile.max - tile.min;
         let sides = [(&table.breaks_u, su.clone(), &columns), (&table.breaks_v, sv.clone(), &rows)];
         let angle = tolerance.angle.min(FRAC_PI_2);
-        // How far the normal turns per unit of parameter.
+        // Turn of the normal per unit of parameter.
         let turning = [0, 1].map(|axis: usize| {
             let (breaks, strips, needs) = &sides[axis];
             let turn = |n: &Needs| if axis == 0 { n.bounds.turn_u } else { n.bounds.turn_v };
@@ -209,8 +212,9 @@ impl Densities {
             };
             [finish(0, chord.0), finish(1, chord.1)]
         };
-        // On the largest cells that lifts alone would allow, normals turn the most. A part along the surface at one end of a
-        // cell counts at the other as far as they do, and half as far on the average.
+        // Normals turn the most on the largest cells, those that lifts alone would allow. A tangential derivative at
+        // one end of a cell lifts the surface at the other end by at most that turn, and by half of it on average
+        // (decision 019).
         let largest = rates(0.0);
         let turn = |axis: usize| {
             let (breaks, strips, _) = &sides[axis];
@@ -236,14 +240,14 @@ impl Densities {
     }
 }
 
-/// How far the normal turns at most across a cell of these densities, by how far it turns per unit of parameter in each strip.
+/// Largest turn of the normal across a cell of these densities, from its turn per unit of parameter in each strip.
 fn most_turn((breaks, strips): (&[f64], std::ops::Range<usize>), rates: &[f64], turning: &[f64]) -> f64 {
     let mut all = 0.0;
     let mut most = 0.0_f64;
     for (k, (rate, per_unit)) in strips.zip(rates.iter().zip(turning)) {
         let whole = per_unit * (breaks[k + 1] - breaks[k]);
         all += whole;
-        // A box that turns by more than a right angle may do so at once: where a surface folds.
+        // A box that turns by more than a right angle may do so at a single point, where the surface folds.
         most = most.max(if whole > FRAC_PI_2 {
             whole
         } else if *per_unit > 0.0 {
@@ -255,7 +259,7 @@ fn most_turn((breaks, strips): (&[f64], std::ops::Range<usize>), rates: &[f64], 
     most.min(all)
 }
 
-/// Lattice lines that keep a tolerance; `split`: along the boxes' borders too.
+/// Lattice lines for a tolerance; with `split`, along the borders of boxes too.
 fn spread(
     under: &Under<'_>,
     split: bool,
@@ -289,13 +293,13 @@ fn spread(
         let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
         let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));
         let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
-        // How much too dense in u and in v. A direction of one cell cannot give.
+        // By how much u and v are too dense. A direction with one cell cannot become coarser.
         let over = nu * nv / most_cells as f64;
         let share = |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);
         let (too_u, too_v) = (share(nu, nv), share(nv, nu));
         let fits = too_u <= 1.0 && too_v <= 1.0;
         if !fits && before.take().is_some() {
-            // Lines that were there are no reason to ask for less.
+            // Before lowering the density, try without the earlier lines.
             continue;
         }
         kept.lines &= kept_u && kept_v;
@@ -312,8 +316,8 @@ fn spread(
     }
 }
 
-/// What makes a density that gave `n` gaps as much coarser as they are `too_many` times too many: a little more, so that
-/// rounding up does not undo it, and from what the gaps are, since more may have been asked than lines are limited to.
+/// Factor that makes a density `too_many` times coarser, where it gave `n` gaps. It goes 1 % further, so that rounding
+/// up does not undo it, and starts from the actual gaps, since limits may allow fewer than the density asks for.
 fn coarser(density: &Density<'_>, (lo, hi): (f64, f64), n: f64, too_many: f64) -> f64 {
     let mass = density.mass(lo, hi);
     let by = if mass > n { n / mass } else { 1.0 };
@@ -342,7 +346,7 @@ fn lines(
     (out, kept)
 }
 
-/// Densities of u- and v-lines that keep the deviation, per strip; `budget` is eight chord tolerances.
+/// Densities of u- and v-lines per strip that meet the chord tolerance; `budget` is eight times that tolerance.
 fn chord_rates(columns: &[Needs], rows: &[Needs], share: f64, width: [f64; 2], budget: f64) -> (Vec<f64>, Vec<f64>) {
     let all = worst(columns.iter().copied()).second(share);
     let second = |needs: &[Needs]| needs.iter().map(|n| n.second(share)).collect::<Vec<_>>();

@@ -1,14 +1,14 @@
-//! What a plan may cost in all, and what it says when that is less than the tolerance asks for.
+//! Limits on the size of a plan, and the report on what they make coarser than the tolerance requires.
 
 use crate::model::{PartId, RowId, TileId};
 use std::fmt;
 
-/// Memory of one triangle on its way to a file: its corners' numbers, its share of the vertices with their normals, and the
-/// same again as the file's bytes.
+/// Memory per triangle on its way to a file: its indices, its share of vertices and normals, and as much again for the
+/// file's bytes.
 pub const BYTES_PER_TRIANGLE: u64 = 128;
 
-/// Most that a plan may hold. Triangles are counted as two per cell of a lattice, kept or trimmed away, and two per tessellant;
-/// each part counts once, however often it is placed.
+/// Limits on the size of a plan. Triangles are counted as two per lattice cell, trimmed away or not, and two per
+/// tessellant. Each part counts once, however many instances it has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -25,7 +25,7 @@ impl PlanLimits {
     /// 8 million triangles per tile, 64 million in all, 16 GiB.
     pub const DEFAULT: Self = Self { triangles_per_tile: 1 << 23, triangles: 1 << 26, bytes: 16 << 30 };
 
-    /// Triangles that both limits on the whole allow.
+    /// Triangles allowed by both limits on the whole mesh.
     pub(crate) fn allowed(&self) -> u64 {
         self.triangles.min(self.bytes / BYTES_PER_TRIANGLE)
     }
@@ -58,25 +58,26 @@ impl Default for PlanLimits {
     }
 }
 
-/// In what a plan is coarser than its tolerance asks, and because of which limits.
+/// Where a plan is coarser than its tolerance requires, and because of which limits.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Shortfall {
     /// The limits of the plan.
     pub limits: PlanLimits,
-    /// Lines and tessellants per parameter as a share of what is asked: 1 unless [`PlanLimits::triangles`] or
-    /// [`PlanLimits::bytes`] does not allow it.
+    /// Density of lines and tessellants as a fraction of what the tolerance requires: 1 unless
+    /// [`PlanLimits::triangles`] or [`PlanLimits::bytes`] lowers it.
     pub density: f64,
-    /// Triangles that the lattices would have at the density that is asked; 0 where that is allowed.
+    /// Upper bound on the triangles at full density; 0 if the limits allow that.
     pub needed: u64,
-    /// Whether the tolerance had to be replaced by one that can be used.
+    /// Whether the tolerance has a value that is invalid or too small to meet, or the view is invalid.
     pub unusable: bool,
     /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending.
     pub tiles: Vec<(PartId, TileId)>,
-    /// Tiles with as many lines between two creases as there may be, 4096, or whose loops meet themselves along edges so far off
-    /// their surface that lines for the angle would follow noise; ascending. Real shapes get to 4096 at tolerances of
-    /// 1e-8 of their size; else the bounds of the surface's derivatives grow without limit, as they do towards some poles.
+    /// Tiles limited in their lines; ascending. They have 4096 lines between two creases or 32768 in one direction, or
+    /// their loops meet themselves along edges so far off their surface that lines for the angle would follow noise.
+    /// Real shapes reach 4096 at tolerances of 1e-8 of their size; otherwise the bounds of the surface's derivatives
+    /// grow without limit, as they do towards some poles.
     pub lines: Vec<(PartId, TileId)>,
     /// Edges limited in their tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges);
     /// ascending.
@@ -84,7 +85,7 @@ pub struct Shortfall {
 }
 
 impl Shortfall {
-    /// Nothing is missing.
+    /// No shortfall.
     pub(crate) fn none(limits: &PlanLimits) -> Self {
         Self {
             limits: *limits,
@@ -101,8 +102,8 @@ impl Shortfall {
         (self != Self::none(&self.limits)).then_some(self)
     }
 
-    /// Whether the tolerance or a limit of the caller's is the cause. Else single tiles or edges of the model are, whose
-    /// derivatives no real model has: noise, to which more lines would only add triangles.
+    /// Whether the tolerance or a limit set by the caller is the cause. Otherwise the cause is noise in single tiles or
+    /// edges: derivatives that no real model has, where more lines would only add triangles.
     #[must_use]
     pub fn by_limits(&self) -> bool {
         let noise = |tile| self.lines.contains(tile);
@@ -118,14 +119,14 @@ impl fmt::Display for Shortfall {
             write!(f, "; the tolerance is not a usable number, or too small for the model")?;
         }
         if *density < 1.0 {
-            write!(f, "; its cells and boundaries can make {needed} triangles, the limit is {}", limits.triangles)?;
+            write!(f, "; it needs up to {needed} triangles, the limit is {}", limits.triangles)?;
             if limits.allowed() < limits.triangles {
                 let bytes = limits.bytes;
                 write!(f, " and {bytes} bytes of memory (PlanLimits::bytes) at {BYTES_PER_TRIANGLE} per triangle")?;
             } else {
                 write!(f, " (PlanLimits::triangles)")?;
             }
-            write!(f, ": {density:.1e} times the lines")?;
+            write!(f, ": the density of lines is lowered to {density:.1e}")?;
         }
         if !tiles.is_empty() {
             let (count, most) = (tiles.len(), limits.triangles_per_tile);

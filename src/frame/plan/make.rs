@@ -1,4 +1,4 @@
-//! What is asked of each part -> a plan within limits.
+//! The tolerance of each part -> a plan within limits.
 
 use super::budget::Budget;
 use super::lattice::{lattice, places};
@@ -12,19 +12,20 @@ use crate::model::{PartId, RowId, TileId};
 use crate::prepare::{Prepared, PreparedPart};
 use std::sync::Arc;
 
-/// Rates for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
+/// Plans lattice lines and tessellants for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
 ///
-/// A part that is placed at a scale is planned for the largest: its triangles keep the tolerance wherever it stands. Lines
-/// and tessellants are limited to 4096 between two creases of a tile, and between two breaks of an edge; with tolerances
-/// that ask for more, or that are no usable numbers (see [`Tolerance`]), the plan is coarser and says so in
-/// [`Plan::shortfall`]; [`Plan::as_asked`] refuses such a plan.
+/// A part is planned for the largest scale of its instances, so that its triangles meet the tolerance in all of them.
+/// There are at most 4096 lines between two creases of a tile, and 4096 segments between two breaks of an edge. If the
+/// tolerance requires more, or has unusable values (see [`Tolerance`]), the plan is coarser and reports it in
+/// [`Plan::shortfall`]; [`Plan::as_asked`] turns that into an error.
+///
 /// Cost: about 1 µs per tile and per edge.
 #[must_use]
 pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
     plan_within(prepared, tolerance, &PlanLimits::DEFAULT)
 }
 
-/// The same within limits of the caller's.
+/// As [`plan`], within the limits of the caller.
 #[must_use]
 pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
     let scales = prepared.scene.largest_scales();
@@ -33,16 +34,16 @@ pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimi
     plan_parts(prepared, &asked, limits)
 }
 
-/// Rates for what is asked of each part, in the part's own millimetres.
+/// Plans all parts, each for its own tolerance in part coordinates.
 ///
-/// While the whole does not fit the limits, all densities are lowered together: no face is favoured.
+/// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured.
 pub(crate) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> Plan {
-    /// What a density is lowered to in one go: cells go down to about the half.
+    /// Factor on all densities per round. It about halves the number of cells.
     const LOWER: f64 = 0.75;
-    /// Then there is one cell per tile, and no plan is smaller: a factor of 1e-12.
+    /// Rounds until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: i32 = 96;
     let mut shortfall = Shortfall::none(limits);
-    // A part without tiles is meshed at any tolerance.
+    // A part without tiles meets any tolerance.
     let unusable = |(part, asked): (&Arc<PreparedPart>, &Asked)| asked.unusable && !part.tiles.is_empty();
     shortfall.unusable = prepared.parts.iter().zip(asked).any(unusable);
     let mut round = 0;
@@ -69,17 +70,17 @@ pub(crate) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimi
     }
 }
 
-/// Triangles that all cells and tessellants can make at the density that is asked, each tile within its limit.
+/// Upper bound on the triangles at full density, each tile within its limit.
 fn triangles_asked(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> u64 {
     let mut budget = Budget { left: u64::MAX, ..Budget::of(limits) };
     for (k, (part, asked)) in prepared.parts.iter().zip(asked).enumerate() {
-        // Lines and tessellants of one part at a time; there is room for all cells there are.
+        // Keeps the plan of one part at a time in memory. The budget does not run out.
         let _ = plan_part(PartId::new(k), part, asked, &mut budget, &mut Shortfall::none(limits));
     }
     2 * (u64::MAX - budget.left)
 }
 
-/// Rates of one part; `None` when the budget does not suffice.
+/// Plans one part; `None` if the budget does not suffice.
 fn plan_part(
     id: PartId,
     part: &PreparedPart,

@@ -1,4 +1,4 @@
-//! What is asked of each part -> lattice lines of every tile, tessellants of every edge.
+//! The tolerance of each part -> lattice lines of every tile, tessellants of every edge.
 
 pub(super) mod budget;
 pub(super) mod density;

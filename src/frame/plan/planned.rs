@@ -1,12 +1,13 @@
-//! What the master decides for a frame: lattice lines per tile, tessellants per edge. The only state both sides of an
-//! edge share.
+//! The plan of a frame: lattice lines per tile, tessellants per edge. It is the only state that both sides of an edge
+//! share.
 
 use super::limits::Shortfall;
 use crate::mesh::Drawn;
 use std::sync::Arc;
 
-/// Most lines of one tile in one direction between two creases, and most segments between two breaks of an edge. Tiles
-/// are cut so that real tolerances need tens; this only bounds memory when a tolerance is absurd for the model's size.
+/// Maximum number of lines of one tile in one direction between two creases, and of segments of an edge between two
+/// breaks. Tiles are cut so that real tolerances need tens; the limit bounds memory when a tolerance is absurd for the
+/// model's size.
 pub(crate) const MAX_LINES: usize = 4096;
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
@@ -30,8 +31,8 @@ impl TileLattice {
     }
 }
 
-/// Position of a parameter among lines, in cells: the integer part is the line below, the fraction linear to the next.
-/// Clamped to the lines' range.
+/// Converts a parameter to cells: the integer part is the index of the line below, the fraction is linear to the next
+/// line. Clamped to the range of `lines`.
 #[must_use]
 pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
     let last = lines.len() - 1;
@@ -45,7 +46,7 @@ pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
     k as f64 + (x - lines[k]) / (lines[k + 1] - lines[k])
 }
 
-/// Positions among lines, as [`cell_coordinate`], of parameters that are near the ones before: without a search.
+/// [`cell_coordinate`] of parameters that are near the ones before: walks along the lines instead of searching.
 pub(crate) struct CellWalk<'a> {
     lines: &'a [f64],
     /// The line below the last parameter.
@@ -57,12 +58,12 @@ impl<'a> CellWalk<'a> {
         Self { lines, at: 0 }
     }
 
-    /// From a share of the way from the first to the last line on.
+    /// Starts near the parameter at `share` of the way from the first to the last line.
     pub(crate) fn from_share(lines: &'a [f64], share: f32) -> Self {
         Self { lines, at: ((f64::from(share) * (lines.len() - 1) as f64) as usize).min(lines.len() - 2) }
     }
 
-    /// The same number as [`cell_coordinate`].
+    /// Returns the same number as [`cell_coordinate`].
     #[inline]
     pub(crate) fn cell(&mut self, x: f64) -> f64 {
         let Self { lines, at } = self;
@@ -73,7 +74,7 @@ impl<'a> CellWalk<'a> {
         if x >= lines[last] {
             return last as f64;
         }
-        // One of the two loops does nothing. What is no number stays where it is.
+        // At most one of the loops runs. NaN runs neither.
         while x >= lines[*at + 1] {
             *at += 1;
         }
@@ -83,7 +84,7 @@ impl<'a> CellWalk<'a> {
         *at as f64 + (x - lines[*at]) / (lines[*at + 1] - lines[*at])
     }
 
-    /// Of a share of the way from the first to the last line.
+    /// [`Self::cell`] of the parameter at `share` of the way from the first to the last line.
     #[inline]
     pub(crate) fn at_share(&mut self, share: f64) -> f64 {
         let (first, last) = (self.lines[0], self.lines[self.lines.len() - 1]);
@@ -97,7 +98,7 @@ impl<'a> CellWalk<'a> {
 pub struct EdgePolyline {
     /// Parameters, strictly increasing; contains all breaks.
     pub ts: Vec<f64>,
-    /// Where each break stands in `ts`.
+    /// Index of each break in `ts`.
     pub breaks: Vec<u32>,
 }
 
@@ -111,26 +112,28 @@ pub struct PartPlan {
     pub edges: Vec<Arc<EdgePolyline>>,
 }
 
-/// The plan of a frame: all that workers are told.
+/// The plan of a frame: everything that workers receive.
 ///
-/// With `serde` it can be kept and made again elsewhere, bit for bit ([`Session::frame`](crate::parallel::Session::frame)), in formats
-/// that keep numbers whole and know infinity: CBOR and the like, not JSON.
+/// With `serde`, a plan can be stored and meshed again elsewhere, bit for bit
+/// ([`Session::frame`](crate::parallel::Session::frame)). The format must store `f64` exactly, with infinity: CBOR and
+/// the like, not JSON.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {
     /// One per part.
     pub parts: Vec<PartPlan>,
-    /// What of it is drawn; everything, unless it is a [`Planner`](crate::frame::live::planner::Planner)'s.
+    /// The part of the scene that is drawn: everything, unless a [`Planner`](crate::frame::live::planner::Planner) made
+    /// the plan.
     pub drawn: Drawn,
-    /// What is coarser than the tolerance asks; `None` if nothing is.
+    /// What is coarser than the tolerance requires; `None` if nothing is.
     pub shortfall: Option<Shortfall>,
 }
 
 impl Plan {
-    /// The plan, unless limits made it coarser than the tolerance asks: for those who want the tolerance or nothing.
+    /// Returns the plan, unless limits made it coarser than the tolerance requires.
     ///
     /// # Errors
-    /// [`Plan::shortfall`], where it comes [of limits](Shortfall::by_limits).
+    /// [`Plan::shortfall`], if it is caused [by limits](Shortfall::by_limits).
     pub fn as_asked(self) -> Result<Self, Shortfall> {
         match self.shortfall {
             Some(shortfall) if shortfall.by_limits() => Err(shortfall),

@@ -1,50 +1,56 @@
-//! Lines that are there and a density that has changed -> lines that follow it, most of them the old ones.
+//! Earlier lines and a changed density -> lines that meet the new density, most of them the earlier ones.
 //!
-//! The incremental evaluation of Kumar and Manocha (*Efficient rendering of trimmed NURBS surfaces*, Computer-Aided Design
-//! 27(7), 1995): from n intervals to n̄ by the smallest K with K·n > n̄, K − 2 lines into each interval, and then one into intervals
-//! that fail the criteria: into all of them, or into the first n̄ − (K − 1)·n. How an interval is tested the paper leaves open. Here
-//! an interval passes if it keeps the density in every strip that it touches: strips have bounds of their own.
+//! The incremental evaluation of Kumar and Manocha (*Efficient rendering of trimmed NURBS surfaces*, Computer-Aided
+//! Design 27(7), 1995). To go from n intervals to n̄, take the smallest K with K·n > n̄ and put K − 2 lines into
+//! each interval. Then put one more into intervals that fail the criteria: into all of them, or into the first n̄ −
+//! (K − 1)·n. The paper leaves open how to test an interval. Here an interval passes if it meets the density of
+//! every strip that it touches.
 
 use super::density::Density;
 use std::num::NonZeroU32;
 
-/// How lattice lines and tessellants follow rates that change from frame to frame.
+/// How lattice lines and tessellants follow densities that change from frame to frame.
 ///
-/// Where what all views have in common changes (angle, size, limits), and for what was never planned, lines are placed anew.
+/// With either choice, lines are placed from scratch for new tiles and edges, and whenever settings common to all views
+/// change (angle, size, limits).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Lines {
-    /// All lines of a tile and all tessellants of an edge are placed anew: as few as keep the tolerance, and as even.
+    /// Place all lines of a tile and all tessellants of an edge from scratch: the fewest that meet the tolerance,
+    /// spaced as evenly as possible.
     #[default]
     Spread,
-    /// Lines stay. New ones go between them, and one is removed when the interval without it keeps the tolerance. Where there
-    /// would be too many, they are placed anew.
+    /// Keep lines and insert new ones between them. Remove a line once the interval without it meets the tolerance.
+    /// Place lines from scratch where there would be too many.
     Split {
         /// Which intervals get new lines.
         intensive: Intensive,
-        /// As many times the lines there may be that `Spread` would have: 1 to 2, which is as many as there can be. At 2 lines
-        /// always stay; at 1.25 hardly any interval is split, but what still serves is left alone for longer.
+        /// Upper bound on the number of lines, as a multiple of what `Spread` would place. Range 1 to 2. Splitting
+        /// never exceeds 2, so at 2 lines always stay. At 1.25 hardly any interval is split, but lines that still meet
+        /// the tolerance stay for longer.
         most: f64,
-        /// All lines of a tile in the picture are placed anew once in so many frames, if any was kept; tiles take turns, also while
-        /// nothing moves. An edge goes with the first of its tiles that is in a picture. `None`: never.
+        /// Place the lines of each visible tile from scratch every N frames, if any of them is an earlier one. Tiles
+        /// take turns, even while nothing moves; an edge goes with the first of its tiles that is visible. `None`
+        /// disables this.
         resync: Option<NonZeroU32>,
     },
 }
 
-/// Which intervals are split when a rate rises.
+/// Which intervals are split when a density rises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Intensive {
-    /// All that fail the criteria: the tolerance is kept in every frame.
+    /// All intervals that fail the criteria: every frame meets the tolerance.
     Criterion,
-    /// As many as make up the number of lines that `Spread` would have, the longest first. The others are up to twice as long as
-    /// they should be: until the next resynchronisation, triangles may deviate and turn by up to four times and twice what is asked.
+    /// As many intervals as it takes to reach the number of lines of `Spread`, the longest first. The others are up to
+    /// twice too long: until the next resynchronisation, triangles may deviate by up to four times the tolerance, and
+    /// turn by up to twice.
     Rendering,
 }
 
-/// Lines that a tile or an edge has, and which intervals between them are split.
+/// The last lines of a tile or an edge, and which intervals between them to split.
 pub(crate) struct Before<'a, T: ?Sized> {
     pub(crate) last: &'a T,
     pub(crate) intensive: Intensive,
-    /// As many times the gaps that are needed there may be.
+    /// Upper bound on the number of gaps, as a multiple of the fewest that meet the density.
     pub(crate) most: f64,
 }
 
@@ -57,34 +63,34 @@ impl<T: ?Sized> Clone for Before<'_, T> {
 impl<T: ?Sized> Copy for Before<'_, T> {}
 
 impl<'a, T: ?Sized> Before<'a, T> {
-    /// Those of a part of it.
+    /// The same for a part of `last`.
     pub(crate) fn part<U: ?Sized>(self, part: impl FnOnce(&'a T) -> &'a U) -> Before<'a, U> {
         Before { last: part(self.last), intensive: self.intensive, most: self.most }
     }
 }
 
-/// What lines must keep.
+/// Densities that lines must meet.
 #[derive(Clone, Copy)]
 pub(crate) struct Criteria<'a> {
     pub(crate) density: Density<'a>,
-    /// Nowhere denser: what is kept even where the number of lines decides.
+    /// At most `density`. Intervals that wait to be split meet it too.
     pub(crate) least: Density<'a>,
 }
 
-/// An interval that is no fuller passes: what is spread is rounded.
+/// Largest fullness of an interval that passes. Above 1 because placed lines are rounded.
 const FULL: f64 = 1.0 + 2e-6;
-/// As full may an interval be that waits to be split.
+/// Largest fullness of an interval that waits to be split.
 const WAITS: f64 = 2.0 * FULL;
-/// An old line as close to an end goes, in lines of the density.
+/// Distance, in lines of the density, at which an old line is too close to a new end and is removed.
 const CLOSE: f64 = 1.0 / 16.0;
 
 impl Criteria<'_> {
-    /// Parameters from `a` to `b > a`, strictly increasing: the last lines that are between them and needed, and new ones.
-    /// Appends all but `a`.
+    /// Appends parameters after `a` and up to `b > a`, strictly increasing and ending with `b`: the last lines that are
+    /// still needed, and new ones.
     ///
-    /// Criterion-intensive, they keep the density; rendering-intensive, half of it, and `least`. Where they would be more than
-    /// [`Before::most`] times what [`Density::spread`] places, or more than `limit`, it places them. Returns whether `limit` allows what is asked.
-    /// Cost: about three times the number of gaps.
+    /// With [`Intensive::Criterion`] they meet the density; with [`Intensive::Rendering`], half of it and `least`.
+    /// Falls back to [`Density::spread`] if there would be more than [`Before::most`] times the lines that it places,
+    /// or more than `limit`. Returns whether `limit` allows the density. Cost: about three times the number of gaps.
     pub(crate) fn follow(
         &self,
         before: Before<'_, [f64]>,
@@ -107,7 +113,7 @@ impl Criteria<'_> {
         self.density.spread(a, b, limit, out)
     }
 
-    /// The last lines from `a` to `b`, without those that all but meet an end that is new.
+    /// The last lines from `a` to `b`, without those too close to an end that is new.
     fn between(&self, last: &[f64], a: f64, b: f64) -> Vec<f64> {
         let (from, to) = (last.partition_point(|&x| x <= a), last.partition_point(|&x| x < b));
         let mut inside = &last[from..to];
@@ -131,7 +137,8 @@ impl Criteria<'_> {
         [&[a], inside, &[b]].concat()
     }
 
-    /// Cuts each interval that fails into as few as pass; one fewer, K − 1 instead of K, where those may wait.
+    /// Cuts each interval that fails into the fewest that pass, or into one fewer (K − 1 instead of K) if those may
+    /// wait.
     fn split(&self, lines: &[f64], intensive: Intensive, limit: usize) -> Vec<f64> {
         let mut out = vec![lines[0]];
         for ends in lines.windows(2) {
@@ -143,7 +150,7 @@ impl Criteria<'_> {
             }
             if intensive == Intensive::Rendering {
                 let needed = self.density.fewest(from, to, limit);
-                // What holds exactly K − 1 lines is cut into as many.
+                // An interval that holds exactly K − 1 lines is cut into K − 1.
                 let exactly = fullness / needed as f64;
                 let fewer = if (1.0 / FULL..=FULL).contains(&exactly) { needed } else { needed - 1 };
                 self.density.spread(from, to, fewer.max(1), &mut out);
@@ -157,7 +164,7 @@ impl Criteria<'_> {
         out
     }
 
-    /// Without the lines that no interval fails without.
+    /// Removes lines where the interval without them passes.
     fn joined(&self, lines: &[f64]) -> Vec<f64> {
         let mut out = vec![lines[0]];
         for w in lines[1..].windows(2) {
@@ -173,7 +180,7 @@ impl Criteria<'_> {
         self.density.fullness(from, to) <= WAITS && self.least.fullness(from, to) <= FULL
     }
 
-    /// Halves intervals that fail, the fullest first and none twice, until there are as many as needed.
+    /// Halves intervals that fail, the fullest first and each at most once, until there are `needed` intervals.
     fn fill(&self, lines: &mut Vec<f64>, needed: usize) {
         let missing = (needed + 1).saturating_sub(lines.len());
         if missing == 0 {
@@ -202,7 +209,7 @@ mod tests {
     const LIMIT: usize = 4096;
     const BOTH: [Intensive; 2] = [Intensive::Criterion, Intensive::Rendering];
 
-    /// One that lasts as long as the test runs.
+    /// A density whose tables are leaked.
     fn dense(breaks: &[f64], rates: &[f64]) -> Density<'static> {
         Density { breaks: breaks.to_vec().leak(), rates: rates.to_vec().leak() }
     }
@@ -242,19 +249,19 @@ mod tests {
         let whole = lines.windows(2).filter(|w| (w[1] - w[0] - 0.1).abs() < 1e-12).count();
         assert_eq!(whole, 6);
         assert!((fullest(even(14.0), &lines).powi(2) - 1.96).abs() < 1e-9);
-        // The others come before any is split again.
+        // The other six are split before any interval is split again.
         let lines = follow(&lines, even(20.0), even(0.0), Intensive::Rendering);
         assert!(lines.len() == 21 && has_all(&lines, &ten) && fullest(even(20.0), &lines) < 1.000_001, "{lines:?}");
         // K = 4: two lines into each, and three more.
         let lines = follow(&ten, even(33.0), even(0.0), Intensive::Rendering);
         assert!(lines.len() == 34 && has_all(&lines, &ten), "{lines:?}");
         assert!((fullest(even(33.0), &lines) - 1.1).abs() < 1e-9, "{lines:?}");
-        // All that fail are all there are.
+        // All intervals fail, so all are split.
         assert_eq!(follow(&ten, even(14.0), even(0.0), Intensive::Criterion).len(), 21);
     }
 
     #[test]
-    fn what_must_be_kept_does_not_wait() {
+    fn intervals_over_the_least_density_do_not_wait() {
         let ten = spread(even(10.0), 0.0, 1.0);
         for (least, count) in [(10.0, 14), (10.1, 20)] {
             let lines = follow(&ten, even(14.0), even(least), Intensive::Rendering);
@@ -263,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_go_when_the_interval_without_them_passes() {
+    fn lines_are_removed_when_the_interval_without_them_passes() {
         let twenty = spread(even(20.0), 0.0, 1.0);
         for intensive in BOTH {
             assert_eq!(follow(&twenty, even(10.1), even(0.0), intensive), twenty);
@@ -274,17 +281,18 @@ mod tests {
     }
 
     #[test]
-    fn what_is_piled_up_or_close_to_an_end_goes() {
-        // Two thirds of a gap are too many to be joined and three times as many as are needed: never by splitting.
-        let thirds: Vec<f64> = (0..=30).map(|k| f64::from(k) / 30.0).collect();
+    fn crowded_lines_and_lines_close_to_an_end_are_removed() {
+        // Thirty gaps, each just under half as long as allowed, are joined in pairs. Splitting alone never makes so
+        // many.
+        let thirty: Vec<f64> = (0..=30).map(|k| f64::from(k) / 30.0).collect();
         let density = dense(&[0.0, 1.0, 1.0 + 1e-3], &[14.9, 1.0]);
-        assert_eq!(follow(&thirds, density, even(0.0), Intensive::Criterion).len() - 1, 15);
+        assert_eq!(follow(&thirty, density, even(0.0), Intensive::Criterion).len() - 1, 15);
         let close = [-0.1, 1e-9, 0.5, 1.0 - 1e-9, 1.5];
         let before = Before { last: &close[..], intensive: Intensive::Criterion, most: 2.0 };
         let mut lines = vec![0.0];
         assert!(Criteria { density: even(2.0), least: even(0.0) }.follow(before, (0.0, 1.0), LIMIT, &mut lines));
         assert_eq!(lines, [0.0, 0.5, 1.0]);
-        // A border of a dense strip is not close.
+        // A line at the border of a dense strip is not too close to the end.
         let border = dense(&[0.0, 0.1, 1.0], &[0.1, 10.0]);
         let lines = spread(border, 0.0, 1.0);
         assert!(lines.contains(&0.1));
@@ -292,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_that_are_too_many_are_placed_anew() {
+    fn too_many_lines_are_placed_from_scratch() {
         let thirteen = spread(even(13.0), 0.0, 1.0);
         let follow = |rate: f64, most: f64| {
             let (density, mut lines) = (even(rate), vec![0.0]);
@@ -308,17 +316,17 @@ mod tests {
     }
 
     #[test]
-    fn over_the_limit_lines_are_spread() {
+    fn lines_over_the_limit_are_spread() {
         let ten = spread(even(10.0), 0.0, 1.0);
         let (density, least) = (even(33.0), even(0.0));
         for (limit, allowed) in [(20, false), (33, true), (40, true)] {
             for intensive in BOTH {
-                let (mut lines, mut anew) = (vec![0.0], vec![0.0]);
+                let (mut lines, mut fresh) = (vec![0.0], vec![0.0]);
                 let before = Before { last: &ten[..], intensive, most: 2.0 };
                 let kept = Criteria { density, least }.follow(before, (0.0, 1.0), limit, &mut lines);
-                assert_eq!(kept, density.spread(0.0, 1.0, limit, &mut anew));
+                assert_eq!(kept, density.spread(0.0, 1.0, limit, &mut fresh));
                 assert!(kept == allowed && lines.len() - 1 <= limit, "{limit}: {lines:?}");
-                assert!(allowed || lines == anew);
+                assert!(allowed || lines == fresh);
             }
         }
     }
@@ -336,7 +344,7 @@ mod tests {
             let mut lines: Option<Vec<f64>> = None;
             let mut rates: Vec<f64> = Vec::new();
             for _ in 0..12 {
-                // A step of all, or something else altogether.
+                // New densities, or a step of all of them.
                 if rates.is_empty() || u.ratio(1, 6)? {
                     let rate = |u: &mut Unstructured<'_>| Ok(f64::from(u.int_in_range(0..=999_u16)?) * 0.1 / (b - a));
                     rates = (0..strips).map(|_| rate(u)).collect::<arbitrary::Result<_>>()?;
@@ -359,7 +367,7 @@ mod tests {
                 let most = if intensive == Intensive::Rendering { WAITS } else { FULL };
                 assert!(full <= most * FULL && strict <= FULL * FULL, "{full} {strict} {case}");
                 if new != spread(density, a, b) {
-                    // Who goes leaves an interval that passes, or only waited before; and no interval is cut that passes.
+                    // A line that goes leaves an interval that passes or may wait, and no interval that passes is cut.
                     let around = |x: f64| (new.partition_point(|y| *y < x), new.partition_point(|y| *y <= x));
                     let gone = old.iter().map(|&x| around(x)).filter(|(k, next)| k == next);
                     assert!(

@@ -1,4 +1,4 @@
-//! An edge, what it must keep and the lattices beside it -> its tessellants.
+//! An edge, its tolerance and the lattices of its tiles -> its tessellants.
 
 use super::density::Density;
 use super::planned::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
@@ -10,25 +10,27 @@ use crate::prepare::{EdgeImage, EdgeShape, PreparedEdge, StripBounds, TileUse};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// Segments of one edge, over all its breaks: what a curve whose speed varies by many decades would ask for is noise.
+/// Maximum number of segments of one edge, over all its breaks. Only a curve whose speed varies by many decades would
+/// need more, and that is noise.
 const SEGMENTS_OF_EDGE: usize = 16_384;
-/// Segments between two breaks that an edge always may have.
+/// Number of segments that an edge may always have between two breaks.
 const LEAST_LIMIT: usize = 64;
 
-/// Makes polylines, in buffers that it keeps; they leave no trace in results.
+/// Makes polylines, in reused buffers. Results do not depend on earlier calls.
 #[derive(Default)]
 pub(crate) struct Tessellants {
     shares: Vec<f64>,
-    /// Densities, of the strips of the bounds and of those that are cut further.
+    /// Densities of the strips of the edge's bounds, and of the finer strips of its images.
     of_bounds: Vec<f64>,
     rates: Vec<f64>,
-    /// What is kept even where the number of lines decides.
+    /// Densities that [`Criteria::least`] requires.
     least: Vec<f64>,
     wanted: Vec<f64>,
     ts: Vec<f64>,
 }
 
-/// The breaks of a straight edge between single cells, whatever its tolerance; `None` for others, and where they are not enough.
+/// The breaks alone, for a straight edge whose tiles have one cell each: they meet any chord and angle tolerance.
+/// `None` for closed edges, and for all others.
 pub(crate) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<EdgePolyline> {
     let single = |tile: TileId| tiles[tile.0 as usize].cells() == (1, 1);
     if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|place| single(place.tile)) {
@@ -38,7 +40,8 @@ pub(crate) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<Ed
     Some(EdgePolyline { breaks: (0..ts.len() as u32).collect(), ts })
 }
 
-/// Whether a chord tolerance asks for nothing that the angle does not ask for: then finer or coarser chords change nothing.
+/// Whether the angle tolerance alone needs as many segments in every strip as both tolerances do. Then a coarser chord
+/// tolerance changes nothing.
 pub(crate) fn turns_more_than_bends(edge: &PreparedEdge, tolerance: &Tolerance) -> bool {
     let angle = tolerance.angle.min(FRAC_PI_2);
     let mut strips = edge.bounds.strips.iter().zip(edge.bounds.breaks.windows(2));
@@ -47,15 +50,15 @@ pub(crate) fn turns_more_than_bends(edge: &PreparedEdge, tolerance: &Tolerance) 
             .all(|(b, ends)| b.second * (angle * (ends[1] - ends[0])).powi(2) <= 8.0 * tolerance.chord * b.turn.powi(2))
 }
 
-/// Whether it is a curve that ends where it begins, with nothing fixed between.
+/// Whether the edge is a curve that ends where it begins, without breaks between.
 fn is_closed(edge: &PreparedEdge) -> bool {
     let ends = if let [start, end] = &edge.breaks[..] { start.point == end.point } else { false };
     ends && matches!(edge.shape, EdgeShape::Curve(_))
 }
 
 impl Tessellants {
-    /// Tessellants of an edge: its own chord, angle and size bounds times `factor`, and at most one cell of any lattice along
-    /// it per segment. And whether they keep that. Tessellants `before` stay as far as they serve.
+    /// Tessellants of an edge, and whether they meet the density that the tolerance needs, times `factor`. A segment
+    /// spans at most one cell of any lattice along the edge. Tessellants of `before` are reused where they fit.
     pub(crate) fn polyline(
         &mut self,
         edge: &PreparedEdge,
@@ -70,7 +73,7 @@ impl Tessellants {
         let mut shares = std::mem::take(&mut self.shares);
         let mut reach = usize::from(!need.is_even());
         let made = loop {
-            // A segment that lies in several strips has to keep the tolerances of all.
+            // A segment in several strips must meet the tolerances of all of them.
             dilate(&need.shares, 1, reach, &mut shares);
             let made = self.spread(edge, tiles, &need.tolerance, &shares, factor, before);
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
@@ -83,7 +86,7 @@ impl Tessellants {
         made
     }
 
-    /// Tessellants that keep a tolerance; of each strip it is given as a share of the strip's own.
+    /// Tessellants for a tolerance, given as `shares[k]` of the tolerance of strip k.
     fn spread(
         &mut self,
         edge: &PreparedEdge,
@@ -97,7 +100,7 @@ impl Tessellants {
         let bounds = &edge.bounds;
         let angle = tolerance.angle.min(FRAC_PI_2);
         let width = |k: usize| bounds.breaks[k + 1] - bounds.breaks[k];
-        // However coarse: what turns by more than a right angle per segment is another shape, and may cross itself.
+        // At any tolerance: a segment that turns by more than a right angle has another shape, and may cross itself.
         let shape = |k: usize, b: &StripBounds| if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width(k) };
         let own = |k: usize, b: &StripBounds| {
             let bend = b.second * shares[k];
@@ -112,7 +115,8 @@ impl Tessellants {
         of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)));
         let breaks = edge.images.strips(bounds);
         refine(&bounds.breaks, of_bounds, breaks, rates);
-        // Of what follows what was before, the least holds too: by its shape, and by the cells beside it.
+        // Tessellants that follow earlier ones also have a least density: by the edge's shape, and by the cells along
+        // it.
         of_bounds.clear();
         of_bounds.extend(bounds.strips.iter().enumerate().filter(|_| before.is_some()).map(|(k, b)| shape(k, b)));
         least.clear();
@@ -126,7 +130,7 @@ impl Tessellants {
             }
         }
         if is_closed(edge) {
-            // A triangle at least.
+            // At least three segments.
             let closed = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
             rates.iter_mut().chain(&mut *least).for_each(|rate| *rate = rate.max(closed));
         }
@@ -151,7 +155,7 @@ impl Tessellants {
     }
 }
 
-/// Rates of strips that are parts of others.
+/// Copies the densities of the strips `of` to the finer strips `into`.
 fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
     out.clear();
     if into.len() == of.len() {
@@ -167,10 +171,10 @@ fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
     }));
 }
 
-/// Raises rates so that a segment crosses at most one cell of `lattice` in each direction.
+/// Raises `rates` so that a segment spans at most one cell of `lattice` in each direction.
 ///
-/// An image that runs to and fro over the lattice far more often than any real edge is noise; it gets as many segments
-/// as a busy one.
+/// An image that runs back and forth over the lattice far more often than any real edge is noise. It gets as many
+/// segments as 64 traversals of the lattice.
 fn limit_to_cells(
     image: &EdgeImage<'_>,
     lattice: &TileLattice,
@@ -178,7 +182,8 @@ fn limit_to_cells(
     rates: [&mut [f64]; 2],
     wanted: &mut Vec<f64>,
 ) {
-    /// Traversals of the lattice by one edge: an outline of a gear or a word as one spline makes a few dozen.
+    /// Maximum number of traversals of the lattice by one edge. The outline of a gear or a word as one spline has a few
+    /// dozen.
     const TRAVERSALS: f64 = 64.0;
     let Some((start, strips)) = image.steps() else { return };
     let (mut along_u, mut along_v) =

@@ -1,6 +1,6 @@
-//! A triangle and the surface that it stands for -> how far they are apart.
+//! A triangle and the surface -> the distance between them.
 //!
-//! Measured in the middles of the triangle's sides, which is exact for surfaces of second degree.
+//! Measured at the middles of the triangle's sides, which is exact for surfaces of second degree.
 
 use crate::frame::vertices::evaluate::evaluate_three;
 use crate::mesh::TileMesh;
@@ -8,7 +8,7 @@ use crate::model::SurfaceDerivatives;
 use crate::prepare::PreparedFace;
 use glam::DVec2;
 
-/// The surface that triangles are compared with.
+/// The surface of a tile, to compare triangles with.
 pub(crate) struct FaceSurface<'a> {
     pub(crate) face: &'a PreparedFace,
     /// Parameters of the vertices.
@@ -16,13 +16,13 @@ pub(crate) struct FaceSurface<'a> {
 }
 
 impl FaceSurface<'_> {
-    /// The surface in the middle of an edge.
+    /// The middle of an edge in (u,v), and the surface's derivatives there.
     pub(crate) fn middle(&self, a: u32, b: u32) -> (DVec2, SurfaceDerivatives) {
         let uv = self.uvs[a as usize].midpoint(self.uvs[b as usize]);
         (uv, self.face.patches.derivatives(uv.x, uv.y))
     }
 
-    /// How far the surface is above the middle of each of a triangle's sides, along its normals.
+    /// Height of the surface above the middle of each side of a triangle, along the surface's normal.
     pub(crate) fn lifts(&self, mesh: &TileMesh, [a, b, c]: [u32; 3]) -> [f64; 3] {
         let sides = [(a, b), (b, c), (c, a)];
         let middles = sides.map(|(a, b)| self.uvs[a as usize].midpoint(self.uvs[b as usize]));
@@ -33,10 +33,10 @@ impl FaceSurface<'_> {
         })
     }
 
-    /// How far the triangle is from the surface, along its normals.
+    /// Largest distance of the triangle from the surface, along the surface's normals.
     pub(crate) fn deviation(&self, mesh: &TileMesh, corners: [u32; 3]) -> f64 {
         let [x, y, z] = self.lifts(mesh, corners);
-        // A parabola that vanishes at the corners is four ninths of the three together in the centroid.
+        // A quadratic that vanishes at the corners is, at the centroid, 4/9 of the sum of its values at the middles.
         [x, y, z, (x + y + z) * 4.0 / 9.0].into_iter().fold(0.0, |most, lift| most.max(lift.abs()))
     }
 }

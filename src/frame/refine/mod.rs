@@ -1,4 +1,4 @@
-//! A tile's triangles -> the same where they fold, or are too narrow to follow the surface.
+//! A tile's triangles -> the same with folds and excessive deviation removed where possible.
 
 pub(super) mod lift;
 pub(super) mod narrow;

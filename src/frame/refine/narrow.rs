@@ -1,30 +1,29 @@
-//! A tile's triangles -> the same without those that leave the surface by more than the chord tolerance because they are
-//! wider than a cell.
+//! A tile's triangles -> the same, with those that are wider than a cell brought within the chord tolerance.
 //!
-//! Crossings are replaced by tessellants, so triangles between tessellants may reach from one cell into the next, where no
-//! bound of the lattice holds for them. How far such a triangle is from the surface is measured in the middles of its sides,
-//! which is exact for surfaces of second degree; while that is too far, the edges are flipped (C. L. Lawson, *Software for C1
-//! surface interpolation*, 1977) that bring it down. Where none does, the edge is split by a point of the surface: it lies
-//! within the tile, so that no neighbour has to know of it.
+//! Crossings are replaced by tessellants, so triangles between tessellants may reach from one cell into the next, where
+//! the lattice's bounds do not hold for them. Their distance from the surface is measured at the middles of their
+//! sides, which is exact for surfaces of second degree. While it is too large, edges are flipped that reduce it (C. L.
+//! Lawson, *Software for C1 surface interpolation*, 1977). If no flip does, an edge is split at a point of the surface.
+//! That point is inside the tile, so neighbours are not affected.
 
 use super::lift::FaceSurface;
 use super::web::{Change, TriangleShape, Web};
 use crate::mesh::{Origin, TileMesh};
 use glam::{DVec2, Vec2};
 
-/// Cells by which a triangle may be wider than one: rounding.
+/// Rounding allowed in the width of a triangle, in cells.
 const HAIR: f64 = 1e-9;
-/// Share of the deviation that a flip has to gain, so that flips come to an end.
+/// Least share of the deviation that a flip must remove, so that flips terminate.
 const LEAST_GAIN: f64 = 1e-3;
-/// Flips and splits per wide triangle.
+/// Most flips and splits per wide triangle.
 const CHANGES: usize = 16;
 
-/// Changes the first `trimmed` triangles that are wider than a cell until none of them deviates by more than `chord`, or
-/// nothing helps. `cell` gives the places of vertices in cells. Returns
-/// whether any does.
+/// Changes triangles that are wider than a cell, among the first `trimmed`, until none deviates by more than `chord` or
+/// nothing helps. `cell` gives a vertex's position in cells. Returns whether any triangle deviated by more than
+/// `chord`.
 ///
-/// Cost: a few nanoseconds for each of these triangles, half a microsecond for each that is wider than a cell; where one
-/// deviates too far, a few nanoseconds for all of the tile.
+/// Cost: a few nanoseconds for each of these triangles, and half a microsecond for each that is wider than a cell. If
+/// one deviates too far, also a few nanoseconds for every triangle of the tile.
 pub(crate) fn narrow(
     mesh: &mut TileMesh,
     trimmed: usize,
@@ -59,8 +58,8 @@ pub(crate) fn narrow(
 }
 
 impl FaceSurface<'_> {
-    /// The edge of triangle `t` that is furthest from the surface, split in its middle by a new vertex; `None` where that is
-    /// the tile's boundary, or a triangle would look inwards.
+    /// Splits the side of triangle `t` that is furthest from the surface by a new vertex in its middle. `None` if that
+    /// side is on the tile's boundary, or if a triangle would face inwards or be flat.
     fn split(&mut self, web: &mut Web<'_>, t: usize) -> Option<Change> {
         let corners = web.mesh.triangles[t];
         let edge = |k: usize| (corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]);
@@ -94,7 +93,7 @@ impl FaceSurface<'_> {
         Some(change)
     }
 
-    /// By how much a flip brings the deviation down; `None` where it does not, or makes triangles that look inwards.
+    /// How much a flip reduces the deviation. `None` if it does not, or makes triangles that face inwards or are flat.
     fn gain(&self, web: &Web<'_>, flip: &Change) -> Option<f64> {
         if !web.keeps_outline(flip) {
             return None;
@@ -112,7 +111,7 @@ impl FaceSurface<'_> {
     }
 }
 
-/// Whether a triangle looks outwards and has an area.
+/// Whether a triangle faces outwards and is not flat.
 fn follows(mesh: &TileMesh, corners: [u32; 3]) -> bool {
     let shape = TriangleShape::of(mesh, corners);
     shape.outwards > 0.0 && !shape.is_flat(mesh)

@@ -1,24 +1,25 @@
-//! The triangles around a fold -> the polygon that they leave, triangulated anew as it is seen along the surface's normal.
+//! The triangles around a fold -> their outline, retriangulated in projection along the surface's normal.
 //!
-//! Some folds end only when several edges are flipped at once. Then triangles are taken out around it, wider and wider, and
-//! their outline is filled by a constrained Delaunay triangulation (L. P. Chew, *Constrained Delaunay triangulations*, 1989) of
-//! its projection. Points that are outside the outline there, as beyond a boundary's chord, drop out.
+//! Some folds only disappear when several edges are flipped at once. Then growing neighbourhoods of the fold are
+//! removed, and their outline is filled by a constrained Delaunay triangulation (L. P. Chew, *Constrained Delaunay
+//! triangulations*, 1989) of its projection. Points outside the projected outline, such as those beyond a boundary's
+//! chord, are dropped.
 
 use super::web::{Change, GONE, Web};
 use crate::frame::trim::cdt::{AtCrossings, Segment, triangulate};
 use crate::mesh::Origin;
 use glam::{DVec2, DVec3};
 
-/// Times that more triangles are taken out.
+/// Number of neighbourhoods tried, each wider than the last.
 const RINGS: usize = 6;
-/// Most triangles that are taken out.
+/// Most triangles in a neighbourhood.
 const MOST: usize = 256;
-/// Least cosine between the direction of view and the surface's normals.
+/// Least cosine between the direction of projection and the surface's normals.
 const LEAST_COSINE: f64 = 0.3;
 
 impl Web<'_> {
-    /// Ways to fill anew the surroundings of triangle `t`, the smallest first: with all triangles around the points that may
-    /// drop out, then with those beside them, and so on.
+    /// Ways to retriangulate the neighbourhood of triangle `t`, the smallest first. It grows by turns to the triangles
+    /// around its inner points and to adjacent triangles.
     pub(crate) fn refills(&self, t: usize) -> impl Iterator<Item = Change> + '_ {
         let mut patch = vec![t];
         let grown = (0..RINGS).map(move |k| {
@@ -34,13 +35,13 @@ impl Web<'_> {
         grown.take_while(|patch| patch.len() <= MOST).filter_map(|patch| self.refill(&patch))
     }
 
-    /// The triangles beside `t`.
+    /// The triangles adjacent to `t`.
     pub(crate) fn beside(&self, t: usize) -> Vec<usize> {
         let [a, b, c] = self.mesh.triangles[t];
         [(b, a), (c, b), (a, c)].into_iter().filter_map(|(a, b)| self.left_of(a, b)).collect()
     }
 
-    /// The triangles around the lattice points of `t`.
+    /// The triangles around the inner points of `t`.
     fn around(&self, t: usize) -> Vec<usize> {
         let inner = |v: &u32| matches!(self.mesh.origins[*v as usize], Origin::Lattice { .. } | Origin::Inner { .. });
         self.mesh.triangles[t]
@@ -52,7 +53,8 @@ impl Web<'_> {
             .collect()
     }
 
-    /// The outline of `patch` filled anew; `None` where its projection crosses itself.
+    /// Retriangulates the outline of `patch`. `None` if its projection crosses itself, the normals vary too much, or an
+    /// edge would get more than two triangles.
     fn refill(&self, patch: &[usize]) -> Option<Change> {
         let old = || patch.iter().flat_map(|&t| self.mesh.triangles[t]);
         let normal = |v: u32| self.mesh.normals[v as usize].as_dvec3();
@@ -85,7 +87,7 @@ impl Web<'_> {
             return None;
         }
         let new: Vec<[u32; 3]> = filled.triangles.iter().map(|t| t.map(|site| vertices[site as usize])).collect();
-        // An edge that others have already would have more than two sides.
+        // An edge that triangles outside the patch already have would get more than two triangles.
         let taken = |a: u32, b: u32| self.left_of(a, b).is_some() && !within(a, b);
         if new.iter().any(|&[a, b, c]| taken(a, b) || taken(b, c) || taken(c, a)) {
             return None;
@@ -94,7 +96,8 @@ impl Web<'_> {
         Some(Change { triangles: patch.iter().copied().zip(new).collect() })
     }
 
-    /// The same triangle; of a pole's vertices the one whose parameters are nearest to those of the other corners.
+    /// The same triangle. Of several vertices at a pole, it uses the one whose parameters are nearest to the other
+    /// corners'.
     fn with_near_parameters(&self, corners: [u32; 3]) -> [u32; 3] {
         let uv = |v: u32| self.mesh.uvs[v as usize];
         let mut near = corners;

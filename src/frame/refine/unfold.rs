@@ -1,11 +1,14 @@
-//! A tile's triangles -> the same without folds: triangles that are positive in (u,v) but look inwards in space.
+//! A tile's triangles -> the same with folds removed where possible. Folds are positive in (u,v) but face inwards in
+//! space.
 //!
-//! Where parameter lines bend within the surface (the circles of a flat ring, the surroundings of a pole), three points may
-//! change sides between the parameter plane and space; and where a boundary is coarse, a lattice point that is inside in
-//! (u,v) may lie beyond the boundary's chord. Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*,
-//! 1977) and such points are merged into a neighbour, judged by the surface's normals, unless that would take the triangles
-//! away from the surface by more than the chord tolerance; where no such step helps, the surroundings are triangulated anew
-//! (`refill`). The tile's boundary stays, so that nothing is seen from the neighbours.
+//! Folds have two causes. Where parameter lines bend within the surface (the circles of a flat ring, the neighbourhood
+//! of a pole), three points may have opposite orientations in (u,v) and in space. Where a boundary is coarse, a lattice
+//! point that is inside in (u,v) may lie beyond the boundary's chord.
+//!
+//! Edges are flipped (C. L. Lawson, *Software for C1 surface interpolation*, 1977) and such points are merged into a
+//! neighbour, judged by the surface's normals, unless the triangles would leave the surface by more than the chord
+//! tolerance. If no such step helps, the neighbourhood is retriangulated (`refill`). The tile's boundary never changes,
+//! so neighbours are not affected.
 
 use super::lift::FaceSurface;
 use super::web::{Change, GONE, TriangleShape, Web};
@@ -14,19 +17,20 @@ use glam::DVec3;
 use std::cell::Cell;
 use std::collections::{HashMap, HashSet, VecDeque};
 
-/// Changes per folded triangle: one is enough for most, a fan of n points needs about n.
+/// Most changes per folded triangle. One is enough for most, a fan of n points needs about n.
 const CHANGES: usize = 16;
-/// Share of the area looking inwards that a change has to gain, so that changes come to an end.
+/// Least share of the inward-facing area that a change must remove, so that changes terminate.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the first `trimmed` looks inwards, or nothing helps that stays within the tolerance.
-/// Returns whether any does.
+/// Changes triangles until none of the first `trimmed` is folded, or nothing helps that stays within `chord`. Returns
+/// whether any was folded.
 ///
-/// First all changes are taken, since triangles that stray for a while may be gone at the end; if some stray then, or no less
-/// looks inwards, once more with changes only that never stray.
+/// The first pass takes all changes, since triangles that deviate for a while may be gone at the end. If some still
+/// deviate, or the folds did not shrink, a second pass from the original triangles only takes changes within the
+/// tolerance.
 ///
-/// Stops when `weighed` triangles of changes were weighed. Cost: a few nanoseconds for each of these triangles; where one is folded,
-/// as much again for all of the tile.
+/// Gives up after weighing `weighed` triangles of changes. Cost: a few nanoseconds for each of the first `trimmed`
+/// triangles; if one is folded, as much again for every triangle of the tile.
 pub(crate) fn unfold(
     mesh: &mut TileMesh,
     trimmed: usize,
@@ -58,24 +62,25 @@ pub(crate) fn unfold(
     true
 }
 
-/// Surroundings triangulated anew in one tile, at most. Real tiles need a handful; a sheet of noise is folded everywhere.
+/// Most neighbourhoods retriangulated per pass of a tile. Real tiles need a handful; noise is folded everywhere.
 const MOST_FILLINGS: usize = 128;
 
-/// Triangles of changes that are weighed in one tile, at most, in both passes: each takes about 0.15 µs. Tiles of the corpus weigh up
-/// to 25 000; what is left then is noise.
+/// Most triangles of changes weighed per tile, in both passes together. Each takes about 0.15 µs. Tiles of the corpus
+/// weigh up to 25 000; folds that remain after that are noise.
 pub(crate) const MOST_WEIGHED: usize = 1 << 15;
 
-/// The same where loops meet themselves or were repaired: triangles lie in several sheets there, or along edges out of order, and no
-/// change unfolds them.
+/// [`MOST_WEIGHED`] for tiles whose loops meet themselves or were repaired. Their triangles lie in several sheets, or
+/// along edges out of order, and no change unfolds them.
 pub(crate) const MOST_WEIGHED_OF_NOISE: usize = 1 << 12;
 
-/// Triangles that a filling counts for besides those of the changes that it finds: most of its work is in those that it does not.
+/// Triangles that a retriangulation counts for in [`MOST_WEIGHED`], in addition to those of the changes it finds. Most
+/// of its work goes into changes that are rejected.
 const FILLING: usize = 32;
 
-/// Changed triangles that are looked at one by one.
+/// Up to this many changed triangles are searched linearly.
 const FEW: usize = 32;
 
-/// What triangles must stay near to.
+/// The tolerance for changes, and the work left.
 struct Near<'a> {
     surface: &'a FaceSurface<'a>,
     chord: f64,
@@ -84,7 +89,7 @@ struct Near<'a> {
 }
 
 impl Near<'_> {
-    /// Whether there is time to weigh a change.
+    /// Whether a change may still be weighed. Counts its triangles.
     fn weighs(&self, change: &Change) -> bool {
         let left = self.left.get().checked_sub(change.triangles.len());
         self.left.set(left.unwrap_or(0));
@@ -92,12 +97,12 @@ impl Near<'_> {
     }
 }
 
-/// Share of the area looking inwards that merging a point may leave where nothing gains: of several points beyond a chord
-/// the first does not help before the others are gone.
+/// Factor by which merging a point may increase the inward-facing area if no change reduces it. Of several points
+/// beyond a chord, merging the first one does not help before the others are merged.
 const MOST_LOSS: f64 = 8.0;
 
 impl Web<'_> {
-    /// Changes folded triangles, the last first, as long as that helps. Those that nothing helps wait for a change beside them.
+    /// Changes folded triangles, the last first, while that helps. The others wait for a change nearby.
     fn unfold(&mut self, folded: Vec<usize>, near: &Near<'_>) {
         let mut left = CHANGES * folded.len();
         let mut fillings = MOST_FILLINGS;
@@ -135,7 +140,7 @@ impl Web<'_> {
         }
     }
 
-    /// The surroundings of a folded triangle, triangulated anew so that less of them looks inwards, or else less is steep.
+    /// Retriangulates the neighbourhood of a folded triangle so that less of it faces inwards, or else is steep.
     fn anew(&self, t: usize, near: &Near<'_>) -> Option<Change> {
         near.left.set(near.left.get().saturating_sub(FILLING));
         let gain = |change: &Change| {
@@ -148,7 +153,7 @@ impl Web<'_> {
         gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }
 
-    /// Area that looks inwards, and that with what is steep, twice; and how many have no area.
+    /// Twice the inward-facing area, the same including steep triangles, and the number of flat triangles.
     fn wrong(&self, triangles: impl Iterator<Item = [u32; 3]>) -> [f64; 3] {
         triangles.filter(|t| *t != GONE).map(|t| TriangleShape::of(self.mesh, t)).fold(
             [0.0; 3],
@@ -159,7 +164,7 @@ impl Web<'_> {
         )
     }
 
-    /// Whether less looks inwards than in the triangles as stated, and nothing strays.
+    /// Whether the triangles are less folded than the original ones, and deviate no further than these or the chord.
     fn improves(&self, stated: &[[u32; 3]], near: &Near<'_>) -> bool {
         let changed = || stated.iter().zip(&self.mesh.triangles).filter(|(old, new)| old != new);
         let deviation = |t: [u32; 3]| near.surface.deviation(self.mesh, t);
@@ -169,12 +174,12 @@ impl Web<'_> {
             && is_less(self.wrong(changed().map(|(_, new)| *new)), self.wrong(changed().map(|(old, _)| *old)))
     }
 
-    /// Whether new triangles, by the middles of their sides, are where old ones were, within a distance. The other way does not
-    /// count: what is cut off beyond a boundary's chord was no part of the face.
+    /// Whether the middles of the new triangles' sides are within a distance of the old triangles. The converse is not
+    /// required: what is cut off beyond a boundary's chord is not part of the face.
     fn covers<'a>(&self, changed: impl Iterator<Item = (&'a [u32; 3], &'a [u32; 3])> + Clone, within: f64) -> bool {
         let place = |t: &[u32; 3]| t.map(|v| self.mesh.positions[v as usize]);
         let old: Vec<[DVec3; 3]> = changed.clone().map(|(old, _)| place(old)).collect();
-        // Nearly all are found among those that had one of their ends; many changes have many others.
+        // Nearly all are near an old triangle at one of their ends, so many triangles get an index by corner.
         let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
         if old.len() > FEW {
             for (k, (corners, _)) in changed.clone().enumerate() {
@@ -191,7 +196,7 @@ impl Web<'_> {
         new.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).all(near)
     }
 
-    /// Area that looks inwards, twice and negative, and the least height of triangles: the larger the better.
+    /// Twice the area of steep and inward-facing triangles, negated, and the least height. Larger is better.
     fn score(&self, triangles: impl Iterator<Item = [u32; 3]>) -> (f64, f64) {
         triangles
             .filter(|t| *t != GONE)
@@ -201,15 +206,15 @@ impl Web<'_> {
             })
     }
 
-    /// The change that gains most of the area looking inwards, among those that leave `share` of it at most. Where several
-    /// gain the same, the one that leaves the widest triangles.
+    /// The change that most reduces the inward-facing area, among those that leave at most `share` of it. Ties go to
+    /// the change with the widest triangles.
     fn best<'a>(&self, changes: impl Iterator<Item = &'a Change>, share: f64, near: &Near<'_>) -> Option<&'a Change> {
         let mut best: Option<((f64, f64), &Change)> = None;
         for change in changes.filter(|change| near.weighs(change)) {
             let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
             let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
             let score = (after - before, height);
-            // What has no area shows in no sum: without it is better, if nothing folds for that.
+            // Flat triangles do not show in the sums. Removing one is an improvement if nothing folds.
             let flat = change
                 .triangles
                 .iter()
@@ -222,7 +227,8 @@ impl Web<'_> {
         best.map(|(_, change)| change)
     }
 
-    /// Whether the new triangles have an area and stay near the surface and the old ones.
+    /// Whether the new triangles keep the outline, are not flat, and stay within the tolerance of the surface and the
+    /// old ones.
     fn stays(&self, change: &Change, to: &Near<'_>) -> bool {
         let flat = |t: [u32; 3]| t != GONE && TriangleShape::of(self.mesh, t).is_flat(self.mesh);
         if change.triangles.iter().any(|(_, t)| flat(*t)) || !self.keeps_outline(change) {
@@ -238,7 +244,7 @@ impl Web<'_> {
         self.covers(pairs.iter().map(|(old, new)| (old, new)), to.chord)
     }
 
-    /// The lattice points of triangle `t`, merged into each of their neighbours.
+    /// Merges of each lattice point of triangle `t` into each of its neighbours.
     fn merges(&self, t: usize) -> Vec<Change> {
         let mut changes = Vec::new();
         for v in self.mesh.triangles[t] {
@@ -252,7 +258,7 @@ impl Web<'_> {
         changes
     }
 
-    /// `v` merged into `to`; `None` where that would join more than two triangles along an edge.
+    /// The merge of `v` into `to`. `None` if an edge would get more than two triangles.
     fn merge(&self, v: u32, to: u32, fan: &[(usize, u32)]) -> Option<Change> {
         let one = self.one(to);
         let common = fan.iter().filter(|&&(_, w)| self.one(w) != one && self.has_edge(w, to)).count();
@@ -270,11 +276,11 @@ impl Web<'_> {
     }
 }
 
-/// Triangles that nothing helps, until triangles change at one of the points around them.
+/// Folded triangles that nothing helps, until a triangle at one of the points around them changes.
 #[derive(Default)]
 struct Waiting {
     triangles: HashSet<usize>,
-    /// By point; some of them may have left already.
+    /// By point. May list triangles that have left already.
     at: HashMap<u32, Vec<usize>>,
 }
 
@@ -284,14 +290,15 @@ impl Waiting {
         points.for_each(|v| self.at.entry(v).or_default().push(t));
     }
 
-    /// Calls `each` with those at a point, in the order in which they came.
+    /// Removes the triangles waiting at a point and calls `each` with them, oldest first.
     fn leave(&mut self, point: u32, mut each: impl FnMut(usize)) {
         let there = self.at.remove(&point).unwrap_or_default();
         there.into_iter().filter(|t| self.triangles.remove(t)).for_each(&mut each);
     }
 }
 
-/// Whether less area looks inwards, or else less is steep, or else fewer have none.
+/// Whether `new` is better than `old`, both by [`Web::wrong`]: first by inward-facing area, then steep area, then flat
+/// triangles.
 fn is_less(new: [f64; 3], old: [f64; 3]) -> bool {
     let least = |old: f64| (1.0 - LEAST_GAIN) * old;
     let as_much = |k: usize| new[k] <= old[k];

@@ -1,4 +1,4 @@
-//! Triangles that know their neighbours, and the changes that keep their outline.
+//! Triangles with adjacency, and local changes that keep their outline.
 
 use crate::frame::trim::chain::same_boundary;
 use crate::math::BitMix;
@@ -8,27 +8,26 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
-/// Heights that are rounding, as a share of the coordinates' size.
+/// Rounding error of a triangle's height, relative to its coordinates.
 const ROUNDING: f64 = 1e-13;
-/// Cosine to the surface's normal below which a triangle counts as looking inwards: none that follows its surface stands
-/// as steep as this.
+/// Cosine to the surface's normal below which a triangle counts as steep. No triangle that follows its surface does.
 const STEEP: f64 = 0.05;
 
-/// Factor by which a comparison must hold to be clear.
+/// Factor by which a comparison must hold to be certain despite rounding.
 const ROOM: f64 = 2.0;
 
-/// Triangles around a point that is merged or taken out; more are left alone.
+/// Points with more triangles than this are neither merged nor removed.
 const MOST_AROUND: usize = 64;
 
-/// In place of a triangle that was merged away.
+/// Marks a removed triangle.
 pub(crate) const GONE: [u32; 3] = [u32::MAX; 3];
 
-/// What a triangle looks like in space.
+/// Orientation and area of a triangle in space.
 pub(crate) struct TriangleShape {
     corners: [u32; 3],
-    /// Twice the area, times the cosine to the mean of its corners' normals.
+    /// Twice the area times the cosine to the mean of its corners' normals.
     pub(crate) facing: f64,
-    /// The same with the cosine less [`STEEP`].
+    /// Twice the area times (that cosine - [`STEEP`]).
     pub(crate) outwards: f64,
     cross: DVec3,
 }
@@ -47,13 +46,13 @@ impl TriangleShape {
         a.distance(b).max(b.distance(c)).max(c.distance(a))
     }
 
-    /// Whether it looks inwards, stands steep, or has no area.
+    /// Whether it faces inwards, is steep or flat.
     pub(crate) fn is_wrong(&self, mesh: &TileMesh) -> bool {
         self.outwards < 0.0 || self.is_flat(mesh)
     }
 
-    /// Whether a triangle certainly is not [wrong](Self::is_wrong): the same comparisons of squares, which take no root, with room for
-    /// rounding. `least` is [`TriangleShape::clear_area`].
+    /// Fast test that a triangle is certainly not [wrong](Self::is_wrong): the same comparisons of squares, without
+    /// roots and with room for rounding. `least` is [`TriangleShape::clear_area`].
     pub(crate) fn is_clearly_right(mesh: &TileMesh, corners: [u32; 3], least: f64) -> bool {
         let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
         let cross = (b - a).cross(c - a);
@@ -64,41 +63,40 @@ impl TriangleShape {
         facing > 0.0 && area > least && facing * facing > steep * steep * area * normal.length_squared()
     }
 
-    /// The square of twice an area above which no triangle of a mesh is flat, however long.
+    /// The square of twice the area above which no triangle of a mesh is flat, however long.
     pub(crate) fn clear_area(mesh: &TileMesh) -> f64 {
         let size = mesh.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
         let height = ROOM * ROUNDING * size;
-        // No side is longer than the box is wide. Squares that underflow prove nothing.
+        // No side is longer than the diagonal of the box. Squares that underflow prove nothing.
         (height * height * 12.0 * size * size).max(f64::MIN_POSITIVE)
     }
 
-    /// Whether its corners are in line but for rounding.
+    /// Whether its corners are collinear up to rounding.
     pub(crate) fn is_flat(&self, mesh: &TileMesh) -> bool {
         let size = self.corners.iter().map(|&v| mesh.positions[v as usize].abs().max_element()).fold(0.0, f64::max);
         self.cross.length() <= ROUNDING * size * self.longest(mesh)
     }
 }
 
-/// Triangles in place of others, some of them [`GONE`]; those that are more get the next numbers, in order.
+/// Replaces triangles by index; [`GONE`] removes one. Additional triangles have the next indices, in order.
 #[derive(Clone)]
 pub(crate) struct Change {
     pub(crate) triangles: Vec<(usize, [u32; 3])>,
 }
 
-/// Triangles that know their neighbours.
+/// Triangles with adjacency.
 pub(crate) struct Web<'a> {
     pub(crate) mesh: &'a mut TileMesh,
-    /// Triangles by corner ([`Web::one`] of it), as they were before any changed: a few changes in a large tile must not cost a hash
-    /// of all its edges.
+    /// Triangles by corner ([`Web::one`] of it), before any change. A few changes in a large tile must not cost a hash
+    /// table of all its edges.
     around: Buckets<u32>,
-    /// The triangle left of each directed edge of triangles that changed, its ends as [`Web::one`] has them; none where there is
-    /// none now.
+    /// The current triangle, if any, left of each directed edge of changed triangles, with ends by [`Web::one`].
     changed: HashMap<(u32, u32), Option<usize>, BuildHasherDefault<BitMix>>,
     poles: Poles,
 }
 
 impl<'a> Web<'a> {
-    /// Two passes over the triangles.
+    /// Cost: two passes over the triangles.
     pub(crate) fn new(mesh: &'a mut TileMesh) -> Self {
         let poles = Poles::of(mesh);
         let corners = (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.map(|v| (poles.one(v), t)));
@@ -106,12 +104,12 @@ impl<'a> Web<'a> {
         Self { mesh, around, changed: HashMap::default(), poles }
     }
 
-    /// A vertex, or the one that stands for it.
+    /// The representative of all vertices at the position of `v`.
     pub(crate) fn one(&self, v: u32) -> u32 {
         self.poles.one(v)
     }
 
-    /// All vertices in the place of `v`.
+    /// All vertices at the position of `v`, itself first.
     pub(crate) fn same(&self, v: u32) -> impl Iterator<Item = u32> + '_ {
         let one = self.one(v);
         let others = self.poles.rows.get(&one).into_iter().flatten().copied().filter(move |&other| other != v);
@@ -124,12 +122,12 @@ impl<'a> Web<'a> {
         if let Some(now) = self.changed.get(&edge) {
             return *now;
         }
-        // No edge of a triangle that changed comes here.
+        // No triangle at this edge has changed.
         let runs = |t: u32| {
             let [p, q, r] = self.mesh.triangles[t as usize].map(|v| self.one(v));
             [(p, q), (q, r), (r, p)].contains(&edge)
         };
-        // The ends know the same triangles of it; a pole may know thousands of others.
+        // Both ends list the edge's triangles, but a pole may list thousands of others.
         let [here, there] = [edge.0, edge.1].map(|v| self.around.at(v));
         let fewer = if there.len() < here.len() { there } else { here };
         fewer.iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
@@ -141,7 +139,7 @@ impl<'a> Web<'a> {
         self.mesh.triangles[t].into_iter().find(|&v| self.one(v) != a && self.one(v) != b)
     }
 
-    /// Whether the new triangles have the boundary of the old ones. Where more than two triangles share an edge,
+    /// Whether the new triangles have the same boundary as the old ones. Where more than two triangles share an edge,
     /// [`left_of`](Self::left_of) finds one of several, and a flip with the wrong one would open the mesh.
     pub(crate) fn keeps_outline(&self, change: &Change) -> bool {
         let ones = |corners: [u32; 3]| corners.map(|v| self.one(v));
@@ -150,7 +148,7 @@ impl<'a> Web<'a> {
         same_boundary(old.filter(|t| *t != GONE).map(ones), new.filter(|t| *t != GONE).map(ones))
     }
 
-    /// Puts the new triangles in place of the old ones, of which they must [keep the outline](Self::keeps_outline).
+    /// Applies a change, which must [keep the outline](Self::keeps_outline).
     pub(crate) fn apply(&mut self, change: &Change) {
         for &(t, _) in &change.triangles {
             if t < self.mesh.triangles.len() {
@@ -182,8 +180,8 @@ impl<'a> Web<'a> {
         });
     }
 
-    /// The triangles around `v` counter-clockwise from `t` on, each with the corner that follows `v` in it; `None` if there is
-    /// a gap.
+    /// The triangles around `v`, counter-clockwise from `t`, each with its corner after `v`. `None` if there is a gap,
+    /// or more than [`MOST_AROUND`] triangles.
     pub(crate) fn fan(&self, t: usize, v: u32) -> Option<Vec<(usize, u32)>> {
         let mut fan = Vec::new();
         let mut at = t;
@@ -203,7 +201,7 @@ impl<'a> Web<'a> {
         self.left_of(a, b).is_some() || self.left_of(b, a).is_some()
     }
 
-    /// The edges of triangle `t`, flipped.
+    /// The flips of the edges of triangle `t`.
     pub(crate) fn flips(&self, t: usize) -> Vec<Change> {
         let corners = self.mesh.triangles[t];
         let flip = |k: usize| {
@@ -217,12 +215,12 @@ impl<'a> Web<'a> {
     }
 }
 
-/// Vertices in one place: a pole is a row of tessellants, one for each parameter.
+/// Vertices at the same position. A pole is a row of tessellants, one for each parameter.
 #[derive(Default)]
 struct Poles {
-    /// The first of each row, for the vertices up to the last on a pole; the others stand for themselves.
+    /// Representative of each boundary vertex: the first of its row, or itself. Empty without poles.
     first: Vec<u32>,
-    /// By the first of a row: all of it, in order.
+    /// By representative: all vertices of the row, ascending.
     rows: HashMap<u32, Vec<u32>>,
 }
 
@@ -259,9 +257,9 @@ impl Poles {
 mod tests {
     use super::*;
 
-    /// Flips edges of a fan around its hub, a triangle pushed in between, and compares with the triangles themselves.
+    /// Flips, removes and splits triangles of a fan, and compares adjacency with the triangles themselves.
     #[test]
-    fn neighbours_are_those_of_the_triangles_after_any_change() {
+    fn adjacency_matches_the_triangles_after_any_change() {
         let mut mesh = TileMesh { positions: vec![DVec3::ZERO; 7], ..TileMesh::default() };
         mesh.triangles = (0..6).map(|k| [0, 1 + k, 1 + (k + 1) % 6]).collect();
         let mut web = Web::new(&mut mesh);

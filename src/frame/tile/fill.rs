@@ -1,4 +1,5 @@
-//! A tile's boundary -> triangles that close it, without its surface and its parameters: the last rung, which cannot fail.
+//! A tile's boundary -> triangles that close it, from the points of its edges alone. For tiles whose surface or
+//! parameters cannot be used.
 
 use super::ladder::Rung;
 use super::outcome::{Degradation, TileOutcome};
@@ -12,10 +13,10 @@ use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use glam::{DVec2, DVec3, Vec2};
 
-/// One tile whose loops are filled in space, for tiles at which [`tessellate_tile`](crate::frame::tessellate_tile) panics. `why` is
-/// what happened.
+/// Fills one tile's loops in space, after [`tessellate_tile`](crate::frame::tessellate_tile) panicked. `why` is the
+/// reason to report.
 ///
-/// Looks at nothing but the points of edges. Normals are those of the triangles, parameters are zero.
+/// Uses only the points of edges. Normals are averaged from the triangles, parameters are zero.
 #[must_use]
 pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
     let (rows, plan) = (&prepared.parts[part.index()], &plan.parts[part.index()]);

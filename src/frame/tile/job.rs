@@ -1,4 +1,4 @@
-//! One tile, one thread: prepared tile and plan in, triangles out.
+//! A prepared tile and a plan -> its triangles.
 
 use super::ladder::Rung;
 use super::outcome::{Degradation, TileOutcome};
@@ -19,7 +19,7 @@ use crate::prepare::{Prepared, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
 use std::sync::Arc;
 
-/// Tessellates one tile under a plan.
+/// Tessellates one tile by a plan.
 ///
 /// Pure function of its arguments; `scratch` only saves allocations. Cost: tens of nanoseconds per boundary tessellant,
 /// about 10 ns per lattice point.
@@ -44,13 +44,13 @@ pub fn tessellate_tile(
 
 /// How a tile was triangulated.
 pub(crate) enum Trimmed {
-    /// From its loops.
+    /// By the trim stage.
     By(TrimOutcome),
-    /// Not at all, for this reason: its boundary is filled.
+    /// The trim stage refused for this reason, and the boundary is filled.
     Filled(String),
 }
 
-/// A tile and what it is made by.
+/// A tile and everything that its tessellation reads.
 #[derive(Clone, Copy)]
 pub(crate) struct Job<'a> {
     pub(crate) part: &'a PreparedPart,
@@ -69,11 +69,11 @@ impl<'a> Job<'a> {
         Self { part: rows, plan, tile: row, lattice: &plan.tiles[tile.0 as usize], face }
     }
 
-    /// Triangles of the loops that the scratch and the mesh have.
+    /// Triangulates the loops in the scratch and the mesh. The triangles go to `scratch.trimmed`.
     pub(crate) fn trim(&self, scratch: &mut Scratch, mesh: &TileMesh) -> Trimmed {
         let Scratch { cells, loop_starts, trim, trimmed, .. } = scratch;
         let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: &mesh.positions };
-        // What loops that meet wind around otherwise than once is measured there.
+        // Only the reference measures the area that meeting loops do not wind around exactly once.
         let outcome =
             if self.tile.entangled { trim_tile_reference(&input, trimmed) } else { trim_tile(&input, trim, trimmed) };
         match outcome {
@@ -85,10 +85,11 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// The rest of a tile whose loops were traced and triangulated; and whether its triangles are just those.
+    /// Finishes a tile whose loops were traced and triangulated. Also returns whether refinement changed no triangle.
     ///
-    /// `vertices` is given the number of lattice points in use. It appends their places and those of crossings, and the normals
-    /// of all vertices, and returns how many of the trim stage's triangles are new: those after them need no change.
+    /// `vertices` gets the number of lattice points in use. It appends the positions of these and of crossings, and the
+    /// normals of all vertices. It returns how many of the trim stage's triangles, the first ones, are new; only these
+    /// are refined.
     pub(crate) fn finish(
         &self,
         trimmed: Trimmed,
@@ -129,7 +130,7 @@ fn has_no_area(mesh: &TileMesh, corners: [u32; 3]) -> bool {
     (b - a).cross(c - a) == DVec3::ZERO
 }
 
-/// Appends what the loops wind around otherwise than once, and returns its area, mm².
+/// Appends the layers: what the loops wind around, but not exactly once. Returns their area, mm².
 fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
     let mut area = 0.0;
     for &([a, b, c], times) in &s.trimmed.layers {
@@ -142,7 +143,8 @@ fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
     area
 }
 
-/// Lattice points, normals and oriented triangles. Whether no triangle had to be changed. `vertices` as of [`Job::finish`].
+/// Makes lattice points, normals and oriented triangles. Returns whether refinement left the triangles unchanged.
+/// `vertices` as in [`Job::finish`].
 fn finish(
     face: &PreparedFace,
     (tile, lattice): (&Tile, &TileLattice),
@@ -221,7 +223,7 @@ fn finish(
     }
     let mut as_trimmed = true;
     let mut surface = FaceSurface { face, uvs: &mut s.uvs };
-    // On a crease a point has two normals, and the one that is kept says nothing about the triangles beyond.
+    // A point on a crease has two normals, and the one it stores says nothing about the triangles on the other side.
     if face.creases.iter().all(Vec::is_empty) {
         let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
         as_trimmed &= !unfold(mesh, trimmed, lattice.chord, weighed, &surface);
@@ -234,7 +236,8 @@ fn finish(
     as_trimmed & !narrow(mesh, trimmed, lattice.chord, &mut surface, cell)
 }
 
-/// Appends a triangle unless two of its corners are one point (a pole): both its other sides are the same edge.
+/// Appends a triangle unless two of its corners are the same point, as at a pole. Its other two sides then are the same
+/// edge, so that nothing opens.
 #[inline(always)]
 fn push_triangle(mesh: &mut TileMesh, [a, b, c]: [u32; 3], reversed: bool) {
     let p = |v: u32| mesh.positions[v as usize];

@@ -1,9 +1,9 @@
-//! How tiles came about -> the rung that each face needed: nothing that went off the normal path goes uncounted.
+//! Outcomes of the trim stage -> rungs of the fallback ladder, and counts of faces per rung.
 
 use crate::frame::trim::output::{TrimOutcome, TrimStats};
 use std::fmt;
 
-/// How far down the ladder of fallbacks a tile or face went; the later, the less of what was stated is left.
+/// The fallback that a tile or face needed. Later rungs preserve less of the file's geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Rung {
     /// Every cell was triangulated by itself.
@@ -13,23 +13,23 @@ pub enum Rung {
     MergedCells,
     /// A whole tile was triangulated at once. As exact as the normal path.
     WholeTile,
-    /// Loops cross or overlap, or left gaps: each point is covered as often as they wind around it, and triangles that only
-    /// close join the boundary to the neighbouring faces.
+    /// Loops cross or overlap, or had gaps. Each point is covered as often as the loops wind around it; triangles that
+    /// only close join the boundary to the neighbouring faces.
     Repaired,
     /// The boundary is filled in space, because the surface or its parameters could not be used. A warning says why.
     Filled,
-    /// The face has no area, or its boundary cancels at this tolerance: there is nothing to mesh, and nothing is lost.
+    /// The face has no area, or its boundary cancels at this tolerance. There is nothing to mesh.
     NoArea,
-    /// A tile, or the whole face, yielded no triangles. A diagnostic says why.
+    /// A tile, or the whole face, has no triangles. A diagnostic says why.
     Lost,
 }
 
 impl Rung {
-    /// All of them, in order.
+    /// All rungs, in order.
     pub const ALL: [Self; 7] =
         [Self::Normal, Self::MergedCells, Self::WholeTile, Self::Repaired, Self::Filled, Self::NoArea, Self::Lost];
 
-    /// The rung of a tile that the trim stage made.
+    /// The rung of a tile made by the trim stage.
     pub(crate) fn of(outcome: TrimOutcome, stats: &TrimStats) -> Self {
         match outcome {
             TrimOutcome::Repaired { .. } => Self::Repaired,
@@ -54,19 +54,19 @@ impl fmt::Display for Rung {
     }
 }
 
-/// How many faces ended on each rung.
+/// Number of faces per rung.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ladder {
     counts: [u64; Rung::ALL.len()],
 }
 
 impl Ladder {
-    /// Counts faces that ended on `rung`.
+    /// Adds `faces` to the count of `rung`.
     pub fn add(&mut self, rung: Rung, faces: u64) {
         self.counts[rung as usize] += faces;
     }
 
-    /// How many faces ended on `rung`.
+    /// Number of faces on `rung`.
     #[must_use]
     pub fn count(&self, rung: Rung) -> u64 {
         self.counts[rung as usize]
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rungs_follow_what_the_trim_stage_did() {
+    fn rungs_follow_from_trim_outcomes() {
         let whole = TrimStats { whole_tile: true, ..TrimStats::default() };
         let by_cells = TrimStats::default();
         let repaired = TrimOutcome::Repaired { split: 1 };

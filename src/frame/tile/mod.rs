@@ -1,4 +1,4 @@
-//! One tile and a plan -> triangles, and how they came about.
+//! One tile and a plan -> its triangles, and the rung that they needed.
 
 pub(super) mod fill;
 pub(super) mod job;

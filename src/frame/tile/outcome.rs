@@ -1,4 +1,4 @@
-//! What became of a tile: its triangles, the rung that they needed, and what went wrong.
+//! The result of tessellating a tile: its triangles, their rung, and what went wrong.
 
 use super::ladder::Rung;
 use crate::mesh::TileMesh;
@@ -6,22 +6,22 @@ use crate::model::{FaceId, TileTrouble};
 use glam::DVec3;
 use std::fmt;
 
-/// How a tile fell short of the normal path.
+/// Why a tile is not an exact triangulation of a region with simple loops.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Degradation {
-    /// The trim loops cross themselves or each other: each point is covered as often as they wind around it.
+    /// The trim loops cross themselves or each other. Each point is covered as often as they wind around it.
     NotSimple {
-        /// Boundary segments split at crossings; the triangles that only close join them to the neighbouring faces.
+        /// Boundary segments split at crossings. Triangles that only close join them to the neighbouring faces.
         split: u32,
-        /// The first crossing, in the part's coordinates, where segments had to be split.
+        /// The first crossing in the part's coordinates, if segments had to be split.
         place: Option<DVec3>,
     },
-    /// The boundary cancels at this tolerance: nothing has to be filled. Where the face has other tiles, these close over it.
+    /// The boundary cancels at this tolerance, and there are no triangles. The face's other tiles close over the gap.
     Empty,
-    /// The tile could not be triangulated: its boundary is filled in space.
+    /// The tile could not be triangulated, for this reason. Its boundary is filled in space.
     Filled(String),
-    /// Not even the boundary is known: there are no triangles. A defect of this crate.
+    /// The boundary could not be filled either, for this reason. There are no triangles. A defect of this crate.
     Failed(String),
 }
 
@@ -32,7 +32,7 @@ impl fmt::Display for Degradation {
 }
 
 impl Degradation {
-    /// The same as a diagnostic has it.
+    /// The diagnostic for it.
     #[must_use]
     pub fn trouble(&self) -> TileTrouble {
         match self {
@@ -44,7 +44,7 @@ impl Degradation {
     }
 }
 
-/// A tile's triangles and how they came about.
+/// A tile's triangles, their rung, and what went wrong.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct TileOutcome {
@@ -52,18 +52,18 @@ pub struct TileOutcome {
     pub face: FaceId,
     /// The triangles.
     pub mesh: TileMesh,
-    /// How far down the ladder of fallbacks it went; [`Rung::Repaired`] at least where prepare repaired the face.
+    /// The fallback that it needed. At least [`Rung::Repaired`] if `prepare` repaired the face.
     pub rung: Rung,
-    /// What went wrong, if anything did.
+    /// What went wrong, if anything.
     pub degradation: Option<Degradation>,
-    /// Triangles that only close the boundary; where the loops are not simple, also those that have no area.
+    /// Triangles that only close the boundary. If the loops are not simple, also triangles without area.
     pub slivers: u32,
-    /// Area that the boundary winds around otherwise than once, mm².
+    /// Area that the boundary winds around, but not exactly once, mm².
     pub rewound: f64,
 }
 
 impl TileOutcome {
-    /// A tile of which nothing could be made.
+    /// A tile without triangles, for the reason `why`.
     #[must_use]
     pub fn lost(face: FaceId, why: String) -> Self {
         let degradation = Some(Degradation::Failed(why));

@@ -1,4 +1,4 @@
-//! A tile and a plan -> its triangles, and everything that was decided on the way to them: what a diagram of it shows.
+//! A tile and a plan -> its triangles and all intermediate decisions, for diagrams.
 
 use super::job::tessellate_tile;
 use super::outcome::TileOutcome;
@@ -13,37 +13,36 @@ use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use glam::DVec2;
 
-/// How one tile was tessellated.
+/// The tessellation of one tile, with its intermediate steps.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct TileRecord {
-    /// What its face's surface was before it became Bézier pieces.
+    /// Kind of the face's surface, as in the model.
     pub kind: SurfaceKind,
-    /// Whether the triangles look at the other side than (u,v) does.
+    /// Whether the outside of the face is opposite to the normal `S_u × S_v`.
     pub reversed: bool,
-    /// Its lattice, in the parameters of its face's patches.
+    /// The tile's lattice, in the parameters of its face's patches.
     pub lattice: TileLattice,
     /// What [`tessellate_tile`] returned.
     pub outcome: TileOutcome,
-    /// Where the vertices of the mesh are, in cell units, tessellants first.
+    /// Positions of the mesh's vertices in cell units, tessellants first.
     pub places: Vec<DVec2>,
-    /// Where each loop of tessellants starts, and after the last one how many there are.
+    /// Index of each loop's first tessellant, then the number of tessellants.
     pub loop_starts: Vec<u32>,
-    /// The upper corner of the tile in cell units; the lower one is the origin. Below 1 where a tile of one cell keeps the
-    /// proportions that it has in space.
+    /// The upper corner of the tile in cell units; the lower one is the origin. A tile of a single cell has the
+    /// proportions that it has in space, with 1 for the longer side.
     pub extent: DVec2,
     /// Cells that were split by a diagonal.
     pub full_cells: Vec<[u32; 2]>,
     /// Counts of the trim stage.
     pub stats: TrimStats,
-    /// What the trim stage decided.
+    /// Decisions of the trim stage.
     pub trim: TrimRecord,
 }
 
-/// Tessellates one tile as [`tessellate_tile`] does, and reads from its work space how that went.
+/// Tessellates one tile as [`tessellate_tile`] does, and reads the intermediate steps from its work space.
 ///
-/// Frames pay nothing for it: the work space is there anyway, and is looked at afterwards. Cost: that of the tile, and about
-/// as much again.
+/// Does not slow down frames, since it only reads what is there anyway. Cost: about twice that of the tile.
 #[must_use]
 pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId) -> TileRecord {
     let mut scratch = Scratch::default();
@@ -62,7 +61,7 @@ pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId)
         let cell = DVec2::new(cell_coordinate(&lattice.us, uv.x), cell_coordinate(&lattice.vs, uv.y));
         cell * size
     };
-    // Tessellants stand where the triangulation saw them; the others where their parameters are.
+    // Tessellants have the cell coordinates that the triangulation used, other vertices those of their parameters.
     let others = uvs.iter().skip(points.len()).map(|uv| to_cells(*uv));
     let mut places: Vec<DVec2> = points.iter().copied().chain(others).collect();
     places.truncate(if outcome.mesh.origins.is_empty() { points.len() } else { outcome.mesh.origins.len() });

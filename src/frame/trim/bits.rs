@@ -1,4 +1,4 @@
-//! Flags of lattice edges, corners or cells -> words of 64, so that a row is read at a time.
+//! Flags of lattice edges, corners or cells -> words of 64, to read 64 flags of a row at a time.
 
 /// Rows of bits, one row per lattice row.
 #[derive(Default)]
@@ -46,7 +46,7 @@ impl Bits {
         self.word(word, row) >> 1 | carry
     }
 
-    /// Makes bit `c` of a row whether an odd number of the bits before `c` of `of` is set there; both are as wide.
+    /// Sets each bit `c` of a row to the parity of the bits before `c` in that row of `of`, which must be as wide.
     pub(crate) fn set_to_parity_before(&mut self, row: usize, of: &Self) {
         let mut carry = 0u64;
         for word in 0..self.words_per_row {
@@ -55,13 +55,13 @@ impl Bits {
                 parity ^= parity << shift;
             }
             parity ^= carry;
-            // Bit i is the parity of bits 0..=i, which is what lies before bit i + 1.
+            // Bit i is the parity of bits 0..=i, all those before bit i + 1.
             self.words[row * self.words_per_row + word] = parity << 1 | carry & 1;
             carry = if parity >> 63 == 1 { u64::MAX } else { 0 };
         }
     }
 
-    /// How many bits are set.
+    /// Number of set bits.
     pub(crate) fn count(&self) -> u64 {
         self.words.iter().map(|word| u64::from(word.count_ones())).sum()
     }

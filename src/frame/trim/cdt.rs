@@ -1,5 +1,5 @@
 //! Directed segments with multiplicities -> triangles by their winding numbers, in a constrained Delaunay triangulation
-//! (`spade`). Segments that cross are split where they meet; where they do so too often, led around along edges.
+//! (`spade`). Segments that cross are split where they meet, or, if they cross too often, routed along edges nearby.
 
 use glam::DVec2;
 use spade::handles::{DirectedEdgeHandle, FixedDirectedEdgeHandle, FixedVertexHandle, VertexHandle};
@@ -17,20 +17,20 @@ pub(crate) struct Segment {
     pub(crate) weight: i32,
 }
 
-/// What [`triangulate`] found out about the segments.
+/// Result of [`triangulate`].
 #[derive(Clone, Default, Debug)]
 pub(crate) struct CdtRegion {
-    /// Counter-clockwise triangles of positive winding number, by site index; indices from the number of sites on count
-    /// `crossings`.
+    /// Counter-clockwise triangles of positive winding number, by site index; indices from the number of sites on point
+    /// into `crossings`.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Counter-clockwise triangles of winding numbers other than 0 and 1, and how often each must be used besides, reversed
-    /// where that is negative.
+    /// Counter-clockwise triangles of winding numbers other than 0 and 1, with how many more times each is used,
+    /// reversed if negative.
     pub(crate) layers: Vec<([u32; 3], i32)>,
     /// Points where segments had to be split.
     pub(crate) crossings: Vec<DVec2>,
-    /// Segments that are not one edge.
+    /// Number of segments that are not one edge.
     pub(crate) split: u32,
-    /// Pieces of them that were led around others, along edges nearby.
+    /// Number of pieces routed along edges nearby.
     pub(crate) led: u32,
 }
 
@@ -47,20 +47,23 @@ pub(crate) enum AtCrossings {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refused;
 
-/// Triangulations until segments that still cross are led around each other. A round sees only crossings with segments that
-/// are already in, and the next ones those that rounding made; random self-crossing loops need three to seven, and dense scribbles a few more.
+/// Rounds of triangulation after which segments that still cross are routed around each other. A round sees only
+/// crossings with segments that are already in, and the next round those that rounding made. Random self-crossing loops
+/// need three to seven rounds, dense scribbles a few more.
 const MAX_ROUNDS: usize = 12;
 
-/// Crossings that are split, for each segment and in all. Loops of real files have a handful; n segments of noise have n² of
-/// them, and are led along vertices nearby.
+/// At most [`FEW_CROSSINGS`] crossings are split, plus this many for each segment. Loops of real files have a handful;
+/// n segments of noise have n² of them, and are routed along edges nearby.
 const CROSSINGS_PER_SEGMENT: usize = 1;
 const FEW_CROSSINGS: usize = 1024;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
 
-/// Triangulates what the segments wind around. `sites` may repeat coordinates (one vertex then carries several
-/// indices: a triangle names the one whose segment starts the sector it lies in), and may hold points without segments.
+/// Triangulates the region that the segments wind around.
+///
+/// `sites` may repeat coordinates: one vertex then has several indices, and a triangle names the one whose segment
+/// starts the sector it lies in. Sites without segments are allowed.
 pub(crate) fn triangulate(
     sites: &[DVec2],
     segments: &[Segment],
@@ -82,7 +85,7 @@ pub(crate) fn triangulate(
     let cdt = loop {
         bare.insert(&positions)?;
         let last = rounds == MAX_ROUNDS || crossings >= most;
-        // Where nothing crosses, the first round is the last.
+        // If nothing crosses, the first round is the last.
         let mut cdt = if rounds == 1 || last { std::mem::take(&mut bare) } else { bare.clone() };
         let conflicts = add_constraints(&mut cdt, &mut parts, if last { 0 } else { most }, &mut crossings);
         if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
@@ -138,7 +141,7 @@ impl HasPosition for CdtVertex {
 type Spade = ConstrainedDelaunayTriangulation<CdtVertex, (), (), (), HierarchyHintGenerator<f64>>;
 type EdgeHandle<'a> = DirectedEdgeHandle<'a, CdtVertex, (), CdtEdge<()>, ()>;
 
-/// The triangulation of positions, which knows vertices by their index there.
+/// A triangulation of positions, with vertices by their index there.
 #[derive(Clone, Default)]
 struct Cdt {
     spade: Spade,
@@ -146,11 +149,11 @@ struct Cdt {
 }
 
 impl Cdt {
-    /// Inserts the positions that it does not have yet.
+    /// Inserts the positions that are not in it yet, one by one and in a pseudo-random order.
     ///
-    /// Vertices are inserted one by one, in an order that has nothing to do with where they lie. Loading all of them along a
-    /// sweep (`bulk_load`) is no faster at the sizes that occur, takes minutes where 30 000 lie along one curve, since each
-    /// then flips most of the edges so far, and `bulk_load_cdt` ties cocircular ones by the order of a hash set.
+    /// Bulk loading along a sweep (`bulk_load`) is no faster at the sizes that occur. It takes minutes where 30 000
+    /// positions lie along one curve, since each then flips most of the edges so far. `bulk_load_cdt` breaks ties of
+    /// cocircular positions by the order of a hash set.
     fn insert(&mut self, positions: &[Point2<f64>]) -> Result<(), Refused> {
         let mut order: Vec<u32> = (self.handle.len() as u32..positions.len() as u32).collect();
         order.sort_unstable_by_key(|&index| shuffled(index));
@@ -170,8 +173,8 @@ impl Cdt {
         self.spade.get_edge_from_neighbors(self.vertex(ends[0]), self.vertex(ends[1]))
     }
 
-    /// A part that crosses constraints, led along edges from its start to its end: by the nearer end of each edge that it
-    /// crosses. Two edges crossed one after the other are sides of one triangle, so their ends have an edge in common.
+    /// Routes a part that crosses constraints along edges from its start to its end, by the nearer end of each edge
+    /// that it crosses. Two edges crossed one after the other are sides of one triangle, so an edge joins their ends.
     fn lead(&self, part: &SegmentPart) -> Vec<SegmentPart> {
         let [from, to] = part.ends;
         let [a, b] = part.ends.map(|v| self.spade.vertex(self.vertex(v)).position());
@@ -198,7 +201,7 @@ impl Cdt {
     }
 }
 
-/// A permutation of the 32-bit numbers whose order looks random: the last steps of MurmurHash3.
+/// A pseudo-random permutation of the 32-bit numbers: the last steps of MurmurHash3.
 fn shuffled(x: u32) -> u32 {
     let x = (x ^ (x >> 16)).wrapping_mul(0x85eb_ca6b);
     let x = (x ^ (x >> 13)).wrapping_mul(0xc2b2_ae35);
@@ -213,9 +216,9 @@ fn ends(edge: EdgeHandle<'_>) -> [u32; 2] {
     [index(edge.from()), index(edge.to())]
 }
 
-/// Makes every part an edge, splits parts that pass through vertices, and takes out those that cross constraints: these are
-/// returned, with the constraint edges that each crosses while there are no more than `most` crossings, which `crossings`
-/// counts.
+/// Makes every part an edge, and splits parts that pass through vertices. Takes out parts that cross constraints and
+/// returns them, with the constraint edges that each crosses. Adds these to `crossings`, and stops listing them once it
+/// reaches `most`.
 fn add_constraints(
     cdt: &mut Cdt,
     parts: &mut Vec<SegmentPart>,
@@ -244,8 +247,9 @@ fn add_constraints(
     conflicts
 }
 
-/// Crossings lie on multiples of this, and a vertex as near to one as that is used in its place, so that lines that run along
-/// each other or through one point share their crossings. In cells; a power of two, so that lattice lines are multiples too.
+/// Crossings lie on multiples of this, in cells. A vertex on the same multiple is used instead, so that lines that run
+/// along each other or through one point share their crossings. A power of two, so that lattice lines are multiples
+/// too.
 const CROSSING_GRAIN: f64 = 1.0 / (1u64 << 40) as f64;
 
 /// Splits the crossing parts and the parts they cross at new vertices.
@@ -302,7 +306,7 @@ fn split(positions: &mut Vec<Point2<f64>>, parts: &mut Vec<SegmentPart>, conflic
     *parts = done;
 }
 
-/// The triangles by their winding numbers, and how the segments fared.
+/// Collects the triangles by their winding numbers, and counts the segments that are split.
 fn label(cdt: &Cdt, parts: &[SegmentPart], segments: usize) -> CdtRegion {
     let mut region = CdtRegion::default();
     // By edge, in its normalized direction: the rise of the winding number from right to left.
@@ -334,13 +338,13 @@ fn label(cdt: &Cdt, parts: &[SegmentPart], segments: usize) -> CdtRegion {
             region.layers.push((triangle, more));
         }
     }
-    // In the order of the sites, not of their insertion.
+    // In the order of the sites, not in that of insertion.
     region.triangles.sort_unstable();
     region.layers.sort_unstable();
     region
 }
 
-/// By face, spreading from the outer face, where the number is 0.
+/// Winding numbers by face, spread from the outer face, where the number is 0.
 fn winding_numbers(cdt: &Spade, rises: &[i32]) -> Vec<i32> {
     const UNSEEN: i32 = i32::MIN;
     let mut winding = vec![UNSEEN; cdt.num_all_faces()];
@@ -380,7 +384,7 @@ struct Classes {
     of_site: Vec<u32>,
     /// The site of least index of each class.
     first: Vec<u32>,
-    /// Whether any class has two members.
+    /// By class, whether it has several members.
     shared: Vec<bool>,
 }
 
@@ -451,7 +455,8 @@ impl Classes {
     }
 }
 
-/// Turns clockwise about `class` from the edge to `next` until an outgoing segment starts the sector.
+/// Turns clockwise about `class` from the edge to `next` to the first outgoing segment, which starts the sector.
+/// Returns the site that the segment starts from.
 fn sector_start(cdt: &Cdt, class: u32, next: u32, tails: &HashMap<[u32; 2], u32>) -> Option<u32> {
     let first = cdt.edge([class, next])?;
     let mut edge = first;
@@ -486,15 +491,15 @@ mod tests {
         let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
         assert_eq!(region.crossings.len(), 2);
         assert_eq!(region.split, 4);
-        assert_eq!(region.layers.iter().map(|&(_, times)| times).collect::<Vec<_>>(), [1, 1], "the squares' middle");
+        assert_eq!(region.layers.iter().map(|&(_, times)| times).collect::<Vec<_>>(), [1, 1], "the squares' overlap");
         let position = |v: u32| sites.get(v as usize).copied().unwrap_or_else(|| region.crossings[v as usize - 8]);
         let area = |t: &[u32; 3]| (position(t[1]) - position(t[0])).perp_dot(position(t[2]) - position(t[0]));
         assert_eq!(region.triangles.iter().map(area).sum::<f64>(), 14.0);
     }
 
     #[test]
-    fn weights_and_free_vertices() {
-        // A frame around a square that someone else fills, and a vertex without segments.
+    fn holes_stay_empty_and_free_vertices_are_used() {
+        // A frame around an empty square, and a vertex without segments.
         let mut sites = [square(0.0, 4.0), square(1.0, 2.0)].concat();
         sites.push(DVec2::splat(3.0));
         let inner = ring(4, 4).map(|s| Segment { ends: [s.ends[1], s.ends[0]], weight: 1 });
@@ -507,7 +512,7 @@ mod tests {
     }
 
     #[test]
-    fn many_lines_through_one_point_end_somewhere() {
+    fn many_lines_through_one_point_terminate() {
         // Their crossings round to different points, which cross again.
         let count = 12;
         let point =

@@ -1,7 +1,8 @@
-//! Directed edges with multiplicities: which do not cancel, and a fingerprint of their sum.
+//! Directed edges with multiplicities -> the edges that do not cancel, and a fingerprint of their sum.
 //!
-//! A chain is a sum of directed edges in which an edge and its reverse cancel. The boundary of triangles is a chain, and so are
-//! loops. A triangulation closes with its neighbours when the two are equal, whatever the vertices' coordinates.
+//! A chain is a sum of directed edges in which an edge and its reverse cancel. The boundary of triangles is a chain,
+//! and so are loops. A triangulation closes with its neighbours if the two are equal, regardless of the vertices'
+//! coordinates.
 
 use super::input::TrimInput;
 use crate::math::BitMix;
@@ -12,7 +13,7 @@ use std::hash::BuildHasherDefault;
 /// A sum of directed edges.
 #[derive(Clone, Default)]
 pub(crate) struct EdgeSum {
-    /// By ends in rising order: uses in that direction less uses in the other.
+    /// By ends in ascending order: uses in that direction minus uses in the other.
     edges: HashMap<(u32, u32), i32, BuildHasherDefault<BitMix>>,
 }
 
@@ -34,12 +35,12 @@ impl EdgeSum {
         self.edges.values().all(|&times| times == 0)
     }
 
-    /// The chain as simple closed walks that sum to it, each a list of three or more distinct vertices. The chain must be
-    /// closed: as many edges enter each vertex as leave it. An edge of multiplicity n is part of n walks.
+    /// Splits the chain into simple closed walks that sum to it, each a list of three or more distinct vertices. The
+    /// chain must be closed: as many edges enter each vertex as leave it. An edge of multiplicity n is part of n walks.
     ///
-    /// Where several edges leave a vertex, a walk takes the one that leads back most nearly along the line it came by, as
-    /// `point` places them: what closes a segment that was split lies along the segment. The walks depend on the chain alone,
-    /// not on the order in which it was summed.
+    /// Where several edges leave a vertex, a walk takes the one that leads back most nearly along the line it came by,
+    /// by the positions from `point`. The walk that closes a split segment then lies along the segment. The walks
+    /// depend on the chain alone, not on the order in which it was summed.
     pub(crate) fn walks(&self, point: impl Fn(u32) -> DVec2) -> Vec<Vec<u32>> {
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for (&(low, high), &times) in &self.edges {
@@ -49,7 +50,7 @@ impl EdgeSum {
         edges.sort_unstable();
         let mut unused = Unused::of(edges);
         let mut walks = Vec::new();
-        // Vertices of the path so far, and where each of them stands in it.
+        // Vertices of the path so far, and the index of each in it.
         let (mut path, mut at): (Vec<u32>, HashMap<u32, usize>) = (Vec::new(), HashMap::new());
         for start in 0..unused.edges.len() {
             let mut here = unused.edges[start][0];
@@ -71,17 +72,16 @@ impl EdgeSum {
     }
 }
 
-/// How far a step is from leading back the way that one came: 0 for straight back, next to 0 for straight on, at most 1 to the
-/// side.
+/// Rank of a step `on` after a step `came`: 0 for straight back, nearly 0 for straight on, 1 for a right angle.
 fn bend(came: DVec2, on: DVec2) -> f64 {
-    /// Straight on comes after straight back, and before what turns more than rounding does.
+    /// Puts straight on after straight back, and before any turn larger than rounding.
     const ON: f64 = 1e-9;
     let lengths = came.length() * on.length();
     let sine = if lengths > 0.0 { (came.perp_dot(on) / lengths).abs() } else { 0.0 };
     sine + if came.dot(on) > 0.0 { ON } else { 0.0 }
 }
 
-/// Edges in ascending order of which some are used up.
+/// Edges in ascending order, some of which are used up.
 struct Unused {
     edges: Vec<[u32; 2]>,
     used: Vec<bool>,
@@ -94,8 +94,8 @@ impl Unused {
         Self { used: vec![false; edges.len()], edges, next: HashMap::new() }
     }
 
-    /// Takes the edge from a vertex whose end has the least `bend`; `None` if none is left. Looks at the first few only: a
-    /// vertex of thousands must not cost their square.
+    /// Takes the unused edge from a vertex whose end has the least `bend`; `None` if there is none. Looks at the first
+    /// 16 only: otherwise a vertex with thousands of edges would cost their square.
     fn take(&mut self, from: u32, bend: impl Fn(u32) -> f64) -> Option<u32> {
         const LOOKED_AT: usize = 16;
         let Self { edges, used, next } = self;
@@ -118,20 +118,21 @@ pub(crate) fn same_boundary(old: impl Iterator<Item = [u32; 3]>, new: impl Itera
     chain.is_zero()
 }
 
-/// A number that equal chains share, and that chains which differ share with a chance below 2^-50 (for edges used fewer than
-/// 256 times): the sum over edges of the cross product of two pseudo-random vectors, one for each vertex.
+/// A number for a chain: the sum over edges of the cross product of two pseudo-random vectors, one for each vertex.
+/// Equal chains have equal numbers; different chains share one with a chance below 2^-50 (for edges used fewer than 256
+/// times).
 ///
-/// An edge and its reverse cancel, and the sum over a triangle's edges is the cross product of two differences. A chain that
-/// is not zero is a polynomial in the vectors that is not zero, and few vectors are its roots (J. T. Schwartz, *Fast
-/// probabilistic algorithms for verification of polynomial identities*, 1980). It takes some twenty instructions a triangle
-/// to prove its boundary so, where cancelling edges in a table takes three hundred.
+/// An edge and its reverse cancel, and the sum over a triangle's edges is the cross product of two differences. A chain
+/// that is not zero is a nonzero polynomial in the vectors, and few vectors are its roots (J. T. Schwartz, *Fast
+/// probabilistic algorithms for verification of polynomial identities*, 1980). Proving a boundary this way takes about
+/// twenty instructions a triangle; cancelling edges in a table takes three hundred.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
 pub(crate) struct Fingerprint(u64);
 
-/// A vertex's vector.
+/// The pseudo-random vector of a vertex.
 type Mark = [u64; 2];
 
-/// Those of the first vertices.
+/// Precomputed vectors of the first vertices.
 static MARKS: [Mark; 4096] = {
     let mut marks = [[0; 2]; 4096];
     let mut v = 0;
@@ -170,7 +171,7 @@ fn difference([a, b]: Mark, [c, d]: Mark) -> Mark {
 }
 
 impl Fingerprint {
-    /// Of the segments of a tile's loops.
+    /// The fingerprint of a tile's loops.
     pub(crate) fn of_loops(tile: &TrimInput<'_>) -> Self {
         let mut sum = 0_u64;
         for l in tile.loops().filter(|l| !l.is_empty()) {
@@ -223,7 +224,7 @@ mod tests {
 
     #[test]
     fn split_segments_are_closed_one_by_one() {
-        // A closed strip of collinear and bent segments, each of which is split in its middle.
+        // A closed polygon of collinear and bent segments, each of which is split at its midpoint.
         let points = [(0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (4.0, 2.0), (0.0, 2.0)].map(|(x, y)| DVec2::new(x, y));
         let point = |v: u32| {
             let [k, next] = [v % 5, (v + 1) % 5].map(|k| points[k as usize]);

@@ -1,8 +1,9 @@
 //! Rings that failed, and loops inside one cell -> triangles, by joining them with their surroundings.
 //!
-//! A failing ring is first merged with one neighbour. What is left forms clusters: the members' boundaries added up (opposite
-//! edges cancel) constrain a Delaunay triangulation, which is accepted if its region's boundary is exactly that. A refused
-//! cluster grows by its neighbours. Growth ends: the boundary of all pieces together is that of the tile's region.
+//! A ring that failed is first merged with one neighbour. The rest forms clusters. The boundaries of a cluster's
+//! members are summed (opposite edges cancel) and constrain a Delaunay triangulation, which is accepted if its region's
+//! boundary is exactly that sum. A refused cluster grows by its neighbours. Growth ends: the boundary of all pieces
+//! together is that of the tile's region.
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::input::TrimInput;
@@ -16,15 +17,16 @@ use crate::math::sets::Sets;
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 
-/// Refusals after which a cluster takes in full cells at once, and after which the whole tile is triangulated instead: by then
-/// it holds most of the tile, or the loops are not simple.
+/// Refusals after which a cluster takes in full cells together with other neighbours.
 const FULL_CELLS_AFTER: u32 = 3;
+/// Refusals after which the whole tile is triangulated instead: by then the cluster holds most of the tile, or the
+/// loops are not simple.
 const GIVE_UP_AFTER: u32 = 24;
 
-/// Triangles that were replaced.
+/// Marks triangles that were replaced.
 const DEAD: [u32; 3] = [u32::MAX; 3];
 
-/// The pieces could not be joined to anything that triangulates: the loops are not simple.
+/// No union of the pieces could be triangulated: the loops are not simple.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NotSimple;
 
@@ -38,17 +40,17 @@ struct Cleanup<'a> {
     out: &'a mut TrimOutput,
     /// The in-cell loops, by cell.
     loops: Vec<InCellLoop>,
-    /// Union-find over the rings (a cluster is a tree), and what the roots know.
+    /// Union-find over the rings: a cluster is a tree. `members` and `refusals` are up to date at roots only.
     sets: Sets,
     members: Vec<Vec<u32>>,
     refusals: Vec<u32>,
     /// Rings made of a cell's corners, by cell.
     cell_rings: BTreeMap<u32, u32>,
-    /// Cells whose ring was made here; they are no longer full cells.
+    /// Former full cells that became rings here.
     taken_cells: Vec<u32>,
 }
 
-/// Solves all unsolved rings and in-cell loops. On failure `out` is in no useful state.
+/// Solves all unsolved rings and in-cell loops. On failure the content of `out` is unspecified.
 #[cold]
 #[inline(never)]
 pub(crate) fn clean_up(
@@ -110,7 +112,7 @@ impl Cleanup<'_> {
         index
     }
 
-    /// Joins two clusters into one without triangles. Whether they were two.
+    /// Joins two clusters into one without triangles. Returns false if they are the same.
     fn join(&mut self, a: u32, b: u32) -> bool {
         let (a, b) = (self.sets.root(a), self.sets.root(b));
         if a == b {
@@ -139,7 +141,8 @@ impl Cleanup<'_> {
 
     // -- loops inside one cell
 
-    /// Joins the loops of each cell with each other and with the rings of that cell. A few holes in one ring are slit open.
+    /// Joins the loops of each cell with each other and with the rings of that cell. Slits connect a few holes in one
+    /// ring.
     fn group_loops(&mut self) {
         let mut from = 0;
         while from < self.loops.len() {
@@ -202,7 +205,7 @@ impl Cleanup<'_> {
 
     // -- stage 1: one neighbour
 
-    /// Merges a failed ring with the neighbour along its chains that gives the smallest largest triangle.
+    /// Merges a failed ring with the neighbour that makes the largest triangle smallest.
     fn merge_with_neighbour(&mut self, ring: u32) {
         let Ring { origin: RingOrigin::Chain(_), solved: false, .. } = self.rings.rings[ring as usize] else { return };
         if !self.is_alone(ring) {
@@ -229,7 +232,8 @@ impl Cleanup<'_> {
         }
     }
 
-    /// Loads the polygon of two rings together. False if it is not one simple loop, or would lose a kept corner.
+    /// Loads the polygon of two rings together. Returns false if it is not one simple loop, or would lose a kept
+    /// corner.
     fn merge_polygons(&mut self, a: u32, b: u32) -> bool {
         let mut edges: Vec<[u32; 2]> = Vec::new();
         let mut corners: Vec<u32> = Vec::new();
@@ -309,7 +313,7 @@ impl Cleanup<'_> {
         ring.solved = true;
     }
 
-    /// Takes in the neighbours of all members. False if there are none left.
+    /// Takes in the neighbours of all members. Returns false if there are none left.
     fn grow(&mut self, root: u32) -> bool {
         let mut members = self.members[root as usize].clone();
         members.push(root);
@@ -327,8 +331,8 @@ impl Cleanup<'_> {
         grown
     }
 
-    /// The rings on the other side of a ring's chains and lattice edges. With `full_cells`, full cells behind lattice edges
-    /// become rings too.
+    /// The rings on the other side of a ring's chains and lattice edges. With `full_cells`, makes rings of full cells
+    /// beyond lattice edges too.
     fn neighbours(&mut self, piece: u32, full_cells: bool) -> Vec<u32> {
         let mut found = Vec::new();
         let mut edges: Vec<(usize, usize, u8)> = Vec::new();
@@ -370,8 +374,8 @@ impl Cleanup<'_> {
         found
     }
 
-    /// The ring behind a side without crossings, whose ends are kept: the one that the first crossing further around that cell
-    /// enters, or the cell itself.
+    /// The ring beyond a side that has no crossings and kept ends: the ring that the first crossing further around that
+    /// cell enters, or the ring of the cell itself.
     fn ring_across(&mut self, i: usize, j: usize, side: u8, full_cells: bool) -> Option<u32> {
         let (i, j) = match side {
             0 => (i, j.checked_sub(1)?),
@@ -410,7 +414,8 @@ impl Cleanup<'_> {
         }
         let mut sites: Vec<u32> = edges.iter().map(|e| e[0]).collect();
         cancel_opposites(&mut edges)?;
-        // Tessellants stay only as ends of segments; kept corners inside stay as free vertices, for the triangles' size.
+        // Tessellants stay only as ends of segments. Kept corners inside stay as free vertices, to keep triangles
+        // small.
         let mut on_boundary: Vec<u32> = edges.iter().flatten().copied().collect();
         on_boundary.sort_unstable();
         on_boundary.dedup();
@@ -467,7 +472,7 @@ impl Cleanup<'_> {
     }
 }
 
-/// Removes pairs of opposite edges. `None` if an edge is left twice in one direction.
+/// Removes pairs of opposite edges. `None` if more than one edge remains in one direction.
 fn cancel_opposites(edges: &mut Vec<[u32; 2]>) -> Option<()> {
     let line = |e: &[u32; 2]| [e[0].min(e[1]), e[0].max(e[1])];
     edges.sort_unstable_by_key(|e| (line(e), e[0]));

@@ -1,4 +1,4 @@
-//! The loops of one tile -> triangles, by the first rung of the ladder that holds.
+//! The loops of one tile -> triangles, by the first rung of the ladder that succeeds.
 
 use super::chain::Fingerprint;
 use super::distinct::{Distinct, by_distinct};
@@ -6,14 +6,14 @@ use super::input::{CORNER_CLEARANCE, TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
 use super::{cleanup, close, reference, rings, slits, trace, triangulate};
 
-/// Work space of [`trim_tile`]; holds capacity only, no result depends on what it was used for before.
+/// Reusable buffers of [`trim_tile`]. Results do not depend on earlier calls.
 #[derive(Default)]
 pub struct TrimScratch {
     pub(crate) ladder: Rungs,
     pub(crate) distinct: Distinct,
 }
 
-/// Work space of the rungs that work cell by cell.
+/// Buffers of the rungs that work cell by cell.
 #[derive(Default)]
 pub(crate) struct Rungs {
     pub(crate) trace: trace::Trace,
@@ -24,11 +24,11 @@ pub(crate) struct Rungs {
 
 /// Triangulates the trimmed part of one tile.
 ///
-/// `out` is overwritten; on an error it is empty. Deterministic: the same input gives the same output, whatever `scratch`
-/// has seen.
+/// Overwrites `out`, which is empty on an error. Deterministic: the output depends on the input alone, not on
+/// `scratch`.
 ///
 /// # Errors
-/// Only input outside the contract of [`TrimInput`] is refused; loops that cross are repaired.
+/// Input outside the contract of [`TrimInput`]. Loops that cross are repaired, not refused.
 pub fn trim_tile(
     input: &TrimInput<'_>,
     scratch: &mut TrimScratch,
@@ -38,8 +38,8 @@ pub fn trim_tile(
     by_distinct(input, distinct, out, |tile, out| ladder.climb(tile, out))
 }
 
-/// Fills the loops without triangulating what they wind around: for tiles that no rung can work on, since it looks at places
-/// alone. `out` is overwritten.
+/// Fills the loops without triangulating what they wind around. It needs no valid cell coordinates, and so works where
+/// every rung fails. Overwrites `out`.
 pub(crate) fn fill_loops(input: &TrimInput<'_>, out: &mut TrimOutput) {
     out.clear();
     close::close(input, out);
@@ -47,7 +47,7 @@ pub(crate) fn fill_loops(input: &TrimInput<'_>, out: &mut TrimOutput) {
 }
 
 impl Rungs {
-    /// Loops without segments of length zero -> triangles, by the first rung that holds.
+    /// Triangulates loops without segments of length zero, by the first rung that succeeds.
     fn climb(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
         for reach in [CORNER_CLEARANCE, 0.0] {
             out.clear();
@@ -68,7 +68,7 @@ impl Rungs {
         self.by_traced_cells(tile, out)
     }
 
-    /// The same where the loops were traced.
+    /// As [`Self::by_cells`], for loops that are already traced.
     pub(crate) fn by_traced_cells(
         &mut self,
         tile: &TrimInput<'_>,
@@ -76,7 +76,7 @@ impl Rungs {
     ) -> Result<TrimOutcome, Refusal> {
         let Self { trace, rings, slits, polygon, .. } = self;
         out.stats.crossings = trace.crossings.len() as u32;
-        // A slit polygon and its triangles have the loops as their boundary.
+        // No certificate is needed: the boundary of a slit polygon and of its triangles is the loops.
         if rings.build_one_cell(tile, trace, slits, polygon, out) {
             return Ok(TrimOutcome::Certified);
         }
@@ -94,10 +94,10 @@ impl Rungs {
     }
 }
 
-/// How it went, if the boundary of the triangles and of the full cells is the loops.
+/// Returns the outcome if the boundary of the triangles and of the full cells is the loops.
 ///
-/// Positive triangles with that boundary cover each point as often as the loops wind around it. Loops that are not simple
-/// can pass everything but this, because full cells come from parities and rings from the order of crossings.
+/// Positive triangles with that boundary cover each point as often as the loops wind around it. Loops that are not
+/// simple can pass everything but this, because full cells come from parities and rings from the order of crossings.
 pub(crate) fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOutcome, Refusal> {
     let mut boundary = Fingerprint::default();
     out.triangles.iter().for_each(|&t| boundary.add_triangle(t));
@@ -106,7 +106,7 @@ pub(crate) fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOu
         boundary.add_triangle([a, b, c]);
         boundary.add_triangle([a, c, d]);
     }
-    // Where loops touch, triangles may name another vertex in the same place.
+    // Where loops touch, triangles may use another vertex at the same place.
     let closes = boundary == Fingerprint::of_loops(tile) || out.stats.clusters > 0 && close::is_closed(tile, out);
     if !closes {
         return Err(Refusal::OrderOfCrossings);
@@ -122,7 +122,7 @@ pub(crate) fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOu
 
 /// Why a tile could not be triangulated cell by cell.
 pub(crate) enum Refusal {
-    /// Exact ownership may help.
+    /// Tracing again with exact ownership of tessellants may help.
     OrderOfCrossings,
     NotSimple,
 }

@@ -1,9 +1,10 @@
-//! Loops and any triangles -> the triangles that are missing for their boundary to be the loops.
+//! Loops and any triangles -> the triangles to add so that the boundary is the loops.
 //!
-//! Let L be the loops' segments and T the triangles, as chains over positions in space. L and the boundary of T are closed
-//! chains, and so is their difference R: it is a sum of closed walks. A closed walk is the boundary of the triangles that
-//! are cut off it, ear after ear. With these added the boundary is L, whatever the loops do in (u,v) and whatever T is
-//! (docs/decisions/028). On sound tiles R is zero and nothing is added; without any T the loops themselves are filled.
+//! Let L be the loops' segments and T the triangles, as chains over positions in space. L and the boundary of T are
+//! closed chains, and so is their difference R: it is a sum of closed walks. A closed walk is the boundary of the ears
+//! that are cut off it one by one. With these ears added the boundary is L, whatever the loops do in (u,v) and whatever
+//! T is (docs/decisions/028). On sound tiles R is zero and nothing is added; without any T the loops themselves are
+//! filled.
 
 use super::chain::EdgeSum;
 use super::input::TrimInput;
@@ -14,8 +15,9 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 use std::hash::BuildHasherDefault;
 
-/// Appends to `out.closing` what its triangles lack. Points at equal `places` count as one vertex. Cost: about 100 ns for each
-/// edge of the triangles, and for each edge of R a logarithm of their number.
+/// Appends the missing triangles to `out.closing`. Points at equal `places` count as one vertex.
+///
+/// Cost: about 100 ns for each edge of the triangles, and O(n log n) for the n edges of R.
 pub(crate) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
     limit_layers(input, out);
     let one = Places::of(input);
@@ -34,7 +36,7 @@ pub(crate) fn is_closed(input: &TrimInput<'_>, out: &TrimOutput) -> bool {
     rest(input, out, &Places::of(input)).is_zero()
 }
 
-/// The loops less the triangles' boundary.
+/// R: the loops minus the triangles' boundary.
 fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> EdgeSum {
     let mut rest = EdgeSum::default();
     for (a, b) in input.segments() {
@@ -53,12 +55,12 @@ fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> EdgeSum {
     rest
 }
 
-/// Layers for each segment and triangle, and in all, beyond which they are left to be closed: a loop run n times around has n
-/// for each of its triangles, but can be filled by as many triangles as it has segments.
+/// Layers beyond [`FEW_LAYERS`] plus this many for each segment and layered triangle are dropped and closed instead. A
+/// loop that runs around n times has n layers on each of its triangles, but as many triangles as segments can fill it.
 const MOST_LAYERS: u64 = 16;
 const FEW_LAYERS: u64 = 1024;
 
-/// Leaves out layers from where on there are too many.
+/// Drops layers that exceed the limit.
 fn limit_layers(input: &TrimInput<'_>, out: &mut TrimOutput) {
     let mut left = FEW_LAYERS + MOST_LAYERS * (input.points.len() + out.layers.len()) as u64;
     out.layers.retain(|&(_, times)| {
@@ -68,9 +70,9 @@ fn limit_layers(input: &TrimInput<'_>, out: &mut TrimOutput) {
     });
 }
 
-/// Which tessellants are at the same place.
+/// Finds tessellants at the same place.
 struct Places {
-    /// By tessellant, the first one at its place; empty where all are apart.
+    /// By tessellant, the first one at its place; empty if no places are given.
     first: Vec<u32>,
 }
 
@@ -87,24 +89,24 @@ impl Places {
         self.first.get(v as usize).copied().unwrap_or(v)
     }
 
-    /// Where a vertex is, to choose good ears by. Other vertices than tessellants, and all of them where no places are
-    /// given, stand in cell units: the choice needs no more.
+    /// Position of a vertex, to choose good ears. Vertices without a place are in cell units, which is good enough for
+    /// that.
     fn place(&self, input: &TrimInput<'_>, out: &TrimOutput, v: u32) -> DVec3 {
         input.places.get(v as usize).copied().unwrap_or_else(|| out.point(input, v).extend(0.0))
     }
 }
 
-/// Cuts triangles off a closed polygon in space until nothing is left of it, those with the shortest third side first.
+/// Triangulates a closed polygon in space by cutting ears, the one with the shortest third side first.
 ///
-/// n - 2 triangles, none with a vertex twice if the polygon has distinct vertices. O(n log n).
+/// Appends n - 2 triangles, none with a repeated vertex if the polygon's vertices are distinct. O(n log n).
 fn cut_ears(ids: &[u32], points: &[DVec3], out: &mut Vec<[u32; 3]>) {
     let n = ids.len();
     let mut next: Vec<usize> = (1..n).chain([0]).collect();
     let mut prev: Vec<usize> = std::iter::once(n - 1).chain(0..n - 1).collect();
-    // A corner's ear is good as long as its neighbours are those it was measured with.
+    // An ear is valid as long as its corner has the neighbours it was measured with.
     let ear = |a: usize, b: usize, c: usize| {
         let length = points[a].distance_squared(points[c]);
-        // Positive numbers compare as their bits do; those that are NaN come last.
+        // Positive floats compare as their bits do; NaN comes last.
         Reverse((length.to_bits() & (u64::MAX >> 1), b, a, c))
     };
     let mut ears: BinaryHeap<_> = (0..n).map(|b| ear(prev[b], b, next[b])).collect();
@@ -116,7 +118,7 @@ fn cut_ears(ids: &[u32], points: &[DVec3], out: &mut Vec<[u32; 3]>) {
         }
         out.push([ids[a], ids[b], ids[c]]);
         (next[a], prev[c]) = (c, a);
-        // The corner is gone: no ear is measured with these neighbours again.
+        // Removes the corner: no ear was measured with it as its own neighbour.
         (prev[b], next[b]) = (b, b);
         left -= 1;
         if left > 2 {
@@ -149,7 +151,7 @@ mod tests {
 
     #[test]
     fn loops_without_triangles_are_filled_and_cancelled_ones_are_not() {
-        // A square, and a slit: two tessellants in two places, and two more in the same places the other way.
+        // A square, and a slit: two tessellants at two places, and two more at the same places in reverse.
         let points = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y, DVec2::ZERO, DVec2::X, DVec2::X, DVec2::ZERO];
         let places: Vec<DVec3> = points.iter().map(|p| p.extend(1.0)).collect();
         let mut out = TrimOutput::default();

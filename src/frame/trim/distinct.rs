@@ -1,25 +1,25 @@
-//! Loops with repeated points -> loops without, triangulated by some rung, and closed where points were left out.
+//! Loops with repeated points -> loops without, triangulated by some rung, and closed where points were dropped.
 
 use super::close;
 use super::input::{TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
 use glam::DVec2;
 
-/// Loops without segments of length zero, and where their points come from.
+/// Loops without segments of length zero, and the origin of their points.
 #[derive(Default)]
 pub(crate) struct Distinct {
     pub(crate) points: Vec<DVec2>,
     pub(crate) loop_starts: Vec<u32>,
-    /// Index in the input.
+    /// By point, its index in the input.
     pub(crate) original: Vec<u32>,
-    /// Whether the last loops had any.
+    /// Whether the last input had repeated points.
     pub(crate) repeats: bool,
-    /// Whether points were left out that are elsewhere in space than those that stay.
+    /// Whether a dropped point is elsewhere in space than the point that it repeats.
     pub(crate) moves: bool,
 }
 
 impl Distinct {
-    /// Copies the loops without repeated points, unless no point is repeated: then returns false.
+    /// Copies the loops without repeated points. Returns false, and copies nothing, if no point is repeated.
     pub(crate) fn collect(&mut self, input: &TrimInput<'_>) -> bool {
         let points = input.points;
         let repeats = |l: std::ops::Range<u32>| {
@@ -68,7 +68,7 @@ impl Distinct {
     }
 }
 
-/// Triangulates the loops without repeated points by `rung`, and closes what that leaves open.
+/// Triangulates the loops without repeated points by `rung`, and closes what remains open.
 pub(crate) fn by_distinct(
     input: &TrimInput<'_>,
     distinct: &mut Distinct,
@@ -84,7 +84,7 @@ pub(crate) fn by_distinct(
     } else {
         rung(input, out)
     };
-    // The other rungs have proven that nothing is open; where points were left out that is not all.
+    // The other rungs have proven that nothing is open. Dropped points can still leave gaps in space.
     if out.stats.whole_tile || distinct.moves {
         close::close(input, out);
         let is_simple = out.closing.is_empty() && out.layers.is_empty();

@@ -1,22 +1,23 @@
-//! What the trim stage works on: the loops of one tile in cell units.
+//! Input of the trim stage: the loops of one tile in cell units.
 
 use glam::{DVec2, DVec3};
 use std::fmt;
 
-/// No vertex, crossing, ring or cell.
+/// Index that stands for no vertex, crossing, ring or cell.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// Lattice corners nearer to a segment than this, in cells, are not vertices. It bounds the worst angle that a corner next to
-/// a segment can make; any positive value is correct.
+/// Lattice corners nearer to a segment than this, in cells, are not used as vertices. It bounds the worst angle between
+/// a corner and a segment next to it; any positive value is correct.
 pub(crate) const CORNER_CLEARANCE: f64 = 1e-3;
 
 /// A tile's trim input in cell units: lattice lines are the integers `0..=cells.0` and `0..=cells.1`.
 ///
-/// Loops of tessellants, closed implicitly, with the kept side on the left (x to the right, y up): outer loops run
-/// counter-clockwise, holes clockwise. All points lie in the closed box of the lattice. What surrounds the tile (its border)
-/// is a loop or part of one like any other; nothing is kept that no loop encloses.
+/// Loops of tessellants are closed implicitly and have the kept side on the left (x to the right, y up): outer loops
+/// run counter-clockwise, holes clockwise. All points lie in the closed box of the lattice. The tile's border has to be
+/// part of the loops too: only what loops enclose is kept.
 ///
-/// Points with equal coordinates are one vertex of the domain. Points with equal places are one vertex of the output's boundary.
+/// Points with equal coordinates are one vertex of the domain. Points with equal places are one vertex of the output's
+/// boundary.
 #[derive(Clone, Copy, Debug)]
 pub struct TrimInput<'a> {
     /// Number of cells in x and in y, both in 1..65535.
@@ -25,11 +26,11 @@ pub struct TrimInput<'a> {
     pub points: &'a [DVec2],
     /// Where each loop starts in `points`, and `points.len()` at the end: one entry more than there are loops.
     pub loop_starts: &'a [u32],
-    /// Where the points are in space; equal bits are the same place. Empty: each has a place of its own.
+    /// Positions of the points in space; equal bits are the same place. If empty, each point has its own place.
     pub places: &'a [DVec3],
 }
 
-/// Input that no rung can work on.
+/// Why an input is refused.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum TrimInputError {
@@ -62,9 +63,9 @@ impl fmt::Display for TrimInputError {
             Self::PointOutside { index, point, cells } => {
                 write!(f, "tessellant {index} at {point} is not inside the lattice of {} x {} cells", cells.0, cells.1)
             }
-            Self::LoopStarts { index } => write!(f, "entry {index} of the loop starts does not fit the tessellants"),
+            Self::LoopStarts { index } => write!(f, "entry {index} of loop_starts does not fit the tessellants"),
             Self::Size { points, cells } => {
-                write!(f, "{points} tessellants on {} x {} cells: no cells, or too many", cells.0, cells.1)
+                write!(f, "{points} tessellants on {} x {} cells: the lattice is empty or too large", cells.0, cells.1)
             }
         }
     }
@@ -73,7 +74,7 @@ impl fmt::Display for TrimInputError {
 impl std::error::Error for TrimInputError {}
 
 impl TrimInput<'_> {
-    /// Refuses what the stages cannot work on. After this no stage checks again.
+    /// Checks the contract of [`TrimInput`]. No later stage checks again.
     pub(crate) fn validate(&self) -> Result<(), TrimInputError> {
         let (nu, nv) = self.cells;
         let vertices = (u64::from(nu) + 1) * (u64::from(nv) + 1) + self.points.len() as u64;
@@ -92,7 +93,7 @@ impl TrimInput<'_> {
             return Err(TrimInputError::LoopStarts { index: self.loop_starts.len() });
         }
         let upper = DVec2::new(f64::from(nu), f64::from(nv));
-        // Written so that a NaN fails.
+        // Written so that NaN fails.
         let inside = |p: &DVec2| p.x >= 0.0 && p.y >= 0.0 && p.x <= upper.x && p.y <= upper.y;
         match self.points.iter().position(|p| !inside(p)) {
             None => Ok(()),

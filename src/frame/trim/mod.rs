@@ -1,17 +1,18 @@
-//! Lattice and trim loops of one tile -> full cells, and triangles of the cells the loops pass through.
+//! Lattice and trim loops of one tile -> full cells, and triangles of the cells that the loops pass through.
 //!
-//! The vertices are lattice corners and tessellants, and every tessellant segment is one edge of one triangle: neighbouring
-//! tiles and faces that share the tessellants share the edges, and no crack can open.
+//! The vertices are lattice corners and tessellants, and every tessellant segment is one edge of one triangle.
+//! Neighbouring tiles and faces that share the tessellants share the edges, so no crack can open.
 //!
-//! Method: each crossing of a segment with a lattice line is replaced, in both cells alike, by the nearer end of the segment.
-//! Cell polygons are then runs of tessellants and kept corners. Replacing vertices commutes with taking boundaries, so if
-//! every triangle of every cell is strictly positive (exact signs) and their boundary is the loops, they cover each point as
-//! often as the loops wind around it. What fails is merged with a neighbour, then triangulated by a constrained Delaunay
-//! triangulation. The scheme descends from Kumar and Manocha, "Efficient Rendering of Trimmed NURBS Surfaces",
-//! Computer-Aided Design 27(7), 1995, section 4; the certificate replaces its case analysis.
+//! Method: each crossing of a segment with a lattice line is replaced, in both cells alike, by the nearer end of the
+//! segment. Cell polygons are then runs of tessellants and kept corners. Replacing vertices commutes with taking
+//! boundaries. So if every triangle of every cell is strictly positive (exact signs) and their boundary is the loops,
+//! they cover each point as often as the loops wind around it. Polygons that fail are merged with a neighbour, then
+//! triangulated by a constrained Delaunay triangulation. The scheme descends from Kumar and Manocha, "Efficient
+//! Rendering of Trimmed NURBS Surfaces", Computer-Aided Design 27(7), 1995, section 4; the certificate replaces its
+//! case analysis.
 //!
-//! Loops that cross themselves or each other are triangulated all the same, by winding numbers, and what then is missing for
-//! the boundary to be the loops is added in space (`TrimOutput::closing`): the boundary is the loops for every input.
+//! Loops that cross themselves or each other are triangulated by winding numbers. Triangles in space
+//! (`TrimOutput::closing`) then complete the boundary to the loops: the boundary is the loops for every input.
 
 pub(crate) mod bits;
 pub(crate) mod input;
@@ -24,7 +25,7 @@ mod cleanup;
 pub(crate) mod climb;
 mod close;
 mod distinct;
-/// The whole tile at once by a constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
+/// Triangulates the whole tile by one constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
 pub mod reference;
 pub(crate) mod rings;
 mod slits;

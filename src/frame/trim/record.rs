@@ -1,7 +1,7 @@
-//! The work space of a tile that was just triangulated -> what the stages did with it, in the input's own numbers.
+//! The buffers of a tile that was just triangulated -> a record of what the stages did with it, by the input's indices.
 //!
-//! Nothing is computed again, and nothing is kept for this while triangles are made: the trace and the cell polygons stand in
-//! the work space until the next tile.
+//! Recording costs nothing while triangles are made: the trace and the cell polygons stay in the buffers until the next
+//! tile. Only `zone_cells` are computed again.
 
 use super::climb::TrimScratch;
 use super::input::TrimInput;
@@ -12,46 +12,46 @@ use super::trace::InCellLoop;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// What became of one tile on its way to triangles, all in cell units. Lists are empty for stages that were not reached.
+/// Record of the stages that triangulated one tile, in cell units. Lists are empty for stages that were not reached.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct TrimRecord {
-    /// Crossings of segments with lattice lines, in curve order. Where the whole tile was triangulated at once they are those
-    /// of the attempt before.
+    /// Crossings of segments with lattice lines, in curve order. If the whole tile was triangulated at once, they are
+    /// those of the failed attempt.
     pub crossings: Vec<TracedCrossing>,
-    /// Which cell each tessellant belongs to; `None` for those that repeat their neighbour.
+    /// By tessellant, its cell; `None` if it repeats its neighbour.
     pub cell_of: Vec<Option<[u32; 2]>>,
     /// Lattice corners inside the region.
     pub kept_corners: Vec<[u32; 2]>,
-    /// Those of them that a tessellant stands for, and which: it lies too close.
+    /// Kept corners that are replaced by a tessellant close to them, and its index.
     pub moved_corners: Vec<([u32; 2], u32)>,
     /// Prime-active cells: crossed by loops, or with a whole loop inside, or with a moved corner.
     pub prime_cells: Vec<[u32; 2]>,
-    /// Pseudo-active cells: loops cross them, but nothing of the region is left to them.
+    /// Pseudo-active cells: crossed by loops, but with no part of the region left in them.
     pub pseudo_cells: Vec<[u32; 2]>,
-    /// Cells whose polygons were triangulated together because one by one they could not be; those of one group together.
+    /// Groups of cells whose polygons were triangulated together, because some failed by themselves.
     pub merged_cells: Vec<Vec<[u32; 2]>>,
-    /// Where the whole tile was triangulated at once: the cells that loops come near to.
+    /// Cells that loops come near to, if the whole tile was triangulated at once.
     pub zone_cells: Vec<[u32; 2]>,
 }
 
-/// A segment of a loop crosses a lattice line.
+/// A crossing of a loop's segment with a lattice line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TracedCrossing {
-    /// Where.
+    /// Position.
     pub at: DVec2,
-    /// The tessellants before and after it: the exit point of the cell it leaves, and its external point, unless the segment
-    /// crosses several lines.
+    /// The tessellants before and after it. Unless the segment crosses several lines, they are the paper's exit point
+    /// of the cell that it leaves, and its external point.
     pub segment: [u32; 2],
-    /// The one of them that stands for the crossing.
+    /// The one of them that replaces the crossing.
     pub snap: u32,
     /// The cell that the loop leaves, and the one that it enters.
     pub cells: [[u32; 2]; 2],
 }
 
 impl TrimScratch {
-    /// What the last call of [`trim_tile`](super::trim_tile) did, which must have been with this input, in work space that no
-    /// call before it had used.
+    /// Records the last call of [`trim_tile`](super::trim_tile). It must have been with this input, and the only call
+    /// with this work space.
     pub(crate) fn record(&self, input: &TrimInput<'_>, stats: &TrimStats) -> TrimRecord {
         let repeats = !self.distinct.original.is_empty();
         let traced = if repeats { self.distinct.tile(input) } else { *input };
@@ -77,7 +77,7 @@ impl TrimScratch {
             let cell = crossing.cell.map(u32::from);
             let [segment, snap] = [segment, [snap; 2]].map(|ids| ids.map(original));
             out.crossings.push(TracedCrossing { at, segment, snap: snap[0], cells: [cell, beyond] });
-            // The chain from here to the next crossing lies in the cell that that one leaves.
+            // The chain from here lies in the cell that the next crossing leaves.
             let to = &trace.crossings[trace.crossings[k].next as usize];
             let mut v = next(crossing.segment, l);
             let count = if crossing.segment == to.segment && !crossing.wraps {
@@ -112,7 +112,7 @@ impl TrimScratch {
         out
     }
 
-    /// Cells by what their polygons became.
+    /// Records cells by the outcome of their polygons.
     fn record_pieces(&self, cell_at: impl Fn(u32) -> [u32; 2], out: &mut TrimRecord) {
         let (trace, rings) = (&self.ladder.trace, &self.ladder.rings);
         let mut loops: Vec<InCellLoop> = trace.in_cell_loops.clone();

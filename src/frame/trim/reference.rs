@@ -1,9 +1,10 @@
-//! The whole tile at once: cells that a loop touches are one zone, triangulated by a constrained Delaunay triangulation whose
-//! constraints are the tessellant segments and the lattice edges towards untouched, kept cells. No cell polygons, no
-//! snapping: slow, but its correctness rests on few words, so it is the last rung of the ladder and the oracle of the tests.
+//! Loops of one tile -> triangles of the whole tile at once. The cells that a loop touches are one zone, triangulated
+//! by a constrained Delaunay triangulation whose constraints are the tessellant segments and the lattice edges towards
+//! untouched, kept cells. No cell polygons, no snapping: slow, but with a short proof, so it is the last rung of the
+//! ladder and the oracle of the tests.
 //!
-//! Conforming because an edge towards a full cell is touched by no segment and carries no vertex, and because corners close to
-//! a segment are no vertices, so that no lattice corner can split one.
+//! It is conforming because no segment touches an edge towards a full cell and no vertex lies on one, and because
+//! corners close to a segment are not vertices, so that no lattice corner can split one.
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::distinct::{Distinct, by_distinct};
@@ -11,7 +12,7 @@ use super::input::{CORNER_CLEARANCE, TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
 use glam::DVec2;
 
-/// Cell and corner marks.
+/// Marks cells of the zone, and dropped corners.
 const ZONE: i32 = i32::MIN;
 
 /// Triangulates the trimmed part of one tile without any of the fast stages. Cost: a few microseconds per tessellant.
@@ -25,7 +26,8 @@ pub fn trim_tile_reference(input: &TrimInput<'_>, out: &mut TrimOutput) -> Resul
     })
 }
 
-/// The work of [`trim_tile_reference`] on valid input without repeated points; overwrites triangles, cells and extra points.
+/// [`trim_tile_reference`] for valid input without repeated points. Overwrites triangles, cells, layers and extra
+/// points.
 pub(crate) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
     let zone = Zone::mark(input);
     let mut sites = input.points.to_vec();
@@ -62,7 +64,7 @@ pub(crate) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
                 continue;
             }
             add_cell(input, [i, j], number, out);
-            // Clockwise around the full cell: the zone lies to the left, `number` sheets of it end here.
+            // Clockwise around the full cell: the zone lies to the left, and `number` layers of it end here.
             for (from, to, across) in [
                 ((i + 1, j), (i, j), (i, j.wrapping_sub(1))),
                 ((i + 1, j + 1), (i + 1, j), (i + 1, j)),
@@ -76,8 +78,8 @@ pub(crate) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
             }
         }
     }
-    // `spade` refuses coordinates that are not finite or beyond its range; validated points are neither. What the region
-    // lacks, all of it if need be, is closed afterwards.
+    // `spade` refuses coordinates that are not finite or beyond its range; validated points are neither. Closing adds
+    // what the region lacks, all of it if necessary.
     let region = cdt::triangulate(&sites, &segments, AtCrossings::Split).unwrap_or_default();
     let first_extra = input.corner_id(nu, nv) + 1;
     let id = |site: u32| ids.get(site as usize).copied().unwrap_or_else(|| first_extra + site - ids.len() as u32);
@@ -92,7 +94,7 @@ pub(crate) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
     }
 }
 
-/// A cell that no segment comes near to, which the loops wind around `number` times.
+/// Adds a cell that no segment comes near to, and that the loops wind around `number` times.
 fn add_cell(input: &TrimInput<'_>, [i, j]: [u32; 2], number: i32, out: &mut TrimOutput) {
     if number > 0 {
         out.full_cells.push([i, j]);
@@ -104,7 +106,7 @@ fn add_cell(input: &TrimInput<'_>, [i, j]: [u32; 2], number: i32, out: &mut Trim
     }
 }
 
-/// The cells of a valid input that are not triangulated by a diagonal: those that segments touch.
+/// The cells of a valid input that segments come near to. All others are split along a diagonal.
 pub(crate) fn zone(input: &TrimInput<'_>) -> Vec<[u32; 2]> {
     let zone = Zone::mark(input);
     let cells = (0..input.cells.1).flat_map(|j| (0..input.cells.0).map(move |i| [i, j]));
@@ -125,7 +127,7 @@ impl Zone {
         self.cell[(j * self.cells.0 + i) as usize]
     }
 
-    /// Corners on the tile border are never inside the region, whatever lies on the border itself.
+    /// Whether a corner is a vertex. Corners on the tile border never are, whatever lies on the border itself.
     fn keeps_corner(&self, i: u32, j: u32) -> bool {
         let (nu, nv) = self.cells;
         i > 0 && j > 0 && i < nu && j < nv && ![0, ZONE].contains(&self.corner[(j * (nu + 1) + i) as usize])
@@ -154,9 +156,10 @@ impl Zone {
         zone
     }
 
-    /// Where the segment crosses the centre line of a cell row, the winding number changes for all cells to the right; where
-    /// it crosses a lattice line, for all corners to the right. Rounding can only misplace the change by one cell or corner
-    /// that the segment comes near to, and those become zone.
+    /// Adds the changes of winding numbers at a segment, to be summed along rows. Where it crosses the centre line of a
+    /// row of cells, the number changes for all cells to the right; where it crosses a lattice line, for all corners to
+    /// the right. Rounding can misplace a change only by one cell or corner that the segment comes near to, and those
+    /// become zone.
     fn add_winding(&mut self, a: DVec2, b: DVec2) {
         let (nu, nv) = (self.cells.0 as usize, self.cells.1 as usize);
         let (low, high, sign) = if a.y < b.y { (a, b, -1) } else { (b, a, 1) };
@@ -185,7 +188,7 @@ impl Zone {
         }
     }
 
-    /// Marks the cells that the segment, thickened by twice the clearance, meets, and drops the corners within the clearance.
+    /// Marks the cells within twice the clearance of the segment, and drops the corners within the clearance.
     fn touch(&mut self, a: DVec2, b: DVec2) {
         let (nu, nv) = (self.cells.0 as usize, self.cells.1 as usize);
         let reach = 2.0 * CORNER_CLEARANCE;

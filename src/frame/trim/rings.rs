@@ -1,8 +1,8 @@
 //! Crossings and kept corners -> cell polygons ("rings"), their triangles, and the full cells.
 //!
-//! A ring walks counter-clockwise around its cell: along a chain of tessellants, from its last crossing to the next crossing
-//! on the kept side or around kept corners, along the next chain, until it is back. Every crossing is met once from either
-//! cell, which is why the rings' boundaries cancel along lattice lines.
+//! A ring walks counter-clockwise around its cell: along a chain of tessellants to where it leaves the cell, from there
+//! to the next crossing on the kept side or around kept corners, and along the next chain, until it is back. It passes
+//! every crossing once from either cell, so the rings' boundaries cancel along lattice lines.
 
 use super::input::{NONE, TrimInput};
 use super::output::TrimOutput;
@@ -10,18 +10,18 @@ use super::slits::Slits;
 use super::trace::Trace;
 use super::triangulate::{EAR_LIMIT, EarPolygon};
 
-/// The loops contradict themselves: crossings do not alternate, or a region reaches beyond the tile.
+/// Contradictory loops: crossings do not alternate, or a region reaches beyond the tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inconsistent;
 
-/// Where a piece of the region comes from.
+/// Origin of a piece of the region.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum RingOrigin {
     /// The ring that contains this chain.
     Chain(u32),
-    /// The corners of this cell, of which all are kept and no edge is crossed.
+    /// The corners of this cell: all are kept, and no side is crossed.
     Cell(u32),
-    /// Loops that stay inside one cell: a range of the sorted list of them.
+    /// Loops inside one cell: a range of the sorted in-cell loops.
     Loops(u32, u32),
 }
 
@@ -29,7 +29,7 @@ pub(crate) enum RingOrigin {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ring {
     pub(crate) origin: RingOrigin,
-    /// Range in the output's triangles; empty when they could not be made.
+    /// Range in the output's triangles; empty if triangulation failed.
     pub(crate) triangles: [u32; 2],
     pub(crate) solved: bool,
 }
@@ -40,16 +40,16 @@ pub(crate) struct Rings {
     pub(crate) rings: Vec<Ring>,
     /// By chain.
     pub(crate) ring_of: Vec<u32>,
-    /// By ring, the ring that was solved in its place and that of its neighbours; empty where none was cleaned up.
+    /// By ring, the root of its cluster, which holds the triangles; empty if no cleanup ran.
     pub(crate) roots: Vec<u32>,
-    /// Kept corners of cells with rings, once for each ring that goes around them, and of full cells.
+    /// Number of kept corners that rings and full cells go around, once for each ring or cell.
     corners: u64,
     pub(crate) failed: u32,
 }
 
 impl Rings {
-    /// Finds and triangulates all rings, and lists the full cells. Rings that fail stay without triangles; those of cells that are `kept`
-    /// are left out.
+    /// Finds and triangulates all rings, and lists the full cells. Rings that fail have no triangles. Skips rings of
+    /// cells that `kept` selects.
     pub(crate) fn build(
         &mut self,
         tile: &TrimInput<'_>,
@@ -77,8 +77,8 @@ impl Rings {
         Ok(())
     }
 
-    /// A small region whose loops cross no lattice line, as most plane faces are, needs no rings. False if it has too many
-    /// vertices or more than one part, or cannot be triangulated directly.
+    /// Triangulates a small region whose loops cross no lattice line, as on most plane faces, without rings. Returns
+    /// false if it has crossings, too many vertices or more than one part, or cannot be triangulated directly.
     pub(crate) fn build_one_cell(
         &mut self,
         tile: &TrimInput<'_>,
@@ -108,7 +108,7 @@ impl Rings {
         self.rings.push(Ring { origin, triangles: [before, out.triangles.len() as u32], solved });
     }
 
-    /// Cells with four kept corners and no crossing, 64 at a time.
+    /// Lists cells with four kept corners and no crossing, 64 at a time.
     fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut EarPolygon, out: &mut TrimOutput) {
         let (_, nv) = trace.cells();
         for row in 0..nv {
@@ -135,16 +135,16 @@ impl Rings {
 
     /// Whether the boundary of all rings and full cells, which [`build`](Self::build) found, is the loops.
     ///
-    /// A ring and its triangles have the same boundary. The chains of all rings sum to the loops; what remains are sides along
-    /// lattice edges, cut into pieces by crossings and corners. A piece next to a crossing belongs to the rings that leave and
-    /// enter there, one in either cell, since crossings alternate. A whole edge belongs to a ring or full cell that goes
-    /// around its ends. So all sides cancel if every kept corner is gone around in all of its four cells and no other corner
-    /// is. Rings go around kept corners only: counting is enough.
+    /// A ring and its triangles have the same boundary. The chains of all rings sum to the loops; what remains are
+    /// sides along lattice edges, cut into pieces by crossings and corners. A piece next to a crossing belongs to the
+    /// rings that leave and enter there, one in either cell, since crossings alternate. A whole edge belongs to a ring
+    /// or full cell that goes around its ends. So all sides cancel if rings and full cells go around every kept corner
+    /// in all of its four cells, and around no other corner. Rings go around kept corners only: counting is enough.
     pub(crate) fn close(&self, trace: &Trace) -> bool {
         self.corners == 4 * trace.kept.count()
     }
 
-    /// The polygon of a ring once more. Not for loops.
+    /// Loads the polygon of a ring again; clears it for in-cell loops.
     pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: RingOrigin, polygon: &mut EarPolygon) {
         match origin {
             RingOrigin::Chain(k) => {
@@ -166,7 +166,7 @@ fn ones(mut word: u64) -> impl Iterator<Item = u32> {
     })
 }
 
-/// The corners of a cell, snapped ones replaced.
+/// Loads the corners of a cell as a polygon, with snapped ones replaced.
 fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut EarPolygon) {
     let (i, j) = ((cell % tile.cells.0) as usize, (cell / tile.cells.0) as usize);
     polygon.clear();
@@ -177,8 +177,8 @@ fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut Ea
     polygon.close();
 }
 
-/// Collects the polygon of the ring that contains chain `first`; `visit` sees its chains. Returns how many corners it goes
-/// around.
+/// Loads the polygon of the ring that contains chain `first`, and calls `visit` for its chains. Returns how many
+/// corners it goes around.
 #[inline(always)]
 fn walk(
     tile: &TrimInput<'_>,
@@ -229,7 +229,7 @@ fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut EarPoly
         polygon.push(v, tile.points[v as usize]);
     };
     if from.wraps {
-        // Both snaps may be the loop's end index; the chain passes it.
+        // Both snaps may be the loop's end index, and the chain passes it.
         for step in 0..=(to.snap + (end - start) - from.snap) {
             let v = from.snap + step;
             push(if v > end { v - (end - start) } else { v });
@@ -238,7 +238,7 @@ fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut EarPoly
         push(from.snap);
         if from.snap < to.snap {
             push(from.snap + 1);
-            // From the third vertex on, a run cannot repeat what is already there.
+            // From the third vertex on, a run cannot repeat a vertex.
             for v in from.snap + 2..=to.snap {
                 let v = wrap(v);
                 polygon.push_distinct(v, tile.points[v as usize]);
@@ -248,8 +248,8 @@ fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut EarPoly
     from.next
 }
 
-/// From the crossing where a chain leaves its cell counter-clockwise to the chain that enters it next; kept corners passed on
-/// the way go to `corner`.
+/// Goes counter-clockwise from the crossing where a chain leaves its cell to the chain that enters it next. Calls
+/// `corner` for the kept corners on the way.
 #[inline(always)]
 pub(crate) fn next_chain(
     trace: &Trace,

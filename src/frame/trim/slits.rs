@@ -1,8 +1,10 @@
-//! A polygon and the holes in it -> one polygon, by slits: there and back between a hole's vertex and the polygon's.
+//! A polygon and its holes -> one polygon, by slits: edges there and back between a vertex of a hole and one of the
+//! polygon.
 //!
-//! Slits are the shortest connections that grow a tree from the outer polygon (Prim, "Shortest connection networks and some
-//! generalizations", 1957), so they are edges of the vertices' Delaunay triangulation. Whether a slit crosses something is not
-//! looked at: its two directions cancel, so if all triangles are positive the region is covered once, slit or no slit.
+//! Slits are the shortest connections that grow a tree from the outer polygon (Prim, "Shortest connection networks and
+//! some generalizations", 1957), so they are edges of the vertices' Delaunay triangulation. They may cross other edges
+//! without being checked: their two directions cancel, so if all triangles are positive the region is covered once in
+//! any case.
 
 use super::input::{NONE, TrimInput};
 use super::triangulate::{EAR_LIMIT, EarPolygon};
@@ -10,8 +12,9 @@ use crate::math::predicates::{Side, side_of};
 use glam::DVec2;
 use std::ops::Range;
 
-/// Largest polygon with holes, slits counted twice. With holes, ears cost 0.20 us per vertex at 28 vertices, 0.27 at 44 and 0.5
-/// at 80 (one or nine round holes in a plane), the constrained Delaunay triangulation 0.45 to 0.6.
+/// Largest polygon with holes, slits counted twice. With holes, ear clipping costs 0.20 us per vertex at 28 vertices,
+/// 0.27 at 44 and 0.5 at 80 (one or nine round holes in a plane); the constrained Delaunay triangulation costs 0.45 to
+/// 0.6.
 const SLIT_LIMIT: usize = 72;
 
 /// Work space of [`Slits::join_holes`].
@@ -34,8 +37,10 @@ struct Nearest {
 
 impl Slits {
     /// Joins the loops to the polygon that surrounds them. An empty polygon starts as the one loop that runs
-    /// counter-clockwise. False if there is no such loop, another counter-clockwise one, or if it all has more vertices than
-    /// ears are cut from; the polygon is in no useful state then.
+    /// counter-clockwise.
+    ///
+    /// Returns false if there is no such loop, if there is another counter-clockwise one, or if there are too many
+    /// vertices for ear clipping. The content of the polygon is then unspecified.
     pub(crate) fn join_holes(
         &mut self,
         tile: &TrimInput<'_>,
@@ -81,7 +86,8 @@ impl Slits {
         true
     }
 
-    /// Compares the vertices of the remaining holes with the fresh part of the polygon, and returns the nearest of all.
+    /// Compares the vertices of the remaining holes with the `fresh` part of the polygon, and returns the nearest of
+    /// all.
     fn shortest(&mut self, tile: &TrimInput<'_>, polygon: &EarPolygon, fresh: Range<usize>) -> Option<Nearest> {
         let mut shortest: Option<Nearest> = None;
         for nearest in &mut self.nearest {
@@ -100,8 +106,8 @@ impl Slits {
     }
 }
 
-/// Where the vertex stands in the polygon. Slits make it stand there several times: the place whose inner angle `towards` lies
-/// in.
+/// Index of a vertex in the polygon. Slits make it occur several times: this is the one whose inner angle contains
+/// `towards`.
 fn occurrence(polygon: &EarPolygon, id: u32, towards: DVec2) -> usize {
     let n = polygon.ids.len();
     let faces = |at: usize| {
@@ -115,7 +121,8 @@ fn occurrence(polygon: &EarPolygon, id: u32, towards: DVec2) -> usize {
     if faces(first) { first } else { places.find(|&at| faces(at)).unwrap_or(first) }
 }
 
-/// Inserts the hole after vertex `at`: from its vertex `entry` around to `entry` and back to `at`. Returns where it stands.
+/// Inserts the hole after vertex `at`: from its vertex `entry` around to `entry` and back to `at`. Returns the range of
+/// its vertices.
 fn splice(tile: &TrimInput<'_>, polygon: &mut EarPolygon, at: usize, hole: Range<u32>, entry: u32) -> Range<usize> {
     let (id, point) = (polygon.ids[at], polygon.points[at]);
     let around = (entry..hole.end).chain(hole.start..=entry);

@@ -1,33 +1,34 @@
-//! Loops of tessellants -> crossings with lattice lines in curve order, ordered along each lattice edge too, and which lattice
-//! corners are kept. One step of a two-dimensional digital differential analyser per crossing; no winding tests.
+//! Loops of tessellants -> crossings with lattice lines, in curve order and in order along each lattice edge, and the
+//! kept lattice corners. One step of a two-dimensional digital differential analyser per crossing; no winding tests.
 //!
-//! Neither the owner of a tessellant near a lattice line nor the order of crossings that nearly coincide has to be right: both
-//! cells see the same choice, and a wrong one ends in a triangle that is not positive, never in a wrong mesh.
+//! The cell of a tessellant near a lattice line and the order of crossings that nearly coincide may both be wrong: both
+//! cells see the same choice, and a wrong one yields a triangle that is not positive, never a wrong mesh.
 
 use super::bits::Bits;
 use super::input::{CORNER_CLEARANCE, NONE, TrimInput};
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
-/// Positions along a lattice line, or parameters of a segment, closer than this are compared exactly. Rounding errors of
-/// positions are about 1e-12 on the largest lattice; beyond 1e-6 the exact path would show in the profile.
+/// Positions along a lattice line, or parameters of a segment, closer than this are compared exactly. Rounding errors
+/// of positions are about 1e-12 on the largest lattice; beyond 1e-6 the exact path would show in the profile.
 const DOUBTFUL: f64 = 1e-9;
 
 /// A tessellant segment leaves the cell `cell` through its side `side` (0 bottom, 1 right, 2 top, 3 left).
 ///
-/// The part of the loop from one crossing to the next is a *chain*; it carries the index of the crossing it starts from, and
-/// lies in one cell.
+/// The part of the loop from one crossing to the next is a *chain*. It lies in one cell, and its index is that of the
+/// crossing it starts from.
 #[derive(Clone, Copy)]
 pub(crate) struct Crossing {
     /// Coordinate along the lattice line.
     pub(crate) position: f64,
     /// First tessellant of the segment.
     pub(crate) segment: u32,
-    /// The end of the segment that stands for the crossing: `segment` or `segment + 1`, which may be the loop's end index.
+    /// The end of the segment that replaces the crossing: `segment` or `segment + 1`, which may be the loop's end
+    /// index.
     pub(crate) snap: u32,
     /// The next crossing of the loop.
     pub(crate) next: u32,
-    /// Neighbours along the lattice edge, in rising and falling direction, or [`NONE`].
+    /// Neighbours along the lattice edge, in ascending and descending direction, or [`NONE`].
     pub(crate) above: u32,
     pub(crate) below: u32,
     pub(crate) loop_index: u32,
@@ -37,7 +38,7 @@ pub(crate) struct Crossing {
     pub(crate) wraps: bool,
 }
 
-/// What a segment crosses, where that is known.
+/// Crossings of a segment that are already known.
 pub(crate) struct Crossed<'a> {
     pub(crate) crossings: &'a [Crossing],
     /// Columns and rows by which their cells moved.
@@ -55,14 +56,14 @@ struct TracedSegment<'a> {
 }
 
 impl TracedSegment<'_> {
-    /// Which end stands for the point at parameter `t`.
+    /// The end nearer to the point at parameter `t`.
     #[inline(always)]
     fn nearer_end(&self, t: f64) -> u32 {
         self.first + u32::from(t >= 0.5)
     }
 }
 
-/// The crossings of a lattice edge: first, last, and the one inserted last, where the next one is likely to belong.
+/// The crossings of a lattice edge: first, last, and the most recent, near which the next one is likely to belong.
 #[derive(Clone, Copy, Default)]
 struct EdgeList {
     first: u32,
@@ -70,7 +71,7 @@ struct EdgeList {
     recent: u32,
 }
 
-/// A tile's loops seen from its lattice.
+/// Crossings of a tile's loops with its lattice, and what follows from them.
 #[derive(Default)]
 pub(crate) struct Trace {
     nu: usize,
@@ -78,7 +79,7 @@ pub(crate) struct Trace {
     /// Tessellants within this distance of a lattice line belong to the kept side of it.
     reach: f64,
     pub(crate) crossings: Vec<Crossing>,
-    /// By lattice edge; meaningful only where the bit in `crossed_h` or `crossed_v` is set, so it is never cleared.
+    /// By lattice edge. Valid only where the bit in `crossed_h` or `crossed_v` is set, so it is never cleared.
     lists: Vec<EdgeList>,
     /// Horizontal lattice edges (i, j)-(i + 1, j) with crossings, and with an odd number of them.
     pub(crate) crossed_h: Bits,
@@ -87,14 +88,14 @@ pub(crate) struct Trace {
     pub(crate) crossed_v: Bits,
     /// Lattice corners inside the region.
     pub(crate) kept: Bits,
-    /// Cells that are not plainly full even if nothing crosses their edges.
+    /// Cells that are not full cells even if nothing crosses their edges: with a loop inside or a replaced corner.
     pub(crate) special: Bits,
     /// Kept corners replaced by a tessellant, and by which.
     snapped: Bits,
     replacement: Vec<u32>,
-    /// Whether there are any.
+    /// Whether any corner is replaced.
     pub(crate) snaps: bool,
-    /// Corners that a tessellant (distances scaled down, so that it wins) or a crossing lies close to.
+    /// Corners close to a tessellant or a crossing. Distances of tessellants are scaled down, so that they win.
     candidates: Vec<CornerCandidate>,
     /// Loops that stay inside one cell, with that cell.
     pub(crate) in_cell_loops: Vec<InCellLoop>,
@@ -114,8 +115,8 @@ pub(crate) struct InCellLoop {
 }
 
 impl Trace {
-    /// Traces all loops, after [`reset`](Self::reset). `known` says what the segment that starts at a tessellant, in a cell,
-    /// crosses, where that is known.
+    /// Traces all loops, after [`reset`](Self::reset). `known` returns the crossings of the segment that starts at a
+    /// tessellant, in a cell, if they are known.
     #[inline(always)]
     pub(crate) fn run<'k>(&mut self, tile: &TrimInput<'_>, known: impl Fn(usize, (i32, i32)) -> Option<Crossed<'k>>) {
         for (index, ends) in tile.loop_starts.windows(2).enumerate() {
@@ -130,7 +131,7 @@ impl Trace {
         }
     }
 
-    /// Empty, for a tile. `reach` is [`CORNER_CLEARANCE`], or 0 to own tessellants exactly.
+    /// Clears the trace for a tile. `reach` is [`CORNER_CLEARANCE`], or 0 for exact ownership of tessellants.
     pub(crate) fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
         let (nu, nv) = (tile.cells.0 as usize, tile.cells.1 as usize);
         (self.nu, self.nv, self.reach) = (nu, nv, reach);
@@ -210,7 +211,7 @@ impl Trace {
         }
     }
 
-    /// Adds the crossings of a segment that are known, and returns the cell where it ends.
+    /// Adds the known crossings of a segment, and returns the cell where it ends.
     fn cross_again(&mut self, segment: &TracedSegment<'_>, from: (i32, i32), crossed: &Crossed<'_>) -> (i32, i32) {
         let mut cell = from;
         for c in crossed.crossings {
@@ -228,8 +229,8 @@ impl Trace {
         cell
     }
 
-    /// Adds the crossings of a segment from cell `from` to cell `to`: as many steps in x and in y as the cells are apart,
-    /// whatever the coordinates say.
+    /// Adds the crossings of a segment from cell `from` to cell `to`. The cells alone determine how many steps there
+    /// are in x and in y, not the coordinates.
     #[inline(always)]
     fn step_through(&mut self, segment: &TracedSegment<'_>, from: (i32, i32), to: (i32, i32)) {
         let (a, d) = (segment.a, segment.d);
@@ -270,7 +271,8 @@ impl Trace {
         }
     }
 
-    /// Appends a crossing, puts it in order along its lattice edge, and returns its snap, which never falls along a segment.
+    /// Appends a crossing, inserts it in order along its lattice edge, and returns its snap, which never falls along a
+    /// segment.
     #[inline(always)]
     fn push(&mut self, segment: &TracedSegment<'_>, cell: [i32; 2], side: u8, position: f64, snap: u32) -> u32 {
         let (i, j) = (cell[0] as usize, cell[1] as usize);
@@ -300,7 +302,7 @@ impl Trace {
             self.lists[edge.index] = EdgeList { first: index, last: index, recent: index };
         }
         self.crossings.push(crossing);
-        // Border corners are never kept, and every border crossing lies on one: they must not reach the slow path.
+        // Border corners are never kept, and all crossings on the border lie on one: they must not reach the slow path.
         let (line, distance) = nearest_line(position);
         let limit = if edge.horizontal { self.nu } else { self.nv };
         if distance < CORNER_CLEARANCE && line > 0 && line < limit as i32 {
@@ -346,8 +348,8 @@ impl Trace {
         if difference.abs() > DOUBTFUL { difference < 0.0 } else { self.less_exact(tile, crossing, other) }
     }
 
-    /// The order of two crossings that rounding cannot tell apart: the segment that lies entirely on one side of the other
-    /// segment's line decides. Simple loops always have one.
+    /// Orders two crossings that rounding cannot separate, by the segment that lies entirely on one side of the other
+    /// segment's line. Simple loops always have one.
     #[cold]
     #[inline(never)]
     fn less_exact(&self, tile: &TrimInput<'_>, crossing: &Crossing, other: u32) -> bool {
@@ -357,7 +359,8 @@ impl Trace {
             let next = if c.segment + 1 == end { tile.loop_starts[c.loop_index as usize] } else { c.segment + 1 };
             (tile.points[c.segment as usize], tile.points[next as usize])
         };
-        // Left of a segment that crosses upwards or to the right of a vertical edge is "greater" along the edge.
+        // The left of a segment is "greater" along the edge if it crosses a horizontal edge downwards or a vertical one
+        // to the right.
         let leftward_is_greater = |c: &Crossing| c.side < 2;
         let ((a, d), (b, e)) = (ends(crossing), ends(other));
         let (at_a, at_d) = (orient2d(b, e, a), orient2d(b, e, d));
@@ -376,12 +379,12 @@ impl Trace {
     fn note_near_crossing(&mut self, segment: &TracedSegment<'_>, (i, j): (usize, usize), distance: f64, snap: u32) {
         let ends = &segment.tile.loop_starts[segment.loop_index as usize..];
         let tessellant = if snap == ends[1] { ends[0] } else { snap };
-        // A tessellant on the corner, at distance 0, comes before a crossing there.
+        // Puts a tessellant on the corner, at distance 0, before a crossing there.
         let distance = distance + f64::MIN_POSITIVE;
         self.candidates.push(CornerCandidate { corner: (j * (self.nu + 1) + i) as u32, distance, tessellant });
     }
 
-    /// Called for tessellants near a lattice line: near a corner as well?
+    /// Notes a tessellant near a lattice line if it is near an inner corner as well.
     #[cold]
     #[inline(never)]
     fn note_near_corner(&mut self, p: DVec2, tessellant: u32) {
@@ -395,7 +398,7 @@ impl Trace {
         }
     }
 
-    /// The half-open cell of a point; the last cell of a row or column is closed.
+    /// The cell of a point. Cells are half-open, but the last of a row or column is closed.
     #[inline(always)]
     fn cell_of(&self, p: DVec2) -> (i32, i32) {
         ((p.x as i32).min(self.nu as i32 - 1), (p.y as i32).min(self.nv as i32 - 1))
@@ -411,8 +414,9 @@ impl Trace {
         near(p.x, self.nu) || near(p.y, self.nv)
     }
 
-    /// The cell on the kept side of the inner lattice lines that tessellant `a`, between `prev` and `next`, lies on. So tips
-    /// that touch a line, and segments along it, belong to the cells they bound, and do not disturb the full cells beyond.
+    /// The cell of tessellant `a`, between `prev` and `next`: on the kept side of the inner lattice lines that it lies
+    /// on. Tips that touch a line, and segments along it, then belong to the cells they bound, and do not disturb the
+    /// full cells beyond.
     #[cold]
     #[inline(never)]
     fn kept_side_cell(&self, prev: DVec2, a: DVec2, next: DVec2) -> (i32, i32) {
@@ -436,7 +440,7 @@ impl Trace {
             } else if before == 0.0 {
                 keeps_greater * (a[1 - axis] - prev[1 - axis])
             } else if before == after {
-                // A right turn is the tip of something trimmed: the kept side is the far one.
+                // A right turn is the tip of a part trimmed away: the kept side is the far one.
                 if orient2d(prev, a, next) < 0.0 { -before } else { before }
             } else {
                 continue;
@@ -446,7 +450,7 @@ impl Trace {
         (cell[0], cell[1])
     }
 
-    /// A corner is kept if an odd number of crossings lies before it on its row; rows on the tile border keep nothing.
+    /// Keeps corners with an odd number of crossings before them on their row; rows on the tile border keep nothing.
     fn keep_corners(&mut self) {
         for row in 1..self.nv {
             self.kept.set_to_parity_before(row, &self.odd_h);
@@ -481,7 +485,7 @@ impl Trace {
         self.candidates = candidates;
     }
 
-    /// The vertex that stands for a kept corner.
+    /// The vertex of a kept corner: the corner itself, or the tessellant that replaces it.
     #[inline(always)]
     pub(crate) fn corner(&self, tile: &TrimInput<'_>, i: usize, j: usize) -> (u32, DVec2) {
         if self.snapped.get(i, j) {
@@ -521,7 +525,7 @@ impl Trace {
         })
     }
 
-    /// The crossing that chain `k` started from was reached by this chain.
+    /// The chain that ends at crossing `k`.
     pub(crate) fn chain_before(&self, k: u32) -> u32 {
         if k > 0 && self.crossings[k as usize - 1].next == k {
             return k - 1;
@@ -533,7 +537,7 @@ impl Trace {
         last as u32
     }
 
-    /// Where a crossing is, and the cell that its loop enters there.
+    /// Position of a crossing, and the cell that its loop enters there.
     pub(crate) fn place(&self, crossing: &Crossing) -> (DVec2, [u32; 2]) {
         let [i, j] = crossing.cell.map(usize::from);
         let edge = self.edge(i, j, crossing.side);
@@ -549,19 +553,19 @@ impl Trace {
         (at, [beyond.0 as u32, beyond.1 as u32])
     }
 
-    /// Columns and rows of the lattice's cells.
+    /// Number of columns and rows of cells.
     pub(crate) fn cells(&self) -> (usize, usize) {
         (self.nu, self.nv)
     }
 }
 
-/// Into 0..=1; what is not a number becomes 0.
+/// Clamps to 0..=1; NaN becomes 0.
 #[inline(always)]
 fn unit(t: f64) -> f64 {
     if t > 0.0 { t.min(1.0) } else { 0.0 }
 }
 
-/// The lattice line nearest to a coordinate that is not below -0.5, and the distance to it. By integer conversion, because
+/// The lattice line nearest to a coordinate of at least -0.5, and the distance to it. Converts to an integer, because
 /// rounding functions are calls on processors without SSE 4.1.
 #[inline(always)]
 fn nearest_line(coordinate: f64) -> (i32, f64) {
@@ -569,7 +573,7 @@ fn nearest_line(coordinate: f64) -> (i32, f64) {
     (line, (coordinate - f64::from(line)).abs())
 }
 
-/// Where a lattice edge's data stand.
+/// Indices of a lattice edge.
 struct LatticeEdge {
     index: usize,
     horizontal: bool,

@@ -1,29 +1,30 @@
-//! A polygon -> strictly positive triangles that keep its boundary, or the statement that there are none to be found.
+//! A polygon -> strictly positive triangles with the same boundary, or a refusal.
 //!
-//! Methods: two chains that face each other are zipped, the in-circle test choosing the side to advance; other polygons lose
-//! their best ear first, where an ear whose circumcircle holds another vertex waits. Both come close to the Delaunay
-//! triangulation at a small part of its cost.
+//! Methods: two chains that face each other are zipped, and the in-circle test chooses the side to advance. Other
+//! polygons lose their best ear first; an ear whose circumcircle holds another vertex waits. Both come close to the
+//! Delaunay triangulation at a fraction of its cost.
 
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
-/// Largest polygon for ear clipping, which takes quadratic time: 0.05 us per vertex at 16 vertices, 0.11 at 40, 0.27 to 0.44
-/// at 96 (bench `one_cell`, round and spiky polygons), while the constrained Delaunay triangulation takes 0.3 to 0.6 at any
-/// size. Half of it would double the time of polygons in between; twice as much would make spiky ones twice as slow as it.
+/// Largest polygon for ear clipping, which takes quadratic time: 0.05 us per vertex at 16 vertices, 0.11 at 40, 0.27 to
+/// 0.44 at 96 (bench `one_cell`, round and spiky polygons). The constrained Delaunay triangulation takes 0.3 to 0.6 at
+/// any size. Half the limit would double the time of polygons in between; twice the limit would make spiky ones twice
+/// as slow as that triangulation.
 pub(crate) const EAR_LIMIT: usize = 96;
 
-/// Quality factor of an ear whose circumcircle is not empty: it waits for all ears that are Delaunay.
+/// Factor on the quality of an ear whose circumcircle is not empty: it waits for all Delaunay ears.
 const NOT_DELAUNAY: f64 = 1e-9;
 
-/// In-circle determinants below this count as empty, so that regular shapes do not wait for themselves.
+/// In-circle determinants below this count as empty, so that cocircular corners of regular shapes do not wait.
 const COCIRCULAR: f64 = 1e-12;
 
-/// A polygon under construction, and the work space to triangulate it.
+/// A polygon under construction, and the buffers to triangulate it.
 #[derive(Default)]
 pub(crate) struct EarPolygon {
     pub(crate) ids: Vec<u32>,
     pub(crate) points: Vec<DVec2>,
-    /// The first `zip` vertices and the others are two chains facing each other; 0 when they are not.
+    /// The first `zip` vertices and the others are two chains that face each other; 0 if they are not.
     pub(crate) zip: usize,
     ears: Ears,
 }
@@ -42,9 +43,9 @@ impl Default for Ears {
     }
 }
 
-/// The ear is no candidate: not convex, or a vertex lies in it.
+/// Quality where no positive triangle can be cut off.
 const NO_EAR: f64 = -1.0;
-/// A vertex lies in the ear; it becomes a candidate again when vertices have gone.
+/// Quality of an ear that holds a vertex. It is rated again after the next ear is cut.
 const BLOCKED: f64 = -2.0;
 
 impl EarPolygon {
@@ -54,7 +55,8 @@ impl EarPolygon {
         self.zip = 0;
     }
 
-    /// Appends a vertex; a repeated vertex is skipped, and a spike v, w, v becomes v. Neither changes the boundary as a chain.
+    /// Appends a vertex; a repeated vertex is skipped, and a spike v, w, v becomes v. Neither changes the boundary as a
+    /// chain.
     #[inline(always)]
     pub(crate) fn push(&mut self, id: u32, point: DVec2) {
         let n = self.ids.len();
@@ -76,7 +78,7 @@ impl EarPolygon {
         self.points.push(point);
     }
 
-    /// Removes repeated vertices and spikes across the closing edge. What has fewer than three vertices vanishes.
+    /// Removes repeated vertices and spikes across the closing edge. Clears a polygon of fewer than three vertices.
     #[inline(always)]
     pub(crate) fn close(&mut self) {
         loop {
@@ -102,8 +104,8 @@ impl EarPolygon {
         }
     }
 
-    /// Appends strictly positive triangles whose boundary is the polygon's. False when that failed: nothing is appended. A
-    /// polygon without vertices has no triangles.
+    /// Appends strictly positive triangles whose boundary is the polygon's. Returns false, and appends nothing, if that
+    /// fails. A polygon without vertices has no triangles.
     #[inline]
     pub(crate) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
         let n = self.ids.len();
@@ -138,7 +140,7 @@ impl EarPolygon {
         out.push([self.ids[a], self.ids[b], self.ids[c]]);
     }
 
-    /// The better of the two diagonals, judged by the worse triangle.
+    /// Splits a quadrilateral along the better diagonal, judged by its worse triangle.
     #[inline(always)]
     fn quad(&self, out: &mut Vec<[u32; 3]>, corners: [usize; 4]) -> bool {
         let [a, b, c, d] = corners;
@@ -163,7 +165,7 @@ impl EarPolygon {
         true
     }
 
-    /// Walks up both chains from the edge between them, always cutting off a positive triangle.
+    /// Advances along both chains from the edge between them, cutting off a positive triangle at each step.
     #[inline(always)]
     fn zipper(&self, out: &mut Vec<[u32; 3]>) -> bool {
         let n = self.ids.len();
@@ -196,7 +198,7 @@ impl EarPolygon {
         }
     }
 
-    /// Cuts ears off until a quadrilateral is left.
+    /// Cuts ears off, and splits the quadrilateral that is left.
     fn clip_ears(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
         let n = self.ids.len();
         let mut not_convex = 0;
@@ -241,7 +243,7 @@ impl EarPolygon {
         usize::from(self.ears.prev[k])
     }
 
-    /// Turn and quality of the ear at `b`.
+    /// Updates turn and quality of the ear at `b`.
     fn rate(&mut self, b: usize) {
         let (pa, pb, pc) = (self.points[self.prev(b)], self.points[b], self.points[self.next(b)]);
         let turn = orient2d(pa, pb, pc);
@@ -261,7 +263,7 @@ impl EarPolygon {
         best
     }
 
-    /// Whether a vertex that is not convex lies in the closed ear. The same vertex met again does not count.
+    /// Whether a vertex that is not convex lies in the closed ear. Repetitions of the ear's own vertices do not count.
     fn holds_vertex(&self, a: usize, b: usize, c: usize) -> bool {
         let [pa, pb, pc] = [a, b, c].map(|k| self.points[k]);
         let mut r = self.next(c);
@@ -311,7 +313,8 @@ fn quality(a: DVec2, b: DVec2, c: DVec2, turn: f64) -> f64 {
     turn / (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a))
 }
 
-/// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides quality.
+/// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides
+/// quality.
 #[inline(always)]
 pub(crate) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
     let (a, b, c) = (a - p, b - p, c - p);
@@ -348,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn area_is_that_of_the_polygon() {
+    fn triangles_have_the_area_of_the_polygon() {
         let arrow = [(0.0, 0.0), (4.0, 1.0), (0.0, 2.0), (1.5, 1.2), (1.0, 1.0), (1.5, 0.8)];
         for count in 3..=arrow.len() {
             let mut out = Vec::new();
@@ -366,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_simple_is_refused_and_leaves_nothing() {
+    fn polygons_that_are_not_simple_are_refused_and_append_nothing() {
         let clockwise = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.5, 0.5), (1.0, 0.0)];
         let bow_tie = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)];
         let flat = [(0.0, 0.0), (1.0, 0.0), (3.0, 0.0), (2.0, 0.0), (1.5, 0.0)];

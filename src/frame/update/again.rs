@@ -1,8 +1,8 @@
-//! Crossings and cells of a tile as they were, and other tessellants or lattice lines -> those of the tile as it is, made anew only
-//! where something changed (Kumar and Manocha 1995, §5.2).
+//! Cached crossings and cells of a tile, and its new tessellants and lattice lines -> its triangles, rebuilt only where
+//! something changed (Kumar and Manocha 1995, §5.2).
 //!
-//! Segments between tessellants that stay, in strips of the lattice that stay, cross what they crossed. Cells that only such segments
-//! pass through keep their triangles. The sum of all areas is looked at as for a tile made from nothing.
+//! A segment between tessellants that stay, in lattice strips that stay, keeps its crossings. A cell that only such
+//! segments pass through keeps its triangles. The sum of all areas is checked as for a rebuilt tile.
 
 use super::memory::keep;
 use crate::frame::trim::bits::Bits;
@@ -12,55 +12,55 @@ use crate::frame::trim::output::{TrimOutcome, TrimOutput, TrimStats};
 use crate::frame::trim::rings::RingOrigin;
 use crate::frame::trim::trace::{Crossed, Crossing, Trace};
 
-/// What is kept of a tile that was triangulated cell by cell.
+/// Cached triangulation of a tile, cell by cell.
 #[derive(Default)]
 pub(crate) struct Cells {
     cells: (u32, u32),
-    /// How many tessellants there were.
+    /// Number of tessellants.
     tessellants: u32,
     crossings: Vec<Crossing>,
     rings: Vec<KeptRing>,
-    /// As the trim stage numbers vertices.
+    /// With vertices as the trim stage numbers them.
     triangles: Vec<[u32; 3]>,
 }
 
-/// A ring that was triangulated by itself.
+/// A cell polygon that was triangulated by itself.
 #[derive(Clone, Copy)]
 pub(crate) struct KeptRing {
     cell: [u16; 2],
-    /// Range in the triangles.
+    /// Range of its triangles.
     triangles: [u32; 2],
 }
 
-/// What became of a tile's tessellants and strips.
+/// A tile, and how its tessellants and lattice strips correspond to the old ones.
 #[derive(Clone, Copy)]
 pub(crate) struct Moved<'a> {
-    /// The tile now.
+    /// The new tile.
     pub(crate) tile: TrimInput<'a>,
-    /// Where its loops started before.
+    /// Loop starts of the old tile.
     pub(crate) old_starts: &'a [u32],
-    /// Which tessellant each one was, or [`NONE`].
+    /// Old index of each tessellant, or [`NONE`].
     pub(crate) from: &'a [u32],
-    /// Which column and row of cells each old one is, or [`NONE`].
+    /// New index of each old column and row of cells, or [`NONE`].
     pub(crate) columns: &'a [u32],
     pub(crate) rows: &'a [u32],
 }
 
-/// Crossings of segments with the lattice as it was.
+/// The old crossings of segments with the lattice.
 pub(crate) struct Known<'a> {
-    /// All of them, in curve order.
+    /// All crossings, in curve order.
     crossings: &'a [Crossing],
-    /// The first one of each segment as it was, and how many there were.
+    /// Index of each old segment's first crossing, then the number of crossings.
     first: &'a [u32],
-    /// By tessellant that a segment starts at: which segment it was, or [`NONE`].
+    /// By tessellant: old index of the segment that starts there, or [`NONE`].
     segments: &'a [u32],
-    /// Which column and row each one is now.
+    /// New index of each old column and row.
     columns: &'a [u32],
     rows: &'a [u32],
 }
 
 impl<'a> Known<'a> {
-    /// What is known of the segment that starts at `v`, in cell `from`.
+    /// The old crossings of the segment that starts at `v` in cell `from`, if they still hold.
     #[inline(always)]
     pub(crate) fn of(&self, v: usize, from: (i32, i32)) -> Option<Crossed<'a>> {
         let segment = self.segments[v];
@@ -76,24 +76,24 @@ impl<'a> Known<'a> {
     }
 }
 
-/// Work space; leaves no trace in results.
+/// Work space of [`Cells::again`]. Does not affect results.
 #[derive(Default)]
 pub(crate) struct AgainScratch {
-    /// The first crossing of each old segment, and how many crossings there were.
+    /// Index of each old segment's first crossing, then the number of crossings.
     first: Vec<u32>,
-    /// By tessellant that a segment starts at: the old segment that it is, if it crosses what that crossed; else [`NONE`].
+    /// By tessellant: old index of the segment that starts there, if its crossings stay; else [`NONE`].
     segments: Vec<u32>,
-    /// Old segments that are among them.
+    /// By old segment: whether it is in `segments`.
     stays: Vec<bool>,
-    /// Which tessellant each old one is.
+    /// New index of each old tessellant, or [`NONE`].
     to: Vec<u32>,
-    /// Which old column and row each one was.
+    /// Old index of each new column and row, or [`NONE`].
     columns: Vec<u32>,
     rows: Vec<u32>,
-    /// Cells that segments pass through that are new, and those that segments passed through that are gone.
+    /// New cells on new segments, and old cells on removed segments.
     dirty: Bits,
     old_dirty: Bits,
-    /// Rings of the last tile that are as they were before.
+    /// Reused rings of the new tile.
     kept: Vec<KeptRing>,
 }
 
@@ -103,7 +103,7 @@ fn next_in(ends: &[u32], v: u32) -> u32 {
 }
 
 impl AgainScratch {
-    /// Finds the segments that stay: both ends do, side by side and away from lattice lines, and so do all strips they pass through.
+    /// Finds the segments that stay: both ends stay, adjacent and away from lattice lines, and all strips between them.
     fn find_segments(&mut self, cells: &Cells, moved: &Moved<'_>, trace: &Trace) {
         let Self { first, segments, stays, to, columns, rows, .. } = self;
         let count = cells.tessellants as usize;
@@ -149,7 +149,7 @@ impl AgainScratch {
                 if moved.from[w as usize] != next_in(old_ends, old) {
                     continue;
                 }
-                // The crossing after the last one leaves the cell where the segment ends.
+                // The crossing after the segment's last one leaves the cell in which the segment ends.
                 let range = first[old as usize] as usize..first[old as usize + 1] as usize;
                 let after = if range.end == chains.end { chains.start } else { range.end };
                 if range.chain([after]).all(strips_stay) {
@@ -160,7 +160,7 @@ impl AgainScratch {
         }
     }
 
-    /// Marks the cells that segments pass through which are new, or were there and are gone.
+    /// Marks the cells that new segments pass through, and those that removed segments passed through.
     fn mark_cells(&mut self, cells: &Cells, moved: &Moved<'_>, trace: &Trace) {
         let Self { segments, stays, dirty, old_dirty, .. } = self;
         dirty.reset(moved.tile.cells.0 as usize, moved.tile.cells.1 as usize);
@@ -169,7 +169,7 @@ impl AgainScratch {
         mark(&cells.crossings, moved.old_starts, |v| stays[v], old_dirty);
     }
 
-    /// Whether what was made of a cell holds.
+    /// Whether the triangles of a cell can be reused.
     fn keeps(&self, trace: &Trace, cell: [u16; 2]) -> bool {
         let [i, j] = cell.map(usize::from);
         let (column, row) = (self.columns[i], self.rows[j]);
@@ -210,14 +210,14 @@ fn mark(crossings: &[Crossing], loop_starts: &[u32], stays: impl Fn(usize) -> bo
 }
 
 impl Cells {
-    /// Bytes that it holds.
+    /// Heap size, bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of::<Crossing>() * self.crossings.capacity()
             + size_of::<KeptRing>() * self.rings.capacity()
             + size_of::<[u32; 3]>() * self.triangles.capacity()
     }
 
-    /// Appends the triangles of the cells that are kept, by the new numbers. `None` where one has no number.
+    /// Appends the triangles of reused cells, with new vertex numbers. `None` if a vertex is gone.
     fn copy(
         &self,
         tile: &TrimInput<'_>,
@@ -252,8 +252,8 @@ impl Cells {
 }
 
 impl Cells {
-    /// Keeps what the last call of the trim stage did, if every cell was triangulated by itself and no corner gave way to a tessellant: then it returns
-    /// true. `out` must be as that call left it; `again` is the work space of the call, where cells were kept.
+    /// Caches the last call of the trim stage and returns true, if every cell was triangulated by itself and no corner
+    /// gave way to a tessellant. `out` must be as that call left it. `again` is given if the call reused cells.
     pub(crate) fn keep(
         &mut self,
         (trim, again): (&TrimScratch, Option<&AgainScratch>),
@@ -284,9 +284,9 @@ impl Cells {
         true
     }
 
-    /// Triangulates a tile that was kept: with the crossings that stay, if `crossings`; and with the triangles of cells that stay, if
-    /// `triangles`, which are the last ones of the output then. Returns how it went, and how many triangles are new. `None` where
-    /// nothing stays or something is doubtful: `out` is in no useful state then.
+    /// Triangulates a tile incrementally. Reuses crossings if `crossings`, and triangles of cells if `triangles`; these
+    /// come last in the output. Returns the outcome and the number of new triangles. `None` if nothing stays or
+    /// something is doubtful; `out` is unspecified then.
     pub(crate) fn again(
         &self,
         moved: &Moved<'_>,
@@ -350,7 +350,7 @@ impl Cells {
     }
 }
 
-/// Which strip between the new lines each strip between the old ones is, or [`NONE`].
+/// New index of each strip between the old lines, or [`NONE`].
 pub(crate) fn strips(old: &[f64], new: &[f64], out: &mut Vec<u32>) {
     out.clear();
     let mut k = 0;
@@ -369,10 +369,10 @@ mod tests {
     use crate::frame::trim::climb::trim_tile;
     use glam::DVec2;
 
-    /// A tile with loops through it, in parameters; lines and tessellants come and go.
+    /// A tile with loops, in parameters. Lines and tessellants differ from tile to tile.
     struct Tile {
         lines: [Vec<f64>; 2],
-        /// Loop by loop: parameter along it and place.
+        /// By loop: parameter along it and point.
         loops: Vec<Vec<(f64, DVec2)>>,
     }
 
@@ -406,7 +406,7 @@ mod tests {
         }
     }
 
-    /// The border of the unit square and holes in it, as finely as stated.
+    /// The unit square with holes (centre, radius, tessellants), and `border` tessellants per side.
     fn tile(lines: [usize; 2], border: usize, holes: &[(DVec2, f64, usize)]) -> Tile {
         let even = |n: usize| (0..=n).map(|k| k as f64 / n as f64).collect::<Vec<f64>>();
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
@@ -437,7 +437,7 @@ mod tests {
         triangles
     }
 
-    /// Goes from tile to tile, compares with each made from nothing, and returns how many triangles were kept and made in all.
+    /// Updates from tile to tile and compares with rebuilt ones. Returns the numbers of reused and of all triangles.
     fn walk(tiles: &[Tile]) -> [usize; 2] {
         let mut counts = [0; 2];
         for ways in [(true, true), (true, false), (false, true)] {
@@ -479,9 +479,9 @@ mod tests {
     const B: (DVec2, f64) = (DVec2::new(0.71, 0.62), 0.23);
 
     #[test]
-    fn what_is_kept_is_what_would_be_made() {
+    fn reused_triangles_equal_rebuilt_ones() {
         let with = |lines, border, a, b| tile(lines, border, &[(A.0, A.1, a), (B.0, B.1, b)]);
-        // Tessellants come and go along one hole, then along the border, then lines in one direction and in the other.
+        // First tessellants along a hole change, then along the border. Later, lines in u and in v.
         let [kept, all] = walk(&[
             with([12, 12], 13, 30, 40),
             with([12, 12], 13, 30, 80),
@@ -507,7 +507,7 @@ mod tests {
 
     /// Tessellants on lines and corners, segments along lines, loops within a cell, corners that give way, slivers.
     #[test]
-    fn degenerate_places_change_nothing() {
+    fn degenerate_input_updates_like_a_rebuild() {
         let mut made = 0;
         let mut walk = |tiles: &[Tile]| made += walk(tiles)[1];
         let on_lines = |n: usize| tile([4, 4], n, &[(DVec2::new(0.5, 0.5), 0.25, 8), (DVec2::new(0.2, 0.2), 0.02, n)]);

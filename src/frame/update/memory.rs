@@ -1,6 +1,6 @@
-//! Buffers that are kept for thousands of tiles.
+//! Buffers that are cached for thousands of tiles.
 
-/// Copies into as much memory as that takes, or at most twice as much: there are thousands of tiles.
+/// Copies `from` into `to`, and shrinks its capacity to twice the length: thousands of tiles have such buffers.
 pub(crate) fn keep<T: Copy>(to: &mut Vec<T>, from: &[T]) {
     to.clear();
     to.shrink_to(2 * from.len());

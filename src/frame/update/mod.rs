@@ -1,4 +1,4 @@
-//! Tiles as they were -> tiles as they are, made again only where they changed (Kumar and Manocha 1995, §5.2).
+//! A tile's cache and a new plan -> the tile, rebuilt only where it changed (Kumar and Manocha 1995, §5.2).
 
 pub(super) mod again;
 pub(super) mod memory;

@@ -1,7 +1,7 @@
-//! A tile's tessellants and lattice points as they were -> as they are: those that stay keep place and normal, others are evaluated.
+//! Cached tessellants and lattice points -> those of the new plan, with positions and normals reused or evaluated.
 //!
-//! A tessellant stays where its parameter is one of the old polyline's, a lattice point where both its lines are old ones.
-//! The same parameters give the same bits, so nothing shows of this but time.
+//! A tessellant is reused if the old polyline has its parameter, a lattice point if both its lines are old ones. The
+//! same parameters give the same bits, so reuse does not affect results.
 
 use super::memory::keep;
 use crate::frame::plan::planned::{EdgePolyline, PartPlan, TileLattice};
@@ -15,24 +15,24 @@ use crate::prepare::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
-/// What is kept of the vertices of a tile.
+/// The cached vertices of a tile.
 #[derive(Default)]
 pub(crate) struct Samples {
     lattice: Option<Arc<TileLattice>>,
-    /// Of each use of an edge, loop after loop.
+    /// Polyline of each edge use, loop after loop.
     lines: Vec<Arc<EdgePolyline>>,
     pub(crate) loop_starts: Vec<u32>,
-    /// Vertices: tessellants, then the lattice points that are used.
+    /// By vertex: tessellants, then the used lattice points.
     uvs: Vec<DVec2>,
     positions: Vec<DVec3>,
-    /// One for all where the face is plane.
+    /// By vertex; a single one if the face is planar.
     normals: Vec<Vec3>,
-    /// By lattice point: its vertex, or none.
+    /// Vertex of each lattice point, or [`NONE`].
     corners: Vec<u32>,
 }
 
 impl Samples {
-    /// Keeps what the scratch and the mesh have of a tile that was just made. Vertices beyond those of the lattice are not kept.
+    /// Caches the tile that was just made in the scratch and the mesh, without crossings and inner points.
     pub(crate) fn keep(
         &mut self,
         (plan, tile, lattice, is_plane): (&PartPlan, &Tile, &Arc<TileLattice>, bool),
@@ -55,17 +55,17 @@ impl Samples {
         keep(&mut self.normals, &mesh.normals[..normals]);
     }
 
-    /// The u-lines and v-lines that there were; none where nothing is kept.
+    /// The cached u-lines and v-lines; empty if nothing is cached.
     pub(crate) fn lines(&self) -> [&[f64]; 2] {
         self.lattice.as_ref().map_or([&[], &[]], |lattice| [&lattice.us, &lattice.vs])
     }
 
-    /// The chord tolerance that triangles were held against.
+    /// The chord tolerance that the cached triangles keep.
     pub(crate) fn chord(&self) -> f64 {
         self.lattice.as_ref().map_or(f64::INFINITY, |lattice| lattice.chord)
     }
 
-    /// Bytes that it holds.
+    /// Heap size, bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of::<DVec2>() * self.uvs.capacity()
             + size_of::<DVec3>() * self.positions.capacity()
@@ -74,8 +74,9 @@ impl Samples {
             + 4 * (self.corners.capacity() + self.loop_starts.capacity())
     }
 
-    /// Tessellants of the tile's loops by another plan, as the scratch has them for a tile made from nothing; and in `from` which one
-    /// each was. Places are kept if `keeps`; else all are evaluated.
+    /// Makes the tessellants of the tile's loops by a new plan, as
+    /// [`trace_loops`](crate::frame::vertices::boundary::trace_loops) does. Sets `from` to the old index of each, or
+    /// [`NONE`]. With `keeps`, reuses positions and parameters.
     pub(crate) fn trace_loops(
         &self,
         (part, plan, tile, lattice, face): (&PreparedPart, &PartPlan, &Tile, &TileLattice, &PreparedFace),
@@ -128,7 +129,7 @@ impl Samples {
         }
     }
 
-    /// Appends which vertex each lattice point was that is used now, in the order of the vertices.
+    /// Appends to `from` the old vertex of each lattice point in use, or [`NONE`], in the order of the vertices.
     pub(crate) fn find_corners(&self, lattice: &TileLattice, s: &Scratch, from: &mut Vec<u32>) {
         let tessellants = from.len();
         let used = s.uvs.len() - tessellants;
@@ -154,7 +155,7 @@ impl Samples {
         }
     }
 
-    /// Positions of lattice points and normals of all vertices; those that were there before are what they were.
+    /// Appends positions of lattice points and crossings, and normals of all vertices. Reuses those of old vertices.
     pub(crate) fn evaluate(
         &self,
         face: &PreparedFace,

@@ -1,8 +1,8 @@
-//! One tile as it was and a plan -> the same tile by that plan, patched up where little of it changed (Kumar and Manocha 1995,
-//! §5.2): samples, crossings and triangles far from what changed are kept.
+//! A tile's cache and a new plan -> the tile by that plan, updated incrementally (Kumar and Manocha 1995, §5.2):
+//! samples, crossings and triangles away from changes are reused.
 //!
-//! Vertices, boundary edges and area are those of the tile made from nothing; how the inside is cut into triangles depends on
-//! what was there before. What is doubtful is made from nothing.
+//! Vertices, boundary edges and area are those of the tile rebuilt from scratch. How its inside is cut into triangles
+//! may depend on the cache. Doubtful cases are rebuilt from scratch.
 
 use super::again::{AgainScratch, Cells, Moved, strips};
 use super::samples::Samples;
@@ -19,25 +19,25 @@ use crate::mesh::TileMesh;
 use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 
-/// What of tiles that change is kept.
+/// What tiles cache and reuse when they change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Reuse {
-    /// Places and normals of the tessellants and lattice points that were there before.
+    /// Positions and normals of tessellants and lattice points that stay.
     pub samples: bool,
-    /// Crossings of segments with lattice lines where both were there before (§5.2.1).
+    /// Crossings of segments with lattice lines where both stay (§5.2.1).
     pub trace: bool,
-    /// Triangles beside which nothing changed (§5.2.2).
+    /// Triangles with no change next to them (§5.2.2).
     pub triangles: bool,
-    /// Also of tiles where keeping is not faster (docs/decisions/027), or has not been measured to be.
+    /// Also in tiles where reuse is not faster (docs/decisions/027), or not measured to be.
     pub everywhere: bool,
 }
 
 impl Reuse {
-    /// Nothing: every tile is a function of model and plan alone.
+    /// Reuses nothing: every tile is a function of model and plan alone.
     pub const NONE: Self = Self { samples: false, trace: false, triangles: false, everywhere: false };
-    /// All of it, for tests and to measure.
+    /// Reuses everything, for tests and measurements.
     pub const ALL: Self = Self { samples: true, trace: true, triangles: true, everywhere: true };
-    /// What is faster (docs/decisions/027).
+    /// Reuses what is faster to reuse than to rebuild (docs/decisions/027).
     pub const DEFAULT: Self = Self { samples: true, trace: false, triangles: true, everywhere: false };
 }
 
@@ -47,10 +47,10 @@ impl Default for Reuse {
     }
 }
 
-/// What is kept of a tile to patch it up with. Empty to begin with.
+/// Cache of one tile for incremental updates. Empty by default.
 #[derive(Default)]
 pub struct TileCache {
-    /// There are samples.
+    /// Whether there are samples.
     holds: bool,
     samples: Samples,
     triangles: Triangles,
@@ -58,21 +58,21 @@ pub struct TileCache {
     stats: TrimStats,
 }
 
-/// Triangles of a tile that may be kept.
+/// Cached triangles of a tile.
 #[derive(Default)]
 enum Triangles {
     #[default]
     None,
-    /// Of one cell, as they were made.
+    /// Of a single cell, as made by the trim stage.
     OneCell(Vec<[u32; 3]>),
-    /// Of one cell, with neighbours: it has been patched before.
+    /// Of a single cell, with adjacency, after an incremental update.
     Weave(Weave),
     /// Of a lattice, cell by cell.
     Cells(Cells),
 }
 
 impl TileCache {
-    /// Bytes that it holds; 0 where nothing is kept, as of tiles that are made from nothing faster.
+    /// Size of the cache, bytes. 0 if nothing is cached, as for tiles that are faster to rebuild.
     #[must_use]
     pub fn bytes(&self) -> usize {
         if !self.holds {
@@ -87,8 +87,8 @@ impl TileCache {
         size_of::<Self>() + self.samples.bytes() + triangles
     }
 
-    /// Triangulates the loops in the scratch, as far as it can be from what is kept. Returns how that went and how many triangles are
-    /// new; `None` where all have to be made.
+    /// Triangulates the loops in the scratch from cached triangles. Returns the outcome and the number of new
+    /// triangles, which come first. `None` if the tile has to be rebuilt.
     fn trim(
         &mut self,
         (job, reuse): (&Job<'_>, Reuse),
@@ -110,11 +110,11 @@ impl TileCache {
                 strips(vs, &job.lattice.vs, rows);
                 let moved = Moved { tile, old_starts, from, columns, rows };
                 let made = kept.again(&moved, (&mut s.trim, again), (reuse.trace, reuse.triangles), &mut s.trimmed);
-                // Its memory is used again.
+                // Put back, so that its memory is reused.
                 self.triangles = Triangles::Cells(kept);
                 let (outcome, fresh) = made?;
                 s.trimmed.stats.outcome = outcome;
-                // Where the chord is stricter now, those that are kept were held against another one.
+                // With a stricter chord than before, reused triangles have to be checked again.
                 let holds = job.lattice.chord >= self.samples.chord();
                 return Some((outcome, if holds { fresh } else { usize::MAX }));
             }
@@ -130,7 +130,7 @@ impl TileCache {
         Some((self.outcome, usize::MAX))
     }
 
-    /// Keeps triangles as the trim stage made them, if that is sound.
+    /// Caches the trim stage's triangles if they can be updated later.
     fn keep_triangles(
         &mut self,
         job: &Job<'_>,
@@ -161,12 +161,12 @@ impl TileCache {
     }
 }
 
-/// Percent of a plane's tessellants that may change: with more, what takes the place of its triangles costs what all do.
+/// Most changed tessellants of a plane, percent. Beyond that, an update costs as much as a rebuild.
 const MOST_CHANGED: usize = 50;
-/// Vertices that a lattice has at least of which anything is kept: samples and triangles of smaller ones are made as fast as kept.
+/// Fewest lattice points of a cached tile. Smaller ones are rebuilt as fast as updated.
 const LEAST_LATTICE: usize = 256;
 
-/// Work space of [`update_tile`]; leaves no trace in results.
+/// Work space of [`update_tile`]. Does not affect results.
 #[derive(Default)]
 pub struct UpdateScratch {
     tile: Scratch,
@@ -179,13 +179,13 @@ impl UpdateScratch {
         self.tile.reuse(mesh);
     }
 
-    /// The part of it that tiles made from nothing use.
+    /// The work space for [`tessellate_tile`].
     pub fn tile(&mut self) -> &mut Scratch {
         &mut self.tile
     }
 }
 
-/// What patching needs beside it.
+/// Additional work space for updates.
 #[derive(Default)]
 struct Buffers {
     from: Vec<u32>,
@@ -195,12 +195,12 @@ struct Buffers {
     again: AgainScratch,
 }
 
-/// Tessellates one tile under a plan as [`tessellate_tile`] does, but starts from what `memory` has of it (made by
-/// another plan of the same model, from the same call), and leaves there what the next call starts from.
+/// Tessellates one tile by a plan as [`tessellate_tile`] does, but incrementally from its cache `memory`. Updates the
+/// cache for the next call. The cache must be empty or come from the same tile of the same model.
 ///
-/// The vertices bit by bit, the order of the tessellants, the sides of triangles that are the tile's boundary and the area in (u,v)
-/// are the same as from nothing. The order of the lattice points, and in planes which vertices the triangles inside join, depend on the
-/// calls before.
+/// Vertices (bit by bit), the order of the tessellants, the boundary edges and the area in (u,v) are the same as by
+/// [`tessellate_tile`]. The order of lattice points and, in planes, how triangles join the vertices depend on earlier
+/// calls.
 #[must_use]
 pub fn update_tile(
     (prepared, plan): (&Prepared, &Plan),
@@ -266,8 +266,7 @@ pub fn update_tile(
     made
 }
 
-/// Whether it is faster to keep something of a tile that was just made: of a plane from which ears cannot be cut, and of
-/// a large lattice.
+/// Whether a tile that was just made is worth caching: planes that needed more than ear clipping, and large lattices.
 fn is_kept(job: &Job<'_>, reuse: Reuse, stats: &TrimStats) -> bool {
     if reuse.everywhere {
         true

@@ -1,11 +1,10 @@
-//! The triangles of a region and other tessellants along some stretches of its boundary -> its triangles, those far from the
-//! changed stretches as they were.
+//! Triangles of a region, and new tessellants along parts of its boundary -> its triangles, reused away from changes.
 //!
-//! Triangles at tessellants that go are taken out, then those whose circumcircles hold a tessellant that comes (A. Bowyer,
-//! *Computing Dirichlet tessellations*, 1981; D. F. Watson, *Computing the n-dimensional Delaunay tessellation*, 1981), and what
-//! is left empty is a region of its own, with the new stretches along it, that is triangulated as any other. What a Delaunay
-//! triangulation loses and gains is no more than that. The chains around what was taken out and around what comes in its
-//! place differ by the changed stretches only, so the boundary of all triangles is that of the new loops.
+//! Triangles at removed tessellants are removed, then those whose circumcircles contain an added tessellant (A. Bowyer,
+//! *Computing Dirichlet tessellations*, 1981; D. F. Watson, *Computing the n-dimensional Delaunay tessellation*, 1981).
+//! No other triangle of a Delaunay triangulation changes. The hole, with the new boundary along it, is triangulated
+//! like any region. The chains around the removed and the new triangles differ only by the changed parts of the
+//! boundary, so the boundary of all triangles is that of the new loops.
 
 use crate::frame::trim::chain::Fingerprint;
 use crate::frame::trim::climb::{TrimScratch, trim_tile};
@@ -16,80 +15,82 @@ use crate::math::buckets::Buckets;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
-/// Times that what could not be filled is taken out wider.
+/// Attempts to fill the holes, each wider than the last.
 const ATTEMPTS: usize = 3;
 
-/// Triangles of a region without inner vertices, and their neighbours.
+/// Triangles with adjacency, of a region without inner vertices.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Weave {
     /// Counter-clockwise.
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// Across the side from corner k to the next; [`NONE`] along the boundary.
+    /// Adjacent triangle across the side from corner k to the next; [`NONE`] along the boundary.
     beside: Vec<[u32; 3]>,
     /// The triangle left of the segment that starts at each tessellant.
     first: Vec<u32>,
 }
 
-/// What became of the tessellants of a tile.
+/// A tile, and how its tessellants correspond to the old ones.
 #[derive(Clone, Copy)]
 pub(crate) struct Changed<'a> {
-    /// The tile now.
+    /// The new tile.
     pub(crate) tile: TrimInput<'a>,
-    /// Where its loops, the same ones in the same order, started before.
+    /// Loop starts of the old tile, which has the same loops in the same order.
     pub(crate) old_starts: &'a [u32],
-    /// Which tessellant each one was; [`NONE`] for those that are new. Those that stay keep their order.
+    /// Old index of each tessellant; [`NONE`] for new ones. Tessellants that stay keep their order.
     pub(crate) from: &'a [u32],
 }
 
-/// Work space of [`Weave::update`]; leaves no trace in results.
+/// Work space of [`Weave::update`]. Does not affect results.
 #[derive(Default)]
 pub(crate) struct WeaveScratch {
-    /// Which tessellant each old one is now.
+    /// New index of each old tessellant, or [`NONE`].
     to: Vec<u32>,
-    /// By triangle: whether it is taken out.
+    /// By triangle: whether it is removed.
     out: Vec<bool>,
+    /// The removed triangles.
     taken: Vec<u32>,
     stack: Vec<u32>,
-    /// The run that looked at each triangle last.
+    /// The last run that visited each triangle.
     seen: Vec<u32>,
     /// Tessellants that a run adds.
     added: Vec<DVec2>,
     runs: Vec<BoundaryRun>,
-    /// By triangle: sides of the outline that were walked along.
+    /// By triangle: sides on the outline that were visited, a bit each.
     walked: Vec<u8>,
-    /// The region to be filled: tessellants, their places, what lies across the side that starts there.
+    /// The hole to be filled: tessellants, their points, and what is across the side that starts there.
     ids: Vec<u32>,
     points: Vec<DVec2>,
     across: Vec<TriangleSide>,
     starts: Vec<u32>,
-    /// What fills all regions: triangles, and beside each the others of them or else what lies across.
+    /// Triangles that fill the holes, and their adjacency.
     made: Vec<[u32; 3]>,
     links: Vec<[Link; 3]>,
     filled: TrimOutput,
 }
 
-/// A stretch of a loop from one tessellant that stays to the next, which are not what they were to each other.
+/// A changed part of a loop, between two consecutive tessellants that stay.
 #[derive(Clone, Copy)]
 struct BoundaryRun {
-    /// Where it starts, as it was.
+    /// Old index of its start.
     old: u32,
-    /// And as it is, and how many tessellants there are between its ends now.
+    /// New index of its start, and the number of new tessellants between its ends.
     new: u32,
     between: u32,
 }
 
-/// A side of a triangle, or none.
+/// A side of a triangle; none if `triangle` is [`NONE`].
 #[derive(Clone, Copy)]
 struct TriangleSide {
     triangle: u32,
     corner: u8,
 }
 
+/// What is across a side of a new triangle.
 #[derive(Clone, Copy)]
 enum Link {
-    /// One of those made with it.
+    /// Another new triangle.
     Made(u32),
-    /// One that stays.
+    /// A triangle that stays.
     Kept(TriangleSide),
     Boundary,
 }
@@ -100,11 +101,11 @@ fn next_in(starts: &[u32], l: usize, v: u32) -> u32 {
 }
 
 impl Weave {
-    /// The same triangles with their neighbours. `None` unless each segment of the loops is a side of one triangle, and all
+    /// Finds the adjacency of triangles. `None` unless each segment of the loops is a side of one triangle, and all
     /// other sides match in pairs.
     pub(crate) fn of(triangles: &[[u32; 3]], loop_starts: &[u32]) -> Option<Self> {
         let count = *loop_starts.last()? as usize;
-        // Triangles by corner: sides are looked for at the end that has fewer.
+        // Triangles by corner. A side is searched at the end with fewer triangles.
         if triangles.iter().flatten().any(|&v| v as usize >= count) {
             return None;
         }
@@ -146,14 +147,14 @@ impl Weave {
         (boundary == count).then_some(weave)
     }
 
-    /// Bytes that it holds.
+    /// Heap size, bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of::<[u32; 3]>() * (self.triangles.capacity() + self.beside.capacity()) + 4 * self.first.capacity()
     }
 
-    /// Patches the triangles up for other tessellants. `None` where it cannot be done or is doubtful: then they are of no more use.
+    /// Updates the triangles for new tessellants. `None` if impossible or doubtful; the triangles are unusable then.
     ///
-    /// Cost: about 30 ns for each tessellant, half a microsecond for each that comes or goes.
+    /// Cost: about 30 ns per tessellant, and half a microsecond for each that is added or removed.
     pub(crate) fn update(&mut self, changed: &Changed<'_>, trim: &mut TrimScratch, s: &mut WeaveScratch) -> Option<()> {
         s.to.clear();
         s.to.resize(*changed.old_starts.last()? as usize, NONE);
@@ -188,12 +189,12 @@ impl Weave {
         self.covers(&changed.tile).then_some(())
     }
 
-    /// The corner of triangle `t` at which `v` stands.
+    /// Which corner of triangle `t` is `v`.
     fn corner(&self, t: u32, v: u32) -> Option<usize> {
         self.triangles[t as usize].iter().position(|&corner| corner == v)
     }
 
-    /// Takes out the triangles along a run as it was, those around tessellants that go, and those near ones that come.
+    /// Removes the triangles along an old run, those around removed tessellants, and those near added ones.
     fn take_out(&self, changed: &Changed<'_>, run: usize, s: &mut WeaveScratch) {
         let BoundaryRun { old, new, between } = s.runs[run];
         let l = changed.old_starts.partition_point(|&start| start <= old) - 1;
@@ -210,7 +211,7 @@ impl Weave {
             let first = self.first[v as usize];
             s.see(run, first);
             if v != old {
-                // All around one that goes.
+                // All triangles around a removed tessellant.
                 let mut t = first;
                 while let Some(k) = self.corner(t, v) {
                     t = self.beside[t as usize][(k + 2) % 3];
@@ -234,7 +235,7 @@ impl Weave {
                 if other == NONE || s.seen[other as usize] == run as u32 {
                     continue;
                 }
-                // All corners of one that no run has taken so far stay where they are, or it will be taken by another.
+                // A triangle at a removed tessellant is on that tessellant's run, which removes it.
                 let corners = self.triangles[other as usize].map(|v| s.to[v as usize]);
                 if corners.contains(&NONE) {
                     continue;
@@ -247,7 +248,7 @@ impl Weave {
         }
     }
 
-    /// Takes out the neighbours of all that was taken out. Whether there were any.
+    /// Also removes all neighbours of removed triangles. Returns whether there were any.
     fn take_out_more(&self, s: &mut WeaveScratch) -> bool {
         let before = s.taken.len();
         for k in 0..before {
@@ -261,7 +262,7 @@ impl Weave {
         s.taken.len() > before
     }
 
-    /// Fills the regions that were taken out, each with the runs along it.
+    /// Fills the holes, each with the new runs along it.
     fn fill(&self, changed: &Changed<'_>, trim: &mut TrimScratch, s: &mut WeaveScratch) -> Option<()> {
         s.made.clear();
         s.links.clear();
@@ -298,7 +299,7 @@ impl Weave {
         Some(())
     }
 
-    /// Walks once around an outline, the new runs in place of the old ones.
+    /// Collects one outline of a hole, with new runs in place of the old ones.
     fn walk(&self, changed: &Changed<'_>, start: TriangleSide, s: &mut WeaveScratch) -> Option<()> {
         let from = s.ids.len();
         let mut at = start;
@@ -344,12 +345,12 @@ impl Weave {
         (s.ids.len() >= from + 3).then_some(())
     }
 
-    /// Which side of `t` lies along `other`.
+    /// Which side of `t` is adjacent to `other`.
     fn side_towards(&self, t: u32, other: u32) -> Option<u8> {
         self.beside[t as usize].iter().position(|&beside| beside == other).map(|k| k as u8)
     }
 
-    /// What was made in place of what was taken out, and all tessellants by their new numbers.
+    /// Inserts the new triangles in place of the removed ones, and renumbers all tessellants.
     fn put_in(&mut self, changed: &Changed<'_>, s: &mut WeaveScratch) -> Option<()> {
         for (corners, &out) in self.triangles.iter_mut().zip(&s.out) {
             if !out {
@@ -386,7 +387,7 @@ impl Weave {
                 (self.triangles[here as usize], self.beside[here as usize]) = (corners, beside);
             }
         }
-        // The last ones move to where fewer came than went.
+        // If fewer triangles were made than removed, the last ones move into the empty slots.
         let filled = s.made.len().min(s.taken.len());
         let empty = &mut s.taken[filled..];
         empty.sort_unstable();
@@ -411,7 +412,7 @@ impl Weave {
         (!self.first.contains(&NONE)).then_some(())
     }
 
-    /// Whether the triangles' boundary is the loops.
+    /// Whether the boundary of the triangles is the loops.
     fn covers(&self, tile: &TrimInput<'_>) -> bool {
         let mut boundary = Fingerprint::default();
         self.triangles.iter().for_each(|&t| boundary.add_triangle(t));
@@ -420,7 +421,7 @@ impl Weave {
 }
 
 impl WeaveScratch {
-    /// Puts a triangle on the stack.
+    /// Pushes a triangle to the stack unless this run visited it.
     fn see(&mut self, run: usize, t: u32) {
         if self.seen[t as usize] != run as u32 {
             self.seen[t as usize] = run as u32;
@@ -434,7 +435,7 @@ impl WeaveScratch {
         self.across.push(across);
     }
 
-    /// Where loops changed. `None` if one has no tessellant left of those it had, or another order.
+    /// Finds the runs. `None` if a loop keeps none of its tessellants, or their order changed.
     fn find_runs(&mut self, changed: &Changed<'_>) -> Option<()> {
         let Changed { tile, old_starts, from } = *changed;
         self.runs.clear();
@@ -457,7 +458,7 @@ impl WeaveScratch {
                     (v, between) = (next_in(tile.loop_starts, l, v), between + 1);
                 }
                 let (a, b) = (from[at as usize], from[v as usize]);
-                // Once around where there is only one.
+                // If only one stays, the run goes once around.
                 let length = if a == b { old_length } else { (b + old_length - a) % old_length };
                 passed += length;
                 if between > 0 || length != 1 {
@@ -475,7 +476,7 @@ impl WeaveScratch {
         Some(())
     }
 
-    /// Triangulates the region whose outlines were walked.
+    /// Triangulates the hole whose outlines were collected.
     fn fill_region(&mut self, trim: &mut TrimScratch) -> Option<()> {
         let region = TrimInput { cells: (1, 1), points: &self.points, loop_starts: &self.starts, places: &[] };
         let outcome = trim_tile(&region, trim, &mut self.filled).ok()?;
@@ -498,7 +499,7 @@ impl WeaveScratch {
     }
 }
 
-/// Whether a segment of a run as it is now meets any other segment but at their common ends.
+/// Whether a segment of a new run meets any other segment, except at common ends.
 fn meets_others(changed: &Changed<'_>, run: &BoundaryRun) -> bool {
     let tile = &changed.tile;
     let l = tile.loop_starts.partition_point(|&start| start <= run.new) - 1;
@@ -520,7 +521,7 @@ fn meets_others(changed: &Changed<'_>, run: &BoundaryRun) -> bool {
                 return false;
             }
             if a == d || b == c {
-                // Neighbours meet in one end only, unless they go back along each other.
+                // Neighbours meet at one end only, unless one goes back along the other.
                 let (end, here, there) = if a == d { (a, b, c) } else { (b, a, d) };
                 let (e, f) = (at(here) - at(end), at(there) - at(end));
                 return here == there || orient2d(at(end), at(here), at(there)) == 0.0 && e.dot(f) > 0.0;

@@ -1,4 +1,4 @@
-//! A tile's loops under a plan -> tessellants: places in space, parameters, cell coordinates.
+//! A tile's loops and a plan -> tessellants: positions, parameters, cell coordinates.
 
 use super::scratch::Scratch;
 use crate::frame::plan::planned::{CellWalk, PartPlan, Plan, TileLattice};
@@ -7,11 +7,11 @@ use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3};
 
-/// Cell coordinates this close to the tile's border are on it: parameters come from projections that are good to about
-/// 1e-12 of the domain, and a border that is almost straight would make slivers.
+/// Snaps cell coordinates this close to the tile's border onto it. Parameters come from projections accurate to about
+/// 1e-12 of the domain, and an almost straight border would make slivers.
 const BORDER_SNAP: f64 = 1e-9;
 
-/// Point of an edge's tessellant at `t`: the break's own point where it is one, so that all faces have the same bits.
+/// Position of an edge's tessellant at `t`. A break has its own stored point, so that all faces get the same bits.
 pub(crate) fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
     match (at_break, &edge.shape) {
         (Some(k), _) => edge.breaks[k as usize].point,
@@ -20,7 +20,7 @@ pub(crate) fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> 
     }
 }
 
-/// Tessellants of the tile's loops: cell coordinates, parameters, positions.
+/// Makes the tessellants of the tile's loops: cell coordinates, parameters, positions, origins.
 pub(crate) fn trace_loops(
     part: &PreparedPart,
     plan: &PartPlan,
@@ -52,7 +52,7 @@ pub(crate) fn trace_loops(
     }
 }
 
-/// Where parameters are in a tile's cells: quickest for those that are near the ones before.
+/// Maps parameters to cell coordinates. Fastest if each parameter is near the one before.
 pub(crate) struct Spot<'a> {
     tile: &'a Tile,
     cells: (u32, u32),
@@ -76,14 +76,14 @@ impl<'a> Spot<'a> {
     }
 }
 
-/// Tessellant numbers of a use, in loop order, without the last.
+/// Indices of an edge's tessellants along one use, in loop order, without the last.
 pub(crate) fn steps(u: &EdgeUse, breaks: &[u32]) -> impl Iterator<Item = usize> + use<> {
     let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
     let count = a.abs_diff(b);
     (0..count).map(move |i| if a < b { a + i } else { a - i })
 }
 
-/// The same, with the break that each is, if it is one.
+/// [`steps`], each with the index of its break if it is one.
 pub(crate) fn steps_with_breaks<'a>(
     u: &'a EdgeUse,
     breaks: &'a [u32],
@@ -117,13 +117,13 @@ fn snap(x: f64, cells: u32) -> f64 {
     }
 }
 
-/// Size of the tile's cells in cell units. A single cell has no lines to respect: its coordinates keep the face's proportions,
-/// for better triangles.
+/// Size of the tile's cells in cell units. A single cell gets the tile's proportions in space, for better triangles: it
+/// has no lattice lines to fit.
 pub(crate) fn cell_size(face: &PreparedFace, tile: &Tile, lattice: &TileLattice) -> DVec2 {
     if lattice.cells() == (1, 1) { proportions(face, tile) } else { DVec2::ONE }
 }
 
-/// Length of the tile in u and in v as shares of the longer one.
+/// Length of the tile in space along u and v, relative to the longer one. At least 1e-6.
 fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
     let middle = 0.5 * (tile.min + tile.max);
     let d = face.patches.derivatives(middle.x, middle.y);
@@ -132,7 +132,7 @@ fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
     if longest > 0.0 && longest.is_finite() { (size / longest).max(DVec2::splat(1e-6)) } else { DVec2::ONE }
 }
 
-/// The polyline of a B-rep edge under a plan. Empty for an edge that no tile uses.
+/// The polyline of a B-rep edge by a plan. Empty for an edge that no tile uses.
 #[must_use]
 pub fn edge_line(prepared: &Prepared, plan: &Plan, part: PartId, edge: EdgeId) -> EdgeLine {
     let row = &prepared.parts[part.index()].edges[edge.index()];

@@ -1,25 +1,26 @@
 //! Lattice lines and single parameters -> surface points and unit normals, four at a time.
 //!
-//! Per outer line the patch is contracted to a curve and its cross derivative, then that curve is evaluated at blocks of inner
-//! lines (tensor-product evaluation as in Kumar & Manocha 1995, §3.3, with the basis of a line computed once per lattice).
-//! Every lane does the same arithmetic in the same order, so a point has the same bits whatever is evaluated beside it.
+//! Per outer line the patch is contracted to a curve and its cross derivative, then that curve is evaluated at blocks
+//! of inner lines (tensor-product evaluation as in Kumar & Manocha 1995, §3.3, with the basis of a line computed once
+//! per lattice). Every lane does the same arithmetic in the same order, so the bits of a point do not depend on the
+//! other lanes.
 
 use crate::math::bernstein;
 use crate::prepare::decompose::{BezierPatches, locate};
 use glam::{DVec2, DVec3, DVec4};
 
-/// Inner lines per block. 8 wastes half of the lanes on the short runs that patches of a model have; 2 leaves the
+/// Inner lines per block. 8 wastes half of the lanes on the short runs that patches of real models have; 2 leaves the
 /// divisions unpaired.
 const LANES: usize = 4;
-/// Ratio of squared lengths below which a derivative counts as vanished, or the two as parallel.
+/// Ratio of squared lengths below which a derivative counts as vanishing, or two derivatives as parallel.
 const DEGENERATE: f64 = 1e-20;
 
-/// Buffers that the evaluators reuse; leaves no trace in results.
+/// Buffers that the evaluators reuse. They do not affect results.
 #[derive(Default, Debug)]
 pub struct EvaluateScratch {
     /// Basis row and derivative row of each outer line.
     outer: Vec<f64>,
-    /// Patch index and place in the patch of each outer line.
+    /// Patch index of each outer line, and its parameter in the patch.
     places: Vec<(usize, f64)>,
     blocks: Vec<Block>,
     /// Per block the basis of its lanes, then its derivative, `inner degree + 1` rows each.
@@ -28,7 +29,7 @@ pub struct EvaluateScratch {
     curve: Vec<[f64; 4]>,
 }
 
-/// Up to four neighbouring inner lines of one patch.
+/// Up to [`LANES`] neighbouring inner lines of one patch.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     patch: usize,
@@ -37,8 +38,8 @@ struct Block {
     places: [f64; LANES],
 }
 
-/// How the two directions of a surface map to the kernel's outer and inner direction: the higher degree runs inside, where
-/// more lines are to be expected. A property of the surface alone, so that it cannot change bits.
+/// How u and v map to the kernel's outer and inner direction. The higher degree is inside, where more lines are
+/// expected. Depends on the surface alone, so that bits do not depend on the lattice.
 #[derive(Clone, Copy)]
 struct Roles {
     inner_is_v: bool,
@@ -61,10 +62,10 @@ impl Roles {
 
 /// Points and unit normals (along `S_u × S_v`) at the crossings of the lines `us` and `vs` (non-decreasing).
 ///
-/// `positions` and `normals` get `us.len() * vs.len()` entries, u-major; those that are not `wanted(i, j)` are
-/// unspecified (finite). At poles and collapsed borders the normal is its limit from inside the patch. Returns how many
-/// normals do not exist even there and were set to +z. 5-15 ns per point up to degree (3, 3); allocates only to grow the
-/// buffers.
+/// `positions` and `normals` get `us.len() * vs.len()` entries, u-major. Entries that are not `wanted(i, j)` are finite
+/// but unspecified. At poles and collapsed borders the normal is its limit from inside the patch. Returns the number of
+/// normals that do not exist even there; they are set to +z. 5-15 ns per point up to degree (3, 3); allocates only to
+/// grow the buffers.
 pub fn evaluate_lattice(
     patches: &BezierPatches,
     us: &[f64],
@@ -119,10 +120,10 @@ pub fn evaluate_lattice(
     lost
 }
 
-/// Points and unit normals at single parameters; same bits, limits and result as [`evaluate_lattice`].
+/// Points and unit normals at single parameters. Same bits, limits and result as [`evaluate_lattice`].
 ///
-/// `positions` and `normals` get one entry per parameter. Up to degree (3, 3) about 0.05 µs per point where neighbours are in one
-/// patch, else 0.1.
+/// `positions` and `normals` get one entry per parameter. Up to degree (3, 3) about 50 ns per point if neighbours are
+/// in the same patch, else 100 ns.
 pub fn evaluate_points(
     patches: &BezierPatches,
     at: &[DVec2],
@@ -141,7 +142,7 @@ pub fn evaluate_points(
             (outer[count], inner[count]) = (next.outer, next.inner);
             count += 1;
         }
-        // A single one takes less than four times the same.
+        // One lane is faster than four copies of it.
         if count == 1 {
             let points = evaluate_lanes(patches, roles, first.patch, [first.outer], [first.inner]);
             positions.push(points.position(0));
@@ -166,7 +167,7 @@ pub fn evaluate_points(
     lost
 }
 
-/// Points at up to three parameters with their unit normals; zero where there is none. Same bits as [`evaluate_points`].
+/// Points at three parameters with their unit normals, zero where there is none. Same bits as [`evaluate_points`].
 pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3, DVec3); 3] {
     let roles = Roles::of(patches);
     let [a, b, c] = at.map(|p| LinePlace::of(patches, roles, p));
@@ -185,10 +186,10 @@ pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3
     [a, b, c].map(|p| of(&together([p; 3]), 0))
 }
 
-/// A parameter as a patch and a place in it, 0 to 1.
+/// A point of the domain: its patch, and its parameters in the patch, 0 to 1.
 #[derive(Clone, Copy)]
 struct LinePlace {
-    /// In the outer and in the inner direction.
+    /// Patch index in the outer and in the inner direction.
     patch: [usize; 2],
     outer: f64,
     inner: f64,
@@ -203,7 +204,7 @@ impl LinePlace {
 }
 
 impl EvaluateScratch {
-    /// Places and bases of the outer lines.
+    /// Sets places and bases of the outer lines.
     fn outer_lines(&mut self, degree: usize, breaks: &[f64], lines: &[f64]) {
         self.places.clear();
         self.outer.clear();
@@ -217,7 +218,8 @@ impl EvaluateScratch {
         }
     }
 
-    /// Blocks of the inner lines, a new one where the patch changes, and their bases; short blocks repeat their last line.
+    /// Groups inner lines into blocks and sets their bases. Blocks end where the patch changes; short ones repeat their
+    /// last line.
     fn inner_lines(&mut self, degree: usize, breaks: &[f64], lines: &[f64]) {
         self.blocks.clear();
         self.inner.clear();
@@ -267,7 +269,7 @@ fn contract(
     }
 }
 
-/// What a block yields, lane by lane.
+/// Results of a block, lane by lane.
 struct Points<const L: usize> {
     position: [[f64; L]; 3],
     normal: [[f64; L]; 3],
@@ -286,7 +288,7 @@ impl<const L: usize> Points<L> {
     }
 }
 
-/// The contracted curve at the inner lanes. Degrees 1 to 3 get loops of known length; all do the same sums.
+/// Evaluates the contracted curve at the inner lanes. Degrees 1 to 3 get loops of constant length, with the same sums.
 #[inline(always)]
 fn evaluate_block<const L: usize>(
     rational: bool,
@@ -371,7 +373,7 @@ fn points<const L: usize, const RATIONAL: bool>(
     points
 }
 
-/// Places in one patch.
+/// Evaluates points in one patch, one per lane.
 fn evaluate_lanes<const L: usize>(
     patches: &BezierPatches,
     roles: Roles,
@@ -394,7 +396,7 @@ fn evaluate_lanes<const L: usize>(
     })
 }
 
-/// A patch at the lanes of both directions: the same sums as by [`contract`] and [`kernel`].
+/// Evaluates a patch at the lanes of both directions, with the same sums as [`contract`] and [`kernel`].
 #[inline(always)]
 fn in_patch<const L: usize, const RATIONAL: bool>(
     patch: &[DVec4],
@@ -428,8 +430,8 @@ fn in_patch<const L: usize, const RATIONAL: bool>(
     points::<L, RATIONAL>(roles.inner_is_v, &f, &out, &inn)
 }
 
-/// The normal where the derivatives vanish or are parallel: that of the nearest regular point on the way to the patch's
-/// middle; +z, counted in `lost`, if there is none.
+/// The normal where derivatives vanish or are parallel: that of the first regular point, of four, on the way to the
+/// middle of the patch. If there is none, +z, which `lost` counts.
 #[cold]
 fn limit_normal(patches: &BezierPatches, roles: Roles, at: LinePlace, lost: &mut usize) -> DVec3 {
     let towards = |x: f64, step: f64| x + (0.5 - x) * step;

@@ -1,4 +1,4 @@
-//! A tile's loops and lattice -> vertices: tessellants, places, normals.
+//! A tile's loops and lattice -> vertices: tessellants, positions, normals.
 
 /// Points and normals of lattices and tessellants.
 pub mod evaluate;

@@ -1,4 +1,4 @@
-//! Parameters of a tile's vertices -> places and normals.
+//! Parameters of a tile's vertices -> positions and normals.
 
 use super::evaluate::{evaluate_lattice, evaluate_points};
 use super::scratch::Scratch;
@@ -8,12 +8,12 @@ use crate::mesh::TileMesh;
 use crate::prepare::PreparedFace;
 use glam::DVec3;
 
-/// Corners from which on a lattice is evaluated line by line: below, setting up the lines costs more than they save.
+/// Fewest lattice points to evaluate line by line. With fewer, setting up the lines costs more than it saves.
 pub(crate) const LATTICE_FROM: usize = 16;
-/// And the part of the lattice that must be used at least, as one over it.
+/// Evaluates line by line only if at least one in this many of the lattice's points is used.
 pub(crate) const LATTICE_SHARE: usize = 4;
 
-/// Places of the lattice points and crossings, and normals of all vertices, evaluated.
+/// Evaluates the positions of lattice points and crossings, and the normals of all vertices.
 pub(crate) fn evaluate_vertices(
     face: &PreparedFace,
     lattice: &TileLattice,
@@ -26,9 +26,9 @@ pub(crate) fn evaluate_vertices(
     mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
 }
 
-/// Normals of all vertices into `s.normals`, and positions of those that are not tessellants.
+/// Puts the normals of all vertices into `s.normals`, and appends the positions of those that are not tessellants.
 ///
-/// Lattices that are mostly used are evaluated line by line, all else one by one. Both give the same bits.
+/// Lattices that are largely used are evaluated line by line, all else point by point. Both give the same bits.
 fn evaluate(
     face: &PreparedFace,
     lattice: &TileLattice,

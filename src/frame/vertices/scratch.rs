@@ -6,13 +6,13 @@ use crate::frame::trim::output::TrimOutput;
 use crate::mesh::TileMesh;
 use glam::{DVec2, DVec3};
 
-/// Buffers that one worker reuses for all its tiles. Leaves no trace in results.
+/// Work space that one worker reuses for all its tiles. Does not affect results.
 #[derive(Default)]
 pub struct Scratch {
     pub(crate) cells: Vec<DVec2>,
     pub(crate) uvs: Vec<DVec2>,
     pub(crate) loop_starts: Vec<u32>,
-    /// By lattice point: its vertex, or none.
+    /// Vertex of each lattice point, or `NONE`.
     pub(crate) corners: Vec<u32>,
     pub(crate) normals: Vec<DVec3>,
     pub(crate) points: Vec<DVec3>,
@@ -21,17 +21,17 @@ pub struct Scratch {
     pub(crate) trim: TrimScratch,
     pub(crate) trimmed: TrimOutput,
     pub(crate) evaluate: EvaluateScratch,
-    /// Buffers for coming tiles.
+    /// Buffers for later tiles.
     spare: Vec<TileMesh>,
 }
 
 impl Scratch {
-    /// A mesh without content.
+    /// An empty mesh, with the memory of a used one if there is any.
     pub(crate) fn spare(&mut self) -> TileMesh {
         self.spare.pop().unwrap_or_default()
     }
 
-    /// Gives the buffers of a mesh that is no longer needed to tiles to come. What it holds is lost.
+    /// Gives the buffers of `mesh` to later tiles.
     pub fn reuse(&mut self, mut mesh: TileMesh) {
         mesh.clear();
         self.spare.push(mesh);

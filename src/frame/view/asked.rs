@@ -1,23 +1,24 @@
-//! What is asked of a part, and where a box of it is -> the tolerance that holds in the box.
+//! A tolerance, or cameras on a part, and boxes of the part -> the tolerance in each box.
 
 use super::sight::Sight;
 use super::tolerance::Tolerance;
 use crate::prepare::BoundingBox;
 
-/// Boxes whose tolerances are at least this share of each other count as even: lines differ by a twentieth at most.
+/// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a
+/// twentieth at most.
 const ALIKE: f64 = 0.9;
 
-/// What is asked of one tile or edge, box by box.
+/// Tolerance of one tile or edge, box by box.
 #[derive(Clone, Debug)]
 pub(crate) struct Need {
-    /// The strictest tolerance within any of its boxes.
+    /// The strictest tolerance of any of its boxes.
     pub(crate) tolerance: Tolerance,
-    /// What share that is of each box's own: at most 1, and 0 for a box that is not seen.
+    /// By box, `tolerance` as a fraction of the box's own: at most 1, and 0 for a box behind every camera.
     pub(crate) shares: Vec<f64>,
 }
 
 impl Default for Need {
-    /// Of nothing.
+    /// No boxes and no limit.
     fn default() -> Self {
         let tolerance = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
         Self { tolerance, shares: Vec::new() }
@@ -31,37 +32,37 @@ impl Need {
     }
 }
 
-/// What a part must keep: one tolerance everywhere, or in each box what its instances show of it.
+/// Tolerance of a part: the same everywhere, or in each box by the screen-space error of its instances.
 pub(crate) struct Asked {
-    /// In the part's own millimetres; for a part that is seen, what it would be where a millimetre is a pixel.
+    /// In part coordinates; with `seen`, the tolerance where one millimetre covers one pixel.
     tolerance: Tolerance,
-    /// One per instance; none for a tolerance that holds everywhere.
+    /// Cameras in the coordinates of the part's instances; empty for the same tolerance everywhere.
     seen: Vec<Sight>,
     radius: f64,
-    /// Whether the numbers asked for were replaced by ones that can be kept.
+    /// Whether a requested value is invalid or too small to meet.
     pub(crate) unusable: bool,
 }
 
 impl Asked {
-    /// One tolerance for a part of this radius.
+    /// The same tolerance everywhere, for a part of this radius.
     pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
         let usable = tolerance.usable(radius);
         Self { unusable: usable != *tolerance, tolerance: usable, seen: Vec::new(), radius }
     }
 
-    /// For a part that is seen: `per_pixel` is what it must keep where one of its millimetres is a pixel.
+    /// Screen-space error: `per_pixel` is the tolerance where one millimetre of the part covers one pixel.
     pub(crate) fn seen(per_pixel: &Tolerance, seen: Vec<Sight>, radius: f64) -> Self {
         let known = |x: f64| x > 0.0;
         let unusable = !(known(per_pixel.chord) && known(per_pixel.angle) && per_pixel.max_edge.is_none_or(known));
         Self { tolerance: *per_pixel, seen, radius, unusable }
     }
 
-    /// Whether edges may only be so long.
+    /// Whether the length of edges is limited.
     pub(crate) fn limits_length(&self) -> bool {
         self.tolerance.max_edge.is_some()
     }
 
-    /// What is asked of a tile or an edge with these boxes, into `need`.
+    /// Writes the tolerance of a tile or an edge with these boxes to `need`.
     pub(crate) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>, need: &mut Need) {
         let Need { tolerance, shares } = need;
         shares.clear();
@@ -85,14 +86,15 @@ impl Asked {
     }
 }
 
-/// Whether one of two neighbours in rows of `columns` is more than twice the other.
+/// Whether any two neighbours in a grid of `columns` columns differ by more than a factor of two.
 pub(crate) fn is_steep(of: &[f64], columns: usize) -> bool {
     let apart = |a: f64, b: f64| a > 2.0 * b || b > 2.0 * a;
-    let beside = of.chunks(columns).any(|row| row.windows(2).any(|w| apart(w[0], w[1])));
-    beside || of.iter().zip(&of[columns.min(of.len())..]).any(|(&a, &b)| apart(a, b))
+    let in_rows = of.chunks(columns).any(|row| row.windows(2).any(|w| apart(w[0], w[1])));
+    in_rows || of.iter().zip(&of[columns.min(of.len())..]).any(|(&a, &b)| apart(a, b))
 }
 
-/// Numbers in rows of `columns`, each replaced by the largest that is at most `reach` rows and columns away, into `out`.
+/// Writes a grid of `columns` columns to `out`, each value replaced by the largest at most `reach` rows and columns
+/// away.
 pub(crate) fn dilate(of: &[f64], columns: usize, reach: usize, out: &mut Vec<f64>) {
     out.clear();
     if reach == 0 {
@@ -113,7 +115,7 @@ pub(crate) fn dilate(of: &[f64], columns: usize, reach: usize, out: &mut Vec<f64
     out.extend((0..of.len()).map(|k| most(k / columns, k % columns)));
 }
 
-/// The most strips that lie under a gap between two of `lines`.
+/// The largest number of strips under a gap between two `lines`.
 pub(crate) fn most_touched(breaks: &[f64], lines: &[f64]) -> usize {
     let strips = breaks.len() - 1;
     let mut first = 0;
@@ -133,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_largest_number_nearby_wins() {
+    fn dilate_takes_the_largest_value_nearby() {
         let of = [0.1, 0.2, 0.3, 0.9, 0.1, 0.1];
         let dilated = |of: &[f64], columns, reach| {
             let mut out = vec![7.0];
@@ -155,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_counted_by_the_strips_under_them() {
+    fn most_touched_counts_the_strips_under_a_gap() {
         let breaks = [0.0, 1.0, 2.0, 3.0, 4.0];
         assert_eq!(most_touched(&breaks, &[0.0, 1.0, 2.0, 2.5, 4.0]), 2);
         assert_eq!(most_touched(&breaks, &[0.0, 0.5, 3.5, 4.0]), 4);

@@ -1,4 +1,4 @@
-//! Cameras and tolerances -> the tolerance that holds at each place of a part.
+//! A tolerance, or cameras on a scene -> the tolerance that applies in each box of a part.
 
 pub(super) mod asked;
 pub(super) mod camera;

@@ -1,4 +1,4 @@
-//! A model's box -> views along a path around, into or through it: what benches fly, and what a viewer may show.
+//! A model's bounding box -> views along a camera path around, into or through it, for benchmarks and viewers.
 
 use crate::frame::{Projection, View};
 use glam::DVec3;
@@ -6,26 +6,27 @@ use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
 use std::fmt;
 use std::str::FromStr;
 
-/// Full angle between the picture's top and bottom, of every path.
+/// Full vertical field of view of every path, radians.
 const FOV_Y: f64 = FRAC_PI_4;
-/// Depth from which on things are shown, as a share of the box's diagonal.
+/// Depth of the near plane, as a fraction of the box's diagonal; [`CameraPath::Glu`] has its own.
 const NEAR: f64 = 1e-3;
 
-/// A closed path of a camera, made for the box of a model. z is up.
+/// A closed camera path, fitted to the bounding box of a model. z is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CameraPath {
-    /// Once around, all of the model in the picture.
+    /// Once around the model, with all of it in the image.
     Orbit,
-    /// From four times as far as shows all to an eighth of that and back, by the same factor each frame.
+    /// From 4 times the distance that shows the whole model to 1/8 of that distance and back, by a constant factor per
+    /// frame.
     Zoom,
-    /// Once along an ellipse within the box (around, where that is flat), up and down twice, looking ahead.
+    /// Once along an ellipse inside the box (around it, where it is flat), rising and sinking twice, looking ahead.
     Walk,
-    /// Once around, rising and sinking, nearer and further: the path of the comparison with libGLU (`docs/benchmarks.md`), which
-    /// was made for the Utah teapot. Other models get the teapot's path in their own box.
+    /// Once around the model at varying height and distance: the path of the comparison with libGLU
+    /// (`docs/benchmarks.md`), made for the Utah teapot. Other models get the same path, scaled to their box.
     Glu,
 }
 
-/// What views along a path have in common: see [`View`].
+/// The fields that all views of a path share: see [`View`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picture {
     /// [`View::size`].
@@ -38,7 +39,7 @@ pub struct Picture {
     pub angle: f64,
 }
 
-/// A camera's place, direction, and depth from which on things are shown.
+/// Position, direction and near plane of a camera.
 struct Pose {
     eye: DVec3,
     forward: DVec3,
@@ -46,12 +47,15 @@ struct Pose {
 }
 
 impl CameraPath {
-    /// All paths by name, which [`CameraPath::from_str`] takes.
+    /// All paths, with the names that [`CameraPath::from_str`] parses.
     pub const NAMED: [(&'static str, Self); 4] =
         [("orbit", Self::Orbit), ("zoom", Self::Zoom), ("walk", Self::Walk), ("glu", Self::Glu)];
 
-    /// View `k` of `frames` along the path; the one after the last is the first again. `bounds` are the lower and upper corner of
-    /// the box of the model ([`Prepared::bounds`](crate::prepare::Prepared::bounds)); one without extent is seen from a millimetre away.
+    /// View `k` of `frames` along the path; view `frames` is view 0 again.
+    ///
+    /// `bounds` are the lower and upper corner of the model's bounding box
+    /// ([`Prepared::bounds`](crate::prepare::Prepared::bounds)). A box without extent is treated as one with a diagonal
+    /// of 1 mm.
     #[must_use]
     pub fn view(&self, bounds: [DVec3; 2], k: usize, frames: usize, picture: &Picture) -> View {
         let turn = TAU * (k % frames.max(1)) as f64 / frames.max(1) as f64;
@@ -80,20 +84,20 @@ impl CameraPath {
     }
 }
 
-/// Middle and diagonal of a box.
+/// Centre and diagonal of a box; a diagonal of 0 becomes 1.
 fn middle([low, high]: [DVec3; 2]) -> (DVec3, f64) {
     let diagonal = (high - low).length();
     (0.5 * (low + high), if diagonal > 0.0 { diagonal } else { 1.0 })
 }
 
-/// From a direction (turned about z, risen above the horizon) and a distance, looking at a target.
+/// A pose that looks at `target` from `distance`, at an azimuth about z and an elevation.
 fn towards(target: DVec3, [turned, risen]: [f64; 2], distance: f64, near: f64) -> Pose {
     let ((turned_sin, turned_cos), (risen_sin, risen_cos)) = (turned.sin_cos(), risen.sin_cos());
     let back = DVec3::new(turned_cos * risen_cos, turned_sin * risen_cos, risen_sin);
     Pose { eye: target + distance * back, forward: -back, near }
 }
 
-/// The distance from which the ball around a box of this diagonal fills the picture's height.
+/// Distance at which the bounding sphere of a box with this diagonal fills the height of the image.
 fn fitting(diagonal: f64) -> f64 {
     0.5 * diagonal / (0.5 * FOV_Y).sin()
 }
@@ -104,7 +108,7 @@ fn orbit(bounds: [DVec3; 2], turn: f64) -> Pose {
 }
 
 fn zoom(bounds: [DVec3; 2], turn: f64) -> Pose {
-    /// Octaves from the furthest place to the nearest.
+    /// Octaves between the largest and the smallest distance.
     const OCTAVES: f64 = 5.0;
     let (middle, diagonal) = middle(bounds);
     // There and back at the same speed.
@@ -114,11 +118,12 @@ fn zoom(bounds: [DVec3; 2], turn: f64) -> Pose {
 }
 
 fn walk(bounds: [DVec3; 2], turn: f64) -> Pose {
-    /// Radii of the ellipse, and how far it goes up and down, as shares of half the box.
+    /// Semi-axes of the ellipse and amplitude in z, as fractions of half the box.
     const REACH: DVec3 = DVec3::new(0.7, 0.7, 0.5);
-    /// Least half of a box, as a share of its diagonal: ends of a longer ellipse are turned around in a frame.
+    /// Least half extent, as a fraction of the diagonal. At the ends of a thinner ellipse the camera would turn around
+    /// within one frame.
     const LEAST: f64 = 0.1;
-    /// How far up and down it looks: a slope.
+    /// Largest slope of the viewing direction.
     const NOD: f64 = 0.3;
     let (middle, diagonal) = middle(bounds);
     let half = (0.5 * (bounds[1] - bounds[0])).max(DVec3::splat(LEAST * diagonal)) * REACH;
@@ -128,9 +133,9 @@ fn walk(bounds: [DVec3; 2], turn: f64) -> Pose {
 }
 
 fn glu(bounds: [DVec3; 2], turn: f64) -> Pose {
-    /// The published teapot's unit as a share of the diagonal of its box, 164.096 mm where the unit is 20 mm.
+    /// Unit of the published teapot as a fraction of its box's diagonal: 20 mm of 164.096 mm.
     const UNIT: f64 = 20.0 / 164.096_138;
-    /// Where the path's middle, 1.2 units above the middle of the teapot's bottom, is in the teapot's box.
+    /// Target of the camera, 1.2 units above the centre of the teapot's base, in fractions of the teapot's box.
     const MIDDLE: DVec3 = DVec3::new(60.0 / 128.68, 0.5, 24.0 / 63.0);
     let (_, diagonal) = middle(bounds);
     let unit = UNIT * diagonal;
@@ -139,18 +144,18 @@ fn glu(bounds: [DVec3; 2], turn: f64) -> Pose {
     towards(target, [turn, risen], (8.0 + 3.0 * turn.cos()) * unit, 0.5 * unit)
 }
 
-/// What is no path's name.
+/// Error of parsing a name that is not a [`CameraPath`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct UnknownPath {
-    /// The text.
+    /// The text that was parsed.
     pub text: String,
 }
 
 impl fmt::Display for UnknownPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
-        write!(f, "no camera path: {:?}; known are {known}", self.text)
+        write!(f, "unknown camera path {:?}: expected one of {known}", self.text)
     }
 }
 
@@ -179,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn every_view_is_a_camera_and_every_path_is_closed_without_leaps() {
+    fn views_are_valid_and_paths_are_closed_and_without_leaps() {
         for bounds in boxes() {
             for (name, path) in CameraPath::NAMED {
                 let views = path.views(bounds, FRAMES, &PICTURE);
@@ -211,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_zoom_is_by_the_same_factor_each_frame() {
+    fn a_zoom_changes_the_distance_by_a_constant_factor() {
         let bounds = boxes()[0];
         let (middle, diagonal) = middle(bounds);
         let distances = CameraPath::Zoom.views(bounds, FRAMES, &PICTURE);
@@ -227,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn the_path_of_the_comparison_is_the_one_made_for_the_teapot() {
+    fn the_glu_path_matches_the_published_one_on_the_teapot() {
         // The box of builtin:teapot; the camera in the published teapot's units, 20 mm.
         let teapot = [DVec3::new(-60.0, -40.0, 0.0), DVec3::new(68.68, 40.0, 63.0)];
         for (k, view) in CameraPath::Glu.views(teapot, FRAMES, &PICTURE).iter().enumerate() {
@@ -242,11 +247,11 @@ mod tests {
     }
 
     #[test]
-    fn names_are_read() {
+    fn names_are_parsed() {
         for (name, path) in CameraPath::NAMED {
             assert_eq!(name.parse(), Ok(path));
         }
         let error = "spiral".parse::<CameraPath>().unwrap_err();
-        assert_eq!(error.to_string(), "no camera path: \"spiral\"; known are orbit, zoom, walk, glu");
+        assert_eq!(error.to_string(), "unknown camera path \"spiral\": expected one of orbit, zoom, walk, glu");
     }
 }

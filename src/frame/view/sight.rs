@@ -1,63 +1,63 @@
-//! A camera and deviations in pixels to tolerances in object space, each box of the model by itself: the paper's
-//! object-to-screen factor (section 3), made conservative over boxes.
+//! A camera and a box of a part -> pixels per millimetre, which turn screen-space error into an object-space tolerance.
+//! This is the paper's object-to-screen factor (section 3), made conservative over boxes.
 //!
-//! A camera sees a point at depth z, at the angle θ off its axis, by the Jacobian of (x/z, y/z), whose largest singular value is
-//! 1/(z cos θ). Over a box that is at most what its least depth and its widest angle make together, and two points of a
-//! (convex) box are at most that many times their distance apart in the picture.
+//! The camera projects a point at depth z, at the angle θ off its axis, by (x/z, y/z). The largest singular value of
+//! the Jacobian is 1/(z cos θ). Over a box it is at most the value at the box's least depth and widest angle. Boxes
+//! are convex, so two points of a box are at most that factor times their distance apart in the image.
 
 use super::camera::{Projection, View};
 use crate::mesh::SceneInstance;
 use crate::prepare::BoundingBox;
 use glam::DVec3;
 
-/// A box nearer than this fraction of half its diagonal (or around the camera) is planned as if it were so far away: finer would
-/// cost without end and show nothing but what is about to be passed.
+/// Least depth at which a box is planned, as a fraction of half its diagonal; it also applies to boxes around the
+/// camera. Without it the cost of a box would be unbounded, for surface that the camera is about to pass.
 const NEAREST: f64 = 0.05;
 
-/// How one camera sees the boxes of one instance.
+/// One camera in the coordinates of one instance.
 #[derive(Clone, Debug)]
 pub(crate) struct Sight {
-    /// The camera's axes (right, up, forward) as the part's coordinates see them: x, y, z are their products with a point...
+    /// The camera's axes (right, up, forward), mapped to the part: their dot products with a point,
     axes: [DVec3; 3],
-    /// ...plus these.
+    /// plus this offset, are the point's camera coordinates.
     origin: DVec3,
-    /// How much larger the part is in the world.
+    /// Scale of the instance.
     scale: f64,
     lens: SightLens,
-    /// Where the camera is and looks, in the part's coordinates.
+    /// Camera position and viewing direction, in part coordinates.
     eye: DVec3,
     forward: DVec3,
 }
 
-/// A camera's numbers.
+/// Projection to pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SightLens {
     Perspective {
-        /// Pixels of a millimetre on the axis, at a depth of one.
+        /// Pixels per millimetre on the axis, at a depth of 1 mm.
         focal: f64,
-        /// Tangents of the angles between the axis and the picture's right and upper side.
+        /// Tangents of half the horizontal and vertical field of view.
         slopes: [f64; 2],
         near: f64,
     },
     Orthographic {
         pixels_per_length: f64,
-        /// Half of the picture's width and height, millimetres.
+        /// Half of the image's width and height, millimetres.
         sides: [f64; 2],
     },
 }
 
-/// What a camera sees of a box.
+/// Pixels per millimetre of a box in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Seen {
-    /// Pixels that a millimetre covers at most where the box is in the picture, as [`Sight::pixels_per_length`].
+    /// Upper bound: [`Sight::pixels_per_length`].
     pub(crate) most: f64,
-    /// No more than that of any box within the box.
+    /// Lower bound on `most` of any box inside this one.
     pub(crate) least: f64,
 }
 
 impl Sight {
-    /// Pixels that a millimetre of the part covers at most within a box, where that is in the picture; 0 for what is nearer
-    /// than the near plane or behind.
+    /// Upper bound on the pixels per millimetre of the part within a box, where that is in the image. 0 for boxes
+    /// nearer than the near plane or behind the camera.
     pub(crate) fn pixels_per_length(&self, place: &BoundingBox) -> f64 {
         match self.lens {
             SightLens::Orthographic { pixels_per_length, .. } => self.scale * pixels_per_length,
@@ -65,19 +65,19 @@ impl Sight {
         }
     }
 
-    /// The same of a box along the camera's axes.
+    /// As [`Self::pixels_per_length`], for centre and half extents of a box in camera coordinates.
     fn pixels(&self, (middle, reach): (DVec3, DVec3)) -> f64 {
         let (focal, slopes, near) = match self.lens {
             SightLens::Orthographic { pixels_per_length, .. } => return self.scale * pixels_per_length,
             SightLens::Perspective { focal, slopes, near } => (focal, slopes, near),
         };
-        // A table's box without anything in it has no place.
+        // An empty box of a table has a NaN centre.
         if middle.z + reach.z < near || middle.z + reach.z <= 0.0 || middle.is_nan() {
             return 0.0;
         }
-        // What is beside the axis is in the picture only where it is as deep as the picture's sides are there.
-        let beside = |axis: usize| (middle[axis].abs() - reach[axis]) / slopes[axis];
-        let depth = (middle.z - reach.z).max(near).max(NEAREST * reach.length()).max(beside(0)).max(beside(1));
+        // A point off the axis is in the image only at depths where the frustum is wide enough.
+        let entry = |axis: usize| (middle[axis].abs() - reach[axis]) / slopes[axis];
+        let depth = (middle.z - reach.z).max(near).max(NEAREST * reach.length()).max(entry(0)).max(entry(1));
         let per_depth = depth.recip();
         let slope = |axis: usize| ((middle[axis].abs() + reach[axis]) * per_depth).min(slopes[axis]);
         self.scale * focal * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt() * per_depth
@@ -85,26 +85,26 @@ impl Sight {
 }
 
 impl Sight {
-    /// Middle and half sides of the box, along the camera's axes, around a box of the part.
+    /// Centre and half extents, in camera coordinates, of a box around a box of the part.
     fn placed(&self, place: &BoundingBox) -> (DVec3, DVec3) {
         let (centre, half) = (0.5 * (place.low + place.high), 0.5 * (place.high - place.low));
         let middle = DVec3::from(self.axes.map(|axis| axis.dot(centre))) + self.origin;
         (middle, DVec3::from(self.axes.map(|axis| axis.abs().dot(half))))
     }
 
-    /// What is seen of a box; `None` where certainly nothing of it is in the picture.
+    /// Pixels per millimetre of a box; `None` if the box is certainly outside the view frustum.
     pub(crate) fn look(&self, place: &BoundingBox) -> Option<Seen> {
         let (middle, reach) = self.placed(place);
-        let beside = |axis: usize, side: f64| middle[axis].abs() - reach[axis] > side;
+        let is_off = |axis: usize, side: f64| middle[axis].abs() - reach[axis] > side;
         match self.lens {
             SightLens::Orthographic { sides, .. } => {
                 let most = self.pixels((middle, reach));
-                let outside = beside(0, sides[0]) || beside(1, sides[1]) || middle.is_nan();
+                let outside = is_off(0, sides[0]) || is_off(1, sides[1]) || middle.is_nan();
                 (!outside).then_some(Seen { most, least: most })
             }
             SightLens::Perspective { focal, slopes, near } => {
                 let furthest = middle.z + reach.z;
-                let outside = beside(0, slopes[0] * furthest) || beside(1, slopes[1] * furthest);
+                let outside = is_off(0, slopes[0] * furthest) || is_off(1, slopes[1] * furthest);
                 if outside {
                     return None;
                 }
@@ -120,13 +120,14 @@ impl Sight {
         }
     }
 
-    /// The same camera for deviations that count `by` times as much.
+    /// The same camera with screen-space errors weighted by `by`.
     pub(crate) fn weighed(self, by: f64) -> Self {
         Self { scale: self.scale * by, ..self }
     }
 
-    /// Whether a surface within a box turns its back to the camera everywhere, if its outward normals are within `half_angle` of
-    /// `axis` (part coordinates, of length 1). Which side of a plane the eye is on stays the same under any placing.
+    /// Whether a surface within a box is back-facing everywhere, if its outward normals are within `half_angle` of
+    /// `axis` (part coordinates, unit length). True for any instance transform: none moves the eye to the other
+    /// side of a plane.
     pub(crate) fn sees_back(&self, place: &BoundingBox, axis: DVec3, half_angle: f64) -> bool {
         let (centre, radius) = (0.5 * (place.low + place.high), 0.5 * place.high.distance(place.low));
         let (line, spread) = match self.lens {
@@ -142,10 +143,10 @@ impl Sight {
 }
 
 impl View {
-    /// The camera's axes and numbers; `None` where they are no camera's.
+    /// Axes (right, up, forward) and projection; `None` if the view is invalid.
     pub(crate) fn lens(&self) -> Option<([DVec3; 3], SightLens)> {
         let forward = self.forward.try_normalize()?;
-        // Two directions closer than rounding span no plane.
+        // `forward` and `up` that are parallel within rounding span no plane.
         let right = forward.cross(self.up.try_normalize()?);
         let right = (right.length() > 1e-9).then(|| right.normalize())?;
         let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
@@ -165,7 +166,7 @@ impl View {
         self.eye.is_finite().then_some(([right, right.cross(forward), forward], lens))
     }
 
-    /// What an instance shows.
+    /// This camera in the coordinates of an instance.
     pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> Sight {
         let back = instance.transform.inverse();
         let (to_part, place) = (instance.transform.matrix3.transpose(), instance.transform.translation - self.eye);
@@ -199,7 +200,7 @@ mod tests {
     };
 
     fn sight(view: &View, transform: DAffine3) -> Sight {
-        let lens = view.lens().unwrap_or_else(|| panic!("no camera: {view:?}"));
+        let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
         view.sight(
             lens,
             &SceneInstance {
@@ -212,7 +213,7 @@ mod tests {
         )
     }
 
-    /// Pixels of a point's picture.
+    /// Projection of a point, pixels.
     fn project(point: DVec3) -> [f64; 2] {
         let local = point - VIEW.eye;
         let focal = 0.5 * f64::from(VIEW.size.1) / 0.3_f64.tan();
@@ -220,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn two_points_of_a_box_are_no_further_apart_in_the_picture_than_it_says() {
+    fn pixels_per_length_bounds_distances_in_the_image() {
         let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
             let mut unit = || Ok(f64::from(u.int_in_range(-1_000_000..=1_000_000_i32)?) * 1e-6);
             let centre = DVec3::new(60.0 * unit()?, 60.0 * unit()?, 60.0 * unit()?);
@@ -241,7 +242,7 @@ mod tests {
                 let (pixels, length) = ((a[0] - b[0]).hypot(a[1] - b[1]), p.distance(q));
                 assert!(
                     pixels <= most * length * (1.0 + 1e-9),
-                    "{pixels} pixels, {} said, in {place:?}",
+                    "{pixels} pixels exceed the bound of {} in {place:?}",
                     most * length
                 );
             }
@@ -251,21 +252,21 @@ mod tests {
     }
 
     #[test]
-    fn small_boxes_are_seen_as_their_middle_is() {
+    fn small_boxes_have_the_scale_of_their_centre() {
         let at = |p: DVec3| sight(&VIEW, DAffine3::IDENTITY).pixels_per_length(&BoundingBox { low: p, high: p });
         let focal = 300.0 / 0.3_f64.tan();
         assert!((at(DVec3::ZERO) - focal / 100.0).abs() < 1e-9);
         let slope = 0.3_f64.tan() * 4.0 / 3.0;
         let aside = DVec3::new(10.0, 20.0, 0.0);
         assert!((at(aside) - focal / 100.0 * (1.0_f64 + 0.01 + 0.04).sqrt()).abs() < 1e-9);
-        // Behind, and nearer than the near plane: not seen. Beside the picture: as deep as it must be.
+        // Behind the camera and nearer than the near plane: 0. Off-screen: as deep as the frustum has to be.
         assert_eq!(at(DVec3::Z * 101.0), 0.0);
         assert_eq!(at(DVec3::Z * 96.0), 0.0);
         assert!((at(DVec3::X * 1e3) - focal * (1.0 + slope * slope).sqrt() * slope / 1e3).abs() < 1e-9);
     }
 
     #[test]
-    fn around_the_eye_it_is_finite() {
+    fn boxes_around_the_eye_have_a_finite_scale() {
         let near = View { projection: Projection::Perspective { fov_y: 0.6, near: 0.0 }, ..VIEW };
         let place = BoundingBox { low: VIEW.eye - 10.0, high: VIEW.eye + 10.0 };
         let pixels = sight(&near, DAffine3::IDENTITY).pixels_per_length(&place);

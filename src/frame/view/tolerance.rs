@@ -1,39 +1,39 @@
-//! What a mesh must keep, and what of it can be kept: tolerances for the placed model to those of a part.
+//! A tolerance for the placed model -> the tolerance of a part, raised to the least that a mesh can meet.
 
-/// Least chord tolerance as a share of the part's radius. Parameters on edges are good to about 1e-12 of a domain, so that
-/// finer meshes would show nothing but rounding.
+/// Least chord tolerance, as a fraction of the part's radius. Parameters on edges are accurate to about 1e-12 of a
+/// domain: finer meshes would only show rounding.
 const LEAST_CHORD: f64 = 1e-9;
 /// Least angle tolerance, radians: 60 000 segments around a circle.
 const LEAST_ANGLE: f64 = 1e-4;
-/// Least length of edges as a share of the part's radius.
+/// Least edge length tolerance, as a fraction of the part's radius.
 const LEAST_EDGE: f64 = 1e-6;
 
-/// What a mesh must keep, in object space.
+/// Object-space tolerance of a mesh.
 ///
-/// Numbers that are too small to be kept (zero, negative ones and NaN too) are taken as the least that can: 1e-9 of a
-/// part's radius for `chord`, 1e-4 for `angle`, 1e-6 of the radius for `max_edge`; the plan then says so
-/// ([`Shortfall::unusable`](crate::frame::plan::limits::Shortfall::unusable)).
+/// Values that are too small to meet (zero, negative values and NaN too) are raised to the least that can be met: 1e-9
+/// of a part's radius for `chord`, 1e-4 for `angle`, 1e-6 of the radius for `max_edge`. The plan reports this in
+/// [`Shortfall::unusable`](crate::frame::plan::limits::Shortfall::unusable).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Largest distance between triangles and surface, and between polylines and edges, millimetres. Positive; infinite =
-    /// no limit.
+    /// Maximum distance between triangles and surface, and between polylines and edges, millimetres. Positive; infinite
+    /// = no limit.
     pub chord: f64,
-    /// Largest turning of the normal across a cell and of the tangent along a segment, radians. Positive; more than a
-    /// quarter turn counts as a quarter turn, so that small pins and holes never collapse.
+    /// Maximum turn of the normal across a cell and of the tangent along a segment, radians. Positive; values above a
+    /// quarter turn count as a quarter turn, so that small pins and holes never collapse.
     pub angle: f64,
-    /// Largest length of a cell's side or an edge's segment, millimetres; `None` = no limit.
+    /// Maximum length of a cell's side or an edge's segment, millimetres; `None` = no limit.
     pub max_edge: Option<f64>,
 }
 
 impl Tolerance {
-    /// In the millimetres of a part that is placed at `scale`.
+    /// The tolerance in the coordinates of a part that is placed at `scale`.
     pub(crate) fn within_part(&self, scale: f64) -> Self {
         Self { chord: self.chord / scale, angle: self.angle, max_edge: self.max_edge.map(|length| length / scale) }
     }
 
-    /// The nearest tolerance that a part of this radius can keep.
+    /// Raises values that a part of this radius cannot meet to the least that it can.
     pub(crate) fn usable(&self, radius: f64) -> Self {
-        // Not `f64::max`, which would read NaN as the least without that being another number than asked.
+        // NaN becomes `least`.
         let at_least = |x: f64, least: f64| if x >= least { x } else { least };
         let share = |share: f64| (share * radius).max(f64::MIN_POSITIVE);
         Self {
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_cannot_be_kept_becomes_the_least_that_can() {
+    fn values_too_small_to_meet_are_raised_to_the_least_that_can_be_met() {
         let good = Tolerance { chord: 0.1, angle: 0.3, max_edge: Some(2.0) };
         assert_eq!(good.usable(1.0), good);
         let least = Tolerance { chord: LEAST_CHORD, angle: LEAST_ANGLE, max_edge: Some(LEAST_EDGE) };

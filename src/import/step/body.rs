@@ -1,4 +1,4 @@
-//! Solids that a file gives by a few numbers or by triangles, not by faces and edges, to faces and edges of a part.
+//! Solids without explicit faces (primitives, sweeps, triangulations) -> faces and edges of a part.
 
 use super::gathered::{BodyUse, Gathered, ShellUse, Source};
 use super::kinds::BodyKind;
@@ -11,7 +11,7 @@ use crate::model::{
 };
 
 impl Reader<'_> {
-    /// The faces of a body, as a part of its own, and what was left out of it.
+    /// Makes a part of a body's faces. Also returns what was left out.
     pub(super) fn body(&self, body: &BodyUse) -> Read<(Part, Vec<Loss>)> {
         let geometry = self.geometry(body.units);
         let item = geometry.get(body.entity)?;
@@ -37,7 +37,7 @@ impl Reader<'_> {
         Ok((part, lost))
     }
 
-    /// The area or face that is swept, as the only face of a part.
+    /// Reads the swept area or face, as the only face of a part.
     fn profile(&self, source: Source, body: &BodyUse) -> Read<Part> {
         let faces = vec![(source, false)];
         let shell = ShellUse { kind: ShellKind::Open, entity: source.id(), faces, colour: None, units: body.units };
@@ -57,7 +57,7 @@ impl Reader<'_> {
     }
 }
 
-/// Adds all of `from` to `into`, with numbers of its own.
+/// Appends `from` to `into` and renumbers its ids.
 pub(super) fn append(into: &mut Part, from: Part) {
     let (vertices, edges) = (into.vertices.len(), into.edges.len());
     let shells = u32::try_from(into.shells.len()).unwrap_or(u32::MAX);

@@ -1,5 +1,5 @@
-//! Boundary curves of curve-bounded surfaces to edges. Their segments are often unbounded curves in space whose ends only
-//! the parameter curve tells.
+//! Boundary curves of curve-bounded surfaces -> edges. Their segments are often unbounded curves in space, whose ends
+//! only the parameter curve states.
 
 use super::curve::{Bounded, Ends, WRAPPERS, Whole};
 use super::place::Geometry;
@@ -16,7 +16,7 @@ impl Geometry<'_> {
         let pcurve = self.pcurve_on(instance, base);
         let trouble = match self.bounded(parent, 0) {
             Ok(curve) => {
-                // A circle is whole by itself; only the parameter curve may tell that an arc of it is meant.
+                // A circle is bounded by itself. Only the parameter curve shows if the segment is an arc of it.
                 let whole = self.is_conic(parent);
                 let ends = whole.then(|| self.pcurve_ends(pcurve.clone().ok()??).ok()).flatten();
                 if let Some((start, end)) = ends.filter(|(start, end)| start.distance(*end) > self.units.tolerance) {
@@ -41,7 +41,7 @@ impl Geometry<'_> {
         Ok((ends, curve))
     }
 
-    /// Boundary segments have no vertices: where their ends meet within the tolerance, they are closed.
+    /// A boundary segment has no vertices. It is closed if its ends meet within the tolerance.
     fn whole_between(&self, start: DVec3, end: DVec3) -> Whole {
         if start.distance(end) <= self.units.tolerance { Whole::OneVertex } else { Whole::Never }
     }
@@ -60,7 +60,7 @@ impl Geometry<'_> {
         Ok(None)
     }
 
-    /// Where in space a pcurve starts and ends.
+    /// First and last point of a pcurve in space.
     fn pcurve_ends(&self, pcurve: Entity<'_>) -> Read<(DVec3, DVec3)> {
         let (on, curve, [u, v]) = self.parameter_curve(pcurve, "PCURVE", 0)?;
         let at = |t: f64| {

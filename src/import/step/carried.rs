@@ -1,4 +1,4 @@
-//! Stated faces and the edges that were read -> the surface of each face. A surface that several faces lie on is read once.
+//! Stated faces and their edges -> the surface of each face. Faces with a common surface share the result.
 
 use super::draft::EdgeDraft;
 use super::gathered::{ShellUse, Source};
@@ -13,14 +13,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::Cell;
 
-/// A face to read: the number of its shell, the shell as it is used, the face, and whether the use turns it over.
+/// A face to read: its shell's index, the use of the shell, the face, and whether the use flips it.
 pub(super) type FaceJob<'a> = (u32, &'a ShellUse, Source, bool);
 
-/// How far, as a share of the face's size, its bounds may be off the plane that they imply: printed digits.
+/// Largest distance of bounds from their implied plane, as a share of the face's size: files print rounded digits.
 const FLAT: f64 = 1e-6;
 
 impl Reader<'_> {
-    /// The surfaces of faces; `None` where the face was not read.
+    /// Reads the surfaces of faces; `None` for faces that were not read.
     pub(super) fn surfaces(
         &self,
         jobs: &[FaceJob<'_>],
@@ -41,7 +41,7 @@ impl Reader<'_> {
             .into_par_iter()
             .with_min_len(16)
             .map(|group| {
-                // What does not depend on where the face is serves all faces whose numbers mean the same.
+                // A surface that does not depend on the place of the face is shared by all faces in the same units.
                 let mut common: Option<(&ShellUse, Read<Stated>)> = None;
                 let mut read = Vec::with_capacity(group.len());
                 for k in group {
@@ -77,7 +77,7 @@ impl Reader<'_> {
     }
 }
 
-/// The one sheet of a surface that the face lies on, checked.
+/// Reduces a surface to the sheet that contains the face, and checks it.
 fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DVec3>) -> Read<Stated> {
     let stated = one_sheet(surface?, on).map_err(|what| Trouble::new(face.surface, what))?;
     match stated.surface.check() {
@@ -86,7 +86,7 @@ fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DV
     }
 }
 
-/// Where the face's boundary is.
+/// Points of the face's boundary.
 fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> Reached {
     let mut reached = Reached::default();
     for bound in &face.bounds {
@@ -107,7 +107,7 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<E
     reached
 }
 
-/// The plane that the bounds of a face without surface lie in, its normal such that they run counterclockwise.
+/// The plane of the bounds of a face without surface. The bounds run counterclockwise about its normal.
 fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> Read<Stated> {
     let (mut points, mut bounds) = (Vec::new(), Vec::new());
     for bound in &face.bounds {

@@ -1,13 +1,14 @@
-//! Arcs of hyperbolas and parabolas to quadratic B-splines, exactly, by the classical construction: end points, and the
-//! meeting point of the end tangents, weighted with the hyperbolic cosine of half the span (1 for the parabola).
+//! Arcs of hyperbolas and parabolas -> exact quadratic B-splines. Classical construction: end points, and the
+//! intersection of the end tangents, weighted with the hyperbolic cosine of half the span (1 for the parabola).
 
 use crate::model::NurbsCurve3;
 use glam::DVec3;
 
-/// Spans of a hyperbolic arc; files stay at one or two, a hostile one could ask for any number.
+/// Maximum number of spans of a hyperbolic arc. Files need one or two; a hostile one could ask for any number.
 const MAX_SPANS: f64 = 64.0;
 
-/// `C + x cosh t + y sinh t` for `t0 < t < t1`; knots are values of t, spans equal and at most 1 long (up to 64 of them).
+/// `C + x cosh t + y sinh t` for `t0 < t < t1`. Knots are values of t; spans are equal and at most 1 long, up to 64
+/// spans.
 pub(super) fn hyperbolic_arc(centre: DVec3, x: DVec3, y: DVec3, (t0, t1): (f64, f64)) -> NurbsCurve3 {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 64")]
     let spans = (t1 - t0).ceil().clamp(1.0, MAX_SPANS) as usize;
@@ -26,7 +27,7 @@ pub(super) fn hyperbolic_arc(centre: DVec3, x: DVec3, y: DVec3, (t0, t1): (f64, 
     curve
 }
 
-/// `C + x t² + 2 y t` for `t0 < t < t1`, a polynomial.
+/// `C + x t² + 2 y t` for `t0 < t < t1`, as a polynomial curve.
 pub(super) fn parabolic_arc(centre: DVec3, x: DVec3, y: DVec3, (t0, t1): (f64, f64)) -> NurbsCurve3 {
     let at = |t: f64| centre + x * (t * t) + y * (2.0 * t);
     NurbsCurve3 {

@@ -1,11 +1,11 @@
-//! Ends of edges -> which are one vertex, and which way the edges of a loop run from one to the next.
+//! Ends of edges -> shared vertices; edges of a loop -> their directions head to tail.
 
 use super::loops::VertexKey;
 use super::table::Map;
 use crate::math::sets::Sets;
 use glam::DVec3;
 
-/// Which vertices are one: those the file says, and those that neighbours in a loop put in one place.
+/// Merges vertices that are one: those with the same number in the file, and coincident ones of neighbours in a loop.
 #[derive(Default)]
 pub(super) struct Corners {
     index: Map<VertexKey, usize>,
@@ -34,7 +34,7 @@ impl Corners {
         self.merged.root(at as u32) as usize
     }
 
-    /// Makes two corners one; the one met first in the file stays.
+    /// Merges two corners; the one that comes first in the file stays.
     pub(super) fn unite(&mut self, a: usize, b: usize) {
         self.merged.join(a as u32, b as u32);
     }
@@ -46,8 +46,8 @@ impl Corners {
     }
 }
 
-/// Which edges of a loop, given by their corners, have to be turned for all to run head to tail, if the first is turned or
-/// not; `None` where the loop is open then.
+/// Which edges of a loop, given by their corners, must be reversed to run head to tail, given whether the first is.
+/// `None` if the loop is open then.
 pub(super) fn head_to_tail(ends: &[(usize, usize)], first: bool) -> Option<Vec<bool>> {
     let Some(&(tail, head)) = ends.first() else { return Some(Vec::new()) };
     let (start, mut at) = if first { (head, tail) } else { (tail, head) };

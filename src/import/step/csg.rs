@@ -1,4 +1,4 @@
-//! Primitives of constructive solid geometry to boundary representations, exactly.
+//! Primitives of constructive solid geometry -> exact boundary representations.
 
 use super::place::Geometry;
 use super::table::{Entity, Read, Trouble, measure};
@@ -7,13 +7,13 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
-/// The faces of a primitive, as ISO 10303-42 places it.
+/// Makes a part of a primitive, placed as in ISO 10303-42.
 pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part> {
     let id = item.id;
     let length = geometry.units.length;
     let size = |name: &'static str, index: usize| -> Read<f64> {
         let value = item.fields(name, 1).real(index)? * length;
-        if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, measure(format!("a {name} of a size"), value, "mm"))) }
+        if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, measure(format!("a {name} size"), value, "mm"))) }
     };
     let frame = |name: &'static str| geometry.frame(item.fields(name, 1).reference(0)?);
     let mut part = PartBuilder::new(String::new());
@@ -67,21 +67,21 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
         } else {
             let stated = item.fields("RIGHT_CIRCULAR_CONE", 1).real(3)? * geometry.units.angle;
             if !(stated > 1e-12 && stated < FRAC_PI_2 - 1e-12) {
-                return Err(Trouble::new(id, measure("a cone with a semi-angle", stated, "radians")));
+                return Err(Trouble::new(id, measure("a cone semi-angle", stated, "radians")));
             }
             ("RIGHT_CIRCULAR_CONE", stated)
         };
         let height = size(name, 1)?;
         let radius = item.fields(name, 1).real(2)? * length;
         if radius < 0.0 || (radius == 0.0 && angle == 0.0) {
-            return Err(Trouble::new(id, measure(format!("a {name} of a radius"), radius, "mm")));
+            return Err(Trouble::new(id, measure(format!("a {name} radius"), radius, "mm")));
         }
         barrel(&mut part, &frame(name)?, height, radius, angle);
     }
     part.finish().map_err(|error| Trouble::new(id, error))
 }
 
-/// The points that a solid lists as its corners.
+/// The corners that a solid lists.
 fn corners(geometry: &Geometry<'_>, item: Entity<'_>, name: &'static str, count: usize) -> Read<Vec<DVec3>> {
     let corners = geometry.points(item.fields(name, 1).links(0)?)?;
     if corners.len() == count {
@@ -90,7 +90,7 @@ fn corners(geometry: &Geometry<'_>, item: Entity<'_>, name: &'static str, count:
     Err(Trouble::new(item.id, SolidTrouble::Corners { keyword: name, count: corners.len() }))
 }
 
-/// A cylinder or the frustum of a cone about the frame's axis, wider at its far end; a foot without radius is an apex.
+/// Adds a cylinder or a frustum about the frame's axis, wider at its far end. A foot of radius 0 is an apex.
 fn barrel(part: &mut PartBuilder, frame: &Frame3, height: f64, radius: f64, half_angle: f64) {
     let far = Frame3 { origin: frame.origin + frame.z * height, ..*frame };
     let wide = part.circle(&far, radius + height * half_angle.tan());
@@ -110,7 +110,7 @@ fn barrel(part: &mut PartBuilder, frame: &Frame3, height: f64, radius: f64, half
     part.plain_face(Surface::Plane { frame: far }, 0, vec![Loop::Edges(vec![wide.along()])], false);
 }
 
-/// A counterclockwise polygon in the frame's plane, drawn up along its axis.
+/// Adds a prism over a counterclockwise polygon in the frame's plane, along the frame's axis.
 fn prism(part: &mut PartBuilder, frame: &Frame3, base: &[(f64, f64)], height: f64) {
     let n = base.len();
     let level = |z: f64| base.iter().map(move |(x, y)| frame.place(DVec3::new(*x, *y, z)));
@@ -127,8 +127,8 @@ fn flat(corners: &[DVec3], side: &[usize]) -> bool {
     side[3..].iter().all(|&k| (corners[k] - a).dot(normal).abs() <= 1e-6 * corners[k].distance(a))
 }
 
-/// Plane faces between corners, each listed counterclockwise from outside. Faces without a plane are left out, and the part
-/// that is open there tells.
+/// Adds planar faces between corners, listed counterclockwise from outside. Degenerate faces are left out; prepare
+/// reports the open shell.
 fn polyhedron(part: &mut PartBuilder, corners: Vec<DVec3>, sides: &[&[usize]]) {
     let vertices: Vec<VertexId> = corners.iter().map(|corner| part.vertex(*corner)).collect();
     let mut edges: HashMap<(usize, usize), EdgeId> = HashMap::new();

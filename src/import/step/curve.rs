@@ -1,7 +1,7 @@
-//! Curves of ISO 10303-42 to NURBS: as the carrier of an edge between two vertices, or as a bounded curve of its own.
+//! Curves of ISO 10303-42 -> NURBS, either as the carrier of an edge between two vertices or as a bounded curve.
 //!
-//! Conics become rational quadratics (model's arcs, and `conic`), B-splines stay as they are, everything that only wraps
-//! another curve (surface curves, trimmed curves) is unwrapped.
+//! Conics become rational quadratics (the model's arcs, and `conic`). B-splines stay as they are. Curves that only wrap
+//! another one (surface curves, trimmed curves) are unwrapped.
 
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
@@ -12,12 +12,12 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use step_io::parser::Attribute;
 
-/// What rounding leaves of a coordinate, as a share of the numbers it is computed from.
+/// Rounding error of a coordinate, as a share of the numbers from which it is computed.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Ends of a spline closer than this are one point; millimetres.
 const SAME_PLACE: f64 = 1e-6;
 
-/// A curve with its parametrisation, before an edge or a trim bounds it.
+/// A curve with its parametrisation, before an edge or a trim bounds it. The unbounded kinds keep their form.
 #[derive(Clone, Debug)]
 pub(super) enum Carrier {
     Line {
@@ -59,7 +59,7 @@ impl Bounded {
     }
 }
 
-/// What an `EDGE_CURVE` says about its ends.
+/// Ends of an `EDGE_CURVE`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ends {
     pub(super) start: DVec3,
@@ -67,17 +67,18 @@ pub(super) struct Ends {
     pub(super) whole: Whole,
 }
 
-/// When an edge on a closed curve is the whole of it, although arcs as short as its ends are apart exist.
+/// When an edge on a closed curve covers the whole curve, rather than the short arc between its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Whole {
-    /// Two different vertices bound an arc, however short it is against the radius.
+    /// Never: two different vertices bound an arc, however short.
     Never,
-    /// The loop runs along a seam and back: what is between must be a whole turn, if its two vertices have the same numbers.
+    /// If its two vertices coincide up to rounding. The loop runs along a seam and back, so the edge between must be a
+    /// full turn.
     BesideSeam,
-    /// The edge is a loop by itself, or but for a line: it must come back, if its two vertices are apart by no more than the
-    /// file's tolerance.
+    /// If its two vertices are within the file's tolerance. The edge is the whole loop, possibly with a line, so it
+    /// must close.
     Alone,
-    /// Start and end are one vertex: a closed curve is run through once.
+    /// Always: start and end are one vertex.
     OneVertex,
 }
 
@@ -103,12 +104,14 @@ const COMPOSITES: [&str; 4] =
 pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "BOUNDED_SURFACE_CURVE"];
 
 impl Geometry<'_> {
-    /// The part of curve `id` between two vertices, along the curve's sense or against it. `None` for an edge without length.
+    /// The part of curve `id` between two vertices, along or against the curve's sense. `None` for an edge without
+    /// length.
     pub(super) fn between(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<Bounded>> {
         self.along(self.carrier(id, 0)?, ends, same_sense, id)
     }
 
-    /// The same for a curve that is read: its carrier, and whether it runs the carrier's way.
+    /// Like [`between`](Self::between), for a curve already read: its carrier, and whether it has the carrier's
+    /// direction.
     pub(super) fn along(
         &self,
         (carrier, same): (Carrier, bool),
@@ -133,7 +136,7 @@ impl Geometry<'_> {
                 let sweep = (angle(ends.end) - from).rem_euclid(TAU);
                 let rounding = rounding(frame.origin.abs().max_element() + a.max(b));
                 let whole = ends.whole.holds(chord, rounding, tolerance);
-                // Rounding may put either sign on nothing.
+                // Rounding may give an empty sweep either sign.
                 if !whole && chord <= rounding {
                     return Ok(None);
                 }
@@ -168,7 +171,7 @@ impl Geometry<'_> {
         Ok(Some(bounded))
     }
 
-    /// Whether a curve comes back to where it starts, so that two points on it bound two arcs.
+    /// Whether a curve is closed, so that two points on it bound two arcs.
     pub(super) fn is_closed(&self, id: u64) -> bool {
         match self.carrier(id, 0) {
             Ok((Carrier::Round { .. }, _)) => true,
@@ -180,17 +183,18 @@ impl Geometry<'_> {
         }
     }
 
-    /// Whether a curve is a circle or an ellipse that nothing trims.
+    /// Whether a curve is an untrimmed circle or ellipse.
     pub(super) fn is_conic(&self, id: u64) -> bool {
         self.unwrap(id, 0).is_ok_and(|curve| curve.is("CIRCLE") || curve.is("ELLIPSE"))
     }
 
-    /// Whether a curve is made of several end to end.
+    /// Whether a curve is a composite of several segments.
     pub(super) fn is_composite(&self, id: u64) -> bool {
         self.unwrap(id, 0).is_ok_and(|curve| COMPOSITES.into_iter().any(|kind| curve.is(kind)))
     }
 
-    /// A curve that is bounded by itself, in its own sense. Circles and ellipses count as bounded: one turn from angle 0.
+    /// A curve with ends of its own, in its own direction. Circles and ellipses count as bounded: one turn from angle
+    /// 0.
     pub(super) fn bounded(&self, id: u64, depth: usize) -> Read<NurbsCurve3> {
         let instance = self.unwrap(id, depth)?;
         if depth >= MAX_DEPTH {
@@ -212,19 +216,19 @@ impl Geometry<'_> {
         }
     }
 
-    /// Follows curves that only add pcurves to another one.
+    /// Follows references through curves that only add pcurves to another curve.
     fn unwrap(&self, id: u64, depth: usize) -> Read<Entity<'_>> {
         let mut instance = self.get(id)?;
         for _ in depth..MAX_DEPTH {
             let Some(kind) = WRAPPERS.into_iter().find(|kind| instance.is(kind)) else { return Ok(instance) };
-            // A complex instance declares the curve in SURFACE_CURVE whatever its subtype.
+            // A complex instance declares the curve in SURFACE_CURVE, whatever its subtype.
             let declared = if instance.is("SURFACE_CURVE") { "SURFACE_CURVE" } else { kind };
             instance = self.get(instance.fields(declared, 1).reference(0)?)?;
         }
         Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }))
     }
 
-    /// The carrier of a curve, and whether it runs the carrier's way.
+    /// The carrier of a curve, and whether the curve has the carrier's direction.
     pub(super) fn carrier(&self, id: u64, depth: usize) -> Read<(Carrier, bool)> {
         let instance = self.unwrap(id, depth)?;
         let id = instance.id;
@@ -282,7 +286,7 @@ impl Geometry<'_> {
         self.frame(conic.fields("CONIC", 1).reference(0)?)
     }
 
-    /// A `TRIMMED_CURVE` as a curve from its first trim to its second.
+    /// A `TRIMMED_CURVE`, from its first trim to its second.
     fn trimmed(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let id = instance.id;
         let fields = instance.fields("TRIMMED_CURVE", 1);
@@ -291,7 +295,7 @@ impl Geometry<'_> {
         let by_point = fields.keyword(4) == "CARTESIAN";
         let t1 = self.trim(&carrier, fields.list(1)?, by_point, id)?;
         let t2 = self.trim(&carrier, fields.list(2)?, by_point, id)?;
-        // Along the carrier from low to high; the trimmed curve runs that way if its sense agrees.
+        // `low` to `high` follows the carrier; the trimmed curve has that direction if its sense agrees.
         let (mut low, mut high) = if sense { (t1, t2) } else { (t2, t1) };
         if !same {
             (low, high) = (high, low);
@@ -305,7 +309,7 @@ impl Geometry<'_> {
             }
             Carrier::Round { frame, a, b } => {
                 let sweep = (high - low).rem_euclid(TAU);
-                // Rounded trims of a whole turn may come out a little above it; two at one angle are a turn, too.
+                // Rounded trims of a full turn may end a little above it. Two trims at one angle are a full turn, too.
                 let whole = sweep <= ROUNDING || (high - low > PI && sweep < 1e-6);
                 let sweep = if whole { TAU } else { sweep };
                 NurbsCurve3::arc(&frame, a, b, low, low + sweep)
@@ -335,7 +339,7 @@ impl Geometry<'_> {
         Ok(if sense { curve } else { curve.reversed() })
     }
 
-    /// The parameter of one trim on the carrier; radians and plain numbers.
+    /// The parameter of one trim on the carrier, angles in radians.
     fn trim(&self, carrier: &Carrier, select: &[Attribute], by_point: bool, id: u64) -> Read<f64> {
         let value = select.iter().find_map(number).map(|value| match carrier {
             Carrier::Round { .. } => value * self.units.angle,
@@ -408,8 +412,8 @@ fn increasing(from: f64, to: f64, id: u64) -> Read<(f64, f64)> {
     if from < to && (to - from).is_finite() { Ok((from, to)) } else { Err(Trouble::new(id, CurveTrouble::WrongOrder)) }
 }
 
-/// The arc from one parameter to the other. On an open curve the ends alone say which arc it is; a sense that
-/// contradicts them does not matter.
+/// The arc from one parameter to the other. On an open curve the ends alone determine the arc; a contradicting sense is
+/// ignored.
 fn either_way(from: f64, to: f64, arc: impl Fn((f64, f64)) -> NurbsCurve3, id: u64) -> Read<NurbsCurve3> {
     if from <= to { Ok(arc(increasing(from, to, id)?)) } else { Ok(arc(increasing(to, from, id)?).reversed()) }
 }
@@ -425,7 +429,7 @@ pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
     Ok(NurbsCurve3 { degree: 1, knots, points, weights: Vec::new() })
 }
 
-/// The knot vectors that a B-spline has which states none.
+/// Implied knot vectors of B-splines that state none.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Form {
     /// Clamped, inner knots equally spaced and single.
@@ -450,7 +454,7 @@ impl Form {
     }
 }
 
-/// Stated knots written out, or those that the form implies.
+/// The stated knots, repeated by multiplicity, else those that the form implies.
 pub(super) fn knots_of(
     stated: Option<(Vec<usize>, Vec<f64>)>,
     form: Form,
@@ -496,7 +500,7 @@ pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
     Ok(())
 }
 
-/// Weights, or none where they are all equal.
+/// Checks weights; drops them if all are equal.
 pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Vec<f64>> {
     if weights.len() != count {
         return Err(Trouble::new(id, SplineTrouble::WeightCount { weights: weights.len(), points: count }));
@@ -508,7 +512,7 @@ pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Ve
     Ok(if equal { Vec::new() } else { weights })
 }
 
-/// Takes out knots that stand too often, where both sides of the break meet in one point.
+/// Removes knots of too high multiplicity where both sides of the break meet in one point.
 fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
     let joins = |a: usize, b: usize| curve.points[a].distance(curve.points[b]) <= tolerance;
     let left = spline::without_breaks(&curve.knots, curve.degree, joins)
@@ -523,12 +527,12 @@ fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
     Ok(())
 }
 
-/// The part of a spline between two vertices, run forward; a closed curve may be passed through its seam.
+/// The part of a spline between two vertices, forward; on a closed curve, possibly across its seam.
 fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option<(NurbsCurve3, (f64, f64))> {
     let (a, b) = curve.domain();
     let (first, last) = (curve.point(a), curve.point(b));
     let whole = (a, b);
-    // Almost every edge uses its whole curve. The ends of a short arc of a closed one both lie near its seam.
+    // Almost every edge uses its whole curve. Both ends of a short arc of a closed curve may lie near its seam.
     let chord = ends.start.distance(ends.end);
     let near = SAME_PLACE.min(tolerance).min(if together { f64::INFINITY } else { 0.25 * chord });
     if first.distance(ends.start) <= near && last.distance(ends.end) <= near {
@@ -553,7 +557,7 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
         return if from < to {
             Some((curve, (from, to)))
         } else if from > to {
-            // The file's sense flag contradicts its vertices; the vertices decide.
+            // The sense flag contradicts the vertices; the vertices decide.
             let range = ((a + b - from).max(a), (a + b - to).min(b));
             Some((curve.reversed(), range))
         } else {

@@ -1,5 +1,5 @@
-//! Curves and points that other curves and surfaces define: offset curves, curves given in a surface's parameters, points on
-//! curves and surfaces. Exact where the result is of a kind that has a name, else cubic pieces refined until sampled errors pass.
+//! Derived curves and points (offset curves, pcurves, points on curves and surfaces) -> curves and points in space.
+//! Exact where a closed form exists, else cubic pieces, refined until sampled errors are within the tolerance.
 
 use super::curve::Carrier;
 use super::offset::{breaks_of, fitted};
@@ -12,14 +12,14 @@ use crate::model::{AxisMap, CurveKind, CurveTrouble, FitTrouble, NurbsCurve3, St
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// How deep points may be defined by one another (through curves and surfaces).
+/// Maximum nesting of points defined by each other (through curves and surfaces).
 const MAX_NESTING: u8 = 3;
 
-/// What turns an angle of a whole turn from 0 into the parameter of the arc that stands for it.
+/// Maps an angle in a full turn from 0 to the parameter of its NURBS arc.
 const TURN: AxisMap = AxisMap::Arc { start: 0.0, step: FRAC_PI_2, spans: 4 };
 
 impl Geometry<'_> {
-    /// An `OFFSET_CURVE_3D`: the basis moved by `distance` along reference direction × tangent.
+    /// An `OFFSET_CURVE_3D`: the basis, moved by `distance` along reference direction × tangent.
     pub(super) fn offset_curve(&self, instance: Entity<'_>, depth: usize) -> Read<(Carrier, bool)> {
         let id = instance.id;
         let own = instance.fields("OFFSET_CURVE_3D", 1);
@@ -33,7 +33,7 @@ impl Geometry<'_> {
                 let aside = reference.cross(sense).try_normalize().ok_or_else(lost)?;
                 return Ok((Carrier::Line { point: point + aside * distance, along }, same));
             }
-            // About the reference direction, the offset of a circle is a circle: positive distances lead inwards.
+            // The offset of a circle about the reference direction is a circle; positive distances lead inwards.
             (Carrier::Round { mut frame, a, b }, same) if a == b && frame.z.cross(reference).length() <= 1e-12 => {
                 let inwards = if (frame.z.dot(reference) > 0.0) == same { distance } else { -distance };
                 let radius = a - inwards;
@@ -44,7 +44,7 @@ impl Geometry<'_> {
                     ));
                 }
                 if radius < 0.0 {
-                    // Beyond the centre: the same angles on the other side.
+                    // Beyond the centre, the same angles lie on the other side.
                     (frame.x, frame.y) = (-frame.x, -frame.y);
                 }
                 return Ok((Carrier::Round { frame, a: radius.abs(), b: radius.abs() }, same));
@@ -65,8 +65,8 @@ impl Geometry<'_> {
         Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, true))
     }
 
-    /// The surface, the curve in its parameters as the file writes them, and what they have to be multiplied by: of a `PCURVE`
-    /// or a `DEGENERATE_PCURVE`.
+    /// Reads a `PCURVE` or a `DEGENERATE_PCURVE`. Returns the surface, the curve in the file's parameters, and their
+    /// factors to millimetres and radians.
     pub(super) fn parameter_curve(
         &self,
         pcurve: Entity<'_>,
@@ -78,14 +78,14 @@ impl Geometry<'_> {
         let items = self.get(own.reference(1)?)?.fields("REPRESENTATION", 1).links(0)?;
         let curve =
             items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, missing("a parameter curve", "items")))?;
-        // Parameters are read as numbers, then made lengths (millimetres) and angles (radians) one by one.
+        // Parameters are read as plain numbers; the factors convert each to a length or an angle.
         let plain = Geometry { units: Units { length: 1.0, ..self.units }, ..*self };
         let curve = plain.bounded(curve, depth + 1)?;
         let factors = self.factors(&on.surface);
         Ok((on.surface, curve, factors))
     }
 
-    /// A surface whose parameters are those that the file means.
+    /// A surface whose natural parameters are the file's. Flipped surfaces and replicas are refused.
     pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Stated> {
         let on = self.surface(id, &Reached::default, depth)?;
         if on.turned || self.get(id)?.is("SURFACE_REPLICA") {
@@ -106,7 +106,7 @@ impl Geometry<'_> {
         }
     }
 
-    /// A `PCURVE` as a curve in space: exact on a plane, else within the tolerance of approximations.
+    /// A `PCURVE` as a curve in space: exact on a plane, else approximated within the tolerance.
     pub(super) fn image(&self, pcurve: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let (surface, curve, [u, v]) = self.parameter_curve(pcurve, "PCURVE", depth)?;
         let at = |p: DVec3| surface.point(p.x * u, p.y * v);
@@ -117,7 +117,7 @@ impl Geometry<'_> {
         Ok(fitted.map_err(|what| Trouble::new(pcurve.id, what))?.0)
     }
 
-    /// A point that is no `CARTESIAN_POINT`; `None` for an instance that is no point.
+    /// A point other than a `CARTESIAN_POINT`; `None` for an instance that is not a point.
     pub(super) fn derived_point(&self, instance: Entity<'_>) -> Read<Option<DVec3>> {
         const KINDS: [&str; 5] =
             ["POINT_REPLICA", "POINT_ON_CURVE", "POINT_ON_SURFACE", "DEGENERATE_PCURVE", "EVALUATED_DEGENERATE_PCURVE"];
@@ -143,7 +143,7 @@ impl Geometry<'_> {
         } else if instance.is("EVALUATED_DEGENERATE_PCURVE") {
             inner.point(instance.fields("EVALUATED_DEGENERATE_PCURVE", 3).reference(0)?)?
         } else {
-            // All of the parameter curve is one point in space.
+            // The whole parameter curve is one point in space.
             let (surface, curve, [u, v]) = inner.parameter_curve(instance, "DEGENERATE_PCURVE", 0)?;
             let at = curve.point(curve.domain().0);
             surface.point(at.x * u, at.y * v)
@@ -158,7 +158,7 @@ impl Geometry<'_> {
         let own = instance.fields("POINT_ON_CURVE", 1);
         let (basis, t) = (own.reference(0)?, own.real(1)?);
         if self.is_composite(basis) {
-            // Its pieces are NURBS here, with parameters of their own.
+            // Its pieces became NURBS with other parameters.
             return Err(Trouble::new(instance.id, CurveTrouble::OnComposite));
         }
         Ok(match self.carrier(basis, 0)?.0 {
@@ -173,14 +173,14 @@ impl Geometry<'_> {
         })
     }
 
-    /// A `CURVE_REPLICA` before its ends are known.
+    /// The parent of a `CURVE_REPLICA`, and its motion.
     pub(super) fn curve_replica(&self, instance: Entity<'_>) -> Read<(u64, Similarity)> {
         let own = instance.fields("CURVE_REPLICA", 1);
         Ok((own.reference(0)?, Similarity::new(self.motion(own.reference(1)?)?)))
     }
 
-    /// The parameter of a swept curve's NURBS form for a parameter as the file counts it: angles where the curve is a circle or
-    /// an ellipse.
+    /// Converts a file's parameter of a swept curve to that of the curve's NURBS form. For circles and ellipses it is
+    /// an angle.
     pub(super) fn swept_parameter(&self, swept: u64, t: f64) -> Read<f64> {
         Ok(match self.carrier(swept, 0)?.0 {
             Carrier::Round { .. } => TURN.to_nurbs(t * self.units.angle),
@@ -189,7 +189,7 @@ impl Geometry<'_> {
     }
 }
 
-/// A parameter that a point is at, held to the domain where it is only rounded.
+/// Clamps a parameter that leaves the domain by at most a millionth of it (rounding); refuses others.
 fn within(t: f64, (low, high): (f64, f64), id: u64) -> Read<f64> {
     let slack = 1e-6 * (high - low);
     if !(low - slack..=high + slack).contains(&t) {

@@ -1,4 +1,4 @@
-//! An edge before its vertices have ids: its ends, and the piece of its curve between them.
+//! Edges before their vertices have ids: ends and the piece of the curve between them.
 
 use super::curve::{Bounded, Ends};
 use super::loops::VertexKey;
@@ -11,15 +11,15 @@ use glam::DVec3;
 pub(super) struct EdgeDraft {
     pub(super) ends: [VertexKey; 2],
     pub(super) points: [DVec3; 2],
-    /// None for an edge without length, and once the part has it.
+    /// `None` for an edge without length, and after the curve has moved to the part.
     pub(super) curve: Option<Bounded>,
     /// Whether the edge has no length.
     pub(super) empty: bool,
-    /// Distance by which the curve misses its vertices.
+    /// Largest distance between an end of the curve and its vertex.
     pub(super) gap: f64,
     /// Distance by which the vertex of a closed edge was moved onto the curve.
     pub(super) moved: f64,
-    /// Why its curve was not read, if it became straight for that.
+    /// Why the curve was not read, if that made the edge straight.
     pub(super) straightened: Option<StepCause>,
     pub(super) units: Units,
     pub(super) entity: u64,
@@ -49,7 +49,7 @@ impl EdgeDraft {
         })
     }
 
-    /// Points on the edge from its start to its end, a few between two control points; none without length.
+    /// Points on the edge from start to end, four per control point; none for an edge without length.
     pub(super) fn samples(&self) -> impl Iterator<Item = DVec3> + '_ {
         const STEPS: usize = 4;
         self.curve.iter().flat_map(|Bounded { curve, range: (a, b), .. }| {

@@ -1,16 +1,16 @@
-//! What representations hold for one part: shells of faces, and bodies without stated faces.
+//! Contents of one part, gathered from its representations: shells of faces, and bodies without explicit faces.
 
 use super::kinds::BodyKind;
 use super::table::Set;
 use super::units::Units;
 use crate::model::{Colour, Shell, ShellKind};
 
-/// Where a face comes from.
+/// Source of a face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Source {
     /// An `ADVANCED_FACE` or `FACE_SURFACE`.
     Face(u64),
-    /// A bounded surface without topology, as geometric sets hold them.
+    /// A bounded surface without topology, from a geometric set.
     Surface(u64),
 }
 
@@ -22,19 +22,19 @@ impl Source {
     }
 }
 
-/// One shell as a body uses it.
+/// One use of a shell by a body.
 #[derive(Clone, Debug)]
 pub(super) struct ShellUse {
     pub(super) kind: ShellKind,
     pub(super) entity: u64,
-    /// The faces, and whether the use turns them over.
+    /// The faces, and whether the use flips them.
     pub(super) faces: Vec<(Source, bool)>,
     /// Colour of faces that have none.
     pub(super) colour: Option<Colour>,
     pub(super) units: Units,
 }
 
-/// A body without stated faces.
+/// A body without explicit faces.
 #[derive(Clone, Debug)]
 pub(super) struct BodyUse {
     pub(super) kind: BodyKind,
@@ -43,12 +43,12 @@ pub(super) struct BodyUse {
     pub(super) units: Units,
 }
 
-/// What was gathered for one part.
+/// Shells and bodies of one part.
 #[derive(Default)]
 pub(super) struct Gathered {
     pub(super) shells: Vec<ShellUse>,
     pub(super) bodies: Vec<BodyUse>,
-    /// Items, shells and faces in this part already: a part holds each once, however often its representations list it.
+    /// Items, shells and faces already in this part. A part has each once, however often its representations list it.
     pub(super) held: Set<u64>,
 }
 
@@ -57,14 +57,14 @@ impl Gathered {
         self.shells.is_empty() && self.bodies.is_empty()
     }
 
-    /// What the numbers of the first shell or body mean.
+    /// Units of the first shell or body.
     pub(super) fn units(&self) -> Option<Units> {
         self.shells.first().map(|shell| shell.units).or(self.bodies.first().map(|body| body.units))
     }
 }
 
-/// The shells that shells as stated become, and the number of each: surfaces and faces that are listed alone, or in sets, are of
-/// one shell, so that those side by side have their borders in common.
+/// Merges all loose surfaces and faces (listed alone or in sets) into one shell, so that adjacent ones share their
+/// borders. Returns the new shell index of each use, and the shells.
 pub(super) fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
     let loose = |of: &ShellUse| {
         let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;

@@ -1,9 +1,9 @@
-//! Types of instances to what they are: faces, shells, surfaces, bodies of each sort, or no shape at all.
+//! Types of instances -> their kind: face, shell, surface, body, or not a shape.
 
 use super::table::Entity;
 use crate::model::BodyRefusal;
 
-/// Primitives of constructive solid geometry that are read.
+/// Supported primitives of constructive solid geometry.
 pub(super) const PRIMITIVES: [&str; 9] = [
     "BLOCK",
     "RIGHT_ANGULAR_WEDGE",
@@ -16,11 +16,11 @@ pub(super) const PRIMITIVES: [&str; 9] = [
     "RIGHT_CIRCULAR_CONE",
 ];
 
-/// Swept solids that are read.
+/// Supported swept solids.
 pub(super) const SWEEPS: [&str; 4] =
     ["EXTRUDED_AREA_SOLID", "EXTRUDED_FACE_SOLID", "REVOLVED_AREA_SOLID", "REVOLVED_FACE_SOLID"];
 
-/// Tessellated bodies and loose faces that are read.
+/// Supported tessellated bodies and loose faces.
 pub(super) const TESSELLATED: [&str; 8] = [
     "TESSELLATED_SOLID",
     "TESSELLATED_SHELL",
@@ -32,7 +32,7 @@ pub(super) const TESSELLATED: [&str; 8] = [
     "REPOSITIONED_TESSELLATED_ITEM",
 ];
 
-/// What holds the faces of a body, and in which attribute of which type.
+/// Tessellated types that list their faces.
 pub(super) const HOLDERS: [&str; 3] = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
 
 const BODIES: [&str; 5] =
@@ -44,7 +44,7 @@ pub(super) fn is_body(item: Entity<'_>) -> bool {
     is_solid(item) || tessellated || is_shell(item) || is_face(item) || item.is("GEOMETRIC_SET")
 }
 
-/// Whether an item is a body of faces, of a few numbers, or one of those that are refused.
+/// Whether an item is a body of faces, a primitive, a sweep, or a refused body.
 pub(super) fn is_solid(item: Entity<'_>) -> bool {
     let made = BodyKind::of(item).is_some_and(|kind| kind != BodyKind::Tessellated);
     made || item.is("CSG_SOLID") || refused(item).is_some() || item.types().any(|name| BODIES.contains(&name))
@@ -52,13 +52,13 @@ pub(super) fn is_solid(item: Entity<'_>) -> bool {
 
 const BOOLEANS: [&str; 2] = ["BOOLEAN_RESULT", "BOOLEAN_CLIPPING_RESULT"];
 
-/// Whether an instance is of a type that makes a body of others, or holds some.
+/// Whether an instance is composed of other bodies or faces.
 pub(super) fn has_parts(instance: Entity<'_>) -> bool {
     let replicas = ["CSG_SOLID", "SOLID_REPLICA"];
     BOOLEANS.into_iter().chain(HOLDERS).chain(replicas).any(|name| instance.is(name))
 }
 
-/// The bodies that an instance makes another one of, or holds.
+/// The bodies or faces of which an instance is composed.
 pub(super) fn parts_of(instance: Entity<'_>) -> impl Iterator<Item = u64> {
     let boolean = BOOLEANS.into_iter().any(|name| instance.is(name));
     let held =
@@ -74,7 +74,7 @@ pub(super) fn is_shell(instance: Entity<'_>) -> bool {
     ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
 }
 
-/// Whether an instance is a face with a surface, or one that lies in the plane of its bounds.
+/// Whether an instance is a face, with a surface or in the plane of its bounds.
 pub(super) fn is_face(instance: Entity<'_>) -> bool {
     let of_others = || instance.is("ORIENTED_FACE") || instance.is("SUBFACE");
     instance.is("ADVANCED_FACE") || instance.is("FACE_SURFACE") || instance.is("FACE") && !of_others()
@@ -88,12 +88,12 @@ pub(super) fn is_surface(instance: Entity<'_>) -> bool {
     instance.types().any(named) && !is_shapeless(instance)
 }
 
-/// Whether an instance is a surface that never ends by itself.
+/// Whether an instance is an analytic surface without bounds.
 pub(super) fn is_endless(instance: Entity<'_>) -> bool {
     ["PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE"].into_iter().any(|name| instance.is(name))
 }
 
-/// Whether a surface ends by itself. Others are placed beside shapes for reference.
+/// Whether a surface is bounded by itself. Files list others next to shapes for reference.
 pub(super) fn is_bounded(surface: Entity<'_>) -> bool {
     const UNBOUNDED: [&str; 7] = [
         "PLANE",
@@ -107,8 +107,8 @@ pub(super) fn is_bounded(surface: Entity<'_>) -> bool {
     !UNBOUNDED.into_iter().any(|name| surface.is(name))
 }
 
-/// Whether an item is known to be no shape: placements, points, curves, wires, annotations, values. What is not known may be
-/// one.
+/// Whether an item is known not to be a shape: placements, points, curves, wires, annotations, values. Unknown types
+/// may be shapes.
 pub(super) fn is_shapeless(item: Entity<'_>) -> bool {
     const NAMES: [&str; 15] = [
         "COORDINATES_LIST",
@@ -175,12 +175,12 @@ pub(super) fn is_shapeless(item: Entity<'_>) -> bool {
     known
 }
 
-/// How the faces of a body come about.
+/// How the faces of a body are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BodyKind {
     /// A primitive of constructive solid geometry.
     Primitive,
-    /// A plane area or face moved along a direction or turned about an axis.
+    /// A planar area or face, extruded or revolved.
     Sweep,
     /// Triangles.
     Tessellated,
@@ -199,7 +199,7 @@ impl BodyKind {
     }
 }
 
-/// Why a body of this type is not read, for those that are not.
+/// Why bodies of this type are not read; `None` if they are.
 pub(super) fn refused(item: Entity<'_>) -> Option<BodyRefusal> {
     const INTERSECTS: BodyRefusal = BodyRefusal::Intersects;
     const UNBOUNDED: BodyRefusal = BodyRefusal::Unbounded;
@@ -224,15 +224,15 @@ pub(super) fn refused(item: Entity<'_>) -> Option<BodyRefusal> {
     REFUSED.into_iter().find(|(name, _)| item.is(name)).map(|(_, why)| why)
 }
 
-/// The area or face that a body sweeps, if it does.
+/// The area or face that a body sweeps.
 pub(super) fn profile(item: Entity<'_>) -> Option<u64> {
     let name = SWEEPS.into_iter().find(|kind| item.is(kind))?;
-    // Name and profile stand in the supertype.
+    // The supertype declares name and profile.
     let swept = if name.contains("AREA") { "SWEPT_AREA_SOLID" } else { "SWEPT_FACE_SOLID" };
     item.fields(swept, 1).optional(0)
 }
 
-/// The exact solid, shell or face that a tessellated one stands for.
+/// The exact solid, shell or face that a tessellated one repeats.
 pub(super) fn stands_for(item: Entity<'_>) -> Option<u64> {
     if let Some(name) = ["TESSELLATED_SOLID", "TESSELLATED_SHELL"].into_iter().find(|name| item.is(name)) {
         return item.fields(name, 1).optional(1);

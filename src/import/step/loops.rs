@@ -1,4 +1,4 @@
-//! Faces and their bounds as the file states them: which edges, which way, in which order.
+//! Faces -> their bounds as stated in the file: edges in order, with directions.
 
 use super::curve::{Ends, Whole};
 use super::gathered::Source;
@@ -17,7 +17,7 @@ pub(super) struct StatedUse {
     pub(super) reversed: bool,
 }
 
-/// What makes an edge one edge, whoever uses it.
+/// Identity of an edge: uses with equal keys share one edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum EdgeKey {
     /// An `EDGE_CURVE`, or a `SUBEDGE` of one.
@@ -28,15 +28,15 @@ pub(super) enum EdgeKey {
     Segment(u64),
 }
 
-/// A vertex: a `VERTEX_POINT`, a point of a `POLY_LOOP`, or one end of a boundary segment.
+/// Identity of a vertex: a `VERTEX_POINT`, a point of a `POLY_LOOP`, or one end of a boundary segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum VertexKey {
     Point(u64),
-    /// End (false: start, true: end) of a boundary segment.
+    /// Start (`false`) or end (`true`) of a boundary segment.
     End(u64, bool),
 }
 
-/// A stated bound.
+/// A bound of a face, as stated.
 #[derive(Clone, Debug)]
 pub(super) enum Bound {
     Edges(Vec<StatedUse>),
@@ -44,7 +44,7 @@ pub(super) enum Bound {
 }
 
 impl Bound {
-    /// The same bound run through the other way.
+    /// Reverses the direction.
     pub(super) fn reverse(&mut self) {
         if let Self::Edges(uses) = self {
             uses.reverse();
@@ -59,13 +59,13 @@ impl Bound {
 #[derive(Clone, Debug)]
 pub(super) struct StatedFace {
     pub(super) surface: u64,
-    /// Whether the file states no surface: the face lies in the plane of its bounds. `surface` is the face then, and where
-    /// the file should state one and does not.
+    /// Whether the face has no surface and lies in the plane of its bounds. `surface` is the face itself then, and also
+    /// if a required surface is missing.
     pub(super) implied: bool,
     pub(super) same_sense: bool,
-    /// Bounds that run counterclockwise seen from the tip of the *face's* normal.
+    /// Bounds, counterclockwise seen from the tip of the *face's* normal.
     pub(super) bounds: Vec<Bound>,
-    /// The one among them without which there is no face; none where all count alike.
+    /// Index of the outer bound. If it fails, the face is lost. `None` if every bound is required.
     pub(super) outer: Option<usize>,
     /// Inner bounds that could not be read.
     pub(super) lost: Vec<Trouble>,
@@ -88,7 +88,7 @@ impl Geometry<'_> {
                 // A complex instance keeps the bounds in FACE.
                 let stated: Vec<u64> = face.fields("FACE", 1).links(0)?.collect();
                 let is_outer = |id: &u64| self.get(*id).is_ok_and(|bound| bound.is("FACE_OUTER_BOUND"));
-                // Where none is called outer, the first one usually is.
+                // If no bound is marked as outer, the first usually is.
                 let first = stated.iter().position(is_outer).unwrap_or(0);
                 let (mut bounds, mut outer, mut lost) = (Vec::with_capacity(stated.len()), None, Vec::new());
                 for (k, id) in stated.into_iter().enumerate() {
@@ -104,7 +104,7 @@ impl Geometry<'_> {
                     }
                 }
                 let surface = if implied { id } else { own.reference(0).unwrap_or(id) };
-                // The bounds of a face without surface say which way it looks.
+                // The bounds of a face without surface determine its orientation.
                 let same_sense = implied || own.flag(1, true);
                 Ok(StatedFace { surface, implied, same_sense, bounds, outer, lost })
             }
@@ -124,10 +124,10 @@ impl Geometry<'_> {
         }
     }
 
-    /// Why face `id` has no surface, though one should stand there.
+    /// Why face `id` has no surface, although its type requires one.
     pub(super) fn no_surface(&self, id: u64) -> Trouble {
         let stated = self.get(id).and_then(|face| face.fields("FACE_SURFACE", 2).reference(0));
-        stated.err().unwrap_or_else(|| Trouble::new(id, StepTrouble::RefersToItself { what: "a face as its surface" }))
+        stated.err().unwrap_or_else(|| Trouble::new(id, StepTrouble::RefersToItself { what: "a face as surface" }))
     }
 
     fn segment_use(&self, id: u64) -> Read<StatedUse> {
@@ -139,7 +139,7 @@ impl Geometry<'_> {
         let fields = self.get(id)?.fields("FACE_BOUND", 1);
         let of = self.get(fields.reference(0)?)?;
         let mut bound = if of.is("EDGE_LOOP") {
-            // In a complex instance the list stands in PATH.
+            // A complex instance has the list in PATH.
             let list = ["EDGE_LOOP", "PATH"].into_iter().find_map(|name| of.fields(name, 1).links(0).ok());
             let list = list.ok_or_else(|| Trouble::new(of.id, missing("an EDGE_LOOP", "a list of edges")))?;
             Bound::Edges(list.map(|edge| self.oriented_edge(edge)).collect::<Read<_>>()?)
@@ -162,13 +162,13 @@ impl Geometry<'_> {
         Ok(bound)
     }
 
-    /// What a loop says of an edge in it that may be a whole turn.
+    /// When the edges of a loop cover a whole closed curve.
     pub(super) fn whole(&self, uses: &[StatedUse]) -> Whole {
         let edges: HashSet<EdgeKey> = uses.iter().map(|edge| edge.edge).collect();
         match uses {
             [_] => Whole::Alone,
             _ if edges.len() < uses.len() => Whole::BesideSeam,
-            // A straight edge from end to end of a short arc bounds nothing with it.
+            // A short arc and the line between its ends would enclose nothing.
             [a, b] if self.is_straight(a.edge) || self.is_straight(b.edge) => Whole::Alone,
             _ => Whole::Never,
         }
@@ -182,11 +182,11 @@ impl Geometry<'_> {
     fn oriented_edge(&self, id: u64) -> Read<StatedUse> {
         let (mut edge, mut reversed) = (self.get(id)?, false);
         for _ in 0..MAX_DEPTH {
-            // One without a curve is straight, which is told.
+            // An edge without a curve becomes straight, with a diagnostic.
             if edge.is("EDGE_CURVE") || edge.is("SUBEDGE") || edge.is("EDGE") {
                 return Ok(StatedUse { edge: EdgeKey::Curve(edge.id), reversed });
             }
-            // A seam edge only adds which of the seam's two parameter curves is meant.
+            // A seam edge only selects one of the seam's two parameter curves.
             if !(edge.is("ORIENTED_EDGE") || edge.is("SEAM_EDGE")) {
                 return Err(Trouble::new(edge.id, StepTrouble::NotRead { what: "edges", keyword: edge.keyword() }));
             }
@@ -198,7 +198,7 @@ impl Geometry<'_> {
         Err(Trouble::new(id, StepTrouble::TooDeep { what: "oriented edges" }))
     }
 
-    /// The curve of an edge, and whether the edge runs its way. A `SUBEDGE` has those of the edge that it is a part of.
+    /// The curve of an edge, and whether the edge has the curve's direction. A `SUBEDGE` has those of its parent.
     pub(super) fn edge_curve(&self, id: u64) -> Read<(u64, bool)> {
         let (mut edge, mut same) = (self.get(id)?, true);
         for _ in 0..MAX_DEPTH {
@@ -227,7 +227,7 @@ impl Geometry<'_> {
         self.point(id)
     }
 
-    /// The vertices of an `EDGE_CURVE` or `SUBEDGE`, and where they are; `whole` is what the loops say.
+    /// The vertices of an `EDGE_CURVE` or `SUBEDGE`, and their points. `whole` comes from the loops.
     pub(super) fn edge_ends(&self, id: u64, whole: Whole) -> Read<([u64; 2], Ends)> {
         let own = self.get(id)?.fields("EDGE", 1);
         let (from, to) = (own.reference(0)?, own.reference(1)?);
@@ -236,7 +236,7 @@ impl Geometry<'_> {
     }
 }
 
-/// The sides of a polygon; a point repeated in a row makes none.
+/// The sides of a polygon, without those between equal points.
 fn sides(points: &[u64]) -> Vec<StatedUse> {
     let next = points.iter().cycle().skip(1);
     points

@@ -1,22 +1,25 @@
-//! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) to a [`Model`](crate::model::Model); syntax by the crate `step-io`.
+//! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) -> a [`Model`](crate::model::Model). The crate `step-io`
+//! parses the syntax.
 //!
-//! The steps are the files of this folder: `sections` passes over sections without data, `text` parses (and cuts out what
-//! breaks the syntax), `table` gives typed access to instances, `units` and `place` turn numbers into millimetres and frames,
-//! `curve` and `surface` read geometry, `loops`, `shells` and `part` topology, `carried` the surface of each face, `style`
-//! colours, `product` the assembly.
+//! The files of this folder are the steps: `sections` skips sections without data, `text` parses and cuts out syntax
+//! errors, `table` gives typed access to instances, `units` and `place` convert numbers to millimetres and frames,
+//! `curve` and `surface` read geometry, `loops`, `shells` and `part` topology, `carried` the surface of each face,
+//! `style` colours, `product` the assembly.
 //!
-//! Rare forms, and what comes of them. What is refused is told with its number; a face keeps its number and is `lost`.
+//! Rare forms and how they are read. A diagnostic names each refused instance; a refused face keeps its index and is
+//! `lost`.
 //!
 //! | form | read as |
 //! |---|---|
-//! | `FACE`; `FACE_SURFACE` without a surface (`$`) | face in the plane of its bounds, with a warning where these are not flat; refused where they enclose no area |
+//! | `FACE`; `FACE_SURFACE` with surface `$` | face in the plane of its bounds; warning if not planar |
 //! | `SUBFACE`, `EDGE` without a curve, `VERTEX` without a point | refused |
-//! | `SEAM_EDGE` | its oriented edge; which parameter curve it names does not matter |
-//! | `SUBEDGE` | an edge of its own on its parent's curve; it is not joined to faces that use the parent |
-//! | `POINT_ON_CURVE`, `POINT_ON_SURFACE`, `DEGENERATE_PCURVE`, `POINT_REPLICA` | points; refused beyond the ends of what they are on, and on composite curves |
-//! | `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`, surfaces next to shapes | left out with a note; see [`StepOptions::supplemental`] |
-//! | sections `ANCHOR`, `REFERENCE`, `SIGNATURE` | passed over with a note; an instance of another file costs what uses it |
-//! | several `DATA` sections | one |
+//! | `SEAM_EDGE` | its oriented edge; the parameter curve is ignored |
+//! | `SUBEDGE` | a separate edge on its parent's curve, not shared with faces that use the parent |
+//! | `POINT_ON_CURVE`, `POINT_ON_SURFACE` | points; refused outside the domain, and on composite curves |
+//! | `DEGENERATE_PCURVE`, `POINT_REPLICA` | points |
+//! | `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`, surfaces next to shapes | left out; see [`StepOptions::supplemental`] |
+//! | sections `ANCHOR`, `REFERENCE`, `SIGNATURE` | skipped with a note; users of instances of other files are refused |
+//! | several `DATA` sections | one section |
 //! | values `@n`, `#NAME`, `<resource>` | unset, with a warning |
 
 mod options;

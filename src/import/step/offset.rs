@@ -1,18 +1,19 @@
-//! Offsets of surfaces: exact where the offset is of the same kind, else bicubic pieces refined until sampled errors pass.
+//! Surfaces -> offset surfaces. Exact where the offset is of the same kind, else cubic pieces, refined until sampled
+//! errors are within the tolerance.
 
 use super::stated::Reach;
 use super::turned::sheet;
 use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, StepOutcome, Surface};
 use glam::DVec3;
 
-/// Pieces per knot span and direction at which refinement stops.
+/// Maximum number of pieces per knot span and direction.
 const MAX_PIECES: usize = 64;
-/// Control points of an approximation, at most.
+/// Maximum number of control points of an approximation.
 const MAX_POINTS: usize = 400_000;
 
-/// The surface at `distance` along the normal of `base`, with a note where it is approximated; or why it cannot be had.
+/// Offsets `base` by `distance` along its normal, with a note if the result is approximated.
 ///
-/// `reach` tells where the face lies, for surfaces of several sheets.
+/// `reach` locates the face, for surfaces of several sheets.
 pub(super) fn offset(
     base: &Surface,
     distance: f64,
@@ -31,7 +32,8 @@ pub(super) fn offset(
             Surface::Cylinder { frame: *frame, radius: positive(radius + distance)? }
         }
         Surface::Cone { frame, radius, half_angle } => {
-            // Moving the slant line sideways changes the radius where the apex stays behind z = 0, else the origin.
+            // Moving the slant line sideways changes the radius at z = 0. If that is negative, the apex becomes the
+            // origin.
             let moved = radius + distance / half_angle.cos();
             if moved >= 0.0 {
                 Surface::Cone { frame: *frame, radius: moved, half_angle: *half_angle }
@@ -46,7 +48,7 @@ pub(super) fn offset(
             Surface::Torus { frame: *frame, major: *major, minor: positive(minor + distance)? }
         }
         Surface::Nurbs(net) => return approximate(base, net, distance, tolerance),
-        // The normal of a sweep is the same all along the sweep: offsetting its profile offsets it.
+        // The normal is constant along a sweep: the offset sweeps the offset profile.
         Surface::Extrusion { curve, direction } => {
             let (curve, error) = profile(curve, tolerance, |t| beside(base, t, 0.0, distance))?;
             return Ok((Surface::Extrusion { curve, direction: *direction }, approximated(error)));
@@ -78,7 +80,7 @@ pub(super) fn breaks_of(knots: &[f64], (a, b): (f64, f64)) -> Vec<f64> {
     inside
 }
 
-/// A curve of cubic pieces through `at`, over the domain and knots of `base`, and its largest sampled error.
+/// Fits cubic pieces to `at` over the domain and knots of `base`. Returns the curve and its largest sampled error.
 fn profile(
     base: &NurbsCurve3,
     tolerance: f64,
@@ -87,7 +89,7 @@ fn profile(
     fitted(&breaks_of(&base.knots, base.domain()), tolerance, at)
 }
 
-/// A curve of cubic pieces through `at` between `spans`, and its largest sampled error.
+/// Fits cubic pieces to `at` over the knots `spans`. Returns the curve and its largest sampled error.
 pub(super) fn fitted(
     spans: &[f64],
     tolerance: f64,
@@ -110,7 +112,7 @@ pub(super) fn fitted(
             return Ok((curve, worst));
         }
         if !split(&mut spans, &errors, tolerance) {
-            return Err(FitTrouble::Inexact { what: "what stands for it", error_mm: worst });
+            return Err(FitTrouble::Inexact { what: "the approximation", error_mm: worst });
         }
     }
 }
@@ -142,12 +144,12 @@ fn approximate(
     }
 }
 
-/// A piece of a knot span, as refinement goes.
+/// A piece of a knot span during refinement.
 #[derive(Clone, Copy)]
 struct FitSpan {
     from: f64,
     to: f64,
-    /// Length below which it is not split.
+    /// Minimum length of a piece.
     least: f64,
 }
 
@@ -161,13 +163,13 @@ impl FitSpan {
     }
 }
 
-/// Ends of spans, each once.
+/// Ends of adjacent spans, each once.
 fn breaks_at(spans: &[FitSpan]) -> Vec<f64> {
     spans.iter().map(|span| span.from).chain(spans.last().map(|span| span.to)).collect()
 }
 
-/// Splits the spans whose error is too large, and no others: what is hard in one place is often easy everywhere else. False if
-/// none could be split.
+/// Splits only the spans whose error is too large: most surfaces are hard to fit in few places. Returns whether any was
+/// split.
 fn split(spans: &mut Vec<FitSpan>, errors: &[f64], tolerance: f64) -> bool {
     let mut fine = Vec::with_capacity(2 * spans.len());
     for (span, error) in spans.iter().zip(errors) {
@@ -184,7 +186,7 @@ fn split(spans: &mut Vec<FitSpan>, errors: &[f64], tolerance: f64) -> bool {
     split
 }
 
-/// Parameters at thirds of every piece, each joint once.
+/// Parameters at the thirds of every piece; joints once.
 fn thirds(breaks: &[f64]) -> Vec<f64> {
     let mut out = vec![breaks[0]];
     for ends in breaks.windows(2) {
@@ -194,7 +196,7 @@ fn thirds(breaks: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Bicubic pieces through 4 × 4 points each; neighbours share their border.
+/// Fits bicubic pieces to 4 × 4 points each; neighbours share their border.
 fn fit(
     breaks_u: &[f64],
     breaks_v: &[f64],
@@ -224,7 +226,7 @@ fn fit(
     })
 }
 
-/// Values at thirds of cubic pieces to their inner Bézier points, along one line of the net.
+/// Replaces the values at the thirds of cubic pieces by their inner Bézier points, along one line of the net.
 fn to_bezier(points: &mut [DVec3], index: impl Fn(usize) -> usize, count: usize) {
     for start in (0..count - 1).step_by(3) {
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| points[index(start + k)]);
@@ -240,15 +242,15 @@ fn cubic_knots(breaks: &[f64]) -> Vec<f64> {
     knots
 }
 
-/// Sixths of every piece: the middles of the thirds, where a cubic through the thirds is farthest off.
+/// Parameters at the middles of the thirds of every piece, where the error of a cubic through the thirds is largest.
 fn probes(breaks: &[f64]) -> Vec<f64> {
     breaks.windows(2).flat_map(|e| [1.0, 3.0, 5.0].map(|k| e[0] + (e[1] - e[0]) * k / 6.0)).collect()
 }
 
-/// How far an approximation is off at points between those that were interpolated.
+/// Errors of an approximation between the interpolated points.
 struct Off {
     worst: f64,
-    /// By span along u: the largest error that splitting it would lessen, where the whole is too large.
+    /// By span along u: the largest error that splitting the span would reduce, in pieces above the tolerance.
     along_u: Vec<f64>,
     along_v: Vec<f64>,
 }
@@ -281,10 +283,11 @@ impl Off {
                 if error <= tolerance {
                     continue;
                 }
-                // On lines through the interpolated points of one direction the error is the other one's alone.
+                // On lines through interpolated points of one direction, the error comes from the other direction
+                // alone.
                 let u = largest(in_u, &nodes_v[3 * j..3 * j + 4])?;
                 let v = largest(&nodes_u[3 * i..3 * i + 4], in_v)?;
-                // Two errors that would pass alone may add up to more: then the larger one counts.
+                // Two errors may add up to more than the tolerance: the larger one counts as the whole error.
                 let u: f64 = if u >= v { error } else { u };
                 let v: f64 = if v >= u { error } else { v };
                 along_u[i] = u.max(along_u[i]);

@@ -1,38 +1,37 @@
-//! Limits and tolerances of reading, and what a file is refused for.
+//! Options of the STEP reader, and why it rejects a file.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// Limits and tolerances of reading.
+/// Limits and tolerances of the STEP reader.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct StepOptions {
-    /// How far the B-spline that stands for a curve or surface without an exact form may be from it, millimetres: offsets of
-    /// B-splines, curves given in the parameters of a bent surface. Default 0.001.
+    /// Largest sampled error of B-splines that approximate curves and surfaces without an exact form, millimetres:
+    /// offsets of B-splines, curves in the parameters of a curved surface. Default 0.001.
     pub fit_tolerance: f64,
-    /// Files longer than this are refused, bytes. Default 2 GiB.
+    /// Maximum length of a file, bytes. Default 2 GiB.
     pub max_bytes: u64,
-    /// How many instances that break the syntax may be cut out before the file is given up. Each costs another pass over
-    /// the text. Default 16.
+    /// Maximum number of syntax errors that are cut out before the file is rejected. Each costs another pass over the
+    /// text. Default 16.
     pub max_syntax_repairs: usize,
-    /// Files with more instances (`#n=…`) are refused. Default 50 million.
+    /// Maximum number of instances (`#n=…`) in a file. Default 50 million.
     pub max_entities: u64,
-    /// How many placed parts and assemblies an assembly tree may expand to. Default 1 million.
+    /// Maximum number of placed parts and assemblies in the expanded assembly tree. Default 1 million.
     pub max_instances: u64,
-    /// Files that would take more memory than this are refused, bytes, at [`BYTES_PER_BYTE`] per byte of the file. Default
-    /// 16 GiB.
+    /// Maximum memory for reading, bytes, estimated at [`BYTES_PER_BYTE`] per byte of the file. Default 16 GiB.
     pub max_memory: u64,
-    /// Read supplemental geometry too: the items of `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`s, and surfaces that stand next to
-    /// shapes. It is construction help, not part of the shape. `false` (the default) leaves it out with a note per
-    /// representation. `true` reads what has bounds into the part that it belongs to; a surface without bounds gets a warning.
+    /// Whether to read supplemental geometry: the items of `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`s, and surfaces next
+    /// to shapes. It helps construction and is not part of the shape. `false` (the default) leaves it out, with a note
+    /// per representation. `true` reads bounded items into their part; surfaces without bounds get a warning.
     pub supplemental: bool,
 }
 
-/// Memory that reading takes at the peak for each byte of the file, about.
+/// Approximate peak memory of reading, per byte of the file.
 pub const BYTES_PER_BYTE: u64 = 10;
 
 impl StepOptions {
-    /// What the fields say.
+    /// The defaults documented at the fields.
     pub const DEFAULT: Self = Self {
         fit_tolerance: 1e-3,
         max_bytes: 2 << 30,
@@ -99,53 +98,53 @@ impl Default for StepOptions {
     }
 }
 
-/// Why a file gives no model at all.
+/// Why a file cannot be read at all.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum StepError {
     /// The file cannot be opened or read.
     Io {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         error: std::io::Error,
     },
     /// The file is longer than [`StepOptions::max_bytes`].
     TooLarge {
-        /// Its length; of a device or pipe only what was read of it.
+        /// Its length; for a device or pipe, the bytes read so far.
         bytes: u64,
         /// The limit.
         limit: u64,
     },
     /// Reading would take more memory than [`StepOptions::max_memory`].
     TooMuchMemory {
-        /// About what it would take, bytes; of a device or pipe only for what was read of it.
+        /// Estimated memory, bytes; for a device or pipe, of the bytes read so far.
         needed: u64,
         /// The limit, bytes.
         limit: u64,
     },
     /// The file has more instances than [`StepOptions::max_entities`].
     TooManyEntities {
-        /// How many it has, to its end.
+        /// How many the whole file has.
         entities: u64,
         /// The limit.
         limit: u64,
     },
-    /// The assembly has more occurrences than [`StepOptions::max_instances`]; how many it has nobody counted.
+    /// The assembly has more occurrences than [`StepOptions::max_instances`]. They are not counted to the end.
     TooManyInstances {
         /// The limit.
         limit: u64,
     },
     /// The bytes are not Part 21 text.
     NotStep {
-        /// What they look like, and what to do about it.
+        /// What the bytes look like, and what to do about it.
         looks_like: &'static str,
     },
-    /// The syntax is broken in more places than [`StepOptions::max_syntax_repairs`], or where nothing can be cut out.
+    /// The syntax has more errors than [`StepOptions::max_syntax_repairs`], or one that cannot be cut out.
     Syntax {
         /// The parser's message, with line and column.
         message: String,
-        /// How many instances had been cut out before.
+        /// How many errors were cut out before.
         repairs: usize,
     },
 }
@@ -166,13 +165,12 @@ impl fmt::Display for StepError {
             }
             Self::TooManyInstances { limit } => write!(
                 f,
-                "the assembly places more than {limit} parts and assemblies, which is the limit \
-                 (StepOptions::max_instances)"
+                "the assembly places more than {limit} parts and assemblies, the limit (StepOptions::max_instances)"
             ),
             Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
             Self::Syntax { message, repairs } => write!(
                 f,
-                "{message} ({repairs} broken instances left out before it); export the file again or correct that line"
+                "{message} ({repairs} syntax errors before it were cut out); export the file again or correct the line"
             ),
         }
     }

@@ -1,4 +1,5 @@
-//! Gathered shells to one part: every vertex and edge once, faces with oriented loops, what fails as diagnostics.
+//! Gathered shells and bodies -> one part: shared vertices and edges, faces with oriented loops, diagnostics of
+//! failures.
 
 use super::body::append;
 use super::carried::FaceJob;
@@ -20,11 +21,11 @@ use crate::model::{
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Curves by number: what their numbers mean, the carrier, and whether they run its way.
+/// Curves by number: units, the carrier, and whether the curve has the carrier's direction.
 type Carriers = Map<u64, (Units, (Carrier, bool))>;
 
 impl Reader<'_> {
-    /// Reads the faces of shells and bodies. Diagnostics have no part yet.
+    /// Reads the faces of shells and bodies. The diagnostics do not state a part yet.
     pub(super) fn part(&self, name: String, gathered: &Gathered, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
         let (numbers, distinct) = distinct(shells);
@@ -104,7 +105,7 @@ impl Reader<'_> {
         assembly.finish()
     }
 
-    /// Every edge that the faces use, read once.
+    /// Reads every edge that the faces use, once.
     fn edges(&self, jobs: &[FaceJob<'_>], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<EdgeDraft>> {
         let mut known: Map<EdgeKey, usize> = Map::default();
         let mut order: Vec<(EdgeKey, Units, u64, Whole)> = Vec::new();
@@ -130,7 +131,7 @@ impl Reader<'_> {
             .collect()
     }
 
-    /// The curves that several edges are parts of.
+    /// Reads the curves that several edges share.
     fn shared_carriers(&self, edges: &[(EdgeKey, Units, u64, Whole)]) -> Carriers {
         let mut uses: Map<u64, (Units, usize)> = Map::default();
         for (key, units, ..) in edges {
@@ -162,8 +163,8 @@ impl Reader<'_> {
         EdgeDraft::new(entity, ends, at, curve, units)
     }
 
-    /// An edge along a curve. One whose curve cannot be read is straight between its vertices, if these are apart: its loops stay
-    /// whole, and so does what its faces bound.
+    /// Reads an edge along a curve. If the curve cannot be read and the vertices are apart, the edge becomes straight,
+    /// so that its loops and faces stay closed.
     fn curved_edge(&self, id: u64, units: Units, whole: Whole, shared: &Carriers) -> Read<EdgeDraft> {
         let geometry = self.geometry(units);
         let (ends, at) = geometry.edge_ends(id, whole)?;
@@ -181,14 +182,14 @@ impl Reader<'_> {
                 return Err(trouble);
             }
             let cause = trouble.seen_from(id);
-            // Where it has no ends either, that is what there is to tell.
+            // If the straight edge fails, too, report why the curve failed.
             let straight = EdgeDraft::new(id, ends, at, straight(at), units).map_err(|_| trouble)?;
             Ok(EdgeDraft { straightened: Some(cause), ..straight })
         })
     }
 
-    /// An edge whose vertices the file states in the wrong order, with them in the other. On a closed curve that is the
-    /// other arc; on an open one it is the same edge, and `None`.
+    /// Swaps the vertices of an edge that the file states in the wrong order. On a closed curve that gives the other
+    /// arc; on an open one it gives the same edge, hence `None`.
     fn exchanged(&self, id: u64, draft: &EdgeDraft) -> Option<EdgeDraft> {
         let geometry = self.geometry(draft.units);
         let (curve, same) = geometry.edge_curve(id).ok()?;
@@ -202,13 +203,13 @@ impl Reader<'_> {
     }
 }
 
-/// How far apart, in tolerances, the ends of neighbours in a loop may lie and still be one corner.
+/// Ends of neighbours in a loop within this multiple of the tolerance are one corner.
 const CORNER: f64 = 10.0;
 
-/// Share of the part's size beyond which a curve that misses its vertices is pulled onto them.
+/// A curve that misses its vertices by more than this share of the part's size is pulled onto them.
 const PULLED: f64 = 3e-5;
 
-/// A part in the making.
+/// A part under construction.
 struct Assembly {
     part: Part,
     /// Diagonal of the box of all curves' control points.
@@ -218,11 +219,11 @@ struct Assembly {
     corners: Corners,
     vertex_ids: Map<usize, VertexId>,
     diagnostics: Vec<Diagnostic>,
-    /// How many edges end off their vertices by more than the file's tolerance and less than has to be mended, and the worst.
+    /// Number of edges that miss their vertices by more than [`CORNER`] tolerances but are not pulled, and the worst.
     gaps: Option<(usize, OffVertex)>,
 }
 
-/// An edge that ends off its vertex.
+/// An edge that misses its vertex.
 struct OffVertex {
     gap: f64,
     entity: u64,
@@ -259,25 +260,25 @@ impl Assembly {
         self.diagnostics.push(Diagnostic { entity, place, ..Diagnostic::new(severity, what) });
     }
 
-    /// Tells something of the face that comes next.
+    /// Reports something about the next face.
     fn say_of_face(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, what: StepOutcome) {
         let face = Some(FaceId::new(self.part.faces.len()));
         self.diagnostics.push(Diagnostic { face, entity, place, ..Diagnostic::new(severity, what) });
     }
 
-    /// Tells something of the edge that comes next, which the face that comes next uses.
+    /// Reports something about the next edge, which the next face uses.
     fn say_of_edge(&mut self, severity: Severity, entity: u64, place: Option<DVec3>, what: StepOutcome) {
         let (face, edge) = (Some(FaceId::new(self.part.faces.len())), Some(EdgeId::new(self.part.edges.len())));
         self.diagnostics.push(Diagnostic { face, edge, entity, place, ..Diagnostic::new(severity, what) });
     }
 
-    /// Says why the face that comes next is lost.
+    /// Reports why the next face is lost.
     fn lose(&mut self, geometry: &Geometry<'_>, source: Source, trouble: &Trouble) {
         let what = StepOutcome::FaceLeftOut(trouble.seen_from(source.id()));
         self.say_of_face(Severity::Error, source.id(), geometry.place_near(source.id()), what);
     }
 
-    /// Unites the corners at which neighbours in the loops of a face meet. All faces go through this before any is built.
+    /// Merges the corners at which neighbours in the loops of a face meet. Runs for all faces before any is built.
     fn meet(&mut self, face: &StatedFace) {
         for bound in &face.bounds {
             let Bound::Edges(uses) = bound else { continue };
@@ -292,7 +293,7 @@ impl Assembly {
             }
             for (i, (tail, head, tolerance)) in ends.iter().enumerate() {
                 let (next_tail, next_head, _) = ends[(i + 1) % ends.len()];
-                // As stated, or else as it would be if either of the two ran the other way.
+                // As stated, else with either of the two edges, or both, reversed.
                 let ways = [(*head, next_tail), (*head, next_head), (*tail, next_tail), (*tail, next_head)];
                 let near = |(a, b): &(usize, usize)| {
                     self.corners.points[*a].distance(self.corners.points[*b]) <= CORNER * tolerance
@@ -304,8 +305,8 @@ impl Assembly {
         }
     }
 
-    /// The `EDGE_CURVE`s that every loop uses against the way it runs. Loops that close either way, as two edges between the
-    /// same two vertices do, are not asked.
+    /// The `EDGE_CURVE`s that every loop uses against its own direction. Ignores loops that close either way, such as
+    /// two edges between the same two vertices.
     fn run_against(&mut self, stated: &[Read<StatedFace>]) -> Vec<u64> {
         let mut with = Set::default();
         let mut against = Vec::new();
@@ -335,7 +336,7 @@ impl Assembly {
         against
     }
 
-    /// Moves vertices that only end one closed edge onto the edge's curve: nothing else is there that the curve has to meet.
+    /// Moves vertices that belong to one closed edge alone onto the edge's curve. Nothing else meets there.
     fn settle_closed(&mut self, stated: &[Read<StatedFace>]) {
         let mut uses: Map<usize, usize> = Map::default();
         for draft in self.edges.values().flatten().filter(|draft| !draft.empty) {
@@ -361,7 +362,7 @@ impl Assembly {
         }
     }
 
-    /// The coedges of a loop, turned so that they run head to tail where they can; edges without length are passed over.
+    /// The coedges of a loop, reversed where that makes them run head to tail, without edges of no length.
     fn chain(&mut self, uses: Vec<StatedUse>, face: u64) -> Read<Vec<StatedUse>> {
         let mut chain = Vec::with_capacity(uses.len());
         let mut ends = Vec::with_capacity(uses.len());
@@ -376,8 +377,7 @@ impl Assembly {
                 None => return Err(Trouble::new(face, StepTrouble::Unread { what: "an edge of the face" })),
             }
         }
-        // Some writers get the senses of edges wrong. The order with the right senses is one of two: the first edge as
-        // stated, or turned.
+        // Some writers get the senses of edges wrong. The right ones follow from the first edge, as stated or reversed.
         if let Some(turned) = [false, true].into_iter().find_map(|first| head_to_tail(&ends, first)) {
             for (edge, turned) in chain.iter_mut().zip(&turned) {
                 edge.reversed ^= turned;
@@ -388,11 +388,12 @@ impl Assembly {
             }
             return Ok(chain);
         }
-        // It is open: left as stated, for prepare to close and to tell.
+        // The loop is open. Prepare closes and reports it.
         Ok(chain)
     }
 
-    /// Adds a face whose bounds are read. Its surface, or why it has none; its loops; whether they run against the face.
+    /// Adds the edges of a face. Returns its surface, or why it has none, its loops, and whether the face is reversed
+    /// against its surface.
     fn face(
         &mut self,
         geometry: &Geometry<'_>,
@@ -400,14 +401,14 @@ impl Assembly {
         surface: Read<Stated>,
         source: Source,
     ) -> Read<(Result<Surface, StepCause>, Vec<Loop>, bool)> {
-        // Loops that are filled in space look where the face does.
+        // Loops that will be filled in space keep the orientation of the face.
         let same = surface.as_ref().map_or(true, |surface| stated.same_sense != surface.turned);
         let ends =
             |surface: &Stated| surface.surface.natural_domain().iter().all(|(a, b)| a.is_finite() && b.is_finite());
         if stated.bounds.is_empty() && !ends(surface.as_ref().map_err(Clone::clone)?) {
             return Err(Trouble::new(stated.surface, StepTrouble::Unbounded));
         }
-        // Everything that can fail comes before the part changes, so that a lost face leaves nothing behind.
+        // Everything that can fail comes before changes to the part, so that a lost face leaves nothing behind.
         let mut chains = Vec::with_capacity(stated.bounds.len());
         let mut lost = stated.lost;
         for (k, mut bound) in stated.bounds.into_iter().enumerate() {
@@ -476,7 +477,7 @@ impl Assembly {
             .collect()
     }
 
-    /// Moves an edge into the part. `None` for one that was not read, which `chain` has refused before.
+    /// Moves an edge into the part. `None` for an edge that was not read, which `chain` refuses before.
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
@@ -496,7 +497,8 @@ impl Assembly {
             self.say_of_edge(Severity::Note, entity, Some(ends[0]), StepOutcome::VertexMoved { gap_mm: moved });
         }
         if gap > PULLED * self.size {
-            // Too far off for the mesh to bridge: the curve gives way, in its first and last span.
+            // Too far off for the mesh to bridge: move the end points of the curve, which bends its first and last
+            // span.
             curve = spline::piece(&curve, range.0, range.1);
             range = curve.domain();
             if let [first, .., last] = curve.points.as_mut_slice() {
@@ -531,7 +533,7 @@ impl Assembly {
             let (severity, face) = (Severity::Warning, Some(face));
             self.diagnostics.push(Diagnostic { face, entity, place, ..Diagnostic::new(severity, what) });
         }
-        // Open loops cost no face, and prepare tells them with their width and place.
+        // Open loops cost no face; prepare reports them with width and place.
         if let Err(error) = self.part.check()
             && !matches!(error, PartError::OpenLoop { .. })
         {
@@ -541,7 +543,7 @@ impl Assembly {
     }
 }
 
-/// A bound that has passed its checks.
+/// A checked bound.
 enum ReadBound {
     Edges(Vec<StatedUse>),
     Vertex(VertexKey, DVec3),

@@ -1,4 +1,4 @@
-//! Points, directions and placements of ISO 10303-42 to millimetre vectors and orthonormal frames.
+//! Points, directions and placements of ISO 10303-42 -> vectors in millimetres and orthonormal frames.
 
 use super::table::{Entity, Read, Table, Trouble, measure, missing};
 use super::units::Units;
@@ -6,14 +6,14 @@ use crate::model::{Frame3, StepTrouble};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::{HashSet, VecDeque};
 
-/// The instances of one representation: the table and what its numbers mean.
+/// Access to the geometry of one representation: the table and its units.
 #[derive(Clone, Copy)]
 pub(super) struct Geometry<'a> {
     pub(super) table: &'a Table,
     pub(super) units: Units,
-    /// How far what stands for a curve or surface without exact form may be from it, millimetres.
+    /// Tolerance of approximations ([`fit_tolerance`](super::StepOptions::fit_tolerance)), millimetres.
     pub(super) fit: f64,
-    /// How many points that others define are being read.
+    /// Current nesting of derived points.
     pub(super) nesting: u8,
 }
 
@@ -42,10 +42,10 @@ impl<'a> Geometry<'a> {
         ids.map(|id| self.point(id)).collect()
     }
 
-    /// A place at what cannot be read as a whole: the first point that can, among what it refers to. Vertices before other
-    /// points.
+    /// A place for an instance that cannot be read: the first readable point that it refers to, directly or not.
+    /// Prefers vertices.
     pub(super) fn place_near(&self, id: u64) -> Option<DVec3> {
-        /// Instances that are looked at.
+        /// Maximum number of instances to visit.
         const SEEN: usize = 1000;
         let (mut queue, mut known, mut other) = (VecDeque::from([id]), HashSet::from([id]), None);
         while let Some(id) = queue.pop_front() {
@@ -70,7 +70,7 @@ impl<'a> Geometry<'a> {
         other
     }
 
-    /// Up to three numbers; those that are missing are 0.
+    /// Up to three numbers; missing ones are 0.
     pub(super) fn triple(&self, list: &[step_io::parser::Attribute], id: u64) -> Read<DVec3> {
         let mut out = [0.0; 3];
         for (slot, value) in out.iter_mut().zip(list) {
@@ -94,7 +94,7 @@ impl<'a> Geometry<'a> {
         Ok(direction * magnitude * self.units.length)
     }
 
-    /// An `AXIS2_PLACEMENT_3D` (or an `AXIS1_PLACEMENT`, whose first axis is then arbitrary, or a placement in a plane).
+    /// An `AXIS2_PLACEMENT_3D`, an `AXIS1_PLACEMENT` (with an arbitrary first axis) or an `AXIS2_PLACEMENT_2D`.
     pub(super) fn frame(&self, id: u64) -> Read<Frame3> {
         let instance = self.get(id)?;
         if instance.is("AXIS2_PLACEMENT_2D") {
@@ -121,7 +121,7 @@ impl<'a> Geometry<'a> {
         id.map_or(Ok(default), |id| self.direction(id))
     }
 
-    /// The motion that a placement stands for: an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
+    /// The motion of an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
     pub(super) fn motion(&self, id: u64) -> Read<DAffine3> {
         let instance = self.get(id)?;
         if instance.is("AXIS2_PLACEMENT_3D") {
@@ -129,8 +129,8 @@ impl<'a> Geometry<'a> {
             return Ok(affine(frame.x, frame.y, frame.z, frame.origin));
         }
         if instance.is("CARTESIAN_TRANSFORMATION_OPERATOR_3D") {
-            // Simple instances list name, axis 1, axis 2, origin, scale, axis 3, with or without the name and description
-            // of the functionally defined transformation behind the first name.
+            // Simple instances list name, axis 1, axis 2, origin, scale, axis 3. The name and description of the
+            // functionally defined transformation may follow the first name.
             let before = if instance.fields("CARTESIAN_TRANSFORMATION_OPERATOR", 0).len() >= 8 { 3 } else { 1 };
             let own = instance.fields("CARTESIAN_TRANSFORMATION_OPERATOR", before);
             let third = instance.fields("CARTESIAN_TRANSFORMATION_OPERATOR_3D", before + 4);
@@ -141,11 +141,11 @@ impl<'a> Geometry<'a> {
             );
             let frame = frame.ok_or_else(|| Trouble::new(id, missing("an axis of the transformation", "direction")))?;
             let y = self.axis(own.optional(1), frame.y)?;
-            // A mirror shows in the second axis.
+            // A reflection shows in the second axis.
             let y = if y.dot(frame.y) < 0.0 { -frame.y } else { frame.y };
             let scale = own.real(3).unwrap_or(1.0);
             if scale <= 0.0 {
-                return Err(Trouble::new(id, measure("a transformation by a scale", scale, "")));
+                return Err(Trouble::new(id, measure("a transformation scale", scale, "")));
             }
             return Ok(affine(frame.x * scale, y * scale, frame.z * scale, frame.origin));
         }

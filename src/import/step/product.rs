@@ -1,8 +1,8 @@
-//! Product structure to groups of representation items and the tree in which they are placed.
+//! Product structure -> groups of representation items, and the tree that places them.
 //!
-//! A group is what becomes one part: a product definition with all its representations, or a representation that no
-//! product owns. Occurrences come from NEXT_ASSEMBLY_USAGE_OCCURRENCE with its context-dependent representation, from
-//! relationships that carry a transformation by themselves, and from MAPPED_ITEM.
+//! A group becomes one part: a product definition with all its representations, or a representation without a product.
+//! Occurrences come from NEXT_ASSEMBLY_USAGE_OCCURRENCE with its context-dependent representation, from relationships
+//! with a transformation of their own, and from MAPPED_ITEM.
 
 use super::kinds::{is_body, is_shapeless};
 use super::options::StepOptions;
@@ -14,24 +14,24 @@ use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble}
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
 
-/// What becomes one part, and what is placed in it.
+/// Contents of one part, and the groups placed in it.
 #[derive(Debug, Default)]
 pub(super) struct Group {
     pub(super) name: String,
     pub(super) representations: Vec<u64>,
-    /// Single items and the representation whose units they have: what replicas stand for.
+    /// Single solids that replicas repeat, and the representations with their units.
     pub(super) solids: Vec<(u64, u64)>,
     pub(super) children: Vec<Child>,
-    /// Whether a product definition stands behind it.
+    /// Whether it is a product definition.
     pub(super) product: bool,
-    /// Whether some other group places it.
+    /// Whether another group places it.
     pub(super) placed: bool,
-    /// Whether a placement of it could not be read: it must not appear anywhere else instead.
+    /// Whether a placement of it could not be read. It must not appear elsewhere instead.
     pub(super) misplaced: bool,
 }
 
 impl Group {
-    /// A point of what it holds, in its own coordinates.
+    /// A point of its contents, in its own coordinates.
     pub(super) fn somewhere(&self, table: &Table, contexts: &Contexts, fit: f64) -> Option<DVec3> {
         let near = |representation: u64, id: u64| {
             let context = self::representation(table, representation).and_then(|(_, context)| context);
@@ -42,27 +42,27 @@ impl Group {
     }
 }
 
-/// A group as another one places it.
+/// A placement of a group in another one.
 #[derive(Clone, Debug)]
 pub(super) struct Child {
     pub(super) group: usize,
-    /// What places it.
+    /// The instance that places it.
     pub(super) entity: u64,
     pub(super) transform: DAffine3,
     pub(super) name: String,
     pub(super) colour: Option<Colour>,
 }
 
-/// What is doubtful about an occurrence, or lost.
+/// A diagnostic of an occurrence that is doubtful or lost.
 pub(super) struct Doubt {
     pub(super) severity: Severity,
     pub(super) entity: u64,
     pub(super) what: StepOutcome,
-    /// The group that it would place.
+    /// The group to place.
     pub(super) group: Option<usize>,
 }
 
-/// The whole structure.
+/// All groups of a file, and diagnostics of their placements.
 pub(super) struct Structure {
     pub(super) groups: Vec<Group>,
     pub(super) doubts: Vec<Doubt>,
@@ -74,9 +74,9 @@ pub(super) struct StructureBuilder<'a> {
     styles: &'a Styles,
     options: &'a StepOptions,
     groups: Vec<Group>,
-    /// The group of a representation.
+    /// The group of each representation.
     owner: Map<u64, usize>,
-    /// The items of representations that occurrences are placed in, for look-up: assemblies list a placement per child.
+    /// Cached items of representations, for look-up: assemblies list a placement per child.
     items: RefCell<Map<u64, Set<u64>>>,
     doubts: Vec<Doubt>,
 }
@@ -109,7 +109,7 @@ impl<'a> StructureBuilder<'a> {
         Structure { groups: builder.groups, doubts: builder.doubts }
     }
 
-    /// A group for each product definition, with the representations that define its shape.
+    /// Makes a group of each product definition, with the representations that define its shape.
     fn definitions(&mut self) -> Map<u64, usize> {
         let mut definitions = Map::default();
         for definition in self.table.of_types(|i| i.types().any(|name| DEFINITIONS.contains(&name))) {
@@ -127,7 +127,7 @@ impl<'a> StructureBuilder<'a> {
         definitions
     }
 
-    /// What a `PRODUCT_DEFINITION_SHAPE` is the shape of.
+    /// The definition to which a `PRODUCT_DEFINITION_SHAPE` belongs.
     fn defined(&self, property: u64) -> Option<u64> {
         self.table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
     }
@@ -142,7 +142,7 @@ impl<'a> StructureBuilder<'a> {
         product().unwrap_or_default().to_owned()
     }
 
-    /// Whether a representation is to be passed over: supplemental geometry that nobody asked for.
+    /// Whether to skip a representation: supplemental geometry, unless the options include it.
     fn is_left_out(&self, representation: u64) -> bool {
         !self.options.supplemental && self.table.find(representation).is_some_and(is_supplemental)
     }
@@ -158,7 +158,7 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// Gives representations that are only tied to an owned one the same owner.
+    /// Assigns representations that are related to an owned one to the same group.
     fn own_related(&mut self, relations: &Relations) {
         let mut queue: Vec<(u64, usize)> = self
             .groups
@@ -176,7 +176,7 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// Groups for representations that hold bodies or place others, and that no product owns.
+    /// Makes groups of representations without a product that have bodies or place others.
     fn bare_representations(&mut self, relations: &Relations) {
         let bare: Vec<u64> = self
             .table
@@ -204,7 +204,7 @@ impl<'a> StructureBuilder<'a> {
             self.table.find(id).is_some_and(|i| i.types().any(|name| name.ends_with("SHAPE_REPRESENTATION")));
         let holds = |item: u64| match self.table.find(item) {
             Some(i) if is_body(i) || i.is("MAPPED_ITEM") || i.is("SOLID_REPLICA") => true,
-            // What is not known, or not there, is told when it is gathered.
+            // Unknown and missing items are reported when they are gathered.
             item => of_shape && item.is_none_or(|i| !is_shapeless(i)),
         };
         representation(self.table, id).is_some_and(|(mut items, _)| items.any(holds))
@@ -215,7 +215,7 @@ impl<'a> StructureBuilder<'a> {
         Geometry::new(self.table, self.contexts.of(context), self.options.fit_tolerance)
     }
 
-    /// Usage occurrences, with the relationship that places each.
+    /// Places usage occurrences by their relationships.
     fn occurrences(&mut self, definitions: &Map<u64, usize>, relations: &Relations) {
         let mut placements: Map<u64, (u64, u64)> = Map::default();
         let mut used = Set::default();
@@ -245,7 +245,7 @@ impl<'a> StructureBuilder<'a> {
                         }
                     }
                 }
-                // Nothing is stated that could be wrong.
+                // No transformation is stated.
                 _ => {
                     let (severity, what) = (Severity::Warning, StepOutcome::AtOrigin);
                     self.doubts.push(Doubt { severity, entity: usage.id, what, group: Some(child) });
@@ -258,7 +258,7 @@ impl<'a> StructureBuilder<'a> {
             });
             self.place(parent, Child { group: child, entity: usage.id, transform, name: name.to_owned(), colour });
         }
-        // Transformed relationships that no occurrence uses place representations all by themselves.
+        // Relationships with a transformation that no occurrence uses place representations directly.
         for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
             let Some(&(first, second, _)) = relations.moved.get(&relation) else { continue };
             let (Some(&child), Some(&parent)) = (self.owner.get(&first), self.owner.get(&second)) else { continue };
@@ -275,7 +275,7 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// Leaves out what `entity` places: where it belongs is not known, and anywhere else it would be wrong.
+    /// Leaves out the group that `entity` places: its place is unknown, and any other would be wrong.
     fn lose(&mut self, entity: u64, group: Option<usize>, trouble: &Trouble) {
         if let Some(group) = group {
             self.groups[group].placed = true;
@@ -290,12 +290,12 @@ impl<'a> StructureBuilder<'a> {
         self.groups[parent].children.push(child);
     }
 
-    /// The motion from the child's coordinates to the parent's that a transformed relationship states.
+    /// The motion of a relationship with a transformation, from the child's coordinates to the parent's.
     fn placed_by(&self, relations: &Relations, relation: u64, parent: usize, child: usize) -> Read<DAffine3> {
         let &(first, second, operator) = relations.moved.get(&relation).ok_or_else(|| {
             Trouble::new(relation, missing("an occurrence placed by a relationship", "transformation"))
         })?;
-        // The component comes first and the assembly second, but some writers swap them.
+        // The component should come first and the assembly second, but some writers swap them.
         let has = |group: usize, id: u64| self.groups[group].representations.contains(&id);
         let swapped = has(parent, first) && has(child, second) && !(has(child, first) && has(parent, second));
         let transformation = self.table.get(operator)?;
@@ -343,7 +343,7 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// Whether a `MAPPED_ITEM` places a representation that is passed over, which is told of that one.
+    /// Whether a `MAPPED_ITEM` places a skipped representation, which is reported itself.
     fn maps_supplemental(&self, item: u64) -> bool {
         let source = || {
             let map = self.table.find(item)?.fields("MAPPED_ITEM", 1).optional(0)?;
@@ -352,7 +352,7 @@ impl<'a> StructureBuilder<'a> {
         source().is_some_and(|representation| self.is_left_out(representation))
     }
 
-    /// Replicas of solids: the solid becomes a part of its own, placed by the transformation.
+    /// Places replicas of solids: the solid becomes a part of its own.
     fn replicas(&mut self) {
         let mut of_solid: Map<u64, usize> = Map::default();
         for parent in 0..self.groups.len() {
@@ -384,7 +384,7 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// The solid that a replica (of a replica, …) repeats, and where.
+    /// The solid that a replica (of a replica, …) repeats, and its transformation.
     fn replicated(&self, item: u64, within: u64) -> Read<(u64, Read<DAffine3>)> {
         let (mut at, mut transform) = (item, Ok(DAffine3::IDENTITY));
         for _ in 0..MAX_REPLICAS {
@@ -400,7 +400,7 @@ impl<'a> StructureBuilder<'a> {
         Err(Trouble::new(item, StepTrouble::TooDeep { what: "replicas of solids" }))
     }
 
-    /// The group that an item maps, and how.
+    /// The group that an item maps, and its placement.
     fn mapped(&self, item: u64, within: u64) -> Read<(usize, Read<Child>)> {
         let instance = self.table.get(item)?;
         let own = instance.fields("MAPPED_ITEM", 1);
@@ -422,7 +422,7 @@ impl<'a> StructureBuilder<'a> {
 
 const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];
 
-/// Representations that show shapes and do not define them.
+/// Representations that present shapes and do not define them.
 const PICTURES: [&str; 6] = [
     "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION",
     "MECHANICAL_DESIGN_SHADED_PRESENTATION_REPRESENTATION",
@@ -439,9 +439,9 @@ fn invert(motion: DAffine3, id: u64) -> Read<DAffine3> {
 
 /// Relationships between representations.
 struct Relations {
-    /// Those that only say that two representations are of the same thing in the same coordinates; both ways.
+    /// Pairs of representations of one thing in the same coordinates, in both directions.
     equal: Map<u64, Vec<u64>>,
-    /// Those with a transformation: first and second representation, transformation; by their own number.
+    /// Relationships with a transformation, by number: first and second representation, transformation.
     moved: std::collections::BTreeMap<u64, (u64, u64, u64)>,
 }
 
@@ -465,18 +465,18 @@ impl Relations {
     }
 }
 
-/// Ties supplemental geometry to the shape that it was made for.
+/// Relates supplemental geometry to its shape.
 const SUPPLEMENTS: &str = "CONSTRUCTIVE_GEOMETRY_REPRESENTATION_RELATIONSHIP";
 
-/// Whether an instance is a representation of supplemental geometry: what a shape was constructed from, not the shape.
+/// Whether an instance is a representation of supplemental geometry: construction aids, not the shape.
 pub(super) fn is_supplemental(instance: Entity<'_>) -> bool {
     instance.is("CONSTRUCTIVE_GEOMETRY_REPRESENTATION")
 }
 
 const MOVED: &str = "REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION";
 
-/// How many replicas may stand one upon another.
+/// Maximum length of a chain of replicas.
 const MAX_REPLICAS: usize = 1000;
 
-/// How deep assemblies may nest.
+/// Maximum nesting of assemblies.
 pub(super) const MAX_ASSEMBLY_DEPTH: usize = 4 * MAX_DEPTH;

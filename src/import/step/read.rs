@@ -22,7 +22,7 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
     let bytes = file.metadata().map_err(io)?.len();
     check_size(bytes, options)?;
     let mut text = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
-    // Devices and pipes tell no length beforehand, and may have no end.
+    // Devices and pipes have no length beforehand and may be endless.
     let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
     file.take(most.saturating_add(1)).read_to_end(&mut text).map_err(io)?;
     let mut model = read(&text, options)?;
@@ -43,12 +43,12 @@ fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 
 /// Reads the text of a STEP file.
 ///
-/// Each product definition with geometry is one part, placed as often as the assembly says; geometry that no product owns
-/// makes parts of its own, placed once. What is not understood is named in [`Model::diagnostics`] and costs nothing else: a
-/// file without any face gives an empty model. Runs on the threads of the current rayon pool.
+/// Each product definition with geometry becomes one part, placed as often as the assembly says. Geometry without a
+/// product becomes parts that are placed once. [`Model::diagnostics`] reports everything that is not understood; the
+/// rest is read all the same. A file without faces gives an empty model. Runs on the current rayon pool.
 ///
 /// # Errors
-/// If the bytes are no STEP text, break the syntax beyond repair, or exceed one of the limits of `options`.
+/// If the bytes are not STEP text, their syntax is beyond repair, or a limit of `options` is exceeded.
 pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
@@ -62,7 +62,7 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
         return Err(StepError::TooManyInstances { limit: options.max_instances });
     }
     let reader = Reader { table: &table, styles: &styles, options };
-    // A file may mix units; the first part's are named.
+    // A file may mix units; the model states those of the first part.
     let first = tree.planned.first().and_then(|plan| plan.gathered.units());
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
     let read: Vec<(Part, Vec<Diagnostic>)> = std::mem::take(&mut tree.planned)

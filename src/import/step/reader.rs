@@ -1,4 +1,4 @@
-//! What all parts of a file are read with.
+//! Context shared by all parts of a file.
 
 use super::options::StepOptions;
 use super::place::Geometry;
@@ -6,7 +6,7 @@ use super::style::Styles;
 use super::table::Table;
 use super::units::Units;
 
-/// What all parts of a file are read with.
+/// Context shared by all parts of a file.
 #[derive(Clone, Copy)]
 pub(super) struct Reader<'a> {
     pub(super) table: &'a Table,
@@ -15,7 +15,7 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Access to geometry whose numbers mean `units`.
+    /// Access to geometry in `units`.
     pub(super) fn geometry(&self, units: Units) -> Geometry<'_> {
         Geometry::new(self.table, units, self.options.fit_tolerance)
     }

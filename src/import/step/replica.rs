@@ -1,10 +1,11 @@
-//! Curves and surfaces moved by a similarity, exactly: what replicas stand for. Parameters that are lengths scale along.
+//! Curves and surfaces -> the same moved by a similarity, exactly, for replicas. Parameters that are lengths scale
+//! along.
 
 use super::curve::Carrier;
 use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
 use glam::{DAffine3, DVec3};
 
-/// A rigid motion with a uniform scale and perhaps a mirror, as a Cartesian transformation operator states it.
+/// A rigid motion with an optional uniform scale and reflection, from a Cartesian transformation operator.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Similarity {
     motion: DAffine3,
@@ -12,7 +13,8 @@ pub(super) struct Similarity {
 }
 
 impl Similarity {
-    /// `motion` has axes of one length at right angles, as [`Geometry::motion`](super::place::Geometry::motion) makes it.
+    /// `motion` must have orthogonal axes of equal length, as from
+    /// [`Geometry::motion`](super::place::Geometry::motion).
     pub(super) fn new(motion: DAffine3) -> Self {
         Self { scale: motion.matrix3.x_axis.length(), motion }
     }
@@ -29,13 +31,13 @@ impl Similarity {
         self.vector(v) / self.scale
     }
 
-    /// The frame whose first two axes are the images of the first two: what plane curves and planes need.
+    /// The frame with the images of the first two axes, for plane curves and planes.
     fn plane(&self, frame: &Frame3) -> Frame3 {
         let (x, y) = (self.unit(frame.x), self.unit(frame.y));
         Frame3 { origin: self.point(frame.origin), x, y, z: x.cross(y) }
     }
 
-    /// The frame whose first and third axes are the images of those, and whether a mirror turned the angle round.
+    /// The frame with the images of the first and third axes, and whether a reflection reversed the angle.
     fn axis(&self, frame: &Frame3) -> (Frame3, bool) {
         let (x, z) = (self.unit(frame.x), self.unit(frame.z));
         let y = z.cross(x);
@@ -57,8 +59,8 @@ impl Similarity {
         }
     }
 
-    /// The moved surface, and whether its normal is opposite to that of the original's parameters: surfaces about an axis
-    /// count angles the right-handed way, and a mirror makes that the other way round.
+    /// The moved surface, and whether its normal is opposite to that of the original parameters: surfaces about an axis
+    /// count angles right-handed, and a reflection reverses that.
     pub(super) fn surface(&self, surface: Surface) -> (Surface, bool) {
         let s = self.scale;
         match surface {
@@ -99,7 +101,7 @@ mod tests {
     use super::*;
     use glam::{DMat3, DQuat};
 
-    /// A turn, a scale of two, and a mirror if asked for.
+    /// A rotation, a scale of two, and an optional reflection.
     fn motion(mirror: bool) -> DAffine3 {
         let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7));
         let across = if mirror { -1.0 } else { 1.0 };
@@ -108,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn moved_surfaces_keep_their_points_and_tell_their_normals() {
+    fn moved_surfaces_keep_their_points_and_report_flipped_normals() {
         let frame = Frame3::from_axis(DVec3::X, DVec3::new(0.3, 0.2, 1.0), DVec3::Y).expect("an axis");
         let arc = NurbsCurve3::arc(&Frame3::WORLD, 2.0, 1.0, 0.1, 1.2);
         for surface in [
@@ -130,12 +132,12 @@ mod tests {
                     Surface::Cylinder { .. } | Surface::Cone { .. } => (1.0, 2.0),
                     _ => (1.0, 1.0),
                 };
-                // Where the angle turns round, the same place has the opposite angle.
+                // If the angle is reversed, the same place has the opposite angle.
                 let at = (if turned { -u } else { u } * su, v * sv);
                 let image = moved.point(at.0, at.1);
                 let expected = motion.transform_point3(surface.point(u, v));
                 assert!(image.distance(expected) < 1e-12, "{surface:?} {mirror}");
-                // The normal of the parameters of the original, moved: a mirror turns cross products.
+                // The moved normal of the original parameters: a reflection flips cross products.
                 let stated = motion.transform_vector3(surface.normal(u, v).expect("a normal"));
                 let stated = if mirror { -stated } else { stated };
                 let own = moved.normal(at.0, at.1).expect("a normal");

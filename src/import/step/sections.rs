@@ -1,38 +1,38 @@
-//! The sections of an exchange structure of ISO 10303-21 edition 3 -> the header and one data section, which is what the
-//! parser reads. Text is blanked, not cut, so that lines keep their numbers.
+//! Sections of an ISO 10303-21 edition 3 file -> the header and one data section, which the parser reads. Text is
+//! blanked, not cut, so that lines keep their numbers.
 //!
-//! `ANCHOR` names instances for other files and is not needed. `REFERENCE` names instances of other files, which are not read:
-//! what uses them is told by its number. `SIGNATURE` sections are not verified. Several `DATA` sections are read as one. Values
-//! that another file or a constant states (`@n`, `#NAME`, `<resource>`) are read as unset.
+//! `ANCHOR` names instances for other files and is not needed. `REFERENCE` names instances of other files, which are
+//! not read; diagnostics name the instances that use them. `SIGNATURE` sections are not verified. Several `DATA`
+//! sections are read as one. Values from another file or a constant (`@n`, `#NAME`, `<resource>`) are read as unset.
 
 use crate::model::{Severity, StepOutcome};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Sections that may stand between header and data.
+/// Sections that may lie between header and data.
 const BEFORE_DATA: [&[u8]; 3] = [b"ANCHOR", b"REFERENCE", b"SIGNATURE"];
 const END: &[u8] = b"END-ISO-10303-21";
 
-/// What was done to a text, and how much that may have cost.
+/// A change to the text, with its severity.
 pub(super) type Done = (Severity, StepOutcome);
 
-/// Where the word `DATA` stands that opens the first data section, behind the header and the sections after it.
+/// Position of the word `DATA` that opens the first data section, after the header and the sections that follow it.
 pub(super) fn data_section(text: &[u8]) -> Option<usize> {
     let at = extra_sections(text)?.last().map_or_else(|| header_end(text), |(_, to)| Some(*to))?;
     find(&text[at..], b"DATA").map(|found| at + found)
 }
 
-/// Where the header's end stands, which may be said in a string before, too.
+/// Position of the first `ENDSEC`, normally the header's end. (A string in the header might contain the word.)
 fn header_end(text: &[u8]) -> Option<usize> {
     find(text, b"ENDSEC")
 }
 
-/// The sections between header and data: from the first letter to behind the semicolon.
+/// The sections between header and data: from the first letter to after the semicolon.
 fn extra_sections(text: &[u8]) -> Option<Vec<(usize, usize)>> {
     let mut at = behind(text, header_end(text)? + b"ENDSEC".len());
     let mut found = Vec::new();
     while let Some(name) = BEFORE_DATA.into_iter().find(|name| has_word(text, at, name)) {
-        // Where quotes do not match, the next end is taken that is written anywhere.
+        // If quotes do not match, take the next `ENDSEC`, even in a string.
         let from = at + name.len();
         let end = words(text, from).find(|i| has_word(text, *i, b"ENDSEC"));
         let end = end.or_else(|| find(&text[from..], b"ENDSEC").map(|i| from + i));
@@ -43,9 +43,9 @@ fn extra_sections(text: &[u8]) -> Option<Vec<(usize, usize)>> {
     Some(found)
 }
 
-/// Blanks the sections between header and data. Returns their names, and the instances that other files define.
+/// Blanks the sections between header and data. Returns their names, and the instances defined in other files.
 ///
-/// The parser is not given them: it panics on a quote or semicolon between angle brackets (step-io 0.3.0, `find_cut`).
+/// The parser must not see them: it panics on a quote or semicolon between angle brackets (step-io 0.3.0, `find_cut`).
 pub(super) fn without_extra(text: &mut Cow<'_, [u8]>) -> (Vec<String>, BTreeMap<u64, String>) {
     let (mut names, mut elsewhere) = (Vec::new(), BTreeMap::new());
     for (from, to) in extra_sections(text).unwrap_or_default() {
@@ -59,7 +59,7 @@ pub(super) fn without_extra(text: &mut Cow<'_, [u8]>) -> (Vec<String>, BTreeMap<
     (names, elsewhere)
 }
 
-/// `n = <place>`, as a reference states it behind its `#`.
+/// Parses `n = <place>`, the text of a reference after its `#`.
 fn reference(text: &[u8]) -> Option<(u64, String)> {
     let (number, rest) = text.split_at(text.iter().position(|b| !b.is_ascii_digit())?);
     let mut ink = rest.iter().enumerate().filter(|(_, b)| !b.is_ascii_whitespace());
@@ -68,7 +68,8 @@ fn reference(text: &[u8]) -> Option<(u64, String)> {
     Some((std::str::from_utf8(number).ok()?.parse().ok()?, String::from_utf8_lossy(place).into_owned()))
 }
 
-/// Makes unset what stands between angle brackets outside strings, as in [`without_extra`]; how many there were.
+/// Replaces resources (`<…>` outside strings and comments) by `$`, for the same reason as [`without_extra`]. Returns
+/// their number.
 pub(super) fn without_resources(text: &mut Cow<'_, [u8]>) -> usize {
     if !text.contains(&b'<') {
         return 0;
@@ -88,8 +89,8 @@ pub(super) fn without_resources(text: &mut Cow<'_, [u8]>) -> usize {
     found.len()
 }
 
-/// Cuts signatures off, which follow the end of the file proper. Looks at the last megabyte only: what is longer than that the
-/// parser stops at.
+/// Position of the signatures that follow the end of the file proper. Searches the last megabyte only; the parser stops
+/// at longer signatures.
 pub(super) fn end_of_signed(text: &[u8]) -> Option<usize> {
     let window = text.len().saturating_sub(1 << 20);
     let end = window + rfind(&text[window..], END)?;
@@ -97,7 +98,7 @@ pub(super) fn end_of_signed(text: &[u8]) -> Option<usize> {
     has_word(text, at, b"SIGNATURE").then_some(at)
 }
 
-/// Cuts off what follows the end of the file, if `at` lies there.
+/// Cuts off the text after the end of the file, if `at` lies there.
 pub(super) fn cut_behind_end(text: &mut Vec<u8>, at: usize) -> Option<Done> {
     let end = rfind(text, END)? + END.len();
     let end = behind(text, end).min(text.len());
@@ -109,8 +110,8 @@ pub(super) fn cut_behind_end(text: &mut Vec<u8>, at: usize) -> Option<Done> {
     Some(if signed { (Severity::Note, StepOutcome::Signature) } else { (Severity::Warning, StepOutcome::BehindEnd) })
 }
 
-/// Makes a plain file of one of edition 3: blanks the sections that are not read and what joins several data sections. `None`
-/// if there is nothing of the kind.
+/// Converts edition 3 text to plain text: joins several data sections and unsets named values. `None` if the text has
+/// neither.
 pub(super) fn settle(text: &mut [u8]) -> Option<Vec<Done>> {
     let mut done = Vec::new();
     let data = data_section(text)?;
@@ -133,11 +134,11 @@ pub(super) fn settle(text: &mut [u8]) -> Option<Vec<Done>> {
     (!done.is_empty()).then_some(done)
 }
 
-/// What stands between two data sections, and the parameters of the first one.
+/// The text between adjacent data sections, and the parameters of the first one.
 fn joints(text: &[u8], data: usize) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let opened = |at: usize| -> Option<(usize, usize)> {
-        // A data section may say its name and schema in brackets.
+        // A data section may state its name and schema in brackets.
         let from = at + b"DATA".len();
         let end = words(text, from).find(|i| text[*i] == b';')?;
         Some((from, end))
@@ -158,7 +159,7 @@ fn joints(text: &[u8], data: usize) -> Vec<(usize, usize)> {
     found
 }
 
-/// `@n`, `@NAME` and `#NAME` outside strings.
+/// Ranges of `@n`, `@NAME` and `#NAME` outside strings.
 fn names_of_values(text: &[u8], data: usize) -> Vec<(usize, usize)> {
     let named = |i: usize| {
         let next = text.get(i + 1).copied().unwrap_or(b' ');
@@ -171,12 +172,12 @@ fn names_of_values(text: &[u8], data: usize) -> Vec<(usize, usize)> {
     words(text, data).filter(|i| named(*i)).map(|i| (i, end(i))).collect()
 }
 
-/// The places of a text from `at` on that are not in a string, a comment or a resource (`<…>`).
+/// Positions from `at` on outside strings, comments and resources (`<…>`).
 fn words(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
     places(text, at, true)
 }
 
-/// The places of a text from `at` on that are not in a string or a comment.
+/// Positions from `at` on outside strings and comments.
 fn outside(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
     places(text, at, false)
 }
@@ -195,7 +196,7 @@ fn places(text: &[u8], at: usize, resources: bool) -> impl Iterator<Item = usize
                     return Some(here);
                 }
             };
-            // A comment opens with two letters.
+            // A comment opens with two characters, like its end.
             let from = here + close.len();
             let Some(end) = find(text.get(from..)?, close) else {
                 next = text.len();
@@ -206,12 +207,12 @@ fn places(text: &[u8], at: usize, resources: bool) -> impl Iterator<Item = usize
     })
 }
 
-/// The first place from `at` on that is neither a blank, nor in a comment, nor a semicolon.
+/// The first position from `at` on that is not white space, a comment, a string, a resource or a semicolon.
 fn behind(text: &[u8], at: usize) -> usize {
     words(text, at).find(|i| !(text[*i].is_ascii_whitespace() || text[*i] == b';')).unwrap_or(text.len())
 }
 
-/// Whether a word stands at a place, and ends there.
+/// Whether the whole word `word` starts at `at`, in any case.
 fn has_word(text: &[u8], at: usize, word: &[u8]) -> bool {
     let end = at + word.len();
     let same = text.get(at..end).is_some_and(|found| found.eq_ignore_ascii_case(word));

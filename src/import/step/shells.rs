@@ -1,4 +1,4 @@
-//! Items of a representation to shells: lists of faces with the way each is used.
+//! Items of representations -> shells (lists of faces and their orientations) and bodies without explicit faces.
 
 use super::gathered::{BodyUse, Gathered, ShellUse, Source};
 use super::kinds::{
@@ -11,25 +11,25 @@ use super::units::Units;
 use crate::model::{Colour, ShellKind, StepTrouble};
 use std::collections::BTreeMap;
 
-/// Gathers shells and remembers what is taken, so that leftovers can be found.
+/// Gathers shells and bodies, and marks what is taken, to find leftovers.
 pub(super) struct Gather<'a> {
     pub(super) table: &'a Table,
     pub(super) styles: &'a Styles,
-    /// Items, shells and faces that some part has taken, of the whole file.
+    /// Items, shells and faces in any part of the file.
     pub(super) taken: Set<u64>,
-    /// Items that annotations draw: texts and arrows, not shapes.
+    /// Items of annotations: texts and arrows, not shapes.
     pub(super) annotations: Set<u64>,
-    /// Representation items that hold geometry of a kind that is not read.
+    /// Representation items whose geometry is not read.
     pub(super) unread: Vec<(Trouble, Units)>,
-    /// The representation whose items are being gathered, 0 for none.
+    /// The representation whose items are being gathered; 0 for none.
     pub(super) within: u64,
-    /// Whether supplemental geometry is asked for.
+    /// Whether to read supplemental geometry.
     supplemental: bool,
-    /// Items that are no part of a shape, by representation and number: of what type.
+    /// Types of items that do not belong to a shape, by representation and number.
     pub(super) aside: BTreeMap<u64, BTreeMap<u64, String>>,
 }
 
-/// What annotations draw.
+/// Items of annotations.
 fn annotated(table: &Table) -> Set<u64> {
     let occurrences = table.of_types(|i| i.types().any(|name| name.ends_with("ANNOTATION_OCCURRENCE")));
     occurrences.filter_map(|i| i.fields("STYLED_ITEM", 1).optional(1)).collect()
@@ -41,19 +41,19 @@ impl<'a> Gather<'a> {
         Self { table, styles, taken, annotations: annotated(table), unread, within: 0, supplemental, aside }
     }
 
-    /// Counts an item as no part of the shape.
+    /// Counts an item that does not belong to a shape.
     pub(super) fn put_aside(&mut self, item: u64) {
         let keyword = self.table.find(item).map_or_else(|| "missing".to_owned(), |item| item.keyword());
         self.aside.entry(self.within).or_default().insert(item, keyword);
     }
 
-    /// Marks the items of a representation as taken without reading them, with all that they hold, and counts them.
+    /// Marks the items of a representation and their contents as taken, without reading them, and counts the items.
     pub(super) fn leave_out(&mut self, representation: u64, items: impl Iterator<Item = u64>) {
         let mut withheld = Gathered::default();
         let (told, aside) = (self.unread.len(), std::mem::take(&mut self.aside));
         let items: Vec<u64> = items.collect();
         items.iter().for_each(|item| self.item(*item, Units::DEFAULT, &mut withheld));
-        // What these told and counted is of what is not read.
+        // Drop what these items reported and counted: they are not read.
         self.unread.truncate(told);
         self.aside = aside;
         self.within = representation;
@@ -85,7 +85,7 @@ impl<'a> Gather<'a> {
             if !self.take(item.id, into) {
                 return Ok(());
             }
-            // Both list their shells or face sets behind the name.
+            // Both list their shells or face sets after the name.
             let name = if item.is("SHELL_BASED_SURFACE_MODEL") {
                 "SHELL_BASED_SURFACE_MODEL"
             } else {
@@ -95,7 +95,7 @@ impl<'a> Gather<'a> {
                 self.shell(shell, ShellKind::Open, colour, units, into)?;
             }
         } else if is_shell(item) {
-            // A shell listed beside the body it bounds is that body's.
+            // A shell that is also listed by itself belongs to the body that it bounds.
             if !into.held.contains(&item.id) {
                 self.shell(item.id, ShellKind::Open, colour, units, into)?;
             }
@@ -107,7 +107,7 @@ impl<'a> Gather<'a> {
         } else if item.is("GEOMETRIC_SET") {
             self.set(item, colour, units, into)?;
         } else if item.is("CSG_SOLID") {
-            // One primitive is a solid; what several make is refused there.
+            // A single primitive is a solid; boolean results are refused below.
             let root = self.table.get(item.fields("CSG_SOLID", 1).reference(0)?)?;
             if root.is("CSG_SOLID") {
                 return Err(Trouble::new(item.id, StepTrouble::RefersToItself { what: "a CSG_SOLID" }));
@@ -118,7 +118,7 @@ impl<'a> Gather<'a> {
                 into.bodies[known..].iter_mut().for_each(|body| body.colour = body.colour.or(colour));
             }
         } else if item.is("SOLID_REPLICA") {
-            // The product structure places it, like an occurrence of its parent.
+            // The product structure places it, like an occurrence.
             self.taken.insert(item.id);
         } else if let Some(why) = refused(item) {
             self.operands(item, 0);
@@ -128,12 +128,12 @@ impl<'a> Gather<'a> {
             if kind == BodyKind::Tessellated && self.annotations.contains(&item.id) {
                 self.taken.insert(item.id);
             } else if self.take(item.id, into) {
-                // The face that is swept is no face of its own.
+                // The swept face is not a face of the part.
                 self.taken.extend(profile(item));
                 into.bodies.push(BodyUse { kind, entity: item.id, colour, units });
             }
         } else if is_surface(item) {
-            // A construction that is asked for is read as far as it has ends; a face tells that it has none.
+            // Supplemental surfaces are read if bounded; the face reports a lack of bounds.
             if !(is_bounded(item) || self.supplemental && !is_endless(item)) {
                 self.put_aside(item.id);
             } else if self.take(item.id, into) {
@@ -146,7 +146,7 @@ impl<'a> Gather<'a> {
         Ok(())
     }
 
-    /// Marks a body and what it is made of as taken: with the body refused, its operands are no bodies of their own.
+    /// Marks a refused body and its operands as taken: the operands are not bodies of the part.
     fn operands(&mut self, body: Entity<'_>, depth: usize) {
         if !self.taken.insert(body.id) || depth >= MAX_DEPTH {
             return;
@@ -158,7 +158,7 @@ impl<'a> Gather<'a> {
         }
     }
 
-    /// Leaves out tessellated bodies of a part that has exact ones: they repeat those. Says how many.
+    /// Removes tessellated bodies that repeat exact ones, and returns their number.
     pub(super) fn repeated(&self, gathered: &mut Gathered) -> usize {
         let before = gathered.bodies.len();
         let exact = !gathered.shells.is_empty() || gathered.bodies.iter().any(|b| b.kind != BodyKind::Tessellated);
@@ -171,7 +171,7 @@ impl<'a> Gather<'a> {
         before - gathered.bodies.len()
     }
 
-    /// Whether `id` is new to the part; marks it as taken.
+    /// Marks `id` as taken. Returns whether it is new to the part.
     fn take(&mut self, id: u64, into: &mut Gathered) -> bool {
         self.taken.insert(id);
         into.held.insert(id)
@@ -200,11 +200,11 @@ impl<'a> Gather<'a> {
         if !is_shell(shell) {
             return Err(Trouble::new(id, StepTrouble::WrongType { keyword: shell.keyword(), wanted: "a shell" }));
         }
-        // Two bodies may be bounded by one shell; each gets its faces.
+        // Two bodies may share a shell; each gets its faces.
         self.take(shell.id, into);
         let mut faces = Vec::new();
         for face in shell.fields("CONNECTED_FACE_SET", 1).links(0)? {
-            // What is no face fails when it is read, and is counted then.
+            // Anything but a face fails when it is read, and is counted then.
             let (face, over) = self.face(face);
             self.taken.insert(face);
             into.held.insert(face);
@@ -214,7 +214,7 @@ impl<'a> Gather<'a> {
         Ok(())
     }
 
-    /// Follows `ORIENTED_FACE`s as far as they lead; whether they turn the face over.
+    /// Follows `ORIENTED_FACE`s to the face. Also returns whether they flip it.
     fn face(&self, id: u64) -> (u64, bool) {
         let (mut at, mut over) = (id, false);
         for _ in 0..MAX_DEPTH {
@@ -251,7 +251,7 @@ impl<'a> Gather<'a> {
         Ok(())
     }
 
-    /// Bodies, then shells, then faces that nothing has taken.
+    /// Gathers bodies, then shells, then faces that are not taken.
     pub(super) fn leftovers(&mut self, units: Units) -> Gathered {
         let mut found = Gathered::default();
         let of_kind = |wanted: fn(Entity<'_>) -> bool| self.table.of_types(wanted).map(|i| i.id);
@@ -266,7 +266,7 @@ impl<'a> Gather<'a> {
                 self.item(id, units, &mut found);
             }
         }
-        // What no product owns beside exact geometry is a picture of it.
+        // In a file with exact geometry, tessellated bodies without a product only picture it.
         if self.table.of_types(|i| BodyKind::of(i) != Some(BodyKind::Tessellated) && is_body(i)).next().is_none() {
             for id in tessellated {
                 if !self.taken.contains(&id) {

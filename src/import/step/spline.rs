@@ -1,10 +1,10 @@
-//! B-spline curves cut, joined, raised in degree and searched for the nearest point: what folding a file's curve into an
-//! edge needs. Knots are inserted by Boehm's rule; degrees are raised Bézier piece by Bézier piece.
+//! B-spline curves -> pieces, joined curves, curves of higher degree, nearest points. Knots are inserted by Boehm's
+//! rule; degrees are raised per Bézier piece.
 
 use crate::model::NurbsCurve3;
 use glam::{DVec3, DVec4, Vec4Swizzles};
 
-/// The knot vector with multiplicities written out; `None` unless it has `count + degree + 1` knots.
+/// The knot vector, repeated by multiplicity; `None` unless it has `count + degree + 1` knots.
 pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, degree: usize) -> Option<Vec<f64>> {
     let total = multiplicities.iter().try_fold(0usize, |sum, m| sum.checked_add(*m))?;
     if values.len() != multiplicities.len() || total != count + degree + 1 {
@@ -14,15 +14,15 @@ pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, 
     Some(each.flat_map(|(value, times)| std::iter::repeat_n(*value, *times)).collect())
 }
 
-/// Control points by number, and knots.
+/// Indices of the remaining control points, and the remaining knots.
 pub(super) type Left = (Vec<usize>, Vec<f64>);
 
-/// The control points, by number, and the knots that remain of a direction with knots that stand too often: an inner knot
-/// `degree + 1` times, where `joins` says that both sides of the break are one point, or an end knot more often. `None` where
-/// no knot does. Linear in the number of knots.
+/// Removes knots of too high multiplicity and their control points: inner knots of multiplicity `degree + 1` or more,
+/// if `joins` says that both sides of the break are one point, and end knots above `degree + 1`. `None` if there are
+/// none. Linear in the number of knots.
 ///
 /// # Errors
-/// The parameter of the first break whose sides are apart.
+/// The first break whose sides differ.
 pub(super) fn without_breaks(
     knots: &[f64],
     degree: usize,
@@ -66,7 +66,7 @@ fn drop_lift(degree: usize, knots: Vec<f64>, lifted: &[DVec4], rational: bool) -
     }
 }
 
-/// Inserts `t` into the knots until it stands there `degree` times. `t` lies in the domain.
+/// Inserts the knot `t`, which lies in the domain, up to multiplicity `degree`.
 fn saturate(degree: usize, knots: &mut Vec<f64>, points: &mut Vec<DVec4>, t: f64) {
     let present = knots.iter().filter(|k| **k == t).count();
     for _ in present..degree {
@@ -86,11 +86,11 @@ fn saturate(degree: usize, knots: &mut Vec<f64>, points: &mut Vec<DVec4>, t: f64
     }
 }
 
-/// The part over `[from, to]`, held to the domain, clamped. The whole curve if nothing is left.
+/// The part over `[from, to]` within the domain, as a clamped curve. The whole curve if that range is empty.
 pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
     let p = curve.degree;
     let (a, b) = curve.domain();
-    // In this order a parameter that is not a number becomes an end of the domain.
+    // In this order, NaN becomes an end of the domain.
     let (from, to) = (from.max(a).min(b), to.max(a).min(b));
     let (from, to) = if from < to { (from, to) } else { (a, b) };
     let (mut knots, mut points) = (curve.knots.clone(), lift(curve));
@@ -104,11 +104,12 @@ pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
     drop_lift(p, cut, &points[start - p..end], !curve.weights.is_empty())
 }
 
-/// A long curve of which a short range is used without the control points that have no influence there: the same numbers at
-/// every parameter of the range, and not clamped. Edges that are parts of one curve would each keep all of it. Other curves as
-/// they are.
+/// Drops the control points of a long curve that have no influence on a short range. Points in the range stay the same;
+/// the result is not clamped. Other curves are returned unchanged.
+///
+/// Otherwise every edge on a part of one curve would hold the whole curve.
 pub(super) fn window(curve: NurbsCurve3, (from, to): (f64, f64)) -> NurbsCurve3 {
-    /// Control points from which on it pays.
+    /// Minimum number of control points of a long curve.
     const LONG: usize = 64;
     let (p, count) = (curve.degree, curve.points.len());
     // The spans that hold the two ends.
@@ -125,7 +126,7 @@ pub(super) fn window(curve: NurbsCurve3, (from, to): (f64, f64)) -> NurbsCurve3 
     }
 }
 
-/// A closed curve, started (and ended) at the inner parameter `s` instead; the domain becomes `[s, s + period]`.
+/// Moves the start of a closed curve to the inner parameter `s`; the domain becomes `[s, s + period]`.
 pub(super) fn restart(curve: &NurbsCurve3, s: f64) -> NurbsCurve3 {
     let (a, b) = curve.domain();
     if !(a < s && s < b) {
@@ -134,14 +135,14 @@ pub(super) fn restart(curve: &NurbsCurve3, s: f64) -> NurbsCurve3 {
     append(piece(curve, s, b), &piece(curve, a, s))
 }
 
-/// Appends a clamped curve of the same degree whose start is the first one's end; its parameters are shifted.
+/// Appends a clamped curve of the same degree that starts at the end of `curve`; its parameters are shifted.
 fn append(mut curve: NurbsCurve3, next: &NurbsCurve3) -> NurbsCurve3 {
     let p = curve.degree;
     let shift = curve.domain().1 - next.domain().0;
     if !curve.weights.is_empty() || !next.weights.is_empty() {
         curve.weights.resize(curve.points.len(), 1.0);
         let weight = |i: usize| next.weights.get(i).copied().unwrap_or(1.0);
-        // A common factor of all weights changes nothing: make the joint's weights agree.
+        // A common factor of all weights does not change a curve; it makes the weights agree at the joint.
         let factor = curve.weights.last().copied().unwrap_or(1.0) / weight(0);
         curve.weights.extend((1..next.points.len()).map(|i| weight(i) * factor));
     }
@@ -151,13 +152,13 @@ fn append(mut curve: NurbsCurve3, next: &NurbsCurve3) -> NurbsCurve3 {
     curve
 }
 
-/// Curves end to end as one; degrees are raised to the highest among them. `None` for none.
+/// Joins curves end to end, raised to the highest degree among them. `None` without curves.
 pub(super) fn join(curves: &[NurbsCurve3]) -> Option<NurbsCurve3> {
     let degree = curves.iter().map(|c| c.degree).max()?;
     curves.iter().map(|c| raise(c, degree)).reduce(|all, next| append(all, &next))
 }
 
-/// The same curve in a higher degree, as a clamped chain of Bézier pieces.
+/// Raises the degree of a curve, as a clamped chain of Bézier pieces.
 fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
     let (a, b) = curve.domain();
     let whole = piece(curve, a, b);
@@ -167,7 +168,7 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
     let mut p = whole.degree;
     let mut breaks: Vec<f64> = whole.knots.clone();
     breaks.dedup();
-    // Span by span, or every knot inserted would move all points behind it.
+    // Span by span: on the whole curve, every inserted knot would move all later points.
     let lifted = lift(&whole);
     let mut points = vec![lifted[0]];
     for first in (p..whole.points.len()).filter(|i| whole.knots[*i] < whole.knots[i + 1]) {
@@ -196,7 +197,8 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
     drop_lift(p, knots, &points, !whole.weights.is_empty())
 }
 
-/// The parameter of the curve's point nearest to `p`: the best of a few samples in every span, polished by Newton's method.
+/// The parameter of the curve point nearest to `p`: the best of `degree + 2` samples per span, refined by Newton's
+/// method.
 pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     let (a, b) = curve.domain();
     let samples = curve.degree + 2;
@@ -204,7 +206,7 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     let steps = spans.map(|ends| (ends, (ends[1] - ends[0]) / samples as f64)).enumerate();
     let steps = steps.filter(|(_, (_, step))| *step > 0.0);
     let at = |ends: &[f64], step: f64, i: usize| if i == samples { ends[1] } else { ends[0] + step * i as f64 };
-    // A span is no nearer than the box of its control points: those that cannot hold the nearest sample are passed over.
+    // A span is no nearer than the box of its control points; spans that cannot have the nearest sample are skipped.
     let floors: Vec<f64> = curve.points.windows(curve.degree + 1).map(|hull| box_distance_squared(hull, p)).collect();
     let first = steps.clone().min_by(|(k, _), (l, _)| floors[*k].total_cmp(&floors[*l]));
     let within = first.map_or(f64::INFINITY, |(_, (ends, step))| {
@@ -212,7 +214,7 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     });
     let mut best = (a, curve.point(a).distance_squared(p), steps.clone().next().map_or(b - a, |(_, (_, step))| step));
     for (k, (ends, step)) in steps {
-        // Rounding may put the nearest sample inside of its floor, where it is a corner of the box.
+        // Rounding may put the nearest sample below its lower bound, if it is a corner of the box.
         if floors[k] > within.min(best.1) && first.is_none_or(|(first, _)| k != first) {
             continue;
         }
@@ -226,7 +228,7 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     }
     let (t, distance, step) = best;
     let mut found = polish(curve, p, t, ((t - step).max(a), (t + step).min(b)));
-    // On a closed curve the foot of a point near its start may lie just before its end, and the other way round.
+    // On a closed curve, the foot of a point near the start may lie just before the end, and vice versa.
     let other = if t == a { Some((b, (b - step, b))) } else { (t == b).then_some((a, (a, a + step))) };
     if let Some((end, around)) = other.filter(|_| curve.point(a).distance_squared(curve.point(b)) <= distance) {
         let second = polish(curve, p, end, around);
@@ -237,20 +239,20 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     if curve.point(found).distance_squared(p) <= distance { found } else { t }
 }
 
-/// The squared distance of `p` from the box of some points.
+/// The squared distance of `p` from the box of `points`.
 fn box_distance_squared(points: &[DVec3], p: DVec3) -> f64 {
     let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)));
     p.distance_squared(p.clamp(low, high))
 }
 
-/// Newton's method for the foot of `p`, from `t`, within `low` to `high`.
+/// Newton's method for the foot of `p`, from `t`, clamped to `low..high`.
 fn polish(curve: &NurbsCurve3, p: DVec3, mut t: f64, (low, high): (f64, f64)) -> f64 {
     let (a, b) = curve.domain();
     for _ in 0..24 {
         let d = curve.derivatives(t);
         let away = d.point - p;
         let slope = d.d1.length_squared() + away.dot(d.d2);
-        // Where the second derivative would send it uphill, Gauss-Newton still goes down.
+        // If the second derivative leads uphill, Gauss-Newton still descends.
         let slope = if slope > 0.0 { slope } else { d.d1.length_squared() };
         if slope <= 0.0 {
             break;
@@ -312,7 +314,7 @@ mod tests {
         }
     }
 
-    /// A curve of uneven spans, one of them double.
+    /// A curve of uneven spans with double knots.
     fn wavy(degree: usize, count: usize) -> NurbsCurve3 {
         let point = |i: usize| DVec3::new(i as f64, (i * i % 7) as f64, (i * 3 % 5) as f64);
         let mut knots = vec![0.0; degree + 1];
@@ -349,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn passing_spans_over_changes_no_foot() {
+    fn skipping_spans_changes_no_foot() {
         let curve = wavy(3, 60);
         for i in 0..100 {
             let p = DVec3::new(0.7 * f64::from(i) - 3.0, f64::from(i % 9), f64::from(i % 4));
@@ -369,7 +371,7 @@ mod tests {
             let knots = vec![0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 3.0, 3.0];
             let curve = NurbsCurve3 { degree: 2, knots, points, weights };
             let end = curve.points[4];
-            // Nearer to the start than the end is.
+            // Outside the box of the last span, next to its corner.
             let p = end + DVec3::splat(1e-4);
             let found = curve.point(nearest(&curve, p)).distance(p);
             assert!(found <= end.distance(p) + 1e-12, "{scale}: {found}");

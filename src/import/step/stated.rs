@@ -1,29 +1,29 @@
-//! A surface as the file states it, where its face is on it, and the pieces of unbounded curves that reach that far.
+//! Surfaces as stated in the file, the place of a face on them, and pieces of unbounded curves that cover the face.
 
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::curve::Carrier;
 use crate::model::{Frame3, NurbsCurve3, Severity, StepOutcome, Surface};
 use glam::DVec3;
 
-/// Where a face's boundary is.
+/// Points that locate a face's boundary.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reached {
-    /// Points whose hull covers the boundary.
+    /// Points whose hull contains the boundary.
     pub(super) hull: Vec<DVec3>,
     /// Points on the boundary.
     pub(super) on: Vec<DVec3>,
 }
 
-/// Where the face is, asked for only where a sweep of an unbounded curve has to be bounded or one of several sheets meant.
+/// Locates the face. Called only to bound a sweep of an unbounded curve or to choose one of several sheets.
 pub(super) type Reach<'a> = &'a dyn Fn() -> Reached;
 
-/// A surface and how it stands to what the file stated.
+/// A surface, and how it differs from the file's.
 #[derive(Clone, Debug)]
 pub(super) struct Stated {
     pub(super) surface: Surface,
     /// Whether its normal is opposite to the stated surface's.
     pub(super) turned: bool,
-    /// What was not taken word for word, and how doubtful that is.
+    /// The difference from the file to report, with its severity.
     pub(super) note: Option<(Severity, StepOutcome)>,
 }
 
@@ -33,7 +33,7 @@ impl Stated {
     }
 }
 
-/// The part of an unbounded conic that sweeps over all of `reach`; `flat` moves a point into the conic's plane.
+/// The part of an unbounded conic whose sweep covers all of `reach`. `flat` moves a point into the conic's plane.
 pub(super) fn reaching(
     carrier: &Carrier,
     reach: &[DVec3],
@@ -54,13 +54,13 @@ pub(super) fn reaching(
     }
 }
 
-/// The smallest and the largest of some parameters. `None` if there are none.
+/// Smallest and largest value; `None` without values.
 pub(super) fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)));
     (low <= high).then_some((low, high))
 }
 
-/// A range a little widened. `None` if it is not finite or still empty.
+/// Widens a range by a thousandth and rounding on each side. `None` if the result is not finite or empty.
 pub(super) fn widened(low: f64, high: f64) -> Option<(f64, f64)> {
     let margin = 1e-3 * (high - low) + 4.0 * f64::EPSILON * low.abs().max(high.abs());
     let range = (low - margin, high + margin);

@@ -1,4 +1,4 @@
-//! Styled items to colours of the things they style.
+//! Styled items -> colours by instance.
 
 use super::kinds::is_face;
 use super::table::{Entity, Map, Set, Table};
@@ -8,9 +8,9 @@ use crate::model::Colour;
 #[derive(Default)]
 pub(super) struct Styles {
     colours: Map<u64, Colour>,
-    /// Colours that hold only where the item is used by one occurrence: its relationship and the colour.
+    /// Colours of single occurrences, by the occurrence's relationship.
     pub(super) by_occurrence: Map<u64, Colour>,
-    /// Overrides that hold along a path of several occurrences, which an instance table cannot say.
+    /// Number of overrides for a path of several occurrences, which an instance table cannot express.
     pub(super) along_paths: usize,
 }
 
@@ -53,12 +53,12 @@ impl Styles {
     }
 }
 
-/// The chain from a style assignment to a surface's colour is at most this long.
+/// Maximum length of the chain from a style assignment to a surface's colour.
 const MAX_CHAIN: usize = 10;
 
-/// The surface colour that a presentation style leads to; styles of curves and points do not count.
+/// The surface colour to which a presentation style leads. Ignores styles of curves and points.
 ///
-/// `known` holds what was found before: styles share what they refer to, and files may make that fan out without bound.
+/// `known` caches results: styles share references, which may fan out without bound.
 fn surface_colour(
     table: &Table,
     instance: Entity<'_>,
@@ -68,7 +68,7 @@ fn surface_colour(
     if let Some(found) = known.get(&instance.id) {
         return *found;
     }
-    // Until it is found, what refers back to it finds nothing.
+    // References back to this instance find nothing until it is known.
     known.insert(instance.id, None);
     let found = follow(table, instance, depth, known);
     known.insert(instance.id, found);
@@ -102,7 +102,7 @@ fn follow(table: &Table, instance: Entity<'_>, depth: usize, known: &mut Map<u64
         } else if colour.is_none() || next.is("SURFACE_STYLE_RENDERING_WITH_PROPERTIES") {
             let found = surface_colour(table, next, depth + 1, known);
             if let (Some(new), Some([.., old])) = (found, colour) {
-                // A rendering style beside a fill style adds its opacity.
+                // A rendering style next to a fill style adds its opacity.
                 opacity = Some(new[3].min(old));
             }
             colour = colour.or(found);
@@ -111,7 +111,7 @@ fn follow(table: &Table, instance: Entity<'_>, depth: usize, known: &mut Map<u64
     colour.map(|[r, g, b, a]: Colour| [r, g, b, opacity.unwrap_or(a)])
 }
 
-/// The colours that ISO 10303-46 names.
+/// Named colours of ISO 10303-46.
 fn named(name: &str) -> Option<Colour> {
     Some(match name.to_ascii_lowercase().as_str() {
         "red" => [1.0, 0.0, 0.0, 1.0],

@@ -1,4 +1,4 @@
-//! Surfaces of ISO 10303-42 to the model's surfaces in natural parameters.
+//! Surfaces of ISO 10303-42 -> the model's surfaces in natural parameters.
 
 use super::curve::{Carrier, Form, check_degree, check_weights, knots_of};
 use super::place::Geometry;
@@ -49,10 +49,10 @@ impl Geometry<'_> {
             let own = instance.fields("TOROIDAL_SURFACE", 2);
             let (major, minor) = (own.real(0)? * length, radius(own, 1)?);
             if major < 0.0 {
-                return Err(Trouble::new(id, measure("a torus with a major radius", major, "mm")));
+                return Err(Trouble::new(id, measure("a torus major radius", major, "mm")));
             }
             let frame = frame()?;
-            // A torus that only touches its axis has one part and one point there; rounded radii must not make it two.
+            // A torus that only touches its axis has a single point there; rounded radii must not make it two.
             let major = if (minor - major).abs() <= 1e-9 * minor { minor } else { major };
             if instance.is("DEGENERATE_TOROIDAL_SURFACE") && minor > major {
                 let outer = instance.fields("DEGENERATE_TOROIDAL_SURFACE", 4).flag(0, true);
@@ -81,7 +81,7 @@ impl Geometry<'_> {
         } else if instance.is("SURFACE_REPLICA") {
             let own = instance.fields("SURFACE_REPLICA", 1);
             let similarity = Similarity::new(self.motion(own.reference(1)?)?);
-            // What reaches the replica does not reach the original.
+            // `reach` locates the replica, not the original.
             let base = self.surface(own.reference(0)?, &Reached::default, depth + 1)?;
             let (surface, turned) = similarity.surface(base.surface);
             Ok(Stated { surface, turned: base.turned != turned, note: base.note })
@@ -121,7 +121,7 @@ impl Geometry<'_> {
         let curve = match self.bounded(swept, depth + 1) {
             Ok(curve) => curve,
             Err(trouble) => match self.carrier(swept, depth + 1)? {
-                // A swept line is a plane; its normal is the one that the sweep's parameters give.
+                // A swept line is a plane; the sweep's parameters give its normal.
                 (Carrier::Line { point, along }, same) => {
                     let along = if same { along } else { -along };
                     let frame = Frame3::from_axis(point, along.cross(direction), along)
@@ -207,7 +207,7 @@ impl Geometry<'_> {
     }
 }
 
-/// Takes out rows and columns that knots of too high multiplicity make superfluous.
+/// Removes knots of too high multiplicity, with their rows and columns, where both sides of the break coincide.
 fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
     let (count_u, count_v) = (net.count_u(), net.count_v());
     let near = |a: usize, b: usize| net.points[a].distance(net.points[b]) <= tolerance;
@@ -230,11 +230,12 @@ fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
     Ok(())
 }
 
-/// The outer ("apple") or inner ("lemon") part of a torus that meets its own axis, as the arc that generates it.
+/// The outer ("apple") or inner ("lemon") part of a torus that meets its own axis, as the surface of revolution of an
+/// arc.
 ///
-/// The arc's ends lie on the axis exactly; the surface has the torus's parameters up to the arc's parametrisation.
+/// The arc's ends lie exactly on the axis. Parameters are the torus's, up to the arc's parametrisation.
 fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
-    // Where the tube's circle crosses the axis.
+    // The tube's circle crosses the axis at this angle.
     let half = (-major / minor).acos();
     let (middle, half) = if outer { (0.0, half) } else { (PI, PI - half) };
     let plane = Frame3 { origin: frame.origin + frame.x * major, x: frame.x, y: frame.z, z: -frame.y };

@@ -1,6 +1,6 @@
-//! Plane areas and faces, extruded or revolved, to boundary representations, exactly.
+//! Planar areas and faces, extruded or revolved -> exact boundary representations.
 //!
-//! A profile's vertices sweep edges, its edges sweep faces; the profile and its image at the far end close the solid.
+//! A profile's vertices sweep edges, and its edges sweep faces. The profile and its far copy close the solid.
 
 use super::gathered::Source;
 use super::kinds::{SWEEPS, profile};
@@ -15,14 +15,14 @@ use glam::{DAffine3, DQuat, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Distance from the axis, as a share of the profile's, that counts as none.
+/// Points within this share of the profile's reach lie on the axis.
 const ON_AXIS: f64 = 1e-9;
-/// Angles nearer than this to a whole turn are one, radians.
+/// Angles within this of a full turn are one, radians.
 const WHOLE: f64 = 1e-9;
 
-/// A stated sweep.
+/// A sweep, as stated.
 pub(super) struct Sweep {
-    /// What is swept.
+    /// The swept area or face.
     pub(super) profile: Source,
     entity: u64,
     motion: Motion,
@@ -51,7 +51,7 @@ impl Sweep {
         } else {
             let axis = geometry.frame(own.reference(0)?)?;
             let angle = own.real(1)? * geometry.units.angle;
-            // Turned the other way round, the axis points the other way.
+            // A negative angle is a positive one about the opposite axis.
             let axis = if angle < 0.0 { Frame3 { y: -axis.y, z: -axis.z, ..axis } } else { axis };
             let angle = angle.abs();
             if angle <= WHOLE || angle > TAU + WHOLE {
@@ -62,7 +62,7 @@ impl Sweep {
         Ok(Self { profile, entity, motion })
     }
 
-    /// The solid that the only face of `profile` sweeps over.
+    /// Sweeps the only face of `profile` to a solid.
     pub(super) fn solid(&self, profile: &Part) -> Read<Part> {
         let fail = |what: SolidTrouble| Err(Trouble::new(self.entity, what));
         let Some(face) = profile.faces.first() else {
@@ -103,13 +103,13 @@ fn radial(p: DVec3, axis: &Frame3) -> DVec3 {
     out - axis.z * out.dot(axis.z)
 }
 
-/// The direction from the axis to the profile.
+/// The unit direction from the axis to the profile; `None` if the profile lies on the axis.
 fn side(profile: &Part, axis: &Frame3) -> Option<DVec3> {
     let points = profile.edges.iter().flat_map(|edge| &edge.curve.points).map(|p| radial(*p, axis));
     points.max_by(|p, q| p.length_squared().total_cmp(&q.length_squared()))?.try_normalize()
 }
 
-/// A profile and its moved image in a part that is being built.
+/// A profile and its moved copy, in the part under construction.
 struct Copies {
     part: PartBuilder,
     near: Vec<EdgeId>,
@@ -118,13 +118,13 @@ struct Copies {
     far_vertices: Vec<VertexId>,
 }
 
-/// The part of an edge's curve that the edge uses.
+/// The edge's curve, cut to the edge's range.
 fn trimmed(edge: &Edge) -> NurbsCurve3 {
     spline::piece(&edge.curve, edge.range.0, edge.range.1)
 }
 
 impl Copies {
-    /// `stays` says of a vertex and of an edge whether the motion leaves it in its place.
+    /// `stays`: whether the motion leaves a vertex, or an edge, in place.
     fn new(
         profile: &Part,
         motion: &DAffine3,
@@ -149,7 +149,7 @@ impl Copies {
             let (start, end) = (vertices[edge.start.index()], vertices[edge.end.index()]);
             part.edge(Edge { curve, range, start, end, kind: edge.kind, entity: edge.entity })
         };
-        // After a whole turn the profile lies inside.
+        // After a full turn the profile lies inside the solid.
         let kept = if whole { &[][..] } else { &profile.edges[..] };
         let near: Vec<EdgeId> = kept.iter().map(|edge| copy(&mut part, edge, &near_vertices, false)).collect();
         let far = kept.iter().enumerate();
@@ -159,7 +159,7 @@ impl Copies {
         Self { part, near, far, near_vertices, far_vertices }
     }
 
-    /// The profile itself at one end of the sweep.
+    /// Adds the profile at one end of the sweep.
     fn cap(&mut self, face: &Face, frame: Frame3, far: bool, reversed: bool) {
         let edges = if far { &self.far } else { &self.near };
         let bound = |uses: &[Coedge]| {
@@ -217,7 +217,7 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
     let whole = angle == TAU;
     let stays = (|i: usize| whole || fixed[i], |i: usize| still[i]);
     let mut copies = Copies::new(profile, &motion, whole, stays);
-    // The profile moves this way; the normal of the swept surfaces is this way × the edge's direction.
+    // Whether the profile moves along its normal. The normal of swept surfaces is the motion × the edge's direction.
     let ahead = frame.z.dot(axis.z.cross(side)) > 0.0;
     if !whole {
         let turned = |v: DVec3| motion.transform_vector3(v);
@@ -262,7 +262,7 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
         };
         let mut loops: Vec<Loop> = loops.into_iter().map(Loop::Edges).collect();
         if whole && !closed {
-            // An end on the axis is a pole; a face between two of them is its whole surface.
+            // An end on the axis is a pole. A face between two poles is a whole surface, without loops.
             let poles = [edge.start, edge.end].into_iter().filter(|v| fixed[v.index()]);
             let poles: Vec<Loop> = poles.map(|v| Loop::Vertex(copies.near_vertices[v.index()])).collect();
             if poles.len() == 1 {
@@ -275,7 +275,7 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
     copies.part
 }
 
-/// Ends on the axis put there exactly: they are poles of the surface.
+/// Moves ends near the axis exactly onto it: they are poles of the surface.
 fn onto_axis(mut curve: NurbsCurve3, axis: &Frame3, none: f64) -> NurbsCurve3 {
     let last = curve.points.len() - 1;
     for k in [0, last] {

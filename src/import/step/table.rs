@@ -1,4 +1,4 @@
-//! Part 21 syntax trees to a table of instances addressed by number; typed access to their attributes.
+//! Part 21 syntax trees -> a table of instances by number, with typed access to their attributes.
 
 use crate::model::{StepCause, StepTrouble};
 use foldhash::fast::RandomState;
@@ -6,13 +6,13 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use step_io::parser::{Attribute, RawEntity, RawEntityPart};
 
-/// By instance numbers and the like: millions of look-ups of small keys, for which the standard hasher is slow.
+/// A hash map for small keys, such as instance numbers. The standard hasher is slow for millions of look-ups.
 pub(super) type Map<K, V> = HashMap<K, V, RandomState>;
 
-/// Of instance numbers and the like.
+/// A hash set for small keys, such as instance numbers.
 pub(super) type Set<K> = HashSet<K, RandomState>;
 
-/// Why an instance could not be read: which one, and what is wrong with it.
+/// The instance that could not be read, and why.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Trouble {
     pub(super) entity: u64,
@@ -25,7 +25,7 @@ impl Trouble {
         Self { entity, what: Box::new(what.into()) }
     }
 
-    /// The cause of a diagnostic of instance `id`.
+    /// The cause in a diagnostic of instance `id`.
     pub(super) fn seen_from(&self, id: u64) -> StepCause {
         StepCause { entity: (self.entity != id).then_some(self.entity), trouble: self.what.clone() }
     }
@@ -33,41 +33,42 @@ impl Trouble {
 
 pub(super) type Read<T> = Result<T, Trouble>;
 
-/// That `what` has no `part`.
+/// The trouble that `what` has no `part`.
 pub(super) fn missing(what: impl Into<Cow<'static, str>>, part: &'static str) -> StepTrouble {
     StepTrouble::Missing { what: what.into(), part }
 }
 
-/// That `what` measures `value`, which is out of its range.
+/// The trouble that the `value` of `what` is out of range.
 pub(super) fn measure(what: impl Into<Cow<'static, str>>, value: f64, unit: &'static str) -> StepTrouble {
     StepTrouble::Measure { what: what.into(), value, unit }
 }
 
-/// How deep references of one kind may nest (curves in curves, surfaces in surfaces, shells in shells) before a file is
-/// taken for cyclic. Real files stay below 6.
+/// Maximum nesting of references of one kind (curves in curves, surfaces in surfaces, shells in shells). Deeper files
+/// are treated as cyclic. Real files stay below 6.
 pub(super) const MAX_DEPTH: usize = 24;
 
-/// All instances of a file, in order of their numbers.
+/// All instances of a file, ordered by number.
 pub(super) struct Table {
     rows: Vec<RawEntity>,
-    /// Row + 1 by instance number where the numbers are dense enough, else empty and rows are searched.
+    /// Row + 1 by instance number. Empty if the numbers are too sparse; then rows are searched.
     dense: Vec<u32>,
-    /// For each row the number of its type, the first row of which is in `first_of_type`; [`COMPLEX`] for complex instances.
+    /// Type index of each row; [`COMPLEX`] for complex instances.
     types: Vec<u32>,
+    /// The first row of each type.
     first_of_type: Vec<usize>,
-    /// Where instances are that other files define.
+    /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
 }
 
-/// Stands for the type of an instance that has several.
+/// Type index of instances with several types.
 const COMPLEX: u32 = u32::MAX;
 
 impl Table {
-    /// `rows` must be sorted by number, without duplicates. `elsewhere` says where instances are that other files define.
+    /// `rows` must be sorted by number, without duplicates. `elsewhere`: places of instances defined in other files.
     pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>) -> Self {
         let mut dense = Vec::new();
         let last = rows.last().map_or(0, RawEntity::id);
-        // Four bytes a number: worth it while the numbers are at most eight times as many as the instances.
+        // Four bytes per number: worth it while the largest number is at most eight times the number of instances.
         if let Ok(last) = usize::try_from(last)
             && last <= rows.len().saturating_mul(8).saturating_add(1024)
             && u32::try_from(rows.len()).is_ok_and(|n| n < u32::MAX)
@@ -108,7 +109,7 @@ impl Table {
         self.rows.get(row).map(|raw| Entity { id, raw })
     }
 
-    /// The instance that `id` names, or the trouble that it is missing.
+    /// Instance `id`, else the trouble that it is missing.
     pub(super) fn get(&self, id: u64) -> Read<Entity<'_>> {
         self.find(id).ok_or_else(|| match self.elsewhere.get(&id) {
             Some(place) => Trouble::new(id, StepTrouble::Elsewhere { entity: id, place: place.clone() }),
@@ -116,8 +117,8 @@ impl Table {
         })
     }
 
-    /// The instances of whose types `wanted` is true, by their numbers. It may look at types only: instances of one type are
-    /// asked about once, since a file has 10 to 100 types and up to millions of instances.
+    /// The instances that satisfy `wanted`, ordered by number. `wanted` must depend on types only: it is called once
+    /// per type of simple instances, since a file has 10 to 100 types and up to millions of instances.
     pub(super) fn of_types(&self, wanted: impl Fn(Entity<'_>) -> bool) -> impl Iterator<Item = Entity<'_>> {
         let instance = |row: usize| Entity { id: self.rows[row].id(), raw: &self.rows[row] };
         let verdicts: Vec<bool> = self.first_of_type.iter().map(|row| wanted(instance(*row))).collect();
@@ -146,7 +147,7 @@ impl<'a> Entity<'a> {
         }
     }
 
-    /// Its type name, or all of them joined if it is complex.
+    /// Its type name; all names joined by `+` if it is complex.
     pub(super) fn keyword(&self) -> String {
         match self.raw {
             RawEntity::Simple { name, .. } => name.clone(),
@@ -156,7 +157,7 @@ impl<'a> Entity<'a> {
         }
     }
 
-    /// Its types.
+    /// Names of its types.
     pub(super) fn types(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         let (one, many): (Option<&'a str>, &'a [RawEntityPart]) = match self.raw {
             RawEntity::Simple { name, .. } => (Some(name.as_str()), &[]),
@@ -167,8 +168,8 @@ impl<'a> Entity<'a> {
 
     /// The attributes that the type `name` itself declares.
     ///
-    /// A simple instance lists the attributes of its supertypes first, `inherited` of them; a complex one writes each
-    /// type's own. A simple instance of a subtype of `name` answers too, so the caller has to know that it is one.
+    /// A simple instance lists its `inherited` attributes of supertypes first; a complex one lists each type's own. The
+    /// type of a simple instance is not checked: it may be a subtype of `name`.
     pub(super) fn fields(&self, name: &'static str, inherited: usize) -> Fields<'a> {
         let attributes: &'a [Attribute] = match self.raw {
             RawEntity::Simple { attributes, .. } => attributes.get(inherited..).unwrap_or_default(),
@@ -179,7 +180,7 @@ impl<'a> Entity<'a> {
         Fields { entity: self.id, name, attributes }
     }
 
-    /// The name that a `REPRESENTATION_ITEM` (or anything else whose first attribute is its name) carries.
+    /// The name of a `REPRESENTATION_ITEM`, or of any instance whose first attribute is its name.
     pub(super) fn label(&self) -> &'a str {
         let attributes: &'a [Attribute] = match self.raw {
             RawEntity::Simple { attributes, .. } => attributes,
@@ -194,7 +195,7 @@ impl<'a> Entity<'a> {
         }
     }
 
-    /// Calls `visit` for every instance number its attributes mention.
+    /// Calls `visit` for every instance number in its attributes.
     pub(super) fn references(&self, visit: &mut impl FnMut(u64)) {
         match self.raw {
             RawEntity::Simple { attributes, .. } => attributes.iter().for_each(|a| references(a, visit)),
@@ -240,7 +241,7 @@ impl<'a> Fields<'a> {
         self.any(index).and_then(number).ok_or_else(|| self.wrong(index, "a finite number"))
     }
 
-    /// A whole number that is not negative.
+    /// A non-negative whole number.
     pub(super) fn count(&self, index: usize) -> Read<usize> {
         self.any(index).and_then(whole).ok_or_else(|| self.wrong(index, "a whole number"))
     }
@@ -260,7 +261,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// The references in a list; other things in it are passed over.
+    /// The references in a list; other items are skipped.
     pub(super) fn links(&self, index: usize) -> Read<impl Iterator<Item = u64> + use<'a>> {
         Ok(self.list(index)?.iter().filter_map(link))
     }
@@ -299,7 +300,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The number an attribute is, bare or typed (`LENGTH_MEASURE(2.5)`).
+/// The value of a number, bare or typed (`LENGTH_MEASURE(2.5)`).
 pub(super) fn number(attribute: &Attribute) -> Option<f64> {
     match attribute {
         Attribute::Real(value) => value.is_finite().then_some(*value),
@@ -326,7 +327,7 @@ fn whole(attribute: &Attribute) -> Option<usize> {
     }
 }
 
-/// The instance number an attribute refers to.
+/// The instance number of a reference.
 pub(super) fn link(attribute: &Attribute) -> Option<u64> {
     match attribute {
         Attribute::EntityRef(id) => Some(*id),

@@ -1,8 +1,8 @@
-//! Tessellated solids, shells and faces of AP242 to plane triangles that share their edges.
+//! Tessellated solids, shells and faces of AP242 -> planar triangles that share their edges.
 //!
-//! Every triangle becomes a plane face: a model knows surfaces and edges only, and triangles that share corners then share
-//! edges, so that the mesh is as closed as the file's, at any tolerance. Corners are one where their coordinates are the same
-//! numbers, since each tessellated face may list its own.
+//! Every triangle becomes a planar face, because a model has only surfaces and edges. Triangles with common corners
+//! share edges, so that the mesh is as closed as the file's, at any tolerance. Corners with equal coordinates are
+//! merged, since each tessellated face may list its own.
 
 use super::kinds::{HOLDERS, is_shapeless};
 use super::place::Geometry;
@@ -17,10 +17,10 @@ use step_io::parser::Attribute;
 const FACES: [&str; 4] =
     ["TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE", "TRIANGULATED_SURFACE_SET", "COMPLEX_TRIANGULATED_SURFACE_SET"];
 
-/// Something of a body that was left out: why, and a place at it where one could be read.
+/// Something left out of a body: why, and a point of it, if readable.
 pub(super) type Loss = (Trouble, Option<DVec3>);
 
-/// The triangles of a body as a part of plane faces, and what was left out of it.
+/// Makes a part of a body's triangles. Also returns what was left out.
 pub(super) fn triangles(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<(Part, Vec<Loss>)> {
     let mut mesh = Mesh::default();
     mesh.holder(geometry, item, &DAffine3::IDENTITY, 0)?;
@@ -36,10 +36,10 @@ pub(super) fn triangles(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<(Part
     Ok((part, lost))
 }
 
-/// How many corners in a line one upon another are followed, and how many steps that may take in all.
+/// Maximum depth of splits of a side at collinear corners, and maximum number of splits in total.
 const MAX_SPLITS: (usize, usize) = (64, 1_000_000);
 
-/// Height of a triangle whose corners are in a line, as a share of its longest side.
+/// A triangle lower than this share of its longest side has collinear corners.
 const FLAT: f64 = 1e-9;
 
 #[derive(Default)]
@@ -47,17 +47,17 @@ struct Mesh {
     points: Vec<DVec3>,
     triangles: Vec<[usize; 3]>,
     corners: Map<[u64; 3], usize>,
-    /// Coordinate lists by their number: faces share them.
+    /// Coordinate lists by number; faces share them.
     lists: Map<u64, Vec<DVec3>>,
-    /// The corner that lies between the two of a side.
+    /// The corner that splits the side between two corners.
     between: Map<[usize; 2], usize>,
-    /// Steps that were taken to find those.
+    /// Number of steps taken to split sides.
     splits: usize,
     lost: Vec<Loss>,
 }
 
 impl Mesh {
-    /// Adds what a holder holds, or a face that stands by itself.
+    /// Adds the faces of a holder, or a single face.
     fn holder(&mut self, geometry: &Geometry<'_>, item: Entity<'_>, place: &DAffine3, depth: usize) -> Read<()> {
         if depth >= MAX_DEPTH {
             return Err(Trouble::new(item.id, StepTrouble::TooDeep { what: "tessellated items" }));
@@ -66,7 +66,7 @@ impl Mesh {
             Some(name) => item.fields(name, 1).links(0)?.collect(),
             None => return self.face(geometry, item, place),
         };
-        // Lists that are placed twice are two.
+        // A repositioned list has other coordinates: cache it separately.
         let moved = item.is("REPOSITIONED_TESSELLATED_ITEM");
         let place = if moved {
             let location = item.fields("REPOSITIONED_TESSELLATED_ITEM", 1).reference(0)?;
@@ -80,7 +80,7 @@ impl Mesh {
                 if FACES.into_iter().chain(HOLDERS).any(|kind| face.is(kind)) {
                     self.holder(geometry, face, &place, depth + 1)
                 } else if is_shapeless(face) {
-                    // Curves and points may stand beside the faces.
+                    // Holders may list curves and points, too.
                     Ok(())
                 } else {
                     Err(Trouble::new(id, StepTrouble::NotRead { what: "tessellated faces", keyword: face.keyword() }))
@@ -105,14 +105,14 @@ impl Mesh {
         }
         let name = FACES.into_iter().find(|kind| face.is(kind)).unwrap_or_default();
         let own = face.fields(name, inherited);
-        // Numbers into the list of points that the face uses, or into the coordinates where it lists none.
+        // Corners are indices into the face's list of points, or into the coordinates if it has none.
         let used = own.counts(0)?;
         let points = self.lists.get(&list).map(Vec::as_slice).unwrap_or_default();
         let corner = |index: usize| -> Option<DVec3> {
             let index = if used.is_empty() { index } else { *used.get(index.checked_sub(1)?)? };
             points.get(index.checked_sub(1)?).copied()
         };
-        // Rows that are no triangles leave an empty one to be counted.
+        // Rows that are not triangles become empty ones, which are counted below.
         let mut corners: Vec<[usize; 3]> = Vec::new();
         if name.starts_with("COMPLEX") {
             for strip in lists_of(own, 1, face.id)? {
@@ -144,8 +144,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// Adds a triangle; one with two corners in one place closes nothing and is passed over. So is one whose corners are in a
-    /// line, but its neighbour along the longest side gets a corner more there, or the mesh would have a slit.
+    /// Adds a triangle. Skips triangles with coincident corners. A triangle with collinear corners is skipped, too, but
+    /// splits the longest side for its neighbour, which would otherwise have a T-junction.
     fn triangle(&mut self, corners: [DVec3; 3]) {
         let ids = corners.map(|corner| self.corner(corner));
         if ids[0] == ids[1] || ids[1] == ids[2] || ids[2] == ids[0] {
@@ -162,7 +162,7 @@ impl Mesh {
         self.split(ids[(apex + 1) % 3], ids[(apex + 2) % 3], ids[apex], 0);
     }
 
-    /// Puts corner `m` between two others, in order with those that are there.
+    /// Inserts corner `m` into the side from `p` to `q`, ordered with the corners already there.
     fn split(&mut self, p: usize, q: usize, m: usize, depth: usize) {
         self.splits += 1;
         if depth >= MAX_SPLITS.0 || self.splits > MAX_SPLITS.1 || m == p || m == q {
@@ -176,7 +176,8 @@ impl Mesh {
                 let first = from.distance(self.points[m]) < from.distance(self.points[other]);
                 let (near, far) = if first { (m, other) } else { (other, m) };
                 if near != far {
-                    // Sides up to either of the two pass, or end at, the other one.
+                    // The side up to the farther corner contains the nearer one, and the side from the nearer one the
+                    // farther.
                     self.split(p, far, near, depth + 1);
                     self.split(near, q, far, depth + 1);
                 }
@@ -185,7 +186,7 @@ impl Mesh {
     }
 
     fn corner(&mut self, corner: DVec3) -> usize {
-        // Adding zero makes one number of both zeros.
+        // Adding zero turns -0 into +0.
         let key = (corner + DVec3::ZERO).to_array().map(f64::to_bits);
         *self.corners.entry(key).or_insert_with(|| {
             self.points.push(corner);
@@ -193,7 +194,7 @@ impl Mesh {
         })
     }
 
-    /// All corners from `p` to `q`, without `q`.
+    /// Appends all corners on the side from `p` to `q`, without `q`.
     fn side(&self, p: usize, q: usize, depth: usize, out: &mut Vec<usize>) {
         match self.between.get(&[p.min(q), p.max(q)]) {
             Some(&m) if depth < MAX_SPLITS.0 => {
@@ -228,7 +229,7 @@ impl Mesh {
     }
 }
 
-/// The points of a `COORDINATES_LIST`, in millimetres and in place.
+/// The points of a `COORDINATES_LIST`, in millimetres, moved by `place`.
 fn coordinates(geometry: &Geometry<'_>, id: u64, place: &DAffine3) -> Read<Vec<DVec3>> {
     let rows = geometry.get(id)?.fields("COORDINATES_LIST", 2).list(0)?;
     let point = |row: &Attribute| -> Read<DVec3> {
@@ -240,7 +241,7 @@ fn coordinates(geometry: &Geometry<'_>, id: u64, place: &DAffine3) -> Read<Vec<D
     rows.iter().map(point).collect()
 }
 
-/// A list of lists of numbers.
+/// A list of lists of whole numbers.
 fn lists_of(own: Fields<'_>, index: usize, id: u64) -> Read<Vec<Vec<usize>>> {
     let numbers = |row: &Attribute| -> Option<Vec<usize>> {
         let Attribute::List(row) = row else { return None };

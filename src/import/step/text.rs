@@ -1,4 +1,4 @@
-//! Part 21 bytes to an instance table; instances that break the syntax are cut out one at a time, so that one bad line
+//! Part 21 bytes -> an instance table. Instances with syntax errors are cut out one at a time, so that one bad line
 //! does not cost the file.
 
 use super::options::{StepError, StepOptions};
@@ -11,9 +11,9 @@ use std::borrow::Cow;
 use step_io::{Error, parser};
 
 const MAGIC: &[u8] = b"ISO-10303-21";
-/// The magic may follow a byte order mark or a comment; a file that has not said it by here is something else.
+/// Number of bytes in which the magic must appear. A byte order mark or a comment may precede it.
 const MAGIC_WITHIN: usize = 4096;
-/// Notes about repaired syntax that are listed one by one.
+/// Number of repaired syntax errors that get a note each.
 const LISTED_WARNINGS: usize = 8;
 
 /// Parses the whole text.
@@ -75,8 +75,8 @@ pub(super) fn parse(
     }
 }
 
-/// How many instances a text has, counted before anything is made of them: every `=` that follows a number with its `#`. 0 for
-/// a text that is too short to have more than `limit`. Strings that look like instances are counted too.
+/// Counts the instances of a text before parsing: every `=` that follows `#` and a number, in strings too. 0 for a text
+/// that is too short to have more than `limit`.
 fn entities_in(bytes: &[u8], limit: u64) -> u64 {
     /// As in `#1=A();`
     const SHORTEST: u64 = 7;
@@ -101,13 +101,13 @@ fn file_note(severity: Severity, what: StepOutcome) -> Diagnostic {
     Diagnostic::new(severity, what)
 }
 
-/// Changes the text so that it gets past `error`; says what was done. `None` if nothing can be.
+/// Changes the text so that the parser gets past `error`. Returns the changes, or `None` if there is no remedy.
 fn mend(text: &mut Vec<u8>, error: &Error) -> Option<Vec<Done>> {
-    // What only a later edition allows is no error.
+    // Syntax that a later edition allows is not an error.
     settle(text).or_else(|| Some(vec![cut(text, error)?]))
 }
 
-/// Cuts out what the parser stopped at.
+/// Cuts out the text at which the parser stopped.
 fn cut(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
     let lost = |cut| (Severity::Error, StepOutcome::SyntaxCut { message: error.to_string(), cut });
     let at = match error {
@@ -131,7 +131,7 @@ fn cut(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
     if let Some(done) = cut_behind_end(text, at) {
         return Some(done);
     }
-    // A stray quote shows only where the string that it opens ends, many instances later.
+    // The parser notices a stray quote only at the end of the string that it opens, many instances later.
     let at = runaway_string(text, data).unwrap_or(at);
     let (from, to) = instance_around(text, at)?;
     let number = number(&text[from..to]);
@@ -143,18 +143,18 @@ fn cut(text: &mut Vec<u8>, error: &Error) -> Option<Done> {
     Some(lost(SyntaxCut::Instance(number)))
 }
 
-/// The number of the instance that a stretch of text starts with.
+/// The number of the instance at the start of the text, with its `#`.
 fn number(instance: &[u8]) -> String {
     let digits = instance.iter().skip(1).take_while(|b| b.is_ascii_digit()).take(20);
     std::iter::once('#').chain(digits.map(|b| char::from(*b))).collect()
 }
 
-/// Where the first string starts that runs over the end of an instance into the next one.
+/// Start of the first string that extends over the end of an instance into the next one.
 fn runaway_string(text: &[u8], data: usize) -> Option<usize> {
     let mut start = None;
     for (i, byte) in text.iter().enumerate().skip(data) {
         match (byte, start) {
-            // A doubled quote inside a string ends and opens it; that makes no difference here.
+            // A doubled quote inside a string ends the string and opens it again, which is harmless here.
             (b'\'', None) => start = Some(i),
             (b'\'', Some(_)) => start = None,
             (b';', Some(from)) => {
@@ -175,7 +175,7 @@ fn runaway_string(text: &[u8], data: usize) -> Option<usize> {
     None
 }
 
-/// Puts an empty header in front of the data section, which says nothing that is needed. Lines keep their numbers.
+/// Replaces the header, which holds nothing that is needed, by an empty one. Lines keep their numbers.
 fn new_header(text: &mut Vec<u8>) -> bool {
     const EMPTY: &str = "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');\
                          FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));ENDSEC;";
@@ -189,7 +189,7 @@ fn new_header(text: &mut Vec<u8>) -> bool {
     true
 }
 
-/// Byte range of the instance that `at` lies in: from its `#` to behind its `;`.
+/// Byte range of the instance that contains `at`: from its `#` to after its `;`.
 fn instance_around(text: &[u8], at: usize) -> Option<(usize, usize)> {
     let data = data_section(text)?;
     let starts = |i: usize| text[i] == b'#' && last_ink(text, i) == Some(b';');
@@ -200,7 +200,7 @@ fn instance_around(text: &[u8], at: usize) -> Option<(usize, usize)> {
     Some((from, to))
 }
 
-/// Where instance `id` is defined on or after a line counted from 1.
+/// Position where instance `id` is defined, on or after `line` (counted from 1).
 fn repeat_of(text: &[u8], id: u64, line: u32) -> Option<u64> {
     let start = match (line as usize).checked_sub(2) {
         None => 0,
@@ -222,7 +222,7 @@ fn next_ink(text: &[u8], after: usize) -> Option<u8> {
     text[after + 1..].iter().copied().find(|b| !b.is_ascii_whitespace())
 }
 
-/// Ends a text that stops in the data section: cuts the unfinished instance and closes section and file.
+/// Repairs a text that stops in the data section: cuts the unfinished instance and closes section and file.
 fn close(text: &mut Vec<u8>) -> bool {
     const END: &[u8] = b"\nENDSEC;\nEND-ISO-10303-21;\n";
     let Some(data) = data_section(text) else { return false };
@@ -235,7 +235,7 @@ fn close(text: &mut Vec<u8>) -> bool {
     true
 }
 
-/// What a file that is not Part 21 seems to be.
+/// Guesses the format of a file that is not Part 21 text.
 fn guess(bytes: &[u8]) -> &'static str {
     match bytes {
         [] => "an empty file",
@@ -244,6 +244,6 @@ fn guess(bytes: &[u8]) -> &'static str {
         _ if bytes.starts_with(b"<?xml") => "XML: export Part 21 text (.stp, .step) instead",
         _ if bytes.starts_with(b"solid") => "an STL mesh: export STEP from the CAD system",
         _ if bytes.get(72) == Some(&b'S') => "IGES: export STEP from the CAD system",
-        _ => "no Part 21 text: check that it was downloaded or exported whole",
+        _ => "no Part 21 text: check that the download or export is complete",
     }
 }

@@ -13,7 +13,7 @@ use crate::model::{Colour, Diagnostic, Instance, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
 
-/// A part that will be read.
+/// A part to read.
 pub(super) struct PlannedPart {
     pub(super) name: String,
     pub(super) gathered: Gathered,
@@ -27,17 +27,17 @@ pub(super) struct Tree<'a> {
     options: &'a StepOptions,
     groups: Vec<Group>,
     gather: Gather<'a>,
-    /// For each group: not looked at yet, without geometry, or the part it makes.
+    /// For each group: `None` if not yet visited, `Some(None)` without geometry, else its part.
     parts: Vec<Option<Option<PartId>>>,
     pub(super) planned: Vec<PlannedPart>,
     pub(super) instances: Vec<Instance>,
-    /// Occurrences walked through, assemblies included.
+    /// Number of visited occurrences, assemblies included.
     pub(super) visits: u64,
-    /// Groups from the root to here.
+    /// Groups from the root to the current one.
     path: Vec<usize>,
-    /// Groups that have been reached.
+    /// Visited groups.
     reached: HashSet<usize>,
-    /// Occurrences left out because they would never end, each reported once.
+    /// Occurrences left out as cyclic, each reported once.
     cyclic: HashSet<(usize, usize)>,
     pub(super) diagnostics: Vec<Diagnostic>,
 }
@@ -72,7 +72,7 @@ impl<'a> Tree<'a> {
         tree
     }
 
-    /// Takes what could not be placed, with all that is placed in it, so that it does not come out as something left over.
+    /// Takes groups that could not be placed, with their children, so that they do not become leftovers.
     fn withhold(&mut self) {
         let mut queue: Vec<usize> = (0..self.groups.len()).filter(|g| self.groups[*g].misplaced).collect();
         while let Some(group) = queue.pop() {
@@ -94,7 +94,7 @@ impl<'a> Tree<'a> {
     }
 
     pub(super) fn expand(&mut self) {
-        // Products nobody uses are the roots; then representations outside products; then what is left in cycles.
+        // Roots are unused products, then representations without a product. The rest is in cycles.
         let count = self.groups.len();
         let roots = (0..count).filter(|g| self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
         let bare = (0..count).filter(|g| !self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
@@ -116,7 +116,7 @@ impl<'a> Tree<'a> {
         self.tell_aside();
     }
 
-    /// Takes the items of supplemental representations that are not asked for, so that they do not come out as leftovers.
+    /// Takes the items of skipped supplemental representations, so that they do not become leftovers.
     fn leave_out_supplemental(&mut self) {
         if self.options.supplemental {
             return;
@@ -127,7 +127,8 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// Tells what is no part of a shape: counts per representation, or each surface that was asked for and cannot be meshed.
+    /// Reports items that do not belong to a shape: counts per representation, and each supplemental surface that
+    /// cannot be meshed.
     fn tell_aside(&mut self) {
         for (representation, items) in std::mem::take(&mut self.gather.aside) {
             let mut counts: BTreeMap<String, usize> = BTreeMap::new();
@@ -180,7 +181,7 @@ impl<'a> Tree<'a> {
         self.path.pop();
     }
 
-    /// The part that a group's own items make; the same for all its occurrences.
+    /// The part of a group's own items, shared by all its occurrences.
     fn part(&mut self, group: usize) -> Option<PartId> {
         if let Some(known) = self.parts[group] {
             return known;
@@ -201,7 +202,7 @@ impl<'a> Tree<'a> {
         part
     }
 
-    /// Adds the items of a group; its colour, if it has one as a whole.
+    /// Adds the items of a group. Returns the group's colour, if it has one.
     fn gather_group(&mut self, group: usize, gathered: &mut Gathered) -> Option<Colour> {
         let mut colour = None;
         for id in &self.groups[group].representations {
@@ -215,7 +216,7 @@ impl<'a> Tree<'a> {
                     self.gather.put_aside(item);
                     continue;
                 }
-                // A representation that no product owns may only repeat what a product has.
+                // A representation without a product may only repeat items of a product.
                 if self.groups[group].product || !self.gather.taken.contains(&item) {
                     self.gather.item(item, units, gathered);
                 }

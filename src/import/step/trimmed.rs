@@ -1,4 +1,4 @@
-//! Rectangular trimmed surfaces outside faces to surfaces that end where they are trimmed: NURBS cut at the four parameters.
+//! Rectangular trimmed surfaces without topology -> NURBS surfaces cut at the four trim parameters.
 
 use super::place::Geometry;
 use super::spline;
@@ -40,7 +40,7 @@ impl Geometry<'_> {
             let (first, second) = (at(1 + 2 * axis)?, at(2 + 2 * axis)?);
             let (from, mut to) = if own.flag(5 + axis, true) { (first, second) } else { (second, first) };
             if to <= from {
-                // A trim that runs through the seam of a closed surface.
+                // The trim crosses the seam of a closed surface.
                 to += on.surface.period()[axis].unwrap_or(0.0);
             }
             if to <= from {
@@ -49,7 +49,7 @@ impl Geometry<'_> {
                     StepTrouble::SurfaceTrim { range: (first, second), beyond: false },
                 ));
             }
-            // More than there is would lie there twice.
+            // More than one period would cover the surface twice.
             let most = match on.surface.period()[axis] {
                 Some(period) => (from, to.min(from + period)),
                 None => (from.max(whole[axis].0), to.min(whole[axis].1)),
@@ -78,13 +78,13 @@ impl Geometry<'_> {
     }
 }
 
-/// The part of a surface over `u` × `v`, held to its domain.
+/// The part of a surface over `u` × `v`, clamped to its domain.
 fn piece(net: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface {
     let along_v = cut_rows(net, v);
     transposed(&cut_rows(&transposed(&along_v), u))
 }
 
-/// Cuts every row, which runs along v.
+/// Cuts every row of the net along v.
 fn cut_rows(net: &NurbsSurface, v: (f64, f64)) -> NurbsSurface {
     let width = net.count_v();
     let (mut points, mut weights, mut knots_v) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,5 +1,5 @@
-//! Curves turned about an axis: the part of an unbounded one that sweeps over a face, and the one sheet of a surface whose
-//! profile meets its axis on the way.
+//! Profiles of surfaces of revolution -> the part of an unbounded profile that sweeps over a face; the sheet of a face
+//! on a surface whose profile meets its axis.
 
 use super::curve::Carrier;
 use super::spline;
@@ -7,19 +7,20 @@ use super::stated::{Reached, Stated, extent, reaching, widened};
 use crate::model::{Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::{DVec2, DVec3};
 
-/// Share of the profile's size within which it meets the axis: axis directions are printed with as few as seven digits.
+/// A profile point within this share of the profile's size lies on the axis: files print axis directions with as few as
+/// seven digits.
 const ON_AXIS: f64 = 1e-7;
-/// Share of the profile's size within which one that changes sides of the axis passes it, for an offset: rounded points leave
-/// them skew, and turn the normal around within that.
+/// For offsets: a profile that changes sides within this share of its size crosses the axis. Rounded points leave
+/// profile and axis skew, and the normal flips in between.
 const PASSING: f64 = 1e-3;
-/// Share of the boundary's size within which it lies on a sheet as well as on another one.
+/// Sheets whose distances from a boundary point differ by less than this share of the boundary's size both contain it.
 const SAME_SHEET: f64 = 1e-3;
-/// Share of the profile's size within which two of its sheets are the same surface.
+/// Sheets within this share of the profile's size are the same surface.
 const COINCIDENT: f64 = 1e-6;
 /// Samples of a profile per control point.
 const SAMPLES: usize = 16;
 
-/// The part of a line whose turns about the axis pass through all of `reach`; it may pass the axis.
+/// The part of a line that sweeps over all of `reach` when rotated; it may cross the axis.
 pub(super) fn line(frame: &Frame3, point: DVec3, along: DVec3, reach: &Reached) -> Option<NurbsCurve3> {
     let (start, step) = (frame.local(point), along.try_normalize()?);
     let climb = step.dot(frame.z);
@@ -36,19 +37,19 @@ pub(super) fn line(frame: &Frame3, point: DVec3, along: DVec3, reach: &Reached) 
         let (from, to) = widened(low, high)?;
         return Some(NurbsCurve3::line(point + step * from, point + step * to));
     }
-    // A line across the axis sweeps a flat ring: heights say nothing, distances from the axis do.
+    // A line perpendicular to the axis sweeps a flat ring: distances from the axis bound it, not heights.
     let middle = -flat(start).dot(direction);
     let closest = (flat(start) + direction * middle).length_squared();
     let far = reach.hull.iter().map(|p| (flat(frame.local(*p)).length_squared() - closest).max(0.0).sqrt());
     let (near, far) = extent(far)?;
     let (_, far) = widened(near, far)?;
-    // Keep to the side of the axis on which the stated point lies.
+    // Stay on the side of the axis of the stated point.
     let (low, high) = if middle <= 0.0 { (middle, middle + far) } else { (middle - far, middle) };
     Some(NurbsCurve3::line(point + step * low, point + step * high))
 }
 
-/// The part of a parabola or of a hyperbola's branch, in a plane through the axis, whose turns about the axis pass through
-/// all of `reach`; it may pass the axis.
+/// The part of a parabola or of a hyperbola's branch, in a plane through the axis, that sweeps over all of `reach` when
+/// rotated; it may cross the axis.
 pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &Reached) -> Option<NurbsCurve3> {
     let (plane, tip) = match carrier {
         Carrier::Hyperbola { frame, a, .. } => (frame, frame.origin + frame.x * *a),
@@ -61,7 +62,7 @@ pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &Reached) -> Optio
     if frame.z.dot(plane.z).abs() > ON_AXIS || across.abs() > ON_AXIS * size.max(plane.origin.distance(frame.origin)) {
         return None;
     }
-    // Of two sides that are as good, the one where the conic's parameter is positive.
+    // If both sides fit, take the one of positive conic parameters.
     let out = if out.dot(plane.y) < -ON_AXIS { -out } else { out };
     let miss = |p: DVec3| {
         let at = plane.local(p);
@@ -78,20 +79,20 @@ pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &Reached) -> Optio
         if miss(near) <= miss(far) + COINCIDENT * size { near } else { far }
     };
     let mut points: Vec<DVec3> = reach.hull.iter().chain(&reach.on).map(turned).collect();
-    // A boundary at one height encloses the tip, if that is on the axis.
+    // The boundary may enclose the tip, if that is on the axis.
     if meridian(frame, tip).x <= ON_AXIS * size && !points.is_empty() {
         points.push(tip);
     }
     reaching(carrier, &points, |p, _| *p)
 }
 
-/// Distance from the axis and height.
+/// Distance from the axis, and height.
 fn meridian(frame: &Frame3, p: DVec3) -> DVec2 {
     let local = frame.local(p);
     DVec2::new(local.x.hypot(local.y), local.z)
 }
 
-/// How large a profile is, with its distance from the axis.
+/// Size of a profile, including its distance from the axis.
 fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
     let Some(first) = curve.points.first().map(|p| meridian(frame, *p)) else { return 0.0 };
     let away = |p: &DVec3| {
@@ -101,8 +102,8 @@ fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
     curve.points.iter().map(away).fold(0.0, f64::max)
 }
 
-/// The parameters inside a profile's domain where it meets the axis, in order: where its distance from it is smallest. Within
-/// `share` of its size, if it changes sides there.
+/// Inner parameters where a profile meets the axis, increasing: local minima of its distance that are on the axis, or
+/// within `share` of the profile's size if it changes sides there.
 fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
     let (a, b) = curve.domain();
     let size = size(curve, frame);
@@ -127,7 +128,7 @@ fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
             let middle = 0.5 * (low + high);
             if slope(middle) < 0.0 { low = middle } else { high = middle }
         }
-        // A cut beside a knot would leave a span of no length.
+        // A cut next to a knot would leave an empty span.
         let knot = curve.knots.iter().copied().find(|k| (k - high).abs() <= 1e-9 * (b - a));
         let t = knot.unwrap_or(high);
         let point = curve.point(t);
@@ -143,8 +144,8 @@ fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
     found
 }
 
-/// A profile cut where it meets the axis, the piece with its start first; none if it does not meet the axis on the way, or
-/// pass it within `share` of its size. The cut ends lie on the axis exactly.
+/// Cuts a profile where it meets the axis, or crosses it within `share` of its size. The piece with the profile's start
+/// comes first. Empty if there is no cut. Cut ends lie exactly on the axis.
 fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurve3> {
     let (a, b) = curve.domain();
     let mut cuts = axis_points(curve, frame, share);
@@ -178,7 +179,7 @@ fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurv
     pieces
 }
 
-/// A profile turned into the half plane beside its axis, as a polygon.
+/// A profile rotated into the half plane of distance and height, as a polyline.
 struct Meridian(Vec<DVec2>);
 
 impl Meridian {
@@ -198,19 +199,19 @@ impl Meridian {
         self.0.windows(2).map(to).fold(f64::INFINITY, f64::min)
     }
 
-    /// How far its points are from another one, at most.
+    /// Largest distance of its points from another one.
     fn beyond(&self, other: &Self) -> f64 {
         self.0.iter().map(|p| other.distance(*p)).fold(0.0, f64::max)
     }
 }
 
-/// At most 1024 of some points: each is compared with every step of a profile.
+/// At most 1024 of the points, since each is compared with every step of a profile.
 fn thinned(points: &[DVec3]) -> impl Iterator<Item = &DVec3> {
     points.iter().step_by(points.len().div_ceil(1024).max(1))
 }
 
-/// The part of a turned profile between two meetings with the axis whose surface passes nearest to `on`. Where the profile
-/// passes the axis the normal changes sides, and an offset falls into separate sheets.
+/// The piece of a profile between two meetings with the axis whose surface is nearest to `on`. At a crossing with the
+/// axis the normal flips, so that an offset separates into sheets.
 pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsCurve3 {
     let miss = |piece: &NurbsCurve3| -> f64 {
         let profile = Meridian::new(piece, frame);
@@ -220,12 +221,12 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
     pieces.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| curve.clone(), |(_, piece)| piece)
 }
 
-/// A surface of revolution whose profile meets the axis on the way as the one sheet on which a face's boundary `on` lies,
-/// a sphere where it is one; any other surface as it is.
+/// Reduces a surface of revolution whose profile meets the axis to the one sheet that contains a face's boundary `on`,
+/// as a sphere if it is one. Other surfaces are unchanged.
 ///
-/// Sheets that coincide (a circle turned about its diameter) are one: that of the profile's start. A profile with two ends
-/// keeps all of its sheets where the boundary lies on several of them; so does one whose face has no boundary. A closed one
-/// is refused there: nothing tells what of it is meant.
+/// Sheets that coincide (a circle rotated about its diameter) count as one: that of the profile's start. If the
+/// boundary lies on several sheets, an open profile keeps them all, and a closed one is refused, because the sheet is
+/// ambiguous. Without a boundary, all sheets are kept.
 pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Result<Stated, StepTrouble> {
     let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
     let pieces = cut_at_axis(curve, frame, ON_AXIS);
@@ -263,6 +264,7 @@ pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Resu
 }
 
 /// The sphere that a half circle between two points of the axis sweeps, and whether the sweep's normal points inwards.
+/// `None` for other profiles.
 fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
     let (a, b) = piece.domain();
     let ends = [a, b].map(|t| meridian(frame, piece.point(t)));
@@ -271,7 +273,7 @@ fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
     let origin = frame.origin + frame.z * (0.5 * (ends[0].y + ends[1].y));
     let [middle, tangent] = piece.tangent(0.5 * (a + b));
     let side = frame.z.cross(middle - origin).try_normalize()?;
-    // A span of degree p that is not on the circle meets it no more than 2 p times.
+    // A span of degree p that is not on the circle meets it at most 2 p times.
     let samples = (2 * piece.degree + 1) * piece.points.len();
     let on = |i: usize| {
         let out = piece.point(a + (b - a) * i as f64 / samples as f64) - origin;

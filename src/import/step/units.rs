@@ -1,29 +1,29 @@
-//! Unit contexts of representations to factors: millimetres per length unit, radians per angle unit.
+//! Unit contexts of representations -> millimetres per length unit, radians per angle unit.
 
 use super::table::{Entity, MAX_DEPTH, Map, Table};
 
-/// What the numbers of one representation mean.
+/// Units and tolerance of one representation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Units {
     /// Millimetres per length unit.
     pub(super) length: f64,
     /// Radians per plane angle unit.
     pub(super) angle: f64,
-    /// The file's stated uncertainty, or a customary one; millimetres.
+    /// The stated uncertainty, else 1e-5; within 1e-7 to 0.01. Millimetres.
     pub(super) tolerance: f64,
 }
 
 impl Units {
-    /// Millimetres and radians: what a file means that says nothing.
+    /// Millimetres and radians, for files that state no units.
     pub(super) const DEFAULT: Self = Self { length: 1.0, angle: 1.0, tolerance: 1e-5 };
 }
 
-/// The factors of every context of the file.
+/// Units of every context of the file.
 pub(super) struct Contexts {
     known: Map<u64, Units>,
-    /// The first context with units in the file, for geometry that no representation owns.
+    /// Units of the first context that has any, for geometry without a representation.
     pub(super) first: Units,
-    /// Whether any context names a length unit.
+    /// Whether any context states a length unit.
     pub(super) stated: bool,
 }
 
@@ -41,13 +41,13 @@ impl Contexts {
         Self { known, first: first.unwrap_or(Units::DEFAULT), stated: first.is_some() }
     }
 
-    /// Units of a representation's context; the file's first ones where it has none.
+    /// Units of a representation's context, else the file's first.
     pub(super) fn of(&self, context: Option<u64>) -> Units {
         context.and_then(|id| self.known.get(&id).copied()).unwrap_or(self.first)
     }
 }
 
-/// `None` when the context names no length unit.
+/// Units of a context; `None` if it states no length unit.
 fn units_of(table: &Table, context: Entity<'_>) -> Option<Units> {
     let mut units = Units::DEFAULT;
     let mut length = None;
@@ -69,7 +69,8 @@ fn units_of(table: &Table, context: Entity<'_>) -> Option<Units> {
             }
         })
     });
-    // Writers state anything from 1e-9 to a tenth of the part; outside these bounds it says nothing about the geometry.
+    // Writers state anything from 1e-9 to a tenth of the part. Values outside these bounds say nothing about the
+    // geometry.
     units.tolerance = uncertainty.unwrap_or(Units::DEFAULT.tolerance).clamp(1e-7, 0.01);
     Some(units)
 }
@@ -87,14 +88,14 @@ enum UnitKind {
     Angle,
 }
 
-/// What a unit measures, and how many metres or radians it is.
+/// Kind of a unit, and its size in metres or radians.
 fn factor(table: &Table, id: u64, depth: usize) -> Option<(UnitKind, f64)> {
     if depth > MAX_DEPTH {
         return None;
     }
     let unit = table.find(id)?;
     if unit.is("CONVERSION_BASED_UNIT") {
-        // A simple instance states its dimensions first; in a complex one they stand in NAMED_UNIT.
+        // A simple instance states its dimensions first; a complex one states them in NAMED_UNIT.
         let conversion = unit.fields("CONVERSION_BASED_UNIT", 1).reference(1).ok()?;
         let (value, base) = measure(table, conversion)?;
         let (kind, base) = factor(table, base, depth + 1)?;

@@ -1,11 +1,12 @@
-//! Patterns of an enum's variants -> `code()` of each, and the list of all codes, so that neither can lack one.
+//! Patterns of an enum's variants -> `code()` of each and the list of all codes. Generated together, so that neither
+//! can miss one.
 
-/// Gives an enum a stable code for each variant. Variants that hold another such enum pass its code on:
-/// they come after the semicolon, with the enum that they hold.
+/// Implements `code` and `codes`: a stable code for each variant. Variants that wrap another such enum pass on its
+/// code; they follow the semicolon, with the type that they wrap.
 macro_rules! codes {
     ($of:ident { $($pattern:pat => $code:literal),* $(; $($inner:ident in $outer:pat => $held:expr),*)? }) => {
         impl $of {
-            /// Its stable code, as reports and `docs/diagnostics.md` have it.
+            /// The stable code, as in reports and `docs/diagnostics.md`.
             #[must_use]
             pub fn code(&self) -> &'static str {
                 match self {

@@ -1,88 +1,88 @@
-//! What is wrong with a face, or was done to it.
+//! Defects and repairs of faces.
 
 use super::face_error::FaceError;
 use super::trim::TrimTrouble;
 use glam::DVec2;
 use std::fmt;
 
-/// What is wrong with a face, or was done to it.
+/// Defect or repair of a face.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FaceTrouble {
-    /// It has no tiles: an error, or a note where nothing is lost, because it has no area or the trims keep nothing of it.
+    /// The face has no tiles. An error, or a note if nothing is lost: it has no area, or the trims keep nothing of it.
     Unusable(FaceError),
-    /// It could not be used as stated; its loops are filled in space.
+    /// The face could not be meshed as stated; its loops are filled in space.
     Filled {
         /// Why.
         cause: FaceError,
-        /// The area that its loops enclose in the plane that fits them best, mm².
+        /// The area that its loops enclose in their best-fit plane, mm².
         area_mm2: f64,
     },
-    /// What was done to a free trimming curve of it.
+    /// A repair of a free trimming curve.
     Trim(TrimTrouble),
-    /// Edges that a wire runs both ways were left out.
+    /// A wire uses edges in both directions; they were left out.
     BothWays,
-    /// A loop is given twice; it was taken once.
+    /// A loop is given twice and was used once.
     LoopTwice,
-    /// The image of a loop on the surface misses its start.
+    /// The pcurves of a loop do not close.
     LoopMissesStart {
-        /// By how much in space, millimetres.
+        /// Width of the gap in space, millimetres.
         gap_mm: f64,
     },
-    /// Images of edges crossed where the edges do not; they were moved apart.
+    /// Pcurves crossed where their edges do not; they were moved apart.
     ImagesMoved {
-        /// How far, millimetres.
+        /// Largest displacement, millimetres.
         by_mm: f64,
     },
-    /// The boundary crosses itself; lobes wound around backwards were turned.
+    /// The boundary crosses itself; lobes with negative winding numbers were reversed.
     LobesTurned {
         /// How many.
         lobes: usize,
         /// Their area, mm².
         area_mm2: f64,
     },
-    /// No loop bounds it on one side; it ends where its surface does.
+    /// No loop bounds the face on one side; it ends at the border of its surface.
     EndsWithSurface {
         /// The direction across that side: 0 for u, 1 for v.
         axis: usize,
         /// Where it ends, in the surface's parameter.
         at: f64,
     },
-    /// It could not be cut as wanted; it has fewer tiles.
+    /// The face could not be cut as planned; it has fewer tiles.
     FewerTiles {
-        /// Where the wanted cuts failed, (u, v).
+        /// Where the planned cuts failed, (u, v).
         at: DVec2,
     },
-    /// The boundary crosses or overlaps itself; each point is covered as often as the boundary winds around it.
+    /// The boundary crosses or overlaps itself. Each point is covered as often as its winding number says.
     Crosses,
-    /// The same, in too many places to find them all.
+    /// Like [`Crosses`](FaceTrouble::Crosses), in too many places to find them all.
     Scribble,
-    /// Edges lie off the surface; the mesh follows the edges there.
+    /// Edges lie off the surface; the mesh follows the edges.
     EdgesOffSurface {
         /// Largest distance, millimetres.
         gap_mm: f64,
     },
-    /// A loop runs as the file states it, because the shell is closed that way only.
+    /// A loop keeps the direction that the file states, because only then is the shell closed.
     LoopAsStated,
-    /// The loops of its tiles do not sum to its own, and were closed.
+    /// The loops of the face's tiles do not sum to its own and were closed.
     TilesClosed {
-        /// Loops that were added.
+        /// Number of added loops.
         loops: usize,
-        /// Straight edges that were added.
+        /// Number of added straight edges.
         joints: usize,
-        /// Length of the longest of them, millimetres.
+        /// Length of the longest added edge, millimetres.
         longest_mm: f64,
     },
-    /// Ends of edges that lie apart were joined.
+    /// Gaps between ends of edges were closed by straight edges.
     EndsJoined {
-        /// Straight edges that were added.
+        /// Number of added straight edges.
         joints: usize,
-        /// Length of the longest of them, millimetres.
+        /// Length of the longest added edge, millimetres.
         longest_mm: f64,
     },
-    /// The loops of its tiles cannot be closed; its own are filled in space.
+    /// The loops of the face's tiles cannot be closed; its own loops are filled in space.
     TilesFilled,
-    /// The loops of its tiles cannot be closed, and it has none of its own: it is lost.
+    /// The loops of the face's tiles cannot be closed, and it has no loops of its own: it is lost.
     TilesLost,
 }
 
@@ -114,47 +114,48 @@ impl fmt::Display for FaceTrouble {
                 write!(f, "{cause}; its loops are filled in space, with about {area_mm2:.3e} mm²")
             }
             Self::Trim(trim) => trim.fmt(f),
-            Self::BothWays => write!(f, "edges that a wire runs both ways were left out: they bound nothing"),
-            Self::LoopTwice => write!(f, "a loop is given twice; it was taken once"),
-            Self::LoopMissesStart { gap_mm } => write!(f, "the image of a loop misses its start by {gap_mm:.3e} mm"),
+            Self::BothWays => write!(f, "edges that a wire uses in both directions were left out: they bound nothing"),
+            Self::LoopTwice => write!(f, "a loop is given twice and was used once"),
+            Self::LoopMissesStart { gap_mm } => write!(f, "the pcurves of a loop miss its start by {gap_mm:.3e} mm"),
             Self::ImagesMoved { by_mm } => {
-                write!(f, "images of edges crossed where the edges do not; they were moved apart, by {by_mm:.3e} mm")
+                write!(f, "pcurves crossed where their edges do not; they were moved apart by {by_mm:.3e} mm")
             }
             Self::LobesTurned { lobes, area_mm2 } => {
                 let noun = if *lobes == 1 { "lobe" } else { "lobes" };
                 write!(
                     f,
-                    "the boundary crosses itself; {lobes} {noun} of about {area_mm2:.3e} mm², wound around backwards, turned"
+                    "the boundary crosses itself; reversed {lobes} {noun} of about {area_mm2:.3e} mm² that ran backwards"
                 )
             }
             Self::EndsWithSurface { axis, at } => {
-                write!(f, "no loop bounds the face at {} = {at:.6}; it ends where its surface does", ['u', 'v'][*axis])
+                write!(f, "no loop bounds the face at {} = {at:.6}; it ends with its surface", ['u', 'v'][*axis])
             }
             Self::FewerTiles { at } => {
-                write!(f, "the boundary cannot be cut around (u, v) = ({:.6}, {:.6}); kept as fewer tiles", at.x, at.y)
+                write!(f, "the face cannot be cut at (u, v) = ({:.6}, {:.6}); it has fewer tiles", at.x, at.y)
             }
-            Self::Crosses => write!(f, "the boundary crosses or overlaps itself; it is covered as often as it winds"),
+            Self::Crosses => write!(f, "the boundary crosses or overlaps itself; areas are covered by winding number"),
             Self::Scribble => write!(
                 f,
-                "the boundary comes near to itself in too many places to find them all; it is covered as often as it winds"
+                "the boundary comes near to itself in too many places to find them all; areas are covered by winding \
+                 number"
             ),
             Self::EdgesOffSurface { gap_mm } => {
-                write!(f, "edges lie up to {gap_mm:.3e} mm off the surface; the mesh follows the edges there")
+                write!(f, "edges lie up to {gap_mm:.3e} mm off the surface; the mesh follows the edges")
             }
             Self::LoopAsStated => {
-                write!(f, "a loop runs as the file states it; turned as it lies, the shell would be open there")
+                write!(f, "a loop keeps the file's direction: reversed to suit its region, it would open the shell")
             }
             Self::TilesClosed { loops, joints, longest_mm } => write!(
                 f,
-                "its tiles' loops do not sum to its own; {loops} loops and {joints} straight edges of up to \
+                "the loops of its tiles do not sum to its own; {loops} loops and {joints} straight edges of up to \
                  {longest_mm:.3e} mm close them"
             ),
             Self::EndsJoined { joints, longest_mm } => write!(
                 f,
-                "ends of edges that lie up to {longest_mm:.3e} mm apart are joined by {joints} straight edges"
+                "gaps of up to {longest_mm:.3e} mm between ends of edges are closed by {joints} straight edges"
             ),
-            Self::TilesFilled => write!(f, "its tiles' loops cannot be closed; its own are filled in space"),
-            Self::TilesLost => write!(f, "its tiles' loops cannot be closed, and it has none of its own"),
+            Self::TilesFilled => write!(f, "the loops of its tiles cannot be closed; its own are filled in space"),
+            Self::TilesLost => write!(f, "the loops of its tiles cannot be closed, and it has none of its own"),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Why a face cannot be used as stated.
+//! Why a face cannot be meshed as stated.
 
 use super::region_error::RegionError;
 use super::step::StepCause;
@@ -6,68 +6,68 @@ use crate::model::{SurfaceError, TrimError};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
-/// Why a face cannot be used as stated.
+/// Why a face cannot be meshed as stated.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FaceError {
-    /// The surface is unsound.
+    /// The surface is invalid.
     Surface(SurfaceError),
-    /// The surface was not read, for this reason.
+    /// The surface was not read.
     Refused(StepCause),
-    /// The loops bound no region.
+    /// The loops enclose no region.
     Region(RegionError),
-    /// Where the region must be cut the winding numbers of the loops do not add up, whatever the cuts.
+    /// The region cannot be cut into tiles: the winding numbers of its loops do not add up there, whatever the cuts.
     Tangled {
         /// Where, (u, v).
         at: DVec2,
         /// Where in space, millimetres.
         place: DVec3,
     },
-    /// The boundary is nowhere near the surface.
+    /// The edges are nowhere near the surface.
     OffSurface {
         /// Largest distance between edges and surface, millimetres.
         gap_mm: f64,
         /// Size of the face, millimetres.
         extent_mm: f64,
     },
-    /// No loop has a lobe that runs backwards.
+    /// No lobe of the boundary runs backwards.
     NoLobes,
-    /// A defect of this crate.
+    /// A bug in this crate.
     Internal(String),
-    /// A free trimming curve is unsound.
+    /// A free trimming curve is invalid.
     Trim {
         /// Which of the face's curves.
         curve: usize,
         /// Why.
         error: TrimError,
     },
-    /// Free trims on a surface without extent, or whose curves have none where the surface does not end.
+    /// Free trims have no domain: the surface has no extent, or is unbounded where the curves have no extent.
     NoDomain {
-        /// Lower corner of what they reach, (u, v).
+        /// Lower corner of their box, (u, v).
         low: DVec2,
-        /// Upper corner.
+        /// Upper corner of their box, (u, v).
         high: DVec2,
     },
-    /// Free trims keep a part of the surface that does not end.
+    /// Free trims keep an unbounded part of the surface.
     Unbounded {
         /// The direction: 0 for u, 1 for v.
         axis: usize,
     },
-    /// Free trims cannot be told apart.
+    /// Free trimming curves are too close to each other to be separated.
     TrimsTangled {
         /// Where, (u, v).
         at: DVec2,
         /// Where in space, millimetres.
         place: DVec3,
     },
-    /// The trims keep nothing of the face.
+    /// Free trims keep nothing of the face.
     NothingKept,
     /// The surface is a point or a curve.
     NoArea {
         /// Size of the box around it, millimetres.
         size_mm: f64,
     },
-    /// The surface is smaller than the spacing of numbers where it is.
+    /// The surface is smaller than the spacing of numbers at its coordinates.
     Unresolved {
         /// Its width, millimetres.
         size_mm: f64,
@@ -114,26 +114,26 @@ impl fmt::Display for FaceError {
             Self::Refused(cause) => write!(f, "the surface was not read: {cause}"),
             Self::Region(e) => e.fmt(f),
             Self::Tangled { at, .. } => {
-                write!(f, "the boundary cannot be cut around (u, v) = ({:.6}, {:.6})", at.x, at.y)
+                write!(f, "the face cannot be cut into tiles at (u, v) = ({:.6}, {:.6})", at.x, at.y)
             }
             Self::OffSurface { gap_mm, extent_mm } => {
-                write!(f, "edges lie {gap_mm:.3e} mm off the surface of a face of {extent_mm:.3e} mm")
+                write!(f, "edges lie {gap_mm:.3e} mm off the surface; the face is {extent_mm:.3e} mm across")
             }
             Self::NoLobes => write!(f, "no lobe of the boundary runs backwards"),
             Self::Internal(what) => write!(f, "internal error: {what}"),
             Self::Trim { curve, error } => write!(f, "free trimming curve {curve}: {error}"),
             Self::NoDomain { low, high } => write!(
                 f,
-                "free trims need a surface or curves with an extent; these reach from ({}, {}) to ({}, {}) in (u, v)",
+                "free trims need a surface or curves with an extent; these extend from ({}, {}) to ({}, {}) in (u, v)",
                 low.x, low.y, high.x, high.y
             ),
             Self::Unbounded { axis } => write!(
                 f,
-                "the trimming curves keep a part that does not end in {}, and neither does the surface",
+                "the trimming curves keep a part that is unbounded in {}, and so is the surface",
                 ['u', 'v'][*axis]
             ),
             Self::TrimsTangled { at, .. } => {
-                write!(f, "the trimming curves cannot be told apart around (u, v) = ({:.6}, {:.6})", at.x, at.y)
+                write!(f, "the trimming curves cannot be separated around (u, v) = ({:.6}, {:.6})", at.x, at.y)
             }
             Self::NothingKept => write!(f, "the trimming curves keep nothing of the face"),
             Self::NoArea { size_mm } => {
@@ -141,25 +141,26 @@ impl fmt::Display for FaceError {
             }
             Self::Unresolved { size_mm, coordinates_mm } => write!(
                 f,
-                "the surface is {size_mm:e} mm wide, which numbers cannot tell apart at coordinates of {coordinates_mm:e} mm"
+                "the surface is {size_mm:e} mm wide, below the spacing of numbers at coordinates of {coordinates_mm:e} \
+                 mm"
             ),
             Self::TooLarge { coordinates_mm } => {
-                write!(f, "coordinates of {coordinates_mm:e} mm are too large to calculate with")
+                write!(f, "coordinates of {coordinates_mm:e} mm are too large: their products overflow")
             }
             Self::Thin { axis, extent } => {
-                write!(f, "the kept region is only {extent:e} wide in {}", ['u', 'v'][*axis])
+                write!(f, "the region is only {extent:e} wide in {}", ['u', 'v'][*axis])
             }
         }
     }
 }
 
 impl FaceError {
-    /// Whether seams that are taken for boundaries may be the cause.
+    /// Whether the cause may be that seams are treated as boundaries.
     pub(crate) fn may_be_seams(&self) -> bool {
         matches!(self, Self::Region(_) | Self::Tangled { .. })
     }
 
-    /// Where, if it is anywhere more than elsewhere on the face.
+    /// The place in space, millimetres, if the error has one.
     #[must_use]
     pub fn place(&self) -> Option<DVec3> {
         match self {

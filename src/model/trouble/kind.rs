@@ -1,4 +1,4 @@
-//! All kinds of diagnostics, by the stage that makes them.
+//! All kinds of diagnostics, by stage.
 
 use super::border::BorderTrouble;
 use super::face::FaceTrouble;
@@ -10,18 +10,18 @@ use super::wire::WireTrouble;
 use crate::model::PartId;
 use std::fmt;
 
-/// What a diagnostic tells, with numbers: one enum per stage.
+/// Kind of a diagnostic, with numbers: one enum per stage.
 ///
-/// `Display` writes the words, [`code`](Self::code) is a stable name for programs. Lengths are millimetres in the part's
-/// coordinates.
+/// `Display` writes the message; [`code`](Self::code) is a stable name for programs. Lengths are millimetres in the
+/// part's coordinates.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum DiagnosticKind {
-    /// Prepare: an instance places a part that does not exist, and was left out.
+    /// Prepare: an instance refers to a part that does not exist and was left out.
     NoPart {
         /// The instance's name.
         instance: String,
-        /// The part that it names.
+        /// The part that it refers to.
         part: PartId,
         /// How many parts there are.
         parts: usize,
@@ -38,9 +38,9 @@ pub enum DiagnosticKind {
     Shell(ShellTrouble),
     /// Frame: a tile or an edge.
     Tile {
-        /// What happened to the first such tile of the face.
+        /// The first tile of the face with this kind of trouble.
         first: TileTrouble,
-        /// How many more tiles of the face are like it.
+        /// How many more tiles of the face have it.
         others: u32,
     },
 }
@@ -59,7 +59,7 @@ impl fmt::Display for DiagnosticKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoPart { instance, part, parts } => {
-                write!(f, "instance \"{instance}\" places part {} of {parts}", part.0)
+                write!(f, "instance \"{instance}\" refers to part {}; the model has {parts}", part.0)
             }
             Self::Face(face) => face.fmt(f),
             Self::Wire(wire) => wire.fmt(f),
@@ -72,7 +72,7 @@ impl fmt::Display for DiagnosticKind {
     }
 }
 
-/// `From` for the enum of each stage, so that stages name only their own.
+/// Implements `From` for the enum of each stage, so that a stage uses only its own.
 macro_rules! from {
     ($($variant:ident($inner:ident)),*) => {
         $(impl From<$inner> for DiagnosticKind {
@@ -91,7 +91,7 @@ impl From<TileTrouble> for DiagnosticKind {
 }
 
 impl DiagnosticKind {
-    /// Why a face could not be used as stated, of one that has no tiles or is filled in space.
+    /// Why a face could not be meshed as stated, if it has no tiles or is filled in space.
     #[must_use]
     pub fn face_error(&self) -> Option<&FaceError> {
         match self {
@@ -100,7 +100,7 @@ impl DiagnosticKind {
         }
     }
 
-    /// Why an instance of a STEP file was not read, also where prepare tells what came of it.
+    /// Why an instance of a STEP file was not read, whether the reader or prepare reports it.
     #[must_use]
     pub fn step_trouble(&self) -> Option<&StepTrouble> {
         match (self, self.face_error()) {

@@ -1,6 +1,6 @@
-//! What can be wrong with a model and its mesh, as data: a kind with numbers, its words and its code.
+//! Kinds of diagnostics as data: enums with numbers, messages and codes.
 //!
-//! The words of a kind come from its `Display` alone. Codes are stable; `docs/diagnostics.md` lists them all.
+//! `Display` alone writes the messages. Codes are stable; `docs/diagnostics.md` lists them all.
 
 #[macro_use]
 mod codes;

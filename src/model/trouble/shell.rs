@@ -7,11 +7,11 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ShellTrouble {
-    /// Connected faces of a solid were inside out, and were turned.
+    /// Connected faces of a solid were inside out and were flipped.
     InsideOut {
         /// How many faces.
         faces: usize,
-        /// The volume that they enclose as stated, mm³.
+        /// The volume that they enclose in the file's orientation, mm³.
         volume_mm3: f64,
     },
     /// Connected faces of a solid enclose no volume.
@@ -21,12 +21,12 @@ pub enum ShellTrouble {
     },
     /// The shell of a solid is open.
     Open {
-        /// Edges that have a face on one side only.
+        /// Edges with a face on one side only.
         free: usize,
-        /// Edges in all.
+        /// All edges of the shell.
         edges: usize,
     },
-    /// Faces run along edges the same way, however they are turned.
+    /// No orientation of the faces makes them run along every shared edge in opposite directions.
     NotOrientable {
         /// How many edges.
         edges: usize,
@@ -48,7 +48,7 @@ impl fmt::Display for ShellTrouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::InsideOut { faces, volume_mm3 } => {
-                write!(f, "{faces} connected faces were inside out (volume {volume_mm3:.3e} mm³) and were turned")
+                write!(f, "{faces} connected faces were inside out (volume {volume_mm3:.3e} mm³) and were flipped")
             }
             Self::NoVolume { faces } => write!(f, "{faces} connected faces of a solid enclose no volume"),
             Self::Open { free, edges } => {
@@ -56,8 +56,8 @@ impl fmt::Display for ShellTrouble {
             }
             Self::NotOrientable { edges, edge, faces: [a, b] } => write!(
                 f,
-                "{edges} edges cannot be oriented: their faces run along them the same way, however they are turned; the first is \
-                 edge {} of faces {} and {}",
+                "{edges} edges cannot be oriented: their faces run along them the same way, however they are \
+                 flipped; the first is edge {} of faces {} and {}",
                 edge.0, a.0, b.0
             ),
         }

@@ -1,14 +1,15 @@
-//! The graphics adapters of this machine to a device on the best of them that draws.
+//! The graphics adapters of this machine to a device on the best usable one.
 
 use super::error::NoAdapter;
 use super::formats::COLOUR_FORMAT;
 use super::gpu::{Gpu, WELCOME};
 
-/// A device on the first adapter that grants one and takes the pipelines, from the fastest kind to software. `WGPU_BACKEND` narrows the choice.
+/// Opens a device on the first adapter that supports the pipelines, from the fastest kind to software.
+/// `WGPU_BACKEND` narrows the choice.
 pub(super) fn open() -> Result<(Gpu, ::wgpu::AdapterInfo), NoAdapter> {
     let wanted = ::wgpu::Backends::all().with_env();
     let mut found = Vec::new();
-    // OpenGL is asked only when nothing else answers: it takes a display, or a driver that does without.
+    // Try OpenGL last: it needs a display, or a driver that does without.
     for backends in [wanted & ::wgpu::Backends::PRIMARY, wanted & ::wgpu::Backends::SECONDARY] {
         if backends.is_empty() {
             continue;

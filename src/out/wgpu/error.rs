@@ -1,17 +1,17 @@
-//! Why there is no device, or no picture.
+//! Errors: no graphics device, no picture.
 
 use std::fmt;
 
-/// No adapter that can draw.
+/// No usable graphics adapter was found.
 #[derive(Clone, Debug)]
 pub struct NoAdapter {
-    /// What was found and why it would not do; empty if nothing was found.
+    /// The adapters found, each with the reason why it was rejected.
     pub found: Vec<String>,
 }
 
 impl fmt::Display for NoAdapter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("no graphics adapter to draw with")?;
+        f.write_str("no usable graphics adapter")?;
         for refusal in &self.found {
             write!(f, "; {refusal}")?;
         }
@@ -24,18 +24,18 @@ impl fmt::Display for NoAdapter {
 
 impl std::error::Error for NoAdapter {}
 
-/// Why there is no picture.
+/// A picture could not be drawn.
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum RenderError {
-    /// The picture has no pixels, or more in a row or column than the adapter allows.
+    /// The picture is empty, or larger than the adapter allows.
     Size {
-        /// What was asked for.
+        /// Requested width and height in pixels.
         size: (u32, u32),
-        /// The longest side.
+        /// Largest width or height that the adapter allows.
         limit: u32,
     },
-    /// The device failed, mostly for want of memory.
+    /// The device failed, mostly because it ran out of memory.
     Device(String),
 }
 

@@ -1,12 +1,12 @@
-//! What textures hold, on which pipelines and targets agree.
+//! Texture formats that pipelines and targets agree on.
 
 use ::wgpu::TextureFormat;
 
-/// What pictures are read back from: shaders write linear light; the target encodes and resolves it.
+/// Format of pictures that are read back. Shaders write linear light; the target encodes it to sRGB.
 pub(super) const COLOUR_FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
-/// Floating point: with reversed depth its precision lies where perspective needs it.
+/// Floating point, because with reversed depth its precision matches perspective.
 pub(super) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
-/// What is under a pixel: a number and a distance.
+/// A record number and a distance per pixel, for picking.
 pub(super) const PICK_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
-/// What every adapter offers, and enough for smooth edges.
+/// Samples per pixel. Every adapter supports 4, which suffices for smooth edges.
 pub(super) const SAMPLES: u32 = 4;

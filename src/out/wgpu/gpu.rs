@@ -1,28 +1,28 @@
-//! A device, its own or the caller's, with what every drawing on it shares.
+//! A graphics device, owned or the caller's, with the pipelines that all drawing on it shares.
 
 use super::error::RenderError;
 use super::pipelines::Pipelines;
 
-/// Cheap to clone: all of it is shared.
+/// Device, queue and pipelines. Cheap to clone: clones share everything.
 #[derive(Clone, Debug)]
 pub(super) struct Gpu {
     pub(super) device: ::wgpu::Device,
     pub(super) queue: ::wgpu::Queue,
-    /// What pictures are drawn into.
+    /// Format of the pictures.
     pub(super) format: ::wgpu::TextureFormat,
     pub(super) pipelines: Pipelines,
-    /// Whether draws are read from buffers; else each is a call.
+    /// Draws are read from buffers. Otherwise each draw is a call.
     pub(super) indirect: bool,
 }
 
-/// What makes drawing cheaper where there is it.
+/// Optional feature that makes drawing cheaper.
 pub(super) const WELCOME: ::wgpu::Features = ::wgpu::Features::INDIRECT_FIRST_INSTANCE;
 
 impl Gpu {
-    /// Makes the pipelines: tenths of a second.
+    /// Creates the pipelines. Takes tenths of a second.
     ///
     /// # Errors
-    /// When the device does not take them.
+    /// If the device rejects the pipelines.
     pub(super) fn new(
         device: ::wgpu::Device,
         queue: ::wgpu::Queue,
@@ -33,20 +33,20 @@ impl Gpu {
         Ok(Self { device, queue, format, pipelines, indirect })
     }
 
-    /// Whether there can be a picture of so many pixels.
+    /// Checks that the device supports pictures of this size.
     pub(super) fn takes(&self, size: (u32, u32)) -> Result<(), RenderError> {
         let limit = self.device.limits().max_texture_dimension_2d;
         let possible = (1..=limit).contains(&size.0) && (1..=limit).contains(&size.1);
         if possible { Ok(()) } else { Err(RenderError::Size { size, limit }) }
     }
 
-    /// As [`checked`].
+    /// See [`checked`].
     pub(super) fn checked<T>(&self, work: impl FnOnce(&::wgpu::Device) -> T) -> Result<T, RenderError> {
         checked(&self.device, work)
     }
 }
 
-/// What `work` makes, unless the device reports an error meanwhile: outside a scope it would panic.
+/// Runs `work` and returns the device errors it causes. Without error scopes wgpu would panic on them.
 pub(super) fn checked<T>(device: &::wgpu::Device, work: impl FnOnce(&::wgpu::Device) -> T) -> Result<T, RenderError> {
     let memory = device.push_error_scope(::wgpu::ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(::wgpu::ErrorFilter::Validation);
@@ -54,7 +54,7 @@ pub(super) fn checked<T>(device: &::wgpu::Device, work: impl FnOnce(&::wgpu::Dev
     let made = work(device);
     let (internal, validation, memory) = (internal.pop(), validation.pop(), memory.pop());
     let (internal, validation) = (pollster::block_on(internal), pollster::block_on(validation));
-    // Memory that could not be had makes what follows invalid: the cause comes first.
+    // A failed allocation causes validation errors later on: report the cause first.
     match pollster::block_on(memory).or(internal).or(validation) {
         Some(error) => Err(RenderError::Device(error.to_string())),
         None => Ok(made),

@@ -7,7 +7,7 @@ use crate::out::pending::PendingFile;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// A picture.
+/// A picture in memory.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Image {
     /// Pixels in a row.
@@ -19,10 +19,11 @@ pub struct Image {
 }
 
 impl Image {
-    /// Waits for everything submitted and copies a texture of four bytes a pixel, which must be a copy's source.
+    /// Reads a texture of four bytes per pixel back from the device, after waiting for all submitted work.
+    /// The texture needs `COPY_SRC` usage.
     ///
     /// # Errors
-    /// When the device fails, or does not copy such textures.
+    /// If the device fails, or cannot copy the texture.
     pub fn read(
         device: &::wgpu::Device,
         queue: &::wgpu::Queue,
@@ -32,7 +33,7 @@ impl Image {
         Ok(Self { width, height, pixels: read_back(device, queue, texture, 4)? })
     }
 
-    /// The pixel `x` from the left, `y` from the top; `None` outside.
+    /// The pixel `x` from the left and `y` from the top. `None` outside of the picture.
     #[must_use]
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 4]> {
         let at = 4 * (y as usize * self.width as usize + x as usize);
@@ -40,10 +41,11 @@ impl Image {
         inside.then(|| self.pixels.get(at..at + 4)?.try_into().ok()).flatten()
     }
 
-    /// Writes a PNG; the file appears whole or not at all.
+    /// Writes a PNG file atomically.
     ///
     /// # Errors
-    /// When the file cannot be created, written or renamed, or `pixels` has not the size stated.
+    /// If the file cannot be created, written or renamed, or the length of `pixels` does not match `width` and
+    /// `height`.
     pub fn write_png(&self, path: &Path) -> Result<(), SinkError> {
         PendingFile::create(path)?.publish(|file| self.encode(file))
     }

@@ -1,8 +1,8 @@
-//! Rows of buffers on the device, as shaders read them.
+//! Layout of vertex buffers on the device.
 
 use bytemuck::{Pod, Zeroable};
 
-/// Where a vertex is in its tile's lattice: cells and parts of cells from the first u-line and the first v-line.
+/// Position of a vertex in its tile's lattice, in (fractional) cells from the first u-line and the first v-line.
 pub(super) type CellPlace = [f32; 2];
 
 #[repr(C)]
@@ -10,15 +10,15 @@ pub(super) type CellPlace = [f32; 2];
 pub(super) struct Vertex {
     /// Relative to the part's centre, millimetres.
     pub(super) position: [f32; 3],
-    /// On the octahedron unfolded to a square, -32767 to 32767.
+    /// Octahedral encoding, -32767 to 32767.
     pub(super) normal: [i16; 2],
 }
 
-/// What a tile of an instance is drawn with: a row of a vertex buffer that the draw's instance number points to.
+/// Per-draw data of one tile of one instance, in a vertex buffer indexed by the draw's instance number.
 #[repr(C)]
 #[derive(Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub(super) struct Record {
-    /// Its top bit says that indices have four bytes.
+    /// First index. The top bit is set if indices have four bytes.
     pub(super) first_index: u32,
     pub(super) base_vertex: u32,
     pub(super) place: u32,

@@ -1,4 +1,4 @@
-//! Frames to pictures on whatever graphics adapter there is (software will do): scenes that stay on the device, images in memory.
+//! Frames to pictures on any graphics adapter, including software ones: scenes on the device, images in memory.
 
 mod options;
 pub use options::{BadColourBy, ColourBy, RenderOptions};

@@ -1,11 +1,11 @@
-//! What a picture shall look like.
+//! Options of a picture: size, camera, colours, line overlays.
 
 use crate::model::Colour;
 use crate::out::Camera;
 use std::fmt;
 use std::str::FromStr;
 
-/// What the colour of a triangle tells.
+/// What triangles are coloured by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum ColourBy {
     /// The model's own colours.
@@ -13,18 +13,18 @@ pub enum ColourBy {
     Model,
     /// One colour per part.
     Part,
-    /// One colour per face, counted over all instances.
+    /// One colour per face of each instance.
     Face,
     /// One colour per tile.
     Tile,
-    /// One colour per worker that made it.
+    /// One colour per worker thread.
     Worker,
-    /// Lattice cells of the tile, from blue (fewest in the frame) to red (most), by their logarithm.
+    /// Lattice cells of the tile on a logarithmic scale, from blue (fewest in the frame) to red (most).
     Rate,
 }
 
 impl ColourBy {
-    /// Every choice with its name.
+    /// Every choice by name.
     pub const ALL: [(&'static str, Self); 6] = [
         ("model", Self::Model),
         ("part", Self::Part),
@@ -35,7 +35,7 @@ impl ColourBy {
     ];
 }
 
-/// What is not a [`ColourBy`].
+/// A text that is not a [`ColourBy`].
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct BadColourBy {
     /// The text.
@@ -44,7 +44,7 @@ pub struct BadColourBy {
 
 impl fmt::Display for BadColourBy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "nothing to colour by: {:?}; known are", self.text)?;
+        write!(f, "cannot colour by {:?}; known are", self.text)?;
         for (index, (name, _)) in ColourBy::ALL.iter().enumerate() {
             write!(f, "{} {name}", if index == 0 { "" } else { "," })?;
         }
@@ -63,31 +63,31 @@ impl FromStr for ColourBy {
     }
 }
 
-/// How to draw a frame. [`RenderOptions::DEFAULT`] is a plain shaded picture.
+/// Options of a picture. [`RenderOptions::DEFAULT`] is a plain shaded picture.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct RenderOptions {
-    /// Width and height in pixels, 1280 × 960. At most what the adapter's textures hold, often 16384.
+    /// Width and height in pixels. Limited by the adapter's texture size, often 16384. Default 1280 × 960.
     pub size: (u32, u32),
-    /// The camera; `None` (the default) sees the whole frame from [`ViewPoint::ISO`](crate::out::ViewPoint::ISO).
+    /// The camera. `None` (the default) fits the whole frame from [`ViewPoint::ISO`](crate::out::ViewPoint::ISO).
     pub camera: Option<Camera>,
-    /// What colours tell, [`ColourBy::Model`].
+    /// What triangles are coloured by. Default [`ColourBy::Model`].
     pub colour_by: ColourBy,
-    /// Whether triangle edges are drawn over the surface, off. They fade where they are only a few pixels long.
+    /// Draws triangle edges over the surface. They fade out below 6 pixels of length. Default off.
     pub wireframe: bool,
-    /// Whether the lattice lines of tiles are drawn over the surface, off. They fade where they are only a few pixels apart. In a
-    /// [`LiveScene`](super::LiveScene) that keeps them.
+    /// Draws the lattice lines of tiles over the surface. They fade out where they are only a few pixels apart. A
+    /// [`LiveScene`](super::LiveScene) needs [`keep_lattice`](super::LiveScene::keep_lattice) for it. Default off.
     pub lattice: bool,
-    /// Whether B-rep edges are drawn over the surface, off. Draws the edge lines that the frame has.
+    /// Draws the edge lines of the frame (B-rep edges) over the surface. Default off.
     pub edges: bool,
-    /// Whether surfaces seen from behind are magenta, off: turned faces and holes in solids show.
+    /// Paints back-facing surfaces magenta, which shows reversed faces and holes in solids. Default off.
     pub backfaces: bool,
-    /// Colours (sRGB) behind the scene at the picture's top and bottom; light greys.
+    /// Background colours (sRGB) at the top and bottom of the picture. Default light greys.
     pub background: [Colour; 2],
 }
 
 impl RenderOptions {
-    /// Every default, as the fields tell.
+    /// The defaults documented at the fields.
     pub const DEFAULT: Self = Self {
         size: (1280, 960),
         camera: None,

@@ -1,4 +1,4 @@
-//! Numbers to colours that are easily told apart: hues a golden section apart at even lightness (Ottosson's OKLab).
+//! Numbers to distinct colours: hues a golden section apart in Ottosson's OKLab, at three levels of lightness.
 
 use super::ColourBy;
 use crate::mesh::{Batch, Origin};
@@ -8,24 +8,24 @@ use crate::out::colour;
 /// An 8-bit sRGB colour and its opacity.
 pub(super) type Srgb = [u8; 4];
 
-/// What stands out: no hue is as strong.
+/// Colour of the highlighted face. More saturated than any hue.
 pub(super) const MARKED: Srgb = [255, 176, 0, 255];
 
-/// Blue to red by way of green, as heat maps have it.
+/// Heat map from blue over green to red.
 const RAMP: [[f32; 3]; 5] =
     [[0.23, 0.37, 0.85], [0.20, 0.70, 0.85], [0.42, 0.80, 0.40], [0.95, 0.80, 0.28], [0.85, 0.26, 0.21]];
 
-/// What the colour of a tile of an instance may tell.
+/// The properties of an instance's tile that it may be coloured by.
 pub(super) struct Painted {
     pub(super) part: u32,
-    /// The face, counted over all instances.
+    /// The face, numbered across all instances.
     pub(super) face: u32,
     /// The tile within the part.
     pub(super) tile: u32,
     pub(super) worker: u32,
-    /// As [`rate`] has it.
+    /// See [`rate`].
     pub(super) rate: f32,
-    /// The colour that the model gives it.
+    /// The colour from the model.
     pub(super) own: Option<Colour>,
 }
 
@@ -38,7 +38,7 @@ pub(super) struct Palette {
 }
 
 impl Palette {
-    /// For tiles of these rates. Looks at them only where colours tell rates.
+    /// A palette for tiles of these rates. Only [`ColourBy::Rate`] consumes `rates`.
     pub(super) fn new(by: ColourBy, rates: impl Iterator<Item = f32>) -> Self {
         let rates = match by {
             ColourBy::Rate => {
@@ -65,7 +65,8 @@ impl Palette {
     }
 }
 
-/// Logarithm of the tile's lattice cells, as far as its vertices tell: lines beyond the trimmed part leave no vertex.
+/// Logarithm of the tile's number of lattice cells, from the largest lattice indices of its vertices. Lines outside the
+/// trimmed region have no vertices and are not counted.
 pub(super) fn rate(batch: &Batch) -> f32 {
     let lines = batch.mesh.origins.iter().filter_map(|origin| match origin {
         Origin::Lattice { i, j } => Some((*i, *j)),
@@ -83,7 +84,7 @@ fn ramp(position: f32) -> Srgb {
     bytes([r, g, b, 1.0])
 }
 
-/// The colour of the `number`-th thing.
+/// The `number`-th colour.
 fn hue(number: u32) -> Srgb {
     let turn = (f64::from(number) * 0.618_033_988_749_894_9 + 0.05).fract() as f32 * std::f32::consts::TAU;
     let lightness = [0.80, 0.70, 0.86][(number % 3) as usize];

@@ -1,4 +1,4 @@
-//! The shader to pipelines: backdrop, tiles, their triangles' sides, edges, and what is under a pixel.
+//! The shader to pipelines: backdrop, surfaces, lattice lines, wireframe, B-rep edges, picking.
 
 use super::formats::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
 use super::layout::{CellPlace, Record, Vertex};
@@ -7,7 +7,7 @@ use ::wgpu::{
     VertexBufferLayout, VertexStepMode,
 };
 
-/// Group 0 is the view's for all of them; lines find their points in another one.
+/// The render pipelines. Bind group 0 is the view in all of them; lines read their points from another group.
 #[derive(Clone, Debug)]
 pub(super) struct Pipelines {
     /// Globals and places.
@@ -24,7 +24,7 @@ pub(super) struct Pipelines {
     pub(super) pick: ::wgpu::RenderPipeline,
 }
 
-/// What distinguishes a pipeline from the others.
+/// The settings in which the pipelines differ.
 struct PipelineKind<'a> {
     vertex: &'a str,
     fragment: &'a str,
@@ -94,7 +94,8 @@ impl Pipelines {
             step_mode: VertexStepMode::Instance,
             attributes: &record,
         };
-        let lit = ColorTargetState { blend: Some(::wgpu::BlendState::ALPHA_BLENDING), ..format.into() }; // only lines have alpha
+        // Only lines have alpha.
+        let lit = ColorTargetState { blend: Some(::wgpu::BlendState::ALPHA_BLENDING), ..format.into() };
         let pipeline = |kind: &PipelineKind<'_>| kind.pipeline(device, &shader);
         let cells = ::wgpu::vertex_attr_array![6 => Float32x2];
         let cells = VertexBufferLayout {

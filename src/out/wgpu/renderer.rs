@@ -1,4 +1,4 @@
-//! A frame in memory to an image: everything onto the device, one picture, and back.
+//! A frame in memory to an image: upload, draw, read back.
 
 use super::adapter;
 use super::error::{NoAdapter, RenderError};
@@ -12,7 +12,7 @@ use crate::out::ViewPoint;
 use crate::out::placed::{Placement, batches_by_part, placed};
 use ::wgpu::TextureUsages;
 
-/// A graphics device with its pipelines: made once, it draws any number of pictures.
+/// A graphics device with its pipelines. Create it once and draw any number of pictures.
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Gpu,
@@ -20,22 +20,22 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Opens the best adapter: a real one if any, else software. Takes tenths of a second.
+    /// Opens the best adapter: hardware if any, else software. Takes tenths of a second.
     ///
     /// # Errors
-    /// When there is none; the message tells what to install.
+    /// If no adapter is usable. The message says what to install.
     pub fn new() -> Result<Self, NoAdapter> {
         let (gpu, info) = adapter::open()?;
         Ok(Self { gpu, info })
     }
 
-    /// Name of the adapter and of its interface.
+    /// Name of the adapter and its graphics API.
     #[must_use]
     pub fn adapter(&self) -> String {
         format!("{} ({})", self.info.name, self.info.backend)
     }
 
-    /// The device, for drawings of the caller's own.
+    /// The device, for the caller's own drawing.
     #[must_use]
     pub fn device(&self) -> &::wgpu::Device {
         &self.gpu.device
@@ -47,16 +47,16 @@ impl Renderer {
         &self.gpu.queue
     }
 
-    /// An empty scene on this device, for pictures as [`picture`](Self::picture) makes them.
+    /// Creates an empty scene on this device, to be drawn by [`picture`](Self::picture).
     #[must_use]
     pub fn live(&self) -> LiveScene {
         LiveScene::with(self.gpu.clone())
     }
 
-    /// Draws one view of a scene of [`live`](Self::live), as [`LiveScene::draw`] does, and waits for the picture.
+    /// Draws one view of a scene created by [`live`](Self::live) and waits for the picture.
     ///
     /// # Errors
-    /// As [`LiveScene::draw`].
+    /// See [`LiveScene::draw`].
     pub fn picture(
         &self,
         scene: &mut LiveScene,
@@ -70,11 +70,12 @@ impl Renderer {
         Ok((Image::read(&self.gpu.device, &self.gpu.queue, &target)?, drew))
     }
 
-    /// Draws every instance of a frame, with the tiles that are drawn in its first view. Colours are drawn opaque, whatever their
-    /// alpha. Without a camera, the vertices are what it holds.
+    /// Draws a frame: every instance, with the tiles of the frame's first view.
+    ///
+    /// Colours are drawn opaque; alpha is ignored. Without a camera in `options`, one is fitted to the vertices.
     ///
     /// # Errors
-    /// When the picture is larger than the adapter allows, or the device fails.
+    /// If the picture is larger than the adapter allows, or the device fails.
     pub fn render(&self, frame: &MemorySink, options: &RenderOptions) -> Result<Image, RenderError> {
         let mut scene = self.live();
         scene.keep_lattice(options.lattice)?;

@@ -1,25 +1,25 @@
-// Tiles and lines, placed, to light: a head light, a key light over the left shoulder and a sky.
-// The world is seen from the eye: places are relative to it. Depth is reversed: 1 at the near plane, 0 at infinity.
+// Shades tiles and lines with a head light, a key light over the left shoulder and a sky.
+// The eye is the origin: places are relative to it. Depth is reversed: 1 at the near plane, 0 at infinity.
 
 struct Globals {
-    clip: mat4x4<f32>,           // world about the eye to clip
+    clip: mat4x4<f32>,           // world relative to the eye, to clip
     key: vec4<f32>,              // unit, towards the key light
     top: vec4<f32>,              // background, linear
     bottom: vec4<f32>,
     edge: vec4<f32>,             // pens: red, green, blue (sRGB), alpha
     wire: vec4<f32>,
     lattice: vec4<f32>,
-    eye: vec4<f32>,              // towards the eye, unit; its w is 1 where lines of sight are parallel
-    nearer: vec2<f32>,           // a lines' depth, times and plus these: they lie on the surface they belong to
+    eye: vec4<f32>,              // towards the eye, unit; w is 1 in orthographic projection
+    nearer: vec2<f32>,           // depth bias of lines, which lie on surfaces: factor and offset
     size: vec2<f32>,             // pixels
     edge_width: f32,             // pixels
     wire_width: f32,
     near: f32,
-    backfaces: f32,              // 1: paint them
+    backfaces: f32,              // 1: paint back faces magenta
     lattice_width: f32,
 };
 
-// A placed part: about the part's centre to the world about the eye, row by row.
+// Transform from part (relative to its centre) to world (relative to the eye), by rows.
 struct Place {
     x: vec4<f32>,
     y: vec4<f32>,
@@ -34,9 +34,9 @@ fn placed(place: Place, position: vec3<f32>) -> vec3<f32> {
     return vec3(dot(place.x, point), dot(place.y, point), dot(place.z, point));
 }
 
-// What a tile of an instance is drawn with.
+// Per-draw record of a tile of an instance.
 struct Drawn {
-    @location(2) first_index: u32,    // its top bit: indices have four bytes
+    @location(2) first_index: u32,    // top bit set: indices have four bytes
     @location(3) base_vertex: u32,
     @location(4) place: u32,
     @location(5) colour: vec4<f32>,
@@ -55,7 +55,7 @@ fn linear(srgb: vec3<f32>) -> vec3<f32> {
     return select(pow((srgb + 0.055) / 1.055, vec3(2.4)), srgb / 12.92, srgb <= vec3(0.04045));
 }
 
-// The direction of a point of the octahedron unfolded to a square.
+// Decodes an octahedral direction.
 fn unfolded(square: vec2<f32>) -> vec3<f32> {
     let z = 1.0 - abs(square.x) - abs(square.y);
     let below = max(-z, 0.0);
@@ -71,8 +71,12 @@ fn surface_vertex(
 ) -> Surface {
     let place = places[drawn.place];
     let world = placed(place, position);
-    // The cofactors of the placement keep normals normal, and turn them over where it mirrors.
-    let cofactors = mat3x3(cross(place.y.xyz, place.z.xyz), cross(place.z.xyz, place.x.xyz), cross(place.x.xyz, place.y.xyz));
+    // Cofactors transform normals; mirroring placements need the opposite sign.
+    let cofactors = mat3x3(
+        cross(place.y.xyz, place.z.xyz),
+        cross(place.z.xyz, place.x.xyz),
+        cross(place.x.xyz, place.y.xyz),
+    );
     let mirrored = dot(place.x.xyz, cofactors[0]) < 0.0;
     let normal = unfolded(square) * cofactors * select(1.0, -1.0, mirrored);
     return Surface(globals.clip * vec4(world, 1.0), world, normal, linear(drawn.colour.rgb), u32(mirrored), number);
@@ -115,20 +119,19 @@ fn lattice_vertex(
     return Ruled(clip, cell);
 }
 
-// Where a whole number of cells is less than half a pen away.
+// Covers pixels less than half a line width from a whole number of cells.
 @fragment
 fn lattice_fragment(in: Ruled) -> @location(0) vec4<f32> {
     let per_pixel = fwidth(in.cell);
     let off = abs(in.cell - round(in.cell)) / max(per_pixel, vec2(1e-6));
     let lines = 1.0 - smoothstep(vec2(0.0), vec2(1.0), off - 0.5 * vec2(globals.lattice_width - 1.0));
-    // Lines less than a few pixels apart would cover the surface; one that has no width is no line.
+    // Fade out lines a few pixels apart, which would cover the surface. Constant coordinates have no lines.
     let seen = (1.0 - smoothstep(vec2(0.15), vec2(0.5), per_pixel)) * step(vec2(1e-6), per_pixel);
     let opacity = max(lines.x * seen.x, lines.y * seen.y) * globals.lattice.a;
     return vec4(linear(globals.lattice.rgb), opacity);
 }
 
-// What is under a pixel: one more than the number of the draw, and how far it is from the eye, or from the plane through it
-// where lines of sight are parallel.
+// Picks: the draw's record number plus one, and the distance from the eye, in orthographic projection from its plane.
 @fragment
 fn pick_fragment(in: Surface) -> @location(0) vec2<u32> {
     let far = select(length(in.place), -dot(in.place, globals.eye.xyz), globals.eye.w > 0.5);
@@ -140,7 +143,7 @@ struct Line {
     @location(0) colour: vec4<f32>,
 };
 
-// One of the six vertices of a segment: two triangles of a strip of constant width on the screen, with square caps.
+// One of the six vertices of a segment, drawn as two triangles of constant width on the screen with square caps.
 fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, width: f32) -> Line {
     var a = globals.clip * vec4(first, 1.0);
     var b = globals.clip * vec4(last, 1.0);
@@ -176,12 +179,13 @@ fn point(index: u32) -> vec3<f32> {
     return vec3(points[3u * index], points[3u * index + 1u], points[3u * index + 2u]);
 }
 
-// Six vertices for each point of a polyline but the last; the instance is the place.
+// Six vertices per point of a polyline except the last. The instance index is the place.
 @vertex
 fn edge_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Line {
     let place = places[instance];
     let index = vertex / 6u;
-    return strip(placed(place, point(index)), placed(place, point(index + 1u)), vertex % 6u, globals.edge, globals.edge_width);
+    return strip(
+        placed(place, point(index)), placed(place, point(index + 1u)), vertex % 6u, globals.edge, globals.edge_width);
 }
 
 @group(2) @binding(0) var<storage, read> vertices: array<vec4<f32>>;
@@ -198,7 +202,7 @@ fn corner_of(drawn: Drawn, corner: u32) -> vec3<f32> {
     return placed(places[drawn.place], vertices[drawn.base_vertex + index].xyz);
 }
 
-// Six vertices for each side of each triangle. Triangles side by side both draw the side between them, with half a pen.
+// Six vertices per side of each triangle. Adjacent triangles both draw their common side.
 @vertex
 fn wire_vertex(@builtin(vertex_index) vertex: u32, drawn: Drawn) -> Line {
     let triangle = 3u * (vertex / 18u);
@@ -218,7 +222,7 @@ struct Backdrop {
     @location(0) height: f32,
 };
 
-// One triangle that covers the picture.
+// One triangle that covers the whole picture.
 @vertex
 fn backdrop_vertex(@builtin(vertex_index) corner: u32) -> Backdrop {
     let place = vec2(f32(corner & 1u) * 4.0 - 1.0, f32(corner >> 1u) * 4.0 - 1.0);

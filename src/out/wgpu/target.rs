@@ -1,11 +1,11 @@
-//! Textures that are drawn to, and their pixels back in memory.
+//! Textures to draw to, and reading their pixels back.
 
 use super::error::RenderError;
 use super::formats::{DEPTH_FORMAT, SAMPLES};
 use super::gpu::{Gpu, checked};
 use ::wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
-/// A texture of one level.
+/// Creates a texture to draw to, with one mip level.
 pub(super) fn texture(
     gpu: &Gpu,
     (width, height): (u32, u32),
@@ -25,12 +25,12 @@ pub(super) fn texture(
     })
 }
 
-/// All of a texture.
+/// A view of the whole texture.
 pub(super) fn whole(texture: &Texture) -> TextureView {
     texture.create_view(&::wgpu::TextureViewDescriptor::default())
 }
 
-/// What a frame is drawn to before its samples are averaged.
+/// Multisampled colour and depth targets.
 pub(super) struct SampleTargets {
     pub(super) size: (u32, u32),
     pub(super) colour: TextureView,
@@ -44,7 +44,7 @@ impl SampleTargets {
     }
 }
 
-/// Waits for everything submitted, then copies a texture's pixels, `bytes` each, row by row from the top.
+/// Waits for all submitted work, then reads the pixels of a texture, `bytes` each, row by row from the top.
 pub(super) fn read_back(
     device: &::wgpu::Device,
     queue: &::wgpu::Queue,

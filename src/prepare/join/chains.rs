@@ -1,32 +1,32 @@
-//! Faces' chains -> what they sum to over each shell: whether the mesh can be closed at all.
+//! Chains of faces -> their sums over each shell: whether the mesh can be closed at all.
 //!
-//! A chain counts for each edge how often it is used along its direction, less how often against it. A mesh is closed because the
+//! A chain counts for each edge the uses along its direction minus those against it. A mesh is closed because the
 //! chains of its faces cancel, whatever its loops do in (u,v).
 
 use crate::model::EdgeId;
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::wires::chain::Chain;
 
-/// What the faces of a shell sum to on an edge.
+/// The sum of a shell's chains on one edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sum {
     pub(crate) shell: u32,
     pub(crate) edge: u32,
     pub(crate) sum: i32,
-    /// How often it is used, either way.
+    /// Number of uses in either direction.
     pub(super) uses: u32,
     /// The first and the last face that use it.
     pub(crate) faces: [u32; 2],
 }
 
 impl Sum {
-    /// Whether no orientation of the faces makes it 0.
+    /// Whether the number of uses is odd, so that no orientation of the faces makes the sum 0.
     pub(crate) fn is_free(&self) -> bool {
         self.uses % 2 == 1
     }
 }
 
-/// A face's chain, as its triangles are turned.
+/// A face's chain and orientation.
 pub(crate) struct TurnedFace<'a> {
     pub(crate) face: usize,
     pub(crate) shell: u32,
@@ -34,7 +34,7 @@ pub(crate) struct TurnedFace<'a> {
     pub(crate) chain: &'a [(u32, i32)],
 }
 
-/// What faces sum to on the edges of each shell, where that is not 0. Cost: a sort of all uses.
+/// Sums the chains of faces by shell and edge. Returns the sums that are not 0. Cost: a sort of all uses.
 pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
     let of_face = |face: TurnedFace<'a>| {
         let TurnedFace { face, shell, reversed, chain } = face;
@@ -62,7 +62,7 @@ pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> 
     all
 }
 
-/// What is known of a part's closedness before any mesh is made.
+/// Whether a part is closed, as known before any mesh is made.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Closedness {
     /// Edges that their shell uses an odd number of times.
@@ -74,7 +74,7 @@ pub(crate) struct Closedness {
 }
 
 impl Closedness {
-    /// Of a part whose loops are closed, or not.
+    /// Classifies the edges of `sums`. `loops_close`: whether all loops of the part are closed.
     pub(crate) fn of(sums: &[Sum], loops_close: bool) -> Self {
         let of_kind = |free: bool| {
             let mut edges: Vec<EdgeId> = sums.iter().filter(|s| s.is_free() == free).map(|s| EdgeId(s.edge)).collect();
@@ -85,7 +85,7 @@ impl Closedness {
         Self { free_edges: of_kind(true), not_orientable: of_kind(false), closed: loops_close && sums.is_empty() }
     }
 
-    /// Leaves the edges of faces free that got no tiles after all.
+    /// Marks the edges of faces that got no tiles as free.
     pub(crate) fn lose(&mut self, faces: impl Iterator<Item = Chain>) {
         for chain in faces {
             self.closed = false;

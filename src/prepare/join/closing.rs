@@ -1,8 +1,7 @@
-//! A face's tiles -> tiles whose loops are closed chains of points, and together are the face's chain of edges.
-//!
-//! The mesh of a tile ends where its loops do, so this is what keeps neighbours together; it is checked in integers and, for points,
-//! bit by bit. Breaks are found by parameters, so a use may start or end at a break beside the one that its neighbour has: then a
-//! straight edge joins both. What the loops then have too much or too little, they get as loops of its own.
+//! Tiles of a face -> tiles whose loops are closed chains of points and sum to the face's chain of edges.
+//! A tile's mesh ends at its loops, so this keeps neighbours together. It is checked in integers and, for points, bit
+//! by bit. Breaks are found by parameter, so a use may start or end at a break next to its neighbour's: a straight edge
+//! then joins both. The remaining difference to the chain is added as further loops.
 
 use super::images::EdgeImages;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, Tile};
@@ -14,13 +13,13 @@ use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// What a face's loops must be.
+/// What the loops of a face must sum to.
 pub(crate) struct Wanted<'a> {
-    /// What they sum to on the part's edges.
+    /// Their sum on the part's edges.
     pub(crate) chain: &'a Chain,
-    /// How many edges the part has; those after them are borders, on which they sum to 0.
+    /// Number of the part's edges. The edges after them are borders, on which the sum is 0.
     pub(crate) brep_edges: usize,
-    /// Edges of loops without neighbours of which lobes were turned: they are used as often as wanted, either way.
+    /// Edges of loops with reversed lobes, which no other face uses. Their uses must match in number, not in direction.
     pub(crate) lobed: &'a [u32],
     /// Whether the face may end where its surface does, along a border that is used once.
     pub(crate) may_end: bool,
@@ -29,16 +28,16 @@ pub(crate) struct Wanted<'a> {
 /// What was added to a face's loops.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Added {
-    /// Straight edges between ends that were not at one point, and the longest one's length.
+    /// Number of straight edges that join ends, and the length of the longest.
     pub(crate) joints: usize,
     pub(crate) longest: f64,
-    /// Loops of what was missing, or too much.
+    /// Number of loops that correct the sum.
     pub(crate) loops: usize,
-    /// Where.
+    /// A point where something was added.
     pub(crate) place: Option<DVec3>,
 }
 
-/// A run of an edge's intervals from one break to another.
+/// A stretch of an edge from one break to another, in that direction.
 #[derive(Clone, Copy)]
 struct BreakRun {
     edge: u32,
@@ -46,13 +45,13 @@ struct BreakRun {
     to: u32,
 }
 
-/// A stretch of an edge: its first and last break, and how often it is used along it less how often against it.
+/// A stretch of an edge: edge, first break, last break, and uses along the edge minus uses against it.
 pub(crate) type BreakSpan = (u32, u32, u32, i32);
 
-/// Closes the loops of a face's tiles; none where they are closed already. Cost of that: some 10 ns for each use.
+/// Closes the loops of a face's tiles. `None` if they are closed already; to find that costs about 10 ns per use.
 ///
 /// # Errors
-/// Where there is no tile, or a point that is not finite.
+/// If there is no tile, or a point is not finite.
 pub(crate) fn close(
     tiles: &mut [Tile],
     edges: &mut Vec<PreparedEdge>,
@@ -77,7 +76,7 @@ pub(crate) fn close(
     }
     let mut runs = residue(tiles, closer.edges, wanted, spans);
     if !wanted.lobed.is_empty() && !closer.is_closed(&runs) {
-        // Lobes that do not end in one point are turned back: no loops make up for what joins their ends.
+        // Turn back lobes that do not end in one point: no loop can cancel the joints between their ends.
         runs = residue(tiles, closer.edges, &Wanted { lobed: &[], ..*wanted }, spans);
     }
     for walk in closer.walks(&runs) {
@@ -90,7 +89,7 @@ fn break_point(edges: &[PreparedEdge], edge: RowId, at: u32) -> DVec3 {
     edges[edge.index()].breaks[at as usize].point
 }
 
-/// Whether each use starts at the point where the one before it ends.
+/// Whether each use starts at the point where the previous one ends.
 fn are_joined(tiles: &[Tile], edges: &[PreparedEdge]) -> bool {
     tiles.iter().flat_map(|t| &t.loops).all(|l| {
         let mut at = l.last().map(|u| break_point(edges, u.edge, u.to));
@@ -102,7 +101,7 @@ fn are_joined(tiles: &[Tile], edges: &[PreparedEdge]) -> bool {
     })
 }
 
-/// What has to be added to the loops for their sum to be what is wanted.
+/// The runs that the loops lack for the wanted sum.
 fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &mut Vec<BreakSpan>) -> Vec<BreakRun> {
     spans.clear();
     for u in tiles.iter().flat_map(|t| &t.loops).flatten() {
@@ -146,7 +145,7 @@ fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &
     runs
 }
 
-/// Whether a border is a pole, and all of its stretches come back to where they start: nothing, or forth and back.
+/// Whether a border is a pole and all of its stretches return to their start, so that nothing has to be added.
 fn is_closed(border: &PreparedEdge, stretches: &[BreakSpan]) -> bool {
     let point = |at: u32| border.breaks[at as usize].point;
     let whole = |s: &BreakSpan| s.1 == 0 && s.2 as usize + 1 == border.breaks.len();
@@ -164,7 +163,7 @@ struct Closer<'a> {
 }
 
 impl Closer<'_> {
-    /// Joins the uses of a loop that do not meet; whether there were any.
+    /// Joins consecutive uses of a loop that do not meet. Returns whether there were any.
     fn join(&mut self, l: &mut Vec<EdgeUse>) -> bool {
         let before = self.added.joints;
         let mut out = Vec::with_capacity(l.len() + 1);
@@ -182,7 +181,7 @@ impl Closer<'_> {
         self.added.joints > before
     }
 
-    /// A straight edge from one point to another, each with its place in (u,v), as a loop uses it.
+    /// A loop's use of a straight edge between two points, each given with its (u,v).
     fn straight(&mut self, from: (DVec3, DVec2), to: (DVec3, DVec2)) -> EdgeUse {
         let reversed = key(to.0) < key(from.0);
         let [a, b] = if reversed { [to, from] } else { [from, to] };
@@ -219,7 +218,7 @@ impl Closer<'_> {
         ends.values().all(|&count| count == 0)
     }
 
-    /// Runs to closed walks.
+    /// Links runs to closed walks.
     fn walks(&self, runs: &[BreakRun]) -> Vec<Vec<BreakRun>> {
         let end = |run: &BreakRun, at: u32| key(break_point(self.edges, RowId(run.edge), at));
         let mut from: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
@@ -247,7 +246,7 @@ impl Closer<'_> {
         walks
     }
 
-    /// Adds a walk as a loop, where a tile has the first of its edges that any tile has.
+    /// Adds a walk as a loop to a tile that uses one of its edges, or else to the first tile.
     fn add(&mut self, tiles: &mut [Tile], walk: &[BreakRun]) {
         let has = |tile: &Tile, edge: u32| tile.loops.iter().flatten().any(|u| u.edge.0 == edge);
         let found = walk.iter().find_map(|run| tiles.iter().position(|tile| has(tile, run.edge)));
@@ -272,7 +271,7 @@ impl Closer<'_> {
     }
 }
 
-/// A point by its bits; both zeros are one.
+/// The bits of a point, equal for 0 and -0.
 fn key(p: DVec3) -> [u64; 3] {
     p.to_array().map(|x| (x + 0.0).to_bits())
 }
@@ -295,7 +294,7 @@ mod tests {
         }
     }
 
-    /// A bow tie whose crossing edges pass each other at a distance, one of its lobes turned.
+    /// A bow tie whose crossing edges pass each other at a distance, with one lobe reversed.
     #[test]
     fn a_lobe_that_does_not_end_in_one_point_is_turned_back() {
         let [a, b, c, d] = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 0.0));

@@ -1,7 +1,7 @@
-//! A face whose surface gives no region -> a face filled in space: its loops as stated, seen in the plane that fits them best.
+//! A face without a usable region -> a face filled in space: its stated loops, projected to their best-fit plane.
 //!
-//! The loops are what the neighbours have, so the mesh stays closed whatever became of the surface. Where triangles lie is decided
-//! by the loops' projections; nothing has to be simple, or apart, or on a surface.
+//! The neighbours use the same loops, so the mesh stays closed. The projected loops decide where triangles lie. They
+//! need not be simple, disjoint, or on a surface.
 
 use crate::model::{Coedge, CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
 use crate::prepare::regions::boundary::of_boundary;
@@ -17,15 +17,15 @@ use std::borrow::Cow;
 pub(crate) struct Filled {
     pub(crate) draft: FaceDraft,
     pub(crate) area: f64,
-    /// How far its points are apart in the plane, mm.
+    /// Diagonal of its box in the plane, mm.
     pub(crate) size: f64,
 }
 
-/// Spans of an edge's curve that get more than one sample each, and samples of each of these.
+/// Curves of fewer spans get [`SAMPLES`] samples per span, others one.
 const FEW_SPANS: usize = 32;
 const SAMPLES: usize = 4;
 
-/// Fills loops of edges. `None` where they name an edge or a vertex that is not there or not finite, or where there are none.
+/// Fills loops of edges. `None` if there are none, or if an edge or a vertex is missing or not finite.
 pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled> {
     if boundary.is_empty() {
         return None;
@@ -42,7 +42,7 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled>
         (low, high) = (low.min(p.truncate()), high.max(p.truncate()));
     }
     let gap = points().map(|p| p.z.abs()).fold(0.0, f64::max);
-    // Wide enough that the projections of curved edges between samples lie within, and a line or a point has a box.
+    // Curved edges stay within the margin between samples, and a line or a point gets a box.
     let coordinates = polygons.iter().flatten().fold(0.0_f64, |most, p| most.max(p.abs().max_element()));
     let longest = (high - low).max_element().max(1e-9 * coordinates);
     let margin = 0.0625 * if longest > 0.0 { longest } else { 1.0 };
@@ -79,7 +79,7 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled>
     Some(Filled { draft, area, size: (high - low).length() })
 }
 
-/// Makes those edges of a boundary straight whose curves cannot be asked for points.
+/// Replaces the curves of a boundary that cannot be evaluated by straight lines.
 pub(crate) fn straighten(part: &mut Cow<'_, Part>, boundary: &[Vec<(u32, bool)>]) {
     for &(edge, _) in boundary.iter().flatten() {
         let Some(e) = part.edges.get(edge as usize) else { continue };
@@ -97,7 +97,7 @@ pub(crate) fn straighten(part: &mut Cow<'_, Part>, boundary: &[Vec<(u32, bool)>]
     }
 }
 
-/// Points along an edge, in order of its parameter.
+/// Samples along an edge, in order of its parameter.
 struct Outline {
     edge: u32,
     reversed: bool,
@@ -132,7 +132,7 @@ impl Outline {
             })
             .collect();
         let last = samples.len().checked_sub(1).filter(|&last| last > 0)?;
-        // The mesh goes to the vertices.
+        // The mesh ends at the vertices.
         (samples[0].1, samples[last].1) = (start, end);
         samples.iter().all(|s| s.1.is_finite()).then_some(Self { edge, reversed, samples })
     }
@@ -143,7 +143,7 @@ impl Outline {
         (0..n - 1).map(move |k| self.samples[if self.reversed { n - 1 - k } else { k }].1)
     }
 
-    /// The edge as a loop of a face in the plane uses it.
+    /// The edge's use by a loop in the plane of `frame`.
     fn seen_in(&self, frame: &Frame3) -> DraftUse {
         let samples: Box<[UvSample]> = self
             .samples
@@ -159,10 +159,10 @@ impl Outline {
     }
 }
 
-/// The plane that loops enclose most area in, seen from the side from which they run counter-clockwise, and that area. Loops that
-/// enclose next to nothing lie along a line, or cancel: then the plane of the points that are furthest apart.
+/// The plane in which loops enclose most area, oriented so that they run counter-clockwise, and that area. Loops that
+/// enclose almost nothing lie along a line or cancel; they get the plane of the points that are furthest apart.
 fn plane(polygons: &[Vec<DVec3>]) -> Option<(Frame3, f64)> {
-    /// Share of the square of the loops' size above which their area says where they face.
+    /// Share of the loops' squared size above which their area decides the plane.
     const FLAT: f64 = 0.02;
     let points = || polygons.iter().flatten();
     let count = points().count() as f64;

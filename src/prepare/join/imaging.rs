@@ -1,4 +1,4 @@
-//! Edges and their pcurves -> places along those curves, which every plan holds against its lattices.
+//! Edges and their pcurves -> samples along the pcurves, which every plan compares with its lattices.
 
 use super::images::{EdgeImages, ImageSpan};
 use super::prepared::TileUse;
@@ -6,13 +6,13 @@ use super::prepared::{PreparedEdge, Tile};
 use crate::prepare::uv::uv_curve::UvCurve;
 use rayon::prelude::*;
 
-/// Steps per strip, at most: enough that a lattice denser at one end of the strip is seen.
+/// Maximum steps per strip: enough to notice a lattice that is denser at one end of the strip.
 const STEPS: usize = 4;
-/// Share of the tile that a strip may cross for each of its steps; less is one step.
+/// Share of the tile that a step may cross before strips get more steps.
 const REACH: f64 = 1.0 / 32.0;
 
 impl EdgeImages {
-    /// Looks at all uses of an edge.
+    /// Samples all uses of an edge.
     fn of(edge: &PreparedEdge, tiles: &[Tile]) -> Self {
         let mut out = Self { cuts: dense(edge, tiles), spans: Vec::with_capacity(edge.uses.len()), places: Vec::new() };
         for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
@@ -43,7 +43,7 @@ impl EdgeImages {
     }
 }
 
-/// Leaves as many of the places from `at` on as strips need that are so short; returns how many steps these are.
+/// Drops those places from `at` on that short strips do not need, and returns the steps left per strip.
 fn thin(places: &mut Vec<[f32; 2]>, at: usize) -> usize {
     let way = |strip: &[[f32; 2]]| {
         let steps = strip.windows(2).map(|w| (w[1][0] - w[0][0]).abs().max((w[1][1] - w[0][1]).abs()));
@@ -63,10 +63,10 @@ pub(crate) fn sample(edges: &mut [PreparedEdge], tiles: &[Tile]) {
     edges.par_iter_mut().for_each(|edge| edge.images = EdgeImages::of(edge, tiles));
 }
 
-/// Borders of an edge's strips, cut further where one of its images turns within a strip: beside a pole it runs over half a
-/// lattice in a thousandth of the edge, and only there segments have to be short. Empty where none does.
+/// Ends of an edge's strips, refined where an image turns within a strip; empty if none does. Close to a pole, an image
+/// crosses half a lattice in a thousandth of the edge, and only there segments have to be short.
 fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
-    /// Samples of an image within a strip from which on it is cut at each of them. Ordinary edges have two to eight.
+    /// A strip is cut at each sample of an image if it holds at least so many. Ordinary edges have two to eight.
     const MANY: usize = 16;
     let breaks = &edge.bounds.breaks;
     let mut cuts: Vec<f64> = Vec::new();

@@ -1,4 +1,4 @@
-//! What preparing a model may cost, counted face by face while it is done.
+//! Limits on the cost of preparing a model, checked face by face during the work.
 
 use super::prepared::Tile;
 use crate::model::{Model, Surface};
@@ -8,13 +8,13 @@ use glam::DVec4;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Most that [`prepare`](crate::prepare::prepare()) may make of a model.
+/// Upper limits for [`prepare`](crate::prepare::prepare()).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct PrepareLimits {
     /// Bézier patches of all faces together.
     pub patches: u64,
-    /// Memory of patches, derivative bounds and tiles, bytes, as estimated from their counts.
+    /// Memory of patches, derivative bounds and tiles in bytes, estimated from their counts.
     pub bytes: u64,
 }
 
@@ -43,7 +43,7 @@ impl Default for PrepareLimits {
     }
 }
 
-/// Why a model was not prepared: it costs more than [`PrepareLimits`] allow.
+/// The model exceeds [`PrepareLimits`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PrepareError {
@@ -51,14 +51,14 @@ pub enum PrepareError {
     TooManyPatches {
         /// The limit.
         limit: u64,
-        /// Knot spans of all its surfaces: what it would need if no face used only a part of its own.
+        /// Knot spans of all surfaces: the patches needed if every face used all of its surface.
         needed: u64,
     },
     /// More memory than [`PrepareLimits::bytes`].
     TooMuchMemory {
         /// The limit, bytes.
         limit: u64,
-        /// Knot spans of all its surfaces.
+        /// Knot spans of all surfaces.
         patches: u64,
     },
 }
@@ -72,8 +72,8 @@ impl fmt::Display for PrepareError {
             ),
             Self::TooMuchMemory { limit, patches } => write!(
                 f,
-                "preparing the model (up to {patches} Bézier patches) needs more than {limit} bytes of memory, which is the \
-                 limit (PrepareLimits::bytes)"
+                "preparing the model (up to {patches} Bézier patches) needs more memory than the limit of {limit} \
+                 bytes (PrepareLimits::bytes)"
             ),
         }
     }
@@ -81,10 +81,10 @@ impl fmt::Display for PrepareError {
 
 impl std::error::Error for PrepareError {}
 
-/// Memory of a tile beside its patches: loops, their images, what topology keeps for them.
+/// Memory of a tile besides its patches, in bytes: loops, pcurves and their topology.
 const BYTES_PER_TILE: u64 = 4096;
 
-/// What has been spent, on all threads together.
+/// Patches and bytes spent so far by all threads.
 pub(crate) struct PrepareBudget {
     limits: PrepareLimits,
     patches: AtomicU64,
@@ -96,7 +96,7 @@ impl PrepareBudget {
         Self { limits, patches: AtomicU64::new(0), bytes: AtomicU64::new(0) }
     }
 
-    /// Books a face.
+    /// Adds the cost of a face.
     pub(crate) fn spend(&self, draft: &FaceDraft) {
         let (u, v) = draft.patches.counts();
         let table = draft.bounds.cells.len() * size_of::<(BoxBounds, BoundingBox)>();
@@ -106,13 +106,13 @@ impl PrepareBudget {
         self.bytes.fetch_add(bytes as u64 + tiles, Ordering::Relaxed);
     }
 
-    /// Whether more was spent than there is: then no further face need be looked at.
+    /// Whether a limit is exceeded. The remaining faces can then be skipped.
     pub(crate) fn exceeded(&self) -> bool {
         self.patches.load(Ordering::Relaxed) > self.limits.patches
             || self.bytes.load(Ordering::Relaxed) > self.limits.bytes
     }
 
-    /// What to say of `model` when it was.
+    /// The error for `model` once a limit is exceeded.
     pub(crate) fn error(&self, model: &Model) -> PrepareError {
         let faces = model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost && face.refused.is_none());
         let needed = faces.map(|face| spans_of(&face.surface)).sum();
@@ -123,7 +123,7 @@ impl PrepareBudget {
     }
 }
 
-/// Knot spans of a whole surface; quarter turns count as one.
+/// Knot spans of a whole surface; each quarter turn counts as one.
 fn spans_of(surface: &Surface) -> u64 {
     let spans = |knots: &[f64]| knots.windows(2).filter(|pair| pair[0] < pair[1]).count() as u64;
     match surface {

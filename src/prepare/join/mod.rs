@@ -1,4 +1,4 @@
-//! Faces by themselves -> parts: edges shared and numbered, faces turned alike and closed against each other.
+//! Face drafts -> parts: shared edges numbered, faces oriented consistently and closed against each other.
 
 pub(super) mod chains;
 pub(super) mod closing;

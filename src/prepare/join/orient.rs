@@ -1,28 +1,29 @@
-//! Loops that run counter-clockwise in (u,v) to faces that all look outwards.
+//! Loops that run counter-clockwise in (u,v) -> faces that all point outwards.
 //!
-//! Neighbours that run along their common edge in opposite directions are turned alike; that fixes connected groups up
-//! to one sign. For groups that bound a solid the volume decides it, for others the file's word.
+//! Neighbours that run along their common edge in opposite directions are oriented alike. That determines each
+//! connected group up to a sign. The volume decides the sign of groups that bound a solid, the file that of others.
 
 use crate::model::{Part, ShellKind};
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::inside::{Inside, points_along};
 use glam::{DVec2, DVec3};
 
-/// A group of faces that should bound a solid, and as stated does not.
+/// A group of faces that should bound a solid, but does not as stated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Orientation {
     /// One of its faces.
     pub(crate) face: usize,
     /// How many faces it has.
     pub(crate) faces: usize,
-    /// Its volume as stated, mm³: with the sign that was wrong, and then it was turned over; none if it encloses nothing.
+    /// Its volume as stated, mm³. The sign was wrong, so the group was flipped. `None` if it encloses nothing.
     pub(crate) volume: Option<f64>,
 }
 
-/// For each face whether its outward normal is opposite to `S_u × S_v`.
+/// Returns for each face whether its outward normal is opposite to `S_u × S_v`. Groups that were flipped or have no
+/// volume are appended to `told`.
 ///
-/// Loops run counter-clockwise in (u,v) by now, so two faces are turned the same way exactly when they run along their
-/// common edge in opposite directions once turned.
+/// Loops already run counter-clockwise in (u,v). Two faces are oriented alike exactly when, once flipped, they run
+/// along their common edge in opposite directions.
 pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<Orientation>) -> Vec<bool> {
     let mut reversed: Vec<bool> = part.faces.iter().map(|f| f.reversed).collect();
     let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.edges.len()];
@@ -38,8 +39,8 @@ pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<O
             }
         }
     }
-    // (neighbour, whether both must be turned alike); and whether a face's edges all have their counterparts. Where bodies
-    // touch, an edge has more than two uses, but two in each shell.
+    // For each face its neighbours, and whether both are flipped alike; and whether all its edges have a counterpart.
+    // Where bodies touch, an edge has more than two uses, but two per shell.
     let mut neighbours: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.faces.len()];
     let mut whole: Vec<bool> = drafts.iter().map(Option::is_some).collect();
     for all in &mut uses {
@@ -96,23 +97,23 @@ pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<O
     reversed
 }
 
-/// Share of what the faces contribute, sign apart, that a volume must have for its sign to be believed. Samples are good
-/// to a few per cent of that; a thin shell is the small difference of two large contributions, and keeps the file's word.
+/// The sign of a volume counts above this share of the faces' absolute contributions. Samples are accurate to a few per
+/// cent of these. A thin shell is a small difference of two large contributions: it keeps the file's orientation.
 const DECISIVE: f64 = 0.3;
 
-/// The volume of a closed group if its sign is not `wanted`; zero if it is nothing but rounding.
+/// The volume of a closed group if its sign is not `wanted`; zero if it is only rounding.
 ///
-/// First the volume of the cone over each boundary, which costs next to nothing and has the right sign for all but
-/// strongly curved shapes; where it does not confirm the sign, the surfaces themselves are summed up.
+/// First sums the cones over the boundaries. That costs next to nothing and has the right sign for all but strongly
+/// curved shapes. Where it does not confirm the sign, integrates over the surfaces.
 pub(crate) fn wrong_volume(
     drafts: &[Option<FaceDraft>],
     group: &[(usize, bool)],
     reversed: &[bool],
     wanted: f64,
 ) -> Option<f64> {
-    /// Share of the cube of a group's size below which a volume is nothing but rounding.
+    /// Share of the cube of a group's size below which a volume is only rounding.
     const ROUNDING: f64 = 1e-9;
-    /// Share of what the faces contribute by which few samples may err where faces cancel each other.
+    /// Share of the faces' absolute contributions by which few samples may err where faces cancel each other.
     const CLEAR: f64 = 1e-3;
     const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
     const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
@@ -124,8 +125,7 @@ pub(crate) fn wrong_volume(
         .collect();
     let points = || polygons.iter().flat_map(|p| &p.0);
     let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
-    // The boundary of a surface kept whole runs forth and back, or is a single point: then nothing is left of the cones but
-    // the digits that the coordinates have too few of.
+    // The boundary of an untrimmed surface runs forth and back, or is a single point. Its cones sum to rounding only.
     let size = points().map(|p| p.distance(origin)).fold(ROUNDING * origin.abs().max_element(), f64::max);
     let (mut cones, mut parts) = (0.0, ROUNDING * size.powi(3));
     for (polygon, sign) in &polygons {
@@ -144,13 +144,13 @@ pub(crate) fn wrong_volume(
             (volume + v, parts + v.abs())
         })
     };
-    // Nearly all solids are right. A few samples say so well enough: a volume that is wrong is so by far.
+    // Nearly all solids are right, and wrong volumes are far off, so try few samples first.
     let (volume, parts) = summed(FEW);
     if volume * wanted > CLEAR * parts {
         return None;
     }
     let (volume, parts) = summed(MANY);
-    // What one face adds another takes away, or all lie in one plane.
+    // The faces cancel each other, or all lie in one plane.
     if volume.abs() <= ROUNDING * parts.max(size.powi(3)) {
         return Some(0.0);
     }
@@ -159,7 +159,7 @@ pub(crate) fn wrong_volume(
 
 /// Points along a loop, on the surface.
 fn space_polygon(draft: &FaceDraft, uses: &[DraftUse]) -> Vec<DVec3> {
-    /// Points per use: a fan over them has a circle's area within 3 %.
+    /// Maximum points per use: a fan over them has a circle's area within 3 %.
     const MOST: usize = 8;
     plane_polygon(uses, MOST).into_iter().map(|p| draft.patches.point(p.x, p.y)).collect()
 }
@@ -173,16 +173,16 @@ fn plane_polygon(uses: &[DraftUse], most: usize) -> Vec<DVec2> {
     out
 }
 
-/// How closely a face is sampled.
+/// Sampling density of a face.
 #[derive(Clone, Copy)]
 struct Sampling {
     /// Samples per Bézier piece and direction.
     lattice: usize,
-    /// Points per edge of a loop, at most.
+    /// Maximum points per edge of a loop.
     outline: usize,
 }
 
-/// The integral of (x - origin)·n over a face, by samples: with eight in a row good to a few per cent.
+/// Integral of (x - origin)·n over a face by sampling. Accurate to a few per cent with 8 samples per piece and axis.
 fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> f64 {
     draft.tiles.iter().map(|tile| tile_flux(draft, tile, origin, samples)).sum()
 }

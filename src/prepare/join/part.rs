@@ -1,4 +1,4 @@
-//! One part: each of its faces by itself, then all of them turned alike, closed against each other and told about.
+//! Part -> prepared part: drafts each face, orients all faces, closes them against each other, and reports diagnostics.
 
 use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Added;
@@ -29,7 +29,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What became of one part.
+/// A prepared part with its diagnostics.
 #[derive(Default)]
 pub(crate) struct DonePart {
     pub(crate) part: PreparedPart,
@@ -38,10 +38,10 @@ pub(crate) struct DonePart {
     pub(crate) closedness: Closedness,
 }
 
-/// Share of a part's size within which borders are the same.
+/// Borders no further apart than this share of the part's size are joined without a diagnostic.
 const ROUNDING: f64 = 1e-9;
 
-/// Share of the square of a face's size that is no area.
+/// A face whose area is at most this share of its squared size has no area.
 const NO_AREA: f64 = 1e-9;
 
 pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &PrepareBudget) -> DonePart {
@@ -53,12 +53,12 @@ pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
     let gap_edges = trimmed.edges.len()..healed.edges.len();
     let (part, borders) = sew(healed, &mut free, border_tolerance * size, &mut healings);
     healings.sort_by_key(|h| h.face);
-    // Edges of free trims come after the model's own, and what sewing makes of them after those.
+    // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
     let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
     let mut maker = Maker { id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
     let results = maker.draft(budget);
     if budget.exceeded() {
-        // Nothing of this will be kept.
+        // The whole result will be discarded.
         return DonePart::default();
     }
     let mut faces = maker.fill(results);
@@ -67,7 +67,7 @@ pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
     let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
     let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
     if let Err(reason) = &assembled {
-        // It costs the regions of all faces; their loops are left.
+        // Assembling panicked. Drop the regions of all faces and fill their loops.
         let mut faces = maker.fill_all(&has_draft, reason);
         directed = maker.direct(&mut faces);
         assembled = maker.assemble(faces.drafts, &directed.reversed);
@@ -81,51 +81,51 @@ pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
     DonePart { part, diagnostics: maker.diagnostics, without_area, closedness }
 }
 
-/// A part on its way.
+/// A part while it is prepared.
 struct Maker<'a> {
     id: PartId,
-    /// As healed and sewn.
+    /// The part after healing and sewing.
     part: Cow<'a, Part>,
     free: FreeFaces,
     size: f64,
-    /// Edges that healing put into gaps.
+    /// Edges that healing added in gaps.
     gap_edges: Range<usize>,
-    /// From which edge on curves are cut much finer than they bend.
+    /// Index of the first edge whose curve is cut much finer than it bends.
     finely_cut: usize,
     diagnostics: Vec<Diagnostic>,
 }
 
-/// What became of a part's faces.
+/// The drafts of a part's faces.
 struct Faces {
     drafts: Vec<Option<FaceDraft>>,
     /// Why a face has no region.
     causes: BTreeMap<usize, OpenCause>,
 }
 
-/// Why a face has no region, and what follows from that.
+/// Why a face has no region.
 struct OpenCause {
     error: FaceError,
-    /// Nothing is lost: it has no area, or nothing of it is kept.
+    /// Whether nothing is lost: the face has no area, or its trims keep none of it.
     harmless: bool,
 }
 
-/// What is told of a face that is filled.
+/// The report on a filled face.
 fn told_filled(cause: &FaceError, area: f64) -> Told {
     Told::new(cause.place(), FaceTrouble::Filled { cause: cause.clone(), area_mm2: area })
 }
 
-/// Which way faces look, and what they sum to.
+/// Orientation of the faces, and the sums of their chains.
 struct Directed {
     reversed: Vec<bool>,
-    /// Where the sum is not 0.
+    /// Sums that are not 0.
     sums: Vec<Sum>,
     closedness: Closedness,
-    /// Groups that were turned over.
+    /// Groups that were flipped, or have no volume.
     turned: Vec<orient::Orientation>,
 }
 
 impl Maker<'_> {
-    /// Drafts each face by itself; none for those that were lost before, and have their diagnostic.
+    /// Drafts each face on its own. `None` for faces lost earlier, which have a diagnostic, or past the budget.
     fn draft(&self, budget: &PrepareBudget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
         let part = &*self.part;
         let shared = boundary::shared_edges(part, &self.free);
@@ -144,7 +144,7 @@ impl Maker<'_> {
         boundary(&self.part.faces[face], self.free[face].as_ref().and_then(|free| free.as_ref().ok()))
     }
 
-    /// A face filled in space: with its loops as they are stated, or each turned such that they sum to `chain`.
+    /// Fills a face in space, with its loops as stated, or each reversed where it runs against `chain`.
     fn filled(&self, face: usize, chain: Option<&Chain>) -> Option<filled::Filled> {
         let mut boundary = self.boundary(face);
         if let Some(chain) = chain {
@@ -153,7 +153,8 @@ impl Maker<'_> {
         guarded(|| Ok(filled::fill(&self.part, &boundary))).ok().flatten()
     }
 
-    /// Fills the faces that could not be drafted, other than those without edges, and those without area whose edges cancel.
+    /// Fills the faces that could not be drafted. Skips faces without edges, and those without area or refused by the
+    /// reader whose edges cancel.
     fn fill(&mut self, results: Vec<Option<Result<FaceDraft, FaceError>>>) -> Faces {
         let mut faces = Faces { drafts: Vec::with_capacity(results.len()), causes: BTreeMap::new() };
         for (k, result) in results.into_iter().enumerate() {
@@ -169,7 +170,7 @@ impl Maker<'_> {
         }
         for (&k, OpenCause { error: e, harmless }) in &mut faces.causes {
             let boundary = self.boundary(k);
-            // Nothing tells what lies between edges that cancel: a seam is all that bounds a sphere.
+            // Edges that cancel do not show what lies between them: a sphere's only edge is its seam.
             let unknown = matches!(e, FaceError::Refused(_)) && of_boundary(&boundary).is_empty();
             if boundary.is_empty() || unknown {
                 continue;
@@ -190,7 +191,7 @@ impl Maker<'_> {
         faces
     }
 
-    /// Turns the faces outwards. A shell whose faces do not cancel then, but do as the file runs its loops, is taken at its word.
+    /// Orients the faces outwards. If a shell's faces do not cancel then, but do with its loops as stated, takes those.
     fn direct(&self, faces: &mut Faces) -> Directed {
         let mut turned = Vec::new();
         let oriented = guarded(|| Ok(orient(&self.part, &faces.drafts, &mut turned)));
@@ -231,12 +232,12 @@ impl Maker<'_> {
         }))
     }
 
-    /// Whether faces do not cancel on an edge though there are as many as could. Edges in gaps are not stated.
+    /// Whether faces do not cancel on an edge with an even number of uses. Excludes edges that healing added.
     fn is_stuck(&self, sum: &Sum) -> bool {
         !sum.is_free() && !self.gap_edges.contains(&(sum.edge as usize))
     }
 
-    /// Runs the loops of a shell as the file does, if its faces cancel then.
+    /// Takes the loops of a shell as stated, if its faces cancel then.
     fn take_at_word(&self, shell: u32, faces: &mut Faces, reversed: &mut [bool]) {
         let part = &*self.part;
         let of_shell = || (0..part.faces.len()).filter(|&k| part.faces[k].shell == shell);
@@ -263,7 +264,7 @@ impl Maker<'_> {
             if draft.is_none()
                 && let Some(filled) = self.filled(k, None)
             {
-                let cause = cause.unwrap_or(FaceError::Internal("its loops would not stay as they are".to_owned()));
+                let cause = cause.unwrap_or(FaceError::Internal("its loops cannot be kept as stated".to_owned()));
                 draft = Some(filled.draft);
                 draft.iter_mut().for_each(|draft| draft.repairs.push(told_filled(&cause, filled.area)));
             }
@@ -283,7 +284,7 @@ impl Maker<'_> {
         }
     }
 
-    /// Lets a face of each shell whose gap edges are left over, and form closed chains, fill these. Whether there are any.
+    /// Adds leftover gap edges that form closed chains to one face per shell. Returns whether there were any.
     fn close_gaps(&self, sums: &[Sum], faces: &mut Faces, reversed: &[bool]) -> bool {
         let mut found = false;
         for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
@@ -316,14 +317,14 @@ impl Maker<'_> {
         self.diagnostics.push(Diagnostic { severity, part, face, edge, entity, place, kind });
     }
 
-    /// Tells what became of each face, and returns those without area.
+    /// Reports the diagnostics of each face, and returns the faces without area.
     fn tell_faces(&mut self, faces: &mut Faces, healings: Vec<Healing>) -> Vec<FaceId> {
         let mut without_area = Vec::new();
         let mut healings = healings.into_iter().peekable();
         for (k, draft) in faces.drafts.iter_mut().enumerate() {
             let cause = faces.causes.get(&k);
             if draft.is_none() && cause.is_none() {
-                // It was lost before it came here.
+                // Lost earlier, and already reported.
                 continue;
             }
             while let Some(healing) = healings.next_if(|h| h.face == k) {
@@ -355,7 +356,7 @@ impl Maker<'_> {
         without_area
     }
 
-    /// Fills all faces that were drafted, since that was of no use.
+    /// Fills all faces that had a draft, after these could not be assembled.
     fn fill_all(&mut self, has_draft: &[bool], reason: &str) -> Faces {
         let mut faces = Faces { drafts: Vec::with_capacity(has_draft.len()), causes: BTreeMap::new() };
         for (k, &has_draft) in has_draft.iter().enumerate() {
@@ -376,10 +377,10 @@ impl Maker<'_> {
         faces
     }
 
-    /// Numbers everything in the part; and the faces that were lost with that.
+    /// Assembles the drafts. Returns the part, and the faces whose loops could not be closed.
     ///
     /// # Errors
-    /// What a panic said.
+    /// The message of a panic.
     fn assemble(
         &mut self,
         drafts: Vec<Option<FaceDraft>>,
@@ -398,7 +399,7 @@ impl Maker<'_> {
         Ok((prepared, lost))
     }
 
-    /// The part without tiles.
+    /// A part without tiles, with a diagnostic for each face.
     fn nothing(&mut self, reason: &str) -> (PreparedPart, Vec<usize>) {
         let faces = self.part.faces.len();
         let all: Vec<usize> = (0..faces).collect();
@@ -442,7 +443,7 @@ impl Maker<'_> {
         }
     }
 
-    /// Tells of shells that are open, and of edges that cannot be made to cancel.
+    /// Reports open shells, and edges on which faces cannot be oriented to cancel.
     fn tell_open(&mut self, prepared: &PreparedPart, sums: &[Sum]) {
         let part = &*self.part;
         let lost = |face: usize| prepared.face_rows[face].is_none();
@@ -461,7 +462,7 @@ impl Maker<'_> {
         }));
         for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
             let solid = part.shells.get(of_shell[0].shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
-            // Where sheets meet in an edge of more than two, there is nothing to orient by.
+            // An edge of more than two sheets does not determine their orientation.
             let mut stuck = of_shell.iter().filter(|s| !s.is_free() && (solid || s.uses == 2));
             let Some(first) = stuck.next() else { continue };
             let severity = if solid { Severity::Warning } else { Severity::Note };

@@ -1,4 +1,4 @@
-//! What prepare leaves behind: faces cut into tiles, edges with their breaks, everything the frame needs and no more.
+//! The prepared model: faces cut into tiles, edges with their breaks, and all else that frames need.
 
 use super::images::EdgeImages;
 use crate::mesh::Scene;
@@ -12,37 +12,38 @@ use std::sync::Arc;
 /// A face ready for tessellation.
 #[derive(Clone, Debug)]
 pub struct PreparedFace {
-    /// What the surface was before it became Bézier pieces.
+    /// Kind of the surface before it was cut into Bézier pieces.
     pub kind: SurfaceKind,
     /// Entity number of the face in the source file, 0 if none.
     pub entity: u64,
-    /// Whether its boundary is not quite as stated: it crossed or overlapped itself, or had gaps. A diagnostic says where.
+    /// Whether the face is not quite as stated: its boundary crossed or overlapped itself, or had gaps, or it was
+    /// filled. A diagnostic says where.
     pub repaired: bool,
-    /// Whether its surface is not the file's but the plane that its loops fit best, as they have no region there.
+    /// Whether the plane that fits its loops best replaces the file's surface.
     pub filled: bool,
-    /// Whether a diagnostic says that its boundary crosses or overlaps itself.
+    /// Whether a diagnostic reports that its boundary crosses or overlaps itself.
     pub crosses: bool,
     /// Bézier pieces over the face's parameter box.
     pub patches: BezierPatches,
     /// Derivative bounds per sub-box.
     pub bounds: SurfaceBounds,
-    /// From the surface's natural parameters to those of `patches`.
+    /// Maps from the surface's natural parameters to those of `patches`.
     pub maps: [AxisMap; 2],
-    /// Parameters in u and in v where the surface has a crease: lattice lines always run there.
+    /// Parameters in u and in v where the surface has a crease. Every lattice has a line there.
     pub creases: [Vec<f64>; 2],
-    /// Whether triangles are turned over: outward normal opposite to `S_u × S_v`.
+    /// Whether the outward normal is opposite to `S_u × S_v`, so that triangles are flipped.
     pub reversed: bool,
-    /// Largest distance between the surface and the face's edges: the gap that the file itself leaves, millimetres.
+    /// Largest distance between the surface and the face's edges, millimetres: the gap that the file itself leaves.
     pub gap: f64,
-    /// Critical parameters: what its tiles ask of its edges, so that coarse polylines do not cross where the curves do not.
+    /// Number of critical parameters: breaks without which coarse polylines could cross where the curves do not.
     pub critical: u32,
-    /// Points where its boundary meets itself other than at common ends; they are points of both edges.
+    /// Number of points where its boundary meets itself other than at common ends. Both edges have a break there.
     pub meetings: u32,
-    /// The face's tiles within [`PreparedPart::tiles`].
+    /// The face's range of [`PreparedPart::tiles`].
     pub tiles: std::ops::Range<u32>,
 }
 
-/// What an edge's points are.
+/// Geometry of an edge.
 #[derive(Clone, Debug)]
 pub enum EdgeShape {
     /// A curve in space.
@@ -56,48 +57,48 @@ pub enum EdgeShape {
 pub struct Break {
     /// The edge's parameter.
     pub t: f64,
-    /// The point there: a B-rep vertex, a crossing with a tile border, a critical point. Meshes use this very value.
+    /// The point there: a B-rep vertex, a crossing with a tile border or a critical point. Meshes use this exact value.
     pub point: DVec3,
 }
 
-/// A place in a tile's loops.
+/// Index of an [`EdgeUse`] in the tiles of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileUse {
     /// The tile.
     pub tile: TileId,
-    /// Which of its loops.
+    /// Index of the loop in the tile.
     pub of_loop: u32,
-    /// Which stretch of the loop.
+    /// Index of the use in the loop.
     pub index: u32,
 }
 
 /// A B-rep edge, or a border between tiles: one curve, shared by the tiles along it.
 #[derive(Clone, Debug)]
 pub struct PreparedEdge {
-    /// Its points.
+    /// Its geometry.
     pub shape: EdgeShape,
-    /// First and last are the ends; increasing in `t`.
+    /// Breaks, increasing in `t`; the first and the last are the ends.
     pub breaks: Vec<Break>,
     /// Derivative bounds per strip.
     pub bounds: CurveBounds,
-    /// Straight: one segment between breaks keeps every tolerance.
+    /// Whether one segment between breaks meets every tolerance.
     pub straight: bool,
     /// Where tiles use it.
     pub uses: Vec<TileUse>,
-    /// Where it runs in those tiles.
+    /// Samples of its pcurves in those tiles.
     pub images: EdgeImages,
 }
 
 /// A stretch of an edge as one tile's trim loop uses it.
 #[derive(Clone, Debug)]
 pub struct EdgeUse {
-    /// A row of [`PreparedPart::edges`].
+    /// Index into [`PreparedPart::edges`].
     pub edge: RowId,
-    /// Break where the stretch starts, in loop direction.
+    /// Index of the break where the stretch starts, in loop direction.
     pub from: u32,
-    /// Break where it ends; less than `from` when the loop runs against the edge.
+    /// Index of the break where it ends; less than `from` if the loop runs against the edge.
     pub to: u32,
-    /// The stretch in the tile's (u,v).
+    /// The pcurve in the tile's (u,v). It may extend beyond the stretch.
     pub uv: UvCurve,
 }
 
@@ -110,13 +111,14 @@ pub struct Tile {
     pub min: DVec2,
     /// Upper corner.
     pub max: DVec2,
-    /// Trim loops, kept side left; each a closed chain of edge stretches.
+    /// Trim loops, with the kept side on the left. Each is a closed chain of edge stretches.
     pub loops: Vec<Vec<EdgeUse>>,
-    /// Whether the loops meet themselves or each other, or wind around a part of the border more than once or backwards:
-    /// their region is what they wind around a positive number of times, and is found by counting.
+    /// Whether the loops meet themselves or each other, or wind around a part of the tile's border more than once or
+    /// backwards. Such a tile is triangulated by winding numbers: each point is covered as often as the loops wind
+    /// around it, reversed where that is negative.
     pub entangled: bool,
-    /// Expected cost where the model fills a screen, nanoseconds on the machine of docs/benchmarks.md; above 0, finite. What it is made
-    /// of: cells, boundary, and how crowded that is.
+    /// Expected nanoseconds where the model fills a screen, on the machine of docs/benchmarks.md. Finite, above 0.
+    /// Estimated from lattice cells, boundary tessellants and their ratio.
     pub weight: f64,
     /// A point near the middle, part coordinates.
     pub centre: DVec3,
@@ -125,45 +127,45 @@ pub struct Tile {
 /// A part ready for tessellation.
 #[derive(Clone, Debug, Default)]
 pub struct PreparedPart {
-    /// Faces, as in the model's part.
+    /// Usable faces, in the model's order.
     pub faces: Vec<PreparedFace>,
-    /// For each face of the model's part its row in `faces`; `None` when prepare could not use it (a diagnostic says why).
+    /// Row in `faces` of each face of the model's part; `None` if it could not be used (a diagnostic says why).
     pub face_rows: Vec<Option<u32>>,
     /// Tiles, sorted by face.
     pub tiles: Vec<Tile>,
-    /// B-rep edges in the model's order, those made for faces that have none (with free trims, or kept whole), edges that close
-    /// gaps in loops, and pieces of edges that coincide in part; then borders of tiles. An edge that another one replaced
-    /// has no uses.
+    /// First the edges of faces: B-rep edges in the model's order, edges made for faces that have none (untrimmed, or
+    /// with free trims), edges that close gaps in loops, and pieces of edges that coincide in part. Then the borders of
+    /// tiles. An edge that was replaced by another has no uses.
     pub edges: Vec<PreparedEdge>,
-    /// How many of `edges` are no borders of tiles.
+    /// Number of `edges` that come before the borders of tiles.
     pub brep_edges: usize,
 }
 
 /// A model ready for tessellation.
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
-    /// Parts, as in the model. A part that stands here twice is one object.
+    /// Parts in the model's order. Levels of detail of a part share its data.
     pub parts: Vec<Arc<PreparedPart>>,
-    /// Names, colours, instances: what sinks are told.
+    /// Names, colours and instances, for sinks.
     pub scene: Scene,
     /// The model's diagnostics and prepare's own.
     pub diagnostics: Vec<Diagnostic>,
-    /// Lower and upper corner of the box of the trimmed, placed model, millimetres, within about 0.1 %; `None` if nothing
-    /// is placed.
+    /// Lower and upper corner of the trimmed, placed model's box, mm. Accurate to about 0.1 %. `None` if nothing is
+    /// placed.
     pub bounds: Option<[DVec3; 2]>,
     /// Diagonal of that box; 0 without one.
     pub diagonal: f64,
 }
 
 impl Prepared {
-    /// Every tile: its part, its number within the part, and the tile.
+    /// All tiles, each with its part and its index in that.
     pub fn tiles(&self) -> impl Iterator<Item = (PartId, TileId, &Tile)> {
         self.parts.iter().enumerate().flat_map(|(p, part)| {
             part.tiles.iter().enumerate().map(move |(t, tile)| (PartId::new(p), TileId(t as u32), tile))
         })
     }
 
-    /// Every edge of faces, other than borders between tiles, that some tile uses: its part and its number within the part.
+    /// All edges of faces that some tile uses, each with its part and its index in that. Excludes borders of tiles.
     pub fn brep_edges(&self) -> impl Iterator<Item = (PartId, EdgeId)> {
         self.parts.iter().enumerate().flat_map(|(p, part)| {
             (0..part.brep_edges)
@@ -173,23 +175,25 @@ impl Prepared {
     }
 }
 
-/// Edges, or stretches of them, that have a face on one side only.
+/// Edges, or stretches of edges, that have a face on one side only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpenEdges {
-    /// How many edges.
+    /// Number of edges.
     pub count: usize,
-    /// How long they are together, millimetres, within about a thousandth.
+    /// Their total length, millimetres. Accurate to about a thousandth.
     pub length: f64,
-    /// A point of one, part coordinates.
+    /// A point on one of them, part coordinates.
     pub place: Option<DVec3>,
 }
 
 impl PreparedPart {
-    /// The edges at which its faces end: used, or used in a stretch, an odd number of times. A sheet's outline, and the gaps
-    /// of what should be closed. Borders between tiles are in pairs. Cost: a look at all edges.
+    /// Measures the edges where faces end: the outline of a sheet, or gaps in a solid.
+    ///
+    /// An edge counts if tiles use it, or a stretch of it, an odd number of times. Borders of tiles do not count. Cost:
+    /// one pass over all edges.
     #[must_use]
     pub fn open_edges(&self) -> OpenEdges {
-        /// Chords per Bézier piece that a length is measured by.
+        /// Chords per Bézier piece for measuring length.
         const CHORDS: usize = 16;
         let mut open = OpenEdges::default();
         for edge in &self.edges[..self.brep_edges] {
@@ -218,7 +222,7 @@ impl PreparedPart {
     /// Row of a tile's face in [`faces`](Self::faces).
     ///
     /// # Panics
-    /// Never for tiles of this part: prepare makes tiles only for faces that have a row.
+    /// Never for tiles of this part: only faces that have a row get tiles.
     #[must_use]
     pub fn face_of(&self, tile: &Tile) -> usize {
         self.face_rows[tile.face.index()].expect("a tile's face has a row") as usize

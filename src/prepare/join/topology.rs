@@ -1,4 +1,4 @@
-//! Face drafts of a part to one table of edges: breaks from all faces, borders numbered, faces turned the same way.
+//! Face drafts of a part -> one table of edges: breaks from all faces, borders numbered, loops of tiles closed.
 
 use super::closing::{Added, BreakSpan, Wanted, close};
 use super::images::EdgeImages;
@@ -13,20 +13,22 @@ use crate::prepare::uv::uv_curve::SAME_SHARE;
 use crate::prepare::wires::chain::Chain;
 use glam::DVec3;
 
-/// What was done to a face for its loops to be closed.
+/// How the loops of a face were closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Closed {
-    /// Something was added to them.
+    /// By adding joints or loops.
     Added(Added),
-    /// They are its own, filled in space.
+    /// By filling the stated loops in space.
     Filled,
-    /// Nothing helped.
+    /// Not at all: the face is lost.
     Lost,
 }
 
-/// Joins the drafts of a part's faces (none for faces that could not be used). `finely_cut`: from which edge on curves are cut much
-/// finer than they bend. `reversed`: which faces are turned over. `refill`: what stands for a face of that chain whose loops cannot be closed.
-/// Faces to whose loops something was added are appended to `told`.
+/// Assembles the drafts of a part's faces, `None` for faces that could not be used.
+///
+/// `finely_cut`: index of the first edge whose curve is cut much finer than it bends. `reversed`: which faces are
+/// flipped. `refill`: makes another draft, of the given chain, for a face whose loops cannot be closed. Faces whose
+/// loops had to be closed are appended to `told`.
 pub(crate) fn assemble(
     part: &Part,
     finely_cut: usize,
@@ -48,7 +50,7 @@ pub(crate) fn assemble(
     for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
         let breaks = &mut edges[*edge as usize].breaks;
         let k = nearest_break(breaks, *t);
-        // Ends are vertices, and other faces know them.
+        // The ends are vertices, which other faces use too.
         if k > 0 && k + 1 < breaks.len() {
             breaks[k].point = *point;
         }
@@ -112,7 +114,7 @@ pub(crate) fn assemble(
     out
 }
 
-/// Gives the edges that a face uses their breaks where no face did so far.
+/// Prepares the edges of a face that no other face has used so far.
 fn use_edges(part: &Part, draft: &FaceDraft, edges: &mut [PreparedEdge]) {
     for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
         let DraftAlong::Edge(e) = u.along else { continue };
@@ -122,10 +124,10 @@ fn use_edges(part: &Part, draft: &FaceDraft, edges: &mut [PreparedEdge]) {
     }
 }
 
-/// Numbers the borders and breaks of face `k` and appends its tiles, their loops closed. What had to be added for that.
+/// Numbers the borders and breaks of face `k`, appends its tiles and closes their loops. Returns what was added.
 ///
 /// # Errors
-/// Where they cannot be: as [`close`].
+/// As [`close`].
 fn add_tiles(
     k: usize,
     draft: &mut FaceDraft,
@@ -157,7 +159,7 @@ fn add_tiles(
             max: t.max,
             loops,
             entangled: t.entangled,
-            // Weighed when the model's size is known.
+            // Set once the model's size is known.
             weight: 0.0,
             centre: middle,
         });
@@ -168,7 +170,7 @@ fn add_tiles(
     close(&mut tiles[first_tile..], edges, &wanted, spans)
 }
 
-/// A border of a face, ending on the breaks of edges.
+/// The edge for a border of a face, with its ends on breaks of edges.
 fn border(b: DraftBorder, edges: &[PreparedEdge]) -> PreparedEdge {
     let place = |end: DraftEnd| match end {
         DraftEnd::Point(p) => p,
@@ -195,8 +197,8 @@ fn border(b: DraftBorder, edges: &[PreparedEdge]) -> PreparedEdge {
     PreparedEdge { shape, breaks, bounds, straight, uses: Vec::new(), images: EdgeImages::default() }
 }
 
-/// Lets borders along poles start and end where the edges beside them do: a file may have several vertices nearly at a pole, and
-/// the faces beyond those edges know theirs.
+/// Moves the ends of borders along poles to the ends of the adjacent edges. A file may have several vertices close to a
+/// pole, and the faces beyond those edges use them.
 fn end_poles(tiles: &[Tile], edges: &mut [PreparedEdge]) {
     for uses in tiles.iter().flat_map(|tile| &tile.loops) {
         for (before, after) in uses.iter().zip(uses.iter().cycle().skip(1)) {
@@ -275,8 +277,7 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     }
 }
 
-/// Box of a part's vertices and control points, and of points of the whole surface where a face has no edges: a size, not
-/// a bound.
+/// Box of a part's vertices and control points, and of surface points of faces without edges. A size, not a bound.
 pub(crate) fn control_box(part: &Part) -> (DVec3, DVec3) {
     let mut low = DVec3::INFINITY;
     let mut high = DVec3::NEG_INFINITY;
@@ -292,7 +293,7 @@ pub(crate) fn control_box(part: &Part) -> (DVec3, DVec3) {
         }
         let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
         if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
-            // Where the surface does not end, its trims do.
+            // Where the surface is infinite, its trims bound it.
             let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
             (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
         }

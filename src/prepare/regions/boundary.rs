@@ -1,4 +1,4 @@
-//! A face's loops -> the edges that they use, as a chain, and whether they close.
+//! Loops of a face -> the chain of edges that they use, and whether they close.
 
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
 use crate::prepare::trims::free_faces::{FreeFace, FreeFaces};
@@ -7,10 +7,10 @@ use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::ends::ends;
 use crate::prepare::wires::order::Given;
 
-/// A face's boundary, loop by loop, as the edges that it uses and whether against them.
+/// A face's boundary: for each loop the edges that it uses, and whether against their direction.
 pub(crate) type Boundary = Vec<Vec<(u32, bool)>>;
 
-/// What loops in the unrolled plane use of edges: each coedge once, however many pieces poles part it into.
+/// The chain of loops in the unrolled plane. Each coedge counts once, however many pieces poles split it into.
 pub(crate) fn of_region(part: &Part, loops: &[UvLoop]) -> Chain {
     let use_of = |piece: &Piece| match piece.along {
         Along::Edge(edge) if piece.samples[0].t == part.edges[edge as usize].range.0 => {
@@ -21,7 +21,7 @@ pub(crate) fn of_region(part: &Part, loops: &[UvLoop]) -> Chain {
     summed(loops.iter().flat_map(|l| &l.pieces).filter_map(use_of).collect())
 }
 
-/// A face's boundary. Loops given again are left out.
+/// A face's boundary, without repeated loops.
 pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
     let of_piece = |piece: &Piece| match piece.along {
         Along::Edge(edge) => Some((edge, piece.reversed)),
@@ -37,7 +37,7 @@ pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
     wires.filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
 }
 
-/// Turns the loops of a boundary that run against a chain.
+/// Reverses the loops of a boundary that run against a chain.
 pub(crate) fn turn(boundary: &mut Boundary, chain: &Chain) {
     for l in boundary {
         let count = |edge: u32| chain.binary_search_by_key(&edge, |c| c.0).map_or(0, |k| chain[k].1);
@@ -79,12 +79,12 @@ pub(crate) fn shared_edges(part: &Part, free: &FreeFaces) -> Vec<bool> {
     shared
 }
 
-/// How a use counts in a chain.
+/// The count of a use in a chain.
 pub(crate) fn sign(reversed: bool) -> i32 {
     if reversed { -1 } else { 1 }
 }
 
-/// Whether all edges of a face are there, each starts at the vertex where the one before it ends, and these are finite.
+/// Whether all edges of a face exist, their vertices are finite, and each starts at the vertex where the previous ends.
 pub(crate) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bool {
     let vertices = |edge: u32, reversed: bool| -> Option<[VertexId; 2]> {
         let ends = ends(part, &Coedge { edge: EdgeId(edge), reversed, pcurve: None })?;
@@ -100,7 +100,7 @@ pub(crate) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bo
     })
 }
 
-/// Whether each starts where the one before it ends, the first where the last does.
+/// Whether each edge starts where the previous one ends, and the first where the last one does.
 fn is_chain(mut all: impl Iterator<Item = Option<[VertexId; 2]>>) -> bool {
     let Some(first) = all.next() else { return true };
     let Some([start, mut at]) = first else { return false };

@@ -1,8 +1,8 @@
-//! Loops that cross themselves to loops of which every lobe is kept: lobes that run backwards, outside all others, are turned.
+//! Self-crossing loops -> loops that keep every lobe: lobes that run backwards, outside all others, are reversed.
 //!
-//! A loop is cut at its crossings and joined there the other way, each end to the start beside it (Seifert's smoothing of a
-//! diagram), which leaves loops without crossings that wind as before. Of a figure eight these are its two lobes, one against
-//! the other; of a star its outline and its core, both alike.
+//! A loop is cut at its crossings and reconnected there the other way (Seifert's smoothing of a diagram). That leaves
+//! loops without crossings, with the same winding numbers. A figure eight becomes its two lobes, in opposite
+//! directions. A star becomes its outline and its core, in the same direction.
 
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
@@ -10,26 +10,26 @@ use crate::prepare::uv::uv_curve::{SAME_SHARE, UvSample};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, area2, winding_about};
 use glam::{DMat2, DVec2};
 
-/// Segments of a loop beyond which it is left as it is: every pair whose boxes meet is looked at.
+/// A loop with more segments stays as it is: every pair of segments whose boxes overlap is tested.
 const MAX_SEGMENTS: usize = 20_000;
 
-/// Crossings of a loop beyond which it is a scribble, of which no lobe means anything.
+/// A loop with more crossings is a scribble without meaningful lobes.
 const MAX_CROSSINGS: usize = 64;
 
-/// Newton steps to a crossing of two pcurves, from that of their chords.
+/// Maximum Newton steps from a crossing of chords to that of the pcurves.
 const STEPS: usize = 12;
 
-/// What was turned.
+/// The lobes that were reversed.
 pub(crate) struct TurnedLobes {
     pub(crate) lobes: usize,
-    /// Their area, mm², to a few per cent.
+    /// Their area, mm². Accurate to a few per cent.
     pub(crate) area: f64,
     pub(crate) cuts: Vec<LobeCut>,
 }
 
-/// Where a loop was cut: a point that it passes twice.
+/// A point that a loop passes twice, where it was cut.
 pub(crate) struct LobeCut {
-    /// Edge and parameter of both passes; none along a pole.
+    /// Edge and parameter of both passes; `None` along a pole.
     pub(crate) passes: [Option<(u32, f64)>; 2],
     pub(crate) uv: DVec2,
 }
@@ -41,13 +41,13 @@ struct At {
     t: f64,
 }
 
-/// Whether a loop stays as it is: one of its edges is `shared`.
+/// Whether a loop stays as it is because one of its edges is `shared`.
 pub(crate) fn stays(l: &UvLoop, shared: &[bool]) -> bool {
     l.pieces.iter().any(|p| matches!(p.along, Along::Edge(edge) if shared[edge as usize]))
 }
 
-/// Turns lobes of a region's loops that run backwards, outside their others; none if there are none. Loops along edges that are
-/// `shared` stay as they are: the faces beyond would not know.
+/// Reverses lobes of a region's loops that run backwards outside their other lobes. `None` if there are none. Loops
+/// along edges that are `shared` stay as they are, since the adjacent faces keep theirs.
 pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[bool]) -> Option<TurnedLobes> {
     if region.wraps != [false, false] {
         return None;
@@ -66,7 +66,7 @@ pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[boo
             let around = |o: &usize| *o != k && winding_about(&polygons[*o], polygons[k][polygons[k].len() / 2]) != 0;
             (0..polygons.len()).filter(around).count() % 2 == 0
         };
-        // Lobes as large as each other leave nothing of the area's sign.
+        // Lobes of equal size cancel, which leaves an area without a meaningful sign.
         let area = area2(&polygons[k]);
         let positive = if area.abs() > near * near { area > 0.0 } else { outside() };
         match lobes(&l, positive, near, projector, &mut done) {
@@ -78,7 +78,7 @@ pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[boo
     (done.lobes > 0).then_some(done)
 }
 
-/// The simple loops of one loop, those that had to be turned turned; none if none had to.
+/// The simple loops of one loop, reversed where they run backwards. `None` if none does.
 fn lobes(
     l: &UvLoop,
     positive: bool,
@@ -143,7 +143,7 @@ struct LobeCrossing {
     uv: DVec2,
 }
 
-/// Where a loop crosses itself, or passes a vertex twice; none if nowhere, or too often.
+/// Where a loop crosses itself, or passes a vertex twice. `None` if nowhere, or too often.
 fn crossings(l: &UvLoop, near: f64) -> Option<Vec<LobeCrossing>> {
     let mut points: Vec<(At, DVec2)> = Vec::new();
     for (piece, p) in l.pieces.iter().enumerate() {
@@ -187,14 +187,14 @@ fn crossings(l: &UvLoop, near: f64) -> Option<Vec<LobeCrossing>> {
     (!out.is_empty()).then_some(out)
 }
 
-/// Shares at which two segments cross, other than at their ends.
+/// Shares of two segments at which they cross, other than at their ends.
 fn cross([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<[f64; 2]> {
     let (d, e) = (q - p, s - r);
     let at = [(r - p).perp_dot(e), (r - p).perp_dot(d)].map(|x| x / d.perp_dot(e));
     at.iter().all(|x| *x > 0.0 && *x < 1.0).then_some(at)
 }
 
-/// The crossing of the pcurves near that of two of their chords; none where a chord's end stands on it, which counts as such.
+/// The crossing of the pcurves near that of two of their chords. `None` if they do not meet within both segments.
 fn settle(
     l: &UvLoop,
     segments: [usize; 2],
@@ -232,7 +232,7 @@ fn sample(p: &Piece, t: f64) -> UvSample {
     UvSample::at(&p.samples[k - 1], &p.samples[k], t)
 }
 
-/// The pieces of a loop from one point to the next, by way of its start if it `wraps`; the first and last point are `ends`.
+/// Appends the pieces of a loop between two points, past its start if it `wraps`. The outermost points become `ends`.
 fn between(l: &UvLoop, from: At, to: At, wraps: bool, ends: [DVec2; 2], out: &mut Vec<Piece>) {
     let mut index = from.piece;
     let mut to_wrap = wraps;

@@ -1,8 +1,8 @@
-//! Where the images of edges cross by less than the edges are true -> images that do not.
-//!
-//! Edges that lie off their surface, end off their vertices, or are tangent to each other at a vertex have images that cross
-//! beside it, though the edges do not mean to. An image only says how triangles are laid: their corners lie on the edge. So one of
-//! two edges that share a vertex runs beside the other up to where they are apart, and an edge that comes back to itself runs straight.
+//! Images of edges that cross by less than the edges are accurate -> images that do not cross.
+//! Edges that lie off their surface, end off their vertices, or are tangent to each other at a vertex may have images
+//! (pcurves) that cross near the vertex, though the edges do not. An image only decides the layout of triangles: their
+//! corners lie on the edge. So of two edges that share a vertex, one follows the other side by side up to where they
+//! separate, and an edge that meets itself is straightened.
 
 use crate::model::{CurveKind, Part, VertexId};
 use crate::prepare::uv::pcurve::Projector;
@@ -13,20 +13,19 @@ use glam::DVec2;
 /// A place where two stretches of a face's boundary meet: edge and parameter of both.
 pub(crate) type Tangle = [(u32, f64); 2];
 
-/// How images of edges are kept from crossing beside a vertex: where they leave it at an angle, by running straight; where they
-/// leave it side by side, by running alike.
+/// How images are kept from crossing near a vertex: straight if they leave it at an angle, else side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Way {
     Straight,
     Beside,
 }
 
-/// What is to be done to the image of an edge.
+/// A change to the image of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mend {
-    /// It is straight between two parameters.
+    /// Straightens it between two parameters.
     Straight { edge: u32, from: f64, to: f64 },
-    /// From its end at a vertex up to a parameter it runs beside another edge that ends there, ever farther from it.
+    /// Lays it next to another edge with a common end, from that end up to a parameter, at a growing distance.
     Beside { edge: End, to: f64, along: End },
 }
 
@@ -34,16 +33,16 @@ pub(crate) enum Mend {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct End {
     edge: u32,
-    /// Whether it is that of the least parameter.
+    /// Whether it is the end with the least parameter.
     first: bool,
 }
 
-/// Places beyond which a boundary is not one that means to be sound.
+/// A boundary with more tangles is not worth mending.
 pub(crate) const MAX_TANGLES: usize = 24;
 
-/// What to do about `tangles`: up to `reach` times as far from the vertex that both edges have in common as they meet, or as far
-/// about the place where an edge comes back to itself. From a vertex both edges run straight, or one of them beside the other.
-/// None where edges without a common vertex meet.
+/// The mends for `tangles`. `None` if edges without a common vertex meet.
+/// Two edges with a common vertex change from there up to `reach` times the distance at which they meet. Both become
+/// straight, or one follows the other side by side. An edge that meets itself becomes straight there.
 pub(crate) fn about(part: &Part, tangles: &[Tangle], way: Way, reach: f64) -> Option<Vec<Mend>> {
     let mut straight: Vec<(u32, f64, f64)> = Vec::new();
     let mut beside: Vec<(End, f64, End)> = Vec::new();
@@ -71,7 +70,7 @@ pub(crate) fn about(part: &Part, tangles: &[Tangle], way: Way, reach: f64) -> Op
         }
     }
     straight.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(std::cmp::Ordering::Equal));
-    // Those that overlap are one.
+    // Merge those that overlap.
     let mut merged: Vec<(u32, f64, f64)> = Vec::with_capacity(straight.len());
     for s in straight {
         match merged.last_mut() {
@@ -83,17 +82,17 @@ pub(crate) fn about(part: &Part, tangles: &[Tangle], way: Way, reach: f64) -> Op
     Some(merged.chain(beside.into_iter().map(|(edge, to, along)| Mend::Beside { edge, to, along })).collect())
 }
 
-/// From the end of an edge by way of a parameter to where it is `radius` away.
+/// The stretch from the end of an edge, past a parameter, to where the edge is `radius` away from the end.
 fn from_end(part: &Part, end: End, t: f64, radius: f64) -> (u32, f64, f64) {
     let (low, high) = part.edges[end.edge as usize].range;
     let to = parameter_at(part, end, t, radius);
     let (start, back) = if end.first { (low, high) } else { (high, low) };
-    // What would be left of it would bend back to where it was.
+    // Take the whole edge if little is left: the rest would have to bend back to where it was.
     let to = if (to - start).abs() > 0.75 * (high - low) { back } else { to };
     (end.edge, start.min(to), start.max(to))
 }
 
-/// Which of two edges the other follows: the simpler one, which is likely to be the truer.
+/// The edge of higher rank follows the other. Simpler curves rank lower: they are likely to be more accurate.
 fn rank(part: &Part, edge: u32) -> (u8, u32) {
     let kind = match part.edges[edge as usize].kind {
         CurveKind::Line => 0,
@@ -105,14 +104,14 @@ fn rank(part: &Part, edge: u32) -> (u8, u32) {
     (kind, edge)
 }
 
-/// The ends of two edges at the vertex nearest to where they meet of those at which both end.
+/// The ends of two edges at a common vertex: the one nearest to where they meet.
 fn common_end(part: &Part, [(a, s), (b, t)]: Tangle) -> Option<([End; 2], VertexId)> {
     let ends = |edge: u32| {
         let e = &part.edges[edge as usize];
         [(End { edge, first: true }, e.start), (End { edge, first: false }, e.end)]
     };
     let p = part.edges[a as usize].curve.point(s).midpoint(part.edges[b as usize].curve.point(t));
-    // Of an edge that closes, the end on whose side the place is.
+    // A closed edge has both ends there. Take the one nearer to the place.
     let aside = |end: End, t: f64| {
         let (low, high) = part.edges[end.edge as usize].range;
         if end.first { t - low } else { high - t }
@@ -125,20 +124,20 @@ fn common_end(part: &Part, [(a, s), (b, t)]: Tangle) -> Option<([End; 2], Vertex
     Some(([best.0.0, best.1.0], best.0.1))
 }
 
-/// About a stretch at whose ends an edge comes to the same place.
+/// The stretch between the two parameters at which an edge meets itself, with a margin.
 fn about_itself(part: &Part, edge: u32, at: [f64; 2], reach: f64) -> (u32, f64, f64) {
     let (low, high) = part.edges[edge as usize].range;
     let [from, to] = [at[0].min(at[1]), at[0].max(at[1])];
     let more = 0.5 * reach * (to - from);
-    // A rest that is shorter than that would be no more than a corner.
+    // A shorter rest would be no more than a corner.
     let from = if from - low <= 2.0 * more { low } else { from - more };
     let to = if high - to <= 2.0 * more { high } else { to + more };
     (edge, from, to)
 }
 
-/// Where an edge, from its end by way of parameter `t`, is `radius` away from there.
+/// The parameter beyond `t`, seen from an end of an edge, at which the edge is `radius` away from that end.
 fn parameter_at(part: &Part, end: End, t: f64, radius: f64) -> f64 {
-    /// Each step as many times as far from the end as the one before.
+    /// Ratio between the distances of successive steps from the end.
     const GROWTH: f64 = 1.25;
     let e = &part.edges[end.edge as usize];
     let (low, high) = e.range;
@@ -151,7 +150,7 @@ fn parameter_at(part: &Part, end: End, t: f64, radius: f64) -> f64 {
     from + share.min(1.0) * length
 }
 
-/// Mends the images of a loop's edges, but where one would move by more than `most` millimetres; returns how far one moves at most.
+/// Mends the images of a loop's edges, except where one would move by more than `most` mm. Returns the largest move.
 pub(crate) fn mend(l: &mut UvLoop, mends: &[Mend], most: f64, projector: &Projector<'_>) -> f64 {
     let mut moved = 0.0_f64;
     for mend in mends {
@@ -184,7 +183,7 @@ pub(crate) fn mend(l: &mut UvLoop, mends: &[Mend], most: f64, projector: &Projec
     moved
 }
 
-/// How far an image moves away from itself at most, millimetres; at which speed it runs is one to triangles.
+/// Largest sideways move of an image, mm. Moves along it do not count: triangles do not depend on its speed.
 fn farthest(old: &[UvSample], new: &[UvSample], projector: &Projector<'_>) -> f64 {
     let places = new.windows(2).flat_map(|w| [0.25, 0.5, 0.75].map(|share| w[0].t + (w[1].t - w[0].t) * share));
     let off = |t: f64| {
@@ -204,7 +203,7 @@ fn at_end(samples: &[UvSample], end: End) -> UvSample {
     samples[if end.first { 0 } else { samples.len() - 1 }]
 }
 
-/// The samples with a straight piece from one parameter to another, and pieces beside it that lead there smoothly.
+/// The samples with a straight piece between two parameters, and smooth transitions before and after it.
 fn straight(samples: &[UvSample], from: f64, to: f64) -> Option<Vec<UvSample>> {
     if from >= to {
         return None;
@@ -229,8 +228,8 @@ fn straight(samples: &[UvSample], from: f64, to: f64) -> Option<Vec<UvSample>> {
     Some(out)
 }
 
-/// An image that leaves its end beside another one that ends there: as far from it, at every distance from the end, as the two are
-/// apart at parameter `to`, in proportion.
+/// An image laid next to another one from their common end up to parameter `to`, where it keeps its place. In between,
+/// their distance is proportional to that from the end.
 fn beside(
     samples: &[UvSample],
     (end, to): (End, f64),
@@ -238,13 +237,13 @@ fn beside(
     along: End,
     projector: &Projector<'_>,
 ) -> Option<Vec<UvSample>> {
-    /// Pieces of what is laid anew: cubics follow a quarter turn in as many to a billionth.
+    /// Pieces of the new stretch: so many cubics follow a quarter turn to a billionth.
     const PIECES: usize = 24;
-    /// Share of its mean speed that an image keeps.
+    /// Least speed of an image, as a share of its mean speed.
     const HESITATION: f64 = 0.05;
     let corner = at_end(samples, end);
     let far = |uv: DVec2| projector.length(corner.uv, uv - corner.uv);
-    // Where the other image is as far from the corner.
+    // The point of the other image at distance `radius` from the corner.
     let (start, back) = (at_end(other, along).t, at_end(other, End { first: !along.first, ..along }).t);
     let beyond = (1..=64).map(|k| 0.5_f64.powf(0.5 * f64::from(64 - k)));
     let other_at = |radius: f64| {
@@ -260,7 +259,7 @@ fn beside(
     let reach = far(last.uv);
     let apart = last.uv - other_at(reach)?;
     let laid = |share: f64| {
-        // As far from the corner as it was; where it hesitates to leave it, it goes on.
+        // As far from the corner as before, but at no less than the least speed.
         let was = far(at(samples, corner.t + (to - corner.t) * share).uv);
         let radius = was.max(HESITATION * share * reach).min(reach);
         other_at(radius).map(|uv| uv + apart * (radius / reach))
@@ -294,7 +293,7 @@ mod tests {
 
     #[test]
     fn a_stretch_becomes_straight_and_the_rest_stays() {
-        // A parabola of which the first fifth, and one in the middle, are to be straight.
+        // A parabola, straightened in its first, middle or last fifth, or as a whole.
         let sample = |k: i32| {
             let t = f64::from(k) / 10.0;
             UvSample { t, uv: DVec2::new(t, t * t), d: DVec2::new(1.0, 2.0 * t) }

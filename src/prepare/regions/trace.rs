@@ -1,4 +1,4 @@
-//! The coedges of a loop -> their images on the surface, one after the other, from edge to edge and along poles.
+//! Coedges of a loop -> their pcurves on the surface, connected from edge to edge and along poles.
 
 use crate::model::{Coedge, Edge, Part, RegionError};
 use crate::prepare::uv::pcurve::Projector;
@@ -8,10 +8,10 @@ use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Where edges of a face run through poles: parameter and point, as every tessellation of the edge has it.
+/// Where edges of a face run through poles: parameter and point, which every tessellation of the edge contains.
 pub(crate) type Passages = BTreeMap<u32, Vec<(f64, DVec3)>>;
 
-/// A coedge's edge in loop order, split where it runs through a pole, with the points at the ends of each stretch.
+/// A coedge's edge, split where it runs through a pole: stretches in loop order, with their end points.
 fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Vec<(Cow<'a, Edge>, [DVec3; 2])> {
     let edge = &part.edges[c.edge.index()];
     let ends = [part.vertices[edge.start.index()], part.vertices[edge.end.index()]];
@@ -31,8 +31,8 @@ fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Vec<(Cow<'a
     out
 }
 
-/// Follows a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. The second value
-/// is that gap, millimetres, where it is more than a loop that closes has.
+/// Traces a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. The second value
+/// is that gap, mm, if the loop does not close. Raises `gap` to the largest distance between edge and surface.
 pub(crate) fn trace_loop(
     part: &Part,
     coedges: &[Coedge],
@@ -40,7 +40,7 @@ pub(crate) fn trace_loop(
     gap: &mut f64,
     passages: &Passages,
 ) -> Result<(UvLoop, Option<f64>), RegionError> {
-    /// First coedges tried when a loop does not close. The first that lies clear of a seam will do.
+    /// First coedges tried while a loop does not close. One that is clear of a seam suffices.
     const TRIES: usize = 6;
     let start_point = |c: &Coedge| {
         let e = &part.edges[c.edge.index()];
@@ -71,7 +71,7 @@ pub(crate) fn trace_loop(
     Ok((traced, (!closes(miss)).then_some(miss)))
 }
 
-/// Follows a loop from its coedge `first`; the second value is the distance in space by which it fails to close.
+/// Traces a loop from its coedge `first`. The second value is the distance in space by which it fails to close.
 fn trace_from(
     part: &Part,
     coedges: &[Coedge],
@@ -137,7 +137,7 @@ fn trace_from(
         }
     }
     let miss = projector.length(start, miss);
-    // One jump at a pole: how far it goes round follows from closing the loop.
+    // If there is one jump at a pole, closing the loop determines how far it goes round.
     if let ([jump], true) = (&jumps[..], winding != [0, 0]) {
         let mut by = DVec2::ZERO;
         for axis in 0..2 {
@@ -149,14 +149,14 @@ fn trace_from(
     Ok((UvLoop { pieces, winding }, miss))
 }
 
-/// Where the loop continues after touching a pole: kept side left means that it goes round one given way.
+/// Where the loop continues after touching a pole. The kept side is on the left, which determines the way around.
 fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec2, to: DVec2) -> DVec2 {
     let pole = &projector.poles[pole];
     let fixed = pole.axis;
     let run = 1 - fixed;
     let mut target = projector.unwrap(to, from);
     let Some(p) = projector.period[run] else { return target };
-    // The kept side below a pole line v = at: the loop runs towards -u there; right of u = at: towards -v.
+    // If the kept side is below a pole line v = at, the loop runs towards -u; if it is right of u = at, towards -v.
     let below = inside[fixed] < from[fixed];
     let positive = below != (fixed == 1);
     let mut by = (to[run] - from[run]).rem_euclid(p);
@@ -173,7 +173,7 @@ fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec
     target
 }
 
-/// The stretch along a pole line; none where it has no length.
+/// The stretch along a pole line; `None` if it has no length.
 pub(crate) fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to: DVec2) -> Option<Piece> {
     let fixed = projector.poles[pole].axis;
     let run = 1 - fixed;
@@ -191,7 +191,7 @@ pub(crate) fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to
     Some(Piece { along: Along::Pole(pole), reversed: a > b, samples: vec![sample(a.min(b)), sample(a.max(b))] })
 }
 
-/// Moves what follows the stretch `jump` along a pole, and makes the stretch reach there; it goes where it has no length then.
+/// Shifts the pieces after the stretch `jump` along a pole and extends it to them. Removes it at length 0.
 pub(crate) fn turn_at_pole(pieces: &mut Vec<Piece>, jump: usize, by: DVec2, projector: &Projector<'_>) {
     let Along::Pole(pole) = pieces[jump].along else { return };
     let (from, to) = (pieces[jump].start(), pieces[jump].end() + by);

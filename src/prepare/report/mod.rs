@@ -1,4 +1,4 @@
-//! What there is to tell of a face, and why one cannot be used.
+//! Findings about faces, and the reasons why a face cannot be used.
 
 pub(super) mod guard;
 pub(super) mod refusals;

@@ -1,9 +1,9 @@
-//! Why loops or trims cannot be cut or linked, before it is known of which face.
+//! Reasons why loops or trims cannot be cut or linked, raised where the face is not known yet.
 
 use glam::DVec2;
 use std::fmt;
 
-/// The windings along the lines of a tile do not add up: the loops cross a line unseen.
+/// The winding numbers along the lines of a tile are inconsistent: a crossing of a loop with a line was missed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tangled {
     /// The tile's middle.
@@ -13,7 +13,7 @@ pub(crate) struct Tangled {
 /// The arcs that bound the region do not close to loops.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoRegion {
-    /// Where.
+    /// Where, in (u,v).
     pub at: DVec2,
 }
 

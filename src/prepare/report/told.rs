@@ -1,9 +1,9 @@
-//! What there is to tell of a face, before it has a number and a severity.
+//! Findings about a face, before they have a face number and a severity.
 
 use crate::model::{DiagnosticKind, EdgeId};
 use glam::DVec3;
 
-/// Something told of a face, and where.
+/// A finding about a face, and where it applies.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Told {
     pub(crate) edge: Option<EdgeId>,

@@ -1,20 +1,20 @@
-//! An edge that may be one with another, before it is compared.
+//! An edge that may coincide with another, before they are compared.
 
 use crate::model::{Edge, Part};
 
-/// An edge that may be one with another.
+/// An edge that may coincide with another.
 pub(crate) struct Candidate {
     pub(crate) edge: u32,
     pub(crate) shell: u32,
     pub(crate) tolerance: f64,
     /// A face that uses it.
     pub(crate) face: usize,
-    /// Whether it bounds a face without topology, and lies along a side of its domain.
+    /// Whether it bounds a face without topology, and runs along a side of that face's domain.
     pub(crate) untold: bool,
     pub(crate) side: bool,
 }
 
-/// Whether an edge's curve and ends can be asked for.
+/// Whether an edge has a valid curve, range and vertices.
 pub(crate) fn is_sound(part: &Part, e: &Edge) -> bool {
     let stated = e.range.0 < e.range.1 && e.curve.check().is_ok();
     let (low, high) = e.curve.domain();

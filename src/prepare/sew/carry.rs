@@ -1,16 +1,14 @@
-//! A pcurve in the parameter of one curve -> the same pcurve in that of another curve that runs along it.
-//!
-//! The places correspond by feet: where the other curve is, the foot of its point is looked up. Cubics between such places are
-//! halved until they follow.
+//! A pcurve in the parameter of one curve -> the same pcurve in the parameter of another curve that coincides with it.
+//! A parameter of the other curve corresponds to the foot of its point. Cubics between these are halved until they fit.
 
 use super::overlap::Course;
 use crate::prepare::uv::uv_curve::UvSample;
 use glam::DVec2;
 
-/// Share of the pcurve's extent to which cubic pieces follow.
+/// Tolerance of the cubic pieces, as a share of the pcurve's extent.
 const FIT: f64 = 1e-8;
 
-/// Halvings of the stretch between two samples.
+/// Maximum halvings between two samples.
 const MAX_DEPTH: u32 = 7;
 
 /// The part of a pcurve between two parameters.
@@ -27,12 +25,12 @@ fn at(samples: &[UvSample], t: f64) -> UvSample {
     UvSample::at(&samples[k - 1], &samples[k], t)
 }
 
-/// A pcurve that runs along `own` in the parameter of `kept`, which is the same stretch of space within `tolerance`, perhaps run
-/// backwards. Ends keep their place to the bit.
+/// Reparametrizes a pcurve from the curve `own` to `kept`, which coincides with it within `tolerance`; `against`: in
+/// the opposite direction. The ends keep their (u,v) to the bit.
 pub(crate) fn carry(samples: &[UvSample], own: &Course, kept: &Course, against: bool, tolerance: f64) -> Vec<UvSample> {
     let ([a, b], [from, to]) = (own.range(), kept.range());
     if own.same_net(kept, tolerance).is_some_and(|(_, turned)| turned == against) {
-        // One is the other, but for a scale.
+        // The parameters differ by a linear map only.
         let rate = (to - from) / (b - a) * if against { -1.0 } else { 1.0 };
         let moved = |s: &UvSample| {
             let t = if s.t == a {
@@ -94,7 +92,7 @@ impl Bearer<'_> {
         UvSample { t, uv: there.uv, d: there.d * rate }
     }
 
-    /// Appends samples up to `b`, so that the cubics between them follow.
+    /// Appends samples after `a` up to `b`, such that the cubics between them fit.
     fn follow(&self, a: &UvSample, b: &UvSample, tolerance: f64, depth: u32, out: &mut Vec<UvSample>) {
         let follows = a.d.is_finite()
             && b.d.is_finite()
@@ -112,8 +110,8 @@ impl Bearer<'_> {
     }
 }
 
-/// Slopes that are none (one of the curves stands still there), and along a line of constant parameter those that would make
-/// cubics turn back, are taken from the chords.
+/// Replaces slopes that are not finite, where one of the curves has no speed, by those of the chords. Along a line of
+/// constant parameter, limits slopes that would make cubics turn back.
 fn straighten(stated: &[UvSample], samples: &mut [UvSample]) {
     let first = stated[0].uv;
     let on_line = [0, 1].map(|axis| stated.iter().all(|s| s.uv[axis] == first[axis]));

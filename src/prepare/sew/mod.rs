@@ -1,4 +1,4 @@
-//! Faces that lie side by side with edges of their own -> faces that share edges.
+//! Adjacent faces with edges of their own -> faces that share edges.
 
 pub(super) mod candidate;
 pub(super) mod carry;

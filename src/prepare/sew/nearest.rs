@@ -1,15 +1,14 @@
-//! Points along a curve -> the one nearest to a place: boxes around runs of them, and around runs of boxes.
-//!
-//! The points follow each other, so that runs are compact, and no sorting is needed. Searched like R-trees are (N. Roussopoulos,
-//! S. Kelley, F. Vincent, *Nearest neighbor queries*, 1995): the nearest box first, and none that is further than the best.
+//! Points along a curve -> the one nearest to a query point, by boxes around runs of points and around runs of boxes.
+//! Runs of points along a curve are compact, so no sorting is needed. The search is that of R-trees (N. Roussopoulos,
+//! S. Kelley, F. Vincent, *Nearest neighbor queries*, 1995): nearest box first, none further than the best point.
 
 use crate::math::boxes::Aabb;
 use glam::DVec3;
 
-/// Points in a run, and boxes.
+/// Points or boxes per run.
 const RUN: usize = 8;
 
-/// Boxes around runs of points, around runs of these, and so on up to one.
+/// Boxes around runs of points, around runs of these boxes, and so on up to one box.
 pub(crate) struct Runs(Vec<Vec<Aabb>>);
 
 impl Runs {
@@ -24,9 +23,9 @@ impl Runs {
         Self(levels)
     }
 
-    /// Number of the nearest of the points from which this was made; the first of those equally near.
+    /// Index of the nearest of `points`, from which this was made; the first of those equally near.
     ///
-    /// Cost: about the logarithm of their number, where the curve does not run round `p`.
+    /// Cost: about logarithmic in their number, unless the curve runs around `p`.
     pub(crate) fn nearest(&self, points: &[(f64, DVec3)], p: DVec3) -> usize {
         let mut best = (f64::INFINITY, 0);
         let mut open = vec![(0.0, self.0.len() - 1, 0)];
@@ -47,7 +46,7 @@ impl Runs {
             let first = open.len();
             let below = self.0[level - 1].iter().skip(RUN * run).take(RUN);
             open.extend(of_run.zip(below).map(|(k, b)| (p.distance_squared(p.clamp(b[0], b[1])), level - 1, k)));
-            // The nearest is the last, and searched next.
+            // The nearest is last, so it is searched next.
             open[first..].sort_by(|a, b| b.0.total_cmp(&a.0));
         }
         best.1
@@ -61,13 +60,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_is_that_of_all() {
+    fn the_nearest_point_is_that_of_a_linear_search() {
         for count in [1, 2, 8, 9, 65, 1000] {
             let at = |k: usize| {
                 let t = k as f64 / count as f64;
                 (t, DVec3::new((19.0 * t).sin(), (7.0 * t).cos(), (3.0 * t).sin()))
             };
-            // Given twice, so that there are equals.
+            // Each point twice, so that there are ties.
             let points: Vec<(f64, DVec3)> = (0..count).chain(0..count).map(at).collect();
             let runs = Runs::new(&points);
             for k in 0..200 {

@@ -1,43 +1,43 @@
-//! Two curves in space -> the stretches along which they are one curve within a tolerance, whatever their parameters,
+//! Two curves in space -> the stretches along which they coincide within a tolerance, whatever their parameters,
 //! degrees, knots and directions.
 //!
-//! A stretch ends where one of the curves ends, or at a knot beyond which they part. Between two such places it is one if
-//! points of each curve have feet on the other that are near, inside, and in order. Curves whose control points are
-//! the same need no feet: nowhere are they further apart than their control points.
+//! A stretch ends where one of the curves ends, or at a knot beyond which they part. Between two such places the curves
+//! coincide if points of each have feet on the other that are near, inside, and in order. Curves with the same control
+//! points need no feet: they are nowhere further apart than their control points.
 
 use super::nearest::Runs;
 use crate::model::{Edge, NurbsCurve3};
 use crate::prepare::surface::decompose::BezierSpline3;
 use glam::{DVec3, DVec4};
 
-/// Share of the shorter curve's length that is the largest tolerance: longer ones would call neighbours one.
+/// Largest tolerance, as a share of the shorter curve's length: a larger one would merge neighbours.
 const SHORT: f64 = 0.125;
 
-/// Samples for each Bézier piece and in all, at least, from which the foot of a point is looked for; and Newton steps to it.
+/// Minimum samples per Bézier piece and per curve from which a foot is searched, and maximum Newton steps to it.
 const SEEDS: usize = 4;
 const LEAST_SEEDS: usize = 16;
 const STEPS: usize = 24;
 
-/// Share of a curve's length within which its ends are one point.
+/// Share of a curve's length within which its ends coincide.
 const ROUNDING: f64 = 1e-9;
 
-/// Share of the distance between seeds that a step has when Newton's method is done.
+/// Newton's method stops at steps of this share of the distance between seeds.
 const CONVERGED: f64 = 1e-12;
 
-/// Sine of the angle between curves that do not run along each other.
+/// Sine of the angle above which curves cross rather than run along each other.
 const ACROSS: f64 = 0.1;
 
-/// Points for each Bézier piece and in all, at least, whose feet are looked for.
+/// Minimum points per Bézier piece and per stretch whose feet are checked.
 const PLACES: usize = 3;
 const LEAST_PLACES: usize = 5;
 
-/// An edge's curve over its range, ready for questions.
+/// An edge's curve over its range, with samples for nearest-point queries.
 pub(crate) struct Course {
     spline: BezierSpline3,
     /// Parameters and points, in order.
     seeds: Vec<(f64, DVec3)>,
     runs: Runs,
-    /// Of the polygon of these.
+    /// Length of the polyline through the seeds.
     pub(crate) length: f64,
 }
 
@@ -48,7 +48,7 @@ pub(crate) struct Overlap {
     pub(crate) a: [f64; 2],
     /// The same places in the second curve's: decreasing if it runs the other way.
     pub(crate) b: [f64; 2],
-    /// How far apart they are.
+    /// Largest distance between the two.
     pub(crate) width: f64,
 }
 
@@ -94,7 +94,7 @@ impl Course {
     pub(crate) fn foot(&self, p: DVec3) -> (f64, f64) {
         let (k, last) = (self.runs.nearest(&self.seeds, p), self.seeds.len() - 1);
         let found = self.foot_from(k, p);
-        // Where a closed curve ends, it is as near as where it starts.
+        // A closed curve is as near at its end as at its start.
         let closed = || self.seeds[0].1.distance(self.seeds[last].1) <= ROUNDING * self.length;
         if (k == 0 || k == last) && closed() {
             let other = self.foot_from(last - k, p);
@@ -103,7 +103,7 @@ impl Course {
         found
     }
 
-    /// The foot beside a seed.
+    /// The foot between the neighbours of seed `k`.
     fn foot_from(&self, k: usize, p: DVec3) -> (f64, f64) {
         let seeds = &self.seeds;
         let (low, high) = (seeds[k.saturating_sub(1)].0, seeds[(k + 1).min(seeds.len() - 1)].0);
@@ -126,13 +126,13 @@ impl Course {
         if off < best.1 { (t, off) } else { best }
     }
 
-    /// Whether nothing but a point lies between two places.
+    /// Whether the curve between two parameters is no more than a point.
     pub(crate) fn one_place(&self, s: f64, t: f64, tolerance: f64) -> bool {
         let [p, q, middle] = [s, t, 0.5 * (s + t)].map(|t| self.point(t));
         s == t || p.distance(q) <= 2.0 * tolerance && middle.distance(p) <= 2.0 * tolerance
     }
 
-    /// Places between two parameters, without these: evenly in each Bézier piece, and the knots.
+    /// Parameters strictly between two others: the knots, and evenly spaced ones in each Bézier piece.
     fn places(&self, from: f64, to: f64) -> Vec<f64> {
         let mut stops = vec![from];
         let margin = 1e-9 * (to - from);
@@ -148,7 +148,8 @@ impl Course {
         stops.windows(2).flat_map(within).skip(1).collect()
     }
 
-    /// How far the control points of another curve are off, if they say as much as these; and whether in the opposite order.
+    /// Largest distance between the control points of both curves, and whether they are in opposite order. `None` if
+    /// degrees, knots or weights differ, or if the distance exceeds `tolerance`.
     pub(crate) fn same_net(&self, other: &Self, tolerance: f64) -> Option<(f64, bool)> {
         let [a, b] = [&self.spline, &other.spline];
         if a.degree != b.degree || a.segments() != b.segments() {
@@ -170,7 +171,7 @@ impl Course {
             }
             let count = a.control.len();
             let pair = |k: usize| (a.control[k], b.control[if against { count - 1 - k } else { k }]);
-            // Weights may differ by a factor for each piece; with other ratios the parameters differ.
+            // Weights may differ by a factor per piece. If their ratios differ, so do the parameters.
             let per = a.degree + 1;
             let ratios_alike = (0..count).all(|k| {
                 let ((p, q), (p0, q0)) = (pair(k), pair(k - k % per));
@@ -181,8 +182,8 @@ impl Course {
         })
     }
 
-    /// The stretches that it has in common with another curve: not shorter than a few tolerances, and the tolerance no more than
-    /// an eighth of either's length.
+    /// The stretches in common with another curve that are longer than 4 tolerances. The tolerance is at most an eighth
+    /// of either curve's length.
     pub(crate) fn common(&self, other: &Self, tolerance: f64) -> Vec<Overlap> {
         let tolerance = tolerance.min(SHORT * self.length.min(other.length));
         if let Some((width, against)) = self.same_net(other, tolerance) {
@@ -226,20 +227,20 @@ impl Course {
         out
     }
 
-    /// Whether another curve comes across at a place that both share.
+    /// Whether another curve crosses this one at a common point.
     fn crosses(&self, other: &Self, at: f64) -> bool {
         let (a, b) = (self.slope(at), other.slope(other.foot(self.point(at)).0));
         a.cross(b).length() > ACROSS * a.length() * b.length()
     }
 
-    /// Appends those of the places on this curve, and of the feet of places on the other, at which both are.
+    /// Appends the parameters `own`, and the feet of `of_other`, at which the other curve is within `tolerance`.
     fn mark(&self, other: &Self, own: &[f64], of_other: &[f64], tolerance: f64, marks: &mut Vec<f64>) {
         marks.extend(own.iter().copied().filter(|&t| other.foot(self.point(t)).1 <= tolerance));
         let feet = of_other.iter().map(|&t| self.foot(other.point(t)));
         marks.extend(feet.filter(|foot| foot.1 <= tolerance).map(|foot| foot.0));
     }
 
-    /// The stretch between two places, if it is one.
+    /// The stretch between two parameters, if the curves coincide there.
     fn coincides(&self, other: &Self, a: [f64; 2], tolerance: f64) -> Option<Overlap> {
         let places = self.places(a[0], a[1]);
         let mut width = 0.0_f64;
@@ -256,7 +257,7 @@ impl Course {
         let ends = other.range();
         let end = |t: f64, inner: f64, before: bool| -> Option<f64> {
             let p = self.point(t);
-            // Of a closed curve's ends, which are one point, the one that this side runs to.
+            // The ends of a closed curve are one point; take the end that this side runs to.
             let own = ends.into_iter().filter(|&s| other.point(s).distance(p) <= 2.0 * tolerance);
             let foot = Some(other.foot(p)).filter(|f| f.1 <= tolerance).map(|f| f.0);
             let foot = foot.filter(|&f| ends.iter().all(|&s| !other.one_place(s, f, tolerance)));
@@ -270,7 +271,7 @@ impl Course {
         if !feet.windows(2).all(|w| (w[1] > w[0]) == rising && w[0] != w[1]) {
             return None;
         }
-        // And back.
+        // The feet of the other curve's points must lie inside, too.
         for w in feet.windows(2) {
             let (back, off) = self.foot(other.point(0.5 * (w[0] + w[1])));
             if off > tolerance || back <= a[0] || back >= a[1] {

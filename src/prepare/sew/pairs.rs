@@ -1,7 +1,7 @@
-//! Edges that may be one with others -> the pairs of them that are worth a comparison.
+//! Edges that may coincide -> the pairs of them that are worth a comparison.
 //!
-//! Boxes say which are near. Edges that are stated alike, number by number, are found by sorting, so that any number of them
-//! costs no more than as many edges apart.
+//! Boxes find edges that are close. Identical edges are found by sorting, so that any number of them costs no more than
+//! as many separate edges.
 
 use super::candidate::Candidate;
 use crate::math::boxes::{Aabb, overlapping};
@@ -10,22 +10,23 @@ use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-/// Partners of an edge, above which it is compared with such edges only as have fewer.
+/// An edge with so many partners is only compared with edges that have fewer.
 pub(crate) const MOST_PARTNERS: usize = 64;
 
-/// Pairs of a shell that were not looked at, since too many lie together.
+/// Pairs of a shell that were not compared because too many edges lie together.
 pub(crate) struct LeftOut {
     /// A candidate among them.
     pub(crate) first: usize,
     pub(crate) count: usize,
 }
 
-/// Of candidates stated alike, the pairs of the first and each other; of all others those that may have a stretch in common: two
-/// ends that are two places lie in both boxes, or one and the curves have knots at which they may part. Also what was left out,
-/// by shell.
+/// The pairs of candidates to compare, and what was left out, by shell.
+///
+/// Of identical candidates, pairs the first with each other one. Of all others, pairs those that may share a stretch:
+/// two distinct ends lie in both boxes, or one end does and a curve has knots at which they may part.
 pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, BTreeMap<u32, LeftOut>) {
     let edge = |k: usize| &part.edges[candidates[k].edge as usize];
-    // What trims one face was told apart in its domain. Sides of a domain may meet in space.
+    // Trims of one face are distinct in its domain. Only sides of the domain may meet in space.
     let trims = |a: usize, b: usize| {
         let [one, other] = [&candidates[a], &candidates[b]];
         one.face == other.face && (one.untold || other.untold) && !(one.side && other.side)
@@ -52,7 +53,7 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
                 .points
                 .iter()
                 .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |m, &p| (m.0.min(p), m.1.max(p)));
-            // The distance may be had along each axis.
+            // Half the tolerance for each of two boxes, along each axis.
             let slack = DVec3::splat(0.5 * candidates[k].tolerance);
             [low - slack, high + slack]
         })
@@ -93,7 +94,7 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
         if places[0].is_none() || (places[1].is_none() && simple(a) && simple(b)) {
             return;
         }
-        // A long border may have any number of short ones along it; but many with many are quadratic.
+        // A long border may have any number of short ones along it, but many against many is quadratic.
         if partners[a] >= MOST_PARTNERS && partners[b] >= MOST_PARTNERS {
             left_out.entry(one.shell).or_insert(LeftOut { first: pair[0], count: 0 }).count += 1;
             return;
@@ -106,7 +107,7 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
     (out, left_out)
 }
 
-/// An order in which edges that are stated alike, number by number, are equal.
+/// An order in which edges are equal if all of their numbers are.
 fn statement_order(a: &Edge, b: &Edge) -> Ordering {
     fn points(e: &Edge) -> impl Iterator<Item = [f64; 3]> {
         e.curve.points.iter().map(DVec3::to_array)

@@ -1,9 +1,8 @@
-//! Faces that lie side by side without a common edge -> faces that share it.
+//! Adjacent faces without common edges -> faces that share edges.
 //!
-//! Files of some writers give every face its own edges, and patches without topology have none but their own borders. Where free
-//! edges of one shell are one curve within the tolerance, along all of their length or a part of it, they are cut to pieces
-//! which each lie along one piece of every other, and the pieces become one edge: the first one's curve, with an image on
-//! each face. All their vertices follow.
+//! Some writers give every face its own edges, and patches without topology have only their own borders. Free edges of
+//! one shell that coincide within the tolerance, in whole or in part, are cut into pieces that match piece by piece.
+//! Matching pieces become one edge: the first one's curve, with a pcurve on each face. Their vertices merge, too.
 
 use super::candidate::{Candidate, is_sound};
 use super::carry::{between, carry};
@@ -23,24 +22,24 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-/// Distance between the ends of edges of a solid, in tolerances, below which nothing of it is sewn: an edge might vanish.
+/// A solid's shell is not sewn if the ends of an edge are this close, in tolerances: the edge might vanish.
 const SHORTEST: f64 = 8.0;
 
-/// Distance, in tolerances, between ends of pieces that are one: each may have been cut where another edge is.
+/// Largest distance, in tolerances, between the ends of matching pieces: each may have been cut by a different edge.
 const SAME_END: f64 = 4.0;
 
-/// Edges of one face in a group of pieces that are one, which are compared with one more.
+/// Maximum edges of one face in a group of merged pieces that are checked against a further edge.
 const OF_ONE_FACE: usize = 8;
 
-/// Rounds in which cuts of one edge are handed on to those along it.
+/// Maximum rounds of passing the cuts of an edge on to the edges along it.
 const ROUNDS: usize = 16;
 
-/// What became one.
+/// Summary of the merged borders.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sewn {
     /// Pairs of borders of faces without topology.
     pub(crate) pairs: usize,
-    /// How far apart the furthest were.
+    /// Largest distance within a pair, mm.
     pub(crate) width: f64,
 }
 
@@ -51,23 +50,23 @@ struct Contact {
     tolerance: f64,
 }
 
-/// A piece of an edge, as those who used the edge use it from now on.
+/// A piece of an edge, and what replaces it.
 struct Replaced {
-    /// Along which edge, and whether against it.
+    /// The edge that replaces it, and whether in the opposite direction.
     edge: u32,
     against: bool,
-    /// Whether that edge has this edge's curve and parameter.
+    /// Whether that edge has the old edge's curve and parameter.
     own: bool,
-    /// Which part of the old edge, in its parameter.
+    /// The piece's range in the parameter of the old edge.
     range: [f64; 2],
     width: f64,
 }
 
-/// Makes edges that coincide one: those of solids within the part's own tolerance, those of faces without topology within the
-/// part's tolerance or, if it states none, within `reach`, millimetres.
+/// Merges edges that coincide: those of solids within the part's own tolerance, those of faces without topology within
+/// the part's tolerance or, if it states none, within `reach`, millimetres.
 ///
-/// Costs a count of the edges' uses where all are used in pairs. Else about 10 µs for each edge that has a neighbour, and 1 µs for
-/// each of its knots; edges that are stated alike count once, and others with at most [`MOST_PARTNERS`] of their like.
+/// Cost: a count of uses if all edges are used in pairs. Otherwise about 10 µs per edge that has a neighbour and 1 µs
+/// per knot of it. Identical edges count once, and others have at most [`MOST_PARTNERS`] neighbours of their kind.
 pub(crate) fn sew<'a>(
     part: Cow<'a, Part>,
     free: &mut FreeFaces,
@@ -92,12 +91,12 @@ pub(crate) fn sew<'a>(
         a.face != b.face || thin.may_join(a.face, [a.edge, b.edge], width, a.tolerance)
     };
     contacts.retain(|contact| may_join(contact.pair, contact.stretch.width));
-    // What is nearest becomes one first: beside a thin face what is further off is the wrong one.
+    // Merge the nearest first: across a thin face, the further edge is the wrong one.
     contacts.sort_by(|a, b| a.stretch.width.total_cmp(&b.stretch.width));
     let cuts = cuts(candidates.len(), &contacts, &course);
     let mut pieces = Pieces::new(&part, &candidates, cuts, &course);
     let mut sewn = Sewn::default();
-    // By shell of a solid.
+    // Per shell of a solid: shell, candidate of the widest pair, number of pairs, width.
     let mut told: Vec<(u32, usize, usize, f64)> = Vec::new();
     for contact in &contacts {
         let count = pieces.join(contact, &course, &mut may_join);
@@ -139,7 +138,7 @@ pub(crate) fn sew<'a>(
     (Cow::Owned(part), sewn)
 }
 
-/// Free edges of solids, and all edges of faces without topology and free ones beside them.
+/// Free edges of solids. In shells with faces without topology, all edges of these faces and all free edges.
 fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
     let uses = uses(part, free);
     let shell_of = |shell: u32| part.shells.get(shell as usize);
@@ -168,8 +167,8 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
     out
 }
 
-/// For each candidate the parameters at which it starts, is cut, and ends: wherever a stretch ends that it has in common with
-/// another, or where one of these is cut.
+/// For each candidate, the parameters at which it starts, is cut, and ends. It is cut where a stretch in common with
+/// another edge ends, and where the other edge is cut. Empty for candidates without contacts.
 fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c Course) -> Vec<Vec<f64>> {
     let mut cuts: Vec<Vec<f64>> = vec![Vec::new(); count];
     for &k in contacts.iter().flat_map(|c| &c.pair) {
@@ -200,7 +199,7 @@ fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c C
     cuts
 }
 
-/// Adds a cut unless there is one at that place.
+/// Adds a cut unless there is one at that place. Returns whether it did.
 fn add_cut(cuts: &mut Vec<f64>, course: &Course, t: f64, tolerance: f64) -> bool {
     let k = cuts.partition_point(|&c| c < t);
     let beside = [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| cuts.get(k));
@@ -211,18 +210,19 @@ fn add_cut(cuts: &mut Vec<f64>, course: &Course, t: f64, tolerance: f64) -> bool
     true
 }
 
-/// The pieces between cuts, of which some are one.
+/// The pieces between cuts, in groups that merge.
 struct Pieces {
     cuts: Vec<Vec<f64>>,
-    /// Number of each candidate's first piece.
+    /// Index of each candidate's first piece.
     first: Vec<usize>,
-    /// For each piece another that it is one with, if any, and whether they run in opposite directions; how far it is off.
+    /// Each piece's parent (an earlier piece, or itself), whether the two run in opposite directions, and their
+    /// distance.
     same: Vec<(usize, bool, f64)>,
-    /// For the first of those that are one, the faces and candidates of all.
+    /// For the root of each group, the faces and candidates of all its pieces.
     members: Vec<BTreeSet<(usize, usize)>>,
     /// For each candidate the vertices at its cuts.
     vertices: Vec<Vec<usize>>,
-    /// Points of all vertices, and which of these are one.
+    /// Points of all vertices, and which vertices merge.
     points: Vec<DVec3>,
     merged: Sets,
 }
@@ -264,7 +264,7 @@ impl Pieces {
         Self { cuts, first, same, members, vertices, points, merged }
     }
 
-    /// The first of the pieces that a piece is one with, and whether it runs against it.
+    /// The root of a piece's group, whether the piece runs against it, and a bound on their distance.
     fn root(&self, mut piece: usize) -> (usize, bool, f64) {
         let (mut against, mut width) = (false, 0.0_f64);
         while self.same[piece].0 != piece {
@@ -274,7 +274,7 @@ impl Pieces {
         (piece, against, width)
     }
 
-    /// Makes the members of two groups one group, unless it had edges of one face that may not be one.
+    /// Unites two groups unless that merges edges of one face that must stay apart. Returns whether it did.
     fn unite(&mut self, [p, q]: [usize; 2], mut may_join: impl FnMut([usize; 2]) -> bool) -> bool {
         let [small, large] = if self.members[p].len() <= self.members[q].len() { [p, q] } else { [q, p] };
         let [few, mut many] = [small, large].map(|k| std::mem::take(&mut self.members[k]));
@@ -291,8 +291,7 @@ impl Pieces {
         may
     }
 
-    /// Makes the pieces along a stretch one, each with the one beside it, where none of a face's edges become one that may not.
-    /// How many pairs there are.
+    /// Merges matching pieces along a stretch unless edges of one face must stay apart. Returns the number of pairs.
     fn join<'c>(
         &mut self,
         contact: &Contact,
@@ -339,10 +338,10 @@ impl Pieces {
         count
     }
 
-    /// Puts vertices and edges in place: for each edge that is no longer used as it was, what is used instead.
+    /// Writes the merged vertices and new edges to the part. Returns the pieces that replace edges.
     fn into_edges(mut self, part: &mut Part, candidates: &[Candidate]) -> Vec<Option<Vec<Replaced>>> {
         let stated = part.edges.len();
-        // The edge of each piece that is the first of its kind.
+        // The edge of each piece that is a root.
         let mut numbers: Vec<u32> = Vec::with_capacity(self.same.len());
         for (k, cuts) in self.cuts.iter().enumerate() {
             let whole = candidates[k].edge;
@@ -383,7 +382,7 @@ impl Pieces {
     }
 }
 
-/// A curve over a part of its domain, and nothing more of it.
+/// A curve restricted to a part of its domain.
 fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
     let spline = crate::prepare::surface::decompose::BezierSpline3::new(curve, range);
     let n = spline.degree;
@@ -403,7 +402,7 @@ fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
     }
 }
 
-/// Lets all faces use the edges that are left.
+/// Makes all faces use the edges that replace others.
 fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replaced>>]) {
     let of = |edge: u32| replaced.get(edge as usize).and_then(Option::as_ref);
     for l in part.faces.iter_mut().flat_map(|f: &mut Face| &mut f.loops) {
@@ -417,7 +416,7 @@ fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replace
                 all.push(c);
                 continue;
             };
-            // A pcurve is in the parameter of the edge that is gone.
+            // The stated pcurve is in the parameter of the old edge.
             let own = |r: &Replaced| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against, pcurve: None };
             let of_edge = pieces.iter().map(own);
             if c.reversed { all.extend(of_edge.rev()) } else { all.extend(of_edge) }
@@ -455,9 +454,9 @@ fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replace
     });
 }
 
-/// What becomes of a piece of a loop along one piece of its edge.
+/// The part of a loop's piece along one piece of its edge, moved to the edge that replaces it.
 fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replaced) -> Piece {
-    /// Share of an edge's length within which its control points are the same.
+    /// Share of an edge's length within which control points are the same.
     const ROUNDING: f64 = 1e-9;
     let mut samples = between(&piece.samples, r.range);
     if !r.own {

@@ -1,8 +1,7 @@
-//! Faces and two of their edges that coincide within the tolerance -> whether these may become one: not if the face lies
-//! between them.
+//! Two edges of a face that coincide within the tolerance -> whether they may merge: not if the face is a sliver.
 //!
-//! A seam stated as two edges coincides too. There the face goes far away from it, and not along all of its boundary is there
-//! another edge as near as that.
+//! The two edges of a seam coincide as well. But then the face extends far from the seam, and parts of its boundary
+//! have no other edge as near.
 
 use super::candidate::is_sound;
 use super::overlap::Course;
@@ -11,25 +10,25 @@ use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::Along;
 use std::collections::BTreeMap;
 
-/// How far a face must go, in tolerances, to be more than what lies between two of its edges.
+/// Distance, in tolerances, that a face must extend from two of its edges to be more than a sliver between them.
 const FAR: f64 = 8.0;
 
-/// Share of an edge's length within which two edges have nothing between them.
+/// Two edges within this share of their length have nothing between them.
 const ROUNDING: f64 = 1e-9;
 
-/// Answers for the faces of a part, each of which is looked at when it is asked for.
+/// Decides for the faces of a part. The boundary of a face is sampled on first use.
 pub(crate) struct Thin<'a> {
     part: &'a Part,
     free: &'a FreeFaces,
     rims: BTreeMap<usize, Rim>,
-    /// Faces of which edges stay apart.
+    /// Faces whose edges stay apart, with the tolerance.
     pub(crate) kept: BTreeMap<usize, f64>,
 }
 
 /// A face's boundary.
 struct Rim {
     edges: Vec<(u32, Course)>,
-    /// Whether along all of it there is another edge near.
+    /// Whether another edge is near everywhere along it.
     thin: bool,
 }
 
@@ -38,9 +37,9 @@ impl<'a> Thin<'a> {
         Self { part, free, rims: BTreeMap::new(), kept: BTreeMap::new() }
     }
 
-    /// Whether two edges of a face that are so far apart may become one.
+    /// Whether two edges of a face, at most `width` apart, may merge.
     ///
-    /// Cost: feet of one edge's points on all others; for thin faces of all edges' points.
+    /// Cost: feet of one edge's points on all others; for thin faces, of all edges' points.
     pub(crate) fn may_join(&mut self, face: usize, pair: [u32; 2], width: f64, tolerance: f64) -> bool {
         let reach = FAR * tolerance;
         let (part, free) = (self.part, self.free);
@@ -79,7 +78,7 @@ impl Rim {
             Some((number, Course::new(edge)))
         };
         let edges: Vec<(u32, Course)> = numbers.into_iter().filter_map(course).collect();
-        // The one that was near to the point before is tried first.
+        // Try the edge that was near the previous point first.
         let mut last = 0;
         let mut near = |k: usize, p| {
             let beside = |j: usize| j != k && edges[j].1.foot(p).1 <= reach;

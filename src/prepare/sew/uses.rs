@@ -1,25 +1,25 @@
-//! Faces' loops -> which edges are in use, in which shell, and how often.
+//! Loops of faces -> the edges in use, with counts per shell.
 
 use crate::model::{Loop, Part};
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::order::Given;
 
-/// What the faces of a shell make of an edge.
+/// The uses of an edge by the faces of a shell.
 pub(crate) struct EdgeInUse {
     pub(crate) shell: u32,
     pub(crate) edge: u32,
-    /// How often they use it.
+    /// Number of uses.
     pub(crate) count: usize,
-    /// The first that does.
+    /// The first face that uses it.
     pub(crate) face: usize,
-    /// Whether it bounds a face whose edges were made for it, as it came without topology.
+    /// Whether it bounds a face without topology, whose edges were made for it.
     pub(crate) untold: bool,
     /// Whether it lies along a side of such a face's domain.
     pub(crate) side: bool,
 }
 
-/// The edges in use, by shell and edge.
+/// The edges in use, sorted by shell and edge.
 pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
     let mut uses: Vec<EdgeInUse> = Vec::with_capacity(2 * part.edges.len());
     let mut add = |face: usize, edge: u32, untold: bool, side: bool| {

@@ -1,19 +1,20 @@
-//! Circular arcs, and the surfaces that circles make, to derivative bounds in closed form.
+//! Circular arcs, planes, cylinders, cones, spheres and tori -> derivative bounds in closed form.
 //!
 //! A rational quadratic arc of angle `step` has φ(s) = 2 atan(k s), k = tan(step/4), s in [-1, 1] across the span. All
-//! derivatives of planes, cylinders, cones, spheres and tori are products of radii with those of one or two such arcs,
-//! so their bounds need no control nets: they are tight, and cost nanoseconds instead of microseconds. Second
-//! derivatives are split into the part along the normal, which is what lifts a surface off its triangles, and the rest.
+//! derivatives of these surfaces are products of radii and derivatives of one or two such arcs. Bounds therefore need
+//! no control nets: they are tight, and cost nanoseconds instead of microseconds. Second derivatives are split into the
+//! part along the normal, which lifts the surface off its triangles, and the rest.
 
 use super::decompose::BezierPatches;
 use super::tables::{Bend, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 
-/// Strips per span of an arc: φ' varies by 17 % along a quarter turn, 5 % along half of one.
+/// Strips per span of an arc. φ' varies by 17 % along a span of a quarter turn. It is symmetric about the middle, so
+/// both halves have the same bounds of φ' and |φ''|: they differ in their angles only.
 pub(crate) const PARTS: usize = 2;
 
-/// A stretch of a unit arc: how fast the angle runs with the parameter, and how far.
+/// Bounds on the angle φ of a unit arc as a function of the parameter, over one strip.
 #[derive(Clone, Copy, Debug)]
 struct Swing {
     /// sup φ'.
@@ -25,12 +26,12 @@ struct Swing {
 }
 
 impl Swing {
-    /// Part `i` of `n` of a span of `step` radians from angle `start`, whose parameter runs over `width`.
+    /// Part `i` of `n` of a span of `step` radians that starts at angle `start` and is `width` wide in the parameter.
     fn new(start: f64, step: f64, width: f64, i: usize, n: usize) -> Self {
         let k = (0.25 * step).tan();
         let s = |i: usize| 2.0 * i as f64 / n as f64 - 1.0;
         let (a, b) = (s(i), s(i + 1));
-        // φ' falls with |s|; |φ''| grows with it as long as k²s² < 1/3, that is up to steps of 120°.
+        // φ' falls with |s|. |φ''| grows with |s| while k²s² < 1/3: for all steps up to 120°.
         let least = if a <= 0.0 && b >= 0.0 { 0.0 } else { a.abs().min(b.abs()) };
         let most = a.abs().max(b.abs());
         let rate = |s: f64| 4.0 * k / (1.0 + (k * s).powi(2));
@@ -39,8 +40,8 @@ impl Swing {
         Self { first: rate(least) / width, second: bend(most) / (width * width), angles: (angle(a), angle(b)) }
     }
 
-    /// Bounds of `reach · e''`, e the unit vector at angle φ, `level` of its centripetal part being along the surface's normal
-    /// and `across` of it in the tangent plane.
+    /// Bounds `reach · e''`, where e is the unit vector at angle φ. The share `level` of the centripetal part lies
+    /// along the surface's normal, the share `across` in the tangent plane.
     fn acceleration(&self, reach: f64, level: f64, across: f64) -> Bend {
         let centripetal = self.first.powi(2);
         Bend {
@@ -65,7 +66,7 @@ impl Swing {
     }
 }
 
-/// Strips of an arc axis, with the borders in patch parameters; none for a straight axis.
+/// Strip borders in patch parameters, and the strips, of an arc axis; `None` for a straight axis.
 fn swings(map: &AxisMap, breaks: &[f64]) -> Option<(Vec<f64>, Vec<Swing>)> {
     let AxisMap::Arc { start, step, spans } = *map else { return None };
     if breaks.len() != spans as usize + 1 {
@@ -83,7 +84,7 @@ fn swings(map: &AxisMap, breaks: &[f64]) -> Option<(Vec<f64>, Vec<Swing>)> {
     Some((borders, out))
 }
 
-/// Bounds of an analytic surface over its patches; none for other kinds.
+/// Bounds of an analytic surface over its patches; `None` for other kinds of surfaces.
 pub(crate) fn analytic(surface: &Surface, maps: &[AxisMap; 2], patches: &BezierPatches) -> Option<SurfaceBounds> {
     let flat = || patches.breaks_v.clone();
     let ends = (patches.breaks_v[0], patches.breaks_v[patches.breaks_v.len() - 1]);
@@ -110,7 +111,7 @@ fn table(patches: &BezierPatches, breaks_u: Vec<f64>, breaks_v: Vec<f64>, cells:
     SurfaceBounds { breaks_u, breaks_v, cells, places }
 }
 
-/// Bounds of a derivative that lies in the tangent plane everywhere.
+/// Bounds of a derivative that lies in the tangent plane.
 fn tangential(length: f64) -> Bend {
     Bend { norm: length, lift: 0.0, slide: length }
 }
@@ -145,7 +146,7 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
         for t in &across {
             let (cos, sin) = t.extremes();
             let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * v.cos()).abs());
-            // Inside the stretch the distance from the axis is extreme only where cos v is.
+            // Inside the strip the distance from the axis is extreme only where cos v is.
             let reach = if cos == 1.0 { major + minor } else { reach[0].max(reach[1]) };
             cells.push(BoxBounds {
                 uu: s.acceleration(reach, cos, sin),
@@ -161,7 +162,9 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
     Some(table(patches, breaks_u, breaks_v, cells))
 }
 
-/// Bounds of a Bézier segment over a parameter width, if it is straight and even or a circular arc: one per strip.
+/// Bounds of a Bézier segment that is `width` wide in the parameter, one per strip.
+///
+/// `None` unless it is a straight line of constant speed or a circular arc of at most 120°.
 pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Vec<StripBounds>> {
     match *net {
         [a, b] if a.w == b.w => {

@@ -1,7 +1,9 @@
-//! Bézier patches and segments -> tables over sub-boxes: derivative bounds and turning angles, the input of all rates.
+//! Bézier patches and segments -> tables of derivative bounds and turning angles over sub-boxes, from which plans
+//! derive lattice lines and tessellants.
 //!
-//! Lengths of derivatives by [`math::bounds`](crate::math::bounds) on each sub-box's own net, rigorously. Their parts along
-//! and across the normal, and how far that turns, are sampled, with margins from the differences between samples.
+//! Lengths of derivatives are rigorous, by [`math::bounds`](crate::math::bounds) on each sub-box's own net. Their parts
+//! along and across the normal, and the turning of the normal, are sampled, with margins from the differences between
+//! samples.
 
 use super::arc_bounds;
 use super::decompose::{BezierPatches, BezierSpline3};
@@ -12,16 +14,16 @@ use crate::model::{SurfaceDerivatives, quotient};
 use glam::{DVec3, DVec4};
 use std::cell::OnceCell;
 
-/// Share of the size (largest coordinate) below which a deviation is rounding and the derivative counts as zero.
+/// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
 const ROUNDING: f64 = 1e-12;
-/// Samples per sub-box and direction, less one; even.
+/// Intervals between samples, per sub-box and direction; even.
 const SAMPLES: usize = 4;
 
 impl SurfaceBounds {
-    /// Bounds of all patches.
+    /// Bounds all patches.
     ///
-    /// Sub-boxes per patch and direction: 1 where the degree is 1, else 4, fewer on finely cut or costly surfaces. A few µs
-    /// per sub-box up to degree (3, 3).
+    /// Sub-boxes per patch and direction: 1 where the degree is 1, else 4; 2 or 1 on surfaces with many patches or
+    /// large rational nets. Cost: a few µs per sub-box up to degree (3, 3).
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
         let (count_u, count_v) = patches.counts();
@@ -73,20 +75,20 @@ impl SurfaceBounds {
 }
 
 impl CurveBounds {
-    /// The bounds of a curve that is a single point over `range`; its place does not matter.
+    /// The bounds of a curve over `range` that is a single point. Its bounding box is empty.
     #[must_use]
     pub fn none(range: (f64, f64)) -> Self {
         let places = vec![BoundingBox::EMPTY];
         Self { breaks: vec![range.0, range.1], strips: vec![StripBounds::default()], places }
     }
 
-    /// Whether every strip is straight and evenly parametrised; the curve may still bend between segments.
+    /// Whether every strip is straight and of constant speed. The curve may still have kinks between segments.
     #[must_use]
     pub fn is_straight(&self) -> bool {
         self.strips.iter().all(|s| s.second == 0.0)
     }
 
-    /// Bounds of all segments: lines in one strip and circular arcs in two, in closed form; others in up to 4 strips.
+    /// Bounds all segments: lines in one strip and circular arcs in two, in closed form; others in up to four strips.
     #[must_use]
     pub fn new(spline: &BezierSpline3) -> Self {
         let parts = parts(spline.degree, spline.segments(), 1);
@@ -131,15 +133,15 @@ impl CurveBounds {
 }
 
 impl CurveBounds {
-    /// The same with fewer strips: neighbours that ask for nearly the same density become one. For curves that are cut much finer
-    /// than they bend, since every plan looks at every strip.
+    /// Merges neighbouring strips that need nearly the same density. Every plan visits every strip, and some curves are
+    /// cut much finer than they bend.
     #[must_use]
     pub(crate) fn merged(&self) -> Self {
-        /// How far apart bounds in one strip may be: densities follow their roots.
+        /// Largest ratio of bounds within a merged strip. Densities go with the square root of bounds.
         const ALIKE: f64 = 1.2;
-        /// Share of the curve's largest bound that does not count.
+        /// Differences below this share of the curve's largest bound are ignored.
         const NOTHING: f64 = 0.01;
-        /// Strips that may always become one, and the share of a longer curve that may.
+        /// At most this many strips become one, or 1/`PART` of the curve's strips if that is more.
         const FEW: usize = 16;
         const PART: usize = 4;
         // First and second derivative and turning, by the parameter.
@@ -174,8 +176,8 @@ impl CurveBounds {
     }
 }
 
-/// Sub-boxes per piece: more on few pieces, since tables are for views in which one piece fills the screen; fewer where a
-/// rational net has `cost` control points and a box takes their square.
+/// Sub-boxes per piece and direction. More if there are few pieces, because one may then fill the screen. Fewer for
+/// rational nets of many control points: `cost` is their number, and the work per sub-box goes with its square.
 fn parts(degree: usize, pieces: usize, cost: usize) -> usize {
     match (degree, pieces, cost) {
         (1, ..) => 1,
@@ -190,7 +192,7 @@ fn share(i: usize, n: usize) -> (f64, f64) {
     (i as f64 / n as f64, (i + 1) as f64 / n as f64)
 }
 
-/// Every interval cut into `parts` equal ones.
+/// Cuts every interval into `parts` equal ones.
 fn subdivided(breaks: &[f64], parts: usize) -> Vec<f64> {
     let inner = |ends: &[f64]| {
         let (a, b) = (ends[0], ends[1]);
@@ -231,7 +233,7 @@ fn sub_net(
     net
 }
 
-/// Bases at the sample lines, the same for every sub-box.
+/// Basis rows at the sample lines, shared by all sub-boxes.
 struct Sampler {
     degree_v: usize,
     rational: bool,
@@ -239,7 +241,8 @@ struct Sampler {
     rows_v: Vec<Vec<f64>>,
 }
 
-/// Where samples lie: evenly, but the ends a little inside, where poles and collapsed borders have a normal.
+/// The local parameter of sample `k`: evenly spaced, but the first and last slightly inside, where poles and collapsed
+/// borders have a normal.
 fn sample(k: usize) -> f64 {
     match k {
         0 => 1e-4,
@@ -248,7 +251,7 @@ fn sample(k: usize) -> f64 {
     }
 }
 
-/// Basis, derivative and second derivative row at each sample.
+/// Rows of the basis and its first and second derivatives at each sample.
 fn sample_rows(degree: usize) -> Vec<Vec<f64>> {
     let row = |k| {
         bernstein::with_rows(degree, |rows| {
@@ -259,21 +262,22 @@ fn sample_rows(degree: usize) -> Vec<Vec<f64>> {
     (0..=SAMPLES).map(row).collect()
 }
 
-/// A surface at a point, by the local parameters of a sub-box.
+/// Normal and second derivatives at a point, by the local parameters of a sub-box.
 #[derive(Clone, Copy)]
 struct Sample {
     normal: DVec3,
-    /// `S_uu`, `S_uv`, `S_vv`, of each: signed part along the normal, and length of the rest.
+    /// For each of `S_uu`, `S_uv`, `S_vv`: signed part along the normal, and length of the rest.
     bends: [f64; 6],
 }
 
-/// A sub-box's samples, (i, j) in u and v; none where the surface has no normal.
+/// A sub-box's samples, (i, j) in u and v; `None` where the surface has no normal.
 struct SurfaceSamples([[Option<Sample>; SAMPLES + 1]; SAMPLES + 1]);
 
 impl SurfaceSamples {
-    /// The largest size of each number of [`Sample::bends`] between the samples too: what the largest sample may miss is an
-    /// eighth of the second difference where the number is a parabola there; twice that is allowed for, along lines and
-    /// across.
+    /// The largest magnitude of each of [`Sample::bends`], with a margin for maxima between samples.
+    ///
+    /// A parabola exceeds its samples by at most an eighth of the second difference; the margin is twice that, along u
+    /// and v.
     fn most(&self) -> [f64; 6] {
         let at = |i: usize, j: usize| self.0[i][j].as_ref().map(|s| &s.bends);
         let mut most = [0.0_f64; 6];
@@ -308,11 +312,11 @@ impl Sampler {
         Self { degree_v, rational, rows_u: sample_rows(patches.degree_u), rows_v: sample_rows(degree_v) }
     }
 
-    /// A net at the sample lines.
+    /// Evaluates a net at all samples.
     fn samples(&self, net: &[DVec4]) -> SurfaceSamples {
         let nv = self.degree_v + 1;
         let mut out = [[None; SAMPLES + 1]; SAMPLES + 1];
-        // Per column of the net, all orders in u; summed over the columns by orders in v.
+        // First each column of the net with all orders in u, then the columns with the orders in v.
         let mut curve = vec![[DVec4::ZERO; 3]; nv];
         for (row_u, out) in self.rows_u.iter().zip(&mut out) {
             let nu = row_u.len() / 3;
@@ -341,7 +345,7 @@ impl Sampler {
     }
 }
 
-/// A surface's derivatives at a sample line in v, from the orders in u of the columns of its net there.
+/// A surface's derivatives at a sample of v, from the columns of its net with their derivatives in u.
 fn rational(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
     let mut sums = [DVec4::ZERO; 6];
     let [n, d1, d2] = orders(row);
@@ -380,9 +384,10 @@ fn orders(row: &[f64]) -> [&[f64]; 3] {
     [n, d1, d2]
 }
 
-/// The largest turning over the sample lines, with margins for what lies between samples: along a line, what the sum of angles
-/// grew by when the samples were doubled; across lines, the overshoot of a parabola through neighbours. Exact where
-/// directions turn in a plane and one way.
+/// The largest turning along a sample line, with margins for what samples miss.
+///
+/// Along a line the margin is the growth of the sum of angles when the samples were doubled; across lines, the
+/// overshoot of a parabola through neighbours. Exact where directions turn in one plane and one way.
 fn most_turning(direction: impl Fn(usize, usize) -> Option<DVec3>) -> f64 {
     let turning: [f64; SAMPLES + 1] = std::array::from_fn(|line| {
         let samples: [Option<DVec3>; SAMPLES + 1] = std::array::from_fn(|k| direction(line, k));
@@ -396,7 +401,7 @@ fn most_turning(direction: impl Fn(usize, usize) -> Option<DVec3>) -> f64 {
     (most + 0.125 * bend) * (1.0 + 4e-4)
 }
 
-/// The sum of the angles between neighbours.
+/// The sum of the angles between successive directions.
 fn path(directions: &[Option<DVec3>]) -> f64 {
     let mut known = directions.iter().flatten();
     let Some(mut before) = known.next() else { return 0.0 };
@@ -408,7 +413,7 @@ fn path(directions: &[Option<DVec3>]) -> f64 {
     sum
 }
 
-/// The angle of a chord of the unit circle; below 0.1 by its series, good to 10⁻⁹.
+/// The angle subtended by a chord of the unit circle; below 0.1 by a series that is good to 10⁻⁹.
 fn chord_angle(chord: f64) -> f64 {
     if chord < 0.1 {
         let square = chord * chord;
@@ -417,7 +422,7 @@ fn chord_angle(chord: f64) -> f64 {
     2.0 * (0.5 * chord).min(1.0).asin()
 }
 
-/// How far the tangent of a segment turns, given the bases at the samples.
+/// How far the tangent of a segment turns, given the basis rows at the samples.
 fn tangent_turning(net: &[DVec4], rows: &[Vec<f64>]) -> f64 {
     let degree = net.len() - 1;
     let mut tangents = [None; SAMPLES + 1];

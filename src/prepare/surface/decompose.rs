@@ -1,4 +1,5 @@
-//! NURBS curves and surfaces -> rational Bézier pieces in homogeneous form, by knot insertion (Kumar & Manocha 1995, §2.2).
+//! NURBS curves and surfaces -> rational Bézier pieces in homogeneous form, by knot insertion (Kumar & Manocha 1995,
+//! §2.2).
 
 use crate::math::bernstein;
 use crate::model::{CurveDerivatives, NurbsCurve3, NurbsSurface, SurfaceDerivatives, homogeneous, quotient, to_bezier};
@@ -9,14 +10,14 @@ use glam::{DVec3, DVec4};
 pub struct BezierSpline3 {
     /// Degree of every segment.
     pub degree: usize,
-    /// Parameters where segments begin and end, increasing; one more than there are segments.
+    /// Parameters where segments begin and end, increasing; one more than segments.
     pub breaks: Vec<f64>,
     /// `(w·x, w·y, w·z, w)`, `degree + 1` per segment. Neighbours share their common point bit for bit.
     pub control: Vec<DVec4>,
 }
 
 impl BezierSpline3 {
-    /// The part of `curve` over `range` (cut to the curve's domain), with the curve's parameter.
+    /// The part of `curve` over `range`, clipped to the curve's domain. The parameter is the curve's.
     #[must_use]
     pub fn new(curve: &NurbsCurve3, range: (f64, f64)) -> Self {
         let weights = uneven(&curve.weights);
@@ -44,9 +45,9 @@ impl BezierSpline3 {
         (self.breaks[0], self.breaks[self.breaks.len() - 1])
     }
 
-    /// `C(t)`, no allocation up to degree 25; `t` outside the range is moved to its nearer end.
+    /// `C(t)`, with `t` clamped to the range. Does not allocate up to degree 25.
     ///
-    /// The same bits for the same `t`; at a break the stored point, whichever segment is asked.
+    /// The same `t` gives the same bits. At a break this is the stored point that both segments share.
     #[must_use]
     pub fn point(&self, t: f64) -> DVec3 {
         let (i, x) = locate(&self.breaks, t);
@@ -58,7 +59,7 @@ impl BezierSpline3 {
         })
     }
 
-    /// `C`, `C'`, `C''` by the curve's parameter; at a break those of the segment that starts there.
+    /// `C`, `C'`, `C''` by the curve's parameter. At a break they are those of the segment that starts there.
     #[must_use]
     pub fn derivatives(&self, t: f64) -> CurveDerivatives<DVec3> {
         let (i, x) = locate(&self.breaks, t);
@@ -87,8 +88,8 @@ pub struct BezierPatches {
     pub breaks_u: Vec<f64>,
     /// Parameters in v where patches begin and end, increasing.
     pub breaks_v: Vec<f64>,
-    /// `(w·x, w·y, w·z, w)`, patch by patch (u-major), in a patch control point (a, b) at `a * (degree_v + 1) + b`.
-    /// Neighbours share their border rows bit for bit.
+    /// `(w·x, w·y, w·z, w)`, patch by patch (u-major), each patch u-major too: point (a, b) is at
+    /// `a * (degree_v + 1) + b`. Neighbours share their border rows bit for bit.
     pub control: Vec<DVec4>,
     /// Whether any weight differs from 1.
     pub rational: bool,
@@ -102,7 +103,7 @@ impl BezierPatches {
         Self::over(surface, u, v)
     }
 
-    /// The surface over the box `u` × `v`, cut to its domain.
+    /// The surface over the box `u` × `v`, clipped to the surface's domain.
     #[must_use]
     pub fn over(surface: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> Self {
         let (degree_u, degree_v) = (surface.degree_u, surface.degree_v);
@@ -142,12 +143,12 @@ impl BezierPatches {
         &self.control[start..start + size]
     }
 
-    /// The number of the piece that holds a parameter, as pieces stand in [`control`](Self::control).
+    /// Index of the patch that contains (u, v), in the order of [`control`](Self::control).
     pub(crate) fn piece(&self, u: f64, v: f64) -> usize {
         locate(&self.breaks_u, u).0 * (self.breaks_v.len() - 1) + locate(&self.breaks_v, v).0
     }
 
-    /// The point, to the last bit as [`derivatives`](Self::derivatives) has it, at a fifth of the cost.
+    /// The point, bit-identical to that of [`derivatives`](Self::derivatives) at a fifth of the cost.
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
         let ((i, x), (j, y)) = (locate(&self.breaks_u, u), locate(&self.breaks_v, v));
@@ -164,8 +165,8 @@ impl BezierPatches {
         })
     }
 
-    /// The point and its five partial derivatives; at a break those of the patch that starts there, outside the domain
-    /// those of its border.
+    /// The point and its five partial derivatives. At a break they are those of the patch that starts there, outside
+    /// the domain those of its border.
     #[must_use]
     pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
         let ((i, x), (j, y)) = (locate(&self.breaks_u, u), locate(&self.breaks_v, v));
@@ -230,7 +231,7 @@ impl BezierPatches {
     }
 }
 
-/// The piece that holds `t` (at a break the one that starts there) and the place in it, 0 to 1; clamped at the ends.
+/// The piece that contains `t` (at a break the one that starts there) and the local parameter, clamped to 0 to 1.
 #[inline]
 pub(crate) fn locate(breaks: &[f64], t: f64) -> (usize, f64) {
     let inner = &breaks[1..breaks.len() - 1];
@@ -244,12 +245,12 @@ fn dot(factors: &[f64], points: &[DVec4]) -> DVec4 {
     factors.iter().zip(points).fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
 }
 
-/// The weights, or none where they are all equal and cancel.
+/// The weights, or an empty slice if all are equal and cancel.
 fn uneven(weights: &[f64]) -> &[f64] {
     if weights.windows(2).all(|w| w[0] == w[1]) { &[] } else { weights }
 }
 
-/// Takes the rounding of knot insertion off the weights of a polynomial net.
+/// Resets the weights of a polynomial net to 1, which knot insertion rounds.
 fn level(control: &mut [DVec4], rational: bool) {
     if !rational {
         control.iter_mut().for_each(|c| c.w = 1.0);

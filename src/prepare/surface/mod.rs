@@ -1,7 +1,7 @@
-//! Surfaces and curves -> rational Bézier pieces, and bounds of what these can do.
+//! Surfaces and curves -> rational Bézier pieces, and bounds on their derivatives.
 
 pub(super) mod arc_bounds;
 pub(super) mod bounds;
-/// NURBS to Bézier pieces.
+/// Converts NURBS to Bézier pieces.
 pub mod decompose;
 pub(super) mod tables;

@@ -3,7 +3,7 @@
 use super::decompose::BezierPatches;
 use glam::{DVec3, DVec4};
 
-/// A box in space, by the axes of the part.
+/// A box in space, aligned to the axes of the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingBox {
     /// Lower corner.
@@ -13,23 +13,23 @@ pub struct BoundingBox {
 }
 
 impl BoundingBox {
-    /// Holds nothing.
+    /// The box that contains no point.
     pub const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
 
-    /// Of a Bézier net, and so of what it makes: weights are positive.
+    /// The box of a Bézier net. It contains the curve or surface, because all weights are positive.
     #[must_use]
     pub fn of_net(net: &[DVec4]) -> Self {
         let points = net.iter().map(|c| c.truncate() / c.w);
         points.fold(Self::EMPTY, |all, p| all.with(&Self { low: p, high: p }))
     }
 
-    /// The box of both.
+    /// The smallest box that contains both.
     #[must_use]
     pub fn with(&self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    /// Per sub-box the box of the whole Bézier piece that it is a part of, where pieces are cut evenly into tables of `size`.
+    /// For each sub-box of a table of `size` that cuts all patches evenly: the box of the whole patch that contains it.
     #[must_use]
     pub(crate) fn of_pieces(patches: &BezierPatches, size: [usize; 2]) -> Vec<Self> {
         let (count_u, count_v) = patches.counts();
@@ -40,19 +40,19 @@ impl BoundingBox {
     }
 }
 
-/// Upper bounds of a second derivative over a sub-box.
+/// Upper bounds on a second derivative over a sub-box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bend {
-    /// Of its length.
+    /// Bounds its length.
     pub norm: f64,
-    /// Of its part along the surface's normal, which lifts the surface off its triangles.
+    /// Bounds its part along the surface's normal, which lifts the surface off its triangles.
     pub lift: f64,
-    /// Of its part in the tangent plane, which moves points along the surface.
+    /// Bounds its part in the tangent plane, which moves points along the surface.
     pub slide: f64,
 }
 
 impl Bend {
-    /// The larger of each bound.
+    /// The larger of each pair of bounds.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
         let Self { norm, lift, slide } = self;
@@ -65,29 +65,31 @@ impl Bend {
         Self { norm: self.norm * factor, lift: self.lift * factor, slide: self.slide * factor }
     }
 
-    /// The part along any direction whose angle to the normal has at most the sine `share`.
+    /// Bounds the part along any direction whose angle to the normal has at most the sine `share`.
     #[must_use]
     pub fn along(&self, share: f64) -> f64 {
         self.norm.min(self.lift + share * self.slide)
     }
 }
 
-/// What a sub-box of a surface can do at most, by the NURBS parameters.
+/// Upper bounds over a sub-box of a surface, by the NURBS parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoxBounds {
-    /// `S_uu`; exactly 0 where the surface is straight and even in u, its lift where it is flat.
+    /// `S_uu`. Exactly 0 where u-lines are straight and of constant speed; `lift` is exactly 0 where the surface is
+    /// flat.
     pub uu: Bend,
-    /// `S_uv`; exactly 0 on planes and extrusions, its lift where the surface is flat.
+    /// `S_uv`. Exactly 0 on planes and extrusions; `lift` is exactly 0 where the surface is flat.
     pub uv: Bend,
-    /// `S_vv`; exactly 0 where the surface is straight and even in v, its lift where it is flat.
+    /// `S_vv`. Exactly 0 where v-lines are straight and of constant speed; `lift` is exactly 0 where the surface is
+    /// flat.
     pub vv: Bend,
     /// sup ‖S_u‖.
     pub u: f64,
     /// sup ‖S_v‖.
     pub v: f64,
-    /// The most that the unit normal turns along a u-line of the box, radians.
+    /// How far the unit normal turns at most along a u-line of the box, radians.
     pub turn_u: f64,
-    /// The same along v-lines.
+    /// How far the unit normal turns at most along a v-line of the box, radians.
     pub turn_v: f64,
 }
 
@@ -100,18 +102,18 @@ pub struct SurfaceBounds {
     pub breaks_v: Vec<f64>,
     /// Box (i, j) at `i * (breaks_v.len() - 1) + j`.
     pub cells: Vec<BoxBounds>,
-    /// Where each sub-box is in space, in the same order.
+    /// Bounding box of each sub-box in space, in the order of `cells`.
     pub places: Vec<BoundingBox>,
 }
 
-/// What a strip of a curve can do at most, by its parameter.
+/// Upper bounds over a strip of a curve, by its parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StripBounds {
     /// sup ‖C'‖.
     pub first: f64,
-    /// sup ‖C''‖; exactly 0 where the curve is straight and even.
+    /// sup ‖C''‖; exactly 0 where the curve is straight and of constant speed.
     pub second: f64,
-    /// How far the tangent turns, radians.
+    /// How far the tangent turns at most, radians.
     pub turn: f64,
 }
 
@@ -122,6 +124,6 @@ pub struct CurveBounds {
     pub breaks: Vec<f64>,
     /// One per strip.
     pub strips: Vec<StripBounds>,
-    /// Where each strip is in space.
+    /// Bounding box of each strip in space.
     pub places: Vec<BoundingBox>,
 }

@@ -1,19 +1,19 @@
-//! Stretches of pcurves -> what bounds every polyline through their ends and points between, and whether two of these are apart.
+//! Stretches of pcurves -> bounds of every polyline through their points, and whether two stretches are disjoint.
 //!
-//! Stretches between samples are bounded by the hull of these, wider by how far the cubics between them bulge, or by the Bézier
-//! points of one cubic, or its extent across a line.
+//! A stretch of several samples is bounded by their hull, widened by the bulge of the cubics between them. A stretch of
+//! one cubic is bounded by its Bézier points, or by its exact extent across a line.
 
 use super::draft::{DraftAlong, DraftUse};
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// Halvings of one arc. Arcs that still meet after 8 touch, to 1/256 of their length: then no finite set of points
-/// keeps their polylines apart, and the trim stage resolves what crosses.
+/// Maximum halvings of one arc. Arcs that still meet after 8 touch, to 1/256 of their length. Then no finite set of
+/// points keeps their polylines apart, and the trim stage resolves crossings.
 pub(crate) const MAX_DEPTH: u32 = 8;
 
-/// Halvings of a cubic between two samples. Arcs side by side, two micrometres apart, take two; arcs that only just touch in a
-/// place take as many as there may be, and each is a point of an edge. With 6, an assembly of 12 532 sound faces has 7 % more
+/// Maximum halvings of a cubic between two samples. Arcs side by side, two micrometres apart, take two. Arcs that
+/// barely touch take all, and each adds a point to an edge: with 6, an assembly of 12 532 sound faces has 7 % more
 /// triangles.
 const MAX_DEPTH_BELOW: u32 = 3;
 
@@ -23,13 +23,13 @@ pub(crate) struct PcurveArc {
     /// Loop of the tile and use within the loop.
     pub(crate) of: (usize, usize),
     pub(crate) points: Vec<(f64, DVec2)>,
-    /// What stands for its hull: its Bézier points, three for each of `points` but the last, or these themselves.
+    /// Points that bound it. If `exact`, Bézier points, three for each of `points` but the last; otherwise `points`.
     hull: Vec<DVec2>,
-    /// Whether it is the former.
+    /// Whether `hull` holds Bézier points: the arc is of a free trim.
     pub(crate) exact: bool,
-    /// If it is the latter, and it is not straight: what lies between each of `points` and the next.
+    /// The cubics between consecutive `points`; empty if `exact` or straight.
     pieces: Vec<ArcPiece>,
-    /// The largest bulge of these.
+    /// The largest bulge of `pieces`.
     most: f64,
     pub(crate) low: DVec2,
     pub(crate) high: DVec2,
@@ -37,9 +37,9 @@ pub(crate) struct PcurveArc {
 
 /// A cubic between two points of an arc.
 pub(crate) struct ArcPiece {
-    /// Derivatives at both ends, over its range.
+    /// Derivatives at both ends, times the length of its range.
     steps: [DVec2; 2],
-    /// How far it may be from its chord.
+    /// Upper bound of its distance from the chord.
     bulge: f64,
 }
 
@@ -49,7 +49,7 @@ pub(crate) struct ArcSpan<'a> {
     pub(crate) arc: &'a PcurveArc,
     pub(crate) from: usize,
     pub(crate) to: usize,
-    /// A part of the stretch between two neighbours of the arc's points.
+    /// Set if it is a part of the cubic between two neighbouring points.
     pub(crate) fine: Option<Fine>,
 }
 
@@ -60,7 +60,8 @@ pub(crate) struct Fine {
     hull: [DVec2; 4],
 }
 
-/// Points along a use from one parameter to another, in the unit square of the tile; two for a straight one.
+/// The arc of a use between two parameters, in the unit square of the tile; two points if it is straight. `more`:
+/// further parameters to split at. `None` for borders and isoparametric pcurves.
 pub(crate) fn arc(
     u: &DraftUse,
     of: (usize, usize),
@@ -72,14 +73,14 @@ pub(crate) fn arc(
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
     let mut ts = vec![a];
     for w in samples.windows(2) {
-        // Two samples at a place say how the tangent breaks there.
+        // Two samples at one place mark a break of the tangent.
         if w[1].t - w[0].t > SAME_SHARE * (b - a) {
             ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
         }
     }
     let middle = 0.5 * (a + b);
     if ts.len() == 1 && !exact && middle > a && middle < b {
-        // Two points say nothing of what is between.
+        // Two points would look like a straight line.
         ts.push(middle);
     }
     ts.push(b);
@@ -100,7 +101,7 @@ pub(crate) fn arc(
             piece += 1;
         }
         if samples[piece].t == w[0] {
-            // Where the tangent breaks, it is another one than before.
+            // The tangent may break here.
             from.d = samples[piece].d;
         }
         let mut to = at(piece, w[1]);
@@ -140,23 +141,23 @@ pub(crate) fn arc(
     })
 }
 
-/// How far a cubic may be from its chord at most; `steps` are its derivatives at both ends.
+/// Upper bound of the distance between a cubic and its chord; `steps` are its derivatives at both ends.
 fn bulge([p, q]: [DVec2; 2], steps: [DVec2; 2]) -> f64 {
     let chord = q - p;
     let [a, b] = steps.map(|step| step - chord);
-    // Two thirds of what its inner Bézier points are off the chord's own, and no more than three quarters of the farther one.
+    // The inner Bézier points are off the chord's own by a third of `a` and `b`, and their weights sum to at most 3/4.
     0.25 * a.length_squared().max(b.length_squared()).sqrt()
 }
 
 impl PcurveArc {
-    /// Whether two straight arcs that have an end in common, to the bit, meet nowhere else.
+    /// Whether two straight arcs share an end, to the bit, and meet nowhere else.
     pub(crate) fn only_joins(&self, other: &Self) -> bool {
         let ([p, q], [r, s]) = (ArcSpan::of(self).ends(), ArcSpan::of(other).ends());
         let (d, e) = (q - p, s - r);
         (p == r || p == s || q == r || q == s) && d.perp_dot(e).abs() > SAME_SHARE * d.length() * e.length()
     }
 
-    /// Whether both are the same stretch of one edge: there and back, or a loop given twice. Their polylines are one.
+    /// Whether both are the same stretch of one edge, used there and back or by a repeated loop: one polyline.
     pub(crate) fn runs_along(&self, other: &Self) -> bool {
         let ends = |a: &Self| [a.points[0], a.points[a.points.len() - 1]];
         self.edge == other.edge && ends(self) == ends(other)
@@ -172,7 +173,7 @@ impl<'a> ArcSpan<'a> {
         self.points().len()
     }
 
-    /// Points whose hull contains it, or stands for one that does.
+    /// Points whose hull contains it once widened by its [`bulge`](Self::bulge).
     fn points(&self) -> &[DVec2] {
         let step = if self.arc.exact { 3 } else { 1 };
         self.fine.as_ref().map_or(&self.arc.hull[step * self.from..=step * self.to], |fine| &fine.hull)
@@ -196,12 +197,12 @@ impl<'a> ArcSpan<'a> {
         self.arc.points.len() > 2
     }
 
-    /// The cubics between its points; none where it is one of them, straight, or exact.
+    /// The cubics between its points; empty if it is a part of one of them, straight, or exact.
     fn pieces(&self) -> &'a [ArcPiece] {
         if self.fine.is_some() { &[] } else { self.arc.pieces.get(self.from..self.to).unwrap_or(&[]) }
     }
 
-    /// How far it may be from the hull of its points.
+    /// Upper bound of its distance from the hull of its points.
     fn bulge(&self) -> f64 {
         self.pieces().iter().fold(0.0, |most, piece| piece.bulge.max(most))
     }
@@ -215,7 +216,7 @@ impl<'a> ArcSpan<'a> {
         Some(Self { from, to: from + 1, fine: Some(Fine { range: [a, b], hull }), ..*self })
     }
 
-    /// A stretch between two neighbouring points by its Bézier points; any other as it is.
+    /// A stretch between two neighbouring points as a cubic by its Bézier points; any other stretch unchanged.
     pub(crate) fn by_cubic(self) -> Self {
         if self.to - self.from == 1 { self.cubic(0).unwrap_or(self) } else { self }
     }
@@ -226,7 +227,7 @@ impl<'a> ArcSpan<'a> {
         points.fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x), r.1.max(x)))
     }
 
-    /// The same of a cubic itself: what its Bézier points have beyond it would have to be halved away.
+    /// The same of a cubic itself. Its Bézier points extend beyond it, which would take more halvings.
     fn exact_range_along(&self, n: DVec2) -> (f64, f64) {
         let Some(fine) = &self.fine else {
             let ((low, high), bulge) = (self.range_along(n), self.bulge());
@@ -253,7 +254,7 @@ impl<'a> ArcSpan<'a> {
         here.1 < there.0 || there.1 < here.0
     }
 
-    /// Whether it may be halved below samples: [`MAX_DEPTH_BELOW`] times.
+    /// Whether it may be halved further below samples: up to [`MAX_DEPTH_BELOW`] times.
     pub(crate) fn can_be_halved(&self) -> bool {
         let [a, b] = self.range();
         let width = self.arc.points[self.to].0 - self.arc.points[self.from].0;
@@ -279,8 +280,8 @@ impl<'a> ArcSpan<'a> {
         (mid, [half([a, mid], [p, pq, pqr, middle]), half([mid, b], [middle, qrs, rs, s])])
     }
 
-    /// Whether another arc, which is not longer, lies on the side to which this one is hollow. Halving this one takes its chord
-    /// away from there; halving the other changes nothing between them.
+    /// Whether another arc, at most twice as long, lies on the concave side of this one. Halving this one moves its
+    /// chord away from there; halving the other changes nothing between them.
     pub(crate) fn has_inside(&self, other: Self) -> bool {
         if self.arc.exact || !self.is_curved() {
             return false;
@@ -295,7 +296,7 @@ impl<'a> ArcSpan<'a> {
         c.distance(d) <= 2.0 * a.distance(b) && across.dot(here - a) * across.dot(there - here) < 0.0
     }
 
-    /// Largest distance of the points from the chord; of a closed free trim's from its end.
+    /// Largest distance of the points from the chord; for a closed free trim, from its end.
     pub(crate) fn fatness(&self) -> f64 {
         let [a, b] = self.ends();
         let off = |p: &DVec2| match (b - a).perp().try_normalize() {
@@ -307,7 +308,7 @@ impl<'a> ArcSpan<'a> {
     }
 }
 
-/// Points at which two arcs both end: of free trims, to the bit.
+/// Points at which two arcs both end. Those of free trims must be equal to the bit.
 pub(crate) fn shared_ends(a: ArcSpan<'_>, b: ArcSpan<'_>) -> [Option<DVec2>; 2] {
     let others = b.ends();
     let near = if a.arc.exact { 0.0 } else { SAME_SHARE * SAME_SHARE };
@@ -315,7 +316,7 @@ pub(crate) fn shared_ends(a: ArcSpan<'_>, b: ArcSpan<'_>) -> [Option<DVec2>; 2] 
     [shared.next(), shared.next()]
 }
 
-/// Whether a line separates two arcs, or a wedge at an end that they share.
+/// Whether a line separates two arcs or, if they share one end, whether their cones from there are disjoint.
 pub(crate) fn apart(a: ArcSpan<'_>, b: ArcSpan<'_>, shared: [Option<DVec2>; 2]) -> bool {
     match shared {
         [None, _] => separated_by_line(a, b) || separated_by_line(b, a),
@@ -324,7 +325,7 @@ pub(crate) fn apart(a: ArcSpan<'_>, b: ArcSpan<'_>, shared: [Option<DVec2>; 2]) 
     }
 }
 
-/// Whether the direction across `a`'s chord, or along it, keeps the arcs apart.
+/// Whether the arcs' extents across `a`'s chord, or along it, are disjoint.
 fn separated_by_line(a: ArcSpan<'_>, b: ArcSpan<'_>) -> bool {
     directions(a).into_iter().any(|n| {
         let (ra, rb) = (a.range_along(n), b.range_along(n));
@@ -347,7 +348,7 @@ fn directions(s: ArcSpan<'_>) -> [DVec2; 2] {
     [along.perp(), along]
 }
 
-/// Values of a cubic, given by its Bézier coefficients, where it turns between its ends.
+/// Values of a cubic, given by its Bézier coefficients, at its extremes between the ends.
 fn turns(c: [f64; 4]) -> [f64; 2] {
     // A third of the derivative by s: d0 + 2 s q + s² p.
     let [d0, d1, d2] = [c[1] - c[0], c[2] - c[1], c[3] - c[2]];
@@ -361,10 +362,10 @@ fn turns(c: [f64; 4]) -> [f64; 2] {
     })
 }
 
-/// Whether the directions from `p`, where both end, to the points of two arcs fill disjoint cones.
+/// Whether two arcs that end at `p` lie in disjoint cones from there.
 ///
-/// Of arcs of edges these are samples. Two that leave `p` in one direction are apart beyond it, and their cones, filled by all of
-/// their points, would touch however often they are halved.
+/// The cones of arcs of edges contain samples only. The cones of all points would touch however often they are halved,
+/// if two arcs leave `p` in one direction but are apart beyond it.
 fn cones_apart(a: ArcSpan<'_>, b: ArcSpan<'_>, p: DVec2) -> bool {
     let (Some((fa, la, ha)), Some((fb, lb, hb))) = (cone(a, p), cone(b, p)) else { return true };
     if ha - la > 3.0 || hb - lb > 3.0 {
@@ -376,8 +377,8 @@ fn cones_apart(a: ArcSpan<'_>, b: ArcSpan<'_>, p: DVec2) -> bool {
     between.abs() > 0.5 * (ha - la) + 0.5 * (hb - lb)
 }
 
-/// Directions from `p` in which the points of an arc that ends there are seen: one of them, and the least and largest angle from
-/// it; none if all of them are at `p`.
+/// Directions from `p` to the points of an arc that ends there: the angle of one of them, and the least and largest
+/// angle from it. `None` if all points are at `p`.
 fn cone(s: ArcSpan<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
     let mut first: Option<DVec2> = None;
     let (mut low, mut high) = (0.0_f64, 0.0_f64);

@@ -1,10 +1,9 @@
-//! A region and a grid of cut lines to tiles with closed trim loops.
-//!
+//! A region and a grid of cut lines -> tiles with closed trim loops.
 //! Loops are split where they cross the lines. Every line is cut at every crossing, and each stretch of it gets the
-//! winding number of the region there, counted once for both sides. A tile's loops are its strands and the stretches of
-//! its border, each as often as the region winds around it: so they wind around every point of the tile as the whole
-//! boundary does, also where that crosses or overlaps itself. Each stretch is made once and used by the tiles on both
-//! sides, so they share its points.
+//! region's winding number there, counted once for both sides. A tile's loops are its strands and the stretches of its
+//! border, each as often as the region winds around it. So they wind around every point of the tile as the whole
+//! boundary does, even where that crosses or overlaps itself. The tiles on both sides share each stretch and its
+//! points.
 
 use super::grid::{Grid, LineCrossing};
 use super::windings::Windings;
@@ -22,9 +21,9 @@ use std::collections::BTreeMap;
 pub(crate) enum GridNode {
     /// Lines `(u, v)` of the grid.
     Corner(usize, usize),
-    /// The crossing of that number in [`Arranged::crossings`].
+    /// Index into [`Arranged::crossings`].
     LineCrossing(usize),
-    /// The end of a pole stretch of a loop: nothing but the pole.
+    /// The end of a loop's stretch along a pole.
     Pole(usize),
 }
 
@@ -37,7 +36,7 @@ pub(crate) struct Border {
     pub(crate) at: f64,
     /// Range of the other parameter.
     pub(crate) range: (f64, f64),
-    /// What stands at the ends of the range.
+    /// Nodes at the ends of the range.
     pub(crate) nodes: [GridNode; 2],
     /// The pole, where the line is one.
     pub(crate) pole: Option<usize>,
@@ -48,7 +47,7 @@ pub(crate) struct Border {
 pub(crate) enum LoopStretch {
     /// A B-rep edge from parameter `from` to `to`, with the pcurve moved into the tile.
     Edge { edge: u32, from: f64, to: f64, samples: Vec<UvSample> },
-    /// A border, seen at `at` by this tile.
+    /// A border, at the coordinate `at` in this tile.
     Border { border: usize, reversed: bool, at: f64 },
 }
 
@@ -58,7 +57,7 @@ pub(crate) struct ArrangedTile {
     pub(crate) min: DVec2,
     pub(crate) max: DVec2,
     pub(crate) loops: Vec<Vec<LoopStretch>>,
-    /// Whether the region winds around a part of the tile's border more than once, or backwards.
+    /// Whether the region winds around a part of the tile's border more than once or backwards.
     pub(crate) layered: bool,
 }
 
@@ -68,9 +67,9 @@ pub(crate) struct Arranged {
     pub(crate) tiles: Vec<ArrangedTile>,
     pub(crate) borders: Vec<Border>,
     pub(crate) crossings: Vec<LineCrossing>,
-    /// Position of each grid corner that a border uses is the surface's, except on poles.
+    /// Pole of each corner that lies on one. All other corners that borders use lie on the surface.
     pub(crate) pole_corners: BTreeMap<(usize, usize), usize>,
-    /// Crossings that stand exactly on a corner: its position is theirs.
+    /// Crossing of each corner that it lies exactly on. The corner takes its position.
     pub(crate) crossed_corners: BTreeMap<(usize, usize), usize>,
 }
 
@@ -138,7 +137,7 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<LineC
 /// A stretch of a loop inside one tile.
 struct Strand {
     stretches: Vec<LoopStretch>,
-    /// Side of the tile and crossing where it enters and leaves; none for a loop that stays inside.
+    /// Side of the tile and crossing where it enters and leaves; `None` for a loop that stays inside.
     ports: Option<[(usize, usize); 2]>,
 }
 
@@ -158,7 +157,7 @@ pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -
         let lines = &grid.lines[axis];
         let mut on_lines: Vec<Option<usize>> = vec![None; lines.len()];
         for (pole, p) in projector.poles.iter().enumerate().filter(|(_, p)| p.axis == axis) {
-            // Lines through poles inside stand there to the bit.
+            // Lines through poles inside the region have their coordinate to the bit.
             lines.iter().zip(&mut on_lines).filter(|(x, _)| **x == p.at).for_each(|(_, on_line)| *on_line = Some(pole));
         }
         (on_lines[0], on_lines[lines.len() - 1]) = (sides[axis][0], sides[axis][1]);
@@ -216,7 +215,7 @@ impl TileBuilder<'_> {
             let mut stretches = Vec::new();
             let mut index = a.piece;
             let mut from = a.t;
-            // The last strand passes the loop's start, where a loop that goes round continues a period further on.
+            // The last strand passes the loop's start. A loop that goes round continues there one period further on.
             let mut by_now = by;
             let mut to_wrap = k + 1 == count;
             loop {
@@ -256,7 +255,7 @@ impl TileBuilder<'_> {
     fn stretch(&mut self, p: &Piece, from: f64, to: f64, by: DVec2, nodes: [Option<GridNode>; 2]) -> LoopStretch {
         match p.along {
             Along::Edge(edge) => {
-                // Those around the stretch: an edge may run through many tiles.
+                // Only the samples around the stretch: an edge may run through many tiles.
                 let (low, high) = (from.min(to), from.max(to));
                 let first = p.samples.partition_point(|s| s.t <= low).saturating_sub(1).min(p.samples.len() - 2);
                 let last = p.samples.partition_point(|s| s.t < high) + 1;
@@ -288,7 +287,7 @@ impl TileBuilder<'_> {
                 let perimeter = self.perimeter(column, row, windings);
                 let tangled = Tangled { at: 0.5 * (min + max) };
                 let mut loops = Vec::new();
-                // What leads from stop to stop of the perimeter: strands, then its own stretches.
+                // Arcs from stop to stop of the perimeter: first strands, then stretches of the perimeter.
                 let mut arcs: Vec<[usize; 2]> = Vec::new();
                 let mut inner: Vec<Vec<LoopStretch>> = Vec::new();
                 for s in std::mem::take(&mut self.strands[row * columns + column]) {
@@ -349,7 +348,7 @@ impl TileBuilder<'_> {
                 }
             }
             if reversed {
-                // Each stop keeps the winding number of the stretch that follows it, which is now the one before.
+                // A stop has the winding number of the stretch after it. Reversed, that is the stretch before it.
                 stops.push(Stop { side, at: ends[1], node: corner(corners[1]), winding, crossing: None });
                 for k in (1..stops.len()).rev() {
                     stops[k].winding = stops[k - 1].winding;
@@ -362,8 +361,7 @@ impl TileBuilder<'_> {
         out
     }
 
-    /// The border along one stretch of a perimeter; none where it has no length, as between a corner and a crossing that
-    /// stands on it.
+    /// The border along one stretch of a perimeter. `None` at length 0, as between a corner and a crossing on it.
     fn border(&mut self, column: usize, row: usize, perimeter: &[Stop], ends: [usize; 2]) -> Option<LoopStretch> {
         // Along the perimeter or, where the region winds backwards, against it.
         let ahead = (ends[0] + 1) % perimeter.len() == ends[1];
@@ -399,7 +397,7 @@ impl TileBuilder<'_> {
 }
 
 impl LineCrossing {
-    /// The side of the tile that its loop comes in through here, or goes out of: bottom, right, top, left.
+    /// The side of the tile through which its loop enters or leaves here: 0 bottom, 1 right, 2 top, 3 left.
     fn side(&self, enters: bool) -> usize {
         match (self.axis, self.up == enters) {
             (1, true) => 0,
@@ -444,7 +442,7 @@ struct Stop {
     at: f64,
     node: GridNode,
     winding: i32,
-    /// Side and number, where it is a crossing.
+    /// Side and index of the crossing, if it is one.
     crossing: Option<(usize, usize)>,
 }
 
@@ -452,7 +450,7 @@ fn corner((i, j): (usize, usize)) -> GridNode {
     GridNode::Corner(i, j)
 }
 
-/// Arcs between stops, as many in as out at each, to closed chains of arcs.
+/// Links arcs between stops to closed chains. `None` if a stop has more arcs in than out, or fewer.
 fn closed_chains(arcs: &[[usize; 2]], stops: usize) -> Option<Vec<Vec<usize>>> {
     let mut out: Vec<Vec<usize>> = vec![Vec::new(); stops];
     for (k, [from, _]) in arcs.iter().enumerate().rev() {

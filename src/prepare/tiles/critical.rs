@@ -1,14 +1,14 @@
-//! Trim arcs of a tile to critical parameters: tessellants without which coarse polylines could cross.
+//! Trim arcs of a tile -> critical parameters: tessellants without which coarse polylines could cross.
 //!
-//! If the hulls of two arcs' Bézier points are disjoint, so are the polylines through their ends and any points between
-//! (Li et al., JCDE 13(1), 2026, lemma on critical parameters). Arcs whose hulls meet are halved until they do not.
-//! Arcs that share an end are apart when the cones that they fill, seen from that end, are. Where arcs meet for good, the
-//! point becomes a common one of both: the faces beyond either edge then share it, and nothing has to be split later.
+//! If the hulls of two arcs' Bézier points are disjoint, so are the polylines through their ends and any points
+//! between (Li et al., JCDE 13(1), 2026, lemma on critical parameters). Arcs whose hulls meet are halved until they do
+//! not. Arcs that share an end are apart if their cones from that end are disjoint. Where arcs really meet, the point
+//! becomes a common point of both: the faces beyond either edge then share it, and nothing has to be split later.
 //!
-//! Arcs of edges in space are halved at their samples first. There the hull of points, wider by how far the cubics between
-//! them bulge, bounds every polyline that a tolerance may ask for; below samples, Bézier points do. Pcurves are good to a few
-//! millionths of a face, so arcs that cannot be told apart touch. Arcs of free trims are exact and meet at their ends only: they
-//! are halved as far as it takes.
+//! Arcs of edges in space are first halved at their samples. There the hull of points, widened by the bulge of the
+//! cubics between them, bounds every polyline that a tolerance may ask for. Below samples, Bézier points do. Pcurves
+//! are accurate to a few millionths of a face, so arcs that cannot be separated touch. Arcs of free trims are exact and
+//! meet at their ends only, so they are halved as often as it takes.
 
 use super::arcs::{ArcSpan, MAX_DEPTH, PcurveArc, apart, arc, exactly_apart, shared_ends};
 use super::draft::DraftTile;
@@ -16,72 +16,74 @@ use super::meeting::{Meeting, beside, meet, weld};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// Halvings of one arc of a free trim: two that run side by side at a billionth of the domain are apart.
+/// Maximum halvings of one arc of a free trim. They separate arcs side by side, a billionth of the domain apart.
 const MAX_DEPTH_EXACT: u32 = 16;
 
-/// The same for those that touch at a common end. No edge has so many segments that it gets more points in the last ones, of
-/// a 4096th of an arc, so that polylines fan out from there.
+/// The same for arcs that touch at a common end. No edge has enough segments for more points in the last pieces, a
+/// 4096th of an arc, so polylines fan out from there.
 const MAX_DEPTH_TANGENT: u32 = 12;
 
-/// Points of arcs looked at per tile: so many, and so many for each point that the arcs have. Real faces need up to 440 for
-/// each; a crowd of overlapping loops, or noise, must not cost quadratic time.
+/// Budget of arc points visited per tile: a constant, plus so many per point of the arcs. Real faces need up to 440 per
+/// point. A crowd of overlapping loops, or noise, must not cost quadratic time.
 const WORK: usize = 1 << 19;
 const WORK_PER_POINT: usize = 1000;
 
-/// The same for free trims: circles at a distance of 10⁻⁸ need half of it.
+/// The constant for free trims: circles at a distance of 10⁻⁸ need half of it.
 const WORK_EXACT: usize = 1 << 25;
 
-/// Points that looking for the meeting of two stretches counts for, curved or straight.
+/// Charge to the budget for finding the meeting of two stretches: if one is curved, or both are straight.
 const WORK_PER_MEETING: [usize; 2] = [1000, 10];
 
-/// Breaks that come of separating arcs, for each use of an edge. Three arcs side by side, as near as a thousandth of their length,
-/// ask for 750; noise asks for tens of thousands, and every one is a point of an edge.
+/// Maximum breaks from separating arcs, per use of an edge. Three arcs side by side, a thousandth of their length
+/// apart, ask for 750. Noise asks for tens of thousands, and every one is a point of an edge.
 const MAX_BREAKS: usize = 512;
 
-/// Rounds of looking for places where arcs meet. Real faces need one; where arcs meet, each of the others finds what the
-/// one before could not tell apart from it. No file of the corpus needs a fourth.
+/// Maximum rounds of finding places where arcs meet. Real faces need one. Where arcs meet, each further round finds
+/// meetings that the previous one could not separate. No file of the corpus needs a fourth.
 const ROUNDS: usize = 3;
 
-/// Pairs of stretches, halved below samples, of which one may still meet the other: around one crossing. More of them run along
-/// each other, and halving only makes points of them.
+/// Maximum pairs of stretches that may still meet after halving below samples: those around one crossing. Arcs with
+/// more pairs run along each other, and halving only adds points.
 const MAX_UNRESOLVED: usize = 4;
 
-/// Points at which the loops of one tile meet, of those that become common points. Real faces have a handful; a crowd of
-/// loops that cross each other is left to the trim stage.
+/// Maximum meetings of a tile's loops that become common points. Real faces have a handful. A crowd of loops that cross
+/// each other is left to the trim stage.
 const MAX_MEETINGS: usize = 2000;
 
-/// The same for each use of an edge; beyond it there is no telling one from the next.
+/// The same per use of an edge. More meetings cannot be distinguished.
 const MAX_MEETINGS_PER_USE: usize = 32;
 
 type Pair<'a> = (ArcSpan<'a>, ArcSpan<'a>);
 
-/// Pairs of stretches that cannot be told apart, and the parts of them that cannot.
+/// Pairs of stretches that cannot be separated, each with its parts that cannot.
 type Close<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
 
-/// What is left of the work on a tile, in points.
+/// Remaining budget of a tile, in points.
 struct WorkLeft(usize);
 
 impl WorkLeft {
-    /// Whether there is so much left, and takes it.
+    /// Spends `points`. Returns whether anything is left.
     fn takes(&mut self, points: usize) -> bool {
         self.0 = self.0.saturating_sub(points);
         self.0 > 0
     }
 }
 
-/// What came of separating arcs.
+/// Result of separating arcs.
 struct Found<'a, 'w> {
     /// Edges, and parameters that they must contain.
     breaks: Vec<(u32, f64)>,
-    /// Breaks beyond which no more work is left.
+    /// Maximum number of breaks. The budget is set to 0 beyond it.
     most: usize,
     close: Close<'a>,
     work: &'w mut WorkLeft,
 }
 
-/// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain, and returns where its loops meet
-/// themselves or each other other than at common ends: the pcurves have a common sample there now. Also whether that is all
-/// of it, and not just what was found until the work was too much. `exact`: they are free trims, which do not meet.
+/// Appends to `breaks` the parameters (edge, t) that the tile's edges must contain.
+///
+/// Returns where loops meet themselves or each other, other than at common ends, and gives both pcurves a common sample
+/// there. Also returns whether the search was complete rather than stopped by its budget. `exact`: the loops are free
+/// trims, which do not meet.
 pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32, f64)>) -> (Vec<Meeting>, bool) {
     let mut meetings = Vec::new();
     let mut more = Vec::new();
@@ -108,7 +110,7 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
             }
         }
         if work.0 == 0 || meetings.len() + new.len() > MAX_MEETINGS_PER_USE * uses {
-            // Where so much comes near to so much, no set of points keeps it apart.
+            // No set of points separates arcs in such a crowd.
             return (meetings, false);
         }
         if round == ROUNDS || new.is_empty() {
@@ -122,7 +124,7 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
     (meetings, true)
 }
 
-/// Where two stretches meet: where they touch, or else where parts of them do.
+/// Where two stretches meet. Unless they touch side by side, also where parts of them meet.
 fn meet_near(tile: &DraftTile, (a, b): Pair<'_>, parts: &[Pair<'_>]) -> Vec<Meeting> {
     let mut found = meet(tile, a, b);
     if !found.iter().any(|m| m.tangent) {
@@ -131,8 +133,8 @@ fn meet_near(tile: &DraftTile, (a, b): Pair<'_>, parts: &[Pair<'_>]) -> Vec<Meet
     found
 }
 
-/// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at which
-/// they may be cut besides samples and the middles between them.
+/// The parts of the tile's loops along edges, cut where they meet, in order of their least u. `more`: parameters at
+/// which they may be halved, besides samples and the middles between them.
 fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], exact: bool) -> Vec<PcurveArc> {
     let scale = (tile.max - tile.min).recip();
     let mut arcs = Vec::new();
@@ -151,7 +153,7 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
     arcs
 }
 
-/// Separates arcs from themselves and each other, those of edges in space by `most` breaks.
+/// Separates arcs from themselves and each other, those of edges in space with at most `most` breaks.
 fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLeft) -> Found<'a, 'w> {
     let most = if arcs.iter().any(|a| a.exact) { usize::MAX } else { most };
     let mut found = Found { breaks: Vec::new(), most, close: Vec::new(), work };
@@ -177,7 +179,7 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLe
 }
 
 impl<'a> Found<'a, '_> {
-    /// Halves a stretch where it must have a break then.
+    /// Halves a stretch, and adds a break there.
     fn halve(&mut self, span: &ArcSpan<'a>) -> [ArcSpan<'a>; 2] {
         let (mid, halves) = span.split();
         self.breaks.push((span.arc.edge, mid));
@@ -187,8 +189,8 @@ impl<'a> Found<'a, '_> {
         halves
     }
 
-    /// Adds a pair to those that cannot be told apart, with the parts of it that cannot if these are few: looking for its meeting
-    /// is work to come.
+    /// Adds a pair that cannot be separated, with its parts that cannot, and charges the budget for finding its
+    /// meeting. Skips free trims.
     fn keep(&mut self, pair: Pair<'a>, parts: Vec<Pair<'a>>) {
         let straight = [pair.0, pair.1].iter().all(|s| s.arc.points.len() == 2);
         let work = WORK_PER_MEETING[usize::from(straight)] * (1 + parts.len());
@@ -198,7 +200,7 @@ impl<'a> Found<'a, '_> {
     }
 }
 
-/// Cuts an arc where it has turned by a third of a circle; if stretches of it meet, the cuts become breaks and the
+/// Cuts an arc where it has turned by a third of a circle. If its stretches meet, the cuts become breaks, and the
 /// stretches are separated like arcs.
 fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Found<'a, '_>) {
     const TURN: f64 = TAU / 3.0;
@@ -229,8 +231,8 @@ fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Found<'a, '_>) {
     }
 }
 
-/// Separates two arcs. Where halvings of both do so, halvings of one alone may be fewer: of two arcs side by side, a chord of the
-/// inner one never comes near to the outer one.
+/// Separates two arcs. If that takes halvings of both, tries halvings of one alone, which may be fewer: of two arcs
+/// side by side, chords of the inner one never come near the outer one.
 fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<'a, '_>) {
     let (before, close) = (found.breaks.len(), found.close.len());
     separate(a, b, 0, found);
@@ -249,7 +251,7 @@ fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<'a, '_>
     found.breaks.append(&mut fewest);
 }
 
-/// Halves one of two arcs, less than `most` times, until each piece lies beyond a line from the other arc. Whether that does it.
+/// Halves one of two arcs, fewer than `most` times, until lines separate its pieces from the other. Whether they do.
 fn separate_alone<'a>(
     a: ArcSpan<'a>,
     b: ArcSpan<'a>,
@@ -272,7 +274,7 @@ fn separate_alone<'a>(
     halves.into_iter().all(|half| separate_alone(half, b, breaks, most, work))
 }
 
-/// Halves two arcs until their hulls are apart; each halving becomes a break. What cannot be told apart is close.
+/// Halves two arcs until their hulls are disjoint. Each halving becomes a break. Keeps pairs that cannot be separated.
 fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
     if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
@@ -294,10 +296,10 @@ fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Found<'a
     }
 }
 
-/// The same for arcs of edges in space that cannot be halved at samples. Where they run along each other, nothing is gained by
-/// breaks, and the two are close as they are.
+/// The same for arcs of edges in space that cannot be halved at samples. If they run along each other, breaks gain
+/// nothing, and the pair is kept as it is.
 fn separate_below_samples<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<'a, '_>) {
-    // Where they leave a common end side by side, each halving would only ask for the next.
+    // If they leave a common end side by side, each halving would only ask for the next.
     let joined = shared_ends(a, b)[0].is_some();
     if a.arc.exact || joined || (!a.is_curved() && !b.is_curved()) {
         found.keep((a, b), Vec::new());
@@ -310,7 +312,7 @@ fn separate_below_samples<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<
         return;
     }
     found.breaks.truncate(before);
-    // Arcs that touch at a common end are not apart however often they are halved.
+    // Arcs that touch at a common end stay close however often they are halved.
     left.retain(|(a, b)| shared_ends(*a, *b)[0].is_none());
     if left.len() > MAX_UNRESOLVED {
         left.clear();
@@ -318,7 +320,7 @@ fn separate_below_samples<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<
     found.keep((a, b), left);
 }
 
-/// Whether the first of two arcs is to be halved: the one to whose hollow side the other lies, or else the fatter one.
+/// Whether to halve the first of two arcs: the one with the other on its concave side, or else the fatter one.
 fn is_halved_first([a, b]: [ArcSpan<'_>; 2], can_split: [bool; 2], joined: bool) -> bool {
     let hollow = [!joined && a.has_inside(b), !joined && b.has_inside(a)];
     if can_split == [true; 2] && hollow[0] == hollow[1] {
@@ -328,7 +330,7 @@ fn is_halved_first([a, b]: [ArcSpan<'_>; 2], can_split: [bool; 2], joined: bool)
     }
 }
 
-/// Halves cubics until their hulls are apart. Those that are not are `left`; halving ends when these are too many.
+/// Halves cubics until they are disjoint. Appends pairs that are not to `left`, and stops if these are too many.
 fn halve<'a>([a, b]: [ArcSpan<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<'a, '_>) {
     let shared = shared_ends(a, b);
     let done = left.len() > MAX_UNRESOLVED || !found.work.takes(a.len() + b.len());

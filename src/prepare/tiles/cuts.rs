@@ -1,6 +1,6 @@
-//! Where a face is cut into tiles: seams where it goes round, and lines that cap a tile's cost.
+//! Regions -> lines that cut them into tiles: seams where a region goes round, and lines that cap a tile's cost.
 //!
-//! Cut lines may stand anywhere on a smooth surface, so they are put where they meet the loops cleanly: far from
+//! Cut lines may lie anywhere on a smooth surface, so they are placed where they cross the loops cleanly: far from
 //! vertices and from places where a loop runs along them.
 
 use super::grid::Grid;
@@ -9,23 +9,23 @@ use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_loop::Along;
 use std::f64::consts::FRAC_PI_2;
 
-/// Spans (Bézier pieces or quarter turns) along one side of a tile. More make tiles so heavy that a few of them
-/// decide a frame's time; fewer add borders, and borders are triangles that the surface does not need.
+/// Maximum spans (Bézier pieces or quarter turns) along one side of a tile. With more, a few heavy tiles decide a
+/// frame's time. With fewer, there are more borders, which add triangles that the surface does not need.
 const SPANS_PER_TILE: usize = 12;
 
-/// Samples of a plane's boundary for which it gets a tile. What is triangulated there is nothing but the boundary, all of it again
-/// when one edge changes; and polygons of so many vertices are cut ear by ear, which larger ones are not. Planes of few loops have
-/// larger tiles: a cut through an outline is a point of it that the edge across a thin fillet does not have.
+/// A plane gets one tile per so many boundary samples. A tile's whole boundary is retriangulated when one edge changes,
+/// and larger polygons are not triangulated by ear clipping. Planes of few loops have larger tiles: a cut through an
+/// outline adds a point that the edge across a thin fillet does not have.
 const SAMPLES_PER_TILE: usize = 50;
 const MOST_SAMPLES_PER_TILE: usize = 400;
-/// Loops for which a plane gets a tile.
+/// A plane gets at most one tile per so many loops, unless samples exceed [`MOST_SAMPLES_PER_TILE`].
 const LOOPS_PER_TILE: usize = 3;
 
-/// Tiles along one side of a face at most. The largest real faces have 400 spans; more are noise, and every cut costs a
+/// Maximum tiles along one side of a face. The largest real faces have 400 spans; more are noise, and every cut costs a
 /// search along all loops.
 const TILES_PER_SIDE: usize = 64;
 
-/// The grid with the tiles wanted.
+/// The grid of cut lines for a region.
 pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     let mut lines = [Vec::new(), Vec::new()];
     let flat = is_flat(surface).then(|| tiles_of_plane(region));
@@ -53,7 +53,8 @@ pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     Grid { lines, wraps: region.wraps }
 }
 
-/// Tiles in u and in v of a region of a plane: as square as may be, so many that each has about [`SAMPLES_PER_TILE`] and some loops.
+/// Number of tiles in u and in v for a region of a plane: nearly square ones, with about [`SAMPLES_PER_TILE`] samples
+/// and [`LOOPS_PER_TILE`] loops each.
 fn tiles_of_plane(region: &Region) -> [usize; 2] {
     let samples: usize = region.loops.iter().flat_map(|l| &l.pieces).map(|p| p.samples.len()).sum();
     let wanted = samples.div_ceil(SAMPLES_PER_TILE).min(region.loops.len() / LOOPS_PER_TILE);
@@ -63,11 +64,11 @@ fn tiles_of_plane(region: &Region) -> [usize; 2] {
     [across as usize, (tiles / across).round().max(1.0) as usize]
 }
 
-/// Poles inside a region, as of a cone kept on both sides of its apex: points there are one only where a line says so. Not
-/// where loops run along them already.
+/// Poles inside a region, such as the apex of a cone that is kept on both sides. Their points coincide only if a line
+/// runs along the pole. None if loops already run along poles.
 fn poles_within(region: &Region, surface: &Surface, axis: usize, lo: f64, hi: f64) -> Vec<f64> {
     let loops_know = region.loops.iter().flat_map(|l| &l.pieces).any(|p| matches!(p.along, Along::Pole(_)));
-    // The poles of others are at the ends of their domains.
+    // Other surfaces have poles at the ends of their domains only.
     let inside = matches!(surface, Surface::Cone { .. } | Surface::Torus { .. });
     if !inside || region.wraps[axis] || loops_know {
         return Vec::new();
@@ -77,7 +78,7 @@ fn poles_within(region: &Region, surface: &Surface, axis: usize, lo: f64, hi: f6
     poles.map(|p| p.at).filter(|at| at - lo > margin && hi - at > margin).collect()
 }
 
-/// Grids with the least cuts that still open all wraps, which stand elsewhere in each.
+/// Grids with the fewest cuts that open all wraps. Each grid has them at other places.
 pub(crate) fn coarse_grids(region: &Region) -> impl Iterator<Item = Grid> + '_ {
     /// Places tried. A boundary that cannot be cut at any of them cannot be cut.
     const TRIES: usize = 6;
@@ -87,7 +88,7 @@ pub(crate) fn coarse_grids(region: &Region) -> impl Iterator<Item = Grid> + '_ {
             if !region.wraps[axis] {
                 return vec![lo, hi];
             }
-            // The cleanest line of all, then the cleanest of each part.
+            // The cleanest line of all, then the cleanest line of each part.
             let share = |k: usize| lo + (hi - lo) * k as f64 / (TRIES - 1) as f64;
             let (from, to) = if k == 0 { (lo, hi) } else { (share(k - 1), share(k)) };
             let c = Avoid::new(region, axis).best(from, to);
@@ -166,7 +167,7 @@ impl Avoid {
     }
 }
 
-/// Whether a surface is flat: its tiles need no cuts.
+/// Whether a surface is a plane.
 pub(crate) fn is_flat(surface: &Surface) -> bool {
     matches!(surface, Surface::Plane { .. })
 }

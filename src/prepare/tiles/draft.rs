@@ -1,4 +1,4 @@
-//! What a face comes to by itself, before its borders and breaks are numbered in the part.
+//! The draft of a face: its own tiles, before its borders and breaks are numbered in the part.
 
 use crate::model::{AxisMap, FaceTrouble};
 use crate::prepare::regions::mend::Tangle;
@@ -39,7 +39,7 @@ pub(crate) struct DraftBorder {
     pub(crate) creases: Vec<f64>,
 }
 
-/// What a border's points are.
+/// Geometry of a border.
 #[derive(Clone, Debug)]
 pub(crate) enum DraftShape {
     /// A curve in space.
@@ -75,29 +75,29 @@ pub(crate) struct FaceDraft {
     pub(crate) maps: [AxisMap; 2],
     pub(crate) creases: [Vec<f64>; 2],
     pub(crate) gap: f64,
-    /// How many critical parameters and meetings there are among `breaks`.
+    /// Number of critical parameters, and of meetings, among `breaks`.
     pub(crate) critical: u32,
     pub(crate) meetings: u32,
     pub(crate) tiles: Vec<DraftTile>,
     pub(crate) borders: Vec<DraftBorder>,
-    /// What its loops use of the part's edges, as its tiles have them.
+    /// The chain of its loops on the part's edges, as its tiles use them.
     pub(crate) chain: Chain,
     /// Parameters of B-rep edges where tile borders cross them, and critical ones.
     pub(crate) breaks: Vec<(u32, f64)>,
-    /// Those of them at which two edges meet within the face, and the point that both have there.
+    /// Those breaks at which two edges meet within the face, and their common point.
     pub(crate) joints: Vec<(u32, f64, DVec3)>,
-    /// What there is to tell, though the face is usable.
+    /// Remarks on a usable face.
     pub(crate) notes: Vec<FaceTrouble>,
-    /// What had to be repaired: the face is not as stated.
+    /// Repairs: with any, the face is not as stated.
     pub(crate) repairs: Vec<Told>,
-    /// Whether one of these is that the boundary crosses or overlaps itself.
+    /// Whether a repair reports that the boundary crosses or overlaps itself.
     pub(crate) crosses: bool,
     /// Whether it is filled in space: the surface is a plane that the file does not state.
     pub(crate) filled: bool,
-    /// Edges of loops of which lobes were turned, ascending: they have no other face.
+    /// Edges of loops with reversed lobes, ascending. No other face uses them.
     pub(crate) lobed: Vec<u32>,
     /// Whether it ends where its surface does, because no loop bounds it there.
     pub(crate) ends_with_surface: bool,
-    /// Where edges meet within the face, other than at common ends.
+    /// Places where edges meet within the face, other than at common ends.
     pub(crate) tangles: Vec<Tangle>,
 }

@@ -1,4 +1,4 @@
-//! Lines that cut a region, and where loops cross them.
+//! The grid of lines that cut a region, and where loops cross them.
 
 use crate::prepare::uv::uv_loop::Along;
 
@@ -20,7 +20,7 @@ pub(crate) struct LineCrossing {
     pub(crate) other: f64,
     pub(crate) up: bool,
     pub(crate) piece: usize,
-    /// Its stretch of the line between two lines across, and its coordinate there, periods taken off.
+    /// Strip of the line, between two lines across it, and the coordinate along it, both within the first period.
     pub(crate) strip: usize,
     pub(crate) at: f64,
 }
@@ -34,7 +34,7 @@ impl Grid {
         self.lines[axis][self.count(axis)] - self.lines[axis][0]
     }
 
-    /// The strip that holds `x`, counted through all periods.
+    /// Number of the strip that contains `x`, counted through all periods.
     pub(crate) fn locate(&self, axis: usize, x: f64) -> i64 {
         let n = self.count(axis);
         let turn = if self.wraps[axis] { ((x - self.lines[axis][0]) / self.period(axis)).floor() } else { 0.0 };
@@ -72,7 +72,7 @@ impl Grid {
         out
     }
 
-    /// The corner where a line meets the line `across` of the other direction, each line once.
+    /// The corner where a line meets the line `across` of the other direction. Lines a period apart are the same.
     pub(crate) fn corner(&self, axis: usize, line: usize, across: usize) -> (usize, usize) {
         let (i, j) = if axis == 0 { (line, across) } else { (across, line) };
         (self.line_key(0, i), self.line_key(1, j))

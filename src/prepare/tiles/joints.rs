@@ -1,4 +1,4 @@
-//! Places where the images of edges meet -> points in space that both edges get.
+//! Places where the images of edges meet -> points in space that both edges contain.
 
 use super::draft::{DraftAlong, DraftTile};
 use super::meeting::Meeting;
@@ -8,8 +8,8 @@ use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::SAME_SHARE;
 use glam::DVec3;
 
-/// The point in space of both edges where a loop is cut; none where they are too far apart there for one. A lobe between two points
-/// cannot be turned: what joins them would be there twice, and nothing beyond it.
+/// The common point in space of both edges where a loop is cut; `None` if they are too far apart. A lobe between two
+/// distinct points cannot be reversed: their joint would be used twice, and by no other face.
 pub(super) fn common_point(part: &Part, cut: &LobeCut, projector: &Projector<'_>) -> Option<DVec3> {
     // Vertices and poles stay where they are.
     let [(a, a_stays), (b, b_stays)] = cut.passes.map(|pass| {
@@ -27,7 +27,7 @@ pub(super) fn common_point(part: &Part, cut: &LobeCut, projector: &Projector<'_>
     may_meet.then_some(if b_stays { b } else { a })
 }
 
-/// Meetings of a tile's loops to points in space.
+/// Turns meetings of a tile's loops into points in space.
 pub(super) struct Joiner<'a> {
     pub(super) part: &'a Part,
     pub(super) tile: &'a DraftTile,
@@ -50,7 +50,7 @@ impl Joiner<'_> {
         })
     }
 
-    /// The common point for both edges: a vertex where one of them ends.
+    /// The common point for both edges: a vertex if either ends there. Empty if they are further apart than `near`.
     pub(super) fn joint(&self, m: &Meeting) -> Vec<(u32, f64, DVec3)> {
         let [a, b] = self.ends(m);
         if a.2.distance(b.2) > self.near {

@@ -1,7 +1,6 @@
-//! Stretches of trim arcs that cannot be told apart to the points where they meet, put on both pcurves alike.
-//!
-//! Chords are intersected, and Newton steps on the pcurves end in the point itself. A point that two edges have in common
-//! in (u,v), to the bit, is one vertex to the trim stage; one that they have in common in space is one to the faces beyond.
+//! Stretches of trim arcs that cannot be separated -> the points where they meet, added to both pcurves.
+//! Chords are intersected, and Newton steps on the pcurves lead to the point itself. A point in (u,v) that two edges
+//! share to the bit is one vertex to the trim stage. One that they share in space is one vertex to adjacent faces.
 
 use super::arcs::ArcSpan;
 use super::draft::{DraftTile, DraftUse};
@@ -9,16 +8,16 @@ use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use crate::prepare::uv::uv_loop::winding_about;
 use glam::{DMat2, DVec2};
 
-/// Distance, in tiles, below which two points of (u,v) are one: pcurves of planes are exact to rounding.
+/// Distance, in tiles, below which two points of (u,v) coincide: pcurves of planes are exact to rounding.
 const TOUCH: f64 = 1e-9;
 
-/// Distance, in tiles, below which curves that run side by side touch: pcurves are good to a few millionths of a face.
+/// Distance, in tiles, below which curves side by side touch: pcurves are accurate to a few millionths of a face.
 const TANGENT: f64 = 1e-5;
 
-/// Sine of the angle below which two curves run side by side where they come together.
+/// Sine of the angle below which two curves that come together run side by side.
 const SIDE_BY_SIDE: f64 = 0.1;
 
-/// Newton steps: from chords of a 256th of an arc, three are enough.
+/// Maximum Newton steps: from chords of a 256th of an arc, three are enough.
 const STEPS: usize = 12;
 
 /// A point of (u,v) that two stretches of a tile's loops have in common.
@@ -28,19 +27,19 @@ pub(crate) struct Meeting {
     pub(crate) at: [((usize, usize), f64); 2],
     /// Where, in the tile's (u,v).
     pub(crate) uv: DVec2,
-    /// How far apart parameters of either are the same.
+    /// Difference up to which parameters of each stretch are the same.
     same: [f64; 2],
     /// Whether the curves run side by side there.
     pub(crate) tangent: bool,
 }
 
 impl Meeting {
-    /// Whether both are one.
+    /// Whether both are the same meeting.
     pub(crate) fn is(&self, other: &Self) -> bool {
         (0..2).all(|k| self.at[k].0 == other.at[k].0 && (self.at[k].1 - other.at[k].1).abs() <= self.same[k])
     }
 
-    /// Whether another is too near to a point where the same curves touch to mean anything.
+    /// Whether another meeting of the same curves is too near to this one, where they touch, to mean anything.
     pub(crate) fn blurs(&self, other: &Self, tile: &DraftTile) -> bool {
         let apart = (self.uv - other.uv) / (tile.max - tile.min);
         let same = (0..2).all(|k| other.at.iter().any(|at| at.0 == self.at[k].0));
@@ -77,7 +76,7 @@ pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meet
             }
         }
     }
-    // Curves that touch need not have chords that cross.
+    // Chords of curves that touch need not cross.
     let curved = [a, b].iter().any(|s| s.arc.points.len() > 2);
     if starts.is_empty() && curved && cross.abs() <= SIDE_BY_SIDE * length_a * length_b {
         return settle(tile, a, b, None).into_iter().collect();
@@ -85,8 +84,8 @@ pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meet
     starts.into_iter().filter_map(|at| settle(tile, a, b, Some(at))).collect()
 }
 
-/// The meeting near shares `at` of two stretches, or anywhere where they only touch; none if it is a common end of both
-/// arcs, or no meeting.
+/// The meeting of two stretches near a `crossing` of their chords, given as shares of these; without one, a place where
+/// they touch. `None` if there is no meeting, or if it is a common end of both arcs.
 fn settle(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>, crossing: Option<[f64; 2]>) -> Option<Meeting> {
     let at = crossing.unwrap_or([0.5; 2]);
     let spans = [a, b];
@@ -132,20 +131,20 @@ fn settle(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>, crossing: Option<[f6
     Some(Meeting { at: [0, 1].map(|k| (spans[k].arc.of, t[k])), uv, same, tangent: touch == TANGENT })
 }
 
-/// Parameters at which two stretches touch without crossing, starting from a guess: where they are parallel, if they are
-/// as near there as pcurves are true.
+/// Parameters at which two stretches touch without crossing, starting from a guess: where they are parallel, if they
+/// are as near there as pcurves are accurate.
 fn tangency(uses: [&DraftUse; 2], scale: DVec2, ranges: [[f64; 2]; 2], guess: [f64; 2]) -> Option<[f64; 2]> {
     let at = |k: usize, t: f64| {
         let s = sample(uses[k], t);
         (s.uv * scale, s.d * scale)
     };
-    // Stretches end where they could not be told apart, not where they touch.
+    // Stretches end where they could not be separated, not where they touch.
     let wide = ranges.map(|[a, b]| [a - (b - a), b + (b - a)]);
     let limits = [0, 1].map(|k| {
         let (from, to) = (uses[k].from.min(uses[k].to), uses[k].from.max(uses[k].to));
         wide[k].map(|t| t.clamp(from, to))
     });
-    // The foot of a point of one curve on the other, how far it is, and the sine between the curves there.
+    // The foot of a point of one curve on the other, its distance, and the sine of the angle between the curves there.
     let foot = |k: usize, t: f64| {
         let other = 1 - k;
         let [from, to] = limits[other];
@@ -193,10 +192,10 @@ fn tangency(uses: [&DraftUse; 2], scale: DVec2, ranges: [[f64; 2]; 2], guess: [f
     (distance <= TANGENT).then_some([low, s])
 }
 
-/// Parameters beside the points at which curves touch, at the same distances on all of them: polylines through these stay
-/// side by side as the curves do.
+/// Parameters around the points at which curves touch, at the same distances on all curves. Polylines through these
+/// stay side by side, as the curves do.
 pub(crate) fn beside(tile: &DraftTile, meetings: &[Meeting]) -> Vec<((usize, usize), f64)> {
-    /// Distances, each half of the one before.
+    /// Number of distances, each half of the previous one.
     const HALVINGS: i32 = 8;
     let scale = (tile.max - tile.min).recip();
     let mut out = Vec::new();
@@ -235,7 +234,7 @@ fn sample(u: &DraftUse, t: f64) -> UvSample {
     UvSample::at(&samples[k - 1], &samples[k], t)
 }
 
-/// Gives both pcurves of every meeting its point as a sample.
+/// Adds the point of every meeting to both pcurves as a sample.
 pub(crate) fn weld(tile: &mut DraftTile, meetings: &[Meeting]) {
     for m in meetings {
         for (k, ((l, u), t)) in m.at.into_iter().enumerate() {
@@ -257,7 +256,7 @@ pub(crate) fn weld(tile: &mut DraftTile, meetings: &[Meeting]) {
     }
 }
 
-/// Places where the loops of a tile come to a point twice that is an end of their stretches: a common vertex.
+/// Points that the loops of a tile pass twice and that are ends of their stretches: common vertices.
 pub(crate) fn touching(tile: &DraftTile) -> Vec<Meeting> {
     let mut starts: Vec<(DVec2, (usize, usize), f64)> = Vec::new();
     for (l, uses) in tile.loops.iter().enumerate() {
@@ -276,10 +275,10 @@ pub(crate) fn touching(tile: &DraftTile) -> Vec<Meeting> {
     twice.map(meeting).collect()
 }
 
-/// The first of the meetings beside which the loops of a tile wind more than once, or backwards, or something is kept on their
-/// right only: there they cross or overlap. Elsewhere they touch.
+/// The first meeting where the loops of a tile cross or overlap rather than touch. Next to it they wind more than once,
+/// or backwards, or have the kept side on their right only.
 pub(crate) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
-    /// How far beside a chord the loops are asked, in chords; and how far beside one that they run there and back.
+    /// Distances from a chord, in chords, at which winding numbers are evaluated: in general, and along a spike.
     const BESIDE: [f64; 2] = [1e-3, 1e-7];
     if meetings.is_empty() {
         return None;
@@ -292,7 +291,7 @@ pub(crate) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
     };
     let sound = |a: DVec2, b: DVec2| match around(a, b, BESIDE[0]) {
         (1, 0..=1) => true,
-        // A spike without width: nothing is kept on either side, however near.
+        // A spike without width keeps nothing on either side, however near.
         (0, 0) => a == b || around(a, b, BESIDE[1]) == (0, 0),
         _ => a == b,
     };

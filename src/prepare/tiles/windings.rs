@@ -1,6 +1,6 @@
-//! A region's loops and a grid -> how often the loops wind around each corner of the grid.
+//! Loops of a region and a grid -> winding numbers of the loops around each corner of the grid.
 //!
-//! Along a line the number changes by one at each crossing; one number at one corner fixes all.
+//! Along a line the number changes by one at each crossing, so the number of one corner determines all others.
 
 use super::grid::{Grid, LineCrossing};
 use crate::prepare::report::refusals::Tangled;
@@ -29,8 +29,8 @@ impl Windings {
         }
         let mut out = Self { corners: BTreeMap::new(), crossings };
         let base = match grid.wraps {
-            // Beyond everything in a direction that ends.
             [true, true] => region.base + out.at_first_corner(region, grid, all),
+            // In a direction that does not wrap, the first corner lies beyond all loops.
             _ => region.base,
         };
         out.corners.insert((0, 0), base);
@@ -63,8 +63,8 @@ impl Windings {
         Ok(out)
     }
 
-    /// How often the loops of a region that goes round both ways wind around the first corner: counted at the middle of
-    /// the longest stretch of its line, and from there along the line.
+    /// Winding number of the loops around the first corner, for a region that wraps both ways. Counted at the middle of
+    /// the longest stretch of the corner's line, then carried along the line.
     fn at_first_corner(&self, region: &Region, grid: &Grid, all: &[LineCrossing]) -> i32 {
         let mut stops = vec![(grid.lines[1][0], 0)];
         let mut sum = 0;

@@ -1,10 +1,10 @@
-//! Faces with free trims -> the same faces bounded by edges: each arc of the kept region becomes an edge in space with its
-//! pcurve in the edge's own parameter.
+//! Faces with free trims -> faces bounded by edges: each arc of the region becomes an edge in space, with its pcurve in
+//! the edge's parameter.
 //!
-//! From here on nothing knows how a face was trimmed. Arcs that meet share a vertex, sides of the domain that are one line of the
-//! surface share their edges, sides that are a pole have none. An edge in space is the curve of the trimming curve's points on
-//! the surface: cubic pieces with its points and tangents, halved until they are as near to it as points of one curve are
-//! to each other. (The composition itself is of degree p(m + n), 18 for cubics on bicubics: not worth it.)
+//! No later stage knows how a face was trimmed. Arcs that meet share a vertex. Sides of the domain that are one line of
+//! the surface share their edges; sides that are a pole have none. An edge in space follows the trimming curve on the
+//! surface by cubic Hermite pieces, halved until they are within [`FIT`]. (The exact composition has degree p(m + n),
+//! 18 for cubics on bicubics: too costly.)
 
 use super::free_faces::{FreeFace, FreeFaces};
 use super::free_region::{BORDER, FreeArc, FreeRegion, TrimNote};
@@ -23,13 +23,13 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Share of the domain (and of the part's size, in space) to which cubic pieces follow a curve.
+/// Accuracy of cubic pieces, as a share of the domain in (u,v) and of the part's size in space.
 const FIT: f64 = 1e-8;
 
-/// Halvings of one arc: 4096 pieces. Curves that need more have no bounded derivatives.
+/// Halvings of one arc, for at most 4096 pieces. Curves that need more have unbounded derivatives.
 const MAX_DEPTH: u32 = 12;
 
-/// The part with vertices and edges for the free trims of its faces, which has the size `size`.
+/// Adds vertices and edges for the free trims of a part's faces. `size` is the size of the part.
 pub(crate) fn free_faces<'a>(part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeFaces) {
     let untrimmed = FreeTrims::default();
     let trims_of = |face: &'a Face| {
@@ -67,8 +67,8 @@ pub(crate) fn free_faces<'a>(part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeF
     (Cow::Owned(whole), faces)
 }
 
-/// Whether a face is a whole surface that has borders of its own: sides of its domain that are neither a pole nor one line with
-/// the opposite side.
+/// Whether a face is an untrimmed surface with a border: a side of its domain that is neither a pole nor the same line
+/// as the opposite side.
 fn ends(face: &Face) -> bool {
     let surface = &face.surface;
     if face.lost || !face.loops.is_empty() || face.trims.is_some() || surface.check().is_err() {
@@ -83,10 +83,10 @@ fn ends(face: &Face) -> bool {
     (0..2).any(|axis| period[axis].is_none() && [domain[axis].0, domain[axis].1].iter().any(|&at| !pole(axis, at)))
 }
 
-/// The rectangle of a surface's parameters in which it is trimmed, and the sides (axis, and whether the upper one) on which
-/// the surface does not end: these are somewhat beyond the curves.
+/// The rectangle of a surface's parameters in which it is trimmed, and its open sides as (axis, is upper): where the
+/// surface is unbounded, the rectangle ends somewhat beyond the curves.
 fn domain(surface: &Surface, trims: &FreeTrims) -> Result<(UvDomain, Vec<(usize, bool)>), FaceError> {
-    /// Share of the curves' extent by which the rectangle is larger.
+    /// Margin beyond the curves, as a share of their extent.
     const BEYOND: f64 = 0.125;
     let [(u0, u1), (v0, v1)] = surface.natural_domain();
     let (mut low, mut high) = (DVec2::new(u0, v0), DVec2::new(u1, v1));
@@ -109,21 +109,21 @@ fn domain(surface: &Surface, trims: &FreeTrims) -> Result<(UvDomain, Vec<(usize,
     Ok((UvDomain { low, high, periodic: surface.period().map(|p| p.is_some()) }, open_sides))
 }
 
-/// Makes the edges of one face, numbered from 0.
+/// Makes the edges and vertices of one face, numbered from 0.
 struct EdgeMaker<'a> {
     surface: &'a Surface,
     domain: UvDomain,
     poles: Vec<Pole>,
-    /// Inner knots: the curve in space is smooth between them.
+    /// Knots in u and v. Curves on the surface are smooth between them.
     knots: [Vec<f64>; 2],
     tolerance: f64,
     told: Vec<TrimNote>,
     vertices: Vec<DVec3>,
     edges: Vec<Edge>,
     loops: Vec<UvLoop>,
-    /// By place in the unit square, sides that are one taken as the lower one.
+    /// By place in the unit square; of two sides that are one line, the lower one.
     known_vertices: BTreeMap<[u64; 2], VertexId>,
-    /// By the axis that is constant, its value, and the ends.
+    /// By constant axis, its value, and both ends.
     known_borders: BTreeMap<(usize, [u64; 3]), u32>,
 }
 
@@ -213,7 +213,7 @@ impl<'a> EdgeMaker<'a> {
         out
     }
 
-    /// An edge along a trimming curve.
+    /// Makes an edge along a trimming curve.
     fn free(&mut self, ends: [DVec2; 2], stretches: &[(&Span, StretchPart)], reversed: bool) -> Piece {
         let size = self.domain.high - self.domain.low;
         let mut samples: Vec<UvSample> = Vec::new();
@@ -263,7 +263,8 @@ impl<'a> EdgeMaker<'a> {
         Piece { along: Along::Edge(edge), reversed, samples }
     }
 
-    /// An edge along a side of the domain, in the parameter of the coordinate that runs; none where it has no length.
+    /// Makes an edge along a side of the domain, or reuses it. Its parameter is the coordinate that varies. `None` if
+    /// it has no extent in (u,v).
     fn border(&mut self, ends: [DVec2; 2], side: &Span, reversed: bool) -> Option<Piece> {
         let axis = usize::from(side.ends[0].x != side.ends[1].x);
         let run = 1 - axis;
@@ -325,7 +326,7 @@ impl<'a> EdgeMaker<'a> {
         EdgeId::new(self.edges.len() - 1).0
     }
 
-    /// The pole on whose line a point of the unit square lies.
+    /// The pole on whose parameter line a point of the unit square lies.
     fn pole(&self, p: DVec2) -> Option<usize> {
         let uv = self.domain.of_unit(p);
         let size = self.domain.high - self.domain.low;
@@ -351,9 +352,9 @@ impl<'a> EdgeMaker<'a> {
     }
 }
 
-/// The parts of an arc that are one smooth stretch of one piece of its curve.
+/// Groups the parts of an arc into runs that are smooth and lie on one piece of the curve.
 fn runs(region: &FreeRegion, arc: &FreeArc) -> Vec<Vec<StretchPart>> {
-    /// Share of a derivative by which it may differ on both sides of a point where the curve goes on smoothly.
+    /// The curve is smooth at a joint if its derivatives on both sides differ by at most this share.
     const SMOOTH: f64 = 1e-9;
     let mut out: Vec<Vec<StretchPart>> = Vec::new();
     for &part in &arc.parts {
@@ -374,7 +375,7 @@ fn runs(region: &FreeRegion, arc: &FreeArc) -> Vec<Vec<StretchPart>> {
     out
 }
 
-/// Appends samples after the last one, so that the cubics between follow the span; the last is at the end.
+/// Appends samples after `from` up to `to`, dense enough that Hermite cubics follow the span.
 fn sample_between(
     span: &Span,
     [from, to]: [f64; 2],
@@ -396,7 +397,7 @@ fn sample_between(
     sample_between(span, [middle, to], sample, depth + 1, out);
 }
 
-/// A curve in space as cubic pieces.
+/// A curve in space, as cubic Bézier pieces.
 #[derive(Default)]
 struct Fit {
     ts: Vec<f64>,
@@ -404,7 +405,8 @@ struct Fit {
 }
 
 impl Fit {
-    /// Appends pieces from one place to another. `at`: point and tangent at a place, the tangent as it is beside the place.
+    /// Appends pieces for `from` to `to`. `at(s, inside)` is the point at `s`, with the surface's derivatives taken at
+    /// `inside`.
     fn follow(
         &mut self,
         at: &impl Fn(f64, f64) -> (DVec3, DVec3),
@@ -413,7 +415,7 @@ impl Fit {
         tolerance: f64,
         depth: u32,
     ) {
-        /// How far inside tangents are taken, as a share: on a knot they would be those of the piece beyond.
+        /// Tangents are taken this share inside the piece: on a knot they would be those of the next piece.
         const INSIDE: f64 = 1e-8;
         let step = INSIDE * (to - from);
         let ((p, d), (q, e)) = (at(from, from + step), at(to, to - step));
@@ -441,7 +443,7 @@ impl Fit {
     }
 }
 
-/// Knots inside the domain, by direction.
+/// Distinct knots of a surface in u and v.
 fn inner_knots(surface: &Surface) -> [Vec<f64>; 2] {
     let distinct = |knots: &[f64]| {
         let mut out = knots.to_vec();

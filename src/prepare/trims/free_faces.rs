@@ -1,18 +1,18 @@
-//! What became of the free trims of faces.
+//! Regions made from the free trims of faces.
 
 use crate::model::{FaceError, FaceTrouble};
 use crate::prepare::report::told::Told;
 use crate::prepare::uv::region::Region;
 
-/// A face's region, and what there is to tell of it.
+/// A face's region, with notes and repairs to report.
 #[derive(Clone, Debug)]
 pub(crate) struct FreeFace {
     pub(crate) region: Region,
-    /// How far its edges may be off the surface: those that it shares are other faces' curves.
+    /// Largest distance of its edges from the surface. Shared edges may be curves of another face.
     pub(crate) gap: f64,
     pub(crate) notes: Vec<FaceTrouble>,
     pub(crate) repairs: Vec<Told>,
 }
 
-/// What became of each face's free trims; none for a face without.
+/// The region or error of each face; `None` for a face without free trims.
 pub(crate) type FreeFaces = Vec<Option<Result<FreeFace, FaceError>>>;

@@ -1,9 +1,9 @@
-//! Free trimming curves and a rule -> the kept region of the domain, as closed loops of exact arcs.
+//! Free trimming curves and a rule -> the region of the domain that they keep, as closed loops of exact arcs.
 //!
-//! All curves, and the border of the domain, are cut where they meet. Each arc is labelled by what the rule says of the points
-//! just left and right of its middle: winding numbers, counted along a ray by exact arcs. An arc with the same answer on both
-//! sides bounds nothing and is dropped; so redundant loops, and stretches that two curves run in opposite directions, vanish
-//! by themselves. The others, kept side left, close to loops.
+//! All curves and the border of the domain are cut where they meet. The rule is evaluated just left and just right of
+//! each arc's middle, from winding numbers counted along a ray by exact arcs. An arc with the same answer on both sides
+//! bounds nothing and is dropped. This removes redundant loops, and stretches that two curves run in opposite
+//! directions. The other arcs are linked to loops with the region on their left.
 
 use super::intersect::{SAME, SpanChain, SpanPlace, TOUCH, meetings};
 use super::spans::{Span, UvDomain};
@@ -17,38 +17,38 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// Distance along a ray up to which a curve counts as running along the arc that the ray starts from.
+/// A curve that meets a ray within this distance of its start runs along the arc on which the ray starts.
 const ALONG: f64 = 4.0 * TOUCH;
 
-/// The chain that is the border of the domain.
+/// Index of the chain that is the border of the domain.
 pub(crate) const BORDER: usize = 0;
 
-/// Curves closed to loops around what they keep.
+/// A trimming curve, closed to a loop around the side that it keeps.
 #[derive(Clone, Debug)]
 struct Wire {
-    /// The border is 0; curve `k` is `k + 1`, and so are its copies over seams.
+    /// 0 for the border, `k + 1` for curve `k` and its copies across seams.
     owner: usize,
     chain: SpanChain,
-    /// What closes an open chain along the border, or outside: it takes part in windings only.
+    /// Closes an open chain along the border or outside the domain. Counts for winding numbers only.
     closure: Vec<Span>,
-    /// Winding number from which on a point is inside: 1 for counter-clockwise loops, 0 for clockwise ones.
+    /// Least winding number of a point inside: 1 for counter-clockwise loops, 0 for clockwise ones.
     least: i32,
 }
 
-/// A stretch of a chain between two nodes, or a whole closed chain without nodes.
+/// The part of a chain between two nodes, or a whole closed chain without nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct FreeArc {
     pub(crate) chain: usize,
     /// In order of the chain.
     pub(crate) parts: Vec<StretchPart>,
-    /// Where it starts and ends; none for a whole chain.
+    /// Its start and end; `None` for a whole chain.
     pub(crate) nodes: Option<[usize; 2]>,
     /// Whether its loop runs against the chain.
     pub(crate) reversed: bool,
 }
 
 impl FreeArc {
-    /// Nodes in loop order.
+    /// Its nodes in loop order.
     fn ends(&self) -> Option<[usize; 2]> {
         self.nodes.map(|[a, b]| if self.reversed { [b, a] } else { [a, b] })
     }
@@ -66,26 +66,28 @@ pub struct FreeRegion {
     pub notes: Vec<TrimNote>,
 }
 
-/// Something told of a trimming curve.
+/// A finding about a trimming curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrimNote {
-    /// Where.
+    /// Where, in (u,v).
     pub at: DVec2,
-    /// Which curve, and what.
+    /// The curve and the finding.
     pub what: TrimTrouble,
-    /// Whether the curve had to be changed: it ended inside the domain.
+    /// Whether the curve was changed, because it ended inside the domain.
     pub repaired: bool,
 }
 
 impl FreeRegion {
-    /// The region that sound curves keep.
+    /// The region that `trims` keep. Its curves must pass [`TrimCurve::check`](crate::model::TrimCurve::check).
     ///
-    /// Points nearer than a billionth of the domain are one. Over a seam of the surface closed curves, and those that end a
-    /// period from where they start, go on at the other side; other open ones are clipped. Cost: that of [`intersections`](super::intersect::intersections), and for
-    /// each arc between two meetings a look at the monotone arcs that a ray from its middle meets.
+    /// Points closer than a billionth of the domain are one. Closed curves, and those that end one period from their
+    /// start, continue across seams of the surface. Other open curves are clipped.
+    ///
+    /// Cost: that of [`intersections`](super::intersect::intersections), plus one ray per arc between two meetings,
+    /// tested against the monotone arcs whose boxes it meets.
     ///
     /// # Errors
-    /// Curves that can neither be told apart nor taken as one.
+    /// [`NoRegion`] where curves are too close to be separated, but not equal either.
     pub fn new(trims: &FreeTrims, domain: &UvDomain) -> Result<Self, NoRegion> {
         let mut region =
             Self { domain: *domain, wires: vec![border()], nodes: Vec::new(), loops: Vec::new(), notes: Vec::new() };
@@ -103,27 +105,28 @@ impl FreeRegion {
         Ok(region)
     }
 
-    /// Its exact area in the domain's (u,v), by Green's theorem.
+    /// Its area in (u,v), by Green's theorem on the exact arcs.
     #[must_use]
     pub fn area(&self) -> f64 {
         let size = self.domain.high - self.domain.low;
         self.loops.iter().flatten().map(|arc| self.green(arc)).sum::<f64>() * size.x * size.y
     }
 
-    /// Whether nothing is kept.
+    /// Whether the trims keep nothing.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.loops.is_empty()
     }
 
-    /// Whether the region touches the lower or upper side of the domain across coordinate `axis` along a stretch.
+    /// Whether a stretch of the lower or upper side of the domain in coordinate `axis` bounds the region.
     pub(crate) fn reaches(&self, axis: usize, upper: bool) -> bool {
         let side = [[3, 1], [0, 2]][axis][usize::from(upper)];
         let along = |arc: &FreeArc| arc.chain == BORDER && arc.parts.iter().any(|part| part.span == side);
         self.loops.iter().flatten().any(along)
     }
 
-    /// The loops as closed polygons with `per_arc` points for each stretch of a curve between its turns; kept side left.
+    /// The loops as closed polygons with the region on their left. Straight arcs have one segment, others `per_arc`
+    /// segments between extremes of the curve.
     #[must_use]
     pub fn polygons(&self, per_arc: usize) -> Vec<Vec<DVec2>> {
         let of_arc = |arc: &FreeArc| -> Vec<DVec2> {
@@ -154,7 +157,7 @@ impl FreeRegion {
         self.notes.push(note(&self.domain, p, what, repaired));
     }
 
-    /// Closes a copy of a curve. `complete`: directions in which what leaves the domain is in other copies.
+    /// Closes a copy of a curve to a loop. `complete`: directions in which other copies cover what leaves the domain.
     fn wire(&mut self, curve: usize, mut chain: SpanChain, complete: [bool; 2]) -> Wire {
         let owner = curve + 1;
         let mut closure = Vec::new();
@@ -171,13 +174,13 @@ impl FreeRegion {
             let (start, end) = (first.ends[0], last.ends[1]);
             let [from, to] = [end, start].map(on_border);
             let piece = last.piece + 1;
-            // In order of the loop: from the curve's end to the border, and from there to its start.
+            // In loop order: from the curve's end to the border, then from the border to its start.
             for (p, q, at_end) in [(end, from, true), (to, start, false)] {
                 let inner = if at_end { p } else { q };
                 let is_inside = inner.cmpgt(DVec2::ZERO).all() && inner.cmplt(DVec2::ONE).all();
                 let missing = p.distance(q);
                 if missing <= TOUCH {
-                    // It ends on the border, but for rounding.
+                    // It ends on the border up to rounding.
                     if at_end {
                         if let Some(last) = spans.last_mut() {
                             last.ends[1] = q;
@@ -208,7 +211,7 @@ impl FreeRegion {
         Wire { owner, chain, closure, least: i32::from(area > 0.0) }
     }
 
-    /// Cuts of each chain: place and node.
+    /// The cuts of each chain: places with their nodes.
     fn events(&mut self) -> Vec<Vec<(SpanPlace, usize)>> {
         let chains: Vec<&SpanChain> = self.wires.iter().map(|w| &w.chain).collect();
         let mut places: Vec<(SpanPlace, DVec2)> = Vec::new();
@@ -229,7 +232,7 @@ impl FreeRegion {
             places.push((SpanPlace { chain: k, span: 0, s: 0.0 }, chain.spans[0].ends[0]));
             places.push((SpanPlace { chain: k, span: last, s: 1.0 }, chain.spans[last].ends[1]));
         }
-        // Sides that are one line of the surface are cut alike.
+        // Sides that are one line of the surface get the same cuts.
         let mut twins: Vec<(SpanPlace, DVec2)> = Vec::new();
         for (_, p) in &places {
             for axis in (0..2).filter(|&axis| self.domain.periodic[axis]) {
@@ -247,7 +250,6 @@ impl FreeRegion {
             }
         }
         places.extend(twins);
-        // The border comes first wherever it takes part, so that nodes lie on it to the bit.
         places.sort_by(|a, b| (a.1.x, a.1.y).partial_cmp(&(b.1.x, b.1.y)).unwrap_or(std::cmp::Ordering::Equal));
         let mut events: Vec<Vec<(SpanPlace, usize)>> = vec![Vec::new(); chains.len()];
         let mut open: Vec<usize> = Vec::new();
@@ -261,6 +263,7 @@ impl FreeRegion {
                 open.push(found.len() - 1);
                 found.len() - 1
             });
+            // A place on the border sets its node's point, so that the node lies on the border bit for bit.
             if place.chain == BORDER {
                 let on = chains[BORDER].spans[place.span].point(place.s);
                 let corner = CORNERS.into_iter().find(|c| c.distance(on) <= SAME);
@@ -284,14 +287,14 @@ impl FreeRegion {
         events
     }
 
-    /// The stretches of all chains between cuts.
+    /// Cuts all chains into arcs.
     fn arcs(&self, mut events: Vec<Vec<(SpanPlace, usize)>>) -> Vec<FreeArc> {
         let mut out = Vec::new();
         for (k, cuts) in events.iter_mut().enumerate() {
             let chain = &self.wires[k].chain;
             let count = chain.spans.len();
             for (place, _) in cuts.iter_mut() {
-                // One name for the point between two spans.
+                // The joint of two spans counts as the start of the second.
                 if place.s >= 1.0 - 1e-12 && (chain.closed || place.span + 1 < count) {
                     (place.span, place.s) = ((place.span + 1) % count, 0.0);
                 }
@@ -321,13 +324,13 @@ impl FreeRegion {
         out
     }
 
-    /// Those arcs that have the region on one side only, turned so that it is the left.
+    /// The arcs with the region on one side only, oriented so that it is on the left.
     fn kept(&self, arcs: Vec<FreeArc>, rule: TrimRule, everything: bool) -> Vec<FreeArc> {
         let rays = Rays::new(&self.wires);
         let mut leasts = vec![0; self.wires.last().map_or(0, |wire| wire.owner) + 1];
         self.wires.iter().skip(1).for_each(|wire| leasts[wire.owner] = wire.least);
         let demanding = leasts.iter().filter(|&&least| least > 0).count();
-        // Curves that are not named wind zero times.
+        // Curves that are not listed have winding number 0.
         let keeps = |w: &[(usize, i32)]| {
             let mut curves = w.iter().filter(|w| w.0 != 0);
             let within = w.iter().any(|&(owner, w)| owner == 0 && w > 0);
@@ -356,7 +359,7 @@ impl FreeRegion {
             let (ahead, along) = rays.windings(&self.wires, q, axis);
             let own = along.iter().find(|a| (a.0, a.1) == (arc.chain, part.span))?.2;
             if along.iter().any(|a| (a.0, a.1) < (arc.chain, part.span)) {
-                // The other curve of this stretch speaks for it.
+                // Of curves that coincide here, only the first keeps its arc.
                 return None;
             }
             let behind =
@@ -372,9 +375,9 @@ impl FreeRegion {
         arcs.into_par_iter().filter_map(label).collect()
     }
 
-    /// Joins arcs to loops: at a node the way that turns left most, so that regions that touch there stay apart.
+    /// Joins arcs to loops. At a node it takes the leftmost turn, so that regions that only touch there stay separate.
     fn link(&self, arcs: Vec<FreeArc>) -> Result<Vec<Vec<FreeArc>>, NoRegion> {
-        /// Angle, radians, below which an arc turns back along another that it touches: then each goes on along its own curve.
+        /// Turns back by less than this angle, radians, are taken last: curves that touch each go on along themselves.
         const BACK: f64 = 0.01;
         let mut leaving: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut loops = Vec::new();
@@ -398,7 +401,8 @@ impl FreeRegion {
                 let ways = leaving.get(&at).into_iter().flatten().copied();
                 let turn = |&k: &usize| {
                     arcs[k].as_ref().map(|arc| {
-                        // Counter-clockwise from where it came to where it goes: the least leaves nothing in between.
+                        // The angle from the way out to the way back, counter-clockwise. The least leaves no arc in
+                        // between.
                         let to = self.direction(arc, false);
                         let wedge = to.angle_to(back).rem_euclid(TAU);
                         if wedge < BACK { TAU } else { wedge }
@@ -416,7 +420,7 @@ impl FreeRegion {
         Ok(loops)
     }
 
-    /// From the node where an arc starts in loop order (or where it ends) into the arc.
+    /// The direction into an arc from its start in loop order, or from its end if `at_end`.
     fn direction(&self, arc: &FreeArc, at_end: bool) -> DVec2 {
         const STEP: f64 = 1e-3;
         let first = at_end == arc.reversed;
@@ -432,13 +436,13 @@ impl FreeRegion {
     }
 }
 
-/// A span that runs through a point: chain, span, and what it adds to the winding number behind the point.
+/// A span that runs through a point: chain, span, and its contribution to the winding number behind the point.
 type Through = (usize, usize, i32);
 
-/// The spans of all wires, to be found along rays.
+/// The spans of all wires, in a tree for ray queries.
 struct Rays {
     tree: BoxTree,
-    /// Chain and span of each box; spans of a wire's closure are numbered after its own.
+    /// Chain and span of each box. The spans of a wire's closure follow its own.
     names: Vec<(u32, u32)>,
 }
 
@@ -455,8 +459,8 @@ impl Rays {
         Self { tree: BoxTree::new(&boxes), names }
     }
 
-    /// How often curves wind around the points just ahead of `q` on the ray that leaves it along coordinate `axis`, without those
-    /// that do not; and the spans that run through `q` with what they add behind it.
+    /// Casts a ray from `q` along coordinate `axis`. Returns winding numbers by owner about the points just ahead of
+    /// `q` (owners that the ray does not meet are absent), and the spans that run through `q`.
     fn windings(&self, wires: &[Wire], q: DVec2, axis: usize) -> (Vec<(usize, i32)>, Vec<Through>) {
         let across = 1 - axis;
         let mut ahead = Vec::new();
@@ -472,7 +476,7 @@ impl Rays {
             if (a[across] <= q[across]) == (b[across] <= q[across]) {
                 return;
             }
-            // Counter-clockwise around what lies behind.
+            // Positive if the span runs counter-clockwise about the points behind.
             let sign = if (b[across] > a[across]) == (axis == 0) { 1 } else { -1 };
             let far = if a[axis].min(b[axis]) > q[axis] + ALONG {
                 f64::INFINITY
@@ -489,7 +493,7 @@ impl Rays {
     }
 }
 
-/// One entry for each owner.
+/// Sums winding numbers by owner.
 fn sums(mut windings: Vec<(usize, i32)>) -> Vec<(usize, i32)> {
     windings.sort_unstable_by_key(|w| w.0);
     windings.dedup_by(|b, a| {
@@ -528,7 +532,7 @@ fn on_border(p: DVec2) -> DVec2 {
     q
 }
 
-/// Length of the border from the lower left corner counter-clockwise to a point on it.
+/// Length of the border of the unit square, counter-clockwise from the lower left corner to `p`.
 fn perimeter(p: DVec2) -> f64 {
     if p.y == 0.0 {
         p.x

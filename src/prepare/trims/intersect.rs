@@ -1,11 +1,13 @@
 //! Free trimming curves -> all points at which they meet each other and themselves.
 //!
-//! Curves are chains of monotone arcs ([`spans`](super::spans)), so a curve meets itself where two of its arcs do. For each
-//! pair of arcs whose boxes meet: ends that lie on the other arc, then stretches that both have in common, then what is left by
-//! halving. Halves are told apart by boxes and by strips along their chords; where the cones of their tangents are
-//! apart they meet at most once and Newton's method finds where; where neither helps down to arcs that are straight within the
-//! tolerance they touch, at the parameters where they are parallel and nearest (Sederberg & Meyers, "Loop detection in
-//! surface patch intersections", CAGD 5, 1988, for the cones).
+//! Curves are chains of monotone arcs ([`spans`](super::spans)), so a curve meets itself where two of its arcs do. Each
+//! pair of arcs whose boxes meet is searched for ends that lie on the other arc, then for common stretches, and the
+//! rest by halving:
+//!
+//! * Halves are disjoint if their boxes are, or the strips along their chords.
+//! * If the cones of their tangents are disjoint they meet at most once, and Newton's method finds the point (Sederberg
+//!   & Meyers, "Loop detection in surface patch intersections", CAGD 5, 1988).
+//! * Halves that are straight within the tolerance, and still undecided, touch where they are parallel and nearest.
 
 use super::spans::{Span, UvDomain, spans};
 use crate::math::box_tree::BoxTree;
@@ -13,17 +15,17 @@ use crate::model::TrimCurve;
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Distance in the unit square below which points are one: curves come with twelve digits or more, and a sliver of a
-/// billionth of a domain has no triangles.
+/// Distance in the unit square below which points are one. Curves are stated with twelve digits or more, and a sliver
+/// of a billionth of a domain has no triangles.
 pub(crate) const TOUCH: f64 = 1e-9;
 
 /// Distance below which two meetings are one.
 pub(crate) const SAME: f64 = 10.0 * TOUCH;
 
-/// Pairs of halves looked at for one pair of arcs. Crossings need 10 to 100, touching ones a few hundred.
+/// Most pairs of halves examined per pair of arcs. Crossings need 10 to 100, touches a few hundred.
 const MAX_PAIRS: usize = 20_000;
 
-/// Sine of the angle below which a crossing may be a part of a touch.
+/// A crossing below this sine of the angle may belong to a touch.
 const SHALLOW: f64 = 1e-3;
 
 /// How two curves meet.
@@ -33,7 +35,7 @@ pub enum MeetingKind {
     Crossing,
     /// With the same tangent.
     Touch,
-    /// At an end of a stretch that both have in common.
+    /// At an end of a common stretch.
     Common,
 }
 
@@ -44,14 +46,14 @@ pub struct CurvePlace {
     pub curve: usize,
     /// Which of its pieces.
     pub piece: usize,
-    /// The piece's parameter; on a polyline whole numbers are its points.
+    /// The piece's parameter; points of a polyline have integer parameters.
     pub t: f64,
 }
 
-/// A point that two curves, or two places of one, have in common.
+/// A point that two curves, or two places on one curve, have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveMeeting {
-    /// Where on both.
+    /// Its place on each.
     pub at: [CurvePlace; 2],
     /// The point.
     pub uv: DVec2,
@@ -59,10 +61,11 @@ pub struct CurveMeeting {
     pub kind: MeetingKind,
 }
 
-/// All points at which `curves` meet each other and themselves, within a billionth of the domain; ends of stretches that two
-/// have in common count as points. Ordered by the curves.
+/// Finds all points at which `curves` meet each other and themselves, within a billionth of the domain.
 ///
-/// Cost: about 10 µs for each pair of monotone arcs whose boxes meet, on all cores, after sorting all arcs.
+/// A common stretch of two curves counts as two points, its ends. Results are ordered by the indices of the curves.
+///
+/// Cost: O(n log n) to sort all monotone arcs, then about 10 µs for each pair whose boxes meet. Runs on all cores.
 #[must_use]
 pub fn intersections(curves: &[TrimCurve], domain: &UvDomain) -> Vec<CurveMeeting> {
     let chains: Vec<SpanChain> = curves.iter().map(|curve| SpanChain::of(curve, domain)).collect();
@@ -87,7 +90,7 @@ pub fn intersections(curves: &[TrimCurve], domain: &UvDomain) -> Vec<CurveMeetin
     kept
 }
 
-/// Spans head to tail.
+/// Spans end to end.
 #[derive(Clone, Debug)]
 pub(crate) struct SpanChain {
     pub(crate) spans: Vec<Span>,
@@ -107,7 +110,7 @@ impl SpanChain {
         Self { spans, closed }
     }
 
-    /// The end that two spans of the chain have in common because one follows the other.
+    /// The ends that two spans of the chain share because one follows the other.
     fn joint(&self, a: usize, b: usize) -> impl Iterator<Item = DVec2> + use<'_> {
         let follows = |a: usize, b: usize| a + 1 == b || (self.closed && a + 1 == self.spans.len() && b == 0);
         let of_pair = [(a, b), (b, a)];
@@ -131,7 +134,7 @@ pub(crate) struct Met {
     pub(crate) kind: MeetingKind,
 }
 
-/// Where the spans of all chains meet, other than where one follows another.
+/// All points where spans meet, except the joints of successive spans.
 pub(crate) fn meetings(chains: &[&SpanChain]) -> Vec<Met> {
     let name = |c: usize| (0..chains[c].spans.len()).map(move |k| (c, k));
     let names: Vec<(usize, usize)> = (0..chains.len()).flat_map(name).collect();
@@ -166,7 +169,7 @@ struct SpanMeeting {
     kind: MeetingKind,
 }
 
-/// Parameter of the point of a span nearest to `p`, if that is near, and its distance.
+/// Parameter and distance of the point of a span nearest to `p`. Reliable only if `p` is near the span.
 fn foot(span: &Span, p: DVec2) -> (f64, f64) {
     let (low, high) = (span.low(), span.high());
     let size = high - low;
@@ -187,7 +190,7 @@ fn foot(span: &Span, p: DVec2) -> (f64, f64) {
     }
     let ends = [0.0, 1.0].map(|end| (end, span.point(end).distance(p)));
     let inside = (s, span.point(s).distance(p));
-    // An end that is as near is the end.
+    // Prefer an end of the span to a place next to it.
     ends.into_iter().filter(|e| e.1 <= TOUCH).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or(inside)
 }
 
@@ -223,7 +226,7 @@ fn meet(a: &Span, b: &Span) -> Vec<SpanMeeting> {
     for m in &marks {
         let is_common = common.iter().flatten().any(|c| c == m);
         let kind = if is_common { MeetingKind::Common } else { kind(a, b, *m) };
-        // The point of a curve's own end, so that all who meet there have it to the bit.
+        // Use the end of a span as it is, so that all spans that meet there share its bits.
         let point = if m[1] == 0.0 || m[1] == 1.0 { b.point(m[1]) } else { a.point(m[0]) };
         out.push(SpanMeeting { at: *m, point, kind });
     }
@@ -253,9 +256,9 @@ fn meet(a: &Span, b: &Span) -> Vec<SpanMeeting> {
     out
 }
 
-/// Crossing or touching, by the tangents.
+/// Crossing or touch, by the angle between the tangents.
 fn kind(a: &Span, b: &Span, at: [f64; 2]) -> MeetingKind {
-    /// Sine of the angle below which tangents are one.
+    /// Tangents below this sine of the angle are parallel.
     const PARALLEL: f64 = 1e-6;
     if sine(a, b, at) <= PARALLEL { MeetingKind::Touch } else { MeetingKind::Crossing }
 }
@@ -266,7 +269,7 @@ fn sine(a: &Span, b: &Span, at: [f64; 2]) -> f64 {
     d.normalize_or_zero().perp_dot(e.normalize_or_zero()).abs()
 }
 
-/// Whether two spans are one between two points that they have in common.
+/// Whether two spans coincide between two common points, tested at eight places.
 fn coincide(a: &Span, b: &Span, from: [f64; 2], to: [f64; 2]) -> bool {
     const PROBES: usize = 9;
     let (low, high) = (from[1].min(to[1]), from[1].max(to[1]));
@@ -277,7 +280,7 @@ fn coincide(a: &Span, b: &Span, from: [f64; 2], to: [f64; 2]) -> bool {
     })
 }
 
-/// A stretch of a span.
+/// A part of a span, with the control points of that part.
 #[derive(Clone)]
 struct CommonStretch {
     control: Vec<DVec3>,
@@ -310,13 +313,13 @@ impl CommonStretch {
         ]
     }
 
-    /// Least and largest distance of the control points along a direction.
+    /// Least and largest projection of the control points onto `n`.
     fn along(&self, n: DVec2) -> [f64; 2] {
         self.points().map(|p| n.dot(p)).fold([f64::INFINITY, f64::NEG_INFINITY], |r, x| [r[0].min(x), r[1].max(x)])
     }
 
-    /// Largest angle between its chord and its tangents, by the legs of the control polygon: tangents of a curve of
-    /// positive weights are sums of its legs with positive factors.
+    /// Bounds the angle between chord and tangents by the legs of the control polygon: with positive weights, tangents
+    /// are sums of legs with positive factors.
     fn cone(&self) -> f64 {
         let [p, q] = self.ends();
         let chord = q - p;
@@ -332,7 +335,7 @@ impl CommonStretch {
     }
 }
 
-/// Meetings of two stretches that have none in common, by halving.
+/// Appends the meetings of two spans within the given ranges, by halving. The ranges have no stretch in common.
 fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec<SpanMeeting>) {
     let mut stack = vec![(CommonStretch::of(a, range_a), CommonStretch::of(b, range_b))];
     let mut looked = 0;
@@ -353,7 +356,7 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
         let between = d.perp_dot(e).abs().atan2(d.dot(e).abs());
         if !small && between > x.cone() + y.cone() {
             if let Some(at) = newton(a, b, [x.range, y.range]) {
-                // Curves that touch are one to rounding so far beside that point that they seem to cross.
+                // Near a touch the curves are equal to rounding and may seem to cross.
                 match Some(at).filter(|&at| sine(a, b, at) <= SHALLOW).and_then(|at| touch(a, b, at)) {
                     Some(touch) => add(a, b, touch, MeetingKind::Touch, out),
                     None => add(a, b, at, MeetingKind::Crossing, out),
@@ -368,7 +371,7 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
             if small || (thick(&x, normals[0]) <= 0.25 * TOUCH && thick(&y, normals[1]) <= 0.25 * TOUCH) {
                 let middle = [&x, &y].map(|z| 0.5 * (z.range[0] + z.range[1]));
                 let near = |at: &[f64; 2]| a.point(at[0]).distance(b.point(at[1])) <= 4.0 * TOUCH;
-                // Nearest beyond an end, they meet at the end or not at all.
+                // If they are nearest beyond an end, they meet at the end or not at all.
                 let found =
                     if tangency(a, b, middle).is_some() { touch(a, b, middle) } else { Some(middle).filter(near) };
                 if let Some(at) = found {
@@ -392,7 +395,7 @@ fn add(a: &Span, b: &Span, at: [f64; 2], kind: MeetingKind, out: &mut Vec<SpanMe
     }
 }
 
-/// The crossing of two stretches of different directions, if Newton's method ends in it.
+/// The crossing of two spans within `ranges`; `None` if Newton's method finds none.
 fn newton(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     const STEPS: usize = 20;
     let slack = ranges.map(|r| 1e-3 * (r[1] - r[0]));
@@ -414,14 +417,15 @@ fn newton(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
     (a.point(at[0]).distance(b.point(at[1])) <= 1e-3 * TOUCH).then_some(at)
 }
 
-/// Where two spans touch, if they do near the places `at`.
+/// Where two spans touch near `at`; `None` if they do not.
 fn touch(a: &Span, b: &Span, at: [f64; 2]) -> Option<[f64; 2]> {
     let at = tangency(a, b, at).filter(|at| at.iter().all(|t| (-1e-9..=1.0 + 1e-9).contains(t)))?;
     let at = at.map(|t| t.clamp(0.0, 1.0));
     (a.point(at[0]).distance(b.point(at[1])) <= 4.0 * TOUCH).then_some(at)
 }
 
-/// Where two spans, or their continuations, are parallel and opposite each other; none if Newton's method finds no place.
+/// Where two spans, or their continuations, are parallel and opposite each other; `None` if Newton's method does not
+/// converge.
 fn tangency(a: &Span, b: &Span, mut at: [f64; 2]) -> Option<[f64; 2]> {
     const STEPS: usize = 30;
     for _ in 0..STEPS {

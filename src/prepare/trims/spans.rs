@@ -1,26 +1,26 @@
 //! Free trimming curves -> chains of rational Bézier arcs of the unit square, each monotone in both coordinates.
 //!
-//! A monotone arc lies in the box of its ends, cannot cross itself and crosses a line across at most once: what is to be
-//! known about whole curves (where they meet, what they wind around) follows from tests of boxes and from bisection. Arcs end
-//! at the roots of the derivatives' numerators, isolated by the signs of their Bernstein coefficients (Descartes' rule).
+//! A monotone arc lies in the box of its ends, cannot cross itself, and crosses an axis-parallel line at most once.
+//! Intersections and winding numbers of whole curves therefore reduce to box tests and bisection. Arcs end at the roots
+//! of the derivatives' numerators, isolated by the signs of their Bernstein coefficients (Descartes' rule).
 
 use crate::math::bernstein;
 use crate::model::{TrimCurve, TrimPiece, to_bezier};
 use glam::{DVec2, DVec3, DVec4};
 
-/// A rectangle of a surface's parameters, as the unit square.
+/// A rectangle of a surface's parameters, mapped to the unit square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvDomain {
     /// Lower corner.
     pub low: DVec2,
     /// Upper corner.
     pub high: DVec2,
-    /// Whether its left and right sides are one line of the surface, and its lower and upper ones.
+    /// In u and in v: whether opposite sides are the same line of the surface.
     pub periodic: [bool; 2],
 }
 
 impl UvDomain {
-    /// A rectangle whose sides are four different lines.
+    /// A rectangle without periods.
     #[must_use]
     pub fn new(low: DVec2, high: DVec2) -> Self {
         Self { low, high, periodic: [false; 2] }
@@ -28,7 +28,7 @@ impl UvDomain {
 
     pub(crate) fn to_unit(self, p: DVec2) -> DVec2 {
         let q = (p - self.low) / (self.high - self.low);
-        // Rounding of the quotient must not move what stands on the border.
+        // Rounding of the quotient must not move points off the border.
         DVec2::select(p.cmpeq(self.high), DVec2::ONE, q)
     }
 
@@ -43,9 +43,10 @@ impl UvDomain {
 pub(crate) struct Span {
     /// `(w x, w y, w)`.
     pub(crate) control: Vec<DVec3>,
-    /// Its ends; neighbours in a chain have them in common to the bit.
+    /// Its ends. Neighbours in a chain share them bit for bit.
     pub(crate) ends: [DVec2; 2],
-    /// The piece of the curve that it belongs to, and its parameters there: for a polyline, points are whole numbers.
+    /// Index of the piece of the curve that contains it, and its range there. Points of a polyline have integer
+    /// parameters.
     pub(crate) piece: usize,
     pub(crate) range: (f64, f64),
 }
@@ -63,7 +64,7 @@ impl Span {
         self.ends[0].max(self.ends[1])
     }
 
-    /// The point at `s` in 0..=1.
+    /// The point at `s`, clamped to 0..=1.
     pub(crate) fn point(&self, s: f64) -> DVec2 {
         if s <= 0.0 {
             return self.ends[0];
@@ -102,7 +103,7 @@ impl Span {
         if s >= 1.0 { self.range.1 } else { self.range.0 + (self.range.1 - self.range.0) * s }
     }
 
-    /// Where coordinate `axis` is `x`, which lies between its ends.
+    /// The `s` at which coordinate `axis` is `x`, by bisection. `x` must lie between the ends.
     pub(crate) fn at(&self, axis: usize, x: f64) -> f64 {
         let rising = self.ends[1][axis] > self.ends[0][axis];
         let (mut low, mut high) = (0.0, 1.0);
@@ -125,7 +126,7 @@ fn dot(factors: &[f64], points: &[DVec3]) -> DVec3 {
     factors.iter().zip(points).fold(DVec3::ZERO, |sum, (&f, &p)| sum + p * f)
 }
 
-/// The spans of a curve, head to tail. None if all its points are one.
+/// The spans of a curve, end to end. Empty if all its points coincide.
 pub(crate) fn spans(curve: &TrimCurve, domain: &UvDomain) -> Vec<Span> {
     let mut out: Vec<Span> = Vec::new();
     for (piece, stated) in curve.pieces.iter().enumerate() {
@@ -157,9 +158,9 @@ pub(crate) fn spans(curve: &TrimCurve, domain: &UvDomain) -> Vec<Span> {
     out
 }
 
-/// Cuts a segment where one of its coordinates turns.
+/// Cuts a segment at the extremes of its coordinates and appends the pieces.
 fn monotone(control: &[DVec3], piece: usize, range: (f64, f64), out: &mut Vec<Span>) {
-    /// Share of a segment below which two turns are one.
+    /// Cuts closer than this share of a segment are one.
     const SAME: f64 = 1e-12;
     let mut cuts = vec![0.0, 1.0];
     for axis in 0..2 {
@@ -176,7 +177,7 @@ fn monotone(control: &[DVec3], piece: usize, range: (f64, f64), out: &mut Vec<Sp
     }
 }
 
-/// Bernstein coefficients of the numerator of a coordinate's derivative, up to a positive factor.
+/// Bernstein coefficients of the numerator of the derivative of coordinate `axis`, up to a positive factor.
 fn slope(control: &[DVec3], axis: usize) -> Vec<f64> {
     let [x, w]: [Vec<f64>; 2] = [control.iter().map(|c| c[axis]).collect(), control.iter().map(|c| c.z).collect()];
     let rises = |c: &[f64]| c.windows(2).map(|p| p[1] - p[0]).collect::<Vec<f64>>();
@@ -199,11 +200,11 @@ fn product(a: &[f64], b: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Appends the roots of a polynomial inside `range`, which its Bernstein coefficients stand for.
+/// Appends the roots inside `range` of the polynomial with Bernstein coefficients `c` over it.
 fn roots(c: &[f64], range: (f64, f64), out: &mut Vec<f64>) {
-    /// Width below which several roots are one.
+    /// Roots in an interval narrower than this are one.
     const NARROW: f64 = 1e-9;
-    /// Share of the largest coefficient below which one is rounding: a coordinate that is constant does not turn.
+    /// Coefficients below this share of the largest one are rounding: a constant coordinate has no extremes.
     const ROUNDING: f64 = 1e-13;
     fn halve(c: &[f64], (low, high): (f64, f64), zero: f64, out: &mut Vec<f64>) {
         let signs = c.iter().filter(|x| x.abs() > zero).map(|&x| x > 0.0);
@@ -219,7 +220,7 @@ fn roots(c: &[f64], range: (f64, f64), out: &mut Vec<f64>) {
         let (mut left, mut right) = (c.to_vec(), c.to_vec());
         bernstein::restrict(&mut left, 0.0, 0.5);
         bernstein::restrict(&mut right, 0.5, 1.0);
-        // A root at the very middle shows in neither half.
+        // A root exactly at the middle changes no sign in either half.
         let before = left.iter().rev().find(|x| x.abs() > zero);
         let after = right.iter().find(|x| x.abs() > zero);
         if right[0].abs() <= zero && before.zip(after).is_some_and(|(a, b)| (*a > 0.0) != (*b > 0.0)) {

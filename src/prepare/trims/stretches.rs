@@ -1,9 +1,9 @@
-//! Chains of spans and places on them -> the stretches between, and what these add to the area by Green's theorem.
+//! Chains of spans and places on them -> the stretches in between, and their share of the area by Green's theorem.
 
 use super::intersect::{SpanChain, SpanPlace};
 use super::spans::Span;
 
-/// A stretch of a span.
+/// A part of a span.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StretchPart {
     pub(crate) span: usize,
@@ -11,12 +11,12 @@ pub(crate) struct StretchPart {
     pub(crate) to: f64,
 }
 
-/// All of a chain.
+/// The parts that make up a whole chain.
 pub(crate) fn whole(chain: &SpanChain) -> Vec<StretchPart> {
     (0..chain.spans.len()).map(|span| StretchPart { span, from: 0.0, to: 1.0 }).collect()
 }
 
-/// The stretch of a chain from one place to another; `round`: over its start.
+/// The parts of a chain from one place to another. `round`: passes the start of the chain.
 pub(crate) fn between(chain: &SpanChain, from: SpanPlace, to: SpanPlace, round: bool) -> Vec<StretchPart> {
     let count = chain.spans.len();
     let mut out = Vec::new();
@@ -37,8 +37,8 @@ pub(crate) fn between(chain: &SpanChain, from: SpanPlace, to: SpanPlace, round: 
     out
 }
 
-/// The integral of x dy along a stretch of a span, by Gauss–Legendre quadrature: exact for polynomials of degree 15, and to
-/// rounding for arcs of conics.
+/// The integral of x dy along a part of a span, by Gauss–Legendre quadrature: exact for polynomial spans up to degree
+/// 15, and to rounding for arcs of conics.
 pub(crate) fn green(span: &Span, part: &StretchPart) -> f64 {
     const NODES: [(f64, f64); 8] = [
         (0.095_012_509_837_637_44, 0.189_450_610_455_068_5),
@@ -54,7 +54,7 @@ pub(crate) fn green(span: &Span, part: &StretchPart) -> f64 {
         let (a, b) = (span.point(part.from), span.point(part.to));
         return 0.5 * (a.x + b.x) * (b.y - a.y);
     }
-    // Rational arcs of high degree need more than one interval.
+    // Arcs of high degree need more than one interval.
     let intervals = span.control.len().div_ceil(4);
     let width = (part.to - part.from) / intervals as f64;
     (0..intervals)

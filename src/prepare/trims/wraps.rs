@@ -1,18 +1,18 @@
-//! Trimming curves over the seams of a closed surface -> copies of them a period apart, which the domain clips to what lies on
-//! it: together they are the curve on the surface.
+//! Trimming curves across the seams of a periodic surface -> copies shifted by whole periods. Clipped to the domain,
+//! the copies together are the curve on the surface.
 
 use super::intersect::{SpanChain, TOUCH};
 use glam::{DVec2, DVec3};
 
-/// Copies of one curve in each direction. Curves that go further round are clipped like those that leave a domain that ends.
+/// Most periods that a curve may extend from the domain, in each direction. Curves that go further are clipped.
 const MAX_COPIES: i32 = 16;
 
-/// The copies of a chain in the unit square that reach into it, at least one; and the directions in which they are complete:
-/// the others are those in which a chain that leaves the square is cut off.
+/// The copies of a chain that reach into the unit square, at least one, and the directions in which they are complete.
+/// In the other directions a chain that leaves the square is clipped.
 ///
-/// A closed chain has copies wherever its box is inside. An open one that ends a period from where it starts is closed on
-/// the surface: of it there is one copy, extended by itself until it crosses the square from side to side. Other open ones
-/// stay as they are.
+/// A closed chain has a copy for each shift whose box meets the square. An open chain that ends one period from its
+/// start is closed on the surface: it has one copy, repeated end to end until it crosses the square from side to side.
+/// Other open chains stay as they are.
 pub(crate) fn copies(chain: SpanChain, periodic: [bool; 2]) -> (Vec<SpanChain>, [bool; 2]) {
     if let Some(axis) = (0..2).find(|&axis| periodic[axis] && goes_round(&chain, axis)) {
         let mut complete = [false; 2];
@@ -46,7 +46,7 @@ fn goes_round(chain: &SpanChain, axis: usize) -> bool {
         && first.ends[0][axis].abs() <= f64::from(MAX_COPIES)
 }
 
-/// A chain that goes round, before and after itself as often as it takes to cross the unit square.
+/// Repeats a chain that goes round, end to end, until it crosses the unit square.
 fn extended(chain: SpanChain, axis: usize) -> SpanChain {
     let (start, end) = (chain.spans[0].ends[0][axis], chain.spans[chain.spans.len() - 1].ends[1][axis]);
     let (low, high) = (start.min(end), start.max(end));
@@ -60,7 +60,7 @@ fn extended(chain: SpanChain, axis: usize) -> SpanChain {
         spans.extend(shifted(&chain, by).spans);
     }
     for k in 1..spans.len() {
-        // Neighbours have their ends in common to the bit.
+        // Neighbours share their ends bit for bit.
         spans[k].ends[0] = spans[k - 1].ends[1];
     }
     SpanChain { spans, closed: false }

@@ -1,11 +1,13 @@
-//! A tile's loops as polygons, and lattices of parameters inside them: what needs a few per cent, not exact signs.
+//! A tile's loops -> polygons, and lattices of sample parameters, for estimates that need a few per cent, not exact
+//! signs.
 
 use super::uv_curve::UvCurve;
 use super::uv_loop::winding_about;
 use crate::prepare::surface::decompose::BezierPatches;
 use glam::DVec2;
 
-/// Points along a stretch of a pcurve from `from` to `to`, without the last: as many as it has samples, at most `most`.
+/// Appends points of a pcurve from `from` to `to`, without the last: twice as many as it has pieces, at most `most`;
+/// one for an isoparametric line.
 pub(crate) fn points_along(uv: &UvCurve, from: f64, to: f64, most: usize, out: &mut Vec<DVec2>) {
     let n = match uv {
         UvCurve::Hermite(samples) => (2 * (samples.len() - 1)).min(most),
@@ -15,7 +17,7 @@ pub(crate) fn points_along(uv: &UvCurve, from: f64, to: f64, most: usize, out: &
     out.extend((0..n).map(|k| uv.point(from + (to - from) * k as f64 / n as f64, &mut hint)));
 }
 
-/// The kept part of a tile, by polygons.
+/// The region of a tile, as polygons.
 pub(crate) struct Inside<'a> {
     pub(crate) patches: &'a BezierPatches,
     pub(crate) min: DVec2,
@@ -24,12 +26,13 @@ pub(crate) struct Inside<'a> {
 }
 
 impl Inside<'_> {
-    /// Whether the loops wind around a parameter.
+    /// Whether the total winding number of the loops about `uv` is positive.
     pub(crate) fn holds(&self, uv: DVec2) -> bool {
         self.loops.iter().map(|l| winding_about(l, uv)).sum::<i32>() > 0
     }
 
-    /// Middles of an even lattice of `per_piece` cells per Bézier piece and direction, inside or not, and a cell's size.
+    /// Cell size and cell centres of an even lattice over the tile with `per_piece` cells per Bézier piece and
+    /// direction (at most 16 pieces count). Centres may lie outside the loops.
     pub(crate) fn lattice(&self, per_piece: usize) -> (DVec2, impl Iterator<Item = DVec2> + '_) {
         let count = |breaks: &[f64], a: f64, b: f64| {
             per_piece * breaks.windows(2).filter(|w| w[1] > a && w[0] < b).count().clamp(1, 16)

@@ -1,12 +1,13 @@
-//! Edges whose curves end off their vertices, or whose tangents break -> how their images go there.
+//! Edges whose curves end off their vertices -> blends from vertex to curve; edges with kinks -> sample parameters
+//! there.
 
 use crate::model::Edge;
 use glam::DVec3;
 
-/// Lengths of a gap between a curve and a vertex over which the image goes over from one to the other.
+/// Length of the blend from a vertex to the curve, in multiples of the gap between both.
 const LEAD: f64 = 16.0;
 
-/// Takes the image of an edge from a vertex off its curve to the curve.
+/// A smooth offset that moves the end of an edge's curve to its vertex and fades along the edge.
 pub(crate) struct Lead {
     off: DVec3,
     from: f64,
@@ -15,7 +16,7 @@ pub(crate) struct Lead {
 }
 
 impl Lead {
-    /// How far the image's point is off the curve's, and the derivative of that.
+    /// The offset to add to the curve's point at `t`, and its derivative.
     pub(crate) fn at(&self, t: f64) -> [DVec3; 2] {
         let s = (t - self.from) / self.length;
         if s >= 1.0 {
@@ -25,7 +26,7 @@ impl Lead {
     }
 }
 
-/// How an edge whose curve ends off its vertices gets there.
+/// The blends at both ends of an edge; `None` where the curve ends within `tolerance` of the vertex.
 pub(crate) fn leads(edge: &Edge, ends: [DVec3; 2], tolerance: f64) -> [Option<Lead>; 2] {
     let (t0, t1) = edge.range;
     [(ends[0], t0, t1), (ends[1], t1, t0)].map(|(end, from, to)| {
@@ -42,7 +43,7 @@ pub(crate) fn leads(edge: &Edge, ends: [DVec3; 2], tolerance: f64) -> [Option<Le
     })
 }
 
-/// A curve's point at an end of an edge; most curves start and end in their first and last control points, which costs nothing.
+/// A curve's point at an end of an edge. Most curves are clamped there: the control point is taken without evaluation.
 fn curve_end(edge: &Edge, t: f64) -> DVec3 {
     let (curve, count) = (&edge.curve, edge.curve.degree + 1);
     let all_there = |knots: Option<&[f64]>| knots.is_some_and(|knots| knots.iter().all(|&k| k == t));
@@ -53,11 +54,12 @@ fn curve_end(edge: &Edge, t: f64) -> DVec3 {
     first.or_else(|| last().flatten()).copied().unwrap_or_else(|| curve.point(t))
 }
 
-/// Parameters just before those at which a curve's tangent breaks: there the image has one slope, and at the break another.
+/// Parameters just before the kinks of an edge's curve. A sample there has the slope of the piece that ends, one at the
+/// kink that of the piece that starts.
 pub(crate) fn before_breaks(edge: &Edge) -> impl Iterator<Item = f64> + '_ {
-    /// Share of the edge before a break: points as near as that are one.
+    /// Distance from the kink, as a share of the edge: points that close are one.
     const BEFORE: f64 = 1e-10;
-    /// Share of the longer tangent by which both may differ: cubics follow that.
+    /// Tangents that differ by less than this share of the longer one are no kink: cubics follow them.
     const SAME: f64 = 1e-3;
     let (t0, t1) = edge.range;
     let (knots, degree) = (&edge.curve.knots, edge.curve.degree);

@@ -1,8 +1,8 @@
-//! Edge curves to pcurves: the 3-D curve is the master, its image on the surface is marched along it.
+//! An edge's curve in space -> its pcurve, in the edge's parameter. The curve in space is the master.
 //!
-//! Each sample is projected from its predecessor's neighbourhood (march projection), so that the image stays on one
-//! sheet of a folded or periodic surface; the samples carry derivatives and become cubic Hermite pieces, refined until
-//! the image of the fit stays within a tolerance of the projection. The result has the edge's own parameter.
+//! Each sample is projected from the neighbourhood of its predecessor (march projection), so that the image stays on
+//! one sheet of a folded or periodic surface. Samples carry derivatives and are joined by cubic Hermite pieces, which
+//! are refined until the fit stays within a tolerance of the projection.
 
 use super::lead::{Lead, before_breaks, leads};
 use super::uv_curve::UvSample;
@@ -10,33 +10,34 @@ use crate::model::{CurveKind, Edge, Pole, Surface};
 use glam::{DVec2, DVec3};
 use std::cell::{Cell, OnceCell};
 
-/// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000: an edge that needs
+/// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000. An edge that needs
 /// more is noise, and its gap is reported.
 const MAX_DEPTH: u32 = 10;
 
-/// The same beside a pole, where the image turns by half a period within a few times the distance to the pole. That
-/// distance is 1e-5 of the face at least: nearer is a passage through the pole.
+/// Depth of bisection next to a pole, where the image turns by half a period within a few times the distance to the
+/// pole. That distance is at least 1e-5 of the face: a nearer edge passes through the pole.
 const MAX_DEPTH_AT_POLE: u32 = 24;
 
-/// Samples of one pcurve beyond which it is not refined. Real ones have 2 to 500; a thousand times that is a curve of
-/// noise, and would take seconds.
+/// A pcurve with this many samples is not refined further. Real ones have 2 to 500; more would be noise and take
+/// seconds.
 const MAX_SAMPLES: usize = 20_000;
 
-/// Newton steps of one projection. Quadratic convergence needs 3–5 from a good seed; slow tangential ones about 30.
+/// Newton steps of one projection. Quadratic convergence takes 3–5 from a good seed, slow tangential convergence
+/// about 30.
 const MAX_STEPS: u32 = 40;
 
-/// Searches of the whole surface, one after the other, that find nothing nearer than where a walk along an edge is, after which
-/// it goes on without: the edge lies off the surface there.
+/// Consecutive searches of the whole surface that may fail to improve a projection. After that the march of this edge
+/// goes on without searches: the edge lies off the surface.
 const MAX_VAIN: u32 = 8;
 
-/// Distance between an edge and the surface, in tolerances, from which on the image need not be truer than a share of it. The edges
-/// of sound files lie nearer.
+/// Distance between an edge and the surface, in tolerances, beyond which the image is refined only to a share of that
+/// distance. The edges of sound files lie nearer.
 const FAR_OFF: f64 = 3e3;
 
-/// That share.
+/// Accuracy of the image beyond [`FAR_OFF`], as a share of the distance.
 const SHARE_OF_GAP: f64 = 0.05;
 
-/// Finds the parameters of points on one surface.
+/// Projects points onto one surface.
 pub(crate) struct Projector<'a> {
     surface: &'a Surface,
     /// Periods in u and v.
@@ -45,10 +46,10 @@ pub(crate) struct Projector<'a> {
     pub(crate) domain: [(f64, f64); 2],
     /// Parameter lines that collapse to a point.
     pub(crate) poles: Vec<Pole>,
-    /// Length below which points of this face are one.
+    /// Points of this face closer than this are one.
     pub(crate) tolerance: f64,
     seeds: OnceCell<Vec<(DVec2, DVec3)>>,
-    /// Searches in vain since the last that was not, or since an edge began.
+    /// Searches without improvement since the last one that improved, or since the edge began.
     vain: Cell<u32>,
 }
 
@@ -75,7 +76,8 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Lets the nearest of the B-rep vertices at a pole stand for the pole's point, so that all faces there have the same one.
+    /// Moves each pole's point to the nearest B-rep vertex within ten tolerances, so that all faces there share one
+    /// point.
     pub(crate) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>) {
         let mut nearest = vec![(10.0 * self.tolerance, None); self.poles.len()];
         for v in vertices {
@@ -91,39 +93,39 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Length in space of a small step in (u,v).
+    /// Length in space of a small step in (u,v), to first order.
     pub(crate) fn length(&self, at: DVec2, step: DVec2) -> f64 {
         let w = self.wrap(at);
         let [_, du, dv] = self.surface.tangents(w.x, w.y);
         (du * step.x + dv * step.y).length()
     }
 
-    /// Area in space of a small area in (u,v), as a multiple of that.
+    /// Area in space per area in (u,v).
     pub(crate) fn area(&self, at: DVec2) -> f64 {
         let w = self.wrap(at);
         let [_, du, dv] = self.surface.tangents(w.x, w.y);
         du.cross(dv).length()
     }
 
-    /// The surface's point at parameters of any period.
+    /// The surface's point. Periodic parameters may lie outside the domain.
     pub(crate) fn point(&self, at: DVec2) -> DVec3 {
         let w = self.wrap(at);
         self.surface.point(w.x, w.y)
     }
 
-    /// The surface's point at parameters of any period, and its derivative along a step.
+    /// The surface's point and its derivative along `step`. Periodic parameters may lie outside the domain.
     pub(crate) fn along(&self, at: DVec2, step: DVec2) -> (DVec3, DVec3) {
         let w = self.wrap(at);
         let [point, du, dv] = self.surface.tangents(w.x, w.y);
         (point, du * step.x + dv * step.y)
     }
 
-    /// The pole at a point, if it is one.
+    /// The pole within ten tolerances of `p`.
     pub(crate) fn pole_at(&self, p: DVec3) -> Option<usize> {
         self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)
     }
 
-    /// `uv` moved by whole periods next to `near`.
+    /// Moves `uv` by whole periods as close to `near` as possible.
     pub(crate) fn unwrap(&self, mut uv: DVec2, near: DVec2) -> DVec2 {
         for axis in 0..2 {
             if let Some(p) = self.period[axis] {
@@ -133,7 +135,7 @@ impl<'a> Projector<'a> {
         uv
     }
 
-    /// Parameters of the surface point nearest to `p`, on the sheet of `seed` where there is one.
+    /// Parameters of the surface point nearest to `p`; on the sheet of `seed`, if given.
     pub(crate) fn project(&self, p: DVec3, seed: Option<DVec2>) -> DVec2 {
         if let Some(uv) = self.surface.invert(p) {
             return seed.map_or(uv, |s| self.unwrap(uv, s));
@@ -182,7 +184,7 @@ impl<'a> Projector<'a> {
     }
 
     fn seed_grid(&self) -> Vec<(DVec2, DVec3)> {
-        /// Seeds in all: a search looks at every one of them.
+        /// Total number of seeds. A search visits every one.
         const MOST: usize = 64 * 64;
         let wanted = |axis: usize| -> usize {
             let spans = match (self.surface, axis) {
@@ -196,7 +198,7 @@ impl<'a> Projector<'a> {
             };
             spans.clamp(8, 1024)
         };
-        // What one direction does not need, the other may have: a spring has many turns and one round section.
+        // One direction may use what the other does not need: a spring has many turns and one round section.
         let n = [wanted(0), wanted(1)];
         let n = [0, 1].map(|axis| n[axis].min((MOST / n[1 - axis].min(64)).max(64)));
         let axis_values = |axis: usize| -> Vec<f64> {
@@ -205,7 +207,7 @@ impl<'a> Projector<'a> {
                 return vec![0.0];
             }
             let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
-            // Midpoints: on a pole line the surface has no direction to go.
+            // Midpoints: on a pole line a derivative vanishes and Newton's method cannot move.
             (0..n[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / n[axis] as f64).collect()
         };
         let [us, vs] = [0, 1].map(axis_values);
@@ -216,7 +218,7 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Moves an evaluation parameter into the domain of a periodic surface.
+    /// Moves parameters into the domain: by whole periods, or clamped where the surface is not periodic.
     fn wrap(&self, mut uv: DVec2) -> DVec2 {
         for axis in 0..2 {
             let (lo, hi) = self.domain[axis];
@@ -231,10 +233,10 @@ impl<'a> Projector<'a> {
         uv
     }
 
-    /// Gauss–Newton to the foot point; the second value is its distance.
+    /// Gauss–Newton to the foot point of `p`. Returns its parameters and its distance from `p`.
     ///
-    /// Where that does not end, as across a crease between pieces of different speeds, once more from the nearest point
-    /// that was met, with steps halved until they bring nearer.
+    /// If that does not converge, as across a crease between pieces of different speeds, it restarts from the nearest
+    /// point so far and halves each step until the distance falls.
     fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, f64) {
         let mut uv = start;
         for axis in 0..2 {
@@ -267,7 +269,7 @@ impl<'a> Projector<'a> {
                 let (lo, hi) = self.domain[axis];
                 if next[axis] < lo || next[axis] > hi {
                     next[axis] = next[axis].clamp(lo, hi);
-                    // The other coordinate goes its own way along the border.
+                    // Solve the other coordinate along the border.
                     let other = 1 - axis;
                     let (along, fixed) = if other == 0 { (du, dv) } else { (dv, du) };
                     let rest = r - fixed * (next[axis] - uv[axis]);
@@ -293,7 +295,7 @@ impl<'a> Projector<'a> {
         best
     }
 
-    /// Interior parameters at which an edge runs through a pole, increasing; its image jumps there.
+    /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
     pub(crate) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
         if self.poles.is_empty() || edge.kind == CurveKind::Line {
             return Vec::new();
@@ -316,7 +318,7 @@ impl<'a> Projector<'a> {
                     let mid = 0.5 * (lo + hi);
                     if slope(mid) < 0.0 { lo = mid } else { hi = mid }
                 }
-                // Not the ends: they are vertices, and the loop already knows what happens there.
+                // Not at the ends: loops handle poles at vertices.
                 let p = edge.curve.point(hi);
                 let near = 10.0 * self.tolerance;
                 let clear = ends.iter().all(|end| end.distance(p) > 10.0 * near);
@@ -330,7 +332,7 @@ impl<'a> Projector<'a> {
         out
     }
 
-    /// The image of `edge` (its ends being `ends`), marched in loop direction from `seed`.
+    /// Marches the image of `edge` in loop direction from `seed`. `ends` are the edge's vertices.
     pub(crate) fn march(&self, edge: &Edge, ends: [DVec3; 2], reversed: bool, seed: Option<DVec2>) -> Marched {
         let (t0, t1) = edge.range;
         self.vain.set(0);
@@ -380,8 +382,8 @@ impl<'a> Projector<'a> {
         Marched { samples, gap, poles: end_poles }
     }
 
-    /// Moves samples by whole periods next to their predecessors. The first samples of an edge that passes a pole are too
-    /// far apart to tell on which side: what was guessed then shows as a jump between the last ones.
+    /// Moves samples by whole periods next to their predecessors. The first samples of an edge that passes a pole are
+    /// too coarse to show on which side it passes. A wrong guess shows as a jump between refined samples.
     fn unwind(&self, samples: &mut [UvSample]) {
         for axis in 0..2 {
             let Some(p) = self.period[axis] else { continue };
@@ -398,7 +400,7 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Where to look next: a prediction, but never further than a quarter period away.
+    /// The next seed: `uv + step`, with the step limited to a quarter of the period or half of the domain.
     fn guess(&self, uv: DVec2, step: DVec2) -> DVec2 {
         let mut scale = 1.0_f64;
         for axis in 0..2 {
@@ -411,7 +413,7 @@ impl<'a> Projector<'a> {
         uv + step * scale
     }
 
-    /// A straight edge in a plane: two samples say it all.
+    /// Whether two samples are exact: a straight edge in a plane.
     fn is_exact(&self, edge: &Edge) -> bool {
         edge.kind == CurveKind::Line && matches!(self.surface, Surface::Plane { .. })
     }
@@ -453,13 +455,13 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// The sample at `t` and the gap there.
+    /// The sample at `t` and its distance from the edge.
     fn sample(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64) {
         let (sample, gap, _) = self.sample_with_speeds(t, seed);
         (sample, gap)
     }
 
-    /// The same, and how fast the surface's point moves with u and with v.
+    /// Like [`sample`](Self::sample), with the lengths of the surface's derivatives by u and v.
     fn sample_with_speeds(&self, t: f64, seed: Option<DVec2>) -> (UvSample, f64, DVec2) {
         let [mut point, mut d1] = self.edge.curve.tangent(t);
         for [off, slope] in self.leads.iter().flatten().map(|lead| lead.at(t)) {
@@ -480,7 +482,7 @@ impl Walk<'_> {
         (UvSample { t, uv, d }, point.distance(p), DVec2::new(du.length(), dv.length()))
     }
 
-    /// The sample at a pole: the collapsed coordinate is the pole's, the other continues from `inner`.
+    /// The sample at a pole: one coordinate is the pole's, the collapsed one continues from `inner`.
     fn at_pole(&self, t: f64, pole: &Pole, inner: &UvSample) -> (UvSample, f64) {
         let step = inner.d * (t - inner.t);
         let small = (0..2).all(|axis| {
@@ -488,7 +490,7 @@ impl Walk<'_> {
             step[axis].abs() <= 0.1 * self.projector.period[axis].unwrap_or(hi - lo)
         });
         let mut uv = inner.uv + if step.is_finite() && small { step } else { DVec2::ZERO };
-        // The pole line, or image of one, nearest to where the edge comes from: a closed profile meets its axis twice.
+        // The pole line, or periodic copy of one, nearest to `inner`: a closed profile meets its axis twice.
         let fixed = pole.axis;
         let from = inner.uv[fixed];
         let images = self.projector.poles.iter().filter(|p| p.axis == fixed && p.point == pole.point).map(|p| {
@@ -498,7 +500,7 @@ impl Walk<'_> {
         (UvSample { t, uv, d: DVec2::NAN }, 0.0)
     }
 
-    /// Whether a pole lies so close to the edge between two samples that the image may turn about it unseen.
+    /// Whether a pole lies so close to the edge between two samples that they may miss a turn of the image about it.
     fn passes_pole(&self, a: &UvSample, b: &UvSample) -> bool {
         let [p, q] = [a.t, b.t].map(|t| self.edge.curve.point(t));
         let reach = p.distance(q);
@@ -516,7 +518,7 @@ impl Walk<'_> {
         let guess = UvSample::between(&pair[0], &pair[1], t);
         let (mid, gap, speeds) = self.sample_with_speeds(t, Some(guess));
         let off = (mid.uv - guess).abs();
-        // What the derivative leaves out, how the surface bends below the edge, is in proportion to how far that is off.
+        // `d` neglects the surface's curvature below the edge: its error is in proportion to the gap.
         let tolerance = self.projector.tolerance;
         let may_be_off = if gap > FAR_OFF * tolerance { SHARE_OF_GAP * gap } else { 4.0 * tolerance };
         if speeds.x * off.x + speeds.y * off.y > may_be_off {
@@ -527,7 +529,7 @@ impl Walk<'_> {
     }
 }
 
-/// Slopes that could not be had from the surface (poles) are taken from the neighbours.
+/// Derives slopes that the surface does not give (at poles) from neighbouring samples.
 fn fill_slopes(samples: &mut [UvSample]) {
     for i in 0..samples.len() {
         if samples[i].d.is_finite() {
@@ -539,7 +541,8 @@ fn fill_slopes(samples: &mut [UvSample]) {
     }
 }
 
-/// The step (du, dv) that brings `a du + b dv` nearest to `r`; along one direction only where the other has none.
+/// The step (du, dv) that brings `a du + b dv` nearest to `r`. Where `a` and `b` are parallel, a step along the longer
+/// one.
 fn least_squares(a: DVec3, b: DVec3, r: DVec3) -> DVec2 {
     let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
     let det = e * g - f * f;

@@ -1,11 +1,11 @@
-//! A closed polygon and a point -> whether it winds around it, with a tree of its sides where there are many.
+//! A closed polygon and a point -> whether the polygon winds around it. Polygons with many sides use a tree.
 
 use super::uv_loop::{crossed, winding_about};
 use crate::math::box_tree::BoxTree;
 use glam::DVec2;
 use std::cell::OnceCell;
 
-/// Sides that are looked at one by one.
+/// Polygons with at most this many sides are scanned without a tree.
 const FEW: usize = 64;
 
 /// A closed polygon.
@@ -13,7 +13,7 @@ pub(crate) struct Polygon {
     pub(crate) points: Vec<DVec2>,
     /// Lower and upper corner of its box.
     pub(crate) bounds: [DVec2; 2],
-    /// Of its sides, once a point asks; a few are looked at one by one.
+    /// Boxes of the sides, built by the first query that needs them.
     tree: OnceCell<BoxTree>,
 }
 
@@ -23,8 +23,9 @@ impl Polygon {
         Self { points, bounds, tree: OnceCell::new() }
     }
 
-    /// Whether it winds around a point. Cost: its sides, or if they are many those to the right of the point and level with it,
-    /// after n log n for the first.
+    /// Whether the winding number about `q` is not 0.
+    ///
+    /// Cost: linear for up to 64 sides. Beyond that, the sides that a ray to the right meets, plus O(n log n) once.
     pub(crate) fn holds(&self, q: DVec2) -> bool {
         if q.cmplt(self.bounds[0]).any() || q.cmpgt(self.bounds[1]).any() {
             return false;
@@ -47,14 +48,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn holds_what_all_of_its_sides_wind_around() {
+    fn the_tree_gives_the_winding_of_a_linear_scan() {
         let mut state = 3_u64;
         let mut unit = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         for count in [3, 64, 65, 1000] {
-            // Crossing itself at will, with corners on a grid: many level with others, and with the points.
+            // Self-crossing, with corners on a grid: many have the same y as others and as the points.
             let mut corner = || DVec2::new((40.0 * unit()).floor(), (40.0 * unit()).floor());
             let points: Vec<DVec2> = (0..count).map(|_| corner()).collect();
             let polygon = Polygon::new(points.clone());

@@ -1,25 +1,25 @@
-//! What loops in the unrolled parameter plane keep.
+//! Regions of the unrolled parameter plane that loops bound.
 
 use super::uv_curve::UvSample;
 use super::uv_loop::UvLoop;
 use glam::DVec2;
 
-/// The kept part of the unrolled plane.
+/// The part of the unrolled plane that a face covers.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
     pub(crate) loops: Vec<UvLoop>,
-    /// Directions in which it goes all the way round and must be cut open.
+    /// Directions in which it spans a whole period and has to be cut open.
     pub(crate) wraps: [bool; 2],
-    /// Its box; in a direction that wraps, one period wherever it starts.
+    /// Its box. In a direction that wraps: one period, from any start.
     pub(crate) bounds: [(f64, f64); 2],
-    /// Winding number of the region where the loops do not wind: beyond the low end of the box in a direction that does
-    /// not wrap, and what the loops of a region that wraps both ways are counted from.
+    /// Winding number where the loops add nothing: beyond the low end of the box in a direction that does not wrap.
+    /// Loops of a region that wraps both ways are counted from it.
     pub(crate) base: i32,
-    /// Direction and parameter of the surface's own end, not a pole, that bounds it because no loop does.
+    /// Direction and parameter of the border of the surface that bounds the region where no loop does. Not a pole.
     pub(crate) unbounded: Option<(usize, f64)>,
 }
 
-/// Box of the loops' pcurves, with the extremes of every Hermite piece.
+/// Exact bounding box of the loops' pcurves, including the extremes of every Hermite piece.
 pub(crate) fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
     let mut b = [(f64::INFINITY, f64::NEG_INFINITY); 2];
     let mut add = |p: DVec2| {

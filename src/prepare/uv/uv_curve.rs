@@ -1,9 +1,9 @@
-//! A coedge's pcurve in its edge's parameter: cubic Hermite pieces, or an isoparametric segment.
+//! Pcurves in the parameter of their edge: cubic Hermite pieces, or isoparametric segments.
 
 use glam::DVec2;
 
-/// Points closer than this share of a tile, and parameters closer than this share of their range, are one: pcurves are marched
-/// to rounding, 1e-12 of a face, and what meets within a face is solved to the same.
+/// Points closer than this share of a tile are one, and so are parameters closer than this share of their range.
+/// Pcurves and their intersections are solved to 1e-12 of a face.
 pub(crate) const SAME_SHARE: f64 = 1e-9;
 
 /// A curve in (u,v), in the parameter of the edge it belongs to.
@@ -25,7 +25,7 @@ pub enum UvCurve {
 pub struct UvSample {
     /// The edge's parameter.
     pub t: f64,
-    /// Where the surface comes nearest to the edge there.
+    /// Parameters of the surface point nearest to the edge's point.
     pub uv: DVec2,
     /// Derivative of `uv` by `t`.
     pub d: DVec2,
@@ -59,11 +59,11 @@ impl UvSample {
         Self { t, uv, d }
     }
 
-    /// Parameters strictly between two samples at which coordinate `axis` of the cubic turns; at most two.
+    /// Parameters strictly between two samples at which coordinate `axis` of the cubic has an extreme; at most two.
     pub(crate) fn extremes(a: &Self, b: &Self, axis: usize) -> impl Iterator<Item = f64> {
         let h = b.t - a.t;
         let (d0, d1, rise) = (a.d[axis] * h, b.d[axis] * h, b.uv[axis] - a.uv[axis]);
-        // The derivative's coefficients in the Bernstein basis: of one sign, so is the derivative.
+        // Bernstein coefficients of the derivative: if all have one sign, so has the derivative.
         let middle = 3.0 * rise - d0 - d1;
         let roots = if d0.min(d1).min(middle) < 0.0 && d0.max(d1).max(middle) > 0.0 {
             // The derivative by s in [0, 1]: d0 + 2 s q + s² p.
@@ -80,9 +80,9 @@ impl UvSample {
 }
 
 impl UvCurve {
-    /// The point at `t`. At a sample's own parameter this is the sample, to the bit.
+    /// The point at `t`. At a sample's parameter it is the sample, bit for bit.
     ///
-    /// `hint` is the piece used last; neighbours in order of `t` make the search constant time.
+    /// `hint` is the piece used last, updated on return: queries in order of `t` take amortised constant time.
     #[must_use]
     pub fn point(&self, t: f64, hint: &mut usize) -> DVec2 {
         match self {

@@ -1,18 +1,18 @@
-//! The pcurves of a loop, one after the other -> a closed curve in the unrolled plane, with its area and windings.
+//! The pcurves of a loop, end to end -> a closed curve in the unrolled plane, with its area and winding numbers.
 
 use super::uv_curve::UvSample;
 use glam::DVec2;
 
-/// What a piece of a loop runs along.
+/// The edge or pole along which a piece of a loop runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Along {
     /// A B-rep edge of the part.
     Edge(u32),
-    /// A pole of the surface (index into the projector's poles); the parameter is the running coordinate.
+    /// A pole of the surface (index into the projector's poles). The parameter is the coordinate that varies.
     Pole(usize),
 }
 
-/// A stretch of a loop with one pcurve.
+/// A part of a loop with one pcurve.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
     pub(crate) along: Along,
@@ -63,7 +63,7 @@ impl Piece {
 #[derive(Clone, Debug)]
 pub(crate) struct UvLoop {
     pub(crate) pieces: Vec<Piece>,
-    /// Periods by which the end misses the start.
+    /// By how many periods the end is off the start, in u and v.
     pub(crate) winding: [i32; 2],
 }
 
@@ -94,7 +94,8 @@ pub(crate) fn winding_about(p: &[DVec2], q: DVec2) -> i32 {
     (0..p.len()).map(|i| crossed([p[i], p[(i + 1) % p.len()]], q)).sum()
 }
 
-/// What a side adds to the winding number about `q`: 1 where it runs upwards to the right of it, -1 where downwards.
+/// The contribution of a side to the winding number about `q`: 1 if it passes upwards to the right of `q`, -1 if
+/// downwards.
 pub(crate) fn crossed([a, b]: [DVec2; 2], q: DVec2) -> i32 {
     if (a.y <= q.y) == (b.y <= q.y) {
         return 0;

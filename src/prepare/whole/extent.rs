@@ -1,4 +1,4 @@
-//! Prepared parts and instances to the placed model's box: of what is kept, never of control points.
+//! Prepared parts and instances -> the placed model's box, from points of the trimmed surfaces, not control points.
 
 use crate::mesh::SceneInstance;
 use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
@@ -6,18 +6,18 @@ use crate::prepare::surface::tables::BoxBounds;
 use crate::prepare::uv::inside::{Inside, points_along};
 use glam::{DVec2, DVec3, DVec4};
 
-/// Samples per strip of an edge's bounds table and per span of a tile's side. Sixteen on a quarter turn find its extreme
-/// point to 0.1 % of the radius.
+/// Samples per strip of an edge's bounds table; a tile has four times as many per Bézier piece and direction. Sixteen
+/// on a quarter turn find its extreme point to 0.1 % of the radius.
 const SAMPLES: usize = 4;
 
-/// Centre and half diagonal of a part's box, from its cloud.
+/// Centre and half diagonal of the box of a part's [`cloud`]; `None` if that is empty.
 pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
     let low = cloud.iter().copied().reduce(DVec3::min)?;
     let high = cloud.iter().copied().reduce(DVec3::max)?;
     Some((0.5 * (low + high), 0.5 * (high - low).length()))
 }
 
-/// Lower and upper corner of the box of all instances, given each part's cloud, within about 0.1 %; `None` for an empty model.
+/// Corners of all instances' box, given each part's [`cloud`]. Accurate to about 0.1 %. `None` for an empty model.
 pub(crate) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for i in instances {
@@ -30,7 +30,7 @@ pub(crate) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> 
     (high - low).is_finite().then_some([low, high])
 }
 
-/// Axes, face diagonals and corner diagonals: a part may be placed turned, and then its box shows other extremes.
+/// Axes, face diagonals and corner diagonals of a cube: instances may be rotated, so the axes alone do not suffice.
 const DIRECTIONS: [DVec3; 13] = [
     DVec3::X,
     DVec3::Y,
@@ -47,7 +47,7 @@ const DIRECTIONS: [DVec3; 13] = [
     DVec3::new(-1.0, 1.0, 1.0),
 ];
 
-/// What lies between the extremes of a set of points in thirteen directions.
+/// Extents of a set of points along [`DIRECTIONS`]: a discrete oriented polytope.
 struct Hull([(f64, f64); 13]);
 
 impl Hull {
@@ -70,7 +70,7 @@ impl Hull {
     }
 }
 
-/// Points of a part that span its box.
+/// Points of a part's edges and trimmed surfaces that span its box.
 pub(crate) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
     let mut out = Vec::new();
     for edge in part.edges.iter().filter(|e| !e.uses.is_empty()) {
@@ -84,12 +84,12 @@ pub(crate) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
     let mut bounds = Hull::of(&out);
     for of_face in part.tiles.chunk_by(|a, b| a.face == b.face) {
         let face = &part.faces[part.face_of(&of_face[0])];
-        // Along a straight line only the ends are extreme, and they are on edges.
+        // A straight line has its extremes at its ends, which lie on edges.
         let straight = |second: fn(&BoxBounds) -> f64| face.bounds.cells.iter().all(|b| second(b) == 0.0);
         if straight(|b| b.uu.norm) || straight(|b| b.vv.norm) {
             continue;
         }
-        // What its control net cannot reach need not be looked for in a piece.
+        // A piece extends the hull only if its control net reaches beyond it.
         let size = (face.patches.degree_u + 1) * (face.patches.degree_v + 1);
         let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
         let reaching: Vec<bool> = face.patches.control.chunks_exact(size).map(beyond).collect();
@@ -100,8 +100,7 @@ pub(crate) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
     out
 }
 
-/// Points of a lattice over a tile that lie inside its loops and outside `bounds`, which they widen. Only pieces that are
-/// `reaching` have any.
+/// Samples inside a tile's loops and outside `bounds`, which they widen. Skips pieces that are not `reaching`.
 fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[bool], bounds: &mut Hull) -> Vec<DVec3> {
     let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
     let inside = Inside { patches: &face.patches, min: tile.min, max: tile.max, loops };

@@ -1,4 +1,4 @@
-//! Prepared parts -> the whole model: its box, its scene, and what its tiles cost.
+//! Prepared parts -> the whole model: its box, its scene and the expected cost of its tiles.
 
 pub(super) mod extent;
 pub(super) mod weight;

@@ -1,4 +1,4 @@
-//! A model -> the same model ready for tessellation: part by part, then the scene and what tiles cost.
+//! Model -> prepared model: its parts in parallel, then the scene, the box and the weights of tiles.
 
 use super::{extent, weight};
 use crate::mesh::{Scene, SceneInstance, ScenePart};
@@ -11,22 +11,22 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Knobs of [`prepare`].
+/// Options of [`prepare`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PrepareOptions {
     /// Threads to use; `None` = the rayon pool the caller is in.
     pub threads: Option<usize>,
-    /// What the result may cost.
+    /// Upper limits on patches and memory.
     pub limits: PrepareLimits,
-    /// Share of a part's diagonal up to which borders of faces without topology (with free trims, or kept whole) are one edge
-    /// with borders beside them, where the part states no [tolerance](Part::tolerance) of its own. 0: they stay apart.
+    /// Distance up to which borders merge into one edge, as a share of the part's diagonal; 0 disables it. Applies to
+    /// faces without topology (untrimmed, or with free trims) in parts that state no [tolerance](Part::tolerance).
     pub border_tolerance: f64,
 }
 
 impl PrepareOptions {
-    /// The caller's rayon pool, within [`PrepareLimits::DEFAULT`]; borders within a millionth of the part are one, which coordinates
-    /// of seven digits allow.
+    /// The caller's rayon pool, [`PrepareLimits::DEFAULT`], and a border tolerance of 1e-6, for coordinates of seven
+    /// digits.
     pub const DEFAULT: Self = Self { threads: None, limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6 };
 
     /// Sets [`threads`](Self::threads).
@@ -57,13 +57,13 @@ impl Default for PrepareOptions {
     }
 }
 
-/// Makes a model ready for tessellation.
+/// Prepares a model for tessellation.
 ///
-/// A face that cannot be used becomes a diagnostic in [`Prepared::diagnostics`], and its neighbours are not touched. The
-/// result does not depend on the number of threads. Cost: about 20–200 µs per face.
+/// A face that cannot be used is reported in [`Prepared::diagnostics`]; its neighbours are unaffected. The result does
+/// not depend on the number of threads. Cost: about 20–200 µs per face.
 ///
 /// # Errors
-/// Only when the model costs more than [`PrepareOptions::limits`]; the work stops there.
+/// If the model exceeds [`PrepareOptions::limits`]. Work stops as soon as it does.
 pub fn prepare(model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
     let pool = options.threads.and_then(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().ok());
     match pool {

@@ -1,5 +1,5 @@
-//! Prepared tiles -> what each is expected to cost: cells and tessellants of a mesh that is as fine as pictures are, counted without
-//! making a plan, times what they were measured to cost (`trimtess bench tile-costs` and docs/benchmarks.md).
+//! Prepared tiles -> their expected cost: cells and tessellants of a mesh as fine as pictures need, counted without
+//! making a plan, times their measured costs (`trimtess bench tile-costs` and docs/benchmarks.md).
 
 use crate::prepare::join::prepared::{EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::CurveBounds;
@@ -9,24 +9,25 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_6;
 use std::ops::Range;
 
-/// The mesh that is counted: a chord of a thousandth of the model (half a pixel, where the model fills a screen) ...
+/// Chordal tolerance of the mesh that is counted, as a share of the model's diagonal: of the order of a pixel where the
+/// model fills a screen.
 const CHORD: f64 = 1e-3;
-/// ... and cells over which normals turn by this much.
+/// Angle by which normals turn over one of its cells.
 const ANGLE: f64 = FRAC_PI_6;
-/// More lines than that are noise of bounds.
+/// Upper limit of lines and segments: more come from noisy bounds.
 const MOST_LINES: f64 = 4096.0;
 
-/// Nanoseconds of a tile.
+/// Nanoseconds per tile.
 const TILE: f64 = 160.0;
-/// Of a cell of its lattice.
+/// Nanoseconds per lattice cell.
 const CELL: f64 = 36.0;
-/// Of a tessellant on its boundary.
+/// Nanoseconds per tessellant on the boundary.
 const TESSELLANT: f64 = 190.0;
-/// Of a tessellant more where there are more than [`CROWD`] for each cell: such polygons are left to a triangulation that takes longer.
+/// Extra nanoseconds per tessellant beyond [`CROWD`] per cell: such polygons go to a slower triangulation.
 const CROWDED: f64 = 755.0;
 const CROWD: f64 = 32.0;
 
-/// Weighs all tiles of a part, given the diagonal of the model in the part's own millimetres.
+/// Sets the weights of a part's tiles. `diagonal` is the model's, in the part's own millimetres.
 pub(crate) fn weigh(part: &mut PreparedPart, diagonal: f64) {
     let chord = CHORD * diagonal;
     let of_edge: Vec<Vec<f64>> = part.edges.par_iter().map(|edge| segments(edge, chord)).collect();
@@ -41,17 +42,17 @@ pub(crate) fn weigh(part: &mut PreparedPart, diagonal: f64) {
     part.tiles.iter_mut().zip(weights).for_each(|(tile, weight)| tile.weight = weight);
 }
 
-/// What a tile of so many cells with so many tessellants on its boundary takes.
+/// Expected nanoseconds for a tile with so many lattice cells and boundary tessellants.
 pub(crate) fn nanoseconds(cells: f64, tessellants: f64) -> f64 {
     TILE + CELL * cells + TESSELLANT * tessellants + CROWDED * (tessellants - CROWD * cells).max(0.0)
 }
 
-/// How many of `n` equal steps a bend by `second` of its parameter's square over a step of `width` takes to keep the chord.
+/// Equal steps over `width` that keep the deviation of chords within `chord`, given the second derivative's bound.
 fn bends(second: f64, width: f64, chord: f64) -> f64 {
     if second > 0.0 { width * (second / (8.0 * chord)).sqrt() } else { 0.0 }
 }
 
-/// Strips that overlap a range, and the width of the overlap.
+/// Strips that overlap a range, each with the width of the overlap. The outer strips extend beyond the table.
 fn overlaps(breaks: &[f64], from: f64, to: f64) -> impl Iterator<Item = (usize, f64)> {
     let strips = breaks.len().saturating_sub(1);
     let first = breaks.partition_point(|&x| x <= from).saturating_sub(1).min(strips);
@@ -75,7 +76,7 @@ fn lines(face: &PreparedFace, tile: &Tile, chord: f64) -> DVec2 {
     for (a, &(i, wide)) in us.iter().enumerate() {
         for (b, &(j, high)) in vs.iter().enumerate() {
             let bounds = &table.cells[i * rows + j];
-            // A cell's chord is shared by its directions, where it bends in both.
+            // A cell that bends in both directions shares the tolerance between them.
             let both = if bounds.uu.lift > 0.0 && bounds.vv.lift > 0.0 { 0.5 * chord } else { chord };
             of_u[a] = of_u[a].max(bends(bounds.uu.lift, wide, both)).max(bounds.turn_u / ANGLE);
             of_v[b] = of_v[b].max(bends(bounds.vv.lift, high, both)).max(bounds.turn_v / ANGLE);
@@ -85,7 +86,7 @@ fn lines(face: &PreparedFace, tile: &Tile, chord: f64) -> DVec2 {
     DVec2::new(whole(of_u), whole(of_v))
 }
 
-/// Segments between each two breaks of an edge, by its own bends.
+/// Segments between consecutive breaks of an edge, by the edge's own derivative bounds.
 fn segments(edge: &PreparedEdge, chord: f64) -> Vec<f64> {
     let CurveBounds { breaks, strips, .. } = &edge.bounds;
     let between = |ends: &[crate::prepare::join::prepared::Break]| {
@@ -101,7 +102,7 @@ fn segments(edge: &PreparedEdge, chord: f64) -> Vec<f64> {
     edge.breaks.windows(2).map(between).collect()
 }
 
-/// Tessellants of a stretch: as many as its own bends need between breaks, and one in each cell that it crosses at least.
+/// Tessellants of a stretch: as many as the edge itself needs, but at least one per lattice cell that it crosses.
 fn tessellants(u: &EdgeUse, edge: &PreparedEdge, segments: &[f64], tile: &Tile, lines: DVec2) -> f64 {
     let stretch: Range<usize> = u.from.min(u.to) as usize..u.from.max(u.to) as usize;
     let own: f64 = segments[stretch.clone()].iter().sum();
@@ -110,7 +111,7 @@ fn tessellants(u: &EdgeUse, edge: &PreparedEdge, segments: &[f64], tile: &Tile, 
         UvCurve::Iso { axis: 0, .. } => DVec2::Y * (ends[1] - ends[0]),
         UvCurve::Iso { .. } => DVec2::X * (ends[1] - ends[0]),
         UvCurve::Hermite(samples) => {
-            // The samples may be those of the whole edge.
+            // The samples may cover the whole edge.
             let first = samples.partition_point(|s| s.t <= ends[0]).saturating_sub(1);
             let last = samples.partition_point(|s| s.t < ends[1]).min(samples.len() - 1);
             samples[first..=last.max(first)].windows(2).map(|w| (w[1].uv - w[0].uv).abs()).sum()
@@ -137,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_costs_whatever_the_size() {
+    fn weights_are_finite_and_independent_of_scale() {
         for name in shapes::NAMES {
             let (plain, large) = (weights(name, 1.0), weights(name, 1000.0));
             assert!(plain.iter().all(|weight| *weight > TILE && weight.is_finite()), "{name}: {plain:?}");
@@ -148,11 +149,11 @@ mod tests {
     }
 
     #[test]
-    fn a_square_is_four_tessellants_and_what_bends_is_more() {
+    fn a_square_counts_four_tessellants_and_curves_cost_more() {
         let square = weights("box", 1.0);
         assert_eq!(square, [TILE + CELL + 4.0 * TESSELLANT; 6]);
         assert!(weights("wave", 1.0)[0] > 3.0 * square[0]);
-        // A round hole in it is more, too.
+        // So does a round hole in a square.
         assert!(weights("square", 1.0)[0] > 5.0 * square[0]);
     }
 }

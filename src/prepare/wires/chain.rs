@@ -1,9 +1,9 @@
-//! Integer chains of edges: how often each is used along its direction, less how often against it.
+//! Integer chains of edges: forward uses minus reversed uses of each edge.
 
-/// Edges with how often they are used along their direction, less how often against it: ascending, none of them 0.
+/// Edges with their forward uses minus reversed uses, ascending by edge. No entry is 0.
 pub(crate) type Chain = Vec<(u32, i32)>;
 
-/// Adds up what a chain has of each edge.
+/// Sorts uses by edge, sums those of the same edge and drops zeros.
 pub(crate) fn summed(mut uses: Chain) -> Chain {
     uses.sort_unstable_by_key(|use_| use_.0);
     uses.dedup_by(|next, first| {

@@ -1,8 +1,9 @@
-//! A part whose loops leave gaps to one whose loops close, and what was done to each face.
+//! A part whose loops have gaps -> a part whose loops close, and a report of the changes to each face.
 //!
-//! A gap within the file's own tolerance, or no wider than an edge may miss its vertex by, makes its two vertices one, for
-//! all faces alike. A wider one gets an edge: the image of the straight line in (u,v) on the surface of the first face that
-//! has the gap, shared by every other that has it. First of all, edges that chain when taken in another order are.
+//! First, loops that close in another order of their edges are reordered. Then a gap within the part's tolerance, or
+//! within the distance by which an edge may miss its vertex, is closed by merging its two vertices for all faces. A
+//! wider gap gets an edge, shared by all faces that have the gap: the image of the straight line in (u,v) on the
+//! surface of one of them.
 
 use super::ends::ends;
 use super::order::in_order;
@@ -16,36 +17,36 @@ use glam::DVec3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Tolerance of a part that states none, as a share of its size: what printing coordinates with eight digits leaves.
+/// Tolerance of a part that states none, as a share of its size: rounding of coordinates printed with eight digits.
 const FLOOR: f64 = 1e-7;
 
-/// Share of a part's size by which an edge may end off its vertex before that is told: files print six digits and more.
+/// Share of a part's size by which an edge may end off its vertex without a report. Files print six digits or more.
 const OFF_VERTEX: f64 = 1e-4;
 
-/// Vertices of a loop that one is compared with, of those beside it.
+/// Number of neighbours in x order that a vertex is compared with, per loop.
 const MOST_BESIDE: usize = 64;
 
-/// Spans of the curve that closes a wide gap. Cubic, they follow a quarter turn to 1e-6 of its radius.
+/// Cubic spans of the curve that closes a wide gap: enough to follow a quarter turn to 1e-6 of its radius.
 const SPANS: usize = 16;
 
-/// Something done to a face.
+/// A repair of a face, to be reported.
 pub(crate) struct Healing {
     pub(crate) face: usize,
     pub(crate) severity: Severity,
     pub(crate) told: Told,
 }
 
-/// Two neighbours of a loop that do not share a vertex.
+/// A gap between two successive coedges of a loop that do not share a vertex.
 struct Gap {
     face: usize,
     index: usize,
-    /// The coedge before it.
+    /// Index of the coedge before the gap.
     after: usize,
     width: f64,
 }
 
 impl Gap {
-    /// The vertices on both sides.
+    /// The vertices on both sides of the gap.
     fn ends(&self, part: &Part) -> Option<[VertexId; 2]> {
         let Loop::Edges(coedges) = &part.faces[self.face].loops[self.index] else { return None };
         let next = &coedges[(self.after + 1) % coedges.len()];
@@ -53,8 +54,8 @@ impl Gap {
     }
 }
 
-/// Closes what is open in the loops of `part`, whose box has the diagonal `size`. Costs nothing but a look where all loops
-/// are closed.
+/// Closes the gaps in the loops of `part`, whose bounding box has the diagonal `size`, and appends what was repaired to
+/// `done`. Copies the part only if there are gaps.
 pub(crate) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Cow<'a, Part> {
     tell_ends_off_vertices(part, OFF_VERTEX * size, done);
     let mut gaps = gaps(part);
@@ -75,11 +76,12 @@ pub(crate) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Co
     Cow::Owned(healed)
 }
 
-/// The part with those of the loops that have gaps put in order whose edges close in another one, if vertices up to `near` apart
-/// are one; none if there are none.
+/// Reorders the edges of loops that have gaps but close in another order. `None` if there are no such loops.
+///
+/// If a loop has a gap wider than `near` and does not close as it is, vertices up to `near` apart count as one.
 fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option<Part> {
     let mut sorted: Option<Part> = None;
-    // Back to front, so that the places of those still to come stand.
+    // Back to front, so that the indices of earlier loops stay valid.
     for of_loop in gaps.chunk_by(|a, b| (a.face, a.index) == (b.face, b.index)).rev() {
         let Gap { face, index, .. } = of_loop[0];
         let Loop::Edges(coedges) = &part.faces[face].loops[index] else { continue };
@@ -99,7 +101,7 @@ fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option
     sorted
 }
 
-/// Ends of a loop's edges, where those up to `near` apart are the first of them.
+/// The ends of a loop's edges, with vertices up to `near` apart replaced by one of them.
 fn united(part: &Part, ends: &[[VertexId; 2]], near: f64) -> Vec<[VertexId; 2]> {
     let at = |v: VertexId| part.vertices.get(v.index()).copied().unwrap_or(DVec3::NAN);
     let mut by_x: Vec<VertexId> = ends.iter().flatten().copied().collect();
@@ -133,8 +135,8 @@ fn gaps(part: &Part) -> Vec<Gap> {
     out
 }
 
-/// Makes the vertices on both sides of narrow gaps one, and returns the gaps that must stay: a short edge between both
-/// would vanish.
+/// Merges the vertices on both sides of narrow gaps. Returns the gaps that cannot be closed so, because a short edge
+/// joins the two vertices and would vanish.
 fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Healing>) -> Vec<Gap> {
     let mut merged = Sets::new(part.vertices.len());
     let widest_gap = narrow.iter().map(|gap| gap.width).fold(0.0, f64::max);
@@ -179,14 +181,14 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
     left
 }
 
-/// Puts an edge into every gap.
+/// Inserts an edge into every gap.
 fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
     let mut known: BTreeMap<[VertexId; 2], EdgeId> = BTreeMap::new();
     let mut of_face: BTreeMap<usize, (usize, f64, DVec3)> = BTreeMap::new();
-    // Back to front, so that the places of those still to come stand.
+    // Back to front, so that the indices of earlier gaps stay valid.
     gaps.sort_by_key(|gap| (gap.face, gap.index, std::cmp::Reverse(gap.after)));
     for gap in gaps {
-        // Narrow gaps may have moved its ends.
+        // Merging vertices at narrow gaps may have closed this one.
         let Some([a, b]) = gap.ends(part) else { continue };
         if a == b {
             continue;
@@ -214,7 +216,7 @@ fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
     }));
 }
 
-/// The curve on a face's surface over the straight line in (u,v) between two points.
+/// The curve on a face's surface over the straight line in (u,v) between the images of two points.
 fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
     if matches!(face.surface, Surface::Plane { .. }) {
         return (NurbsCurve3::line(p, q), CurveKind::Line);
@@ -224,7 +226,7 @@ fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
     let to = projector.unwrap(projector.project(q, None), from);
     let at = |k: usize| from + (to - from) * (k as f64 / SPANS as f64);
     let step = (to - from) / SPANS as f64;
-    // Cubic Bézier spans by their ends and derivatives; the ends are the vertices themselves.
+    // Cubic Bézier spans from points and derivatives. The curve ends exactly at the vertices.
     let mut points = vec![p];
     for k in 0..SPANS {
         let [(a, da), (b, db)] = [k, k + 1].map(|k| projector.along(at(k), step));
@@ -243,14 +245,15 @@ fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
     (NurbsCurve3 { degree: 3, knots, points, weights: Vec::new() }, CurveKind::Spline)
 }
 
-/// Edges whose curves end off their vertices: the mesh goes to the vertices.
+/// Reports edges whose curves end more than `limit` off their vertices, the worst of each face. The mesh follows the
+/// vertices.
 fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
     let off = |e: &Edge| {
         let at = |v: VertexId, t: f64| Some((part.vertices.get(v.index())?.distance(e.curve.point(t)), v));
         let worst = [at(e.start, e.range.0), at(e.end, e.range.1)].into_iter().flatten();
         worst.filter(|(distance, _)| *distance > limit).max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    // Most curves start and end in their first and last control points, which costs no evaluation.
+    // Most curves are clamped: their ends are the first and last control points and need no evaluation.
     let clamped = |e: &Edge| {
         let at = |v: VertexId, p: Option<&DVec3>| {
             part.vertices.get(v.index()).zip(p).is_some_and(|(v, p)| v.distance(*p) <= limit)

@@ -1,4 +1,4 @@
-//! Wires that leave gaps, or are out of order -> wires that close.
+//! Wires that have gaps or are out of order -> wires that close.
 
 pub(super) mod chain;
 pub(super) mod ends;

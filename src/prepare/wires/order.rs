@@ -1,16 +1,16 @@
-//! A wire's edges as listed to wires that close: in another order, or without the seams that a closed surface does not need.
+//! A wire's edges as listed -> wires that close, in another order or without seams of periodic surfaces.
 
 use super::ends::ends;
 use crate::model::{Coedge, Face, Loop, Part, VertexId};
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, HashSet};
 
-/// The wires of a face so far, each as the edges that it uses.
+/// The wires of a face seen so far, each as its sorted edges.
 #[derive(Default)]
 pub(crate) struct Given(HashSet<Vec<u32>>);
 
 impl Given {
-    /// Whether a wire is the first of its edges: one given again is taken once. One without edges is no wire given before.
+    /// Records a wire and returns whether no wire of the same edges came before. Always true for a wire without edges.
     pub(crate) fn is_first(&mut self, coedges: &[Coedge]) -> bool {
         let mut edges: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
         edges.sort_unstable();
@@ -18,13 +18,13 @@ impl Given {
     }
 }
 
-/// Index of an edge of a wire, and whether it has to be turned.
+/// Index of an edge in its wire, and whether to reverse it.
 pub(crate) type Taken = (usize, bool);
 
-/// Edges by start and end, in an order in which they close, as one wire or more; none if they do not.
+/// Orders edges, given by start and end, into one or more closed wires. `None` if they do not close.
 ///
-/// First as they run. Then, if at every vertex two of them end, in the sense that most of them have: files mistake senses
-/// as well.
+/// First tries the directions given. If that fails and exactly two edges meet at every vertex, reverses edges as
+/// needed: files get directions wrong too. Each wire then runs in the direction of most of its edges.
 pub(crate) fn in_order(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<Taken>>> {
     chained(ends).or_else(|| {
         let mut at: BTreeMap<VertexId, Vec<usize>> = BTreeMap::new();
@@ -36,7 +36,7 @@ pub(crate) fn in_order(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<Taken>>> {
     })
 }
 
-/// Chains of edges as they run.
+/// Closed wires of edges in the directions given.
 fn chained(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<Taken>>> {
     let mut from: BTreeMap<VertexId, Vec<usize>> = BTreeMap::new();
     for (k, [start, _]) in ends.iter().enumerate().rev() {
@@ -60,7 +60,7 @@ fn chained(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<Taken>>> {
     Some(wires)
 }
 
-/// Takes an edge from those that start at a vertex; whether it was still there.
+/// Removes an edge from those that start at a vertex. Returns whether it was still there.
 fn take(from: &mut BTreeMap<VertexId, Vec<usize>>, at: VertexId, edge: usize) -> bool {
     let Entry::Occupied(mut there) = from.entry(at) else { return false };
     let before = there.get().len();
@@ -68,7 +68,7 @@ fn take(from: &mut BTreeMap<VertexId, Vec<usize>>, at: VertexId, edge: usize) ->
     there.get().len() < before
 }
 
-/// Chains of edges of which two end at every vertex.
+/// Closed wires of edges of which exactly two meet at every vertex.
 fn turned(ends: &[[VertexId; 2]], at: &BTreeMap<VertexId, Vec<usize>>) -> Vec<Vec<Taken>> {
     let mut used = vec![false; ends.len()];
     let mut wires = Vec::new();
@@ -94,10 +94,10 @@ fn turned(ends: &[[VertexId; 2]], at: &BTreeMap<VertexId, Vec<usize>>) -> Vec<Ve
     wires
 }
 
-/// The loops of a face on a surface that goes round, without the edges that one of them runs both ways; none if there are
-/// none, or what is left does not close.
+/// The loops of a face on a periodic surface without its seams: edges that one loop uses in both directions. `None` if
+/// there are no seams, or if the remaining edges do not close.
 ///
-/// Such an edge bounds nothing: it is where the file opens the surface, so as to have one wire.
+/// A seam bounds nothing. Files add it to describe the face by a single wire.
 pub(crate) fn without_seams(part: &Part, face: &Face) -> Option<Vec<Loop>> {
     if face.surface.period() == [None, None] {
         return None;

@@ -1,8 +1,8 @@
-//! Plates with holes whose tessellants come and go -> the triangles are those of the plates.
+//! Plates with holes whose tessellants change -> updated triangles are valid triangulations of the plates.
 
 use super::*;
 
-/// A plate with holes; each loop is a closed curve with as many tessellants as given, at the multiples of their angle.
+/// A plate with holes: circles with tessellants at given parameters.
 struct Plate {
     points: Vec<DVec2>,
     starts: Vec<u32>,
@@ -40,7 +40,7 @@ impl Plate {
         self.keys.iter().map(find).collect()
     }
 
-    /// Patches a weave of `old`'s up for this.
+    /// Updates a weave of `old` to this plate.
     fn update(&self, old: &Self, weave: &mut Weave) -> Option<()> {
         let from = self.from(old);
         let changed = Changed { tile: self.tile(), old_starts: &old.starts, from: &from };
@@ -53,7 +53,7 @@ impl Plate {
             let [a, b, c] = t.map(|v| self.points[v as usize]);
             assert!(orient2d(a, b, c) > 0.0);
         }
-        // Neighbours are those of the triangles, and the boundary is that of the loops.
+        // The adjacency matches the triangles, and their boundary is the loops.
         let again = Weave::of(&weave.triangles, &self.starts).unwrap();
         assert_eq!((&again.beside, &again.first), (&weave.beside, &weave.first));
         assert!(weave.covers(&self.tile()));
@@ -71,7 +71,7 @@ fn loops(counts: [usize; 4]) -> [(DVec2, f64, Vec<f64>); 4] {
 }
 
 #[test]
-fn what_changes_is_patched_and_the_rest_stays() {
+fn updates_are_valid_and_keep_distant_triangles() {
     let mut old = Plate::of(&loops([120, 24, 30, 17]));
     let mut weave = Weave::of(&old.made(), &old.starts).unwrap();
     let mut state = 7_u32;
@@ -93,7 +93,7 @@ fn what_changes_is_patched_and_the_rest_stays() {
         let before = weave.clone();
         assert!(new.update(&old, &mut weave).is_some(), "{step}: {counts:?}");
         new.check(&weave);
-        // Triangles between vertices of other loops than the changed one mostly stay.
+        // Most triangles without a vertex on the changed loop stay.
         if l > 0 {
             let to = |v: u32| from.iter().position(|&old| old == v);
             let stays = |t: &&[u32; 3]| t.iter().all(|&v| old.keys[v as usize].0 != l);
@@ -113,11 +113,11 @@ fn all_of_a_loop_but_one_tessellant_may_change() {
     let new = Plate::of(&loops([7, 3, 3, 31]));
     new.update(&old, &mut weave).unwrap();
     new.check(&weave);
-    // Nothing changes at all.
+    // No change.
     let same = weave.clone();
     new.update(&new, &mut weave).unwrap();
     assert_eq!((same.triangles, same.first), (weave.triangles.clone(), weave.first.clone()));
-    // All but none: there is nothing to begin with.
+    // A loop that keeps no tessellant cannot be updated.
     let (mut other, turned) = (loops([7, 3, 3, 31]), vec![0.1, 0.4, 0.8]);
     other[1].2 = turned;
     assert!(Plate::of(&other).update(&new, &mut weave).is_none());
@@ -125,7 +125,7 @@ fn all_of_a_loop_but_one_tessellant_may_change() {
 
 #[test]
 fn loops_that_meet_are_refused() {
-    // A hole beside the border: where it becomes finer it meets it.
+    // A hole close to the border: a coarser border cuts it.
     let near = |border: usize| {
         let middle = DVec2::splat(0.5);
         Plate::of(&[(middle, 0.5, even(border)), (DVec2::new(0.5, 0.12), -0.1, even(24))])
@@ -136,7 +136,7 @@ fn loops_that_meet_are_refused() {
     let mut weave = Weave::of(&fine.made(), &fine.starts).unwrap();
     near(32).update(&fine, &mut weave).unwrap();
     near(32).check(&weave);
-    // There and back along one line.
+    // A boundary that touches itself.
     let tooth = |tip: f64| {
         let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.6, 1.0), (0.5, tip), (0.4, 1.0), (0.0, 1.0)];
         let keys = (0..7).map(|k| (0, if k == 4 { tip } else { -f64::from(k) })).collect();
@@ -150,7 +150,7 @@ fn loops_that_meet_are_refused() {
 }
 
 #[test]
-fn triangles_that_do_not_conform_are_no_weave() {
+fn triangles_that_do_not_conform_are_refused() {
     let square = [0, 4];
     assert!(Weave::of(&[[0, 1, 2], [0, 2, 3]], &square).is_some());
     let bad: [&[[u32; 3]]; 4] =

@@ -1,8 +1,8 @@
-//! Why a curve of a file, or a point on one, cannot be had.
+//! Why a curve of a file, or a point on one, cannot be read.
 
 use std::fmt;
 
-/// Why a curve of a file, or a point on one, cannot be had.
+/// Why a curve of a file, or a point on one, cannot be read.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum CurveTrouble {
@@ -10,25 +10,25 @@ pub enum CurveTrouble {
     SameParameter,
     /// The curve's ends are in the wrong order.
     WrongOrder,
-    /// A curve is needed that has ends of its own.
+    /// A bounded curve is needed, but the curve has no ends of its own.
     Endless {
         /// The curve's type.
         keyword: String,
     },
-    /// A polyline of fewer than two different points.
+    /// A polyline has fewer than two distinct points.
     OnePoint,
-    /// A trim that is neither a point nor a parameter.
+    /// A trim is neither a point nor a parameter.
     Trim,
-    /// A parameter lies beyond the ends of its curve or surface.
+    /// A point's parameter lies outside the domain of its curve or surface.
     Beyond {
         /// The parameter.
         parameter: f64,
         /// First and last parameter.
         domain: (f64, f64),
     },
-    /// A point on a composite curve, whose parameters the reader does not keep.
+    /// A point is stated on a composite curve, whose parameters the reader does not keep.
     OnComposite,
-    /// A line extruded along itself.
+    /// A line is extruded along itself.
     AlongItself,
 }
 
@@ -38,13 +38,13 @@ impl fmt::Display for CurveTrouble {
             Self::SameParameter => write!(f, "both ends of the edge lie at the same parameter of its curve"),
             Self::WrongOrder => write!(f, "the curve's ends are in the wrong order"),
             Self::Endless { keyword } => write!(f, "{keyword} has no ends of its own"),
-            Self::OnePoint => write!(f, "a polyline of fewer than two different points"),
-            Self::Trim => write!(f, "a trim that is neither a point nor a parameter"),
+            Self::OnePoint => write!(f, "a polyline has fewer than two distinct points"),
+            Self::Trim => write!(f, "a trim is neither a point nor a parameter"),
             Self::Beyond { parameter, domain: (low, high) } => {
-                write!(f, "a point at parameter {parameter}, beyond the ends {low} and {high}")
+                write!(f, "a point at parameter {parameter} is outside the domain from {low} to {high}")
             }
             Self::OnComposite => write!(f, "points on composite curves are not read"),
-            Self::AlongItself => write!(f, "a line extruded along itself"),
+            Self::AlongItself => write!(f, "a line is extruded along itself"),
         }
     }
 }

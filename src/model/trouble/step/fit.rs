@@ -1,39 +1,39 @@
-//! Why an offset, or what stands for a curve or surface without exact form, cannot be had.
+//! Why an offset or an approximation fails.
 
 use std::fmt;
 
-/// Why an offset, or what stands for a curve or surface without exact form, cannot be had.
+/// Why an offset, or the approximation of a curve or surface without exact form, fails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FitTrouble {
-    /// The reference direction of an offset curve runs along its basis.
+    /// The reference direction of an offset curve is parallel to its basis.
     AlongBasis,
     /// The offset leaves nothing, or a point.
     Vanishes {
         /// The offset's distance, millimetres.
         distance_mm: f64,
-        /// What is left.
+        /// What remains.
         leaves: &'static str,
     },
     /// The basis of an offset curve has a corner.
     Corner {
-        /// Where, in its parameter.
+        /// Parameter of the corner.
         parameter: f64,
     },
     /// An offset curve has no direction at some parameter.
     NoDirection,
     /// The surface to offset has no normal at some point.
     NoNormal,
-    /// The approximation stays beyond the tolerance.
+    /// The approximation misses the tolerance after refinement.
     Inexact {
-        /// What is approximated.
+        /// The approximation.
         what: &'static str,
-        /// By how much it is off, millimetres.
+        /// Its error, millimetres.
         error_mm: f64,
     },
-    /// The approximation takes too many control points.
+    /// The approximation needs too many control points.
     TooManyPoints {
-        /// How many it may have.
+        /// Maximum number of control points.
         limit: usize,
     },
 }
@@ -41,7 +41,7 @@ pub enum FitTrouble {
 impl fmt::Display for FitTrouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::AlongBasis => write!(f, "the reference direction of the offset runs along its basis"),
+            Self::AlongBasis => write!(f, "the reference direction of the offset is parallel to its basis"),
             Self::Vanishes { distance_mm, leaves } => write!(f, "an offset by {distance_mm} mm leaves {leaves}"),
             Self::Corner { parameter } => {
                 write!(f, "the basis of the offset has a corner at its parameter {parameter}")
@@ -50,7 +50,7 @@ impl fmt::Display for FitTrouble {
             Self::NoNormal => write!(f, "the surface to offset has no normal somewhere"),
             Self::Inexact { what, error_mm } => write!(f, "{what} is still {error_mm:.2e} mm off after refinement"),
             Self::TooManyPoints { limit } => {
-                write!(f, "an offset surface of more than {limit} control points; allow a larger tolerance")
+                write!(f, "the offset surface needs more than {limit} control points; allow a larger tolerance")
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What the STEP reader cannot read, and what it does then.
+//! Diagnostics of the STEP reader: what it could not read, and what it did instead.
 
 mod spline;
 pub use spline::SplineTrouble;

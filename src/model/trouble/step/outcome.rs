@@ -1,11 +1,11 @@
-//! What the STEP reader did about what it cannot read, or read otherwise than stated.
+//! What the STEP reader left out, repaired or reinterpreted.
 
 use super::trouble::{StepCause, StepTrouble};
 use crate::model::PartError;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// What was cut out of a text that breaks the syntax.
+/// Text that was removed because it breaks the syntax.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SyntaxCut {
@@ -17,7 +17,7 @@ pub enum SyntaxCut {
     End,
 }
 
-/// What the STEP reader did about what it cannot read, or read otherwise than stated.
+/// What the STEP reader left out, repaired or reinterpreted.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StepOutcome {
@@ -30,21 +30,21 @@ pub enum StepOutcome {
         /// Their names.
         names: Vec<String>,
     },
-    /// Instances of other files are referred to and not read.
+    /// The file refers to instances of other files, which are not read.
     ForeignInstances {
         /// How many.
         count: usize,
     },
-    /// Values that are stated elsewhere were read as unset.
+    /// Values defined outside the data sections were read as unset.
     ForeignValues {
         /// How many.
         count: usize,
-        /// How they are written.
+        /// Their notation.
         form: &'static str,
     },
     /// The parser repaired the syntax.
     SyntaxRepaired {
-        /// What it says, with the line.
+        /// The parser's message, with the line.
         message: String,
     },
     /// The parser repaired the syntax in more places than are listed.
@@ -54,35 +54,35 @@ pub enum StepOutcome {
     },
     /// Text that breaks the syntax was left out.
     SyntaxCut {
-        /// What the parser says, with the line.
+        /// The parser's message, with the line.
         message: String,
         /// What was left out.
         cut: SyntaxCut,
     },
-    /// Text behind the end of the file was left out.
+    /// Text after the end of the STEP file was left out.
     BehindEnd,
     /// Several data sections were read as one.
     DataSections,
     /// The file names no length unit; millimetres were assumed.
     NoUnit,
-    /// Colours that hold along paths of occurrences are not applied.
+    /// Colours stated for paths of occurrences are not applied.
     PathColours {
         /// How many.
         count: usize,
     },
     /// The file has no faces.
     NoFaces {
-        /// How many instances it has.
+        /// How many instances the file has.
         instances: usize,
     },
-    /// A surface without bounds that was asked for was left out.
+    /// A supplemental surface without bounds was left out.
     Endless {
         /// Its type.
         keyword: String,
     },
-    /// Supplemental geometry is not part of a shape.
+    /// Supplemental geometry was left out or has no faces.
     Supplemental {
-        /// Whether it was left out, because it was not asked for; else it has no faces.
+        /// Whether it was left out by option; else it has no faces.
         left_out: bool,
         /// How many items of each type.
         counts: BTreeMap<String, usize>,
@@ -96,10 +96,10 @@ pub enum StepOutcome {
     Repeated {
         /// How many.
         items: usize,
-        /// The name of what they repeat.
+        /// The name of the repeated geometry.
         name: String,
     },
-    /// An occurrence has no transformation and stands at the origin.
+    /// An occurrence has no transformation and is placed at the origin.
     AtOrigin,
     /// An occurrence was left out.
     OccurrenceLeftOut(StepCause),
@@ -111,52 +111,52 @@ pub enum StepOutcome {
     LeftOutOfBody(StepCause),
     /// An inner loop was left out and its hole closed.
     LoopLeftOut(StepCause),
-    /// An edge's curve was not read, and the edge became straight.
+    /// An edge's curve was not read; the edge became straight.
     EdgeStraightened(StepCause),
-    /// Every loop runs against an edge: its vertices were exchanged.
+    /// Every loop uses an edge against its direction: its vertices were swapped.
     VerticesExchanged,
-    /// Edges of a loop ran against it and were turned.
+    /// Edges of a loop ran against it and were reversed.
     EdgesTurned,
     /// A loop of edges without length was left out.
     LoopWithoutLength,
     /// An offset surface was approximated.
     Approximated {
-        /// Its largest error, millimetres.
+        /// Largest error of the approximation, millimetres.
         error_mm: f64,
     },
-    /// A half angle cannot be in the file's unit and was taken for degrees.
+    /// A half angle is out of range in the file's unit and was read as degrees.
     Degrees {
         /// The angle as stated.
         half_angle: f64,
     },
-    /// A trim reaches beyond its surface and ends with it.
+    /// A trim extends beyond its surface and was clipped.
     TrimBeyond {
         /// First and second parameter.
         range: (f64, f64),
     },
-    /// A face states no surface, and its bounds lie off their plane.
+    /// A face has no surface, and its bounds lie off their best-fit plane.
     ImpliedPlane {
-        /// By how much, millimetres.
+        /// Largest distance, millimetres.
         gap_mm: f64,
     },
-    /// An edge ends off its vertex; its curve was pulled to the vertex.
+    /// An edge misses its vertex; its curve was pulled to the vertex.
     EdgePulled {
-        /// By how much, millimetres.
+        /// Distance between them, millimetres.
         gap_mm: f64,
     },
-    /// The only vertex of a closed edge lay off the edge's curve; it was moved there.
+    /// The only vertex of a closed edge lay off the edge's curve and was moved onto it.
     VertexMoved {
-        /// How far off it lay, millimetres.
+        /// Distance between them, millimetres.
         gap_mm: f64,
     },
-    /// Edges end off their vertices.
+    /// Edges miss their vertices.
     EdgesOffVertices {
         /// How many.
         edges: usize,
-        /// By how much the worst does, millimetres.
+        /// Largest distance, millimetres.
         gap_mm: f64,
     },
-    /// The part that was read does not hold together.
+    /// The part as read is invalid.
     PartUnsound(PartError),
 }
 
@@ -199,7 +199,7 @@ codes!(StepOutcome {
 });
 
 impl StepOutcome {
-    /// Why an instance was not read, where that is what there is to tell.
+    /// Why an instance was not read, if that is the outcome.
     #[must_use]
     pub fn trouble(&self) -> Option<&StepTrouble> {
         match self {
@@ -222,10 +222,10 @@ impl fmt::Display for StepOutcome {
             Self::Signature => write!(f, "a signature was not verified"),
             Self::Sections { names } => write!(f, "sections skipped: {}", names.join(", ")),
             Self::ForeignInstances { count } => {
-                write!(f, "{count} instances of other files are referred to and not read")
+                write!(f, "{count} instances of other files are referred to; they are not read")
             }
             Self::ForeignValues { count, form } => {
-                write!(f, "{count} values that are stated elsewhere ({form}) were read as unset")
+                write!(f, "{count} values defined elsewhere ({form}) were read as unset")
             }
             Self::SyntaxRepaired { message } => f.write_str(message),
             Self::MoreRepairs { count } => write!(f, "{count} more repairs of the syntax"),
@@ -234,11 +234,11 @@ impl fmt::Display for StepOutcome {
                 SyntaxCut::Header => write!(f, "{message}; the header was left out"),
                 SyntaxCut::End => write!(f, "{message}; the incomplete end was left out"),
             },
-            Self::BehindEnd => write!(f, "text behind the end of the file was left out"),
+            Self::BehindEnd => write!(f, "text after the end of the STEP file was left out"),
             Self::DataSections => write!(f, "data sections were read as one, without their names"),
-            Self::NoUnit => write!(f, "the file names no length unit; millimetres assumed"),
+            Self::NoUnit => write!(f, "the file states no length unit; millimetres assumed"),
             Self::PathColours { count } => {
-                write!(f, "{count} colours that hold along paths of occurrences are not applied")
+                write!(f, "{count} colours for paths of occurrences are not applied")
             }
             Self::NoFaces { instances } => write!(f, "no faces among the file's {instances} instances"),
             Self::Endless { keyword } => write!(f, "a {keyword} without bounds cannot be meshed and was left out"),
@@ -248,45 +248,45 @@ impl fmt::Display for StepOutcome {
                 write!(f, "supplemental geometry {why}: {}", counts.join(", "))
             }
             Self::AssemblyCycle { assembly } => {
-                write!(f, "assembly '{assembly}' contains itself; that occurrence was left out")
+                write!(f, "assembly '{assembly}' contains itself; the inner occurrence was left out")
             }
             Self::Repeated { items, name } => {
                 write!(f, "{items} tessellated items of '{name}' repeat its exact geometry and were left out")
             }
-            Self::AtOrigin => write!(f, "an occurrence without transformation stands at the origin"),
+            Self::AtOrigin => write!(f, "an occurrence without transformation is placed at the origin"),
             Self::OccurrenceLeftOut(cause) => write!(f, "an occurrence was left out: {cause}"),
             Self::FaceLeftOut(cause) => write!(f, "face left out: {cause}"),
             Self::BodyLeftOut(cause) => write!(f, "body left out: {cause}"),
             Self::LeftOutOfBody(cause) => write!(f, "left out of the body: {cause}"),
             Self::LoopLeftOut(cause) => write!(f, "an inner loop was left out and its hole closed: {cause}"),
             Self::EdgeStraightened(cause) => {
-                write!(f, "an edge's curve was not read, and the edge became straight: {cause}")
+                write!(f, "an edge's curve was not read; the edge became straight: {cause}")
             }
             Self::VerticesExchanged => {
-                write!(f, "every loop runs against the edge: its vertices were exchanged, which makes it the other arc")
+                write!(f, "every loop uses the edge against its direction: swapping its vertices made it the other arc")
             }
-            Self::EdgesTurned => write!(f, "edges of a loop ran against it and were turned"),
+            Self::EdgesTurned => write!(f, "edges of a loop ran against it and were reversed"),
             Self::LoopWithoutLength => write!(f, "a loop of edges without length was left out"),
             Self::Approximated { error_mm } => write!(f, "offset surface approximated within {error_mm:.2e} mm"),
             Self::Degrees { half_angle } => {
-                write!(f, "a half angle of {half_angle} cannot be in the file's angle unit and was taken for degrees")
+                write!(f, "a half angle of {half_angle} is out of range in the file's unit and was read as degrees")
             }
             Self::TrimBeyond { range: (first, second) } => {
-                write!(f, "a trim from {first} to {second} reaches beyond the surface and ends with it")
+                write!(f, "a trim from {first} to {second} extends beyond the surface and was clipped")
             }
             Self::ImpliedPlane { gap_mm } => {
-                write!(f, "the face states no surface; its bounds lie up to {gap_mm:.3e} mm off their plane")
+                write!(f, "the face has no surface; its bounds lie up to {gap_mm:.3e} mm off their plane")
             }
             Self::EdgePulled { gap_mm } => {
-                write!(f, "an edge ends {gap_mm:.3e} mm off its vertex; its curve was pulled to the vertex")
+                write!(f, "an edge misses its vertex by {gap_mm:.3e} mm; its curve was pulled to the vertex")
             }
             Self::VertexMoved { gap_mm } => {
-                write!(f, "the only vertex of a closed edge lies {gap_mm:.3e} mm off its curve; it was moved there")
+                write!(f, "the only vertex of a closed edge lies {gap_mm:.3e} mm off its curve and was moved onto it")
             }
             Self::EdgesOffVertices { edges, gap_mm } => {
-                write!(f, "{edges} edges end off their vertices, this one by {gap_mm:.3e} mm")
+                write!(f, "{edges} edges miss their vertices, this one by {gap_mm:.3e} mm")
             }
-            Self::PartUnsound(error) => write!(f, "the part does not hold together: {error}"),
+            Self::PartUnsound(error) => write!(f, "the part as read is invalid: {error}"),
         }
     }
 }

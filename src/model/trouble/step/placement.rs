@@ -6,25 +6,25 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PlacementTrouble {
-    /// The product definition that it places is not in the file.
+    /// The product definition to place is not in the file.
     NoDefinition,
-    /// The representation that it maps holds no bodies.
+    /// The mapped representation has no bodies.
     NoBodies {
         /// The representation's entity number.
         representation: u64,
     },
-    /// Its transformation cannot be inverted.
+    /// The transformation is not invertible.
     NotInvertible,
 }
 
 impl fmt::Display for PlacementTrouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoDefinition => write!(f, "the product definition that it places is not in the file"),
+            Self::NoDefinition => write!(f, "the product definition to place is not in the file"),
             Self::NoBodies { representation } => {
-                write!(f, "the mapped representation #{representation} holds no bodies")
+                write!(f, "the mapped representation #{representation} has no bodies")
             }
-            Self::NotInvertible => write!(f, "a transformation that cannot be inverted"),
+            Self::NotInvertible => write!(f, "the transformation is not invertible"),
         }
     }
 }

@@ -9,76 +9,76 @@ use crate::model::{PartError, SplineError, SurfaceError};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Why an instance of a STEP file cannot be read. Keywords are those of the file.
+/// Why an instance of a STEP file cannot be read. Keywords are the file's.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StepTrouble {
-    /// It is referred to and not in the file.
+    /// A referenced instance is not in the file.
     NotInFile {
         /// Its number.
         entity: u64,
     },
-    /// It is in another file, which is not read.
+    /// A referenced instance is in another file, which is not read.
     Elsewhere {
         /// Its number.
         entity: u64,
-        /// Where, as the file says.
+        /// The other file, as stated.
         place: String,
     },
-    /// An attribute is not what its type asks for.
+    /// An attribute does not have the required form.
     Attribute {
         /// The type that declares it.
         keyword: &'static str,
-        /// Which attribute of that type, counted from 1.
+        /// Number of the attribute in that type, from 1.
         number: usize,
-        /// What it should be.
+        /// The required form.
         wanted: &'static str,
     },
-    /// It is of a type that has no use where it is referred to.
+    /// An instance of another type is needed here.
     WrongType {
         /// Its type.
         keyword: String,
-        /// What is needed there.
+        /// What is needed.
         wanted: &'static str,
     },
-    /// It is of a type that the reader does not know.
+    /// The reader does not support its type.
     NotRead {
-        /// What it stands for, in the plural.
+        /// What it represents, in the plural.
         what: &'static str,
         /// Its type.
         keyword: String,
     },
-    /// It is a body of a type that is not read.
+    /// The reader does not support bodies of its type.
     BodyNotRead {
         /// Its type.
         keyword: String,
-        /// The operator of a boolean result, empty for others.
+        /// The operator of a boolean result, else empty.
         operator: String,
-        /// Why bodies of that type are not read.
+        /// Why bodies of its type are not read.
         why: BodyRefusal,
     },
-    /// Instances of its kind refer to one another too deeply, perhaps in a circle.
+    /// References between instances of its kind are nested too deeply, perhaps in a circle.
     TooDeep {
-        /// What they stand for, in the plural.
+        /// What the instances represent, in the plural.
         what: &'static str,
     },
     /// It refers to itself.
     RefersToItself {
-        /// What it stands for.
+        /// What it represents.
         what: &'static str,
     },
     /// Something is missing, or has no length, direction or area.
     Missing {
-        /// Of what.
+        /// What is incomplete.
         what: Cow<'static, str>,
         /// What is missing.
         part: &'static str,
     },
-    /// Lists are not nested as they should be.
+    /// Lists are nested in the wrong way.
     Layout {
         /// What they list, in the plural.
         what: &'static str,
-        /// What they should be.
+        /// The required nesting.
         wanted: &'static str,
     },
     /// A number is infinite or NaN.
@@ -86,7 +86,7 @@ pub enum StepTrouble {
         /// What it measures.
         what: &'static str,
     },
-    /// A number is out of its range.
+    /// A number is out of range.
     Measure {
         /// What it measures.
         what: Cow<'static, str>,
@@ -95,51 +95,51 @@ pub enum StepTrouble {
         /// Its unit, empty if none.
         unit: &'static str,
     },
-    /// A cone without apex, or without slant.
+    /// A cone has no apex or no slant.
     Cone {
         /// Its radius, millimetres.
         radius_mm: f64,
         /// Its half angle, in the file's unit.
         half_angle: f64,
     },
-    /// A trim of a surface that leaves nothing of it.
+    /// A trim leaves nothing of its surface.
     SurfaceTrim {
         /// First and second parameter.
         range: (f64, f64),
-        /// Whether it lies beyond the surface.
+        /// Whether it lies outside the surface.
         beyond: bool,
     },
-    /// A closed profile meets its axis, and the face's boundary does not tell which sheet it bounds.
+    /// A closed profile meets its axis, and the face's boundary does not identify the sheet that it bounds.
     Sheets {
         /// How many sheets the surface has.
         sheets: usize,
     },
-    /// A surface without ends, and no bounds.
+    /// An unbounded surface has no bounds.
     Unbounded,
-    /// The parameters of a surface that is turned over or a replica.
+    /// The parameters of a flipped surface or a replica are needed; the reader does not keep them.
     ReplicaParameters,
-    /// Something that it needs was not read, which is told there.
+    /// Something that it needs was not read; another diagnostic reports why.
     Unread {
-        /// What.
+        /// What was not read.
         what: &'static str,
     },
-    /// It states no surface, and its bounds enclose no plane area.
+    /// A face has no surface, and its bounds enclose no planar area.
     NoPlane,
-    /// A B-spline.
+    /// A B-spline is invalid.
     Spline(SplineTrouble),
-    /// A curve, or a point on one.
+    /// A curve, or a point on one, cannot be read.
     Curve(CurveTrouble),
-    /// An offset or an approximation.
+    /// An offset or an approximation fails.
     Fit(FitTrouble),
-    /// A body without stated faces.
+    /// A body without explicit faces is not a solid.
     Solid(SolidTrouble),
-    /// An occurrence.
+    /// An occurrence cannot be placed.
     Placement(PlacementTrouble),
-    /// The curve that it makes is unsound.
+    /// The resulting curve is invalid.
     UnsoundCurve(SplineError),
-    /// The surface that it makes is unsound.
+    /// The resulting surface is invalid.
     UnsoundSurface(SurfaceError),
-    /// The part that it makes is unsound.
+    /// The resulting part is invalid.
     UnsoundPart(PartError),
 }
 
@@ -192,30 +192,34 @@ impl fmt::Display for StepTrouble {
                 }
                 write!(f, " is not read: {why}")
             }
-            Self::TooDeep { what } => write!(f, "{what} refer to one another too deeply"),
+            Self::TooDeep { what } => write!(f, "{what} refer to each other too deeply"),
             Self::RefersToItself { what } => write!(f, "{what} refers to itself"),
             Self::Missing { what, part } => write!(f, "{what} without {part}"),
-            Self::Layout { what, wanted } => write!(f, "{what} that are no {wanted}"),
+            Self::Layout { what, wanted } => write!(f, "{what} are not {wanted}"),
             Self::NotFinite { what } => write!(f, "{what} is not finite"),
-            Self::Measure { what, value, unit: "" } => write!(f, "{what} of {value}"),
-            Self::Measure { what, value, unit } => write!(f, "{what} of {value} {unit}"),
+            Self::Measure { what, value, unit: "" } => write!(f, "{what} of {value} is out of range"),
+            Self::Measure { what, value, unit } => write!(f, "{what} of {value} {unit} is out of range"),
             Self::Cone { radius_mm, half_angle } => {
-                write!(f, "a cone of radius {radius_mm} mm and half angle {half_angle}")
+                write!(f, "a cone of radius {radius_mm} mm and half angle {half_angle} has no apex or no slant")
             }
             Self::SurfaceTrim { range: (first, second), beyond } => {
-                write!(f, "a trim from {first} to {second}{}", if *beyond { ", beyond the surface" } else { "" })
+                write!(
+                    f,
+                    "a trim from {first} to {second}{} leaves nothing of the surface",
+                    if *beyond { ", outside the surface," } else { "" }
+                )
             }
             Self::Sheets { sheets } => write!(
                 f,
-                "the turned curve is closed and meets its axis: the face's boundary does not tell which of its {sheets} sheets it \
-                 bounds"
+                "the rotated curve is closed and meets its axis; the face's boundary does not identify which of its \
+                 {sheets} sheets it bounds"
             ),
-            Self::Unbounded => write!(f, "no bounds on a surface that has none of its own"),
+            Self::Unbounded => write!(f, "an unbounded surface has no bounds"),
             Self::ReplicaParameters => {
-                write!(f, "the parameters of a surface that is turned over or a replica are not used")
+                write!(f, "the parameters of flipped surfaces and replicas are not read")
             }
             Self::Unread { what } => write!(f, "{what} was not read"),
-            Self::NoPlane => write!(f, "it states no surface, and its bounds enclose no plane area"),
+            Self::NoPlane => write!(f, "the face has no surface, and its bounds enclose no planar area"),
             Self::Spline(spline) => spline.fmt(f),
             Self::Curve(curve) => curve.fmt(f),
             Self::Fit(fit) => fit.fmt(f),
@@ -228,7 +232,7 @@ impl fmt::Display for StepTrouble {
     }
 }
 
-/// `From` for what a trouble may be made of.
+/// Implements `From` for each wrapped type.
 macro_rules! from {
     ($($variant:ident($inner:ident)),*) => {
         $(impl From<$inner> for StepTrouble {
@@ -249,7 +253,7 @@ from!(
     UnsoundPart(PartError)
 );
 
-/// Which instance of a STEP file is at fault, and why it cannot be read.
+/// The faulty instance of a STEP file, and why it cannot be read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepCause {
     /// The instance's number; `None` if it is the diagnostic's own.

@@ -1,14 +1,16 @@
-//! Tiles to bytes: 16 a vertex (octahedral normals, Meyer et al.), 2 an index where a tile has no more than 65536 vertices.
+//! Tiles to bytes: 16 per vertex (octahedral normals, Meyer et al.), 2 per index in tiles of up to 65536 vertices, else
+//! 4.
 
 use super::super::layout::{CellPlace, Vertex};
 use crate::mesh::TileMesh;
 use glam::{DVec3, Vec2, Vec3};
 
-/// Bytes of a tile, in memory that is used again.
+/// Encoded tile. The buffers are reused.
 #[derive(Default)]
 pub(super) struct Encoded {
     pub(super) vertices: Vec<Vertex>,
-    /// Two indices of two bytes in each, the first in the lower half, the last one's upper half possibly unused; or one of four bytes.
+    /// Pairs of two-byte indices, the first in the lower half (the last upper half may be unused), or four-byte
+    /// indices.
     pub(super) indices: Vec<u32>,
     pub(super) triangles: u32,
     /// Whether indices have four bytes.
@@ -16,7 +18,7 @@ pub(super) struct Encoded {
 }
 
 impl Encoded {
-    /// Replaces what was there. Triangles that name a missing vertex are passed over.
+    /// Encodes `mesh` with positions relative to `centre`. Triangles with a missing vertex are skipped.
     pub(super) fn tile(&mut self, mesh: &TileMesh, centre: DVec3) {
         let count = mesh.positions.len();
         self.vertices.clear();
@@ -43,7 +45,7 @@ impl Encoded {
     }
 }
 
-/// Where the vertices of a tile are in its lattice; all at its corner where it has none.
+/// Lattice positions of a tile's vertices; all zero if the tile has no lattice.
 pub(super) fn cells(mesh: &TileMesh) -> impl Iterator<Item = CellPlace> {
     let at = |lines: &[f32], x: f32| {
         let upwards = lines.first() <= lines.last();
@@ -58,7 +60,7 @@ pub(super) fn cells(mesh: &TileMesh) -> impl Iterator<Item = CellPlace> {
     })
 }
 
-/// A direction in four bytes, off by less than 0.01 degrees; +z for no direction.
+/// Encodes a direction in four bytes, with an error below 0.01 degrees. Zero and NaN become +z.
 fn octahedral(normal: Vec3) -> [i16; 2] {
     let sum = normal.abs().element_sum();
     let unfolded = match sum > 0.0 && sum.is_finite() {
@@ -73,7 +75,7 @@ fn octahedral(normal: Vec3) -> [i16; 2] {
 mod tests {
     use super::*;
 
-    /// As the shader does it.
+    /// The inverse, as in the shader.
     fn unfold([x, y]: [i16; 2]) -> Vec3 {
         let (x, y) = (f32::from(x) / 32_767.0, f32::from(y) / 32_767.0);
         let z = 1.0 - x.abs() - y.abs();
@@ -98,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn places_in_the_lattice_are_counted_in_cells() {
+    fn lattice_positions_count_cells() {
         let uvs = [[0.0, 5.0], [1.0, 4.0], [2.0, 2.0], [10.0, 1.0], [11.0, 0.0]].map(Vec2::from).to_vec();
         let lines = [vec![0.0, 2.0, 10.0], vec![5.0, 3.0, 1.0]];
         let mesh = TileMesh { positions: vec![DVec3::ZERO; 5], uvs, lines, ..TileMesh::default() };
@@ -109,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn indices_come_in_pairs_and_bad_ones_are_passed_over() {
+    fn indices_are_packed_in_pairs_and_bad_triangles_skipped() {
         let mut encoded = Encoded::default();
         let mut mesh = TileMesh { positions: vec![DVec3::ONE; 4], ..TileMesh::default() };
         mesh.triangles = vec![[0, 1, 2], [1, 2, 4], [3, 2, 1], [0, 2, 3]];

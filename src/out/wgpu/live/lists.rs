@@ -1,4 +1,4 @@
-//! Tiles that are drawn to draw calls: one a tile and instance, those from the same pages side by side.
+//! Tiles to draw calls: one per tile and instance, grouped by the pages they draw from.
 
 use super::super::gpu::Gpu;
 use super::records::Records;
@@ -10,7 +10,7 @@ use bytemuck::Pod;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Rows on the device, grown by doubling: they are written whole, or as far as they have changed, from a copy in memory.
+/// An array on the device that mirrors one in memory. Its capacity grows to powers of two.
 pub(super) struct Rows {
     usage: BufferUsages,
     buffer: Option<Buffer>,
@@ -21,7 +21,7 @@ impl Rows {
         Self { usage, buffer: None }
     }
 
-    /// Brings those of `changed` onto the device, all if there was no room for them; says how many bytes that were.
+    /// Uploads the `changed` rows, or all rows if the buffer had to grow. Returns the number of bytes uploaded.
     pub(super) fn write<T: Pod>(&mut self, gpu: &Gpu, rows: &[T], changed: Range<usize>) -> u64 {
         let bytes: &[u8] = bytemuck::cast_slice(rows);
         let fits = self.buffer.as_ref().is_some_and(|buffer| buffer.size() >= bytes.len() as u64);
@@ -41,7 +41,7 @@ impl Rows {
         changed.len() as u64
     }
 
-    /// The buffer, once something has been written.
+    /// The buffer. `None` before the first write.
     pub(super) fn buffer(&self) -> Option<&Buffer> {
         self.buffer.as_ref()
     }
@@ -51,17 +51,17 @@ impl Rows {
     }
 }
 
-/// Pages that one call draws from: of vertices and of indices, and whether these have four bytes.
+/// What one call draws from: page of vertices, page of indices, and whether indices have four bytes.
 type PageKey = (u32, u32, bool);
 
-/// What one view draws of the tiles.
+/// Draw list of the tiles in one view.
 pub(super) struct Tiles {
-    /// The scene's version that this is of; 0 for none.
+    /// The scene version this list was made for; 0 before the first.
     version: u64,
     groups: Vec<(PageKey, Range<u32>)>,
     draws: Vec<DrawIndexedIndirectArgs>,
     rows: Rows,
-    /// The same draws as triangles' sides; made when they are asked for.
+    /// The wireframe of the same tiles, made on demand.
     wires: Option<Wires>,
     pub(super) triangles: u64,
 }
@@ -84,7 +84,7 @@ impl Tiles {
         }
     }
 
-    /// Brings the draws of a view up to date; says how many bytes went to the device.
+    /// Rebuilds the draw list if the scene changed. Returns the number of bytes uploaded.
     pub(super) fn refresh(
         &mut self,
         gpu: &Gpu,
@@ -130,7 +130,7 @@ impl Tiles {
         if gpu.indirect { self.rows.write(gpu, &self.draws, 0..self.draws.len()) } else { 0 }
     }
 
-    /// Makes the draws of triangles' sides, unless there are; says how many bytes went to the device.
+    /// Makes the wireframe draws if they are missing. Returns the number of bytes uploaded.
     pub(super) fn refresh_wires(&mut self, gpu: &Gpu, store: &Store) -> u64 {
         if self.wires.is_some() {
             return 0;
@@ -152,12 +152,12 @@ impl Tiles {
         bytes
     }
 
-    /// Draws the surfaces. The records are the pass's second vertex buffer.
+    /// Draws the surfaces. The pass must have the records in vertex buffer slot 1.
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>, store: &Store) {
         self.groups.iter().for_each(|group| self.draw_group(pass, store, group));
     }
 
-    /// Draws the surfaces whose vertices know their places in the lattice: the pass's third vertex buffer.
+    /// Draws the lattice lines of tiles that have lattice positions, which go to vertex buffer slot 2.
     pub(super) fn draw_lattice(&self, pass: &mut RenderPass<'_>, store: &Store) {
         for group in &self.groups {
             if let Some(places) = store.vertices.beside_page(group.0.0) {
@@ -187,7 +187,7 @@ impl Tiles {
         }
     }
 
-    /// Draws the triangles' sides. The records are the pass's first vertex buffer.
+    /// Draws the wireframe. The pass must have the records in vertex buffer slot 0.
     pub(super) fn draw_wires(&self, pass: &mut RenderPass<'_>) {
         let Some(wires) = &self.wires else { return };
         for ((_, range), group) in self.groups.iter().zip(&wires.groups) {
@@ -196,7 +196,7 @@ impl Tiles {
         }
     }
 
-    /// Calls that there are a drawing.
+    /// Number of draws.
     pub(super) fn count(&self) -> usize {
         self.draws.len()
     }
@@ -206,7 +206,7 @@ impl Tiles {
     }
 }
 
-/// What is drawn of the edges, in every view: one call each, all instances of its part at once.
+/// Draw list of the edges, the same in every view: one instanced draw per edge for all instances of its part.
 pub(super) struct Edges {
     version: u64,
     groups: Vec<(BindGroup, Range<u32>)>,
@@ -219,7 +219,7 @@ impl Edges {
         Self { version: 0, groups: Vec::new(), draws: Vec::new(), rows: Rows::new(BufferUsages::INDIRECT) }
     }
 
-    /// As [`Tiles::refresh`].
+    /// See [`Tiles::refresh`].
     pub(super) fn refresh(&mut self, gpu: &Gpu, shown: &ShownScene, store: &Store, version: u64) -> u64 {
         if self.version == version {
             return 0;
@@ -272,7 +272,7 @@ fn draw_all(pass: &mut RenderPass<'_>, rows: &Rows, draws: &[DrawIndirectArgs], 
     }
 }
 
-/// Buffers to where a shader finds them.
+/// Creates a bind group of whole buffers, bound in order.
 pub(super) fn bind(gpu: &Gpu, layout: &::wgpu::BindGroupLayout, buffers: &[&Buffer]) -> BindGroup {
     let entries = buffers.iter().enumerate().map(|(binding, buffer)| ::wgpu::BindGroupEntry {
         binding: binding as u32,

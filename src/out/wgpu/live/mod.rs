@@ -1,4 +1,4 @@
-//! A scene that stays on the graphics device from frame to frame: from tiles to ranges of pages, to draws, to pictures.
+//! A scene on the graphics device: tiles to buffer ranges, to draw calls, to pictures.
 
 mod encode;
 mod lists;

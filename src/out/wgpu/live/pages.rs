@@ -1,4 +1,4 @@
-//! Units asked for to ranges of buffers: pages that are never moved, sub-allocated by Aaltonen's two-level bins.
+//! Requested units to ranges of buffers: pages that never move, sub-allocated by Aaltonen's two-level bins.
 
 use super::super::error::RenderError;
 use super::super::gpu::Gpu;
@@ -21,39 +21,40 @@ impl Range {
 
 struct Page {
     buffer: Buffer,
-    /// As many units of another size.
+    /// Companion buffer: as many units of another size.
     beside: Option<Buffer>,
     bytes: u64,
     allocator: Allocator,
-    /// Ranges given out.
+    /// Number of allocated ranges.
     ranges: usize,
 }
 
-/// Buffers for one kind of content. Growing adds a page and touches no other; each new page is half as large as all before
-/// it together, within bounds, so that there are few and little of them is spare.
+/// Buffers for one kind of content. Growing adds a page and leaves the others alone.
+///
+/// Each new page is half as large as all pages before it together, within bounds: few pages, and little spare space.
 pub(super) struct Pages {
     label: &'static str,
     usage: BufferUsages,
     unit: u64,
     /// Units of the first page.
     first: u32,
-    /// Units for which there is one range at most: what the allocator keeps for each would weigh more than what is lost.
+    /// Page size over maximum number of ranges. Bookkeeping for more ranges would take more memory than it saves.
     per_range: u32,
-    /// Bytes of a unit of the buffer beside each page's; `None`: there are none.
+    /// Bytes per unit of the companion buffers; `None` without them.
     beside: Option<u64>,
     pages: Vec<Option<Page>>,
 }
 
-/// No page is larger, unless for a single range: as far as a shader may look into a buffer on every adapter.
+/// Largest page, except for a single larger range. Within the storage buffer binding size that every adapter supports.
 const MOST_BYTES: u64 = 64 << 20;
 
 impl Pages {
-    /// Nothing yet. `unit` in bytes, a multiple of 4.
+    /// Creates a set without pages. `unit` is in bytes and a multiple of 4, `first` and `per_range` in units.
     pub(super) fn new(label: &'static str, usage: BufferUsages, unit: u64, first: u32, per_range: u32) -> Self {
         Self { label, usage: usage | BufferUsages::COPY_DST, unit, first, per_range, beside: None, pages: Vec::new() }
     }
 
-    /// Has a second buffer beside each page's, for as many units of so many bytes, a multiple of 4; or none. It is full of zeros.
+    /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them.
     pub(super) fn keep_beside(&mut self, gpu: &Gpu, unit: Option<u64>) -> Result<(), RenderError> {
         if self.beside == unit {
             return Ok(());
@@ -67,7 +68,7 @@ impl Pages {
         Ok(())
     }
 
-    /// A buffer beside one of `bytes` bytes.
+    /// Creates the companion of a page of `bytes` bytes.
     fn beside_of(&self, gpu: &Gpu, bytes: u64) -> Result<Option<Buffer>, RenderError> {
         let make = |unit| gpu.checked(|_| self.buffer_of(gpu, bytes / self.unit * unit));
         self.beside.map(make).transpose()
@@ -82,7 +83,7 @@ impl Pages {
         })
     }
 
-    /// A range of `units`, above 0, that no one else has. Contents are whatever was there.
+    /// Allocates `units` (above 0). The contents are unspecified.
     pub(super) fn allocate(&mut self, gpu: &Gpu, units: u32) -> Result<Range, RenderError> {
         for (number, page) in self.pages.iter_mut().enumerate() {
             let Some(page) = page else { continue };
@@ -115,8 +116,8 @@ impl Pages {
         Ok(Range { page: number as u32, allocation })
     }
 
-    /// Takes a range back. The device executes in order: what was submitted still finds what it drew from. Of the pages that
-    /// are empty one stays, so that a scene that grows and shrinks by a little does not make and drop pages.
+    /// Frees a range. Submitted draws may still read it: the device executes in order, so later writes come after them.
+    /// One empty page is kept, so that small changes in size do not create and drop pages.
     pub(super) fn free(&mut self, range: Range) {
         if let Some(page) = &mut self.pages[range.page as usize] {
             page.allocator.free(range.allocation);
@@ -131,40 +132,40 @@ impl Pages {
         }
     }
 
-    /// The buffer that a range is in.
+    /// The buffer of a page that has ranges.
     pub(super) fn buffer(&self, page: u32) -> &Buffer {
-        &self.pages[page as usize].as_ref().expect("a page with ranges is there").buffer
+        &self.pages[page as usize].as_ref().expect("a page with ranges exists").buffer
     }
 
-    /// The buffer beside it, and where the range starts in there.
+    /// The companion buffer of a range, and the range's byte offset there.
     pub(super) fn beside(&self, range: &Range) -> Option<(&Buffer, u64)> {
         let buffer = self.beside_page(range.page)?;
         Some((buffer, u64::from(range.start()) * self.beside?))
     }
 
-    /// The buffer beside a page's.
+    /// The companion buffer of a page.
     pub(super) fn beside_page(&self, page: u32) -> Option<&Buffer> {
         self.pages[page as usize].as_ref()?.beside.as_ref()
     }
 
-    /// Where a range starts in its buffer.
+    /// Byte offset of a range in its buffer.
     pub(super) fn offset(&self, range: &Range) -> u64 {
         u64::from(range.start()) * self.unit
     }
 
-    /// Bytes of all pages, with what is beside them.
+    /// Bytes of all pages and their companions.
     pub(super) fn bytes(&self) -> u64 {
         let of = |page: &Page| page.bytes + page.beside.as_ref().map_or(0, Buffer::size);
         self.pages.iter().flatten().map(of).sum()
     }
 
-    /// How many pages there are.
+    /// Number of pages.
     pub(super) fn count(&self) -> usize {
         self.pages.iter().flatten().count()
     }
 }
 
-/// The next number of four leading bits, as the allocator's bins are: of such a size a page can be given out whole.
+/// Rounds up to four significant bits, like the bins of the allocator: a page of such a size can be allocated whole.
 fn findable(units: u32) -> u32 {
     let shift = units.checked_ilog2().unwrap_or(0).saturating_sub(3);
     (units.div_ceil(1 << shift)) << shift
@@ -175,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_of_any_size_can_be_given_out_whole() {
+    fn a_page_of_any_size_can_be_allocated_whole() {
         for units in (1..5_000).chain([65_537, 1_000_003, 4_194_304, 16_000_001]) {
             let size = findable(units);
             assert!(size >= units && size <= units + units / 8 + 1, "{units} {size}");

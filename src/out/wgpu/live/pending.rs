@@ -1,23 +1,23 @@
-//! A frame on its way to the device: what it has put there so far.
+//! A frame that is being uploaded.
 
 use super::shown::{ShownPlace, ShownScene};
 use super::store::{Line, StoredTile};
 use crate::mesh::Drawn;
 use crate::model::{EdgeId, TileId};
 
-/// A frame that has begun.
+/// A frame that has begun and not ended, with what it has uploaded so far.
 pub(super) struct Pending {
     pub(super) base: Base,
-    /// With the numbers of their parts.
+    /// Rows of the part's number, the tile, and its data.
     pub(super) tiles: Vec<(u32, TileId, Option<StoredTile>)>,
     pub(super) lines: Vec<(u32, EdgeId, Option<Line>)>,
     pub(super) drawn: Drawn,
 }
 
-/// What a frame's tiles are put into.
+/// What a frame builds on.
 pub(super) enum Base {
-    /// Nothing.
+    /// A new scene without tiles.
     Whole(ShownScene),
-    /// The frame that is drawn, with these instances.
+    /// The frame that is drawn, with new instances.
     Changes(Vec<ShownPlace>),
 }

@@ -1,4 +1,4 @@
-//! A pixel to what is under it: the scene drawn into one pixel, numbers in place of colours.
+//! A pixel to the triangle under it: draws the scene into a single pixel, with record numbers for colours.
 
 use super::scene::LiveScene;
 use super::sight::Aim;
@@ -10,30 +10,32 @@ use crate::out::wgpu::target::{read_back, texture, whole};
 use ::wgpu::{LoadOp, Operations, StoreOp, TextureUsages};
 use glam::DVec3;
 
-/// What is under a pixel.
+/// The surface point under a pixel, and what it belongs to.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Picked {
-    /// Number of the instance in the scene.
+    /// The instance in the scene.
     pub instance: InstanceId,
-    /// Its part of the model.
+    /// Its part in the model.
     pub part: PartId,
     /// The face within the part.
     pub face: FaceId,
     /// The tile within the part.
     pub tile: TileId,
-    /// Triangles of the tile.
+    /// Number of triangles of the tile.
     pub triangles: u32,
-    /// The point of the triangles that the pixel's centre shows, world, millimetres, as exact as f32 about the eye.
+    /// The surface point at the pixel's centre, world coordinates, millimetres. Its distance from the eye is an f32.
     pub point: DVec3,
 }
 
 impl LiveScene {
-    /// What the centre of a pixel, `x` from the left and `y` from the top, shows in a picture as [`draw`](Self::draw) makes it;
-    /// `None` for the background and for pixels outside. Waits for the device: a millisecond or so.
+    /// Finds the surface under the centre of a pixel, `x` from the left and `y` from the top, in a picture as
+    /// [`draw`](Self::draw) makes it. `None` for the background and for pixels outside of the picture.
+    ///
+    /// Waits for the device, about a millisecond.
     ///
     /// # Errors
-    /// When the device fails.
+    /// If the device fails.
     pub fn pick(
         &mut self,
         (x, y): (u32, u32),

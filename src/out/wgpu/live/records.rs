@@ -1,4 +1,4 @@
-//! Tiles of instances to what their draws say: where the triangles are, which placement, which colour.
+//! Tiles of instances to per-draw records: range of indices, placement, colour.
 
 use super::super::ColourBy;
 use super::super::layout::Record;
@@ -9,33 +9,34 @@ use crate::model::{FaceId, InstanceId};
 /// The top bit of [`Record::first_index`].
 const WIDE: u32 = 1 << 31;
 
-/// A row for each tile of each instance: those of an instance follow one another in the order of tiles.
+/// One record per tile of each instance, ordered by place, then tile.
 #[derive(Default)]
 pub(super) struct Records {
     pub(super) rows: Vec<Record>,
     /// The first row of each place.
     firsts: Vec<u32>,
     palette: Palette,
-    /// The instance and the face that stand out.
+    /// The highlighted face.
     marked: Option<(InstanceId, FaceId)>,
+    /// All rows are outdated.
     all: bool,
-    /// Parts and tiles whose rows are to be made again.
+    /// Parts and tiles whose rows are outdated.
     stale: Vec<(u32, u32)>,
 }
 
 impl Records {
-    /// Has a face of an instance stand out, and no other.
+    /// Sets the highlighted face.
     pub(super) fn mark(&mut self, face: Option<(InstanceId, FaceId)>) {
         self.all |= self.marked != face;
         self.marked = face;
     }
 
-    /// Has every row made again.
+    /// Marks all rows as outdated.
     pub(super) fn stale_all(&mut self) {
         self.all = true;
     }
 
-    /// Has the rows of a tile made again. Frames that nobody draws do not pile up.
+    /// Marks the rows of a tile as outdated. The list stays bounded if nothing is drawn for many frames.
     pub(super) fn stale(&mut self, part: u32, tile: u32) {
         self.all |= self.stale.len() > self.rows.len();
         if self.all {
@@ -45,19 +46,19 @@ impl Records {
         }
     }
 
-    /// The row of a tile of a place.
+    /// The row of a tile at a place.
     pub(super) fn row(&self, place: u32, tile: u32) -> u32 {
         self.firsts[place as usize] + tile
     }
 
     /// The place and the tile of a row.
     pub(super) fn tile_of(&self, row: u32) -> (u32, u32) {
-        // Places without tiles start where the next one does.
+        // The last of several places with the same first row: those before it have no tiles.
         let place = self.firsts.partition_point(|&first| first <= row) - 1;
         (place as u32, row - self.firsts[place])
     }
 
-    /// Brings the rows up to date; says which of them have changed.
+    /// Rebuilds outdated rows. Returns the range of rows that changed.
     pub(super) fn refresh(&mut self, shown: &ShownScene, by: ColourBy) -> std::ops::Range<usize> {
         let palette = Palette::new(by, shown.tiles().map(|tile| tile.rate));
         let grown = || self.stale.iter().any(|&(part, tile)| self.is_beyond(shown, part, tile));
@@ -89,7 +90,7 @@ impl Records {
         0..self.rows.len()
     }
 
-    /// Whether a part has more tiles than there are rows for.
+    /// Whether some place of the part has no row for this tile.
     fn is_beyond(&self, shown: &ShownScene, part: u32, tile: u32) -> bool {
         shown.parts[part as usize].places.clone().any(|place| {
             let end = self.firsts.get(place as usize + 1).copied().unwrap_or(self.rows.len() as u32);
@@ -97,7 +98,7 @@ impl Records {
         })
     }
 
-    /// The row of a tile; of nothing where it has no triangles.
+    /// Makes the record of a tile at a place. Tiles without triangles get the default record.
     fn made(&self, shown: &ShownScene, place: u32, number: u32) -> Record {
         let at = &shown.places[place as usize];
         let part = &shown.parts[at.part as usize];

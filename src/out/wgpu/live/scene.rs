@@ -1,4 +1,4 @@
-//! A scene that stays on the graphics device from frame to frame, and its pictures.
+//! Frames to a scene on the graphics device, and to its pictures.
 
 use super::super::error::RenderError;
 use super::super::gpu::Gpu;
@@ -15,27 +15,28 @@ use crate::out::{Camera, ViewPoint};
 use ::wgpu::{BindGroup, BufferUsages, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
 use std::fmt;
 
-/// The last frame that ended, on the graphics device, ready to be drawn from anywhere: a [`MeshSink`](crate::mesh::MeshSink) for
-/// sessions and a picture for every camera.
+/// A [`MeshSink`](crate::mesh::MeshSink) that keeps the last complete frame on the graphics device and draws it from
+/// any camera.
 ///
-/// Each tile has ranges of vertex and index buffers of its own; a frame of changes sends the tiles that it has and touches no
-/// others. What a frame sends is put beside what is drawn and takes its place when the frame ends, all at once: a frame that
-/// is aborted leaves the last one as it was (the next must be a whole one). A whole frame therefore needs room for both.
-/// Instances share their part's tiles. Coordinates on the device are relative to the part's centre, and the world is seen from the
-/// eye, so that neither large parts nor large worlds tremble.
+/// Each tile owns ranges of the vertex and index buffers, so a frame of changes uploads only the tiles it contains.
+/// A frame is uploaded next to the one that is drawn and replaces it when it ends. An aborted frame leaves the last one
+/// drawable, but the next frame must be a whole one. A whole frame needs room for both.
 ///
-/// A vertex has 16 bytes, an index 2 (4 in tiles of more than 65 536 vertices), a tile of an instance 16 and its draw 20.
-/// Buffers grow by pages: nothing is moved. Nothing waits for the device but [`pick`](Self::pick).
+/// Instances share the tiles of their part. Vertices are relative to the centre of the part, and placements to the eye,
+/// so that large parts and large worlds do not jitter.
+///
+/// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), and per tile of an instance 16
+/// plus 20 for its draw. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the device.
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
     pub(super) shown: ShownScene,
-    /// Whether what is shown is what the last frame left: changes build on it.
+    /// The last frame ended, so that changes may follow. Cleared by an abort.
     pub(super) whole: bool,
     pub(super) pending: Option<Pending>,
-    /// Counts frames, so that each list knows whether it is up to date.
+    /// Counts frames. Draw lists compare it to know whether they are up to date.
     pub(super) version: u64,
-    /// The same for frames that change what there is of edges.
+    /// Counts frames that change edges.
     pub(super) edges_version: u64,
     pub(super) records: Records,
     pub(super) record_rows: Rows,
@@ -53,7 +54,7 @@ impl fmt::Debug for LiveScene {
     }
 }
 
-/// Bytes of the device's buffers.
+/// Size of the scene's buffers on the device, in bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub struct BytesHeld {
@@ -63,43 +64,43 @@ pub struct BytesHeld {
     pub indices: u64,
     /// Pages of edges.
     pub edges: u64,
-    /// What draws are made from: a row for each tile of each instance, draws, placements.
+    /// Draw calls and their data: records of tiles per instance, placements.
     pub draws: u64,
-    /// What tiles pass through on their way.
+    /// Staging buffer for uploads.
     pub staging: u64,
-    /// How many pages there are.
+    /// Number of pages.
     pub pages: usize,
 }
 
 impl BytesHeld {
-    /// All of them.
+    /// Sum of all buffers, in bytes.
     #[must_use]
     pub fn total(&self) -> u64 {
         self.vertices + self.indices + self.edges + self.draws + self.staging
     }
 }
 
-/// What a picture was made of.
+/// Counts of one picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub struct Drew {
-    /// Triangles, each instance's counted.
+    /// Triangles, summed over instances.
     pub triangles: u64,
-    /// Draws of tiles.
+    /// Tiles, summed over instances.
     pub tiles: usize,
-    /// Bytes that went to the device beside tiles: placements, and rows and draws that have changed.
+    /// Bytes uploaded for this picture, without tiles: placements, and changed records and draw lists.
     pub bytes: u64,
 }
 
 impl LiveScene {
-    /// An empty scene on the caller's device, for pictures of `format`. Shaders write linear light: a format that does not encode
-    /// sRGB shows it too dark.
+    /// Creates an empty scene on the caller's device, for pictures of `format`.
     ///
-    /// The device needs storage buffers in vertex shaders (`DownlevelFlags::VERTEX_STORAGE`, three of them) and no feature;
-    /// with `Features::INDIRECT_FIRST_INSTANCE` the draws of a page are one call.
+    /// Shaders write linear light, so a format that does not encode sRGB looks too dark. The device needs three storage
+    /// buffers in vertex shaders (`DownlevelFlags::VERTEX_STORAGE`) and no features. With
+    /// `Features::INDIRECT_FIRST_INSTANCE` all draws from a page are one call.
     ///
     /// # Errors
-    /// When the device does not take the shaders.
+    /// If the device rejects the shaders.
     pub fn new(device: &::wgpu::Device, queue: &::wgpu::Queue, format: TextureFormat) -> Result<Self, RenderError> {
         Ok(Self::with(Gpu::new(device.clone(), queue.clone(), format)?))
     }
@@ -123,16 +124,16 @@ impl LiveScene {
         }
     }
 
-    /// Draws the last frame that ended into `target`, which must be of this scene's format and of the size that `options` has, with
-    /// the tiles that the frame's view number `view` draws; all of them where the frame was not made for so many views.
-    /// Submits its own commands. Instances are drawn opaque, whatever the alpha of their colours. Without a camera, a box around
-    /// all parts is seen from [`ViewPoint::ISO`].
+    /// Draws the last complete frame into `target`, which must have this scene's format and the size in `options`.
     ///
-    /// Cost: a draw for each tile of each instance; rows of tiles that changed and, if the tiles to draw have changed, the
-    /// list of them go to the device before.
+    /// Draws the tiles of the frame's view number `view`, or all tiles if the frame has fewer views. Submits its own
+    /// commands. Colours are drawn opaque; alpha is ignored. Without a camera in `options`, one is fitted to a box
+    /// around all instances from [`ViewPoint::ISO`].
+    ///
+    /// Cost: one draw per tile of each instance. Uploads the records of changed tiles, and the draw list if it changed.
     ///
     /// # Errors
-    /// When the picture is larger than the adapter allows, or the device fails.
+    /// If the picture is larger than the adapter allows, or the device fails.
     pub fn draw(&mut self, target: &TextureView, view: usize, options: &RenderOptions) -> Result<Drew, RenderError> {
         self.gpu.takes(options.size)?;
         let view = self.known(view);
@@ -175,7 +176,7 @@ impl LiveScene {
                 pass.set_pipeline(&gpu.pipelines.lattice);
                 self.draw_lattice(&mut pass, view);
             }
-            // Lines come after all surfaces: each is drawn over the surface it lies on.
+            // Lines come after all surfaces, to be drawn over the surface they lie on.
             if let Some(records) = self.record_rows.buffer().filter(|_| options.wireframe) {
                 pass.set_pipeline(&gpu.pipelines.wire);
                 pass.set_vertex_buffer(0, records.slice(..));
@@ -191,23 +192,24 @@ impl LiveScene {
         })
     }
 
-    /// Whether vertices know their places in their tile's lattice, 8 bytes each: what pictures with [`RenderOptions::lattice`] need.
-    /// They do not, unless it is asked for. Tiles that are there already get theirs when they come again, with the next whole frame
-    /// at the latest (`Session::forget` makes the next one whole).
+    /// Stores the lattice position of each vertex (8 bytes), which [`RenderOptions::lattice`] needs. Off by default.
+    ///
+    /// Tiles already on the device get theirs when they are sent again, at the latest with the next whole frame
+    /// (`Session::forget` makes the next frame whole).
     ///
     /// # Errors
-    /// When the device has no room.
+    /// If the device runs out of memory.
     pub fn keep_lattice(&mut self, keep: bool) -> Result<(), RenderError> {
         self.store.keep_cells(&self.gpu, keep)
     }
 
-    /// Has a face of an instance stand out in a colour of its own from the next picture on, as long as there are both; `None` for no
-    /// face.
+    /// Highlights a face of an instance from the next picture on. `None` removes the highlight. An unknown face or
+    /// instance highlights nothing.
     pub fn highlight(&mut self, face: Option<(InstanceId, FaceId)>) {
         self.records.mark(face);
     }
 
-    /// What the device holds for this scene, beside the textures that pictures are drawn in.
+    /// Size of this scene's buffers on the device, without the textures that pictures are drawn to.
     #[must_use]
     pub fn held(&self) -> BytesHeld {
         let Store { vertices, indices, points, staging, .. } = &self.store;
@@ -222,24 +224,24 @@ impl LiveScene {
         }
     }
 
-    /// Bytes of tiles and edges that the last frame sent to the device.
+    /// Bytes of tiles and edges that the last complete frame uploaded.
     #[must_use]
     pub fn uploaded(&self) -> u64 {
         self.uploaded
     }
 
-    /// The view, or the one past all that the frame was made for, which draws everything.
+    /// Clamps a view number. One past the last view of the frame draws everything.
     pub(super) fn known(&self, view: usize) -> usize {
         view.min(self.shown.drawn.views())
     }
 
-    /// The camera of a picture.
+    /// The camera in `options`, or one fitted to the scene.
     pub(super) fn camera(&self, options: &RenderOptions) -> Camera {
         let aspect = f64::from(options.size.0) / f64::from(options.size.1);
         options.camera.unwrap_or_else(|| ViewPoint::ISO.fit(self.shown.corners(), aspect))
     }
 
-    /// Brings everything that a view's tiles are drawn from up to date.
+    /// Updates records, draw list and globals for a view. Returns bind group 0 and the number of bytes uploaded.
     pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (BindGroup, u64) {
         let changed = self.records.refresh(&self.shown, options.colour_by);
         let mut bytes = self.record_rows.write(&self.gpu, &self.records.rows, changed);

@@ -1,4 +1,4 @@
-//! A scene's description to what drawing needs of it: parts with their tiles, instances sorted by part.
+//! A scene description to the scene on the device: parts with their tiles, instances sorted by part.
 
 use super::store::{Line, StoredTile};
 use crate::mesh::{Drawn, Scene};
@@ -6,24 +6,24 @@ use crate::model::Colour;
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
 
-/// A part and what of it is on the device.
+/// A part and its tiles and edges on the device.
 #[derive(Default)]
 pub(super) struct ShownPart {
-    /// Its number in the model: several meshes of one part have the same.
+    /// Its number in the model. All LODs of a part share it.
     pub(super) number: u32,
-    /// Positions are relative to it.
+    /// Centre of the part's box. Vertices are relative to it.
     pub(super) centre: DVec3,
     radius: f64,
     pub(super) face_colours: Vec<Option<Colour>>,
-    /// By number; those without triangles are `None`.
+    /// Indexed by tile. `None` without triangles.
     pub(super) tiles: Vec<Option<StoredTile>>,
-    /// By number of the edge.
+    /// Indexed by edge.
     pub(super) lines: Vec<Option<Line>>,
-    /// Its instances within [`ShownScene::places`].
+    /// The part's instances: a range of [`ShownScene::places`].
     pub(super) places: Range<u32>,
 }
 
-/// An instance.
+/// A placed instance.
 #[derive(Clone, Debug)]
 pub(super) struct ShownPlace {
     /// Its number in the scene.
@@ -35,7 +35,7 @@ pub(super) struct ShownPlace {
 }
 
 impl ShownPlace {
-    /// Whether this one's tiles are coloured, and counted, as the other's.
+    /// Whether the two have the same records and draws. Transforms may differ.
     pub(super) fn looks_like(&self, other: &Self) -> bool {
         (self.instance, self.part, self.colour, self.first_face)
             == (other.instance, other.part, other.colour, other.first_face)
@@ -46,7 +46,7 @@ impl ShownPlace {
 #[derive(Default)]
 pub(super) struct ShownScene {
     pub(super) parts: Vec<ShownPart>,
-    /// Instances of parts that there are, sorted by part.
+    /// Instances sorted by part, without those of unknown parts.
     pub(super) places: Vec<ShownPlace>,
     pub(super) drawn: Drawn,
     /// Centre and half diagonal of the box of all [`corners`](Self::corners).
@@ -54,7 +54,7 @@ pub(super) struct ShownScene {
 }
 
 impl ShownScene {
-    /// The parts of a scene, without anything in them, and its instances.
+    /// Creates a scene with the parts, still without tiles, and the instances of `scene`.
     pub(super) fn of(scene: &Scene) -> Self {
         let parts = scene.parts.iter().enumerate().map(|(row, part)| ShownPart {
             number: part.mesh_of.map_or(row as u32, |of| of.0),
@@ -69,7 +69,7 @@ impl ShownScene {
         shown
     }
 
-    /// The instances of a scene that has the same parts.
+    /// The instances of `scene`, which must have the same parts.
     pub(super) fn places_of(&self, scene: &Scene) -> Vec<ShownPlace> {
         let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| ShownPlace {
             instance: number as u32,
@@ -84,7 +84,7 @@ impl ShownScene {
         places
     }
 
-    /// Puts instances in place of those that there were.
+    /// Replaces the instances.
     pub(super) fn place(&mut self, places: Vec<ShownPlace>) {
         self.places = places;
         let mut end = 0;
@@ -105,7 +105,7 @@ impl ShownScene {
         self.parts.iter().flat_map(|part| part.tiles.iter().flatten())
     }
 
-    /// The corners of a box around each instance, world: all of it is within them.
+    /// Corners of a bounding box of each instance, in world coordinates.
     pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.places.iter().flat_map(|place| {
             let (centre, radius) = (self.parts[place.part as usize].centre, self.parts[place.part as usize].radius);

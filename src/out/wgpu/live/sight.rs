@@ -1,4 +1,4 @@
-//! A camera to what shaders know of it: everything relative to the eye, subtracted in f64, so that large worlds do not tremble.
+//! A camera to shader globals and placements relative to the eye, subtracted in f64 so that large worlds do not jitter.
 
 use super::super::RenderOptions;
 use super::super::gpu::Gpu;
@@ -9,27 +9,28 @@ use ::wgpu::{BindGroup, BufferUsages};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
 
-/// The near plane, as a fraction of the eye's distance to the scene's centre or of the scene's radius, whichever is larger.
-/// Reversed floating depth loses nothing to a near plane this close.
+/// Distance of the near plane, as a fraction of the scene's radius or of its distance from the eye, whichever is
+/// larger. With reversed floating-point depth, a near plane this close costs no precision.
 const NEAR: f64 = 1e-4;
 
-/// Lines lie on the surface they belong to: they are drawn as if this much nearer to the eye.
+/// Depth bias of lines, as a factor of distance: lines lie on surfaces and are drawn as if this much nearer to the eye.
 const NEARER: f64 = 1.0008;
 
-/// How lines look: sRGB, opacity, width in pixels.
+/// Line style: sRGB colour with opacity, width in pixels.
 struct Pen {
     colour: [f32; 4],
     width: f32,
 }
 
-/// Triangle edges: thin and translucent, so that dense meshes keep their shading. Each is drawn twice, for the triangles on its sides.
+/// Triangle edges: thin and translucent, so that dense meshes keep their shading. Both adjacent triangles draw each
+/// edge.
 const WIRE: Pen = Pen { colour: [0.094, 0.118, 0.173, 0.358], width: 1.0 };
-/// Lattice lines stand out from triangle edges and shading alike.
+/// Lattice lines stand out from triangle edges and shading.
 const LATTICE: Pen = Pen { colour: [0.02, 0.16, 0.42, 0.9], width: 1.3 };
 /// B-rep edges stand out from the wireframe.
 const EDGE: Pen = Pen { colour: [0.063, 0.071, 0.086, 1.0], width: 1.7 };
 
-/// As `Globals` in the shader.
+/// `Globals` in the shader.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Globals {
@@ -51,10 +52,10 @@ struct Globals {
     rest: [f32; 3],
 }
 
-/// As `Place` in the shader: rows of part to world, about the eye.
+/// `Place` in the shader: rows of the transform from part to world, relative to the eye.
 type PlaceRow = [[f32; 4]; 3];
 
-/// A picture's camera, with the pixel that alone is drawn, if any.
+/// A camera, and the only pixel to draw when picking.
 pub(super) struct Aim<'a> {
     pub(super) camera: &'a Camera,
     pub(super) pixel: Option<(u32, u32)>,
@@ -72,7 +73,7 @@ impl SceneSight {
         Self { globals: Rows::new(BufferUsages::UNIFORM), places: Rows::new(BufferUsages::STORAGE), rows: Vec::new() }
     }
 
-    /// Has what is drawn next seen so; and how many bytes that took.
+    /// Uploads globals and placements. Returns their bind group and the number of bytes uploaded.
     pub(super) fn refresh(
         &mut self,
         gpu: &Gpu,
@@ -88,7 +89,7 @@ impl SceneSight {
             [0, 1, 2].map(|row| m.row(row).as_vec3().extend(at[row] as f32).to_array())
         }));
         if self.rows.is_empty() {
-            self.rows.push(PlaceRow::default()); // no adapter binds nothing
+            self.rows.push(PlaceRow::default()); // empty buffers cannot be bound
         }
         let globals = globals(shown, aim, options);
         let mut bytes = self.globals.write(gpu, &[globals], 0..1);
@@ -119,7 +120,7 @@ fn globals(shown: &ShownScene, aim: &Aim<'_>, options: &RenderOptions) -> Global
     let view = Camera { eye: DVec3::ZERO, target: camera.target - camera.eye, ..*camera }.view();
     let mut clip = camera.projection(width / height, near, far) * view;
     if let Some((x, y)) = aim.pixel {
-        // The pixel becomes the whole picture.
+        // Zoom in until the pixel fills the picture.
         let (x, y) = (2.0 * f64::from(x) + 1.0 - width, height - 2.0 * f64::from(y) - 1.0);
         let wide = DMat4::from_scale(DVec3::new(width, height, 1.0));
         clip = wide * DMat4::from_translation(DVec3::new(-x / width, -y / height, 0.0)) * clip;
@@ -140,7 +141,7 @@ fn globals(shown: &ShownScene, aim: &Aim<'_>, options: &RenderOptions) -> Global
         size: [width as f32, height as f32],
         edge_width: EDGE.width,
         wire_width: WIRE.width,
-        // No line has to be cut where there is no eye that it could pass.
+        // Lines need no near clipping in orthographic projection.
         near: if parallel > 0.0 { 0.0 } else { near as f32 },
         backfaces: if options.backfaces { 1.0 } else { 0.0 },
         lattice_width: LATTICE.width,

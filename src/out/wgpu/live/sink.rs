@@ -1,4 +1,4 @@
-//! Frames of triangles to the device: each is put beside the one that is drawn, and takes its place when it ends.
+//! Frames of triangles to the device: each is uploaded next to the one that is drawn and replaces it when it ends.
 
 use super::super::error::RenderError;
 use super::pending::{Base, Pending};
@@ -21,7 +21,7 @@ impl LiveScene {
         self.pending = Some(Pending { base, tiles: Vec::new(), lines: Vec::new(), drawn: Drawn::default() });
     }
 
-    /// Gives back what a frame that does not end has put on the device.
+    /// Frees what the pending frame has uploaded.
     fn forget(&mut self) {
         self.store.staging.discard();
         if let Some(pending) = self.pending.take() {
@@ -30,11 +30,10 @@ impl LiveScene {
         }
     }
 
-    /// As [`MeshSink::batch`], but reads only.
+    /// [`MeshSink::batch`] for a shared reference. Batches of unknown parts are skipped.
     pub(in crate::out::wgpu) fn add(&mut self, batch: &Batch) -> Result<(), SinkError> {
         let Some(pending) = &mut self.pending else { return Err(not_begun()) };
         let parts = if let Base::Whole(shown) = &pending.base { &shown.parts } else { &self.shown.parts };
-        // Triangles of parts that there are not are no one's.
         if let Some(part) = parts.get(batch.part.index()) {
             let tile = self.store.tile(&self.gpu, batch, part.centre).map_err(failed)?;
             pending.tiles.push((batch.part.0, batch.tile, tile));
@@ -42,7 +41,7 @@ impl LiveScene {
         Ok(())
     }
 
-    /// As [`MeshSink::edge_line`], but reads only.
+    /// [`MeshSink::edge_line`] for a shared reference. Lines of unknown parts are skipped.
     pub(in crate::out::wgpu) fn add_line(&mut self, line: &EdgeLine) -> Result<(), SinkError> {
         let Some(pending) = &mut self.pending else { return Err(not_begun()) };
         let parts = if let Base::Whole(shown) = &pending.base { &shown.parts } else { &self.shown.parts };
@@ -53,7 +52,7 @@ impl LiveScene {
         Ok(())
     }
 
-    /// Has the pending frame drawn from now on.
+    /// Replaces the frame that is drawn by the pending one.
     fn commit(&mut self, Pending { base, tiles, lines, drawn }: Pending) {
         let mut edges_changed = !lines.is_empty();
         let mut old_tiles = Vec::new();
@@ -94,10 +93,10 @@ impl LiveScene {
 }
 
 fn not_begun() -> SinkError {
-    refusal("triangles before a frame began", io::ErrorKind::InvalidInput)
+    refusal("batch, line or end without a frame begun", io::ErrorKind::InvalidInput)
 }
 
-/// Puts a row in its place, and hands out what was there.
+/// Replaces a row and returns the old one. Grows `rows` as needed.
 fn put<T>(rows: &mut Vec<Option<T>>, number: u32, new: Option<T>) -> Option<T> {
     let number = number as usize;
     if number >= rows.len() {
@@ -114,7 +113,7 @@ impl MeshSink for LiveScene {
 
     fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
         if !self.whole {
-            return Err(refusal("changes of a frame that never ended", io::ErrorKind::InvalidInput));
+            return Err(refusal("changes without a complete frame to build on", io::ErrorKind::InvalidInput));
         }
         let places = self.shown.places_of(scene);
         self.start(Base::Changes(places));

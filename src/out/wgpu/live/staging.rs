@@ -1,19 +1,20 @@
-//! Pieces for many buffers to one write and a copy each: the way of changed tiles onto the device.
+//! Small writes to many buffers, batched into one upload and device-side copies.
 
 use super::super::error::RenderError;
 use super::super::gpu::Gpu;
 use ::wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoderDescriptor};
 
-/// What is gathered before it goes: some hundred tiles.
+/// Bytes gathered before a flush: some hundred tiles.
 const CAPACITY: usize = 1 << 18;
 
-/// Bytes on their way. They are gathered in memory, written at once into a buffer of the device, and copied from there: the
-/// queue makes (and takes back) a staging buffer for each write, so a write for each tile would cost more than the tile.
+/// Gathers writes in memory, uploads them to one buffer on the device, and copies them from there.
+///
+/// `Queue::write_buffer` allocates a staging buffer per call, which would cost more than the tile it uploads.
 pub(super) struct Staging {
     inbox: Option<Buffer>,
     bytes: Vec<u8>,
     copies: Vec<Copy>,
-    /// Bytes handed over since the last [`Staging::take_count`].
+    /// Bytes submitted since the last [`Staging::take_count`].
     count: u64,
 }
 
@@ -28,7 +29,7 @@ impl Staging {
         Self { inbox: None, bytes: Vec::new(), copies: Vec::new(), count: 0 }
     }
 
-    /// Puts `bytes` on their way to `offset` of a buffer; both multiples of 4.
+    /// Queues a write of `bytes` to `offset` of a buffer. Offset and length must be multiples of 4.
     pub(super) fn write(&mut self, gpu: &Gpu, to: &Buffer, offset: u64, bytes: &[u8]) -> Result<(), RenderError> {
         let mut at = offset;
         for piece in bytes.chunks(CAPACITY) {
@@ -46,7 +47,7 @@ impl Staging {
         Ok(())
     }
 
-    /// Submits what is under way.
+    /// Submits all queued writes.
     pub(super) fn flush(&mut self, gpu: &Gpu) -> Result<(), RenderError> {
         if self.bytes.is_empty() {
             return Ok(());
@@ -75,18 +76,18 @@ impl Staging {
         flushed
     }
 
-    /// Forgets what has not been submitted.
+    /// Drops all queued writes.
     pub(super) fn discard(&mut self) {
         self.bytes.clear();
         self.copies.clear();
     }
 
-    /// Bytes submitted since this was last asked.
+    /// Returns the number of bytes submitted since the last call.
     pub(super) fn take_count(&mut self) -> u64 {
         std::mem::take(&mut self.count)
     }
 
-    /// Bytes of the device's buffer.
+    /// Size of the buffer on the device, in bytes.
     pub(super) fn held(&self) -> u64 {
         self.inbox.as_ref().map_or(0, Buffer::size)
     }

@@ -1,4 +1,4 @@
-//! Tiles and edges to ranges of pages, and which range is whose: what is on the device.
+//! Tiles and edges to ranges of buffer pages on the device.
 
 use super::super::error::RenderError;
 use super::super::gpu::Gpu;
@@ -12,7 +12,7 @@ use crate::model::FaceId;
 use ::wgpu::BufferUsages;
 use glam::DVec3;
 
-/// Where a tile is, and what it is coloured by.
+/// The ranges of a tile on the device, and the properties it may be coloured by.
 #[derive(Clone, Copy)]
 pub(super) struct StoredTile {
     pub(super) vertices: Range,
@@ -26,13 +26,13 @@ pub(super) struct StoredTile {
 }
 
 impl StoredTile {
-    /// Its first index, counted in its own width.
+    /// The first index, in units of the tile's index width.
     pub(super) fn first_index(&self) -> u32 {
         self.indices.start() << u32::from(!self.wide)
     }
 }
 
-/// Where the polyline of an edge is.
+/// The range of an edge's polyline.
 #[derive(Clone, Copy)]
 pub(super) struct Line {
     pub(super) points: Range,
@@ -44,7 +44,7 @@ const INDEX_UNIT: u64 = 4;
 /// Bytes of a point of an edge.
 const POINT_UNIT: u64 = 12;
 
-/// The pages, and the way there.
+/// Pages of vertices, indices and edge points, with the staging that fills them.
 pub(super) struct Store {
     pub(super) vertices: Pages,
     pub(super) indices: Pages,
@@ -69,12 +69,12 @@ impl Store {
         }
     }
 
-    /// Has places in the lattice beside vertices from now on, or no longer. Those of vertices that are there are missing.
+    /// Turns lattice positions of vertices on or off. Vertices already stored have none until they are sent again.
     pub(super) fn keep_cells(&mut self, gpu: &Gpu, keep: bool) -> Result<(), RenderError> {
         self.vertices.keep_beside(gpu, keep.then_some(size_of::<CellPlace>() as u64))
     }
 
-    /// Sends a tile; `None` if it has no triangles. What it takes is the caller's to give back.
+    /// Uploads a tile. `None` if it has no triangles. Free it with [`drop_tile`](Self::drop_tile).
     pub(super) fn tile(&mut self, gpu: &Gpu, batch: &Batch, centre: DVec3) -> Result<Option<StoredTile>, RenderError> {
         self.encoded.tile(&batch.mesh, centre);
         let Encoded { vertices, indices, triangles, wide } = &self.encoded;
@@ -118,7 +118,7 @@ impl Store {
         Ok(Some(tile))
     }
 
-    /// Sends an edge; `None` if it has no segments.
+    /// Uploads the polyline of an edge. `None` if it has no segments. Free it with [`drop_line`](Self::drop_line).
     pub(super) fn line(&mut self, gpu: &Gpu, points: &[DVec3], centre: DVec3) -> Result<Option<Line>, RenderError> {
         if points.len() < 2 {
             return Ok(None);
