@@ -48,6 +48,7 @@ mod sequence;
 pub use glam;
 
 /// Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
+#[doc(hidden)]
 pub mod math;
 
 /// What the user said: knots, curves, surfaces, trim loops, parts, instances.

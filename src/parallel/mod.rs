@@ -1,6 +1,6 @@
 //! Tiles dealt once to workers that never talk to each other; one thread commits what they make. See `README.md` here.
 
-pub mod distribute;
+mod distribute;
 
 mod cores;
 
@@ -24,3 +24,9 @@ pub use commit::{FrameError, FrameReport};
 mod upkeep;
 
 mod worker;
+
+/// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use super::distribute::{Load, along_curve, deal, loads};
+}

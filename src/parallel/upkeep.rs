@@ -1,10 +1,11 @@
 //! What plans change and what is drawn -> the tiles that a sink has to get anew. Counted from the last frame that was committed,
 //! tile by tile: a frame that is left costs nothing but its time.
 
-use crate::frame::PlanChanges;
+use crate::frame::internals::PlanChanges;
 use crate::mesh::{Drawn, SceneInstance};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
-use crate::prepare::{Prepared, PreparedPart};
+use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedPart;
 use glam::DAffine3;
 use std::collections::BTreeSet;
 

@@ -3,7 +3,7 @@
 //! Workers never talk to each other, so that a frame's work is over when the one with the most has done it: efficiency is the mean
 //! of the workers' loads over the largest, both summed over the frames.
 
-use trimtess::parallel::distribute::{Load, along_curve, deal};
+use trimtess::parallel::internals::{Load, along_curve, deal};
 
 /// A way to deal tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! What tiles cost, by what is in them: the model of `prepare::Tile::weight`, fitted to times of this machine.
+//! What tiles cost, by what is in them: the model of `prepare::internals::Tile::weight`, fitted to times of this machine.
 //!
 //! Each tile is made alone, on one thread, for six views around each model at half a pixel of 1920 × 1080. The least of four
 //! times counts. Told are the nanoseconds for a tile, a cell, a boundary tessellant, and a tessellant beyond 32 per cell that
@@ -11,9 +11,11 @@ use crate::{Common, Done, Failure};
 use glam::{DMat4, DVec4};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
-use trimtess::frame::{CameraPath, Picture, Plan, Scratch, plan_for_view, tessellate_tile};
+use trimtess::frame::{CameraPath, Picture, Plan, plan_for_view};
+use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::model::{PartId, TileId};
-use trimtess::prepare::{Prepared, Tile, prepare};
+use trimtess::prepare::{Prepared, prepare};
+use trimtess::prepare::internals::Tile;
 
 /// Views around each model.
 const VIEWS: usize = 6;

@@ -13,7 +13,8 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
 use trimtess::model::{Model, ModelBuilder, Part, Severity};
 use trimtess::parallel::serial;
-use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::internals::EdgeShape;
 
 /// The model of that name, prepared without complaints: notes tell of borders that patches share.
 fn prepared(name: &str) -> Arc<Prepared> {

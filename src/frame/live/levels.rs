@@ -9,7 +9,8 @@ use super::shown::PartBoxes;
 use crate::frame::view::camera::View;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::PartId;
-use crate::prepare::{BoundingBox, Prepared};
+use crate::prepare::Prepared;
+use crate::prepare::internals::BoundingBox;
 use std::sync::Arc;
 
 /// Pixels that a millimetre covers, from one band to the next.

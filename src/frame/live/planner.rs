@@ -20,7 +20,8 @@ use crate::frame::view::sight::Seen;
 use crate::frame::view::tolerance::Tolerance;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{PartId, RowId, SurfaceKind, TileId};
-use crate::prepare::{BoundingBox, Prepared};
+use crate::prepare::Prepared;
+use crate::prepare::internals::BoundingBox;
 use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -94,7 +95,7 @@ impl Default for PlannerOptions {
 pub struct PlanChanges {
     /// Tiles whose triangles depend on something that changed: their lattice, or the tessellants of an edge. Ascending.
     pub tiles: Vec<(PartId, TileId)>,
-    /// Edges with other tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges). Ascending.
+    /// Edges with other tessellants, as rows of [`PreparedPart::edges`](crate::prepare::internals::PreparedPart::edges). Ascending.
     pub edges: Vec<(PartId, RowId)>,
     /// Tiles with another lattice; they are among `tiles`. Ascending.
     pub lattices: Vec<(PartId, TileId)>,

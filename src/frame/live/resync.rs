@@ -1,7 +1,7 @@
 //! Frames, and tiles that kept lines in them -> those whose turn it is to have all lines placed anew.
 
 use crate::frame::plan::split::{Before, Intensive, Lines};
-use crate::prepare::{PreparedEdge, PreparedPart};
+use crate::prepare::internals::{PreparedEdge, PreparedPart};
 use std::num::NonZeroU32;
 
 /// How lines follow, and which frame it is.

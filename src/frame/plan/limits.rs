@@ -78,7 +78,7 @@ pub struct Shortfall {
     /// their surface that lines for the angle would follow noise; ascending. Real shapes get to 4096 at tolerances of
     /// 1e-8 of their size; else the bounds of the surface's derivatives grow without limit, as they do towards some poles.
     pub lines: Vec<(PartId, TileId)>,
-    /// Edges limited in their tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges);
+    /// Edges limited in their tessellants, as rows of [`PreparedPart::edges`](crate::prepare::internals::PreparedPart::edges);
     /// ascending.
     pub edges: Vec<(PartId, RowId)>,
 }

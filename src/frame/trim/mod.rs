@@ -15,9 +15,7 @@
 
 pub(crate) mod bits;
 pub(crate) mod input;
-pub use input::{TrimInput, TrimInputError};
 pub(crate) mod output;
-pub use output::{TrimOutcome, TrimOutput, TrimStats};
 pub(crate) mod cdt;
 pub(crate) mod chain;
 mod cleanup;
@@ -30,6 +28,4 @@ pub(crate) mod rings;
 mod slits;
 pub(crate) mod trace;
 pub(crate) mod triangulate;
-pub use climb::{TrimScratch, trim_tile};
 pub(crate) mod record;
-pub use record::{TracedCrossing, TrimRecord};

@@ -5,7 +5,7 @@
 //! Every lane does the same arithmetic in the same order, so a point has the same bits whatever is evaluated beside it.
 
 use crate::math::bernstein;
-use crate::prepare::decompose::{BezierPatches, locate};
+use crate::prepare::internals::decompose::{BezierPatches, locate};
 use glam::{DVec2, DVec3, DVec4};
 
 /// Inner lines per block. 8 wastes half of the lanes on the short runs that patches of a model have; 2 leaves the

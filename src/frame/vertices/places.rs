@@ -5,7 +5,7 @@ use super::scratch::Scratch;
 use crate::frame::plan::planned::TileLattice;
 use crate::frame::trim::input::NONE;
 use crate::mesh::TileMesh;
-use crate::prepare::PreparedFace;
+use crate::prepare::internals::PreparedFace;
 use glam::DVec3;
 
 /// Corners from which on a lattice is evaluated line by line: below, setting up the lines costs more than they save.

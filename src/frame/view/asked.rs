@@ -2,7 +2,7 @@
 
 use super::sight::Sight;
 use super::tolerance::Tolerance;
-use crate::prepare::BoundingBox;
+use crate::prepare::internals::BoundingBox;
 
 /// Boxes whose tolerances are at least this share of each other count as even: lines differ by a twentieth at most.
 const ALIKE: f64 = 0.9;

@@ -7,7 +7,7 @@
 
 use super::camera::{Projection, View};
 use crate::mesh::SceneInstance;
-use crate::prepare::BoundingBox;
+use crate::prepare::internals::BoundingBox;
 use glam::DVec3;
 
 /// A box nearer than this fraction of half its diagonal (or around the camera) is planned as if it were so far away: finer would
