@@ -5,7 +5,7 @@ use glam::DVec3;
 use std::hint::black_box;
 use trimtess::math::bounds::patch_bounds;
 use trimtess::model::NurbsSurface;
-use trimtess::prepare::{BezierPatches, SurfaceBounds};
+use trimtess::prepare::internals::{BezierPatches, SurfaceBounds};
 
 fn tables(c: &mut Criterion) {
     let mut group = c.benchmark_group("bounds/surface");

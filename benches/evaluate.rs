@@ -3,9 +3,9 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
 use std::hint::black_box;
-use trimtess::frame::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
+use trimtess::frame::internals::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use trimtess::model::NurbsSurface;
-use trimtess::prepare::BezierPatches;
+use trimtess::prepare::internals::BezierPatches;
 
 /// One wavy Bézier patch.
 fn patch(degree_u: usize, degree_v: usize, rational: bool) -> BezierPatches {

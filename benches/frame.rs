@@ -3,7 +3,8 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use trimtess::frame::{Scratch, Tolerance, plan, tessellate_tile};
+use trimtess::frame::internals::{Scratch, tessellate_tile};
+use trimtess::frame::{Tolerance, plan};
 use trimtess::model::shapes;
 use trimtess::prepare::{PrepareOptions, prepare};
 

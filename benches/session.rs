@@ -6,7 +6,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
-use trimtess::frame::{CameraPath, Picture, Planner, PlannerOptions, View, plan_for_view};
+use trimtess::frame::internals::Planner;
+use trimtess::frame::{CameraPath, Picture, PlannerOptions, View, plan_for_view};
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};

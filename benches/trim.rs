@@ -10,7 +10,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec2;
-use trimtess::frame::trim::{TrimInput, TrimOutput, TrimScratch, reference, trim_tile};
+use trimtess::frame::internals::trim::{TrimInput, TrimOutput, TrimScratch, reference, trim_tile};
 
 struct Tile {
     cells: (u32, u32),

@@ -52,6 +52,7 @@ mod sequence;
 pub use glam;
 
 /// Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
+#[doc(hidden)]
 pub mod math;
 
 /// The input model: knots, curves, surfaces, trim loops, parts, instances.

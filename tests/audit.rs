@@ -12,7 +12,8 @@ use trimtess::model::{
     PartId, Shell, ShellKind, Surface, SurfaceKind, TileId, VertexId,
 };
 use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, Prepared, PreparedFace, prepare};
+use trimtess::prepare::internals::PreparedFace;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 const RADIUS: f64 = 10.0;
 const HEIGHT: f64 = 15.0;

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
-use trimtess::prepare::{Bend, BezierPatches, BezierSpline3, BoxBounds, CurveBounds, SurfaceBounds};
+use trimtess::prepare::internals::{Bend, BezierPatches, BezierSpline3, BoxBounds, CurveBounds, SurfaceBounds};
 
 fn bumpy(degree_u: usize, degree_v: usize, weight: f64) -> NurbsSurface {
     let knots = |degree: usize| [vec![0.0; degree + 1], vec![0.8], vec![2.0; degree + 1]].concat();

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use std::f64::consts::TAU;
 use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
-use trimtess::prepare::{BezierPatches, BezierSpline3};
+use trimtess::prepare::internals::{BezierPatches, BezierSpline3};
 
 fn curve(degree: usize, knots: Vec<f64>, rational: bool) -> NurbsCurve3 {
     let count = knots.len() - degree - 1;

@@ -4,7 +4,8 @@
 use glam::{DAffine3, DVec2};
 use std::collections::BTreeSet;
 use trimtess::draw::{TileView, tile};
-use trimtess::frame::{Rung, Scratch, TileRecord, Tolerance, plan, record_tile, tessellate_tile};
+use trimtess::frame::internals::{Scratch, TileRecord, record_tile, tessellate_tile};
+use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::model::{FreeTrims, Model, ModelBuilder, PartId, TrimCurve, TrimRule, shapes};
 use trimtess::prepare::{PrepareOptions, prepare};
 

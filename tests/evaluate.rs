@@ -3,9 +3,9 @@
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
-use trimtess::frame::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
+use trimtess::frame::internals::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
 use trimtess::model::{Frame3, NurbsSurface, Surface};
-use trimtess::prepare::BezierPatches;
+use trimtess::prepare::internals::BezierPatches;
 
 fn bumpy(degree_u: usize, degree_v: usize, rational: bool) -> NurbsSurface {
     let knots = |degree: usize| {

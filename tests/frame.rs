@@ -4,11 +4,12 @@
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
-use trimtess::frame::evaluate::evaluate_points;
-use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Scratch, Tolerance, tessellate_tile};
+use trimtess::frame::internals::evaluate::evaluate_points;
+use trimtess::frame::internals::{Scratch, tessellate_tile};
+use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Tolerance};
 use trimtess::mesh::{Batch, MemorySink, Origin, check_part, check_scene};
 use trimtess::model::{Model, ModelBuilder, PartId, TileId, shapes};
-use trimtess::parallel::distribute::{Load, deal, loads};
+use trimtess::parallel::internals::{Load, deal, loads};
 use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -88,7 +89,7 @@ fn a_scaled_part_keeps_the_tolerance_where_it_stands() {
 fn absurd_tolerances_stay_within_the_limits_and_are_reported() {
     let limits = PlanLimits::DEFAULT.with_triangles_per_tile(2000).with_triangles(40_000);
     let cost = |plan: &Plan| {
-        let cells = |p: &frame::PartPlan| -> u64 {
+        let cells = |p: &frame::internals::PartPlan| -> u64 {
             let tiles = p.tiles.iter().map(|t| u64::from(t.cells().0) * u64::from(t.cells().1)).sum::<u64>();
             tiles + p.edges.iter().map(|e| e.ts.len() as u64).sum::<u64>()
         };
@@ -172,7 +173,7 @@ fn a_tile_filled_from_its_edges_alone_closes_its_part() {
         for filled in (0..tiles).map(TileId) {
             let make = |tile: TileId| {
                 let outcome = if tile == filled {
-                    frame::fill_tile(&prepared, &plan, part, tile, "a test".to_owned())
+                    frame::internals::fill_tile(&prepared, &plan, part, tile, "a test".to_owned())
                 } else {
                     tessellate_tile(&prepared, &plan, part, tile, &mut scratch)
                 };

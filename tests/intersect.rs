@@ -8,7 +8,8 @@ use glam::{DVec2, DVec3};
 use implicit::by_eigenvalues;
 use std::f64::consts::TAU;
 use trimtess::model::{NurbsCurve2, TrimCurve, TrimPiece};
-use trimtess::prepare::{CurveMeeting, MeetingKind, UvDomain, intersections};
+use trimtess::prepare::UvDomain;
+use trimtess::prepare::internals::{CurveMeeting, MeetingKind, intersections};
 
 fn unit() -> UvDomain {
     UvDomain::new(DVec2::ZERO, DVec2::ONE)

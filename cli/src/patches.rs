@@ -4,7 +4,8 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use trimtess::model::{Face, Loop, Model, Part};
-use trimtess::prepare::{Bend, BoxBounds, Prepared, PreparedFace, PreparedPart};
+use trimtess::prepare::Prepared;
+use trimtess::prepare::internals::{Bend, BoxBounds, PreparedFace, PreparedPart};
 
 /// Statistics of preparing. Each part counts once, however often it is placed.
 #[derive(Serialize)]

@@ -15,7 +15,8 @@ use trimtess::frame::{Degradation, Ladder, Rung};
 use trimtess::mesh::{MemorySink, Scene};
 use trimtess::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, TileTrouble};
 use trimtess::parallel::{DegradedTile, FrameReport};
-use trimtess::prepare::{Prepared, PreparedFace};
+use trimtess::prepare::Prepared;
+use trimtess::prepare::internals::PreparedFace;
 
 /// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
@@ -425,7 +426,7 @@ mod tests {
     use trimtess::mesh::{Batch, SceneInstance, ScenePart, TileMesh};
     use trimtess::model::EdgeId;
     use trimtess::model::TileId;
-    use trimtess::prepare::PreparedPart;
+    use trimtess::prepare::internals::PreparedPart;
 
     /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a
     /// triangle.

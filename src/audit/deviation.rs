@@ -6,7 +6,8 @@ use super::report::{DeviationReport, EdgePlace, Place};
 use super::tally::Tally;
 use crate::mesh::{Batch, MemorySink, Origin, TileMesh};
 use crate::model::{FaceId, PartId, SurfaceKind};
-use crate::prepare::{BezierPatches, Prepared, PreparedFace};
+use crate::prepare::Prepared;
+use crate::prepare::internals::{BezierPatches, PreparedFace};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 

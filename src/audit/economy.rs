@@ -3,7 +3,8 @@
 use super::foot::walk_surface;
 use crate::mesh::{Batch, MemorySink};
 use crate::model::{FaceId, PartId, SurfaceKind, TileId};
-use crate::prepare::{BezierPatches, Prepared, PreparedFace, Tile};
+use crate::prepare::Prepared;
+use crate::prepare::internals::{BezierPatches, PreparedFace, Tile};
 use glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::fmt;

@@ -4,7 +4,8 @@ use super::foot::{search_curve, walk_curve};
 use super::report::EdgePlace;
 use super::tally::Tally;
 use crate::mesh::MemorySink;
-use crate::prepare::{BezierSpline3, EdgeShape, Prepared, PreparedEdge};
+use crate::prepare::Prepared;
+use crate::prepare::internals::{BezierSpline3, EdgeShape, PreparedEdge};
 use glam::DVec3;
 
 /// Inner samples per segment in each direction. Odd, to include the middle.

@@ -2,7 +2,7 @@
 //! (Piegl & Tiller, The NURBS Book, §6.1).
 
 use crate::model::SurfaceDerivatives;
-use crate::prepare::{BezierPatches, BezierSpline3};
+use crate::prepare::internals::{BezierPatches, BezierSpline3};
 use glam::{DVec2, DVec3};
 
 /// A walk ends when its next step is below this fraction of the distance, which then changes by less than 0.13 %.

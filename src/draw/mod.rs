@@ -1,8 +1,8 @@
 //! Diagrams of the parameter plane as SVG: the stages of triangulating a tile, and the region that trimming curves
 //! keep.
 //!
-//! Diagrams show recorded decisions of the pipeline ([`frame::record_tile`](crate::frame::record_tile),
-//! [`prepare::FreeRegion`](crate::prepare::FreeRegion)) and make none. u points right and v up.
+//! Diagrams show recorded decisions of the pipeline (`record_tile`, `prepare::FreeRegion`) and make none. u points
+//! right and v up.
 //! Figures 7 to 12 of the paper, for a tile of this crate:
 //!
 #![doc = include_str!("../../docs/figures/tile.svg")]

@@ -5,7 +5,7 @@
 
 use super::page::{Entry, Panel, Style, Symbol, UNIT, page};
 use super::path::Path;
-use crate::frame::TileRecord;
+use crate::frame::internals::TileRecord;
 use crate::mesh::Origin;
 use glam::DVec2;
 use std::collections::BTreeSet;

@@ -12,29 +12,46 @@ mod plan;
 pub use plan::for_view::{plan_for_view, plan_for_view_within};
 pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 pub use plan::make::{plan, plan_within};
-pub use plan::planned::{EdgePolyline, PartPlan, Plan, TileLattice, cell_coordinate};
+pub use plan::planned::Plan;
 pub use plan::split::{Intensive, Lines};
 
-/// Trim triangulation of one tile in cell units.
-pub mod trim;
+mod trim;
 
 mod vertices;
-pub use vertices::boundary::edge_line;
-pub use vertices::evaluate;
-pub use vertices::scratch::Scratch;
 
 mod refine;
 
 mod tile;
-pub use tile::fill::fill_tile;
-pub use tile::job::tessellate_tile;
 pub use tile::ladder::{Ladder, Rung};
-pub use tile::outcome::{Degradation, TileOutcome};
-pub use tile::record::{TileRecord, record_tile};
+pub use tile::outcome::Degradation;
 
 mod live;
-pub use live::levels::Levels;
-pub use live::planner::{PlanChanges, Planner, PlannerOptions};
+pub use live::planner::PlannerOptions;
 
 mod update;
-pub use update::tile::{Reuse, TileCache, UpdateScratch, update_tile};
+pub use update::tile::Reuse;
+
+/// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use super::live::levels::Levels;
+    pub use super::live::planner::{PlanChanges, Planner};
+    pub use super::plan::planned::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
+    pub use super::tile::fill::fill_tile;
+    pub use super::tile::job::tessellate_tile;
+    pub use super::tile::outcome::TileOutcome;
+    pub use super::tile::record::{TileRecord, record_tile};
+    pub use super::update::tile::{TileCache, UpdateScratch, update_tile};
+    pub use super::vertices::boundary::edge_line;
+    pub use super::vertices::evaluate;
+    pub use super::vertices::scratch::Scratch;
+
+    /// Trim triangulation of one tile in cell units.
+    pub mod trim {
+        pub use crate::frame::trim::climb::{TrimScratch, trim_tile};
+        pub use crate::frame::trim::input::{TrimInput, TrimInputError};
+        pub use crate::frame::trim::output::{TrimOutcome, TrimOutput, TrimStats};
+        pub use crate::frame::trim::record::{TracedCrossing, TrimRecord};
+        pub use crate::frame::trim::reference;
+    }
+}

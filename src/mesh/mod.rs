@@ -1,4 +1,4 @@
-//! Output types: batches, the scene, and the [`MeshSink`] that receives them.
+//! Output types: batches, the scene, and the sink that receives them.
 
 mod tile_mesh;
 pub use tile_mesh::{Batch, EdgeLine, Origin, TileMesh};

@@ -2,7 +2,7 @@
 //! this workspace adds larger ones.
 //!
 //! They cover the ways to bound a face: outer loops and holes, seams, two loops around a cylinder, an apex, no loops,
-//! free-form borders, free trims. [`pair`] has two parts and coloured instances.
+//! free-form borders, free trims. `pair` has two parts and coloured instances.
 
 use super::{
     Coedge, CurveKind, EdgeId, Frame3, FreeTrims, Instance, Loop, Model, ModelBuilder, NurbsCurve, NurbsCurve2,

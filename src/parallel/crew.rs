@@ -204,7 +204,8 @@ impl<S: Stages> Drop for Crew<S> {
 mod tests {
     use super::super::handoff::FaceRung;
     use super::*;
-    use crate::frame::{Degradation, Rung, TileOutcome};
+    use crate::frame::internals::TileOutcome;
+    use crate::frame::{Degradation, Rung};
     use crate::mesh::{EdgeLine, MemorySink, SinkError};
     use crate::model::TileId;
     use crate::model::{EdgeId, FaceId, PartId};

@@ -8,7 +8,8 @@
 //! Hilbert index: J. Skilling, *Programming the Hilbert curve*, AIP Conf. Proc. 707 (2004), 381.
 
 use crate::model::{PartId, TileId};
-use crate::prepare::{Prepared, Tile};
+use crate::prepare::Prepared;
+use crate::prepare::internals::Tile;
 use glam::DVec3;
 
 /// Bits per axis of a Hilbert index: three axes fill 63 of 64 bits.

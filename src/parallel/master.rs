@@ -7,10 +7,10 @@ use super::metrics::Laps;
 use super::owners::{Owners, hands};
 use super::upkeep::{Due, Upkeep};
 use super::worker::{Stages, Worker};
-use crate::frame::{
-    Levels, Plan, Planner, PlannerOptions, Reuse, TileCache, TileOutcome, UpdateScratch, View, edge_line, fill_tile,
-    tessellate_tile, update_tile,
+use crate::frame::internals::{
+    Levels, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile, update_tile,
 };
+use crate::frame::{Plan, PlannerOptions, Reuse, View};
 use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMesh};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;

@@ -1,7 +1,7 @@
 //! Sessions: workers that own tiles and never talk to each other, and one thread that commits their batches. The
 //! protocol is described in `README.md` of this folder.
 
-pub mod distribute;
+mod distribute;
 
 mod cores;
 
@@ -25,3 +25,9 @@ pub use commit::{FrameError, FrameReport};
 mod upkeep;
 
 mod worker;
+
+/// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
+#[doc(hidden)]
+pub mod internals {
+    pub use super::distribute::{Load, along_curve, deal, loads};
+}

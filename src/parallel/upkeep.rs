@@ -1,10 +1,11 @@
 //! Residency: plan changes and drawn tiles -> the tiles that a sink needs. Tracked per tile since the last committed
 //! frame, so that a cancelled frame loses nothing but time.
 
-use crate::frame::PlanChanges;
+use crate::frame::internals::PlanChanges;
 use crate::mesh::{Drawn, SceneInstance};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
-use crate::prepare::{Prepared, PreparedPart};
+use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedPart;
 use glam::DAffine3;
 use std::collections::BTreeSet;
 

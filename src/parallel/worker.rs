@@ -3,11 +3,12 @@
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Order, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
-use crate::frame::{Reuse, Rung, TileOutcome};
+use crate::frame::internals::TileOutcome;
+use crate::frame::{Reuse, Rung};
 use crate::math::BitMix;
 use crate::mesh::{Batch, EdgeLine, TileMesh};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
-use crate::prepare::panic_message;
+use crate::prepare::internals::panic_message;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -6,7 +6,8 @@ use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{FreeTrims, ModelBuilder, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface};
 use trimtess::parallel::serial;
-use trimtess::prepare::{OpenEdges, PrepareOptions, Prepared, prepare};
+use trimtess::prepare::internals::OpenEdges;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// A Bézier patch with these rows of control points along v.
 pub(crate) fn patch(rows: &[Vec<DVec3>]) -> NurbsSurface {
@@ -137,7 +138,7 @@ pub(crate) fn open(prepared: &Prepared) -> OpenEdges {
 /// Number of edges used by two or more faces.
 pub(crate) fn shared(prepared: &Prepared) -> usize {
     let part = &prepared.parts[0];
-    let faces = |uses: &[trimtess::prepare::TileUse]| {
+    let faces = |uses: &[trimtess::prepare::internals::TileUse]| {
         let mut faces: Vec<_> = uses.iter().map(|u| part.tiles[u.tile.index()].face).collect();
         faces.sort_unstable();
         faces.dedup();

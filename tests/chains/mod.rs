@@ -4,7 +4,8 @@
 use std::collections::BTreeMap;
 use trimtess::mesh::ScenePart;
 use trimtess::model::{EdgeId, RowId};
-use trimtess::prepare::{EdgeShape, Prepared, PreparedPart};
+use trimtess::prepare::Prepared;
+use trimtess::prepare::internals::{EdgeShape, PreparedPart};
 
 /// Panics if [`chain_faults`] finds something.
 #[allow(dead_code, reason = "not every test that includes this file asserts")]

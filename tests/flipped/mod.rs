@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use trimtess::mesh::{Batch, MemorySink, Origin};
 use trimtess::model::{EdgeId, Model, PartId};
 use trimtess::parallel::FaceFill;
-use trimtess::prepare::{Prepared, PreparedFace};
+use trimtess::prepare::Prepared;
+use trimtess::prepare::internals::PreparedFace;
 
 /// How many triangles look to the other side than their face, and the one of greatest height; `None` if there are none.
 /// Skips faces with `fills`: where loops wind backwards triangles are reversed, and triangles that only close the

@@ -6,7 +6,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use trimtess::audit::deviation;
-use trimtess::frame::{Plan, Tolerance, edge_line, plan};
+use trimtess::frame::internals::edge_line;
+use trimtess::frame::{Plan, Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
     Diagnostic, EdgeId, FaceError, FaceTrouble, Frame3, FreeTrims, ModelBuilder, NurbsSurface, PartBuilder, PartId,

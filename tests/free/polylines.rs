@@ -6,10 +6,12 @@ use glam::DVec2;
 use std::f64::consts::TAU;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use trimtess::frame::{EdgePolyline, Plan, Tolerance, edge_line, plan};
+use trimtess::frame::internals::{EdgePolyline, edge_line};
+use trimtess::frame::{Plan, Tolerance, plan};
 use trimtess::math::predicates::orient2d;
 use trimtess::model::{Diagnostic, EdgeId, FreeTrims, PartId, Severity, Surface, TrimCurve, TrimRule};
-use trimtess::prepare::{Prepared, PreparedEdge};
+use trimtess::prepare::Prepared;
+use trimtess::prepare::internals::PreparedEdge;
 
 /// A segment of a tessellated edge of a sheet over its own parameters, and its place on the edge.
 #[derive(Clone, Copy, Debug)]

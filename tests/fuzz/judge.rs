@@ -7,7 +7,8 @@ use trimtess::frame::{PlanLimits, Tolerance, plan_within};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
 use trimtess::model::{Diagnostic, FaceError, Model, Severity};
 use trimtess::parallel::{FrameReport, serial};
-use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
+use trimtess::prepare::internals::EdgeShape;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// Limits of a case: the tests look for degenerate models, not for large ones.
 const LIMITS: PlanLimits = PlanLimits::DEFAULT.with_triangles_per_tile(1 << 13).with_triangles(1 << 16);

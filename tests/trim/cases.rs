@@ -3,7 +3,9 @@
 use std::f64::consts::TAU;
 
 use glam::DVec2;
-use trimtess::frame::trim::{TrimInput, TrimInputError, TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
+use trimtess::frame::internals::trim::{
+    TrimInput, TrimInputError, TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile,
+};
 
 use crate::checker::{Tile, check, check_boundary, check_cover, min_angles};
 

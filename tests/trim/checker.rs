@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
-use trimtess::frame::trim::{TrimInput, TrimOutput};
+use trimtess::frame::internals::trim::{TrimInput, TrimOutput};
 use trimtess::math::predicates::orient2d;
 
 /// A tile that owns its loops.

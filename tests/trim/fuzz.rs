@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::time::{Duration, Instant};
 
 use arbitrary::{Result, Unstructured};
-use trimtess::frame::trim::{TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
+use trimtess::frame::internals::trim::{TrimOutcome, TrimOutput, TrimScratch, reference, trim_tile};
 
 use crate::checker::{Tile, check, check_boundary, check_cover};
 use crate::generator::{Mode, any_tile, crossing_tile, tile, touching_tile};

@@ -6,12 +6,14 @@ use std::sync::{Arc, OnceLock};
 
 use arbitrary::{Result, Unstructured};
 use glam::DVec2;
-use trimtess::frame::trim::{TrimOutput, TrimScratch, trim_tile};
-use trimtess::frame::{self, PartPlan, Plan, TileLattice, Tolerance, cell_coordinate};
+use trimtess::frame::internals::trim::{TrimOutput, TrimScratch, trim_tile};
+use trimtess::frame::internals::{PartPlan, TileLattice, cell_coordinate};
+use trimtess::frame::{self, Plan, Tolerance};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::SurfaceKind;
 use trimtess::parallel::serial;
-use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, PreparedPart, TileUse, UvCurve, prepare};
+use trimtess::prepare::internals::{EdgeShape, PreparedPart, TileUse, UvCurve};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 use crate::checker::{Tile, check};
 use crate::sequence::judge;

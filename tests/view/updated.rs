@@ -6,9 +6,8 @@ use super::pixels::Draw;
 use super::{of_corpus, shape};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use trimtess::frame::{
-    Planner, PlannerOptions, Reuse, Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile,
-};
+use trimtess::frame::internals::{Planner, Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile};
+use trimtess::frame::{PlannerOptions, Reuse};
 use trimtess::mesh::{Batch, MemorySink, Origin, TileMesh};
 use trimtess::model::{PartId, SurfaceKind, TileId};
 use trimtess::parallel::{Session, SessionOptions};

@@ -7,13 +7,11 @@ use cpu_time::ThreadTime;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
-use trimtess::frame::{
-    Lines, Plan, PlannerOptions, Reuse, Scratch, TileCache, UpdateScratch, View, plan_for_view_within, tessellate_tile,
-    update_tile,
-};
+use trimtess::frame::internals::{Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile};
+use trimtess::frame::{Lines, Plan, PlannerOptions, Reuse, View, plan_for_view_within};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{PartId, TileId};
-use trimtess::parallel::distribute::{Load, loads};
+use trimtess::parallel::internals::{Load, loads};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 

@@ -12,7 +12,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
-use trimtess::frame::{Plan, Projection, Scratch, View, plan_for_view, tessellate_tile};
+use trimtess::frame::internals::{Scratch, tessellate_tile};
+use trimtess::frame::{Plan, Projection, View, plan_for_view};
 use trimtess::glam::{DAffine3, DVec2, DVec3};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{

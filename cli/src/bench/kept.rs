@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 use std::collections::HashSet;
-use trimtess::frame::{Plan, TileLattice};
+use trimtess::frame::Plan;
+use trimtess::frame::internals::TileLattice;
 use trimtess::model::{PartId, TileId};
 use trimtess::prepare::Prepared;
 

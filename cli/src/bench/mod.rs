@@ -219,7 +219,7 @@ fn replayed(
 fn costly(prepared: &Prepared, costs: &Costs) -> Vec<Costly> {
     const TOLD: usize = 5;
     let work: Vec<f64> = costs.frames.iter().map(|frame| frame.iter().sum()).collect();
-    let worst = |(number, (part, tile, row)): (usize, (_, _, &trimtess::prepare::Tile))| {
+    let worst = |(number, (part, tile, row)): (usize, (_, _, &trimtess::prepare::internals::Tile))| {
         let (frame, ms) = costs.frames.iter().map(|f| f[number]).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let (part, tile): (trimtess::model::PartId, trimtess::model::TileId) = (part, tile);
         let rows = &prepared.parts[part.index()];

@@ -3,7 +3,7 @@
 //! Workers do not exchange work, so a frame ends with its most loaded worker. Efficiency is the mean load of the
 //! workers over the maximum, both summed over frames.
 
-use trimtess::parallel::distribute::{Load, along_curve, deal};
+use trimtess::parallel::internals::{Load, along_curve, deal};
 
 /// A way of dealing tiles to workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

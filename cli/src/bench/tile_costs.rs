@@ -1,4 +1,4 @@
-//! Times of tiles on this machine -> the cost model of `prepare::Tile::weight`, by robust least squares (Huber).
+//! Times of tiles on this machine -> the cost model of `prepare::internals::Tile::weight`, by robust least squares (Huber).
 //!
 //! Each tile is made alone on one thread, for six views around each model at half a pixel of 1920 × 1080. Its cost is
 //! the minimum of four times. The fit gives nanoseconds per tile, cell, boundary tessellant, and tessellant beyond 32
@@ -11,9 +11,11 @@ use crate::{Common, Done, Failure};
 use glam::{DMat4, DVec4};
 use std::f64::consts::FRAC_PI_6;
 use std::time::Instant;
-use trimtess::frame::{CameraPath, Picture, Plan, Scratch, plan_for_view, tessellate_tile};
+use trimtess::frame::internals::{Scratch, tessellate_tile};
+use trimtess::frame::{CameraPath, Picture, Plan, plan_for_view};
 use trimtess::model::{PartId, TileId};
-use trimtess::prepare::{Prepared, Tile, prepare};
+use trimtess::prepare::internals::Tile;
+use trimtess::prepare::{Prepared, prepare};
 
 /// Views around each model.
 const VIEWS: usize = 6;

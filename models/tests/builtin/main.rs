@@ -13,7 +13,8 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
 use trimtess::model::{Model, ModelBuilder, Part, Severity};
 use trimtess::parallel::serial;
-use trimtess::prepare::{EdgeShape, PrepareOptions, Prepared, prepare};
+use trimtess::prepare::internals::EdgeShape;
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// Prepares the model of that name. Fails on warnings and errors; notes report borders that were sewn.
 fn prepared(name: &str) -> Arc<Prepared> {

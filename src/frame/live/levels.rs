@@ -10,7 +10,8 @@ use super::shown::PartBoxes;
 use crate::frame::view::camera::View;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::PartId;
-use crate::prepare::{BoundingBox, Prepared};
+use crate::prepare::Prepared;
+use crate::prepare::internals::BoundingBox;
 use std::sync::Arc;
 
 /// Width of a band: the ratio of pixels per millimetre at its ends.

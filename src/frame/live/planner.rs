@@ -20,7 +20,8 @@ use crate::frame::view::sight::Seen;
 use crate::frame::view::tolerance::Tolerance;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{PartId, RowId, SurfaceKind, TileId};
-use crate::prepare::{BoundingBox, Prepared};
+use crate::prepare::Prepared;
+use crate::prepare::internals::BoundingBox;
 use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -94,8 +95,7 @@ impl Default for PlannerOptions {
 pub struct PlanChanges {
     /// Tiles to rebuild: their lattice or the tessellants of one of their edges changed. Ascending.
     pub tiles: Vec<(PartId, TileId)>,
-    /// Edges whose tessellants changed, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges).
-    /// Ascending.
+    /// Edges whose tessellants changed, as rows of `PreparedPart::edges`. Ascending.
     pub edges: Vec<(PartId, RowId)>,
     /// Tiles whose lattice changed, a subset of `tiles`. Ascending.
     pub lattices: Vec<(PartId, TileId)>,

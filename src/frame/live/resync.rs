@@ -1,7 +1,7 @@
 //! Frame numbers -> tiles to resynchronise: tiles with incrementally updated lines take turns to replace all of them.
 
 use crate::frame::plan::split::{Before, Intensive, Lines};
-use crate::prepare::{PreparedEdge, PreparedPart};
+use crate::prepare::internals::{PreparedEdge, PreparedPart};
 use std::num::NonZeroU32;
 
 /// The schedule of resynchronisation.

@@ -3,7 +3,7 @@
 
 use crate::frame::plan::lattice::{places, strips};
 use crate::frame::view::sight::{Seen, Sight};
-use crate::prepare::{BoundingBox, PreparedFace, PreparedPart, Tile};
+use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 

@@ -2,7 +2,7 @@
 
 use super::limits::PlanLimits;
 use super::planned::{PartPlan, TileLattice};
-use crate::prepare::{EdgeUse, Tile, nanoseconds};
+use crate::prepare::internals::{EdgeUse, Tile, nanoseconds};
 
 /// What remains of the limits.
 pub(crate) struct Budget {

@@ -11,7 +11,7 @@ use super::split::{Before, Criteria};
 use crate::frame::view::asked::{Need, dilate, is_steep, most_touched};
 use crate::frame::view::tolerance::Tolerance;
 use crate::model::SurfaceKind;
-use crate::prepare::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
+use crate::prepare::internals::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 

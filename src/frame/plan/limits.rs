@@ -79,7 +79,7 @@ pub struct Shortfall {
     /// Real shapes reach 4096 at tolerances of 1e-8 of their size; otherwise the bounds of the surface's derivatives
     /// grow without limit, as they do towards some poles.
     pub lines: Vec<(PartId, TileId)>,
-    /// Edges limited in their tessellants, as rows of [`PreparedPart::edges`](crate::prepare::PreparedPart::edges);
+    /// Edges limited in their tessellants, as rows of `PreparedPart::edges`;
     /// ascending.
     pub edges: Vec<(PartId, RowId)>,
 }

@@ -9,7 +9,8 @@ use crate::frame::view::asked::{Asked, Need};
 use crate::frame::view::tolerance::Tolerance;
 use crate::mesh::{Drawn, ScenePart};
 use crate::model::{PartId, RowId, TileId};
-use crate::prepare::{Prepared, PreparedPart};
+use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedPart;
 use std::sync::Arc;
 
 /// Plans lattice lines and tessellants for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].

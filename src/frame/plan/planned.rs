@@ -121,6 +121,7 @@ pub struct PartPlan {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {
     /// One per part.
+    #[doc(hidden)]
     pub parts: Vec<PartPlan>,
     /// The part of the scene that is drawn: everything, unless a [`Planner`](crate::frame::live::planner::Planner) made
     /// the plan.

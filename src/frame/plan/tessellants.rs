@@ -6,7 +6,8 @@ use super::split::{Before, Criteria};
 use crate::frame::view::asked::{Need, dilate, most_touched};
 use crate::frame::view::tolerance::Tolerance;
 use crate::model::TileId;
-use crate::prepare::{EdgeImage, EdgeShape, PreparedEdge, StripBounds, TileUse};
+use crate::prepare::internals::EdgeImage;
+use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 

@@ -5,7 +5,7 @@
 use crate::frame::vertices::evaluate::evaluate_three;
 use crate::mesh::TileMesh;
 use crate::model::SurfaceDerivatives;
-use crate::prepare::PreparedFace;
+use crate::prepare::internals::PreparedFace;
 use glam::DVec2;
 
 /// The surface of a tile, to compare triangles with.

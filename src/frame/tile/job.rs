@@ -15,7 +15,8 @@ use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
 use crate::mesh::{Origin, TileMesh};
 use crate::model::{PartId, SurfaceKind, TileId};
-use crate::prepare::{Prepared, PreparedFace, PreparedPart, Tile};
+use crate::prepare::Prepared;
+use crate::prepare::internals::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
 use std::sync::Arc;
 

@@ -15,22 +15,18 @@
 //! (`TrimOutput::closing`) then complete the boundary to the loops: the boundary is the loops for every input.
 
 pub(crate) mod bits;
-pub(crate) mod input;
-pub use input::{TrimInput, TrimInputError};
-pub(crate) mod output;
-pub use output::{TrimOutcome, TrimOutput, TrimStats};
 pub(crate) mod cdt;
 pub(crate) mod chain;
 mod cleanup;
 pub(crate) mod climb;
 mod close;
 mod distinct;
+pub(crate) mod input;
+pub(crate) mod output;
+pub(crate) mod record;
 /// Triangulates the whole tile by one constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
 pub mod reference;
 pub(crate) mod rings;
 mod slits;
 pub(crate) mod trace;
 pub(crate) mod triangulate;
-pub use climb::{TrimScratch, trim_tile};
-pub(crate) mod record;
-pub use record::{TracedCrossing, TrimRecord};

@@ -50,7 +50,7 @@ pub struct TracedCrossing {
 }
 
 impl TrimScratch {
-    /// Records the last call of [`trim_tile`](super::trim_tile). It must have been with this input, and the only call
+    /// Records the last call of [`trim_tile`](super::climb::trim_tile). It must have been with this input, and the only call
     /// with this work space.
     pub(crate) fn record(&self, input: &TrimInput<'_>, stats: &TrimStats) -> TrimRecord {
         let repeats = !self.distinct.original.is_empty();

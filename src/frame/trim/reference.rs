@@ -18,7 +18,7 @@ const ZONE: i32 = i32::MIN;
 /// Triangulates the trimmed part of one tile without any of the fast stages. Cost: a few microseconds per tessellant.
 ///
 /// # Errors
-/// Those of [`super::trim_tile`].
+/// Those of [`trim_tile`](super::climb::trim_tile).
 pub fn trim_tile_reference(input: &TrimInput<'_>, out: &mut TrimOutput) -> Result<TrimOutcome, TrimInputError> {
     by_distinct(input, &mut Distinct::default(), out, |tile, out| {
         out.stats.whole_tile = true;

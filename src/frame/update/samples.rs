@@ -11,7 +11,7 @@ use crate::frame::vertices::evaluate::{evaluate_lattice, evaluate_points};
 use crate::frame::vertices::places::{LATTICE_FROM, LATTICE_SHARE};
 use crate::frame::vertices::scratch::Scratch;
 use crate::mesh::{Origin, TileMesh};
-use crate::prepare::{PreparedFace, PreparedPart, Tile};
+use crate::prepare::internals::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec3};
 use std::sync::Arc;
 

@@ -4,7 +4,8 @@ use super::scratch::Scratch;
 use crate::frame::plan::planned::{CellWalk, PartPlan, Plan, TileLattice};
 use crate::mesh::{EdgeLine, Origin, TileMesh};
 use crate::model::{EdgeId, PartId, RowId};
-use crate::prepare::{EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::prepare::Prepared;
+use crate::prepare::internals::{EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3};
 
 /// Snaps cell coordinates this close to the tile's border onto it. Parameters come from projections accurate to about

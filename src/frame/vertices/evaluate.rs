@@ -6,7 +6,7 @@
 //! other lanes.
 
 use crate::math::bernstein;
-use crate::prepare::decompose::{BezierPatches, locate};
+use crate::prepare::internals::decompose::{BezierPatches, locate};
 use glam::{DVec2, DVec3, DVec4};
 
 /// Inner lines per block. 8 wastes half of the lanes on the short runs that patches of real models have; 2 leaves the

@@ -5,7 +5,7 @@ use super::scratch::Scratch;
 use crate::frame::plan::planned::TileLattice;
 use crate::frame::trim::input::NONE;
 use crate::mesh::TileMesh;
-use crate::prepare::PreparedFace;
+use crate::prepare::internals::PreparedFace;
 use glam::DVec3;
 
 /// Fewest lattice points to evaluate line by line. With fewer, setting up the lines costs more than it saves.

@@ -2,7 +2,7 @@
 
 use super::sight::Sight;
 use super::tolerance::Tolerance;
-use crate::prepare::BoundingBox;
+use crate::prepare::internals::BoundingBox;
 
 /// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a
 /// twentieth at most.

@@ -7,7 +7,7 @@
 
 use super::camera::{Projection, View};
 use crate::mesh::SceneInstance;
-use crate::prepare::BoundingBox;
+use crate::prepare::internals::BoundingBox;
 use glam::DVec3;
 
 /// Least depth at which a box is planned, as a fraction of half its diagonal; it also applies to boxes around the

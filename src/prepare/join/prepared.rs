@@ -145,6 +145,7 @@ pub struct PreparedPart {
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
     /// Parts in the model's order. Levels of detail of a part share its data.
+    #[doc(hidden)]
     pub parts: Vec<Arc<PreparedPart>>,
     /// Names, colours and instances, for sinks.
     pub scene: Scene,
