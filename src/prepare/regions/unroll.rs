@@ -307,7 +307,7 @@ fn stack(
         (true, _) => true,
         (_, true) => false,
         // The stated orientation cannot be: the one that closes without the surface's own ends is right.
-        _ if round.len() % 2 == 0 => true,
+        _ if round.len().is_multiple_of(2) => true,
         _ if possible(true) => true,
         _ if possible(false) => false,
         _ => return Err(RegionError::OneSided { loops: round.len() }),
