@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     model.place(part, DAffine3::IDENTITY);
 
     let prepared = Arc::new(prepare::prepare(model.finish()?, &prepare::PrepareOptions::DEFAULT)?);
-    let plan = frame::plan(&prepared, &Tolerance { chord: 0.01, angle: 0.2, max_edge: None }).as_asked()?;
+    let plan = frame::plan(&prepared, &Tolerance { chord: 0.01, angle: 0.2, max_edge: None }).require_full()?;
     let mut frame = mesh::MemorySink::default();
     parallel::serial(&prepared, &plan, false, &mut frame)?;
 

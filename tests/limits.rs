@@ -29,7 +29,7 @@ fn patches_and_their_memory_are_limited() {
 #[test]
 fn a_plan_beyond_its_limits_is_refused_or_coarser_as_the_caller_chooses() {
     let prepared = within(PrepareLimits::DEFAULT).unwrap();
-    let free = frame::plan(&prepared, &FINE).as_asked().unwrap();
+    let free = frame::plan(&prepared, &FINE).require_full().unwrap();
     let cells = |plan: &frame::Plan| -> u64 {
         let tiles = plan.parts.iter().flat_map(|part| &part.tiles).map(|lattice| lattice.cells());
         tiles.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).sum()
@@ -38,7 +38,7 @@ fn a_plan_beyond_its_limits_is_refused_or_coarser_as_the_caller_chooses() {
     let tessellants: usize = free.parts.iter().flat_map(|part| &part.edges).map(|edge| edge.ts.len()).sum();
     let (all, most) = (2 * (cells(&free) + tessellants as u64), free.parts[0].tiles.iter().map(|t| t.cells()));
     let most = 2 * most.map(|(nu, nv)| u64::from(nu) * u64::from(nv)).max().unwrap();
-    let short = |limits: PlanLimits| frame::plan_within(&prepared, &FINE, &limits).as_asked().unwrap_err();
+    let short = |limits: PlanLimits| frame::plan_within(&prepared, &FINE, &limits).require_full().unwrap_err();
 
     let triangles = short(PlanLimits::DEFAULT.with_triangles(all / 3));
     assert!(triangles.density < 1.0 && triangles.needed == all, "{triangles}");

@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};
 use std::sync::OnceLock;
 use trimtess::mesh::{
-    Batch, Drawn, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
+    Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
 };
 use trimtess::model::{EdgeId, FaceId, InstanceId, PartId, TileId};
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions, Renderer};
@@ -298,7 +298,7 @@ fn tiles_outside_the_drawn_set_are_not_drawn() {
     let frame = whole(&scene, 2);
     let by = options(ColourBy::Tile);
     let tiles = [64; 3];
-    let mut drawn = Drawn::none(2, &tiles);
+    let mut drawn = DrawnTiles::none(2, &tiles);
     for tile in 0..64 {
         drawn.insert(0, 1, TileId(tile)); // part 0 is the second instance
         drawn.insert(1, 0, TileId(tile));

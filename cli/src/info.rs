@@ -54,7 +54,7 @@ struct Info {
     open_edges: usize,
     /// Total length of the open edges.
     open_length: f64,
-    diagnostics: Vec<Told>,
+    diagnostics: Vec<DiagnosticRow>,
     #[serde(skip_serializing_if = "Option::is_none")]
     patches: Option<Patches>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -75,7 +75,7 @@ struct Row {
 
 /// A diagnostic of the model.
 #[derive(Serialize)]
-struct Told {
+struct DiagnosticRow {
     severity: &'static str,
     part: Option<u32>,
     face: Option<u32>,
@@ -104,7 +104,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     info.diagnostics = prepared
         .diagnostics
         .iter()
-        .map(|d| Told {
+        .map(|d| DiagnosticRow {
             severity: name(d.severity),
             part: d.part.map(|part| part.0),
             face: d.face.map(|face| face.0),
@@ -209,7 +209,7 @@ impl Info {
             line("…", format!("{} more parts (-v lists all)", self.part_list.len() - listed));
         }
         if all {
-            for Told { severity, part, face, entity, reason, .. } in &self.diagnostics {
+            for DiagnosticRow { severity, part, face, entity, reason, .. } in &self.diagnostics {
                 let place = match (part, face) {
                     (Some(part), Some(face)) => format!("part {part} face {face} "),
                     (Some(part), None) => format!("part {part} "),

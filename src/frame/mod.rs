@@ -12,8 +12,8 @@ mod plan;
 pub use plan::for_view::{plan_for_view, plan_for_view_within};
 pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 pub use plan::make::{plan, plan_within};
-pub use plan::planned::Plan;
-pub use plan::split::{Intensive, Lines};
+pub use plan::output::Plan;
+pub use plan::split::{LinePlacement, SplitRule};
 
 mod trim;
 
@@ -36,7 +36,7 @@ pub use update::tile::Reuse;
 pub mod internals {
     pub use super::live::levels::Levels;
     pub use super::live::planner::{PlanChanges, Planner};
-    pub use super::plan::planned::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
+    pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::tile::fill::fill_tile;
     pub use super::tile::job::tessellate_tile;
     pub use super::tile::outcome::TileOutcome;

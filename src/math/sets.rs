@@ -2,9 +2,9 @@
 
 /// A partition of the integers `0..len`.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Sets(Vec<u32>);
+pub(crate) struct DisjointSets(Vec<u32>);
 
-impl Sets {
+impl DisjointSets {
     /// Every integer below `count` in a set of its own.
     pub(crate) fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn joined_numbers_have_one_root() {
-        let mut sets = Sets::new(6);
+        let mut sets = DisjointSets::new(6);
         sets.join(4, 2);
         sets.join(5, 4);
         assert_eq!((0..6).map(|k| sets.root(k)).collect::<Vec<_>>(), [0, 1, 2, 3, 2, 2]);

@@ -27,9 +27,9 @@ pub(super) fn bits(point: DVec3) -> [u64; 3] {
 ///
 /// Taken from the edges' polylines, not from vertex origins: a vertex at a corner names only one of its edges.
 #[derive(Default)]
-pub(super) struct Excused(HashMap<[[u64; 3]; 2], Cause, BuildHasherDefault<BitMix>>);
+pub(super) struct ExpectedUnbalanced(HashMap<[[u64; 3]; 2], Cause, BuildHasherDefault<BitMix>>);
 
-impl Excused {
+impl ExpectedUnbalanced {
     /// `lines` are the part's edge lines, ascending by edge. An edge without a line excuses nothing.
     pub(super) fn of(part: &ScenePart, lines: &[EdgeLine]) -> Self {
         let mut segments = HashMap::default();

@@ -3,11 +3,11 @@
 //! Half-edge pairing: directed edge uses are summed over vertices welded by their exact bits, never by distance. Tests,
 //! `--check` and the examples share this check.
 
-use super::cause::{Excused, bits};
+use super::cause::{ExpectedUnbalanced, bits};
 use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
 use crate::math::BitMix;
 use crate::math::buckets::Buckets;
-use crate::math::sets::Sets;
+use crate::math::sets::DisjointSets;
 use crate::model::{FaceId, PartId};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -207,7 +207,7 @@ pub fn check_scene(frame: &MemorySink) -> SceneFacts {
         let lines = frame.edge_lines.partition_point(|line| line.part < id);
         let lines = &frame.edge_lines[lines..];
         let lines: &[EdgeLine] = &lines[..lines.partition_point(|line| line.part == id)];
-        facts.parts.push(check_batches(batches, &Excused::of(part, lines)));
+        facts.parts.push(check_batches(batches, &ExpectedUnbalanced::of(part, lines)));
     }
     for SceneInstance { part, transform, .. } in &frame.scene.instances {
         if let Some(part_facts) = facts.parts.get(part.index()) {
@@ -223,10 +223,10 @@ pub fn check_scene(frame: &MemorySink) -> SceneFacts {
 /// Checks the batches of one part, in its coordinates. Counts every unbalanced edge as a defect.
 #[must_use]
 pub fn check_part<'a>(batches: impl IntoIterator<Item = &'a Batch>) -> MeshFacts {
-    check_batches(batches, &Excused::default())
+    check_batches(batches, &ExpectedUnbalanced::default())
 }
 
-fn check_batches<'a>(batches: impl IntoIterator<Item = &'a Batch>, excused: &Excused) -> MeshFacts {
+fn check_batches<'a>(batches: impl IntoIterator<Item = &'a Batch>, excused: &ExpectedUnbalanced) -> MeshFacts {
     let mut facts = MeshFacts::default();
     let soup = Soup::weld(batches, &mut facts);
     facts.vertices = soup.points.len() as u64;
@@ -289,7 +289,7 @@ impl<'a> Soup<'a> {
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &point| (low.min(point), high.max(point)));
         let centre = if self.points.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
-        let mut pieces = Sets::new(self.points.len());
+        let mut pieces = DisjointSets::new(self.points.len());
         for &[a, b, c] in &self.triangles {
             pieces.join(a, b);
             pieces.join(b, c);
@@ -316,7 +316,7 @@ impl<'a> Soup<'a> {
     }
 
     /// Groups the directed uses of each edge: a counting sort by the lower vertex, then a sort of each short list.
-    fn pair_edges(&self, facts: &mut MeshFacts, excused: &Excused) {
+    fn pair_edges(&self, facts: &mut MeshFacts, excused: &ExpectedUnbalanced) {
         let uses = || {
             self.triangles.iter().enumerate().flat_map(|(index, &[a, b, c])| {
                 [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), (from.max(to), from < to, index)))

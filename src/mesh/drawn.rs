@@ -5,14 +5,14 @@ use crate::model::TileId;
 /// The tiles that each instance draws in each view. The default value has no rows and means: everything, in every view.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Drawn {
+pub struct DrawnTiles {
     /// Start of each (view, instance) row in `words`, view-major, then the end.
     starts: Vec<u32>,
     instances: u32,
     words: Vec<u64>,
 }
 
-impl Drawn {
+impl DrawnTiles {
     /// The empty set for `views` views; `tiles[i]` is the number of tiles of instance `i`.
     #[must_use]
     pub fn none(views: usize, tiles: &[usize]) -> Self {
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn holds_one_bit_per_tile_instance_and_view() {
-        let mut drawn = Drawn::none(2, &[70, 0, 3]);
+        let mut drawn = DrawnTiles::none(2, &[70, 0, 3]);
         assert!(!drawn.is_everything() && drawn.views() == 2);
         for (view, instance, tile) in [(0, 0, 69), (1, 0, 0), (1, 0, 64), (1, 2, 2)] {
             drawn.insert(view, instance, TileId(tile));
@@ -115,7 +115,7 @@ mod tests {
         );
         assert_eq!((drawn.word(1, 0, 0), drawn.word(1, 0, 1)), (1, 1));
         drawn.reset(1, &[2]);
-        assert_eq!(drawn, Drawn::none(1, &[2]));
-        assert!(Drawn::default().contains(3, 7, TileId(9)) && Drawn::default().views() == 0);
+        assert_eq!(drawn, DrawnTiles::none(1, &[2]));
+        assert!(DrawnTiles::default().contains(3, 7, TileId(9)) && DrawnTiles::default().views() == 0);
     }
 }

@@ -4,7 +4,7 @@ mod tile_mesh;
 pub use tile_mesh::{Batch, EdgeLine, Origin, TileMesh};
 
 mod drawn;
-pub use drawn::Drawn;
+pub use drawn::DrawnTiles;
 
 mod scene;
 pub use scene::{Scene, SceneInstance, ScenePart};

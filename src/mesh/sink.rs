@@ -1,6 +1,6 @@
 //! The trait through which triangles leave the engine, and a sink that keeps them in memory.
 
-use super::{Batch, Drawn, EdgeLine, Scene};
+use super::{Batch, DrawnTiles, EdgeLine, Scene};
 use std::fmt;
 
 /// Why a sink failed, usually I/O.
@@ -65,7 +65,7 @@ pub trait MeshSink: Send {
     ///
     /// # Errors
     /// When the sink cannot take it; `abort` follows.
-    fn drawn(&mut self, _drawn: &Drawn) -> Result<(), SinkError> {
+    fn drawn(&mut self, _drawn: &DrawnTiles) -> Result<(), SinkError> {
         Ok(())
     }
 
@@ -93,7 +93,7 @@ impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
         (**self).batch(batch)
     }
 
-    fn drawn(&mut self, drawn: &Drawn) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
         (**self).drawn(drawn)
     }
 
@@ -119,8 +119,8 @@ pub struct MemorySink {
     pub batches: Vec<Batch>,
     /// Edge polylines, sorted by (part, edge).
     pub edge_lines: Vec<EdgeLine>,
-    /// The drawn tiles. [`Drawn::default`] for frames made without views, which draw everything.
-    pub drawn: Drawn,
+    /// The drawn tiles. [`DrawnTiles::default`] for frames made without views, which draw everything.
+    pub drawn: DrawnTiles,
     changes: Changes,
 }
 
@@ -179,7 +179,7 @@ impl MeshSink for MemorySink {
         Ok(())
     }
 
-    fn drawn(&mut self, drawn: &Drawn) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn = drawn.clone();
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
-use crate::mesh::{Batch, Drawn, MeshSink, Scene, SinkError, TileMesh};
+use crate::mesh::{Batch, DrawnTiles, MeshSink, Scene, SinkError, TileMesh};
 use crate::model::{FaceId, PartId, TileId};
 use crossbeam_channel::Receiver;
 use std::collections::{BTreeMap, BTreeSet};
@@ -106,7 +106,7 @@ pub(super) enum Feed<'a> {
     Views {
         /// Whether to send a whole frame rather than changes.
         whole: bool,
-        drawn: &'a Drawn,
+        drawn: &'a DrawnTiles,
         /// Tiles to evict from the sink, ascending.
         forgotten: &'a [(PartId, TileId, FaceId)],
     },

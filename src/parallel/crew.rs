@@ -2,7 +2,7 @@
 
 use super::commit::{Feed, FrameError, FrameReport, commit, gather};
 use super::cores::{cores, stay_on};
-use super::handoff::{Delivery, Hand, Order, Task, queues};
+use super::handoff::{Delivery, FrameOrder, Hand, Task, queues};
 use super::metrics::Laps;
 use super::worker::{Stages, Worker};
 use crate::frame::Reuse;
@@ -44,7 +44,7 @@ pub(super) enum Work {
 }
 
 /// A frame in progress.
-pub(super) struct Underway {
+pub(super) struct FrameInFlight {
     frame: u64,
     /// By worker: whether it got an order and has to deliver.
     asked: Vec<bool>,
@@ -53,7 +53,7 @@ pub(super) struct Underway {
 
 /// The workers of a session and the master's ends of their queues.
 pub(super) struct Crew<S: Stages> {
-    orders: Vec<Sender<Order<S::Plan>>>,
+    orders: Vec<Sender<FrameOrder<S::Plan>>>,
     deliveries: Vec<Receiver<Delivery>>,
     threads: Vec<JoinHandle<()>>,
     /// Used buffers of each worker, returned with its next order.
@@ -103,7 +103,7 @@ impl<S: Stages> Crew<S> {
     }
 
     /// Sends the plan to the workers that have something to do. With `timed`, they measure each tile.
-    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work, timed: bool) -> Result<Underway, FrameError> {
+    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work, timed: bool) -> Result<FrameInFlight, FrameError> {
         let laps = Laps::start();
         let frame = self.next_frame;
         self.next_frame += 1;
@@ -121,21 +121,26 @@ impl<S: Stages> Crew<S> {
                 continue;
             }
             asked[worker] = true;
-            let order =
-                Order { frame, plan: Arc::clone(plan), task, timed, spare: std::mem::take(&mut self.spare[worker]) };
+            let order = FrameOrder {
+                frame,
+                plan: Arc::clone(plan),
+                task,
+                timed,
+                spare: std::mem::take(&mut self.spare[worker]),
+            };
             self.orders[worker].send(order).map_err(|_| FrameError::WorkerLost { worker })?;
         }
-        Ok(Underway { frame, asked, laps })
+        Ok(FrameInFlight { frame, asked, laps })
     }
 
     /// Whether all workers have delivered, so that [`take`](Self::take) does not wait.
-    pub(super) fn is_made(&self, underway: &Underway) -> bool {
+    pub(super) fn is_made(&self, underway: &FrameInFlight) -> bool {
         let mut asked = self.deliveries.iter().zip(&underway.asked).filter(|(_, asked)| **asked);
         asked.all(|(queue, _)| !queue.is_empty())
     }
 
     /// Waits for all deliveries of a frame.
-    pub(super) fn take(&mut self, underway: &Underway) -> Result<Vec<Delivery>, FrameError> {
+    pub(super) fn take(&mut self, underway: &FrameInFlight) -> Result<Vec<Delivery>, FrameError> {
         gather(&self.deliveries, &underway.asked, underway.frame)
     }
 

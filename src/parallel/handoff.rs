@@ -22,12 +22,12 @@ pub(super) struct Hand {
     /// Edges whose polylines the worker makes.
     pub(super) edges: Vec<(PartId, EdgeId)>,
     /// Tile caches to drop before the work starts.
-    pub(super) gone: Gone,
+    pub(super) gone: InvalidCaches,
 }
 
 /// Invalidated tile caches: these tiles are rebuilt from scratch next time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Gone {
+pub(super) struct InvalidCaches {
     /// Whether all caches are invalid.
     pub(super) all: bool,
     /// The tiles with invalid caches, if not all.
@@ -50,7 +50,7 @@ pub(super) enum Task {
 }
 
 /// Message from the master to a worker: make these tiles by this plan.
-pub(super) struct Order<P> {
+pub(super) struct FrameOrder<P> {
     /// Number of the frame, ascending.
     pub(super) frame: u64,
     /// The plan, the same for all workers.
@@ -70,7 +70,7 @@ pub(super) struct Delivery {
     pub(super) frame: u64,
     /// Batches, ascending by (part, tile). For [`Task::All`], only those with triangles.
     pub(super) batches: Vec<Batch>,
-    /// Time of each tile, if [`Order::timed`].
+    /// Time of each tile, if [`FrameOrder::timed`].
     pub(super) times: Vec<(PartId, TileId, Duration)>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,
@@ -144,12 +144,12 @@ pub struct LostLine {
 
 /// One worker's ends of its own two queues.
 pub(super) struct WorkerEnd<P> {
-    pub(super) orders: Receiver<Order<P>>,
+    pub(super) orders: Receiver<FrameOrder<P>>,
     pub(super) deliveries: Sender<Delivery>,
 }
 
 /// The other ends: the master's and the render thread's.
-pub(super) fn queues<P>() -> (Sender<Order<P>>, WorkerEnd<P>, Receiver<Delivery>) {
+pub(super) fn queues<P>() -> (Sender<FrameOrder<P>>, WorkerEnd<P>, Receiver<Delivery>) {
     let (give_order, orders) = bounded(ORDERS_AHEAD);
     let (deliveries, take_delivery) = bounded(DELIVERIES_AHEAD);
     (give_order, WorkerEnd { orders, deliveries }, take_delivery)

@@ -1,11 +1,11 @@
 //! Prepared model -> a session: deals tiles to workers, broadcasts plans, commits frames on the caller's thread.
 
 use super::commit::{Feed, FrameError, FrameReport, commit};
-use super::crew::{Crew, StartError, Underway, Work};
+use super::crew::{Crew, FrameInFlight, StartError, Work};
 use super::handoff::Hand;
 use super::metrics::Laps;
 use super::owners::{Owners, hands};
-use super::upkeep::{Due, Upkeep};
+use super::residency::{Due, Residency};
 use super::worker::{Stages, Worker};
 use crate::frame::internals::{
     Levels, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile, update_tile,
@@ -32,11 +32,11 @@ pub struct SessionOptions {
     /// Maximum number of LODs per instanced part in frames of views ([`Levels`]). 0 is treated as 1.
     pub levels: usize,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
-    pub redeal: Option<NonZeroU32>,
+    pub rebalance_every: Option<NonZeroU32>,
     /// What workers cache per tile for incremental updates in frames of views.
     ///
     /// Except with [`Reuse::NONE`], how the inside of a tile is cut into triangles depends on the views before. With
-    /// [`redeal`](Self::redeal) it also depends on measured times and on the number of workers.
+    /// [`rebalance_every`](Self::rebalance_every) it also depends on measured times and on the number of workers.
     pub reuse: Reuse,
     /// Whether to pin each worker to one core, where the system allows it. For machines that do nothing else. Ignored
     /// without the feature `affinity`.
@@ -50,7 +50,7 @@ impl SessionOptions {
         edge_lines: true,
         planner: PlannerOptions::DEFAULT,
         levels: 4,
-        redeal: None,
+        rebalance_every: None,
         reuse: Reuse::DEFAULT,
         pin: false,
     };
@@ -73,10 +73,10 @@ impl SessionOptions {
         Self { levels, ..self }
     }
 
-    /// Sets [`redeal`](Self::redeal); 0 `frames` disable it.
+    /// Sets [`rebalance_every`](Self::rebalance_every); 0 `frames` disable it.
     #[must_use]
-    pub const fn with_redeal(self, frames: u32) -> Self {
-        Self { redeal: NonZeroU32::new(frames), ..self }
+    pub const fn with_rebalance_every(self, frames: u32) -> Self {
+        Self { rebalance_every: NonZeroU32::new(frames), ..self }
     }
 
     /// Sets [`reuse`](Self::reuse).
@@ -202,16 +202,16 @@ pub struct Session {
 /// State between frames of views.
 struct Live {
     planner: Planner,
-    upkeep: Upkeep,
-    begun: Option<Begun>,
+    residency: Residency,
+    begun: Option<PendingFrame>,
 }
 
 /// A frame that was begun and not yet finished.
-struct Begun {
+struct PendingFrame {
     plan: Arc<Plan>,
     due: Due,
     /// `None` if nothing has to be made.
-    underway: Option<Underway>,
+    underway: Option<FrameInFlight>,
     planned_in: Duration,
     deferred: u32,
 }
@@ -229,7 +229,7 @@ impl Session {
         let model = prepared.scene.clone();
         let (prepared, levels) = Levels::of(&prepared, options.levels);
         let hands = hands(&prepared, workers, options.edge_lines);
-        let owners = Owners::of(&prepared, &hands, options.redeal);
+        let owners = Owners::of(&prepared, &hands, options.rebalance_every);
         let crew = Crew::start(&prepared, hands, options.reuse, options.pin)?;
         let scene = prepared.scene.clone();
         Ok(Self { prepared, model, scene, levels, crew, owners, options: options.clone(), live: None })
@@ -321,7 +321,7 @@ impl Session {
     /// Tiles that leave the view stay resident until they are outdated. Every 64 frames, if more than half of the
     /// resident triangles are not drawn, tiles that were not drawn in the last 128 frames are evicted.
     ///
-    /// Drawn tiles have no cracks between them, in every frame. Without [`SessionOptions::redeal`], the sink gets the
+    /// Drawn tiles have no cracks between them, in every frame. Without [`SessionOptions::rebalance_every`], the sink gets the
     /// same calls for any number of workers.
     ///
     /// # Errors
@@ -342,15 +342,15 @@ impl Session {
         let mut laps = Laps::start();
         let live = self.live.get_or_insert_with(|| Live {
             planner: Planner::new(Arc::clone(&self.prepared), &self.options.planner),
-            upkeep: Upkeep::new(&self.prepared),
+            residency: Residency::new(&self.prepared),
             begun: None,
         });
         self.levels.assign(&mut self.scene.instances, views);
         let plan = Arc::clone(live.planner.plan(&self.scene.instances, views));
         let changes = live.planner.changes();
-        live.upkeep.outdate(&self.prepared, changes);
+        live.residency.outdate(&self.prepared, changes);
         let deferred = changes.deferred;
-        let mut due = live.upkeep.due(&self.prepared, &self.scene.instances, &plan.drawn);
+        let mut due = live.residency.due(&self.prepared, &self.scene.instances, &plan.drawn);
         if !self.options.edge_lines {
             due.edges.clear();
         }
@@ -359,7 +359,7 @@ impl Session {
         let idle = hands.iter().all(Hand::is_empty);
         let underway =
             if idle { None } else { Some(self.crew.give(&plan, Work::Some(hands), self.owners.wants_times())?) };
-        live.begun = Some(Begun { plan, due, underway, planned_in, deferred });
+        live.begun = Some(PendingFrame { plan, due, underway, planned_in, deferred });
         Ok(())
     }
 
@@ -374,7 +374,7 @@ impl Session {
     /// Cancels the frame that was begun, if any. Workers stop after their current tile.
     pub fn cancel(&mut self) {
         if let Some(live) = &mut self.live
-            && let Some(Begun { due, underway: Some(_), .. }) = live.begun.take()
+            && let Some(PendingFrame { due, underway: Some(_), .. }) = live.begun.take()
         {
             self.crew.cancel();
             // How far the workers got is a matter of timing and must not affect later frames.
@@ -386,7 +386,7 @@ impl Session {
     pub fn forget(&mut self) {
         self.cancel();
         if let Some(live) = &mut self.live {
-            live.upkeep.forget();
+            live.residency.forget();
         }
         self.owners.forget_all();
     }
@@ -397,7 +397,7 @@ impl Session {
     /// As [`frame`](Self::frame).
     pub fn finish(&mut self, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         let Some(live) = &mut self.live else { return Ok(FrameReport::default()) };
-        let Some(Begun { plan, due, underway, planned_in, deferred }) = live.begun.take() else {
+        let Some(PendingFrame { plan, due, underway, planned_in, deferred }) = live.begun.take() else {
             return Ok(FrameReport::default());
         };
         let (deliveries, mut laps) = match underway {
@@ -405,7 +405,7 @@ impl Session {
             None => (Vec::new(), Laps::start()),
         };
         let still = deliveries.is_empty() && !due.whole && due.forgotten.is_empty();
-        if still && live.upkeep.shows(&plan.drawn, &self.scene.instances) {
+        if still && live.residency.shows(&plan.drawn, &self.scene.instances) {
             let frame = self.crew.next_frame();
             return Ok(FrameReport { frame, planned_in, deferred, ..FrameReport::default() });
         }
@@ -418,13 +418,13 @@ impl Session {
         let (mut report, batches) = match made {
             Ok(made) => made,
             Err(error) => {
-                live.upkeep.forget();
+                live.residency.forget();
                 self.owners.forget_all();
                 return Err(error);
             }
         };
         self.owners.forget(due.forgotten.iter().map(|&(part, tile, _)| (part, tile)));
-        live.upkeep.committed(&due, &triangles, &plan.drawn, &self.scene.instances);
+        live.residency.committed(&due, &triangles, &plan.drawn, &self.scene.instances);
         (report.planned_in, report.deferred) = (planned_in, deferred);
         self.crew.recycle(batches);
         Ok(report)

@@ -22,7 +22,7 @@ mod owners;
 mod commit;
 pub use commit::{FrameError, FrameReport};
 
-mod upkeep;
+mod residency;
 
 mod worker;
 

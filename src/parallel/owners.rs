@@ -1,8 +1,8 @@
 //! Which worker makes which tile: dealt when the session starts, optionally rebalanced by measured times.
 
 use super::distribute::{deal, loads};
-use super::handoff::{Gone, Hand};
-use super::upkeep::Due;
+use super::handoff::{Hand, InvalidCaches};
+use super::residency::Due;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use std::num::NonZeroU32;
@@ -16,7 +16,7 @@ pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Ve
         .map(|hand| Hand {
             tiles: hand.into_iter().map(|index| tiles[index]).collect(),
             edges: Vec::new(),
-            gone: Gone::default(),
+            gone: InvalidCaches::default(),
         })
         .collect();
     if edge_lines {
@@ -32,7 +32,7 @@ pub(super) struct Owners {
     parts: Vec<Vec<u32>>,
     workers: usize,
     /// Invalid tile caches of each worker, sent with its next order.
-    gone: Vec<Gone>,
+    gone: Vec<InvalidCaches>,
     epoch: Option<Epoch>,
 }
 
@@ -46,8 +46,8 @@ struct Epoch {
 }
 
 impl Owners {
-    /// The owners as dealt in `hands`, rebalanced every `redeal` frames.
-    pub(super) fn of(prepared: &Prepared, hands: &[Hand], redeal: Option<NonZeroU32>) -> Self {
+    /// The owners as dealt in `hands`, rebalanced every `rebalance_every` frames.
+    pub(super) fn of(prepared: &Prepared, hands: &[Hand], rebalance_every: Option<NonZeroU32>) -> Self {
         let mut parts: Vec<Vec<u32>> = prepared.parts.iter().map(|part| vec![0; part.tiles.len()]).collect();
         for (worker, hand) in hands.iter().enumerate() {
             for (part, tile, _) in &hand.tiles {
@@ -55,8 +55,8 @@ impl Owners {
             }
         }
         let nothing = || prepared.parts.iter().map(|part| vec![0.0; part.tiles.len()]).collect();
-        let epoch = redeal.map(|length| Epoch { length: length.get(), frames: 0, spent: nothing() });
-        Self { parts, workers: hands.len(), gone: vec![Gone::default(); hands.len()], epoch }
+        let epoch = rebalance_every.map(|length| Epoch { length: length.get(), frames: 0, spent: nothing() });
+        Self { parts, workers: hands.len(), gone: vec![InvalidCaches::default(); hands.len()], epoch }
     }
 
     /// Whether workers have to measure each tile.
@@ -105,7 +105,7 @@ impl Owners {
 
     /// Invalidates all tile caches.
     pub(super) fn forget_all(&mut self) {
-        self.gone.iter_mut().for_each(|gone| *gone = Gone { all: true, tiles: Vec::new() });
+        self.gone.iter_mut().for_each(|gone| *gone = InvalidCaches { all: true, tiles: Vec::new() });
     }
 
     /// Distributes what is due: tiles to their owners, edges round-robin.

@@ -1,7 +1,7 @@
 //! Own tiles and a plan -> one delivery per frame. A worker owns its tiles, scratch and caches, and shares no mutable
 //! data: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Order, Task, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, FrameOrder, Hand, LostLine, Task, WorkerEnd};
 use super::metrics::{Laps, Processor};
 use crate::frame::internals::TileOutcome;
 use crate::frame::{Reuse, Rung};
@@ -156,7 +156,7 @@ impl<S: Stages> Worker<S> {
 
     /// Serves orders until the master or the render thread hangs up.
     pub(super) fn serve(mut self, end: &WorkerEnd<S::Plan>) {
-        while let Ok(Order { frame, plan, task, timed, spare }) = end.orders.recv() {
+        while let Ok(FrameOrder { frame, plan, task, timed, spare }) = end.orders.recv() {
             spare.into_iter().for_each(|mesh| S::reuse(&mut self.scratch, mesh));
             let delivery = match task {
                 Task::All(parts) => self.make_all(frame, &plan, parts),

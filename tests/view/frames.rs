@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use trimtess::frame::internals::{Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions, Projection, Reuse, View};
-use trimtess::mesh::{Batch, Drawn, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions, serial};
 use trimtess::prepare::Prepared;
@@ -225,7 +225,7 @@ impl MeshSink for Calls {
     fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
         Ok(())
     }
-    fn drawn(&mut self, _: &Drawn) -> Result<(), SinkError> {
+    fn drawn(&mut self, _: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn += 1;
         Ok(())
     }
@@ -375,7 +375,7 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
 #[test]
 fn culled_tiles_are_not_in_the_picture() {
     let prepared = shape("washer");
-    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_backs(true));
+    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
     let mut draw = Draw(4);
     let (mut culled, mut behind) = (0, 0);
     for view in path(&mut draw, prepared.bounds.unwrap(), 200) {

@@ -8,26 +8,28 @@ use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use trimtess::frame::internals::Planner;
-use trimtess::frame::{Intensive, Lines, Plan, PlanLimits, PlannerOptions, View};
+use trimtess::frame::{LinePlacement, Plan, PlanLimits, PlannerOptions, SplitRule, View};
 use trimtess::mesh::MemorySink;
 use trimtess::model::TileId;
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
 
-pub(crate) const CRITERION: Lines = Lines::Split { intensive: Intensive::Criterion, most: 2.0, resync: None };
-pub(crate) const RENDERING: Lines = Lines::Split { intensive: Intensive::Rendering, most: 2.0, resync: None };
+pub(crate) const CRITERION: LinePlacement =
+    LinePlacement::Split { intensive: SplitRule::Criterion, most: 2.0, resync: None };
+pub(crate) const RENDERING: LinePlacement =
+    LinePlacement::Split { intensive: SplitRule::Rendering, most: 2.0, resync: None };
 
-fn with_turns(intensive: Intensive, frames: u32) -> Lines {
-    Lines::Split { intensive, most: 2.0, resync: NonZeroU32::new(frames) }
+fn with_turns(intensive: SplitRule, frames: u32) -> LinePlacement {
+    LinePlacement::Split { intensive, most: 2.0, resync: NonZeroU32::new(frames) }
 }
 
-fn planner(lines: Lines) -> PlannerOptions {
+fn planner(lines: LinePlacement) -> PlannerOptions {
     PlannerOptions::DEFAULT.with_lines(lines)
 }
 
 /// Flies a path. Every frame is closed and equals its plan; every fifth is measured. Returns the largest deviation as a
 /// multiple of the tolerance, and how many tiles were rebuilt.
-pub(crate) fn flown(name: &str, prepared: &Arc<Prepared>, lines: Lines, views: &[View]) -> (f64, usize) {
+pub(crate) fn flown(name: &str, prepared: &Arc<Prepared>, lines: LinePlacement, views: &[View]) -> (f64, usize) {
     let mut session = Session::start(Arc::clone(prepared), &options(2).with_planner(planner(lines))).unwrap();
     let mut sink = MemorySink::default();
     let (mut most, mut stretches, mut made) = (0.0_f64, 0, 0);
@@ -43,7 +45,8 @@ pub(crate) fn flown(name: &str, prepared: &Arc<Prepared>, lines: Lines, views: &
             let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
             let near = 0.05 * prepared.scene.parts.iter().map(|part| part.radius).fold(0.0, f64::max);
             let (share, _) = measured(session.prepared(), view, near, &frame);
-            let allowed = if matches!(lines, Lines::Split { intensive: Intensive::Rendering, .. }) { 4.0 } else { 1.0 };
+            let allowed =
+                if matches!(lines, LinePlacement::Split { intensive: SplitRule::Rendering, .. }) { 4.0 } else { 1.0 };
             assert!(share <= allowed, "{case}: {share} times the tolerance");
             most = most.max(share);
         }
@@ -60,12 +63,12 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
         let prepared = shape(name);
         let views = path(&mut Draw(7), prepared.bounds.unwrap(), 60);
         let ways = [
-            Lines::Spread,
+            LinePlacement::Spread,
             CRITERION,
             RENDERING,
-            with_turns(Intensive::Criterion, 20),
-            with_turns(Intensive::Rendering, 20),
-            Lines::Split { intensive: Intensive::Criterion, most: 1.25, resync: None },
+            with_turns(SplitRule::Criterion, 20),
+            with_turns(SplitRule::Rendering, 20),
+            LinePlacement::Split { intensive: SplitRule::Criterion, most: 1.25, resync: None },
         ];
         for (k, lines) in ways.into_iter().enumerate() {
             let (share, tiles) = flown(name, &prepared, lines, &views);
@@ -89,7 +92,7 @@ fn plans(prepared: &Arc<Prepared>, options: &PlannerOptions, views: &[View]) -> 
 fn the_same_views_give_the_same_plans() {
     let prepared = shape("brake-hub");
     let views = path(&mut Draw(12), prepared.bounds.unwrap(), 80);
-    for lines in [CRITERION, with_turns(Intensive::Rendering, 7)] {
+    for lines in [CRITERION, with_turns(SplitRule::Rendering, 7)] {
         let again = plans(&prepared, &planner(lines), &views);
         assert!(plans(&prepared, &planner(lines), &views) == again);
         assert!(plans(&prepared, &PlannerOptions::DEFAULT, &views) != again);
@@ -139,7 +142,7 @@ fn tiles_take_turns_until_lines_equal_newly_placed_ones() {
         let views = path(&mut Draw(17), prepared.bounds.unwrap(), 60);
         let even = plans(&prepared, &PlannerOptions::DEFAULT, &views);
         let near = 0.05 * prepared.scene.parts[0].radius;
-        for intensive in [Intensive::Criterion, Intensive::Rendering] {
+        for intensive in [SplitRule::Criterion, SplitRule::Rendering] {
             let lines = planner(with_turns(intensive, TURN));
             // Stops at the frame where most lines differ.
             let split = plans(&prepared, &lines, &views);

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::frame::internals::{Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile};
-use trimtess::frame::{Lines, Plan, PlannerOptions, Reuse, View, plan_for_view_within};
+use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, View, plan_for_view_within};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::internals::{Load, loads};
@@ -48,7 +48,7 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
 pub(super) fn record_changes(
     prepared: &Arc<Prepared>,
     views: &[View],
-    lines: Lines,
+    lines: LinePlacement,
     common: &Common,
 ) -> Result<Costs, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());

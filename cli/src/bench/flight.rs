@@ -1,13 +1,13 @@
 //! A sequence of views through a session -> times of each frame by stage and worker.
 
-use super::kept::{Counts, Kept};
+use super::kept::{Counts, ReuseShares};
 use super::uploads::{Size, Uploads};
 use crate::{Common, Failure};
 use cpu_time::ThreadTime;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{Intensive, Lines, Plan, PlannerOptions, Reuse, View, plan_for_view_within};
+use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, SplitRule, View, plan_for_view_within};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
@@ -80,11 +80,11 @@ impl Follow {
         }
     }
 
-    pub(super) fn lines(self, most: f64, resync: Option<NonZeroU32>) -> Lines {
+    pub(super) fn lines(self, most: f64, resync: Option<NonZeroU32>) -> LinePlacement {
         match self {
-            Self::Spread => Lines::Spread,
-            Self::Split => Lines::Split { intensive: Intensive::Criterion, most, resync },
-            Self::SplitRendering => Lines::Split { intensive: Intensive::Rendering, most, resync },
+            Self::Spread => LinePlacement::Spread,
+            Self::Split => LinePlacement::Split { intensive: SplitRule::Criterion, most, resync },
+            Self::SplitRendering => LinePlacement::Split { intensive: SplitRule::Rendering, most, resync },
         }
     }
 }
@@ -96,7 +96,7 @@ pub(super) struct Order<'a> {
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
-    pub(super) lines: Lines,
+    pub(super) lines: LinePlacement,
     /// Number of flights. Each frame's times are the minimum over all flights.
     pub(super) rounds: usize,
 }
@@ -157,7 +157,7 @@ impl Times {
 
 /// Output of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Made {
+pub(super) struct FrameOutput {
     /// Tiles that were made.
     pub(super) tiles: u64,
     /// Bytes of batches.
@@ -175,10 +175,10 @@ pub(super) struct Flight {
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
     /// How much of the rebuilt tiles was there before. Only for [`Coherence::On`].
-    pub(super) kept: Option<Kept>,
+    pub(super) kept: Option<ReuseShares>,
     pub(super) times: Vec<Times>,
     /// Output per frame, in the last round.
-    pub(super) made: Vec<Made>,
+    pub(super) made: Vec<FrameOutput>,
     /// Resident memory of the process after the first and the last frame, bytes.
     pub(super) resident: [Option<u64>; 2],
     /// Duration of all rounds.
@@ -216,7 +216,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
             let times = Times::of(&report, frame, cpu.unwrap_or_default(), workers);
             report.workers.iter().for_each(|worker| memories[worker.worker as usize] = worker.kept);
             let (tiles, kept) = (report.tiles as u64, memories.iter().sum());
-            let made = Made { tiles, uploaded: sink.uploaded, held: sink.held(), kept };
+            let made = FrameOutput { tiles, uploaded: sink.uploaded, held: sink.held(), kept };
             if round == 0 {
                 flight.times.push(times);
                 flight.made.push(made);
@@ -238,7 +238,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
 }
 
 /// Measures how much rebuilt tiles keep along a path. A separate flight without times, because it holds on to plans.
-fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<Kept, Failure> {
+fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<ReuseShares, Failure> {
     let mut counts = Counts::default();
     session.forget();
     let mut before: Option<Arc<Plan>> = None;

@@ -69,7 +69,7 @@ pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure>
             pixels.iter().try_for_each(|&px| path(&prepared, px))?;
         }
         Some(Other::Triangles { files }) => {
-            let mut judged = Judged::default();
+            let mut judged = TriangleQuality::default();
             for (k, file) in files.iter().enumerate() {
                 let bytes = std::fs::read(file).map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
                 judged.add(&read_triangles(&bytes, patches.len())?, &patches, &Camera::of_view(k));
@@ -119,10 +119,10 @@ fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Co
     let (ms, tiles) = (1e3 * start.elapsed().as_secs_f64(), prepared.tiles().count());
     crate::tell(&format!(
         "prepared in {ms:.1} ms; {tiles} tiles\n    px | {}| plan ms | tiles ms | Mtri/s\n",
-        Judged::HEAD
+        TriangleQuality::HEAD
     ))?;
     for &px in tolerances {
-        let mut judged = Judged::default();
+        let mut judged = TriangleQuality::default();
         let (mut planning, mut making) = (Duration::ZERO, Duration::ZERO);
         for k in 0..VIEWS {
             let camera = Camera::of_view(k);
@@ -307,7 +307,7 @@ impl Camera {
 
 /// Quality measures of triangles.
 #[derive(Default)]
-struct Judged {
+struct TriangleQuality {
     count: usize,
     /// Screen-space distances between samples of triangles and the nearest points of the surface.
     pixels: Vec<f64>,
@@ -316,7 +316,7 @@ struct Judged {
     unmatched: usize,
 }
 
-impl Judged {
+impl TriangleQuality {
     const HEAD: &str = "triangles / view | px max,  99 %, median | T-junctions ";
 
     fn add(&mut self, triangles: &[Triangle], patches: &[NurbsSurface], camera: &Camera) {

@@ -9,7 +9,7 @@ use trimtess::prepare::Prepared;
 
 /// Fractions of the content of rebuilt tiles that was there before, over all rebuilt tiles, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(super) struct Kept {
+pub(super) struct ReuseShares {
     /// Tiles with an unchanged lattice: only edges changed.
     pub(super) lattices: f64,
     /// Lattice lines inside tiles.
@@ -82,8 +82,8 @@ impl Counts {
         self.cells.add(us * vs, (now.us.len() - 1) * (now.vs.len() - 1));
     }
 
-    pub(super) fn shares(&self) -> Kept {
-        Kept {
+    pub(super) fn shares(&self) -> ReuseShares {
+        ReuseShares {
             lattices: self.lattices.share(),
             lines: self.lines.share(),
             cells: self.cells.share(),

@@ -19,7 +19,7 @@ use crate::{Common, Done, Failure};
 use costs::Costs;
 use flight::{Coherence, Flight, Follow, Order, fly};
 use replay::{EPOCH, Policy, replay};
-use route::{Asked, Route};
+use route::{PictureOverrides, Route};
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -111,7 +111,8 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done
     let model = input.read(&common.limits.step())?;
     progress.stage("preparing");
     let prepared = Arc::new(prepare(model, &common.prepare()).map_err(unprepared)?);
-    let asked = Asked { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
+    let asked =
+        PictureOverrides { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
     let views = args.path.views(prepared.bounds, args.frames.map(|n| n as usize), asked)?;
     if let Some(file) = &args.save_path {
         route::save(&views, file)?;

@@ -21,7 +21,7 @@ pub(crate) fn parse(text: &str) -> Result<Route, std::convert::Infallible> {
 
 /// Picture options of the command line. Missing ones are taken from the recorded view, or from [`PICTURE`].
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Asked {
+pub(crate) struct PictureOverrides {
     pub(crate) size: Option<(u32, u32)>,
     pub(crate) deviation_px: Option<f64>,
     pub(crate) angle: Option<f64>,
@@ -49,7 +49,7 @@ impl Route {
         &self,
         bounds: Option<[DVec3; 2]>,
         frames: Option<usize>,
-        asked: Asked,
+        asked: PictureOverrides,
     ) -> Result<Vec<View>, Failure> {
         /// Default number of frames, as in the comparison with libGLU.
         const FRAMES: usize = 300;

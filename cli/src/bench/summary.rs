@@ -1,7 +1,7 @@
 //! Flights and replays -> the report: JSON for programs, tables for people.
 
-use super::flight::{Flight, Made, Times};
-use super::kept::Kept;
+use super::flight::{Flight, FrameOutput, Times};
+use super::kept::ReuseShares;
 use super::replay::{CAP, EPOCH, Policy};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -84,7 +84,7 @@ pub(super) struct Run {
     pub(super) tiles_remade_mean: f64,
     /// How much of the rebuilt tiles was in the plan before. Only for coherence `on`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) kept: Option<Kept>,
+    pub(super) kept: Option<ReuseShares>,
     pub(super) bytes_uploaded_mean: f64,
     /// Maximum bytes that a renderer holds.
     pub(super) bytes_held: u64,
@@ -120,7 +120,7 @@ impl Run {
         let Flight { times, made, .. } = flight;
         let frames = times.len();
         let all = |of: fn(&Times) -> f64| Spread::of(times.iter().map(of));
-        let mean = |of: fn(&Made) -> u64| made.iter().map(|m| of(m) as f64).sum::<f64>() / frames.max(1) as f64;
+        let mean = |of: fn(&FrameOutput) -> u64| made.iter().map(|m| of(m) as f64).sum::<f64>() / frames.max(1) as f64;
         let whole = all(|t| t.frame);
         let each = |of: fn(&Times) -> &[f64]| {
             let worker = |w: usize| Spread::of(times.iter().map(|t| of(t)[w]));
@@ -269,8 +269,8 @@ impl Report {
 impl Run {
     fn line(&self) -> String {
         let Stages { plan, commit, workers, .. } = &self.stages_ms;
-        let percent = |kept: &Kept| {
-            let Kept { lines, tessellants, cells, segments, .. } = kept;
+        let percent = |kept: &ReuseShares| {
+            let ReuseShares { lines, tessellants, cells, segments, .. } = kept;
             let shares = [(lines, 13), (tessellants, 11), (cells, 5), (segments, 8)];
             shares.map(|(share, width)| format!("{:>width$.0}", 100.0 * share)).join(" ")
         };

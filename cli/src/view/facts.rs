@@ -1,11 +1,11 @@
 //! A picked face to lines of text.
 
 use trimtess::mesh::Scene;
-use trimtess::out::wgpu::Picked;
+use trimtess::out::wgpu::PickHit;
 use trimtess::prepare::Prepared;
 
 /// Facts of a face for the panel, as names and values.
-pub(super) fn facts(picked: &Picked, scene: &Scene, prepared: &Prepared) -> Vec<(&'static str, String)> {
+pub(super) fn facts(picked: &PickHit, scene: &Scene, prepared: &Prepared) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
     let named = |name: Option<&str>, number: usize| match name {
         Some(name) if !name.is_empty() => format!("{number} {name:?}"),

@@ -3,7 +3,7 @@
 use super::looks::{Action, Looks};
 use egui::{Grid, RichText, Slider, Ui};
 use std::time::Duration;
-use trimtess::out::wgpu::{BytesHeld, ColourBy, Drew};
+use trimtess::out::wgpu::{ColourBy, DeviceMemory, DrawStats};
 
 /// Width of the panel in points.
 pub(super) const WIDTH: f32 = 260.0;
@@ -22,13 +22,13 @@ pub(super) struct Costs {
     pub(super) sent: u64,
     /// Busy time of each worker.
     pub(super) workers: Vec<Duration>,
-    pub(super) drew: Drew,
-    pub(super) held: BytesHeld,
+    pub(super) drew: DrawStats,
+    pub(super) held: DeviceMemory,
 }
 
 /// Texts shown in the panel.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Told {
+pub(super) struct PanelText {
     pub(super) name: String,
     pub(super) counts: Vec<(&'static str, String)>,
     pub(super) picked: Vec<(&'static str, String)>,
@@ -40,7 +40,7 @@ pub(super) struct Told {
 }
 
 /// Draws the panel. Returns the actions that its buttons trigger.
-pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &Told) -> Vec<Action> {
+pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &PanelText) -> Vec<Action> {
     let mut actions = Vec::new();
     ui.add_space(4.0);
     ui.label(RichText::new(&told.name).strong().size(15.0));

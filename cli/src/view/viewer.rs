@@ -4,12 +4,12 @@ use super::facts::facts;
 use super::load::{Loaded, Loader, Loading};
 use super::looks::{Action, Looks};
 use super::paint::{Canvas, PICTURE, Painter};
-use super::panel::{self, Costs, Told};
+use super::panel::{self, Costs, PanelText};
 use crate::input::Input;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::glam::DVec3;
-use trimtess::out::wgpu::{LiveScene, Picked, RenderOptions};
+use trimtess::out::wgpu::{LiveScene, PickHit, RenderOptions};
 use trimtess::out::{Camera, ViewPoint};
 use trimtess::parallel::{FrameError, FrameReport, Session, SessionOptions, WorkerMetrics};
 use trimtess::prepare::Prepared;
@@ -34,7 +34,7 @@ pub(super) struct Viewer {
     loading: Option<Loading>,
     model: Option<Model>,
     pub(super) looks: Looks,
-    told: Told,
+    told: PanelText,
     last: Instant,
     /// Last position of the pointer during a drag.
     hand: Option<egui::Pos2>,
@@ -53,7 +53,7 @@ struct Model {
     shown: Option<Camera>,
     /// The last frame deferred changes of level.
     deferred: bool,
-    picked: Option<Picked>,
+    picked: Option<PickHit>,
     /// The point that drags orbit about, or move along.
     pivot: DVec3,
 }
@@ -90,7 +90,7 @@ impl Viewer {
             loading: None,
             model: None,
             looks,
-            told: Told { name: "drop a STEP file here".to_owned(), ..Told::default() },
+            told: PanelText { name: "drop a STEP file here".to_owned(), ..PanelText::default() },
             last: Instant::now(),
             hand: None,
             patient: false,
@@ -130,7 +130,7 @@ impl Viewer {
     fn show(&mut self, loaded: Loaded, aspect: f64) {
         let Loaded { name, prepared, session, seconds } = loaded;
         let faces: usize = prepared.parts.iter().map(|part| part.faces.len()).sum();
-        self.told = Told {
+        self.told = PanelText {
             name,
             counts: vec![
                 ("parts", prepared.parts.len().to_string()),
@@ -140,7 +140,7 @@ impl Viewer {
                 ("notes", prepared.diagnostics.len().to_string()),
                 ("read in", format!("{seconds:.2} s")),
             ],
-            ..Told::default()
+            ..PanelText::default()
         };
         let from = self.looks.camera.view_point();
         self.looks.fit(&from, prepared.bounds, aspect);

@@ -6,7 +6,7 @@
 //! millimetre: a factor of 4, which is a factor of 2 in lattice lines. Bands are absolute: when the camera moves,
 //! instances change rows and the rows' meshes stay. The cost is the triangles of all rows in use, once each.
 
-use super::shown::PartBoxes;
+use super::culling::PartBoxes;
 use crate::frame::view::camera::View;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::PartId;

@@ -4,19 +4,19 @@
 //! to the eye or partly off-screen has a step for each of its sub-boxes instead. An edge takes the finest step of its
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
+use super::culling::{InstanceSight, PartBoxes};
 use super::rate::{Rate, Step, Terms, band, step};
-use super::resync::{Kept, Turns, owner};
-use super::shown::{PartBoxes, ShownTile};
+use super::resync::{LineHistory, Turns, owner};
 use crate::frame::plan::budget::{Budget, cells, predicted};
 use crate::frame::plan::lattice::{lattice, places};
 use crate::frame::plan::limits::{PlanLimits, Shortfall};
 use crate::frame::plan::make::plan_parts;
-use crate::frame::plan::planned::Plan;
-use crate::frame::plan::split::Lines;
+use crate::frame::plan::output::Plan;
+use crate::frame::plan::split::LinePlacement;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
-use crate::frame::view::asked::Asked;
+use crate::frame::view::box_tolerance::PartTolerance;
 use crate::frame::view::camera::View;
-use crate::frame::view::sight::Seen;
+use crate::frame::view::part_camera::PixelScale;
 use crate::frame::view::tolerance::Tolerance;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{PartId, RowId, SurfaceKind, TileId};
@@ -44,15 +44,15 @@ pub struct PlannerOptions {
     pub budget: Option<Duration>,
     /// Cull back-facing tiles of closed parts.
     /// Only valid while no camera is inside a part and the near plane clips none.
-    pub cull_backs: bool,
+    pub cull_back_faces: bool,
     /// How lattice lines and tessellants follow changes of density.
-    pub lines: Lines,
+    pub lines: LinePlacement,
 }
 
 impl PlannerOptions {
-    /// Default limits, no budget, no back-face culling, [`Lines::Spread`].
+    /// Default limits, no budget, no back-face culling, [`LinePlacement::Spread`].
     pub const DEFAULT: Self =
-        Self { limits: PlanLimits::DEFAULT, budget: None, cull_backs: false, lines: Lines::Spread };
+        Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false, lines: LinePlacement::Spread };
 
     /// Sets [`limits`](Self::limits).
     #[must_use]
@@ -68,16 +68,16 @@ impl PlannerOptions {
         self
     }
 
-    /// Sets [`cull_backs`](Self::cull_backs).
+    /// Sets [`cull_back_faces`](Self::cull_back_faces).
     #[must_use]
-    pub const fn with_cull_backs(mut self, cull_backs: bool) -> Self {
-        self.cull_backs = cull_backs;
+    pub const fn with_cull_back_faces(mut self, cull_back_faces: bool) -> Self {
+        self.cull_back_faces = cull_back_faces;
         self
     }
 
     /// Sets [`lines`](Self::lines).
     #[must_use]
-    pub const fn with_lines(mut self, lines: Lines) -> Self {
+    pub const fn with_lines(mut self, lines: LinePlacement) -> Self {
         self.lines = lines;
         self
     }
@@ -114,15 +114,15 @@ struct PartRates {
     tile_terms: Vec<u32>,
     edge_terms: Vec<u32>,
     /// Tiles and edges whose lines also depend on history.
-    kept: Kept,
+    kept: LineHistory,
     /// Number of cells of each tile.
     cells: Vec<u64>,
     /// What the views of the current frame show of each tile.
-    seen: Vec<Seen>,
+    seen: Vec<PixelScale>,
 }
 
 /// Off-screen, or culled.
-const UNSEEN: Seen = Seen { most: -1.0, least: -1.0 };
+const UNSEEN: PixelScale = PixelScale { most: -1.0, least: -1.0 };
 
 /// Makes the plans of consecutive frames.
 ///
@@ -245,7 +245,7 @@ struct WantedRate {
 /// The plan of the current frame.
 struct PlanDraft<'a> {
     page: &'a mut Plan,
-    sights: Vec<Vec<ShownTile>>,
+    sights: Vec<Vec<InstanceSight>>,
     wanted: Vec<WantedRate>,
     /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
     near: Vec<(usize, usize)>,
@@ -257,8 +257,8 @@ impl Planner {
     #[must_use]
     pub fn new(prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
         let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
-        let everywhere = |part: &ScenePart| Asked::everywhere(&coarsest, part.radius);
-        let asked: Vec<Asked> = prepared.scene.parts.iter().map(everywhere).collect();
+        let everywhere = |part: &ScenePart| PartTolerance::everywhere(&coarsest, part.radius);
+        let asked: Vec<PartTolerance> = prepared.scene.parts.iter().map(everywhere).collect();
         let plan = plan_parts(&prepared, &asked, &options.limits);
         let parts = prepared.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
             boxes: PartBoxes::of(part),
@@ -267,7 +267,7 @@ impl Planner {
             edges: vec![Rate::Even(None); part.edges.len()],
             tile_terms: vec![0; part.tiles.len()],
             edge_terms: vec![0; part.edges.len()],
-            kept: Kept::none(part),
+            kept: LineHistory::none(part),
             cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
             seen: vec![UNSEEN; part.tiles.len()],
         });
@@ -374,8 +374,8 @@ impl Planner {
     }
 
     /// The instances of each part as the views see them, and whether any view is invalid.
-    fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<ShownTile>>, bool) {
-        let mut sights: Vec<Vec<ShownTile>> = vec![Vec::new(); self.parts.len()];
+    fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<InstanceSight>>, bool) {
+        let mut sights: Vec<Vec<InstanceSight>> = vec![Vec::new(); self.parts.len()];
         let mut unusable = false;
         for (v, view) in views.iter().enumerate() {
             let usable = view.deviation_px > 0.0 && view.angle > 0.0 && view.size_px.is_none_or(|size| size > 0.0);
@@ -386,7 +386,7 @@ impl Planner {
             for (i, instance) in instances.iter().enumerate() {
                 if let Some(sights) = sights.get_mut(instance.part.index()) {
                     let sight = view.sight(lens, instance).weighed(1.0 / view.deviation_px);
-                    sights.push(ShownTile { view: v, instance: i, sight });
+                    sights.push(InstanceSight { view: v, instance: i, sight });
                 }
             }
         }
@@ -397,14 +397,14 @@ impl Planner {
     fn look(&mut self, p: usize, draft: &mut PlanDraft<'_>) {
         let PartRates { boxes, tiles, bands, tile_terms, kept, seen, .. } = &mut self.parts[p];
         seen.fill(UNSEEN);
-        for ShownTile { view, instance, sight } in &draft.sights[p] {
-            boxes.seen_by(sight, self.options.cull_backs, |t, now| {
+        for InstanceSight { view, instance, sight } in &draft.sights[p] {
+            boxes.seen_by(sight, self.options.cull_back_faces, |t, now| {
                 draft.page.drawn.insert(*view, *instance, TileId(t as u32));
-                seen[t] = Seen { most: seen[t].most.max(now.most), least: seen[t].least.max(now.least) };
+                seen[t] = PixelScale { most: seen[t].most.max(now.most), least: seen[t].least.max(now.least) };
             });
         }
         let part = &self.prepared.parts[p];
-        for (t, &Seen { most, least }) in seen.iter().enumerate() {
+        for (t, &PixelScale { most, least }) in seen.iter().enumerate() {
             if most < 0.0 {
                 continue;
             }
@@ -611,15 +611,15 @@ impl Planner {
 }
 
 /// The step of each box, with hysteresis.
-fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[ShownTile]) -> Box<[Step]> {
+fn each<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[InstanceSight]) -> Box<[Step]> {
     places.enumerate().map(|(k, place)| step(densest(place, sights), before.step(k))).collect()
 }
 
 /// Whether all boxes keep their steps.
-fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[ShownTile]) -> bool {
+fn holds<'a>(places: impl Iterator<Item = &'a BoundingBox>, before: &Rate, sights: &[InstanceSight]) -> bool {
     places.enumerate().all(|(k, place)| step(densest(place, sights), before.step(k)) == before.step(k))
 }
 
-fn densest(place: &BoundingBox, sights: &[ShownTile]) -> f64 {
+fn densest(place: &BoundingBox, sights: &[InstanceSight]) -> f64 {
     sights.iter().map(|s| s.sight.pixels_per_length(place)).fold(0.0, f64::max)
 }

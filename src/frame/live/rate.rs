@@ -3,7 +3,7 @@
 //! Between two frames the density of everything changes a little, and without steps everything would be rebuilt. So
 //! densities are rounded up to steps, and a step is lowered only when the density is well below it.
 
-use crate::frame::view::asked::Need;
+use crate::frame::view::box_tolerance::BoxTolerances;
 use crate::frame::view::tolerance::Tolerance;
 
 /// Steps per doubling of the pixels per millimetre. The number of lines grows with its square root, so a step is a
@@ -87,7 +87,7 @@ impl Terms {
     }
 
     /// The tolerances of a tile or edge with this rate and `boxes` boxes, in a part of this radius.
-    pub(crate) fn need(&self, rate: &Rate, boxes: usize, radius: f64) -> Need {
+    pub(crate) fn need(&self, rate: &Rate, boxes: usize, radius: f64) -> BoxTolerances {
         let most = rate.finest();
         let shares = match (rate, most) {
             (Rate::Each(steps), Some(most)) => {
@@ -99,7 +99,7 @@ impl Terms {
         let density = most.map_or(0.0, |step| self.density(step));
         let tolerance =
             Tolerance { chord: 1.0 / density, angle: self.angle, max_edge: self.size.map(|size| size / density) };
-        Need { tolerance: tolerance.usable(radius), shares }
+        BoxTolerances { tolerance: tolerance.usable(radius), shares }
     }
 
     /// Rounds a chord tolerance down to a power of two. It then changes only every two steps, and so does what is

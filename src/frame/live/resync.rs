@@ -1,12 +1,12 @@
 //! Frame numbers -> tiles to resynchronise: tiles with incrementally updated lines take turns to replace all of them.
 
-use crate::frame::plan::split::{Before, Intensive, Lines};
+use crate::frame::plan::split::{LastLines, LinePlacement, SplitRule};
 use crate::prepare::internals::{PreparedEdge, PreparedPart};
 use std::num::NonZeroU32;
 
 /// The schedule of resynchronisation.
 pub(crate) struct Turns {
-    split: Option<(Intensive, f64)>,
+    split: Option<(SplitRule, f64)>,
     every: Option<NonZeroU32>,
     frame: u64,
     /// Frames since the last movement.
@@ -14,10 +14,10 @@ pub(crate) struct Turns {
 }
 
 impl Turns {
-    pub(crate) fn of(lines: Lines) -> Self {
+    pub(crate) fn of(lines: LinePlacement) -> Self {
         let (split, every) = match lines {
-            Lines::Spread => (None, None),
-            Lines::Split { intensive, most, resync } => (Some((intensive, most)), resync),
+            LinePlacement::Spread => (None, None),
+            LinePlacement::Split { intensive, most, resync } => (Some((intensive, most)), resync),
         };
         Self { split, every, frame: 0, still: 0 }
     }
@@ -41,20 +41,20 @@ impl Turns {
     }
 
     /// The lines to update incrementally; `None` if all lines are replaced.
-    pub(crate) fn follow<'a, T: ?Sized>(&self, last: &'a T, anew: bool) -> Option<Before<'a, T>> {
-        self.split.filter(|_| !anew).map(|(intensive, most)| Before { last, intensive, most })
+    pub(crate) fn follow<'a, T: ?Sized>(&self, last: &'a T, anew: bool) -> Option<LastLines<'a, T>> {
+        self.split.filter(|_| !anew).map(|(intensive, most)| LastLines { last, intensive, most })
     }
 }
 
 /// Tiles and edges of a part whose lines depend on history: updated incrementally since they were last all replaced.
-pub(crate) struct Kept {
+pub(crate) struct LineHistory {
     pub(crate) tiles: Vec<bool>,
     pub(crate) edges: Vec<bool>,
     /// Tiles whose turn has come and is not done.
     pub(crate) due: Vec<bool>,
 }
 
-impl Kept {
+impl LineHistory {
     pub(crate) fn none(part: &PreparedPart) -> Self {
         let (tiles, edges) = (part.tiles.len(), part.edges.len());
         Self { tiles: vec![false; tiles], edges: vec![false; edges], due: vec![false; tiles] }
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn tiles_take_evenly_spread_turns() {
         let mut turns =
-            Turns::of(Lines::Split { intensive: Intensive::Rendering, most: 2.0, resync: NonZeroU32::new(10) });
+            Turns::of(LinePlacement::Split { intensive: SplitRule::Rendering, most: 2.0, resync: NonZeroU32::new(10) });
         let mut count = vec![0; 1000];
         for _ in 0..10 {
             turns.pass(false);
@@ -103,8 +103,8 @@ mod tests {
             turns.are_left()
         });
         assert_eq!(left.count(), 19);
-        let mut never = Turns::of(Lines::Split { intensive: Intensive::Criterion, most: 2.0, resync: None });
+        let mut never = Turns::of(LinePlacement::Split { intensive: SplitRule::Criterion, most: 2.0, resync: None });
         never.pass(true);
-        assert!(!never.are_left() && !never.has(0, 0) && !Turns::of(Lines::Spread).are_left());
+        assert!(!never.are_left() && !never.has(0, 0) && !Turns::of(LinePlacement::Spread).are_left());
     }
 }

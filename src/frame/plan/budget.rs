@@ -1,7 +1,7 @@
 //! Limits -> what remains of them while a plan is made; a tile and its plan -> its predicted time.
 
 use super::limits::PlanLimits;
-use super::planned::{PartPlan, TileLattice};
+use super::output::{PartPlan, TileLattice};
 use crate::prepare::internals::{EdgeUse, Tile, nanoseconds};
 
 /// What remains of the limits.

@@ -2,10 +2,10 @@
 
 use super::limits::PlanLimits;
 use super::make::plan_parts;
-use super::planned::Plan;
-use crate::frame::view::asked::Asked;
+use super::output::Plan;
+use crate::frame::view::box_tolerance::PartTolerance;
 use crate::frame::view::camera::View;
-use crate::frame::view::sight::Sight;
+use crate::frame::view::part_camera::PartCamera;
 use crate::frame::view::tolerance::Tolerance;
 use crate::mesh::ScenePart;
 use crate::prepare::Prepared;
@@ -38,17 +38,17 @@ pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
 #[must_use]
 pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
     let lens = view.lens();
-    let mut seen: Vec<Vec<Sight>> = vec![Vec::new(); prepared.parts.len()];
+    let mut seen: Vec<Vec<PartCamera>> = vec![Vec::new(); prepared.parts.len()];
     for instance in &prepared.scene.instances {
         seen[instance.part.index()].extend(lens.map(|lens| view.sight(lens, instance)));
     }
     let per_pixel = Tolerance { chord: view.deviation_px, angle: view.angle, max_edge: view.size_px };
     let unseen = Tolerance { chord: f64::INFINITY, angle: view.angle, max_edge: None };
-    let of_part = |(part, sights): (&ScenePart, Vec<Sight>)| match sights[..] {
-        [] => Asked::everywhere(&unseen, part.radius),
-        _ => Asked::seen(&per_pixel, sights, part.radius),
+    let of_part = |(part, sights): (&ScenePart, Vec<PartCamera>)| match sights[..] {
+        [] => PartTolerance::everywhere(&unseen, part.radius),
+        _ => PartTolerance::seen(&per_pixel, sights, part.radius),
     };
-    let mut asked: Vec<Asked> = prepared.scene.parts.iter().zip(seen).map(of_part).collect();
+    let mut asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(seen).map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
     plan_parts(prepared, &asked, limits)
 }

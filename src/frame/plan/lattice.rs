@@ -6,9 +6,9 @@
 //! its own density of lines, which follows the bounds along it.
 
 use super::density::Density;
-use super::planned::{MAX_LINES, TileLattice};
-use super::split::{Before, Criteria};
-use crate::frame::view::asked::{Need, dilate, is_steep, most_touched};
+use super::output::{MAX_LINES, TileLattice};
+use super::split::{Criteria, LastLines};
+use crate::frame::view::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
 use crate::frame::view::tolerance::Tolerance;
 use crate::model::SurfaceKind;
 use crate::prepare::internals::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
@@ -87,7 +87,7 @@ struct Second {
     vv: f64,
 }
 
-/// The boxes of a face's table under a tile, strip by strip in u: the order of [`Need::shares`].
+/// The boxes of a face's table under a tile, strip by strip in u: the order of [`BoxTolerances::shares`].
 pub(crate) fn places<'a>(
     face: &'a PreparedFace,
     tile: &Tile,
@@ -108,7 +108,7 @@ pub(crate) fn strips(breaks: &[f64], lo: f64, hi: f64) -> std::ops::Range<usize>
 
 /// Whether a lattice is as dense as required; if not, which limit made it coarser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct LinesKept {
+pub(crate) struct DensityMet {
     /// False if the limits on lines made it coarser, or if more lines would follow noise.
     pub(crate) lines: bool,
     /// False if the limit on cells made it coarser.
@@ -126,18 +126,18 @@ pub(crate) fn is_single(face: &PreparedFace, max_edge: Option<f64>) -> bool {
 pub(crate) fn lattice(
     face: &PreparedFace,
     tile: &Tile,
-    need: &Need,
+    need: &BoxTolerances,
     factor: f64,
     most_cells: u64,
-    before: Option<Before<'_, TileLattice>>,
-) -> (TileLattice, LinesKept) {
+    before: Option<LastLines<'_, TileLattice>>,
+) -> (TileLattice, DensityMet) {
     if is_single(face, need.tolerance.max_edge) {
         let single = TileLattice {
             us: vec![tile.min.x, tile.max.x],
             vs: vec![tile.min.y, tile.max.y],
             chord: need.tolerance.chord,
         };
-        return (single, LinesKept { lines: true, cells: true });
+        return (single, DensityMet { lines: true, cells: true });
     }
     let table = &face.bounds;
     let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
@@ -266,8 +266,8 @@ fn spread(
     tolerance: &Tolerance,
     factor: f64,
     most_cells: u64,
-    mut before: Option<Before<'_, TileLattice>>,
-) -> (TileLattice, LinesKept) {
+    mut before: Option<LastLines<'_, TileLattice>>,
+) -> (TileLattice, DensityMet) {
     let Under { face, tile, strips: [su, sv], .. } = under;
     let (breaks_u, breaks_v) = (&face.bounds.breaks_u[su.start..=su.end], &face.bounds.breaks_v[sv.start..=sv.end]);
     let Densities { wanted: [mut ru, mut rv], least, noisy } =
@@ -281,7 +281,7 @@ fn spread(
             creases.dedup();
         }
     }
-    let mut kept = LinesKept { lines: !noisy, cells: true };
+    let mut kept = DensityMet { lines: !noisy, cells: true };
     let mut round = 0;
     loop {
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
@@ -329,7 +329,7 @@ fn lines(
     lo: f64,
     hi: f64,
     creases: &[f64],
-    follow: Option<(Before<'_, [f64]>, Density<'_>)>,
+    follow: Option<(LastLines<'_, [f64]>, Density<'_>)>,
 ) -> (Vec<f64>, bool) {
     let mut out = vec![lo];
     let mut from = lo;

@@ -3,11 +3,11 @@
 use super::budget::Budget;
 use super::lattice::{lattice, places};
 use super::limits::{PlanLimits, Shortfall};
-use super::planned::{PartPlan, Plan};
+use super::output::{PartPlan, Plan};
 use super::tessellants::{Tessellants, bare};
-use crate::frame::view::asked::{Asked, Need};
+use crate::frame::view::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::view::tolerance::Tolerance;
-use crate::mesh::{Drawn, ScenePart};
+use crate::mesh::{DrawnTiles, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// A part is planned for the largest scale of its instances, so that its triangles meet the tolerance in all of them.
 /// There are at most 4096 lines between two creases of a tile, and 4096 segments between two breaks of an edge. If the
 /// tolerance requires more, or has unusable values (see [`Tolerance`]), the plan is coarser and reports it in
-/// [`Plan::shortfall`]; [`Plan::as_asked`] turns that into an error.
+/// [`Plan::shortfall`]; [`Plan::require_full`] turns that into an error.
 ///
 /// Cost: about 1 µs per tile and per edge.
 #[must_use]
@@ -30,22 +30,23 @@ pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
 #[must_use]
 pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
     let scales = prepared.scene.largest_scales();
-    let of_part = |(part, &scale): (&ScenePart, &f64)| Asked::everywhere(&tolerance.within_part(scale), part.radius);
-    let asked: Vec<Asked> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
+    let of_part =
+        |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
+    let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
     plan_parts(prepared, &asked, limits)
 }
 
 /// Plans all parts, each for its own tolerance in part coordinates.
 ///
 /// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured.
-pub(crate) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> Plan {
+pub(crate) fn plan_parts(prepared: &Prepared, asked: &[PartTolerance], limits: &PlanLimits) -> Plan {
     /// Factor on all densities per round. It about halves the number of cells.
     const LOWER: f64 = 0.75;
     /// Rounds until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: i32 = 96;
     let mut shortfall = Shortfall::none(limits);
     // A part without tiles meets any tolerance.
-    let unusable = |(part, asked): (&Arc<PreparedPart>, &Asked)| asked.unusable && !part.tiles.is_empty();
+    let unusable = |(part, asked): (&Arc<PreparedPart>, &PartTolerance)| asked.unusable && !part.tiles.is_empty();
     shortfall.unusable = prepared.parts.iter().zip(asked).any(unusable);
     let mut round = 0;
     loop {
@@ -62,7 +63,7 @@ pub(crate) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimi
             .map(|(k, (part, asked))| plan_part(PartId::new(k), part, asked, &mut budget, &mut shortfall))
             .collect();
         if let Some(parts) = parts {
-            return Plan { parts, drawn: Drawn::default(), shortfall: shortfall.if_any() };
+            return Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() };
         }
         if round == 0 {
             shortfall.needed = triangles_asked(prepared, asked, limits);
@@ -72,7 +73,7 @@ pub(crate) fn plan_parts(prepared: &Prepared, asked: &[Asked], limits: &PlanLimi
 }
 
 /// Upper bound on the triangles at full density, each tile within its limit.
-fn triangles_asked(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) -> u64 {
+fn triangles_asked(prepared: &Prepared, asked: &[PartTolerance], limits: &PlanLimits) -> u64 {
     let mut budget = Budget { left: u64::MAX, ..Budget::of(limits) };
     for (k, (part, asked)) in prepared.parts.iter().zip(asked).enumerate() {
         // Keeps the plan of one part at a time in memory. The budget does not run out.
@@ -85,11 +86,11 @@ fn triangles_asked(prepared: &Prepared, asked: &[Asked], limits: &PlanLimits) ->
 fn plan_part(
     id: PartId,
     part: &PreparedPart,
-    asked: &Asked,
+    asked: &PartTolerance,
     budget: &mut Budget,
     shortfall: &mut Shortfall,
 ) -> Option<PartPlan> {
-    let mut need = Need::default();
+    let mut need = BoxTolerances::default();
     let mut tiles = Vec::with_capacity(part.tiles.len());
     for (k, tile) in part.tiles.iter().enumerate() {
         let face = &part.faces[part.face_of(tile)];

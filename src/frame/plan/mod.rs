@@ -6,6 +6,6 @@ pub(super) mod for_view;
 pub(super) mod lattice;
 pub(super) mod limits;
 pub(super) mod make;
-pub(super) mod planned;
+pub(super) mod output;
 pub(super) mod split;
 pub(super) mod tessellants;

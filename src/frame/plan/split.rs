@@ -14,7 +14,7 @@ use std::num::NonZeroU32;
 /// With either choice, lines are placed from scratch for new tiles and edges, and whenever settings common to all views
 /// change (angle, size, limits).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Lines {
+pub enum LinePlacement {
     /// Place all lines of a tile and all tessellants of an edge from scratch: the fewest that meet the tolerance,
     /// spaced as evenly as possible.
     #[default]
@@ -23,7 +23,7 @@ pub enum Lines {
     /// Place lines from scratch where there would be too many.
     Split {
         /// Which intervals get new lines.
-        intensive: Intensive,
+        intensive: SplitRule,
         /// Upper bound on the number of lines, as a multiple of what `Spread` would place. Range 1 to 2. Splitting
         /// never exceeds 2, so at 2 lines always stay. At 1.25 hardly any interval is split, but lines that still meet
         /// the tolerance stay for longer.
@@ -37,7 +37,7 @@ pub enum Lines {
 
 /// Which intervals are split when a density rises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Intensive {
+pub enum SplitRule {
     /// All intervals that fail the criteria: every frame meets the tolerance.
     Criterion,
     /// As many intervals as it takes to reach the number of lines of `Spread`, the longest first. The others are up to
@@ -47,25 +47,25 @@ pub enum Intensive {
 }
 
 /// The last lines of a tile or an edge, and which intervals between them to split.
-pub(crate) struct Before<'a, T: ?Sized> {
+pub(crate) struct LastLines<'a, T: ?Sized> {
     pub(crate) last: &'a T,
-    pub(crate) intensive: Intensive,
+    pub(crate) intensive: SplitRule,
     /// Upper bound on the number of gaps, as a multiple of the fewest that meet the density.
     pub(crate) most: f64,
 }
 
-impl<T: ?Sized> Clone for Before<'_, T> {
+impl<T: ?Sized> Clone for LastLines<'_, T> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<T: ?Sized> Copy for Before<'_, T> {}
+impl<T: ?Sized> Copy for LastLines<'_, T> {}
 
-impl<'a, T: ?Sized> Before<'a, T> {
+impl<'a, T: ?Sized> LastLines<'a, T> {
     /// The same for a part of `last`.
-    pub(crate) fn part<U: ?Sized>(self, part: impl FnOnce(&'a T) -> &'a U) -> Before<'a, U> {
-        Before { last: part(self.last), intensive: self.intensive, most: self.most }
+    pub(crate) fn part<U: ?Sized>(self, part: impl FnOnce(&'a T) -> &'a U) -> LastLines<'a, U> {
+        LastLines { last: part(self.last), intensive: self.intensive, most: self.most }
     }
 }
 
@@ -88,12 +88,12 @@ impl Criteria<'_> {
     /// Appends parameters after `a` and up to `b > a`, strictly increasing and ending with `b`: the last lines that are
     /// still needed, and new ones.
     ///
-    /// With [`Intensive::Criterion`] they meet the density; with [`Intensive::Rendering`], half of it and `least`.
-    /// Falls back to [`Density::spread`] if there would be more than [`Before::most`] times the lines that it places,
+    /// With [`SplitRule::Criterion`] they meet the density; with [`SplitRule::Rendering`], half of it and `least`.
+    /// Falls back to [`Density::spread`] if there would be more than [`LastLines::most`] times the lines that it places,
     /// or more than `limit`. Returns whether `limit` allows the density. Cost: about three times the number of gaps.
     pub(crate) fn follow(
         &self,
-        before: Before<'_, [f64]>,
+        before: LastLines<'_, [f64]>,
         (a, b): (f64, f64),
         limit: usize,
         out: &mut Vec<f64>,
@@ -102,7 +102,7 @@ impl Criteria<'_> {
         if needed <= limit {
             let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
             let mut lines = self.joined(&split);
-            if before.intensive == Intensive::Rendering {
+            if before.intensive == SplitRule::Rendering {
                 self.fill(&mut lines, needed);
             }
             if (lines.len() - 1) as f64 <= (before.most * needed as f64).min(limit as f64) {
@@ -139,7 +139,7 @@ impl Criteria<'_> {
 
     /// Cuts each interval that fails into the fewest that pass, or into one fewer (K − 1 instead of K) if those may
     /// wait.
-    fn split(&self, lines: &[f64], intensive: Intensive, limit: usize) -> Vec<f64> {
+    fn split(&self, lines: &[f64], intensive: SplitRule, limit: usize) -> Vec<f64> {
         let mut out = vec![lines[0]];
         for ends in lines.windows(2) {
             let (from, to, start) = (ends[0], ends[1], out.len());
@@ -148,7 +148,7 @@ impl Criteria<'_> {
                 out.push(to);
                 continue;
             }
-            if intensive == Intensive::Rendering {
+            if intensive == SplitRule::Rendering {
                 let needed = self.density.fewest(from, to, limit);
                 // An interval that holds exactly K − 1 lines is cut into K − 1.
                 let exactly = fullness / needed as f64;
@@ -207,7 +207,7 @@ mod tests {
     use arbitrary::Unstructured;
 
     const LIMIT: usize = 4096;
-    const BOTH: [Intensive; 2] = [Intensive::Criterion, Intensive::Rendering];
+    const BOTH: [SplitRule; 2] = [SplitRule::Criterion, SplitRule::Rendering];
 
     /// A density whose tables are leaked.
     fn dense(breaks: &[f64], rates: &[f64]) -> Density<'static> {
@@ -218,10 +218,11 @@ mod tests {
         dense(&[0.0, 1.0], &[rate])
     }
 
-    fn follow(last: &[f64], density: Density<'_>, least: Density<'_>, intensive: Intensive) -> Vec<f64> {
+    fn follow(last: &[f64], density: Density<'_>, least: Density<'_>, intensive: SplitRule) -> Vec<f64> {
         let (a, b) = (last[0], last[last.len() - 1]);
         let mut lines = vec![a];
-        let kept = Criteria { density, least }.follow(Before { last, intensive, most: 2.0 }, (a, b), LIMIT, &mut lines);
+        let kept =
+            Criteria { density, least }.follow(LastLines { last, intensive, most: 2.0 }, (a, b), LIMIT, &mut lines);
         assert!(kept && lines.is_sorted_by(|x, y| x < y) && lines[lines.len() - 1] == b, "{lines:?}");
         lines
     }
@@ -243,28 +244,28 @@ mod tests {
     #[test]
     fn ten_intervals_become_fourteen_as_in_the_paper() {
         let ten = spread(even(10.0), 0.0, 1.0);
-        let lines = follow(&ten, even(14.0), even(0.0), Intensive::Rendering);
+        let lines = follow(&ten, even(14.0), even(0.0), SplitRule::Rendering);
         // K = 2: no line into every interval, and four of the ten are split.
         assert!(lines.len() == 15 && has_all(&lines, &ten), "{lines:?}");
         let whole = lines.windows(2).filter(|w| (w[1] - w[0] - 0.1).abs() < 1e-12).count();
         assert_eq!(whole, 6);
         assert!((fullest(even(14.0), &lines).powi(2) - 1.96).abs() < 1e-9);
         // The other six are split before any interval is split again.
-        let lines = follow(&lines, even(20.0), even(0.0), Intensive::Rendering);
+        let lines = follow(&lines, even(20.0), even(0.0), SplitRule::Rendering);
         assert!(lines.len() == 21 && has_all(&lines, &ten) && fullest(even(20.0), &lines) < 1.000_001, "{lines:?}");
         // K = 4: two lines into each, and three more.
-        let lines = follow(&ten, even(33.0), even(0.0), Intensive::Rendering);
+        let lines = follow(&ten, even(33.0), even(0.0), SplitRule::Rendering);
         assert!(lines.len() == 34 && has_all(&lines, &ten), "{lines:?}");
         assert!((fullest(even(33.0), &lines) - 1.1).abs() < 1e-9, "{lines:?}");
         // All intervals fail, so all are split.
-        assert_eq!(follow(&ten, even(14.0), even(0.0), Intensive::Criterion).len(), 21);
+        assert_eq!(follow(&ten, even(14.0), even(0.0), SplitRule::Criterion).len(), 21);
     }
 
     #[test]
     fn intervals_over_the_least_density_do_not_wait() {
         let ten = spread(even(10.0), 0.0, 1.0);
         for (least, count) in [(10.0, 14), (10.1, 20)] {
-            let lines = follow(&ten, even(14.0), even(least), Intensive::Rendering);
+            let lines = follow(&ten, even(14.0), even(least), SplitRule::Rendering);
             assert_eq!((lines.len() - 1, has_all(&lines, &ten)), (count, true), "{least}: {lines:?}");
         }
     }
@@ -286,9 +287,9 @@ mod tests {
         // many.
         let thirty: Vec<f64> = (0..=30).map(|k| f64::from(k) / 30.0).collect();
         let density = dense(&[0.0, 1.0, 1.0 + 1e-3], &[14.9, 1.0]);
-        assert_eq!(follow(&thirty, density, even(0.0), Intensive::Criterion).len() - 1, 15);
+        assert_eq!(follow(&thirty, density, even(0.0), SplitRule::Criterion).len() - 1, 15);
         let close = [-0.1, 1e-9, 0.5, 1.0 - 1e-9, 1.5];
-        let before = Before { last: &close[..], intensive: Intensive::Criterion, most: 2.0 };
+        let before = LastLines { last: &close[..], intensive: SplitRule::Criterion, most: 2.0 };
         let mut lines = vec![0.0];
         assert!(Criteria { density: even(2.0), least: even(0.0) }.follow(before, (0.0, 1.0), LIMIT, &mut lines));
         assert_eq!(lines, [0.0, 0.5, 1.0]);
@@ -296,7 +297,7 @@ mod tests {
         let border = dense(&[0.0, 0.1, 1.0], &[0.1, 10.0]);
         let lines = spread(border, 0.0, 1.0);
         assert!(lines.contains(&0.1));
-        assert_eq!(follow(&lines, border, even(0.0), Intensive::Criterion), lines);
+        assert_eq!(follow(&lines, border, even(0.0), SplitRule::Criterion), lines);
     }
 
     #[test]
@@ -304,7 +305,7 @@ mod tests {
         let thirteen = spread(even(13.0), 0.0, 1.0);
         let follow = |rate: f64, most: f64| {
             let (density, mut lines) = (even(rate), vec![0.0]);
-            let before = Before { last: &thirteen[..], intensive: Intensive::Criterion, most };
+            let before = LastLines { last: &thirteen[..], intensive: SplitRule::Criterion, most };
             Criteria { density, least: density }.follow(before, (0.0, 1.0), LIMIT, &mut lines);
             lines
         };
@@ -322,7 +323,7 @@ mod tests {
         for (limit, allowed) in [(20, false), (33, true), (40, true)] {
             for intensive in BOTH {
                 let (mut lines, mut fresh) = (vec![0.0], vec![0.0]);
-                let before = Before { last: &ten[..], intensive, most: 2.0 };
+                let before = LastLines { last: &ten[..], intensive, most: 2.0 };
                 let kept = Criteria { density, least }.follow(before, (0.0, 1.0), limit, &mut lines);
                 assert_eq!(kept, density.spread(0.0, 1.0, limit, &mut fresh));
                 assert!(kept == allowed && lines.len() - 1 <= limit, "{limit}: {lines:?}");
@@ -364,7 +365,7 @@ mod tests {
                 let case = format!("{intensive:?} {breaks:?} {rates:?} {share}: {} {}", old.len(), new.len());
                 assert!(new.len() - 1 < 2 * needed, "{needed} {case}");
                 let (full, strict) = (fullest(density, &new), fullest(least, &new));
-                let most = if intensive == Intensive::Rendering { WAITS } else { FULL };
+                let most = if intensive == SplitRule::Rendering { WAITS } else { FULL };
                 assert!(full <= most * FULL && strict <= FULL * FULL, "{full} {strict} {case}");
                 if new != spread(density, a, b) {
                     // A line that goes leaves an interval that passes or may wait, and no interval that passes is cut.

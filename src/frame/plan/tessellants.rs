@@ -1,9 +1,9 @@
 //! An edge, its tolerance and the lattices of its tiles -> its tessellants.
 
 use super::density::Density;
-use super::planned::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
-use super::split::{Before, Criteria};
-use crate::frame::view::asked::{Need, dilate, most_touched};
+use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
+use super::split::{Criteria, LastLines};
+use crate::frame::view::box_tolerance::{BoxTolerances, dilate, most_touched};
 use crate::frame::view::tolerance::Tolerance;
 use crate::model::TileId;
 use crate::prepare::internals::EdgeImage;
@@ -64,9 +64,9 @@ impl Tessellants {
         &mut self,
         edge: &PreparedEdge,
         tiles: &[Arc<TileLattice>],
-        need: &Need,
+        need: &BoxTolerances,
         factor: f64,
-        before: Option<Before<'_, EdgePolyline>>,
+        before: Option<LastLines<'_, EdgePolyline>>,
     ) -> (EdgePolyline, bool) {
         if edge.uses.is_empty() {
             return (EdgePolyline::default(), true);
@@ -95,7 +95,7 @@ impl Tessellants {
         tolerance: &Tolerance,
         shares: &[f64],
         factor: f64,
-        before: Option<Before<'_, EdgePolyline>>,
+        before: Option<LastLines<'_, EdgePolyline>>,
     ) -> (EdgePolyline, bool) {
         let Self { of_bounds, rates, least, wanted, ts, .. } = self;
         let bounds = &edge.bounds;

@@ -3,7 +3,7 @@
 
 use super::ladder::Rung;
 use super::outcome::{Degradation, TileOutcome};
-use crate::frame::plan::planned::Plan;
+use crate::frame::plan::output::Plan;
 use crate::frame::trim::climb::fill_loops;
 use crate::frame::trim::input::TrimInput;
 use crate::frame::trim::output::TrimOutput;

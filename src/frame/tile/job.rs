@@ -2,7 +2,7 @@
 
 use super::ladder::Rung;
 use super::outcome::{Degradation, TileOutcome};
-use crate::frame::plan::planned::{PartPlan, Plan, TileLattice};
+use crate::frame::plan::output::{PartPlan, Plan, TileLattice};
 use crate::frame::refine::lift::FaceSurface;
 use crate::frame::refine::narrow::narrow;
 use crate::frame::refine::unfold::{MOST_WEIGHED, MOST_WEIGHED_OF_NOISE, unfold};

@@ -2,7 +2,7 @@
 
 use super::job::tessellate_tile;
 use super::outcome::TileOutcome;
-use crate::frame::plan::planned::{Plan, TileLattice, cell_coordinate};
+use crate::frame::plan::output::{Plan, TileLattice, cell_coordinate};
 use crate::frame::trim::input::TrimInput;
 use crate::frame::trim::output::TrimStats;
 use crate::frame::trim::record::TrimRecord;

@@ -13,7 +13,7 @@ use super::slits::Slits;
 use super::trace::{InCellLoop, Trace};
 use super::triangulate::{EAR_LIMIT, EarPolygon};
 use crate::math::predicates::orient2d;
-use crate::math::sets::Sets;
+use crate::math::sets::DisjointSets;
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 
@@ -41,7 +41,7 @@ struct Cleanup<'a> {
     /// The in-cell loops, by cell.
     loops: Vec<InCellLoop>,
     /// Union-find over the rings: a cluster is a tree. `members` and `refusals` are up to date at roots only.
-    sets: Sets,
+    sets: DisjointSets,
     members: Vec<Vec<u32>>,
     refusals: Vec<u32>,
     /// Rings made of a cell's corners, by cell.
@@ -78,7 +78,7 @@ pub(crate) fn clean_up(
         polygon,
         out,
         loops,
-        sets: Sets::new(count),
+        sets: DisjointSets::new(count),
         members: vec![Vec::new(); count],
         refusals: vec![0; count],
         cell_rings,

@@ -4,7 +4,7 @@
 //! same parameters give the same bits, so reuse does not affect results.
 
 use super::memory::keep;
-use crate::frame::plan::planned::{EdgePolyline, PartPlan, TileLattice};
+use crate::frame::plan::output::{EdgePolyline, PartPlan, TileLattice};
 use crate::frame::trim::input::NONE;
 use crate::frame::vertices::boundary::{Spot, edge_point, origin, steps, steps_with_breaks};
 use crate::frame::vertices::evaluate::{evaluate_lattice, evaluate_points};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// The cached vertices of a tile.
 #[derive(Default)]
-pub(crate) struct Samples {
+pub(crate) struct SampleCache {
     lattice: Option<Arc<TileLattice>>,
     /// Polyline of each edge use, loop after loop.
     lines: Vec<Arc<EdgePolyline>>,
@@ -31,7 +31,7 @@ pub(crate) struct Samples {
     corners: Vec<u32>,
 }
 
-impl Samples {
+impl SampleCache {
     /// Caches the tile that was just made in the scratch and the mesh, without crossings and inner points.
     pub(crate) fn keep(
         &mut self,

@@ -4,10 +4,10 @@
 //! Vertices, boundary edges and area are those of the tile rebuilt from scratch. How its inside is cut into triangles
 //! may depend on the cache. Doubtful cases are rebuilt from scratch.
 
-use super::again::{AgainScratch, Cells, Moved, strips};
-use super::samples::Samples;
-use super::weave::{Changed, Weave, WeaveScratch};
-use crate::frame::plan::planned::Plan;
+use super::cells::{AgainScratch, CellCache, CellMapping, strips};
+use super::samples::SampleCache;
+use super::weave::{LoopMapping, Weave, WeaveScratch};
+use crate::frame::plan::output::Plan;
 use crate::frame::tile::job::{Job, Trimmed, tessellate_tile};
 use crate::frame::tile::outcome::TileOutcome;
 use crate::frame::trim::input::{NONE, TrimInput};
@@ -52,7 +52,7 @@ impl Default for Reuse {
 pub struct TileCache {
     /// Whether there are samples.
     holds: bool,
-    samples: Samples,
+    samples: SampleCache,
     triangles: Triangles,
     outcome: TrimOutcome,
     stats: TrimStats,
@@ -68,7 +68,7 @@ enum Triangles {
     /// Of a single cell, with adjacency, after an incremental update.
     Weave(Weave),
     /// Of a lattice, cell by cell.
-    Cells(Cells),
+    CellCache(CellCache),
 }
 
 impl TileCache {
@@ -82,7 +82,7 @@ impl TileCache {
             Triangles::None => 0,
             Triangles::OneCell(triangles) => size_of::<[u32; 3]>() * triangles.capacity(),
             Triangles::Weave(weave) => weave.bytes(),
-            Triangles::Cells(cells) => cells.bytes(),
+            Triangles::CellCache(cells) => cells.bytes(),
         };
         size_of::<Self>() + self.samples.bytes() + triangles
     }
@@ -103,15 +103,15 @@ impl TileCache {
         let changed = new.max(old + new - from.len());
         let is_little = reuse.everywhere || 100 * changed <= MOST_CHANGED * old.max(from.len());
         let mut weave = match std::mem::take(&mut self.triangles) {
-            Triangles::Cells(kept) => {
+            Triangles::CellCache(kept) => {
                 let Buffers { columns, rows, again, .. } = b;
                 let [us, vs] = self.samples.lines();
                 strips(us, &job.lattice.us, columns);
                 strips(vs, &job.lattice.vs, rows);
-                let moved = Moved { tile, old_starts, from, columns, rows };
+                let moved = CellMapping { tile, old_starts, from, columns, rows };
                 let made = kept.again(&moved, (&mut s.trim, again), (reuse.trace, reuse.triangles), &mut s.trimmed);
                 // Put back, so that its memory is reused.
-                self.triangles = Triangles::Cells(kept);
+                self.triangles = Triangles::CellCache(kept);
                 let (outcome, fresh) = made?;
                 s.trimmed.stats.outcome = outcome;
                 // With a stricter chord than before, reused triangles have to be checked again.
@@ -122,7 +122,7 @@ impl TileCache {
             Triangles::Weave(weave) if is_little => weave,
             _ => return None,
         };
-        let changed = Changed { tile, old_starts, from };
+        let changed = LoopMapping { tile, old_starts, from };
         weave.update(&changed, &mut s.trim, &mut b.weave)?;
         s.trimmed.reset(self.stats);
         s.trimmed.triangles.extend_from_slice(&weave.triangles);
@@ -148,12 +148,12 @@ impl TileCache {
             }
         } else if !one_cell && (reuse.triangles || reuse.trace) {
             let mut kept = match std::mem::take(&mut self.triangles) {
-                Triangles::Cells(kept) => kept,
-                _ => Cells::default(),
+                Triangles::CellCache(kept) => kept,
+                _ => CellCache::default(),
             };
             let tile = TrimInput { cells, points: &s.cells, loop_starts: &s.loop_starts, places: &[] };
             if kept.keep((&s.trim, patched.then_some(&b.again)), &tile, &s.trimmed) {
-                self.triangles = Triangles::Cells(kept);
+                self.triangles = Triangles::CellCache(kept);
             }
         } else {
             self.triangles = Triangles::None;

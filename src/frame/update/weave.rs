@@ -31,7 +31,7 @@ pub(crate) struct Weave {
 
 /// A tile, and how its tessellants correspond to the old ones.
 #[derive(Clone, Copy)]
-pub(crate) struct Changed<'a> {
+pub(crate) struct LoopMapping<'a> {
     /// The new tile.
     pub(crate) tile: TrimInput<'a>,
     /// Loop starts of the old tile, which has the same loops in the same order.
@@ -155,7 +155,12 @@ impl Weave {
     /// Updates the triangles for new tessellants. `None` if impossible or doubtful; the triangles are unusable then.
     ///
     /// Cost: about 30 ns per tessellant, and half a microsecond for each that is added or removed.
-    pub(crate) fn update(&mut self, changed: &Changed<'_>, trim: &mut TrimScratch, s: &mut WeaveScratch) -> Option<()> {
+    pub(crate) fn update(
+        &mut self,
+        changed: &LoopMapping<'_>,
+        trim: &mut TrimScratch,
+        s: &mut WeaveScratch,
+    ) -> Option<()> {
         s.to.clear();
         s.to.resize(*changed.old_starts.last()? as usize, NONE);
         for (new, &old) in (0_u32..).zip(changed.from) {
@@ -195,7 +200,7 @@ impl Weave {
     }
 
     /// Removes the triangles along an old run, those around removed tessellants, and those near added ones.
-    fn take_out(&self, changed: &Changed<'_>, run: usize, s: &mut WeaveScratch) {
+    fn take_out(&self, changed: &LoopMapping<'_>, run: usize, s: &mut WeaveScratch) {
         let BoundaryRun { old, new, between } = s.runs[run];
         let l = changed.old_starts.partition_point(|&start| start <= old) - 1;
         let l_new = &changed.tile.loop_starts[l..];
@@ -263,7 +268,7 @@ impl Weave {
     }
 
     /// Fills the holes, each with the new runs along it.
-    fn fill(&self, changed: &Changed<'_>, trim: &mut TrimScratch, s: &mut WeaveScratch) -> Option<()> {
+    fn fill(&self, changed: &LoopMapping<'_>, trim: &mut TrimScratch, s: &mut WeaveScratch) -> Option<()> {
         s.made.clear();
         s.links.clear();
         s.walked.clear();
@@ -300,7 +305,7 @@ impl Weave {
     }
 
     /// Collects one outline of a hole, with new runs in place of the old ones.
-    fn walk(&self, changed: &Changed<'_>, start: TriangleSide, s: &mut WeaveScratch) -> Option<()> {
+    fn walk(&self, changed: &LoopMapping<'_>, start: TriangleSide, s: &mut WeaveScratch) -> Option<()> {
         let from = s.ids.len();
         let mut at = start;
         loop {
@@ -351,7 +356,7 @@ impl Weave {
     }
 
     /// Inserts the new triangles in place of the removed ones, and renumbers all tessellants.
-    fn put_in(&mut self, changed: &Changed<'_>, s: &mut WeaveScratch) -> Option<()> {
+    fn put_in(&mut self, changed: &LoopMapping<'_>, s: &mut WeaveScratch) -> Option<()> {
         for (corners, &out) in self.triangles.iter_mut().zip(&s.out) {
             if !out {
                 *corners = corners.map(|v| s.to[v as usize]);
@@ -429,15 +434,15 @@ impl WeaveScratch {
         }
     }
 
-    fn add(&mut self, changed: &Changed<'_>, v: u32, across: TriangleSide) {
+    fn add(&mut self, changed: &LoopMapping<'_>, v: u32, across: TriangleSide) {
         self.ids.push(v);
         self.points.push(changed.tile.points[v as usize]);
         self.across.push(across);
     }
 
     /// Finds the runs. `None` if a loop keeps none of its tessellants, or their order changed.
-    fn find_runs(&mut self, changed: &Changed<'_>) -> Option<()> {
-        let Changed { tile, old_starts, from } = *changed;
+    fn find_runs(&mut self, changed: &LoopMapping<'_>) -> Option<()> {
+        let LoopMapping { tile, old_starts, from } = *changed;
         self.runs.clear();
         if old_starts.len() != tile.loop_starts.len() {
             return None;
@@ -500,7 +505,7 @@ impl WeaveScratch {
 }
 
 /// Whether a segment of a new run meets any other segment, except at common ends.
-fn meets_others(changed: &Changed<'_>, run: &BoundaryRun) -> bool {
+fn meets_others(changed: &LoopMapping<'_>, run: &BoundaryRun) -> bool {
     let tile = &changed.tile;
     let l = tile.loop_starts.partition_point(|&start| start <= run.new) - 1;
     let mut path = vec![run.new];

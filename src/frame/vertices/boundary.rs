@@ -1,7 +1,7 @@
 //! A tile's loops and a plan -> tessellants: positions, parameters, cell coordinates.
 
 use super::scratch::Scratch;
-use crate::frame::plan::planned::{CellWalk, PartPlan, Plan, TileLattice};
+use crate::frame::plan::output::{CellWalk, PartPlan, Plan, TileLattice};
 use crate::mesh::{EdgeLine, Origin, TileMesh};
 use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::Prepared;

@@ -2,7 +2,7 @@
 
 use super::evaluate::{evaluate_lattice, evaluate_points};
 use super::scratch::Scratch;
-use crate::frame::plan::planned::TileLattice;
+use crate::frame::plan::output::TileLattice;
 use crate::frame::trim::input::NONE;
 use crate::mesh::TileMesh;
 use crate::prepare::internals::PreparedFace;

@@ -1,6 +1,6 @@
 //! Solids without explicit faces (primitives, sweeps, triangulations) -> faces and edges of a part.
 
-use super::gathered::{BodyUse, Gathered, ShellUse, Source};
+use super::contents::{BodyUse, PartContents, ShellUse, Source};
 use super::kinds::BodyKind;
 use super::reader::Reader;
 use super::table::{Read, Trouble};
@@ -41,7 +41,7 @@ impl Reader<'_> {
     fn profile(&self, source: Source, body: &BodyUse) -> Read<Part> {
         let faces = vec![(source, false)];
         let shell = ShellUse { kind: ShellKind::Open, entity: source.id(), faces, colour: None, units: body.units };
-        let gathered = Gathered { shells: vec![shell], ..Gathered::default() };
+        let gathered = PartContents { shells: vec![shell], ..PartContents::default() };
         let (part, diagnostics) = self.part(String::new(), &gathered, None);
         if part.faces.iter().all(|face| !face.lost) {
             return Ok(part);

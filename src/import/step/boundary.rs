@@ -1,7 +1,7 @@
 //! Boundary curves of curve-bounded surfaces -> edges. Their segments are often unbounded curves in space, whose ends
 //! only the parameter curve states.
 
-use super::curve::{Bounded, Ends, WRAPPERS, Whole};
+use super::curve::{BoundedCurve, Ends, WRAPPERS, Whole};
 use super::place::Geometry;
 use super::table::{Entity, Read, Trouble, missing};
 use crate::model::CurveKind;
@@ -9,7 +9,7 @@ use glam::DVec3;
 
 impl Geometry<'_> {
     /// The curve of a `COMPOSITE_CURVE_SEGMENT` on the boundary of surface `bounded`, in the curve's own direction.
-    pub(super) fn segment(&self, id: u64, bounded: u64) -> Read<(Ends, Bounded)> {
+    pub(super) fn segment(&self, id: u64, bounded: u64) -> Read<(Ends, BoundedCurve)> {
         let parent = self.get(id)?.fields("COMPOSITE_CURVE_SEGMENT", 0).reference(2)?;
         let instance = self.get(parent)?;
         let base = self.get(bounded)?.fields("CURVE_BOUNDED_SURFACE", 1).reference(0)?;
@@ -29,7 +29,7 @@ impl Geometry<'_> {
                 let (start, end) = (curve.point(range.0), curve.point(range.1));
                 let whole = self.whole_between(start, end);
                 let kind = if curve.points.len() == 2 { CurveKind::Line } else { CurveKind::Spline };
-                return Ok((Ends { start, end, whole }, Bounded { curve, range, kind }));
+                return Ok((Ends { start, end, whole }, BoundedCurve { curve, range, kind }));
             }
             Err(trouble) => trouble,
         };

@@ -2,14 +2,14 @@
 
 use super::loops::VertexKey;
 use super::table::Map;
-use crate::math::sets::Sets;
+use crate::math::sets::DisjointSets;
 use glam::DVec3;
 
 /// Merges vertices that are one: those with the same number in the file, and coincident ones of neighbours in a loop.
 #[derive(Default)]
 pub(super) struct Corners {
     index: Map<VertexKey, usize>,
-    merged: Sets,
+    merged: DisjointSets,
     pub(super) points: Vec<DVec3>,
 }
 

@@ -47,13 +47,13 @@ pub(super) enum Carrier {
 
 /// An edge's curve, running from its start vertex to its end vertex.
 #[derive(Clone, Debug)]
-pub(super) struct Bounded {
+pub(super) struct BoundedCurve {
     pub(super) curve: NurbsCurve3,
     pub(super) range: (f64, f64),
     pub(super) kind: CurveKind,
 }
 
-impl Bounded {
+impl BoundedCurve {
     fn whole(curve: NurbsCurve3, kind: CurveKind) -> Self {
         Self { range: curve.domain(), curve, kind }
     }
@@ -94,8 +94,8 @@ impl Whole {
 }
 
 /// The segment between two vertices; `None` if they coincide.
-pub(super) fn straight(ends: Ends) -> Option<Bounded> {
-    (ends.start != ends.end).then(|| Bounded::whole(NurbsCurve3::line(ends.start, ends.end), CurveKind::Line))
+pub(super) fn straight(ends: Ends) -> Option<BoundedCurve> {
+    (ends.start != ends.end).then(|| BoundedCurve::whole(NurbsCurve3::line(ends.start, ends.end), CurveKind::Line))
 }
 
 const COMPOSITES: [&str; 4] =
@@ -106,7 +106,7 @@ pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSEC
 impl Geometry<'_> {
     /// The part of curve `id` between two vertices, along or against the curve's sense. `None` for an edge without
     /// length.
-    pub(super) fn between(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<Bounded>> {
+    pub(super) fn between(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<BoundedCurve>> {
         self.along(self.carrier(id, 0)?, ends, same_sense, id)
     }
 
@@ -118,7 +118,7 @@ impl Geometry<'_> {
         ends: Ends,
         same_sense: bool,
         id: u64,
-    ) -> Read<Option<Bounded>> {
+    ) -> Read<Option<BoundedCurve>> {
         let tolerance = self.units.tolerance;
         let forward = same == same_sense;
         let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
@@ -142,25 +142,25 @@ impl Geometry<'_> {
                 }
                 let sweep = if whole { TAU } else { sweep };
                 let kind = if a == b { CurveKind::Circle } else { CurveKind::Conic };
-                Bounded::whole(NurbsCurve3::arc(&frame, a, b, from, from + sweep), kind)
+                BoundedCurve::whole(NurbsCurve3::arc(&frame, a, b, from, from + sweep), kind)
             }
             Carrier::Hyperbola { frame, a, b } => {
                 let frame = turn(frame);
                 let at = |p: DVec3| (frame.local(p).y / b).asinh();
                 let arc = |range| hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range);
-                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
+                BoundedCurve::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
             Carrier::Parabola { frame, focal } => {
                 let frame = turn(frame);
                 let at = |p: DVec3| frame.local(p).y / (2.0 * focal);
                 let arc = |range| parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, range);
-                Bounded::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
+                BoundedCurve::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
                 let together = ends.whole.holds(chord, rounding(0.0), tolerance);
                 match cut(curve, ends, together, tolerance) {
-                    Some((curve, range)) => Bounded { curve: spline::window(curve, range), range, kind },
+                    Some((curve, range)) => BoundedCurve { curve: spline::window(curve, range), range, kind },
                     None if chord <= tolerance => return Ok(None),
                     None => {
                         return Err(Trouble::new(id, CurveTrouble::SameParameter));

@@ -2,10 +2,10 @@
 //! Exact where a closed form exists, else cubic pieces, refined until sampled errors are within the tolerance.
 
 use super::curve::Carrier;
+use super::face_location::{FaceLocation, Stated};
 use super::offset::{breaks_of, fitted};
 use super::place::Geometry;
 use super::replica::Similarity;
-use super::stated::{Reached, Stated};
 use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
 use crate::model::{AxisMap, CurveKind, CurveTrouble, FitTrouble, NurbsCurve3, StepTrouble, Surface};
@@ -87,7 +87,7 @@ impl Geometry<'_> {
 
     /// A surface whose natural parameters are the file's. Flipped surfaces and replicas are refused.
     pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Stated> {
-        let on = self.surface(id, &Reached::default, depth)?;
+        let on = self.surface(id, &FaceLocation::default, depth)?;
         if on.turned || self.get(id)?.is("SURFACE_REPLICA") {
             return Err(Trouble::new(id, StepTrouble::ReplicaParameters));
         }

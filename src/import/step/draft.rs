@@ -1,6 +1,6 @@
 //! Edges before their vertices have ids: ends and the piece of the curve between them.
 
-use super::curve::{Bounded, Ends};
+use super::curve::{BoundedCurve, Ends};
 use super::loops::VertexKey;
 use super::table::{Read, Trouble};
 use super::units::Units;
@@ -12,7 +12,7 @@ pub(super) struct EdgeDraft {
     pub(super) ends: [VertexKey; 2],
     pub(super) points: [DVec3; 2],
     /// `None` for an edge without length, and after the curve has moved to the part.
-    pub(super) curve: Option<Bounded>,
+    pub(super) curve: Option<BoundedCurve>,
     /// Whether the edge has no length.
     pub(super) empty: bool,
     /// Largest distance between an end of the curve and its vertex.
@@ -26,8 +26,14 @@ pub(super) struct EdgeDraft {
 }
 
 impl EdgeDraft {
-    pub(super) fn new(entity: u64, ends: [VertexKey; 2], at: Ends, curve: Option<Bounded>, units: Units) -> Read<Self> {
-        let gap = curve.as_ref().map_or(0.0, |Bounded { curve, range, .. }| {
+    pub(super) fn new(
+        entity: u64,
+        ends: [VertexKey; 2],
+        at: Ends,
+        curve: Option<BoundedCurve>,
+        units: Units,
+    ) -> Read<Self> {
+        let gap = curve.as_ref().map_or(0.0, |BoundedCurve { curve, range, .. }| {
             curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
         });
         if !gap.is_finite() {
@@ -52,7 +58,7 @@ impl EdgeDraft {
     /// Points on the edge from start to end, four per control point; none for an edge without length.
     pub(super) fn samples(&self) -> impl Iterator<Item = DVec3> + '_ {
         const STEPS: usize = 4;
-        self.curve.iter().flat_map(|Bounded { curve, range: (a, b), .. }| {
+        self.curve.iter().flat_map(|BoundedCurve { curve, range: (a, b), .. }| {
             let steps = STEPS * curve.points.len();
             (0..=steps).map(move |i| curve.point(a + (b - a) * i as f64 / steps as f64))
         })

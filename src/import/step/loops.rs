@@ -1,7 +1,7 @@
 //! Faces -> their bounds as stated in the file: edges in order, with directions.
 
+use super::contents::Source;
 use super::curve::{Ends, Whole};
-use super::gathered::Source;
 use super::kinds::is_face;
 use super::place::Geometry;
 use super::table::{MAX_DEPTH, Read, Trouble, missing};

@@ -39,12 +39,12 @@ mod derived;
 mod spline;
 mod trimmed;
 
+mod face_location;
 mod offset;
-mod stated;
+mod revolution;
 mod surface;
-mod turned;
 
-mod gathered;
+mod contents;
 mod kinds;
 mod product;
 mod shells;
@@ -52,10 +52,10 @@ mod style;
 mod tree;
 
 mod body;
-mod carried;
 mod corners;
 mod csg;
 mod draft;
+mod face_surface;
 mod loops;
 mod part;
 mod reader;

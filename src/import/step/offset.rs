@@ -1,8 +1,8 @@
 //! Surfaces -> offset surfaces. Exact where the offset is of the same kind, else cubic pieces, refined until sampled
 //! errors are within the tolerance.
 
-use super::stated::Reach;
-use super::turned::sheet;
+use super::face_location::LocateFace;
+use super::revolution::sheet;
 use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, StepOutcome, Surface};
 use glam::DVec3;
 
@@ -18,7 +18,7 @@ pub(super) fn offset(
     base: &Surface,
     distance: f64,
     tolerance: f64,
-    reach: Reach<'_>,
+    reach: LocateFace<'_>,
 ) -> Result<(Surface, Option<StepOutcome>), FitTrouble> {
     let nothing = FitTrouble::Vanishes { distance_mm: distance, leaves: "nothing" };
     let positive = |r: f64| if r > 0.0 { Ok(r) } else { Err(nothing) };
@@ -133,7 +133,7 @@ fn approximate(
             return Err(FitTrouble::TooManyPoints { limit: MAX_POINTS });
         }
         let surface = fit(&breaks_u, &breaks_v, &at)?;
-        let off = Off::of(&surface, &breaks_u, &breaks_v, tolerance, &at)?;
+        let off = FitErrors::of(&surface, &breaks_u, &breaks_v, tolerance, &at)?;
         if off.worst <= tolerance {
             return Ok((Surface::Nurbs(surface), approximated(off.worst)));
         }
@@ -248,14 +248,14 @@ fn probes(breaks: &[f64]) -> Vec<f64> {
 }
 
 /// Errors of an approximation between the interpolated points.
-struct Off {
+struct FitErrors {
     worst: f64,
     /// By span along u: the largest error that splitting the span would reduce, in pieces above the tolerance.
     along_u: Vec<f64>,
     along_v: Vec<f64>,
 }
 
-impl Off {
+impl FitErrors {
     fn of(
         surface: &NurbsSurface,
         breaks_u: &[f64],
@@ -301,7 +301,7 @@ impl Off {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::import::step::stated::Reached;
+    use crate::import::step::face_location::FaceLocation;
 
     /// A plane net of 20 × 20 spans with one control point pulled out of it.
     fn bump(height: f64) -> Surface {
@@ -325,7 +325,7 @@ mod tests {
     #[test]
     fn an_offset_is_refined_only_where_it_bends() {
         let base = bump(2.0);
-        let (surface, _) = offset(&base, 0.5, 1e-4, &Reached::default).expect("an offset");
+        let (surface, _) = offset(&base, 0.5, 1e-4, &FaceLocation::default).expect("an offset");
         let Surface::Nurbs(net) = &surface else { panic!("no spline") };
         // Halving all spans until the bump passes takes 8 times as many along both directions: 481 × 481 points.
         assert!(net.points.len() < 40_000, "{} points", net.points.len());
@@ -344,7 +344,7 @@ mod tests {
         let knots: Vec<f64> = (0..25).map(|i: usize| (i.clamp(1, 23) - 1) as f64).collect();
         (net.knots_u, net.knots_v) = (knots.clone(), knots);
         net.points.iter_mut().for_each(|p| p.z = (p.x - 11.0).max(0.0));
-        let error = offset(&Surface::Nurbs(net), 0.5, 1e-4, &Reached::default).expect_err("a kink");
+        let error = offset(&Surface::Nurbs(net), 0.5, 1e-4, &FaceLocation::default).expect_err("a kink");
         assert!(matches!(error, FitTrouble::Inexact { .. }), "{error}");
     }
 }

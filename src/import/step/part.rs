@@ -2,16 +2,16 @@
 //! failures.
 
 use super::body::append;
-use super::carried::FaceJob;
+use super::contents::{PartContents, ShellUse, Source, distinct};
 use super::corners::{Corners, head_to_tail};
-use super::curve::{Bounded, Carrier, Ends, Whole, straight};
+use super::curve::{BoundedCurve, Carrier, Ends, Whole, straight};
 use super::draft::EdgeDraft;
-use super::gathered::{Gathered, ShellUse, Source, distinct};
+use super::face_location::Stated;
+use super::face_surface::FaceJob;
 use super::loops::{Bound, EdgeKey, StatedFace, StatedUse, VertexKey};
 use super::place::Geometry;
 use super::reader::Reader;
 use super::spline;
-use super::stated::Stated;
 use super::table::{Map, Read, Set, Trouble, missing};
 use super::units::Units;
 use crate::model::{
@@ -26,7 +26,12 @@ type Carriers = Map<u64, (Units, (Carrier, bool))>;
 
 impl Reader<'_> {
     /// Reads the faces of shells and bodies. The diagnostics do not state a part yet.
-    pub(super) fn part(&self, name: String, gathered: &Gathered, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
+    pub(super) fn part(
+        &self,
+        name: String,
+        gathered: &PartContents,
+        colour: Option<Colour>,
+    ) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
         let (numbers, distinct) = distinct(shells);
         let jobs: Vec<FaceJob<'_>> = numbers
@@ -352,7 +357,7 @@ impl Assembly {
         }
         for draft in self.edges.values_mut().flatten() {
             let (start, end) = self.corners.ends(draft.ends, draft.points, false);
-            let Some(Bounded { curve, range, .. }) = &draft.curve else { continue };
+            let Some(BoundedCurve { curve, range, .. }) = &draft.curve else { continue };
             let [first, last] = [range.0, range.1].map(|t| curve.point(t));
             if start == end && uses.get(&start) == Some(&1) && first.distance(last) <= draft.units.tolerance {
                 draft.moved = first.distance(self.corners.points[start]);
@@ -480,7 +485,7 @@ impl Assembly {
     /// Moves an edge into the part. `None` for an edge that was not read, which `chain` refuses before.
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
-        let Bounded { mut curve, mut range, kind } = draft.curve.take()?;
+        let BoundedCurve { mut curve, mut range, kind } = draft.curve.take()?;
         let straightened = draft.straightened.take();
         let EdgeDraft { entity, gap, moved, units: Units { tolerance, .. }, .. } = *draft;
         let near = CORNER * tolerance;

@@ -54,7 +54,7 @@ pub(super) struct Child {
 }
 
 /// A diagnostic of an occurrence that is doubtful or lost.
-pub(super) struct Doubt {
+pub(super) struct PlacementDiagnostic {
     pub(super) severity: Severity,
     pub(super) entity: u64,
     pub(super) what: StepOutcome,
@@ -65,7 +65,7 @@ pub(super) struct Doubt {
 /// All groups of a file, and diagnostics of their placements.
 pub(super) struct Structure {
     pub(super) groups: Vec<Group>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) doubts: Vec<PlacementDiagnostic>,
 }
 
 pub(super) struct StructureBuilder<'a> {
@@ -78,7 +78,7 @@ pub(super) struct StructureBuilder<'a> {
     owner: Map<u64, usize>,
     /// Cached items of representations, for look-up: assemblies list a placement per child.
     items: RefCell<Map<u64, Set<u64>>>,
-    doubts: Vec<Doubt>,
+    doubts: Vec<PlacementDiagnostic>,
 }
 
 /// Items and context of a representation.
@@ -248,7 +248,7 @@ impl<'a> StructureBuilder<'a> {
                 // No transformation is stated.
                 _ => {
                     let (severity, what) = (Severity::Warning, StepOutcome::AtOrigin);
-                    self.doubts.push(Doubt { severity, entity: usage.id, what, group: Some(child) });
+                    self.doubts.push(PlacementDiagnostic { severity, entity: usage.id, what, group: Some(child) });
                     DAffine3::IDENTITY
                 }
             };
@@ -282,7 +282,7 @@ impl<'a> StructureBuilder<'a> {
             self.groups[group].misplaced = true;
         }
         let what = StepOutcome::OccurrenceLeftOut(trouble.seen_from(entity));
-        self.doubts.push(Doubt { severity: Severity::Error, entity, what, group });
+        self.doubts.push(PlacementDiagnostic { severity: Severity::Error, entity, what, group });
     }
 
     fn place(&mut self, parent: usize, child: Child) {

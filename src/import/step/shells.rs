@@ -1,6 +1,6 @@
 //! Items of representations -> shells (lists of faces and their orientations) and bodies without explicit faces.
 
-use super::gathered::{BodyUse, Gathered, ShellUse, Source};
+use super::contents::{BodyUse, PartContents, ShellUse, Source};
 use super::kinds::{
     BodyKind, has_parts, is_body, is_bounded, is_endless, is_face, is_shapeless, is_shell, is_solid, is_surface,
     parts_of, profile, refused, stands_for,
@@ -49,7 +49,7 @@ impl<'a> Gather<'a> {
 
     /// Marks the items of a representation and their contents as taken, without reading them, and counts the items.
     pub(super) fn leave_out(&mut self, representation: u64, items: impl Iterator<Item = u64>) {
-        let mut withheld = Gathered::default();
+        let mut withheld = PartContents::default();
         let (told, aside) = (self.unread.len(), std::mem::take(&mut self.aside));
         let items: Vec<u64> = items.collect();
         items.iter().for_each(|item| self.item(*item, Units::DEFAULT, &mut withheld));
@@ -61,14 +61,14 @@ impl<'a> Gather<'a> {
     }
 
     /// Adds the shells of a representation item.
-    pub(super) fn item(&mut self, id: u64, units: Units, into: &mut Gathered) {
+    pub(super) fn item(&mut self, id: u64, units: Units, into: &mut PartContents) {
         let read = self.table.get(id).and_then(|item| self.try_item(item, units, into));
         if let Err(trouble) = read {
             self.unread.push((trouble, units));
         }
     }
 
-    fn try_item(&mut self, item: Entity<'_>, units: Units, into: &mut Gathered) -> Read<()> {
+    fn try_item(&mut self, item: Entity<'_>, units: Units, into: &mut PartContents) -> Read<()> {
         let colour = self.styles.of(item.id);
         if item.is("MANIFOLD_SOLID_BREP") || item.is("BREP_WITH_VOIDS") || item.is("FACETED_BREP") {
             if !self.take(item.id, into) {
@@ -159,7 +159,7 @@ impl<'a> Gather<'a> {
     }
 
     /// Removes tessellated bodies that repeat exact ones, and returns their number.
-    pub(super) fn repeated(&self, gathered: &mut Gathered) -> usize {
+    pub(super) fn repeated(&self, gathered: &mut PartContents) -> usize {
         let before = gathered.bodies.len();
         let exact = !gathered.shells.is_empty() || gathered.bodies.iter().any(|b| b.kind != BodyKind::Tessellated);
         gathered.bodies.retain(|body| {
@@ -172,7 +172,7 @@ impl<'a> Gather<'a> {
     }
 
     /// Marks `id` as taken. Returns whether it is new to the part.
-    fn take(&mut self, id: u64, into: &mut Gathered) -> bool {
+    fn take(&mut self, id: u64, into: &mut PartContents) -> bool {
         self.taken.insert(id);
         into.held.insert(id)
     }
@@ -183,7 +183,7 @@ impl<'a> Gather<'a> {
         kind: ShellKind,
         colour: Option<Colour>,
         units: Units,
-        into: &mut Gathered,
+        into: &mut PartContents,
     ) -> Read<()> {
         let (mut shell, mut turned) = (self.table.get(id)?, false);
         let mut colour = self.styles.of(id).or(colour);
@@ -227,7 +227,7 @@ impl<'a> Gather<'a> {
         (at, over)
     }
 
-    fn set(&mut self, set: Entity<'_>, colour: Option<Colour>, units: Units, into: &mut Gathered) -> Read<()> {
+    fn set(&mut self, set: Entity<'_>, colour: Option<Colour>, units: Units, into: &mut PartContents) -> Read<()> {
         let mut faces = Vec::new();
         for element in set.fields("GEOMETRIC_SET", 1).links(0)? {
             match self.table.get(element) {
@@ -252,8 +252,8 @@ impl<'a> Gather<'a> {
     }
 
     /// Gathers bodies, then shells, then faces that are not taken.
-    pub(super) fn leftovers(&mut self, units: Units) -> Gathered {
-        let mut found = Gathered::default();
+    pub(super) fn leftovers(&mut self, units: Units) -> PartContents {
+        let mut found = PartContents::default();
         let of_kind = |wanted: fn(Entity<'_>) -> bool| self.table.of_types(wanted).map(|i| i.id);
         let is_tessellated = |i: Entity<'_>| BodyKind::of(i) == Some(BodyKind::Tessellated);
         let inner: Set<u64> = self.table.of_types(has_parts).flat_map(parts_of).collect();

@@ -15,7 +15,7 @@ pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, 
 }
 
 /// Indices of the remaining control points, and the remaining knots.
-pub(super) type Left = (Vec<usize>, Vec<f64>);
+pub(super) type ReducedKnots = (Vec<usize>, Vec<f64>);
 
 /// Removes knots of too high multiplicity and their control points: inner knots of multiplicity `degree + 1` or more,
 /// if `joins` says that both sides of the break are one point, and end knots above `degree + 1`. `None` if there are
@@ -27,7 +27,7 @@ pub(super) fn without_breaks(
     knots: &[f64],
     degree: usize,
     joins: impl Fn(usize, usize) -> bool,
-) -> Result<Option<Left>, f64> {
+) -> Result<Option<ReducedKnots>, f64> {
     let (mut first, mut last) = (0, knots.len() - degree - 1);
     while last - first > degree + 1 && knots[first] == knots[first + degree + 1] {
         first += 1;

@@ -1,12 +1,12 @@
 //! Surfaces of ISO 10303-42 -> the model's surfaces in natural parameters.
 
 use super::curve::{Carrier, Form, check_degree, check_weights, knots_of};
+use super::face_location::{FaceLocation, LocateFace, Stated, reaching};
 use super::place::Geometry;
 use super::replica::Similarity;
+use super::revolution;
 use super::spline;
-use super::stated::{Reach, Reached, Stated, reaching};
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, measure, missing};
-use super::turned;
 use crate::model::{
     CurveTrouble, Frame3, NurbsCurve3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface,
 };
@@ -24,7 +24,7 @@ const SPLINES: [&str; 6] = [
 
 impl Geometry<'_> {
     /// Surface `id` of a face.
-    pub(super) fn surface(&self, id: u64, reach: Reach<'_>, depth: usize) -> Read<Stated> {
+    pub(super) fn surface(&self, id: u64, reach: LocateFace<'_>, depth: usize) -> Read<Stated> {
         let instance = self.get(id)?;
         if depth >= MAX_DEPTH {
             return Err(Trouble::new(id, StepTrouble::TooDeep { what: "surfaces" }));
@@ -82,7 +82,7 @@ impl Geometry<'_> {
             let own = instance.fields("SURFACE_REPLICA", 1);
             let similarity = Similarity::new(self.motion(own.reference(1)?)?);
             // `reach` locates the replica, not the original.
-            let base = self.surface(own.reference(0)?, &Reached::default, depth + 1)?;
+            let base = self.surface(own.reference(0)?, &FaceLocation::default, depth + 1)?;
             let (surface, turned) = similarity.surface(base.surface);
             Ok(Stated { surface, turned: base.turned != turned, note: base.note })
         } else if instance.is("CURVE_BOUNDED_SURFACE") {
@@ -112,7 +112,7 @@ impl Geometry<'_> {
         Ok(Stated { surface: Surface::Cone { frame, radius, half_angle }, turned: false, note })
     }
 
-    fn extrusion(&self, instance: Entity<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
+    fn extrusion(&self, instance: Entity<'_>, reach: LocateFace<'_>, depth: usize) -> Read<Stated> {
         let own = instance.fields("SURFACE_OF_LINEAR_EXTRUSION", 1);
         let (swept, direction) = (own.reference(0)?, self.vector(own.reference(1)?)?);
         if direction == DVec3::ZERO {
@@ -141,7 +141,7 @@ impl Geometry<'_> {
         Ok(Stated::exact(Surface::Extrusion { curve, direction }))
     }
 
-    fn revolution(&self, instance: Entity<'_>, reach: Reach<'_>, depth: usize) -> Read<Stated> {
+    fn revolution(&self, instance: Entity<'_>, reach: LocateFace<'_>, depth: usize) -> Read<Stated> {
         let own = instance.fields("SURFACE_OF_REVOLUTION", 1);
         let (swept, frame) = (own.reference(0)?, self.frame(own.reference(1)?)?);
         let curve = match self.bounded(swept, depth + 1) {
@@ -149,8 +149,8 @@ impl Geometry<'_> {
             Err(trouble) => {
                 let (carrier, same) = self.carrier(swept, depth + 1)?;
                 let curve = match carrier {
-                    Carrier::Line { point, along } => turned::line(&frame, point, along, &reach()),
-                    carrier => turned::conic(&frame, &carrier, &reach()),
+                    Carrier::Line { point, along } => revolution::line(&frame, point, along, &reach()),
+                    carrier => revolution::conic(&frame, &carrier, &reach()),
                 };
                 let curve = curve.ok_or(trouble)?;
                 if same { curve } else { curve.reversed() }

@@ -2,7 +2,7 @@
 //!
 //! A profile's vertices sweep edges, and its edges sweep faces. The profile and its far copy close the solid.
 
-use super::gathered::Source;
+use super::contents::Source;
 use super::kinds::{SWEEPS, profile};
 use super::place::Geometry;
 use super::spline;

@@ -1,10 +1,10 @@
 //! The assembly tree -> parts to read, and instances of them.
 
-use super::gathered::Gathered;
+use super::contents::PartContents;
 use super::kinds::{is_endless, is_shapeless};
 use super::options::StepOptions;
 use super::place::Geometry;
-use super::product::{self, Doubt, Group, MAX_ASSEMBLY_DEPTH, Structure, is_supplemental};
+use super::product::{self, Group, MAX_ASSEMBLY_DEPTH, PlacementDiagnostic, Structure, is_supplemental};
 use super::shells::Gather;
 use super::style::Styles;
 use super::table::Table;
@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, HashSet};
 /// A part to read.
 pub(super) struct PlannedPart {
     pub(super) name: String,
-    pub(super) gathered: Gathered,
+    pub(super) gathered: PartContents,
     pub(super) colour: Option<Colour>,
 }
 
@@ -65,7 +65,7 @@ impl<'a> Tree<'a> {
             cyclic: HashSet::new(),
             diagnostics: Vec::new(),
         };
-        for Doubt { severity, entity, what, group } in structure.doubts {
+        for PlacementDiagnostic { severity, entity, what, group } in structure.doubts {
             let place = group.and_then(|group| tree.somewhere(group));
             tree.say(severity, entity, place, what);
         }
@@ -77,7 +77,7 @@ impl<'a> Tree<'a> {
         let mut queue: Vec<usize> = (0..self.groups.len()).filter(|g| self.groups[*g].misplaced).collect();
         while let Some(group) = queue.pop() {
             if self.reached.insert(group) {
-                let mut withheld = Gathered::default();
+                let mut withheld = PartContents::default();
                 self.gather_group(group, &mut withheld);
                 queue.extend(self.groups[group].children.iter().map(|child| child.group));
             }
@@ -186,7 +186,7 @@ impl<'a> Tree<'a> {
         if let Some(known) = self.parts[group] {
             return known;
         }
-        let mut gathered = Gathered::default();
+        let mut gathered = PartContents::default();
         let colour = self.gather_group(group, &mut gathered);
         let repeated = self.gather.repeated(&mut gathered);
         if repeated > 0 {
@@ -203,7 +203,7 @@ impl<'a> Tree<'a> {
     }
 
     /// Adds the items of a group. Returns the group's colour, if it has one.
-    fn gather_group(&mut self, group: usize, gathered: &mut Gathered) -> Option<Colour> {
+    fn gather_group(&mut self, group: usize, gathered: &mut PartContents) -> Option<Colour> {
         let mut colour = None;
         for id in &self.groups[group].representations {
             let Some((items, context)) = product::representation(self.table, *id) else { continue };

@@ -1,8 +1,8 @@
 //! Rectangular trimmed surfaces without topology -> NURBS surfaces cut at the four trim parameters.
 
+use super::face_location::{FaceLocation, Stated};
 use super::place::Geometry;
 use super::spline;
-use super::stated::{Reached, Stated};
 use super::table::{Entity, Read, Trouble};
 use crate::model::{NurbsCurve3, NurbsSurface, Severity, StepOutcome, StepTrouble, Surface};
 
@@ -13,7 +13,7 @@ impl Geometry<'_> {
         if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
             return self.rectangle(instance);
         }
-        self.surface(id, &Reached::default, 0)
+        self.surface(id, &FaceLocation::default, 0)
     }
 
     fn rectangle(&self, instance: Entity<'_>) -> Read<Stated> {

@@ -20,7 +20,7 @@ mod pipelines;
 mod target;
 
 mod live;
-pub use live::{BytesHeld, Drew, LiveScene, Picked};
+pub use live::{DeviceMemory, DrawStats, LiveScene, PickHit};
 
 mod renderer;
 pub use renderer::Renderer;

@@ -16,7 +16,7 @@ const RAMP: [[f32; 3]; 5] =
     [[0.23, 0.37, 0.85], [0.20, 0.70, 0.85], [0.42, 0.80, 0.40], [0.95, 0.80, 0.28], [0.85, 0.26, 0.21]];
 
 /// The properties of an instance's tile that it may be coloured by.
-pub(super) struct Painted {
+pub(super) struct TileColours {
     pub(super) part: u32,
     /// The face, numbered across all instances.
     pub(super) face: u32,
@@ -49,7 +49,7 @@ impl Palette {
         Self { by, rates }
     }
 
-    pub(super) fn of(&self, painted: &Painted) -> Srgb {
+    pub(super) fn of(&self, painted: &TileColours) -> Srgb {
         match self.by {
             ColourBy::Model => bytes(painted.own.unwrap_or(colour::DEFAULT)),
             ColourBy::Part => hue(painted.part),

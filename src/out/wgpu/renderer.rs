@@ -4,7 +4,7 @@ use super::adapter;
 use super::error::{NoAdapter, RenderError};
 use super::formats::COLOUR_FORMAT;
 use super::gpu::Gpu;
-use super::live::{Drew, LiveScene};
+use super::live::{DrawStats, LiveScene};
 use super::target::{texture, whole};
 use super::{Image, RenderOptions};
 use crate::mesh::{MemorySink, MeshSink, SinkError};
@@ -62,7 +62,7 @@ impl Renderer {
         scene: &mut LiveScene,
         view: usize,
         options: &RenderOptions,
-    ) -> Result<(Image, Drew), RenderError> {
+    ) -> Result<(Image, DrawStats), RenderError> {
         self.gpu.takes(options.size)?;
         let target =
             self.gpu.checked(|_| texture(&self.gpu, options.size, COLOUR_FORMAT, 1, TextureUsages::COPY_SRC))?;

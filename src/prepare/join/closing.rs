@@ -27,7 +27,7 @@ pub(crate) struct Wanted<'a> {
 
 /// What was added to a face's loops.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Added {
+pub(crate) struct Closure {
     /// Number of straight edges that join ends, and the length of the longest.
     pub(crate) joints: usize,
     pub(crate) longest: f64,
@@ -57,7 +57,7 @@ pub(crate) fn close(
     edges: &mut Vec<PreparedEdge>,
     wanted: &Wanted<'_>,
     spans: &mut Vec<BreakSpan>,
-) -> Result<Option<Added>, ()> {
+) -> Result<Option<Closure>, ()> {
     let joined = are_joined(tiles, edges);
     if joined && residue(tiles, edges, wanted, spans).is_empty() {
         return Ok(None);
@@ -66,7 +66,7 @@ pub(crate) fn close(
     if tiles.is_empty() || !tiles.iter().flat_map(|t| &t.loops).flatten().all(finite) {
         return Err(());
     }
-    let mut closer = Closer { edges, known: BTreeMap::new(), added: Added::default() };
+    let mut closer = Closer { edges, known: BTreeMap::new(), added: Closure::default() };
     if !joined {
         for tile in &mut *tiles {
             for l in &mut tile.loops {
@@ -159,7 +159,7 @@ struct Closer<'a> {
     edges: &'a mut Vec<PreparedEdge>,
     /// Straight edges by their ends.
     known: BTreeMap<[[u64; 3]; 2], u32>,
-    added: Added,
+    added: Closure,
 }
 
 impl Closer<'_> {

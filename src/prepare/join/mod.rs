@@ -2,12 +2,12 @@
 
 pub(super) mod chains;
 pub(super) mod closing;
-pub(super) mod filled;
+pub(super) mod fill;
 pub(super) mod images;
-pub(super) mod imaging;
 pub(super) mod limits;
 pub(super) mod orient;
 pub(super) mod part;
 pub(super) mod prepared;
+pub(super) mod sample_images;
 pub(super) mod shells;
 pub(super) mod topology;

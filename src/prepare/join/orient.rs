@@ -5,7 +5,7 @@
 
 use crate::model::{Part, ShellKind};
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
-use crate::prepare::uv::inside::{Inside, points_along};
+use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3};
 
 /// A group of faces that should bound a solid, but does not as stated.
@@ -189,7 +189,7 @@ fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> f64 {
 
 fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampling) -> f64 {
     let loops = tile.loops.iter().map(|l| plane_polygon(l, samples.outline)).collect();
-    let inside = Inside { patches: &draft.patches, min: tile.min, max: tile.max, loops };
+    let inside = TileRegion { patches: &draft.patches, min: tile.min, max: tile.max, loops };
     let (step, lattice) = inside.lattice(samples.lattice);
     let at = |uv: DVec2| {
         let d = draft.patches.derivatives(uv.x, uv.y);

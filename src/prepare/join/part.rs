@@ -1,20 +1,20 @@
 //! Part -> prepared part: drafts each face, orients all faces, closes them against each other, and reports diagnostics.
 
 use super::chains::{Closedness, Sum, TurnedFace};
-use super::closing::Added;
+use super::closing::Closure;
 use super::limits::PrepareBudget;
 use super::orient::{self, orient, wrong_volume};
 use super::prepared::PreparedPart;
-use super::topology::{self, Closed};
-use super::{chains, filled, shells};
+use super::topology::{self, ClosingOutcome};
+use super::{chains, fill, shells};
 use crate::model::{
     BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
     ShellTrouble, WireTrouble,
 };
 use crate::prepare::regions::boundary::{self, Boundary, boundary, is_closed, of_boundary};
+use crate::prepare::report::finding::Finding;
 use crate::prepare::report::guard::{guarded, panic_message};
-use crate::prepare::report::told::Told;
-use crate::prepare::sew::sewn::{Sewn, sew};
+use crate::prepare::sew::sew_edges::{SewSummary, sew};
 use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::tiles::face;
 use crate::prepare::tiles::traced;
@@ -31,7 +31,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A prepared part with its diagnostics.
 #[derive(Default)]
-pub(crate) struct DonePart {
+pub(crate) struct PartOutcome {
     pub(crate) part: PreparedPart,
     pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) without_area: Vec<FaceId>,
@@ -44,7 +44,7 @@ const ROUNDING: f64 = 1e-9;
 /// A face whose area is at most this share of its squared size has no area.
 const NO_AREA: f64 = 1e-9;
 
-pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &PrepareBudget) -> DonePart {
+pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &PrepareBudget) -> PartOutcome {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
     let (trimmed, mut free) = free_edges::free_faces(stated, size);
@@ -55,11 +55,11 @@ pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
     healings.sort_by_key(|h| h.face);
     // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
     let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
-    let mut maker = Maker { id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
+    let mut maker = PartPreparation { id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
     let results = maker.draft(budget);
     if budget.exceeded() {
         // The whole result will be discarded.
-        return DonePart::default();
+        return PartOutcome::default();
     }
     let mut faces = maker.fill(results);
     let mut directed = maker.direct(&mut faces);
@@ -72,17 +72,17 @@ pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
         directed = maker.direct(&mut faces);
         assembled = maker.assemble(faces.drafts, &directed.reversed);
     }
-    let Directed { sums, mut closedness, turned, .. } = directed;
+    let Orientations { sums, mut closedness, turned, .. } = directed;
     let (part, lost) = assembled.unwrap_or_else(|reason| maker.nothing(&reason));
     closedness.lose(lost.into_iter().map(|face| of_boundary(&maker.boundary(face))));
     maker.tell_turned(&turned);
     maker.tell_open(&part, &sums);
     maker.tell_sewn(borders);
-    DonePart { part, diagnostics: maker.diagnostics, without_area, closedness }
+    PartOutcome { part, diagnostics: maker.diagnostics, without_area, closedness }
 }
 
 /// A part while it is prepared.
-struct Maker<'a> {
+struct PartPreparation<'a> {
     id: PartId,
     /// The part after healing and sewing.
     part: Cow<'a, Part>,
@@ -110,12 +110,12 @@ struct OpenCause {
 }
 
 /// The report on a filled face.
-fn told_filled(cause: &FaceError, area: f64) -> Told {
-    Told::new(cause.place(), FaceTrouble::Filled { cause: cause.clone(), area_mm2: area })
+fn told_filled(cause: &FaceError, area: f64) -> Finding {
+    Finding::new(cause.place(), FaceTrouble::Filled { cause: cause.clone(), area_mm2: area })
 }
 
 /// Orientation of the faces, and the sums of their chains.
-struct Directed {
+struct Orientations {
     reversed: Vec<bool>,
     /// Sums that are not 0.
     sums: Vec<Sum>,
@@ -124,7 +124,7 @@ struct Directed {
     turned: Vec<orient::Orientation>,
 }
 
-impl Maker<'_> {
+impl PartPreparation<'_> {
     /// Drafts each face on its own. `None` for faces lost earlier, which have a diagnostic, or past the budget.
     fn draft(&self, budget: &PrepareBudget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
         let part = &*self.part;
@@ -145,12 +145,12 @@ impl Maker<'_> {
     }
 
     /// Fills a face in space, with its loops as stated, or each reversed where it runs against `chain`.
-    fn filled(&self, face: usize, chain: Option<&Chain>) -> Option<filled::Filled> {
+    fn filled(&self, face: usize, chain: Option<&Chain>) -> Option<fill::FilledFace> {
         let mut boundary = self.boundary(face);
         if let Some(chain) = chain {
             boundary::turn(&mut boundary, chain);
         }
-        guarded(|| Ok(filled::fill(&self.part, &boundary))).ok().flatten()
+        guarded(|| Ok(fill::fill(&self.part, &boundary))).ok().flatten()
     }
 
     /// Fills the faces that could not be drafted. Skips faces without edges, and those without area or refused by the
@@ -180,8 +180,8 @@ impl Maker<'_> {
                 *harmless = true;
                 continue;
             }
-            filled::straighten(&mut self.part, &boundary);
-            let Some(filled::Filled { mut draft, area, size }) = self.filled(k, None) else { continue };
+            fill::straighten(&mut self.part, &boundary);
+            let Some(fill::FilledFace { mut draft, area, size }) = self.filled(k, None) else { continue };
             *harmless = may_be_none && area <= NO_AREA * size * size;
             if !*harmless {
                 draft.repairs.push(told_filled(e, area));
@@ -192,7 +192,7 @@ impl Maker<'_> {
     }
 
     /// Orients the faces outwards. If a shell's faces do not cancel then, but do with its loops as stated, takes those.
-    fn direct(&self, faces: &mut Faces) -> Directed {
+    fn direct(&self, faces: &mut Faces) -> Orientations {
         let mut turned = Vec::new();
         let oriented = guarded(|| Ok(orient(&self.part, &faces.drafts, &mut turned)));
         let mut reversed = oriented.unwrap_or_else(|_| self.part.faces.iter().map(|face| face.reversed).collect());
@@ -222,7 +222,7 @@ impl Maker<'_> {
             }
         }
         let closedness = Closedness::of(&sums, loops_close);
-        Directed { reversed, sums, closedness, turned }
+        Orientations { reversed, sums, closedness, turned }
     }
 
     fn sums(&self, drafts: &[Option<FaceDraft>], reversed: &[bool]) -> Vec<Sum> {
@@ -254,7 +254,7 @@ impl Maker<'_> {
             if faces.drafts[k].as_ref().is_none_or(|draft| !turned(draft)) {
                 continue;
             }
-            let told = Told::new(None, FaceTrouble::LoopAsStated);
+            let told = Finding::new(None, FaceTrouble::LoopAsStated);
             let again = guarded(|| face::draft_as_stated(part, &part.faces[k], self.size));
             let (mut draft, cause) = match again {
                 Ok(draft) if !turned(&draft) => (Some(draft), None),
@@ -303,15 +303,15 @@ impl Maker<'_> {
             draft.chain = summed(std::mem::take(&mut draft.chain));
             let place = self.part.vertices.get(self.part.edges[first.edge as usize].start.index()).copied();
             let what = WireTrouble::BridgesFilled { edges: gaps.len() };
-            draft.repairs.push(Told { edge: Some(EdgeId(first.edge)), ..Told::new(place, what) });
+            draft.repairs.push(Finding { edge: Some(EdgeId(first.edge)), ..Finding::new(place, what) });
             found = true;
         }
         found
     }
 
-    fn tell(&mut self, face: usize, severity: Severity, told: Told) {
+    fn tell(&mut self, face: usize, severity: Severity, told: Finding) {
         let stated = &self.part.faces[face];
-        let Told { edge, place, what: kind } = told;
+        let Finding { edge, place, what: kind } = told;
         let place = place.or_else(|| traced::somewhere(&self.part, stated));
         let (part, entity, face) = (Some(self.id), stated.entity, Some(FaceId::new(face)));
         self.diagnostics.push(Diagnostic { severity, part, face, edge, entity, place, kind });
@@ -338,16 +338,16 @@ impl Maker<'_> {
                     self.tell(k, Severity::Warning, told.clone());
                 }
                 for note in &draft.notes {
-                    self.tell(k, Severity::Note, Told::new(None, note.clone()));
+                    self.tell(k, Severity::Note, Finding::new(None, note.clone()));
                 }
             }
             match cause {
                 Some(OpenCause { error, harmless: true }) => {
-                    self.tell(k, Severity::Note, Told::new(None, FaceTrouble::Unusable(error.clone())));
+                    self.tell(k, Severity::Note, Finding::new(None, FaceTrouble::Unusable(error.clone())));
                     without_area.push(FaceId::new(k));
                 }
                 Some(OpenCause { error, .. }) if draft.is_none() => {
-                    let told = Told::new(error.place(), FaceTrouble::Unusable(error.clone()));
+                    let told = Finding::new(error.place(), FaceTrouble::Unusable(error.clone()));
                     self.tell(k, Severity::Error, told);
                 }
                 _ => {}
@@ -361,7 +361,7 @@ impl Maker<'_> {
         let mut faces = Faces { drafts: Vec::with_capacity(has_draft.len()), causes: BTreeMap::new() };
         for (k, &has_draft) in has_draft.iter().enumerate() {
             let boundary = self.boundary(k);
-            filled::straighten(&mut self.part, &boundary);
+            fill::straighten(&mut self.part, &boundary);
             let cause = FaceError::Internal(reason.to_owned());
             let filled = self.filled(k, None).filter(|_| has_draft);
             let severity = if filled.is_some() { Severity::Warning } else { Severity::Error };
@@ -369,7 +369,7 @@ impl Maker<'_> {
                 let area = filled.as_ref().map_or(0.0, |filled| filled.area);
                 self.tell(k, severity, told_filled(&cause, area));
             }
-            faces.drafts.push(filled.map(|filled::Filled { mut draft, area, .. }| {
+            faces.drafts.push(filled.map(|fill::FilledFace { mut draft, area, .. }| {
                 draft.repairs.push(told_filled(&cause, area));
                 draft
             }));
@@ -394,7 +394,7 @@ impl Maker<'_> {
         };
         let assemble = || topology::assemble(&self.part, self.finely_cut, drafts, reversed, refill, &mut told);
         let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic).to_owned())?;
-        let lost = told.iter().filter(|(_, closed)| *closed == Closed::Lost).map(|(k, _)| *k).collect();
+        let lost = told.iter().filter(|(_, closed)| *closed == ClosingOutcome::Lost).map(|(k, _)| *k).collect();
         self.tell_closed(told);
         Ok((prepared, lost))
     }
@@ -405,24 +405,24 @@ impl Maker<'_> {
         let all: Vec<usize> = (0..faces).collect();
         for &k in &all {
             let cause = FaceError::Internal(reason.to_owned());
-            self.tell(k, Severity::Error, Told::new(None, FaceTrouble::Unusable(cause)));
+            self.tell(k, Severity::Error, Finding::new(None, FaceTrouble::Unusable(cause)));
         }
         (PreparedPart { face_rows: vec![None; faces], ..PreparedPart::default() }, all)
     }
 
-    fn tell_closed(&mut self, told: Vec<(usize, Closed)>) {
+    fn tell_closed(&mut self, told: Vec<(usize, ClosingOutcome)>) {
         for (k, closed) in told {
             let (severity, place, what) = match closed {
-                Closed::Added(Added { loops, joints, longest, place }) if loops > 0 => {
+                ClosingOutcome::Closure(Closure { loops, joints, longest, place }) if loops > 0 => {
                     (Severity::Warning, place, FaceTrouble::TilesClosed { loops, joints, longest_mm: longest })
                 }
-                Closed::Added(Added { joints, longest, place, .. }) => {
+                ClosingOutcome::Closure(Closure { joints, longest, place, .. }) => {
                     (Severity::Note, place, FaceTrouble::EndsJoined { joints, longest_mm: longest })
                 }
-                Closed::Filled => (Severity::Warning, None, FaceTrouble::TilesFilled),
-                Closed::Lost => (Severity::Error, None, FaceTrouble::TilesLost),
+                ClosingOutcome::Filled => (Severity::Warning, None, FaceTrouble::TilesFilled),
+                ClosingOutcome::Lost => (Severity::Error, None, FaceTrouble::TilesLost),
             };
-            self.tell(k, severity, Told::new(place, what));
+            self.tell(k, severity, Finding::new(place, what));
         }
     }
 
@@ -474,7 +474,7 @@ impl Maker<'_> {
         self.diagnostics.append(&mut told);
     }
 
-    fn tell_sewn(&mut self, borders: Sewn) {
+    fn tell_sewn(&mut self, borders: SewSummary) {
         if borders.width > ROUNDING * self.size {
             let kind = BorderTrouble::Joined { pairs: borders.pairs, width_mm: borders.width };
             self.diagnostics.push(Diagnostic { part: Some(self.id), ..Diagnostic::new(Severity::Note, kind) });

@@ -1,10 +1,10 @@
 //! Face drafts of a part -> one table of edges: breaks from all faces, borders numbered, loops of tiles closed.
 
-use super::closing::{Added, BreakSpan, Wanted, close};
+use super::closing::{BreakSpan, Closure, Wanted, close};
 use super::images::EdgeImages;
-use super::imaging;
 use super::prepared::TileUse;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use super::sample_images;
 use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part, RowId, SurfaceKind, TileId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
@@ -15,9 +15,9 @@ use glam::DVec3;
 
 /// How the loops of a face were closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Closed {
+pub(crate) enum ClosingOutcome {
     /// By adding joints or loops.
-    Added(Added),
+    Closure(Closure),
     /// By filling the stated loops in space.
     Filled,
     /// Not at all: the face is lost.
@@ -35,7 +35,7 @@ pub(crate) fn assemble(
     drafts: Vec<Option<FaceDraft>>,
     reversed: &[bool],
     refill: impl Fn(usize, &Chain) -> Option<FaceDraft>,
-    told: &mut Vec<(usize, Closed)>,
+    told: &mut Vec<(usize, ClosingOutcome)>,
 ) -> PreparedPart {
     let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
     for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
@@ -72,9 +72,9 @@ pub(crate) fn assemble(
                 draft = filled;
                 use_edges(part, &draft, &mut edges);
                 closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
-                told.push((k, if closed.is_ok() { Closed::Filled } else { Closed::Lost }));
+                told.push((k, if closed.is_ok() { ClosingOutcome::Filled } else { ClosingOutcome::Lost }));
             } else {
-                told.push((k, Closed::Lost));
+                told.push((k, ClosingOutcome::Lost));
             }
         }
         let Ok(added) = closed else {
@@ -83,7 +83,7 @@ pub(crate) fn assemble(
             out.face_rows.push(None);
             continue;
         };
-        told.extend(added.map(|added| (k, Closed::Added(added))));
+        told.extend(added.map(|added| (k, ClosingOutcome::Closure(added))));
         out.face_rows.push(Some(id(out.faces.len())));
         out.faces.push(PreparedFace {
             kind: if draft.filled { SurfaceKind::Plane } else { part.faces[k].surface.kind() },
@@ -109,7 +109,7 @@ pub(crate) fn assemble(
             }
         }
     }
-    imaging::sample(&mut edges, &out.tiles);
+    sample_images::sample(&mut edges, &out.tiles);
     out.edges = edges;
     out
 }
@@ -134,7 +134,7 @@ fn add_tiles(
     edges: &mut Vec<PreparedEdge>,
     tiles: &mut Vec<Tile>,
     (brep_edges, spans): (usize, &mut Vec<BreakSpan>),
-) -> Result<Option<Added>, ()> {
+) -> Result<Option<Closure>, ()> {
     let (first_tile, first_border) = (tiles.len(), edges.len());
     for b in std::mem::take(&mut draft.borders) {
         let border = border(b, edges);

@@ -5,7 +5,7 @@ use crate::prepare::trims::free_faces::{FreeFace, FreeFaces};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::ends::ends;
-use crate::prepare::wires::order::Given;
+use crate::prepare::wires::order::WireSet;
 
 /// A face's boundary: for each loop the edges that it uses, and whether against their direction.
 pub(crate) type Boundary = Vec<Vec<(u32, bool)>>;
@@ -31,7 +31,7 @@ pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
         let loops = free.region.loops.iter().map(|l| l.pieces.iter().filter_map(of_piece).collect::<Vec<_>>());
         return loops.filter(|l| !l.is_empty()).collect();
     }
-    let mut given = Given::default();
+    let mut given = WireSet::default();
     let of_coedges = |coedges: &Vec<Coedge>| coedges.iter().map(|c| (c.edge.0, c.reversed)).collect::<Vec<_>>();
     let wires = face.loops.iter().filter_map(|l| if let Loop::Edges(coedges) = l { Some(coedges) } else { None });
     wires.filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()

@@ -1,7 +1,7 @@
 //! A pcurve in the parameter of one curve -> the same pcurve in the parameter of another curve that coincides with it.
 //! A parameter of the other curve corresponds to the foot of its point. Cubics between these are halved until they fit.
 
-use super::overlap::Course;
+use super::overlap::CurveQuery;
 use crate::prepare::uv::uv_curve::UvSample;
 use glam::DVec2;
 
@@ -27,7 +27,13 @@ fn at(samples: &[UvSample], t: f64) -> UvSample {
 
 /// Reparametrizes a pcurve from the curve `own` to `kept`, which coincides with it within `tolerance`; `against`: in
 /// the opposite direction. The ends keep their (u,v) to the bit.
-pub(crate) fn carry(samples: &[UvSample], own: &Course, kept: &Course, against: bool, tolerance: f64) -> Vec<UvSample> {
+pub(crate) fn carry(
+    samples: &[UvSample],
+    own: &CurveQuery,
+    kept: &CurveQuery,
+    against: bool,
+    tolerance: f64,
+) -> Vec<UvSample> {
     let ([a, b], [from, to]) = (own.range(), kept.range());
     if own.same_net(kept, tolerance).is_some_and(|(_, turned)| turned == against) {
         // The parameters differ by a linear map only.
@@ -70,8 +76,8 @@ pub(crate) fn carry(samples: &[UvSample], own: &Course, kept: &Course, against: 
 
 struct Bearer<'a> {
     samples: &'a [UvSample],
-    own: &'a Course,
-    kept: &'a Course,
+    own: &'a CurveQuery,
+    kept: &'a CurveQuery,
     /// Parameters of `own` where `kept` starts and ends.
     ends: [f64; 2],
 }

@@ -5,6 +5,6 @@ pub(super) mod carry;
 pub(super) mod nearest;
 pub(super) mod overlap;
 pub(super) mod pairs;
-pub(super) mod sewn;
-pub(super) mod thin;
+pub(super) mod sew_edges;
+pub(super) mod slivers;
 pub(super) mod uses;

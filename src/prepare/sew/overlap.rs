@@ -32,7 +32,7 @@ const PLACES: usize = 3;
 const LEAST_PLACES: usize = 5;
 
 /// An edge's curve over its range, with samples for nearest-point queries.
-pub(crate) struct Course {
+pub(crate) struct CurveQuery {
     spline: BezierSpline3,
     /// Parameters and points, in order.
     seeds: Vec<(f64, DVec3)>,
@@ -52,7 +52,7 @@ pub(crate) struct Overlap {
     pub(crate) width: f64,
 }
 
-impl Course {
+impl CurveQuery {
     /// The curve of a sound edge.
     pub(crate) fn new(edge: &Edge) -> Self {
         Self::over(&edge.curve, edge.range)

@@ -3,7 +3,7 @@
 use crate::model::{Loop, Part};
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
-use crate::prepare::wires::order::Given;
+use crate::prepare::wires::order::WireSet;
 
 /// The uses of an edge by the faces of a shell.
 pub(crate) struct EdgeInUse {
@@ -26,7 +26,7 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
         uses.push(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
-        let mut given = Given::default();
+        let mut given = WireSet::default();
         for l in &f.loops {
             let Loop::Edges(coedges) = l else { continue };
             if given.is_first(coedges) {

@@ -16,7 +16,7 @@ pub(crate) const PARTS: usize = 2;
 
 /// Bounds on the angle φ of a unit arc as a function of the parameter, over one strip.
 #[derive(Clone, Copy, Debug)]
-struct Swing {
+struct ArcStrip {
     /// sup φ'.
     first: f64,
     /// sup |φ''|.
@@ -25,7 +25,7 @@ struct Swing {
     angles: (f64, f64),
 }
 
-impl Swing {
+impl ArcStrip {
     /// Part `i` of `n` of a span of `step` radians that starts at angle `start` and is `width` wide in the parameter.
     fn new(start: f64, step: f64, width: f64, i: usize, n: usize) -> Self {
         let k = (0.25 * step).tan();
@@ -67,7 +67,7 @@ impl Swing {
 }
 
 /// Strip borders in patch parameters, and the strips, of an arc axis; `None` for a straight axis.
-fn swings(map: &AxisMap, breaks: &[f64]) -> Option<(Vec<f64>, Vec<Swing>)> {
+fn swings(map: &AxisMap, breaks: &[f64]) -> Option<(Vec<f64>, Vec<ArcStrip>)> {
     let AxisMap::Arc { start, step, spans } = *map else { return None };
     if breaks.len() != spans as usize + 1 {
         return None;
@@ -77,7 +77,7 @@ fn swings(map: &AxisMap, breaks: &[f64]) -> Option<(Vec<f64>, Vec<Swing>)> {
     for (k, w) in breaks.windows(2).enumerate() {
         for i in 0..PARTS {
             borders.push(w[0] + (w[1] - w[0]) * i as f64 / PARTS as f64);
-            out.push(Swing::new(start + step * k as f64, step, w[1] - w[0], i, PARTS));
+            out.push(ArcStrip::new(start + step * k as f64, step, w[1] - w[0], i, PARTS));
         }
     }
     borders.extend(breaks.last());
@@ -184,7 +184,7 @@ pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Vec<StripBounds>> {
             }
             let radius = length / half.tan();
             let strip = |i| {
-                let s = Swing::new(0.0, 2.0 * half, width, i, PARTS);
+                let s = ArcStrip::new(0.0, 2.0 * half, width, i, PARTS);
                 StripBounds {
                     first: radius * s.first,
                     second: radius * s.first.powi(2).hypot(s.second),

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 pub(crate) enum GridNode {
     /// Lines `(u, v)` of the grid.
     Corner(usize, usize),
-    /// Index into [`Arranged::crossings`].
+    /// Index into [`Arrangement::crossings`].
     LineCrossing(usize),
     /// The end of a loop's stretch along a pole.
     Pole(usize),
@@ -63,7 +63,7 @@ pub(crate) struct ArrangedTile {
 
 /// A face cut into tiles.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Arranged {
+pub(crate) struct Arrangement {
     pub(crate) tiles: Vec<ArrangedTile>,
     pub(crate) borders: Vec<Border>,
     pub(crate) crossings: Vec<LineCrossing>,
@@ -145,13 +145,13 @@ struct TileBuilder<'a> {
     grid: &'a Grid,
     /// By axis and line: the pole that it runs along.
     poles: [Vec<Option<usize>>; 2],
-    out: Arranged,
+    out: Arrangement,
     keys: BTreeMap<(usize, usize, GridNode, GridNode), usize>,
     strands: Vec<Vec<Strand>>,
 }
 
 /// Cuts a region along a grid.
-pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -> Result<Arranged, Tangled> {
+pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -> Result<Arrangement, Tangled> {
     let sides = pole_sides(region, projector);
     let poles = [0, 1].map(|axis| {
         let lines = &grid.lines[axis];
@@ -167,7 +167,7 @@ pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -
     let mut builder = TileBuilder {
         grid,
         poles,
-        out: Arranged::default(),
+        out: Arrangement::default(),
         keys: BTreeMap::new(),
         strands: (0..tiles).map(|_| Vec::new()).collect(),
     };

@@ -1,6 +1,6 @@
 //! Tiles and borders of an arrangement, in natural parameters -> the same in the parameters of the patches.
 
-use super::arrangement::{Arranged, ArrangedTile, Border, GridNode, LoopStretch};
+use super::arrangement::{ArrangedTile, Arrangement, Border, GridNode, LoopStretch};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse};
 use super::grid::{Grid, LineCrossing};
 use crate::model::AxisMap;
@@ -12,7 +12,7 @@ use crate::prepare::uv::uv_loop::Along;
 use glam::DVec2;
 
 /// The tiles of an arrangement.
-pub(super) fn tiles(arranged: &Arranged, maps: &[AxisMap; 2]) -> Vec<DraftTile> {
+pub(super) fn tiles(arranged: &Arrangement, maps: &[AxisMap; 2]) -> Vec<DraftTile> {
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
     let tile = |t: &ArrangedTile| DraftTile {
         min: to_patch(t.min),
@@ -58,7 +58,7 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
 
 /// What a face's borders are made from.
 pub(super) struct BorderMaker<'a> {
-    pub(super) arranged: &'a Arranged,
+    pub(super) arranged: &'a Arrangement,
     pub(super) grid: &'a Grid,
     pub(super) projector: &'a Projector<'a>,
     pub(super) patches: &'a BezierPatches,

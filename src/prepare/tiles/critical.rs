@@ -56,7 +56,7 @@ const MAX_MEETINGS_PER_USE: usize = 32;
 type Pair<'a> = (ArcSpan<'a>, ArcSpan<'a>);
 
 /// Pairs of stretches that cannot be separated, each with its parts that cannot.
-type Close<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
+type UnresolvedPairs<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
 
 /// Remaining budget of a tile, in points.
 struct WorkLeft(usize);
@@ -70,12 +70,12 @@ impl WorkLeft {
 }
 
 /// Result of separating arcs.
-struct Found<'a, 'w> {
+struct Separation<'a, 'w> {
     /// Edges, and parameters that they must contain.
     breaks: Vec<(u32, f64)>,
     /// Maximum number of breaks. The budget is set to 0 beyond it.
     most: usize,
-    close: Close<'a>,
+    close: UnresolvedPairs<'a>,
     work: &'w mut WorkLeft,
 }
 
@@ -94,7 +94,7 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
         let points: usize = arcs.iter().map(|a| a.points.len()).sum();
         let least = if exact { WORK_EXACT } else { WORK };
         let work = work.get_or_insert_with(|| WorkLeft(least + WORK_PER_POINT * points));
-        let Found { breaks: found, close, .. } = separate_all(&arcs, MAX_BREAKS * uses, work);
+        let Separation { breaks: found, close, .. } = separate_all(&arcs, MAX_BREAKS * uses, work);
         if exact {
             breaks.extend(found);
             return (meetings, work.0 > 0);
@@ -154,9 +154,9 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
 }
 
 /// Separates arcs from themselves and each other, those of edges in space with at most `most` breaks.
-fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLeft) -> Found<'a, 'w> {
+fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLeft) -> Separation<'a, 'w> {
     let most = if arcs.iter().any(|a| a.exact) { usize::MAX } else { most };
-    let mut found = Found { breaks: Vec::new(), most, close: Vec::new(), work };
+    let mut found = Separation { breaks: Vec::new(), most, close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
     for (i, a) in arcs.iter().enumerate() {
         for b in &arcs[i + 1..] {
@@ -178,7 +178,7 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLe
     found
 }
 
-impl<'a> Found<'a, '_> {
+impl<'a> Separation<'a, '_> {
     /// Halves a stretch, and adds a break there.
     fn halve(&mut self, span: &ArcSpan<'a>) -> [ArcSpan<'a>; 2] {
         let (mid, halves) = span.split();
@@ -202,7 +202,7 @@ impl<'a> Found<'a, '_> {
 
 /// Cuts an arc where it has turned by a third of a circle. If its stretches meet, the cuts become breaks, and the
 /// stretches are separated like arcs.
-fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Found<'a, '_>) {
+fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Separation<'a, '_>) {
     const TURN: f64 = TAU / 3.0;
     let most = if arc.exact { 512 } else { 64 };
     let mut cuts = vec![0];
@@ -233,7 +233,7 @@ fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Found<'a, '_>) {
 
 /// Separates two arcs. If that takes halvings of both, tries halvings of one alone, which may be fewer: of two arcs
 /// side by side, chords of the inner one never come near the outer one.
-fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<'a, '_>) {
+fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a, '_>) {
     let (before, close) = (found.breaks.len(), found.close.len());
     separate(a, b, 0, found);
     let by_both = found.breaks.split_off(before);
@@ -275,7 +275,7 @@ fn separate_alone<'a>(
 }
 
 /// Halves two arcs until their hulls are disjoint. Each halving becomes a break. Keeps pairs that cannot be separated.
-fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Found<'a, '_>) {
+fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Separation<'a, '_>) {
     let shared = shared_ends(a, b);
     if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
         return;
@@ -298,7 +298,7 @@ fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Found<'a
 
 /// The same for arcs of edges in space that cannot be halved at samples. If they run along each other, breaks gain
 /// nothing, and the pair is kept as it is.
-fn separate_below_samples<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Found<'a, '_>) {
+fn separate_below_samples<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a, '_>) {
     // If they leave a common end side by side, each halving would only ask for the next.
     let joined = shared_ends(a, b)[0].is_some();
     if a.arc.exact || joined || (!a.is_curved() && !b.is_curved()) {
@@ -331,7 +331,7 @@ fn is_halved_first([a, b]: [ArcSpan<'_>; 2], can_split: [bool; 2], joined: bool)
 }
 
 /// Halves cubics until they are disjoint. Appends pairs that are not to `left`, and stops if these are too many.
-fn halve<'a>([a, b]: [ArcSpan<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Found<'a, '_>) {
+fn halve<'a>([a, b]: [ArcSpan<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Separation<'a, '_>) {
     let shared = shared_ends(a, b);
     let done = left.len() > MAX_UNRESOLVED || !found.work.takes(a.len() + b.len());
     if done || if shared[0].is_none() { exactly_apart(a, b) } else { apart(a, b, shared) } {

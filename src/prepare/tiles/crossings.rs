@@ -6,7 +6,7 @@ use super::joints::Joiner;
 use super::meeting::{fold, touching};
 use crate::model::{AxisMap, FaceTrouble, Part};
 use crate::prepare::regions::mend::Tangle;
-use crate::prepare::report::told::Told;
+use crate::prepare::report::finding::Finding;
 use crate::prepare::uv::pcurve::Projector;
 use glam::{DVec2, DVec3};
 
@@ -23,9 +23,9 @@ pub(super) struct Crossings {
     pub(super) critical: usize,
     pub(super) meetings: usize,
     /// The first place where a boundary crosses or overlaps itself.
-    pub(super) crossed: Option<Told>,
+    pub(super) crossed: Option<Finding>,
     /// The first tile whose meetings are too many to be known.
-    pub(super) scribble: Option<Told>,
+    pub(super) scribble: Option<Finding>,
 }
 
 impl Crossings {
@@ -71,10 +71,10 @@ impl Crossings {
         let middle = || projector.point(middle(tile, maps));
         if tile.entangled || folded.is_some() {
             let place = folded.map_or_else(middle, |m| join.ends(&m)[0].2);
-            self.crossed.get_or_insert(Told::new(Some(place), FaceTrouble::Crosses));
+            self.crossed.get_or_insert(Finding::new(Some(place), FaceTrouble::Crosses));
         }
         if !all && self.scribble.is_none() {
-            self.scribble = Some(Told::new(Some(middle()), FaceTrouble::Scribble));
+            self.scribble = Some(Finding::new(Some(middle()), FaceTrouble::Scribble));
         }
         tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
     }

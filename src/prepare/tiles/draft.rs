@@ -2,7 +2,7 @@
 
 use crate::model::{AxisMap, FaceTrouble};
 use crate::prepare::regions::mend::Tangle;
-use crate::prepare::report::told::Told;
+use crate::prepare::report::finding::Finding;
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
 use crate::prepare::surface::tables::SurfaceBounds;
 use crate::prepare::uv::uv_curve::UvCurve;
@@ -89,7 +89,7 @@ pub(crate) struct FaceDraft {
     /// Remarks on a usable face.
     pub(crate) notes: Vec<FaceTrouble>,
     /// Repairs: with any, the face is not as stated.
-    pub(crate) repairs: Vec<Told>,
+    pub(crate) repairs: Vec<Finding>,
     /// Whether a repair reports that the boundary crosses or overlaps itself.
     pub(crate) crosses: bool,
     /// Whether it is filled in space: the surface is a plane that the file does not state.

@@ -1,6 +1,6 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
-use super::arrangement::{Arranged, arrange};
+use super::arrangement::{Arrangement, arrange};
 use super::borders::{self, BorderMaker};
 use super::crossings::Crossings;
 use super::cuts::{coarse_grids, grid_for};
@@ -13,7 +13,7 @@ use crate::model::{Face, FaceError, FaceTrouble, Part, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
 use crate::prepare::regions::unroll::region;
 use crate::prepare::regions::{boundary, lobes, mend};
-use crate::prepare::report::told::Told;
+use crate::prepare::report::finding::Finding;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
@@ -126,7 +126,7 @@ struct Outline {
     /// Edges of loops of which lobes were turned.
     lobed: Vec<u32>,
     notes: Vec<FaceTrouble>,
-    repairs: Vec<Told>,
+    repairs: Vec<Finding>,
 }
 
 impl Outline {
@@ -157,7 +157,7 @@ impl Outline {
                 uv[axis] = at;
                 traced.projector.point(uv)
             });
-            out.repairs.push(Told::new(place, FaceTrouble::EndsWithSurface { axis, at }));
+            out.repairs.push(Finding::new(place, FaceTrouble::EndsWithSurface { axis, at }));
         }
         Ok(out)
     }
@@ -173,7 +173,7 @@ impl Outline {
         }
         let place = turned.cuts.first().map(|cut| projector.point(cut.uv));
         let what = FaceTrouble::LobesTurned { lobes: turned.lobes, area_mm2: turned.area };
-        self.repairs.push(Told::new(place, what));
+        self.repairs.push(Finding::new(place, what));
         Ok(())
     }
 
@@ -181,7 +181,7 @@ impl Outline {
     fn note_gap(&mut self, extent: f64) {
         let off = FaceTrouble::EdgesOffSurface { gap_mm: self.gap };
         if self.gap > FAR_SHARE * extent {
-            self.repairs.push(Told::new(None, off));
+            self.repairs.push(Finding::new(None, off));
         } else if self.gap > GAP_SHARE * extent {
             self.notes.push(off);
         }
@@ -263,7 +263,7 @@ fn cut(
     surface: &Surface,
     projector: &Projector<'_>,
     notes: &mut Vec<FaceTrouble>,
-) -> Result<(Grid, Arranged), FaceError> {
+) -> Result<(Grid, Arrangement), FaceError> {
     let wanted = grid_for(region, surface);
     let refused = match arrange(region, &wanted, projector) {
         Ok(arranged) => return Ok((wanted, arranged)),

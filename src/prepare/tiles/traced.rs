@@ -2,12 +2,12 @@
 
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError};
 use crate::prepare::regions::trace::{Passages, trace_loop};
-use crate::prepare::report::told::Told;
+use crate::prepare::report::finding::Finding;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_loop::{Along, UvLoop};
-use crate::prepare::wires::order::Given;
+use crate::prepare::wires::order::WireSet;
 use glam::DVec3;
 
 /// A point of a face: its first vertex, or the middle of a surface kept whole.
@@ -39,7 +39,7 @@ pub(super) struct Traced<'a> {
     /// Largest distance between edges and surface.
     pub(super) gap: f64,
     pub(super) notes: Vec<FaceTrouble>,
-    pub(super) repairs: Vec<Told>,
+    pub(super) repairs: Vec<Finding>,
 }
 
 impl<'a> Traced<'a> {
@@ -80,13 +80,13 @@ impl<'a> Traced<'a> {
 
     fn trace(&mut self) -> Result<(), FaceError> {
         let part = self.part;
-        let mut given = Given::default();
+        let mut given = WireSet::default();
         for l in &self.face.loops {
             match l {
                 Loop::Edges(coedges) => {
                     if !given.is_first(coedges) {
                         let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
-                        self.repairs.push(Told::new(place, FaceTrouble::LoopTwice));
+                        self.repairs.push(Finding::new(place, FaceTrouble::LoopTwice));
                         continue;
                     }
                     let (traced, miss) = trace_loop(part, coedges, &self.projector, &mut self.gap, &self.passages)?;

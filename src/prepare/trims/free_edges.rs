@@ -13,8 +13,8 @@ use super::stretches::StretchPart;
 use crate::model::{
     CurveKind, Edge, EdgeId, Face, FaceError, FaceTrouble, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId,
 };
+use crate::prepare::report::finding::Finding;
 use crate::prepare::report::guard::guarded;
-use crate::prepare::report::told::Told;
 use crate::prepare::uv::region::{Region, loops_box};
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
@@ -172,7 +172,7 @@ impl<'a> EdgeMaker<'a> {
         for note in self.told {
             if note.repaired {
                 let place = Some(self.surface.point(note.at.x, note.at.y));
-                repairs.push(Told::new(place, FaceTrouble::Trim(note.what)));
+                repairs.push(Finding::new(place, FaceTrouble::Trim(note.what)));
             } else {
                 notes.push(FaceTrouble::Trim(note.what));
             }

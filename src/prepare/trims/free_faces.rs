@@ -1,7 +1,7 @@
 //! Regions made from the free trims of faces.
 
 use crate::model::{FaceError, FaceTrouble};
-use crate::prepare::report::told::Told;
+use crate::prepare::report::finding::Finding;
 use crate::prepare::uv::region::Region;
 
 /// A face's region, with notes and repairs to report.
@@ -11,7 +11,7 @@ pub(crate) struct FreeFace {
     /// Largest distance of its edges from the surface. Shared edges may be curves of another face.
     pub(crate) gap: f64,
     pub(crate) notes: Vec<FaceTrouble>,
-    pub(crate) repairs: Vec<Told>,
+    pub(crate) repairs: Vec<Finding>,
 }
 
 /// The region or error of each face; `None` for a face without free trims.

@@ -128,14 +128,14 @@ pub(crate) struct SpanPlace {
 
 /// A point that two spans have in common.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Met {
+pub(crate) struct SpanContact {
     pub(crate) at: [SpanPlace; 2],
     pub(crate) point: DVec2,
     pub(crate) kind: MeetingKind,
 }
 
 /// All points where spans meet, except the joints of successive spans.
-pub(crate) fn meetings(chains: &[&SpanChain]) -> Vec<Met> {
+pub(crate) fn meetings(chains: &[&SpanChain]) -> Vec<SpanContact> {
     let name = |c: usize| (0..chains[c].spans.len()).map(move |k| (c, k));
     let names: Vec<(usize, usize)> = (0..chains.len()).flat_map(name).collect();
     let span = |(c, k): (usize, usize)| &chains[c].spans[k];
@@ -153,7 +153,7 @@ pub(crate) fn meetings(chains: &[&SpanChain]) -> Vec<Met> {
                 let joins = a.0 == b.0 && chains[a.0].joint(a.1, b.1).any(|p| p.distance(m.point) <= SAME);
                 if !joins {
                     let at = [(a, m.at[0]), (b, m.at[1])].map(|(x, s)| SpanPlace { chain: x.0, span: x.1, s });
-                    out.push(Met { at, point: m.point, kind: m.kind });
+                    out.push(SpanContact { at, point: m.point, kind: m.kind });
                 }
             }
         }

@@ -18,14 +18,14 @@ pub(crate) fn points_along(uv: &UvCurve, from: f64, to: f64, most: usize, out: &
 }
 
 /// The region of a tile, as polygons.
-pub(crate) struct Inside<'a> {
+pub(crate) struct TileRegion<'a> {
     pub(crate) patches: &'a BezierPatches,
     pub(crate) min: DVec2,
     pub(crate) max: DVec2,
     pub(crate) loops: Vec<Vec<DVec2>>,
 }
 
-impl Inside<'_> {
+impl TileRegion<'_> {
     /// Whether the total winding number of the loops about `uv` is positive.
     pub(crate) fn holds(&self, uv: DVec2) -> bool {
         self.loops.iter().map(|l| winding_about(l, uv)).sum::<i32>() > 0

@@ -8,14 +8,14 @@ use glam::DVec3;
 const LEAD: f64 = 16.0;
 
 /// A smooth offset that moves the end of an edge's curve to its vertex and fades along the edge.
-pub(crate) struct Lead {
+pub(crate) struct EndBlend {
     off: DVec3,
     from: f64,
     /// In the edge's parameter, negative from its end.
     length: f64,
 }
 
-impl Lead {
+impl EndBlend {
     /// The offset to add to the curve's point at `t`, and its derivative.
     pub(crate) fn at(&self, t: f64) -> [DVec3; 2] {
         let s = (t - self.from) / self.length;
@@ -27,7 +27,7 @@ impl Lead {
 }
 
 /// The blends at both ends of an edge; `None` where the curve ends within `tolerance` of the vertex.
-pub(crate) fn leads(edge: &Edge, ends: [DVec3; 2], tolerance: f64) -> [Option<Lead>; 2] {
+pub(crate) fn leads(edge: &Edge, ends: [DVec3; 2], tolerance: f64) -> [Option<EndBlend>; 2] {
     let (t0, t1) = edge.range;
     [(ends[0], t0, t1), (ends[1], t1, t0)].map(|(end, from, to)| {
         let off = end - curve_end(edge, from);
@@ -38,7 +38,7 @@ pub(crate) fn leads(edge: &Edge, ends: [DVec3; 2], tolerance: f64) -> [Option<Le
             while share < 0.5 && far(share) < reach {
                 share *= 1.5;
             }
-            Lead { off, from, length: (to - from) * share.min(0.5) }
+            EndBlend { off, from, length: (to - from) * share.min(0.5) }
         })
     })
 }

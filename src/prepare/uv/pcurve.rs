@@ -4,7 +4,7 @@
 //! one sheet of a folded or periodic surface. Samples carry derivatives and are joined by cubic Hermite pieces, which
 //! are refined until the fit stays within a tolerance of the projection.
 
-use super::lead::{Lead, before_breaks, leads};
+use super::lead::{EndBlend, before_breaks, leads};
 use super::uv_curve::UvSample;
 use crate::model::{CurveKind, Edge, Pole, Surface};
 use glam::{DVec2, DVec3};
@@ -451,7 +451,7 @@ struct Walk<'a> {
     projector: &'a Projector<'a>,
     edge: &'a Edge,
     ends: [DVec3; 2],
-    leads: [Option<Lead>; 2],
+    leads: [Option<EndBlend>; 2],
 }
 
 impl Walk<'_> {

@@ -3,7 +3,7 @@
 use crate::mesh::SceneInstance;
 use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::BoxBounds;
-use crate::prepare::uv::inside::{Inside, points_along};
+use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
 
 /// Samples per strip of an edge's bounds table; a tile has four times as many per Bézier piece and direction. Sixteen
@@ -103,7 +103,7 @@ pub(crate) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
 /// Samples inside a tile's loops and outside `bounds`, which they widen. Skips pieces that are not `reaching`.
 fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[bool], bounds: &mut Hull) -> Vec<DVec3> {
     let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
-    let inside = Inside { patches: &face.patches, min: tile.min, max: tile.max, loops };
+    let inside = TileRegion { patches: &face.patches, min: tile.min, max: tile.max, loops };
     let mut out = Vec::new();
     for uv in inside.lattice(4 * SAMPLES).1 {
         if !reaching[face.patches.piece(uv.x, uv.y)] {

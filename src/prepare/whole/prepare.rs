@@ -5,7 +5,7 @@ use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, DiagnosticKind, FaceId, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
 use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
-use crate::prepare::join::part::{DonePart, prepare_part};
+use crate::prepare::join::part::{PartOutcome, prepare_part};
 use crate::prepare::join::prepared::Prepared;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -83,7 +83,7 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
         Diagnostic::new(Severity::Error, kind)
     }));
     let of_part = |(k, part): (usize, &Part)| prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
-    let done: Vec<DonePart> = model.parts.par_iter().enumerate().map(of_part).collect();
+    let done: Vec<PartOutcome> = model.parts.par_iter().enumerate().map(of_part).collect();
     if budget.exceeded() {
         return Err(budget.error(&model));
     }

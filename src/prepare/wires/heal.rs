@@ -7,11 +7,11 @@
 
 use super::ends::ends;
 use super::order::in_order;
-use crate::math::sets::Sets;
+use crate::math::sets::DisjointSets;
 use crate::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId, WireTrouble,
 };
-use crate::prepare::report::told::Told;
+use crate::prepare::report::finding::Finding;
 use crate::prepare::uv::pcurve::Projector;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -33,7 +33,7 @@ const SPANS: usize = 16;
 pub(crate) struct Healing {
     pub(crate) face: usize,
     pub(crate) severity: Severity,
-    pub(crate) told: Told,
+    pub(crate) told: Finding,
 }
 
 /// A gap between two successive coedges of a loop that do not share a vertex.
@@ -92,7 +92,7 @@ fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option
         let turned = wires.iter().flatten().filter(|w| w.1).count();
         let what = WireTrouble::Reordered { edges: coedges.len(), turned };
         let place = of_loop[0].ends(part).and_then(|[v, _]| part.vertices.get(v.index()).copied());
-        done.push(Healing { face, severity: Severity::Warning, told: Told::new(place, what) });
+        done.push(Healing { face, severity: Severity::Warning, told: Finding::new(place, what) });
         let taken =
             |&(k, turned): &(usize, bool)| Coedge { reversed: coedges[k].reversed != turned, ..coedges[k].clone() };
         let wires = wires.iter().map(|wire| Loop::Edges(wire.iter().map(taken).collect()));
@@ -138,7 +138,7 @@ fn gaps(part: &Part) -> Vec<Gap> {
 /// Merges the vertices on both sides of narrow gaps. Returns the gaps that cannot be closed so, because a short edge
 /// joins the two vertices and would vanish.
 fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Healing>) -> Vec<Gap> {
-    let mut merged = Sets::new(part.vertices.len());
+    let mut merged = DisjointSets::new(part.vertices.len());
     let widest_gap = narrow.iter().map(|gap| gap.width).fold(0.0, f64::max);
     let is_short = |&[s, t]: &[usize; 2]| {
         let [p, q] = [s, t].map(|v| part.vertices.get(v));
@@ -176,7 +176,7 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
     done.extend(widest.into_iter().map(|(face, (width, place))| {
         let severity = if width <= tolerance { Severity::Note } else { Severity::Warning };
         let what = WireTrouble::VerticesMoved { width_mm: width, tolerance_mm: tolerance };
-        Healing { face, severity, told: Told::new(Some(place), what) }
+        Healing { face, severity, told: Finding::new(Some(place), what) }
     }));
     left
 }
@@ -212,7 +212,7 @@ fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
     }
     done.extend(of_face.into_iter().map(|(face, (count, width, place))| {
         let what = WireTrouble::Bridged { width_mm: width, gaps: count };
-        Healing { face, severity: Severity::Warning, told: Told::new(Some(place), what) }
+        Healing { face, severity: Severity::Warning, told: Finding::new(Some(place), what) }
     }));
 }
 
@@ -273,7 +273,7 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
         let bad_uses = uses.filter_map(|c| Some((c.edge, *bad.get(&c.edge.0)?)));
         if let Some((edge, (gap_mm, vertex))) = bad_uses.max_by(|(_, a), (_, b)| a.0.total_cmp(&b.0)) {
             let place = part.vertices.get(vertex.index()).copied();
-            let told = Told { edge: Some(edge), ..Told::new(place, WireTrouble::EdgeOffVertex { gap_mm }) };
+            let told = Finding { edge: Some(edge), ..Finding::new(place, WireTrouble::EdgeOffVertex { gap_mm }) };
             done.push(Healing { face, severity: Severity::Warning, told });
         }
     }

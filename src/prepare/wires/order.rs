@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, HashSet};
 
 /// The wires of a face seen so far, each as its sorted edges.
 #[derive(Default)]
-pub(crate) struct Given(HashSet<Vec<u32>>);
+pub(crate) struct WireSet(HashSet<Vec<u32>>);
 
-impl Given {
+impl WireSet {
     /// Records a wire and returns whether no wire of the same edges came before. Always true for a wire without edges.
     pub(crate) fn is_first(&mut self, coedges: &[Coedge]) -> bool {
         let mut edges: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
@@ -19,13 +19,13 @@ impl Given {
 }
 
 /// Index of an edge in its wire, and whether to reverse it.
-pub(crate) type Taken = (usize, bool);
+pub(crate) type OrderedEdge = (usize, bool);
 
 /// Orders edges, given by start and end, into one or more closed wires. `None` if they do not close.
 ///
 /// First tries the directions given. If that fails and exactly two edges meet at every vertex, reverses edges as
 /// needed: files get directions wrong too. Each wire then runs in the direction of most of its edges.
-pub(crate) fn in_order(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<Taken>>> {
+pub(crate) fn in_order(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<OrderedEdge>>> {
     chained(ends).or_else(|| {
         let mut at: BTreeMap<VertexId, Vec<usize>> = BTreeMap::new();
         for (k, [a, b]) in ends.iter().enumerate() {
@@ -37,7 +37,7 @@ pub(crate) fn in_order(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<Taken>>> {
 }
 
 /// Closed wires of edges in the directions given.
-fn chained(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<Taken>>> {
+fn chained(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<OrderedEdge>>> {
     let mut from: BTreeMap<VertexId, Vec<usize>> = BTreeMap::new();
     for (k, [start, _]) in ends.iter().enumerate().rev() {
         from.entry(*start).or_default().push(k);
@@ -69,7 +69,7 @@ fn take(from: &mut BTreeMap<VertexId, Vec<usize>>, at: VertexId, edge: usize) ->
 }
 
 /// Closed wires of edges of which exactly two meet at every vertex.
-fn turned(ends: &[[VertexId; 2]], at: &BTreeMap<VertexId, Vec<usize>>) -> Vec<Vec<Taken>> {
+fn turned(ends: &[[VertexId; 2]], at: &BTreeMap<VertexId, Vec<usize>>) -> Vec<Vec<OrderedEdge>> {
     let mut used = vec![false; ends.len()];
     let mut wires = Vec::new();
     for first in 0..ends.len() {

@@ -43,7 +43,7 @@ impl Plate {
     /// Updates a weave of `old` to this plate.
     fn update(&self, old: &Self, weave: &mut Weave) -> Option<()> {
         let from = self.from(old);
-        let changed = Changed { tile: self.tile(), old_starts: &old.starts, from: &from };
+        let changed = LoopMapping { tile: self.tile(), old_starts: &old.starts, from: &from };
         weave.update(&changed, &mut TrimScratch::default(), &mut WeaveScratch::default())
     }
 

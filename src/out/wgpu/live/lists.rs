@@ -1,8 +1,8 @@
 //! Tiles to draw calls: one per tile and instance, grouped by the pages they draw from.
 
 use super::super::gpu::Gpu;
+use super::device_scene::DeviceScene;
 use super::records::Records;
-use super::shown::ShownScene;
 use super::store::Store;
 use ::wgpu::util::{DrawIndexedIndirectArgs, DrawIndirectArgs};
 use ::wgpu::{BindGroup, Buffer, BufferDescriptor, BufferUsages, IndexFormat, RenderPass};
@@ -88,7 +88,7 @@ impl Tiles {
     pub(super) fn refresh(
         &mut self,
         gpu: &Gpu,
-        shown: &ShownScene,
+        shown: &DeviceScene,
         records: &Records,
         view: usize,
         version: u64,
@@ -220,7 +220,7 @@ impl Edges {
     }
 
     /// See [`Tiles::refresh`].
-    pub(super) fn refresh(&mut self, gpu: &Gpu, shown: &ShownScene, store: &Store, version: u64) -> u64 {
+    pub(super) fn refresh(&mut self, gpu: &Gpu, shown: &DeviceScene, store: &Store, version: u64) -> u64 {
         if self.version == version {
             return 0;
         }

@@ -1,19 +1,19 @@
 //! A scene on the graphics device: tiles to buffer ranges, to draw calls, to pictures.
 
+mod device_scene;
 mod encode;
 mod lists;
 mod pages;
 mod pending;
 mod records;
-mod shown;
-mod sight;
 mod staging;
 mod store;
+mod uniforms;
 
 mod scene;
-pub use scene::{BytesHeld, Drew, LiveScene};
+pub use scene::{DeviceMemory, DrawStats, LiveScene};
 
 mod sink;
 
 mod pick;
-pub use pick::Picked;
+pub use pick::PickHit;

@@ -1,8 +1,8 @@
 //! A frame that is being uploaded.
 
-use super::shown::{ShownPlace, ShownScene};
+use super::device_scene::{DevicePlace, DeviceScene};
 use super::store::{Line, StoredTile};
-use crate::mesh::Drawn;
+use crate::mesh::DrawnTiles;
 use crate::model::{EdgeId, TileId};
 
 /// A frame that has begun and not ended, with what it has uploaded so far.
@@ -11,13 +11,13 @@ pub(super) struct Pending {
     /// Rows of the part's number, the tile, and its data.
     pub(super) tiles: Vec<(u32, TileId, Option<StoredTile>)>,
     pub(super) lines: Vec<(u32, EdgeId, Option<Line>)>,
-    pub(super) drawn: Drawn,
+    pub(super) drawn: DrawnTiles,
 }
 
 /// What a frame builds on.
 pub(super) enum Base {
     /// A new scene without tiles.
-    Whole(ShownScene),
+    Whole(DeviceScene),
     /// The frame that is drawn, with new instances.
-    Changes(Vec<ShownPlace>),
+    Changes(Vec<DevicePlace>),
 }

@@ -1,7 +1,7 @@
 //! A pixel to the triangle under it: draws the scene into a single pixel, with record numbers for colours.
 
 use super::scene::LiveScene;
-use super::sight::Aim;
+use super::uniforms::Aim;
 use crate::model::{FaceId, InstanceId, PartId, TileId};
 use crate::out::wgpu::error::RenderError;
 use crate::out::wgpu::formats::{DEPTH_FORMAT, PICK_FORMAT};
@@ -13,7 +13,7 @@ use glam::DVec3;
 /// The surface point under a pixel, and what it belongs to.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
-pub struct Picked {
+pub struct PickHit {
     /// The instance in the scene.
     pub instance: InstanceId,
     /// Its part in the model.
@@ -41,7 +41,7 @@ impl LiveScene {
         (x, y): (u32, u32),
         view: usize,
         options: &RenderOptions,
-    ) -> Result<Option<Picked>, RenderError> {
+    ) -> Result<Option<PickHit>, RenderError> {
         let (width, height) = options.size;
         if x >= width || y >= height {
             return Ok(None);
@@ -85,7 +85,7 @@ impl LiveScene {
         let part = &self.shown.parts[place.part as usize];
         let Some(of_tile) = part.tiles[tile as usize] else { return Ok(None) };
         let (start, direction) = camera.ray((x, y), options.size);
-        Ok(Some(Picked {
+        Ok(Some(PickHit {
             instance: InstanceId(place.instance),
             part: PartId(part.number),
             face: of_tile.face,

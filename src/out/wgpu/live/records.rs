@@ -2,8 +2,8 @@
 
 use super::super::ColourBy;
 use super::super::layout::Record;
-use super::super::palette::{MARKED, Painted, Palette};
-use super::shown::ShownScene;
+use super::super::palette::{MARKED, Palette, TileColours};
+use super::device_scene::DeviceScene;
 use crate::model::{FaceId, InstanceId};
 
 /// The top bit of [`Record::first_index`].
@@ -59,7 +59,7 @@ impl Records {
     }
 
     /// Rebuilds outdated rows. Returns the range of rows that changed.
-    pub(super) fn refresh(&mut self, shown: &ShownScene, by: ColourBy) -> std::ops::Range<usize> {
+    pub(super) fn refresh(&mut self, shown: &DeviceScene, by: ColourBy) -> std::ops::Range<usize> {
         let palette = Palette::new(by, shown.tiles().map(|tile| tile.rate));
         let grown = || self.stale.iter().any(|&(part, tile)| self.is_beyond(shown, part, tile));
         if self.all || palette != self.palette || grown() {
@@ -77,7 +77,7 @@ impl Records {
         first.min(end)..end
     }
 
-    fn refresh_all(&mut self, shown: &ShownScene) -> std::ops::Range<usize> {
+    fn refresh_all(&mut self, shown: &DeviceScene) -> std::ops::Range<usize> {
         (self.all, self.stale) = (false, Vec::new());
         self.firsts.clear();
         self.rows.clear();
@@ -91,7 +91,7 @@ impl Records {
     }
 
     /// Whether some place of the part has no row for this tile.
-    fn is_beyond(&self, shown: &ShownScene, part: u32, tile: u32) -> bool {
+    fn is_beyond(&self, shown: &DeviceScene, part: u32, tile: u32) -> bool {
         shown.parts[part as usize].places.clone().any(|place| {
             let end = self.firsts.get(place as usize + 1).copied().unwrap_or(self.rows.len() as u32);
             self.firsts.get(place as usize).is_none_or(|first| first + tile >= end)
@@ -99,12 +99,12 @@ impl Records {
     }
 
     /// Makes the record of a tile at a place. Tiles without triangles get the default record.
-    fn made(&self, shown: &ShownScene, place: u32, number: u32) -> Record {
+    fn made(&self, shown: &DeviceScene, place: u32, number: u32) -> Record {
         let at = &shown.places[place as usize];
         let part = &shown.parts[at.part as usize];
         let Some(tile) = &part.tiles[number as usize] else { return Record::default() };
         let marked = self.marked == Some((InstanceId(at.instance), tile.face));
-        let painted = Painted {
+        let painted = TileColours {
             part: part.number,
             face: at.first_face.wrapping_add(tile.face.0),
             tile: number,

@@ -4,12 +4,12 @@ use super::super::error::RenderError;
 use super::super::gpu::Gpu;
 use super::super::options::RenderOptions;
 use super::super::target::SampleTargets;
+use super::device_scene::DeviceScene;
 use super::lists::{Edges, Rows, Tiles};
 use super::pending::Pending;
 use super::records::Records;
-use super::shown::ShownScene;
-use super::sight::{Aim, SceneSight};
 use super::store::Store;
+use super::uniforms::{Aim, SceneSight};
 use crate::model::{FaceId, InstanceId};
 use crate::out::{Camera, ViewPoint};
 use ::wgpu::{BindGroup, BufferUsages, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
@@ -30,7 +30,7 @@ use std::fmt;
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
-    pub(super) shown: ShownScene,
+    pub(super) shown: DeviceScene,
     /// The last frame ended, so that changes may follow. Cleared by an abort.
     pub(super) whole: bool,
     pub(super) pending: Option<Pending>,
@@ -57,7 +57,7 @@ impl fmt::Debug for LiveScene {
 /// Size of the scene's buffers on the device, in bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
-pub struct BytesHeld {
+pub struct DeviceMemory {
     /// Pages of vertices.
     pub vertices: u64,
     /// Pages of indices.
@@ -72,7 +72,7 @@ pub struct BytesHeld {
     pub pages: usize,
 }
 
-impl BytesHeld {
+impl DeviceMemory {
     /// Sum of all buffers, in bytes.
     #[must_use]
     pub fn total(&self) -> u64 {
@@ -83,7 +83,7 @@ impl BytesHeld {
 /// Counts of one picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
-pub struct Drew {
+pub struct DrawStats {
     /// Triangles, summed over instances.
     pub triangles: u64,
     /// Tiles, summed over instances.
@@ -109,7 +109,7 @@ impl LiveScene {
         Self {
             gpu,
             store: Store::new(),
-            shown: ShownScene::default(),
+            shown: DeviceScene::default(),
             whole: false,
             pending: None,
             version: 1,
@@ -134,7 +134,12 @@ impl LiveScene {
     ///
     /// # Errors
     /// If the picture is larger than the adapter allows, or the device fails.
-    pub fn draw(&mut self, target: &TextureView, view: usize, options: &RenderOptions) -> Result<Drew, RenderError> {
+    pub fn draw(
+        &mut self,
+        target: &TextureView,
+        view: usize,
+        options: &RenderOptions,
+    ) -> Result<DrawStats, RenderError> {
         self.gpu.takes(options.size)?;
         let view = self.known(view);
         let camera = self.camera(options);
@@ -150,7 +155,7 @@ impl LiveScene {
             if options.edges {
                 bytes += self.edges.refresh(&gpu, &self.shown, &self.store, self.edges_version);
             }
-            let Some(samples) = &self.samples else { return Drew::default() };
+            let Some(samples) = &self.samples else { return DrawStats::default() };
             let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
             let mut pass = encoder.begin_render_pass(&::wgpu::RenderPassDescriptor {
                 label: Some("trimtess"),
@@ -188,7 +193,7 @@ impl LiveScene {
             }
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
-            Drew { triangles: self.tiles[view].triangles, tiles: self.tiles[view].count(), bytes }
+            DrawStats { triangles: self.tiles[view].triangles, tiles: self.tiles[view].count(), bytes }
         })
     }
 
@@ -211,10 +216,10 @@ impl LiveScene {
 
     /// Size of this scene's buffers on the device, without the textures that pictures are drawn to.
     #[must_use]
-    pub fn held(&self) -> BytesHeld {
+    pub fn held(&self) -> DeviceMemory {
         let Store { vertices, indices, points, staging, .. } = &self.store;
         let lists: u64 = self.tiles.iter().map(Tiles::bytes).sum();
-        BytesHeld {
+        DeviceMemory {
             vertices: vertices.bytes(),
             indices: indices.bytes(),
             edges: points.bytes(),

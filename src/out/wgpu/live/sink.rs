@@ -1,10 +1,10 @@
 //! Frames of triangles to the device: each is uploaded next to the one that is drawn and replaces it when it ends.
 
 use super::super::error::RenderError;
+use super::device_scene::DeviceScene;
 use super::pending::{Base, Pending};
 use super::scene::LiveScene;
-use super::shown::ShownScene;
-use crate::mesh::{Batch, Drawn, EdgeLine, MeshSink, Scene, SinkError};
+use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError};
 use std::io;
 
 fn refusal(context: &str, kind: io::ErrorKind) -> SinkError {
@@ -18,7 +18,7 @@ fn failed(error: RenderError) -> SinkError {
 impl LiveScene {
     fn start(&mut self, base: Base) {
         self.forget();
-        self.pending = Some(Pending { base, tiles: Vec::new(), lines: Vec::new(), drawn: Drawn::default() });
+        self.pending = Some(Pending { base, tiles: Vec::new(), lines: Vec::new(), drawn: DrawnTiles::default() });
     }
 
     /// Frees what the pending frame has uploaded.
@@ -107,7 +107,7 @@ fn put<T>(rows: &mut Vec<Option<T>>, number: u32, new: Option<T>) -> Option<T> {
 
 impl MeshSink for LiveScene {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(Base::Whole(ShownScene::of(scene)));
+        self.start(Base::Whole(DeviceScene::of(scene)));
         Ok(())
     }
 
@@ -128,7 +128,7 @@ impl MeshSink for LiveScene {
         self.add_line(&line)
     }
 
-    fn drawn(&mut self, drawn: &Drawn) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
         self.pending.as_mut().ok_or_else(not_begun)?.drawn = drawn.clone();
         Ok(())
     }

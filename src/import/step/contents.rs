@@ -45,14 +45,14 @@ pub(super) struct BodyUse {
 
 /// Shells and bodies of one part.
 #[derive(Default)]
-pub(super) struct Gathered {
+pub(super) struct PartContents {
     pub(super) shells: Vec<ShellUse>,
     pub(super) bodies: Vec<BodyUse>,
     /// Items, shells and faces already in this part. A part has each once, however often its representations list it.
     pub(super) held: Set<u64>,
 }
 
-impl Gathered {
+impl PartContents {
     pub(super) fn is_empty(&self) -> bool {
         self.shells.is_empty() && self.bodies.is_empty()
     }

@@ -4,7 +4,7 @@
 //! have no other edge as near.
 
 use super::candidate::is_sound;
-use super::overlap::Course;
+use super::overlap::CurveQuery;
 use crate::model::{Loop, Part};
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::Along;
@@ -17,7 +17,7 @@ const FAR: f64 = 8.0;
 const ROUNDING: f64 = 1e-9;
 
 /// Decides for the faces of a part. The boundary of a face is sampled on first use.
-pub(crate) struct Thin<'a> {
+pub(crate) struct SliverCheck<'a> {
     part: &'a Part,
     free: &'a FreeFaces,
     rims: BTreeMap<usize, Rim>,
@@ -27,12 +27,12 @@ pub(crate) struct Thin<'a> {
 
 /// A face's boundary.
 struct Rim {
-    edges: Vec<(u32, Course)>,
+    edges: Vec<(u32, CurveQuery)>,
     /// Whether another edge is near everywhere along it.
     thin: bool,
 }
 
-impl<'a> Thin<'a> {
+impl<'a> SliverCheck<'a> {
     pub(crate) fn new(part: &'a Part, free: &'a FreeFaces) -> Self {
         Self { part, free, rims: BTreeMap::new(), kept: BTreeMap::new() }
     }
@@ -75,9 +75,9 @@ impl Rim {
         numbers.dedup();
         let course = |number: u32| {
             let edge = part.edges.get(number as usize).filter(|e| is_sound(part, e))?;
-            Some((number, Course::new(edge)))
+            Some((number, CurveQuery::new(edge)))
         };
-        let edges: Vec<(u32, Course)> = numbers.into_iter().filter_map(course).collect();
+        let edges: Vec<(u32, CurveQuery)> = numbers.into_iter().filter_map(course).collect();
         // Try the edge that was near the previous point first.
         let mut last = 0;
         let mut near = |k: usize, p| {

@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 
 /// A filled face, and the area that its loops enclose in their plane, mm².
-pub(crate) struct Filled {
+pub(crate) struct FilledFace {
     pub(crate) draft: FaceDraft,
     pub(crate) area: f64,
     /// Diagonal of its box in the plane, mm.
@@ -26,7 +26,7 @@ const FEW_SPANS: usize = 32;
 const SAMPLES: usize = 4;
 
 /// Fills loops of edges. `None` if there are none, or if an edge or a vertex is missing or not finite.
-pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled> {
+pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<FilledFace> {
     if boundary.is_empty() {
         return None;
     }
@@ -76,7 +76,7 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<Filled>
         lobed: Vec::new(),
         ends_with_surface: false,
     };
-    Some(Filled { draft, area, size: (high - low).length() })
+    Some(FilledFace { draft, area, size: (high - low).length() })
 }
 
 /// Replaces the curves of a boundary that cannot be evaluated by straight lines.

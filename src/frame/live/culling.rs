@@ -2,18 +2,18 @@
 //! Frustum and back-face culling.
 
 use crate::frame::plan::lattice::{places, strips};
-use crate::frame::view::sight::{Seen, Sight};
+use crate::frame::view::part_camera::{PartCamera, PixelScale};
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
 /// One instance as one view sees it.
 #[derive(Clone, Debug)]
-pub(crate) struct ShownTile {
+pub(crate) struct InstanceSight {
     pub(crate) view: usize,
     pub(crate) instance: usize,
     /// In units of the view's allowed deviation instead of pixels.
-    pub(crate) sight: Sight,
+    pub(crate) sight: PartCamera,
 }
 
 /// A normal cone.
@@ -53,15 +53,15 @@ impl PartBoxes {
         boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
     }
 
-    /// Calls `each` with the tiles in the view frustum, ascending. `cull_backs` skips back-facing tiles of closed
+    /// Calls `each` with the tiles in the view frustum, ascending. `cull_back_faces` skips back-facing tiles of closed
     /// parts.
-    pub(crate) fn seen_by(&self, sight: &Sight, cull_backs: bool, mut each: impl FnMut(usize, Seen)) {
+    pub(crate) fn seen_by(&self, sight: &PartCamera, cull_back_faces: bool, mut each: impl FnMut(usize, PixelScale)) {
         if sight.look(&self.whole).is_none() {
             return;
         }
         for (t, place) in self.tiles.iter().enumerate() {
             let Some(seen) = sight.look(place) else { continue };
-            let cone = self.cones.get(t).filter(|_| cull_backs);
+            let cone = self.cones.get(t).filter(|_| cull_back_faces);
             if cone.is_none_or(|cone| !sight.sees_back(place, cone.axis, cone.half_angle)) {
                 each(t, seen);
             }

@@ -2,7 +2,7 @@
 //! share.
 
 use super::limits::Shortfall;
-use crate::mesh::Drawn;
+use crate::mesh::DrawnTiles;
 use std::sync::Arc;
 
 /// Maximum number of lines of one tile in one direction between two creases, and of segments of an edge between two
@@ -125,7 +125,7 @@ pub struct Plan {
     pub parts: Vec<PartPlan>,
     /// The part of the scene that is drawn: everything, unless a [`Planner`](crate::frame::live::planner::Planner) made
     /// the plan.
-    pub drawn: Drawn,
+    pub drawn: DrawnTiles,
     /// What is coarser than the tolerance requires; `None` if nothing is.
     pub shortfall: Option<Shortfall>,
 }
@@ -135,7 +135,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`Plan::shortfall`], if it is caused [by limits](Shortfall::by_limits).
-    pub fn as_asked(self) -> Result<Self, Shortfall> {
+    pub fn require_full(self) -> Result<Self, Shortfall> {
         match self.shortfall {
             Some(shortfall) if shortfall.by_limits() => Err(shortfall),
             shortfall => Ok(Self { shortfall, ..self }),

@@ -6,13 +6,13 @@
 
 use super::candidate::{Candidate, is_sound};
 use super::carry::{between, carry};
-use super::overlap::{Course, Overlap};
+use super::overlap::{CurveQuery, Overlap};
 use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
-use super::thin::Thin;
+use super::slivers::SliverCheck;
 use super::uses::uses;
-use crate::math::sets::Sets;
+use crate::math::sets::DisjointSets;
 use crate::model::{BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
-use crate::prepare::report::told::Told;
+use crate::prepare::report::finding::Finding;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::heal::Healing;
@@ -36,7 +36,7 @@ const ROUNDS: usize = 16;
 
 /// Summary of the merged borders.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sewn {
+pub(crate) struct SewSummary {
     /// Pairs of borders of faces without topology.
     pub(crate) pairs: usize,
     /// Largest distance within a pair, mm.
@@ -51,7 +51,7 @@ struct Contact {
 }
 
 /// A piece of an edge, and what replaces it.
-struct Replaced {
+struct Replacement {
     /// The edge that replaces it, and whether in the opposite direction.
     edge: u32,
     against: bool,
@@ -72,10 +72,10 @@ pub(crate) fn sew<'a>(
     free: &mut FreeFaces,
     reach: f64,
     done: &mut Vec<Healing>,
-) -> (Cow<'a, Part>, Sewn) {
+) -> (Cow<'a, Part>, SewSummary) {
     let candidates = candidates(&part, free, reach);
-    let courses: Vec<OnceLock<Course>> = candidates.iter().map(|_| OnceLock::new()).collect();
-    let course = |k: usize| courses[k].get_or_init(|| Course::new(&part.edges[candidates[k].edge as usize]));
+    let courses: Vec<OnceLock<CurveQuery>> = candidates.iter().map(|_| OnceLock::new()).collect();
+    let course = |k: usize| courses[k].get_or_init(|| CurveQuery::new(&part.edges[candidates[k].edge as usize]));
     let (pairs, left_out) = pairs(&part, &candidates);
     let mut contacts: Vec<Contact> = pairs
         .into_par_iter()
@@ -85,7 +85,7 @@ pub(crate) fn sew<'a>(
             a.common(b, tolerance).into_iter().map(move |stretch| Contact { pair, stretch, tolerance })
         })
         .collect();
-    let mut thin = Thin::new(&part, free);
+    let mut thin = SliverCheck::new(&part, free);
     let mut may_join = |pair: [usize; 2], width: f64| {
         let [a, b] = pair.map(|k| &candidates[k]);
         a.face != b.face || thin.may_join(a.face, [a.edge, b.edge], width, a.tolerance)
@@ -94,15 +94,15 @@ pub(crate) fn sew<'a>(
     // Merge the nearest first: across a thin face, the further edge is the wrong one.
     contacts.sort_by(|a, b| a.stretch.width.total_cmp(&b.stretch.width));
     let cuts = cuts(candidates.len(), &contacts, &course);
-    let mut pieces = Pieces::new(&part, &candidates, cuts, &course);
-    let mut sewn = Sewn::default();
+    let mut pieces = PieceGroups::new(&part, &candidates, cuts, &course);
+    let mut sewn = SewSummary::default();
     // Per shell of a solid: shell, candidate of the widest pair, number of pairs, width.
     let mut told: Vec<(u32, usize, usize, f64)> = Vec::new();
     for contact in &contacts {
         let count = pieces.join(contact, &course, &mut may_join);
         let (first, width) = (&candidates[contact.pair[0]], contact.stretch.width);
         if count > 0 && contact.pair.iter().any(|&k| candidates[k].untold) {
-            sewn = Sewn { pairs: sewn.pairs + count, width: sewn.width.max(width) };
+            sewn = SewSummary { pairs: sewn.pairs + count, width: sewn.width.max(width) };
         } else if count > 0 {
             match told.iter_mut().find(|t| t.0 == first.shell) {
                 Some(t) if t.3 >= width => t.2 += count,
@@ -115,22 +115,22 @@ pub(crate) fn sew<'a>(
         let Candidate { edge, face, tolerance, .. } = candidates[widest];
         let what = BorderTrouble::Sewn { pairs: count, width_mm: width, tolerance_mm: tolerance };
         let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
-        let told = Told { edge: Some(EdgeId(edge)), ..Told::new(place, what) };
+        let told = Finding { edge: Some(EdgeId(edge)), ..Finding::new(place, what) };
         done.push(Healing { face, severity: Severity::Note, told });
     }
     done.extend(thin.kept.into_iter().map(|(face, tolerance_mm)| {
-        let told = Told::new(None, BorderTrouble::ThinFace { tolerance_mm });
+        let told = Finding::new(None, BorderTrouble::ThinFace { tolerance_mm });
         Healing { face, severity: Severity::Note, told }
     }));
     done.extend(left_out.into_values().map(|LeftOut { first, count }| {
         let Candidate { edge, face, .. } = candidates[first];
         let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
         let what = BorderTrouble::NotCompared { pairs: count, limit: MOST_PARTNERS };
-        let told = Told { edge: Some(EdgeId(edge)), ..Told::new(place, what) };
+        let told = Finding { edge: Some(EdgeId(edge)), ..Finding::new(place, what) };
         Healing { face, severity: Severity::Note, told }
     }));
     if contacts.is_empty() {
-        return (part, Sewn::default());
+        return (part, SewSummary::default());
     }
     let mut part = part.into_owned();
     let replaced = pieces.into_edges(&mut part, &candidates);
@@ -169,7 +169,7 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
 
 /// For each candidate, the parameters at which it starts, is cut, and ends. It is cut where a stretch in common with
 /// another edge ends, and where the other edge is cut. Empty for candidates without contacts.
-fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c Course) -> Vec<Vec<f64>> {
+fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c CurveQuery) -> Vec<Vec<f64>> {
     let mut cuts: Vec<Vec<f64>> = vec![Vec::new(); count];
     for &k in contacts.iter().flat_map(|c| &c.pair) {
         if cuts[k].is_empty() {
@@ -200,7 +200,7 @@ fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c C
 }
 
 /// Adds a cut unless there is one at that place. Returns whether it did.
-fn add_cut(cuts: &mut Vec<f64>, course: &Course, t: f64, tolerance: f64) -> bool {
+fn add_cut(cuts: &mut Vec<f64>, course: &CurveQuery, t: f64, tolerance: f64) -> bool {
     let k = cuts.partition_point(|&c| c < t);
     let beside = [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| cuts.get(k));
     if beside.into_iter().any(|&c| course.one_place(c, t, tolerance.min(course.length / 8.0))) {
@@ -211,7 +211,7 @@ fn add_cut(cuts: &mut Vec<f64>, course: &Course, t: f64, tolerance: f64) -> bool
 }
 
 /// The pieces between cuts, in groups that merge.
-struct Pieces {
+struct PieceGroups {
     cuts: Vec<Vec<f64>>,
     /// Index of each candidate's first piece.
     first: Vec<usize>,
@@ -224,15 +224,15 @@ struct Pieces {
     vertices: Vec<Vec<usize>>,
     /// Points of all vertices, and which vertices merge.
     points: Vec<DVec3>,
-    merged: Sets,
+    merged: DisjointSets,
 }
 
-impl Pieces {
+impl PieceGroups {
     fn new<'c>(
         part: &Part,
         candidates: &[Candidate],
         cuts: Vec<Vec<f64>>,
-        course: &impl Fn(usize) -> &'c Course,
+        course: &impl Fn(usize) -> &'c CurveQuery,
     ) -> Self {
         let mut points = part.vertices.clone();
         let mut first = Vec::with_capacity(cuts.len());
@@ -260,7 +260,7 @@ impl Pieces {
             std::iter::repeat_n(BTreeSet::from([(candidates[k].face, k)]), cuts.len().saturating_sub(1))
         };
         let members = cuts.iter().enumerate().flat_map(of_candidate).collect();
-        let merged = Sets::new(points.len());
+        let merged = DisjointSets::new(points.len());
         Self { cuts, first, same, members, vertices, points, merged }
     }
 
@@ -295,7 +295,7 @@ impl Pieces {
     fn join<'c>(
         &mut self,
         contact: &Contact,
-        course: &impl Fn(usize) -> &'c Course,
+        course: &impl Fn(usize) -> &'c CurveQuery,
         may_join: &mut impl FnMut([usize; 2], f64) -> bool,
     ) -> usize {
         let Contact { pair: [a, b], stretch, tolerance } = *contact;
@@ -339,7 +339,7 @@ impl Pieces {
     }
 
     /// Writes the merged vertices and new edges to the part. Returns the pieces that replace edges.
-    fn into_edges(mut self, part: &mut Part, candidates: &[Candidate]) -> Vec<Option<Vec<Replaced>>> {
+    fn into_edges(mut self, part: &mut Part, candidates: &[Candidate]) -> Vec<Option<Vec<Replacement>>> {
         let stated = part.edges.len();
         // The edge of each piece that is a root.
         let mut numbers: Vec<u32> = Vec::with_capacity(self.same.len());
@@ -359,15 +359,15 @@ impl Pieces {
                 part.edges.push(edge);
             }
         }
-        let mut out: Vec<Option<Vec<Replaced>>> = (0..stated).map(|_| None).collect();
+        let mut out: Vec<Option<Vec<Replacement>>> = (0..stated).map(|_| None).collect();
         for (k, cuts) in self.cuts.iter().enumerate() {
             let whole = candidates[k].edge;
             let replaced = cuts.windows(2).enumerate().map(|(i, w)| {
                 let piece = self.first[k] + i;
                 let (root, against, width) = self.root(piece);
-                Replaced { edge: numbers[root], against, own: root == piece, range: [w[0], w[1]], width }
+                Replacement { edge: numbers[root], against, own: root == piece, range: [w[0], w[1]], width }
             });
-            let replaced: Vec<Replaced> = replaced.collect();
+            let replaced: Vec<Replacement> = replaced.collect();
             if replaced.len() > 1 || replaced.iter().any(|r| r.edge != whole) {
                 out[whole as usize] = Some(replaced);
             }
@@ -403,7 +403,7 @@ fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
 }
 
 /// Makes all faces use the edges that replace others.
-fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replaced>>]) {
+fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replacement>>]) {
     let of = |edge: u32| replaced.get(edge as usize).and_then(Option::as_ref);
     for l in part.faces.iter_mut().flat_map(|f: &mut Face| &mut f.loops) {
         let Loop::Edges(coedges) = l else { continue };
@@ -417,7 +417,8 @@ fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replace
                 continue;
             };
             // The stated pcurve is in the parameter of the old edge.
-            let own = |r: &Replaced| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against, pcurve: None };
+            let own =
+                |r: &Replacement| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against, pcurve: None };
             let of_edge = pieces.iter().map(own);
             if c.reversed { all.extend(of_edge.rev()) } else { all.extend(of_edge) }
         }
@@ -455,13 +456,13 @@ fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replace
 }
 
 /// The part of a loop's piece along one piece of its edge, moved to the edge that replaces it.
-fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replaced) -> Piece {
+fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replacement) -> Piece {
     /// Share of an edge's length within which control points are the same.
     const ROUNDING: f64 = 1e-9;
     let mut samples = between(&piece.samples, r.range);
     if !r.own {
-        let own = Course::over(&edges[old as usize].curve, (r.range[0], r.range[1]));
-        let kept = Course::new(&edges[r.edge as usize]);
+        let own = CurveQuery::over(&edges[old as usize].curve, (r.range[0], r.range[1]));
+        let kept = CurveQuery::new(&edges[r.edge as usize]);
         samples = carry(&samples, &own, &kept, r.against, r.width + ROUNDING * own.length);
     }
     Piece { along: Along::Edge(r.edge), reversed: piece.reversed != r.against, samples }

@@ -16,7 +16,7 @@ const NEAREST: f64 = 0.05;
 
 /// One camera in the coordinates of one instance.
 #[derive(Clone, Debug)]
-pub(crate) struct Sight {
+pub(crate) struct PartCamera {
     /// The camera's axes (right, up, forward), mapped to the part: their dot products with a point,
     axes: [DVec3; 3],
     /// plus this offset, are the point's camera coordinates.
@@ -48,14 +48,14 @@ pub(crate) enum SightLens {
 
 /// Pixels per millimetre of a box in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Seen {
-    /// Upper bound: [`Sight::pixels_per_length`].
+pub(crate) struct PixelScale {
+    /// Upper bound: [`PartCamera::pixels_per_length`].
     pub(crate) most: f64,
     /// Lower bound on `most` of any box inside this one.
     pub(crate) least: f64,
 }
 
-impl Sight {
+impl PartCamera {
     /// Upper bound on the pixels per millimetre of the part within a box, where that is in the image. 0 for boxes
     /// nearer than the near plane or behind the camera.
     pub(crate) fn pixels_per_length(&self, place: &BoundingBox) -> f64 {
@@ -84,7 +84,7 @@ impl Sight {
     }
 }
 
-impl Sight {
+impl PartCamera {
     /// Centre and half extents, in camera coordinates, of a box around a box of the part.
     fn placed(&self, place: &BoundingBox) -> (DVec3, DVec3) {
         let (centre, half) = (0.5 * (place.low + place.high), 0.5 * (place.high - place.low));
@@ -93,14 +93,14 @@ impl Sight {
     }
 
     /// Pixels per millimetre of a box; `None` if the box is certainly outside the view frustum.
-    pub(crate) fn look(&self, place: &BoundingBox) -> Option<Seen> {
+    pub(crate) fn look(&self, place: &BoundingBox) -> Option<PixelScale> {
         let (middle, reach) = self.placed(place);
         let is_off = |axis: usize, side: f64| middle[axis].abs() - reach[axis] > side;
         match self.lens {
             SightLens::Orthographic { sides, .. } => {
                 let most = self.pixels((middle, reach));
                 let outside = is_off(0, sides[0]) || is_off(1, sides[1]) || middle.is_nan();
-                (!outside).then_some(Seen { most, least: most })
+                (!outside).then_some(PixelScale { most, least: most })
             }
             SightLens::Perspective { focal, slopes, near } => {
                 let furthest = middle.z + reach.z;
@@ -115,7 +115,7 @@ impl Sight {
                 let aside = |axis: usize| (middle[axis].abs() + reach[axis]) / slopes[axis];
                 let depth = furthest.max(aside(0)).max(aside(1)).max(NEAREST * reach.length());
                 let least = if middle.z - reach.z < near { 0.0 } else { self.scale * focal / depth };
-                Some(Seen { most, least })
+                Some(PixelScale { most, least })
             }
         }
     }
@@ -167,10 +167,10 @@ impl View {
     }
 
     /// This camera in the coordinates of an instance.
-    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> Sight {
+    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartCamera {
         let back = instance.transform.inverse();
         let (to_part, place) = (instance.transform.matrix3.transpose(), instance.transform.translation - self.eye);
-        Sight {
+        PartCamera {
             axes: axes.map(|axis| to_part * axis),
             origin: DVec3::from(axes.map(|axis| axis.dot(place))),
             scale: instance.scale(),
@@ -199,7 +199,7 @@ mod tests {
         angle: 0.3,
     };
 
-    fn sight(view: &View, transform: DAffine3) -> Sight {
+    fn sight(view: &View, transform: DAffine3) -> PartCamera {
         let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
         view.sight(
             lens,

@@ -1,13 +1,13 @@
 //! Stated faces and their edges -> the surface of each face. Faces with a common surface share the result.
 
+use super::contents::{ShellUse, Source};
 use super::draft::EdgeDraft;
-use super::gathered::{ShellUse, Source};
+use super::face_location::{FaceLocation, Stated};
 use super::loops::{Bound, EdgeKey, StatedFace};
 use super::place::Geometry;
 use super::reader::Reader;
-use super::stated::{Reached, Stated};
+use super::revolution::one_sheet;
 use super::table::{Map, Read, Trouble};
-use super::turned::one_sheet;
 use crate::model::{Frame3, Severity, StepOutcome, StepTrouble, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -87,8 +87,8 @@ fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DV
 }
 
 /// Points of the face's boundary.
-fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> Reached {
-    let mut reached = Reached::default();
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> FaceLocation {
+    let mut reached = FaceLocation::default();
     for bound in &face.bounds {
         match bound {
             Bound::Vertex(id) => {

@@ -1,6 +1,6 @@
 //! A tolerance, or cameras on a part, and boxes of the part -> the tolerance in each box.
 
-use super::sight::Sight;
+use super::part_camera::PartCamera;
 use super::tolerance::Tolerance;
 use crate::prepare::internals::BoundingBox;
 
@@ -10,14 +10,14 @@ const ALIKE: f64 = 0.9;
 
 /// Tolerance of one tile or edge, box by box.
 #[derive(Clone, Debug)]
-pub(crate) struct Need {
+pub(crate) struct BoxTolerances {
     /// The strictest tolerance of any of its boxes.
     pub(crate) tolerance: Tolerance,
     /// By box, `tolerance` as a fraction of the box's own: at most 1, and 0 for a box behind every camera.
     pub(crate) shares: Vec<f64>,
 }
 
-impl Default for Need {
+impl Default for BoxTolerances {
     /// No boxes and no limit.
     fn default() -> Self {
         let tolerance = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
@@ -25,7 +25,7 @@ impl Default for Need {
     }
 }
 
-impl Need {
+impl BoxTolerances {
     /// Whether all boxes have the same tolerance.
     pub(crate) fn is_even(&self) -> bool {
         self.shares.iter().all(|&share| share == 1.0)
@@ -33,17 +33,17 @@ impl Need {
 }
 
 /// Tolerance of a part: the same everywhere, or in each box by the screen-space error of its instances.
-pub(crate) struct Asked {
+pub(crate) struct PartTolerance {
     /// In part coordinates; with `seen`, the tolerance where one millimetre covers one pixel.
     tolerance: Tolerance,
     /// Cameras in the coordinates of the part's instances; empty for the same tolerance everywhere.
-    seen: Vec<Sight>,
+    seen: Vec<PartCamera>,
     radius: f64,
     /// Whether a requested value is invalid or too small to meet.
     pub(crate) unusable: bool,
 }
 
-impl Asked {
+impl PartTolerance {
     /// The same tolerance everywhere, for a part of this radius.
     pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
         let usable = tolerance.usable(radius);
@@ -51,7 +51,7 @@ impl Asked {
     }
 
     /// Screen-space error: `per_pixel` is the tolerance where one millimetre of the part covers one pixel.
-    pub(crate) fn seen(per_pixel: &Tolerance, seen: Vec<Sight>, radius: f64) -> Self {
+    pub(crate) fn seen(per_pixel: &Tolerance, seen: Vec<PartCamera>, radius: f64) -> Self {
         let known = |x: f64| x > 0.0;
         let unusable = !(known(per_pixel.chord) && known(per_pixel.angle) && per_pixel.max_edge.is_none_or(known));
         Self { tolerance: *per_pixel, seen, radius, unusable }
@@ -63,8 +63,8 @@ impl Asked {
     }
 
     /// Writes the tolerance of a tile or an edge with these boxes to `need`.
-    pub(crate) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>, need: &mut Need) {
-        let Need { tolerance, shares } = need;
+    pub(crate) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>, need: &mut BoxTolerances) {
+        let BoxTolerances { tolerance, shares } = need;
         shares.clear();
         if self.seen.is_empty() {
             *tolerance = self.tolerance;

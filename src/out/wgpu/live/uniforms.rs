@@ -2,8 +2,8 @@
 
 use super::super::RenderOptions;
 use super::super::gpu::Gpu;
+use super::device_scene::DeviceScene;
 use super::lists::{Rows, bind};
-use super::shown::ShownScene;
 use crate::out::{Camera, Lens, colour};
 use ::wgpu::{BindGroup, BufferUsages};
 use bytemuck::{Pod, Zeroable};
@@ -77,7 +77,7 @@ impl SceneSight {
     pub(super) fn refresh(
         &mut self,
         gpu: &Gpu,
-        shown: &ShownScene,
+        shown: &DeviceScene,
         aim: &Aim<'_>,
         options: &RenderOptions,
     ) -> (BindGroup, u64) {
@@ -103,7 +103,7 @@ impl SceneSight {
     }
 }
 
-fn globals(shown: &ShownScene, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
+fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
     let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
     let camera = aim.camera;
     let (centre, radius) = shown.extent;

@@ -14,19 +14,19 @@ use crate::frame::trim::trace::{Crossed, Crossing, Trace};
 
 /// Cached triangulation of a tile, cell by cell.
 #[derive(Default)]
-pub(crate) struct Cells {
+pub(crate) struct CellCache {
     cells: (u32, u32),
     /// Number of tessellants.
     tessellants: u32,
     crossings: Vec<Crossing>,
-    rings: Vec<KeptRing>,
+    rings: Vec<CachedRing>,
     /// With vertices as the trim stage numbers them.
     triangles: Vec<[u32; 3]>,
 }
 
 /// A cell polygon that was triangulated by itself.
 #[derive(Clone, Copy)]
-pub(crate) struct KeptRing {
+pub(crate) struct CachedRing {
     cell: [u16; 2],
     /// Range of its triangles.
     triangles: [u32; 2],
@@ -34,7 +34,7 @@ pub(crate) struct KeptRing {
 
 /// A tile, and how its tessellants and lattice strips correspond to the old ones.
 #[derive(Clone, Copy)]
-pub(crate) struct Moved<'a> {
+pub(crate) struct CellMapping<'a> {
     /// The new tile.
     pub(crate) tile: TrimInput<'a>,
     /// Loop starts of the old tile.
@@ -47,7 +47,7 @@ pub(crate) struct Moved<'a> {
 }
 
 /// The old crossings of segments with the lattice.
-pub(crate) struct Known<'a> {
+pub(crate) struct OldCrossings<'a> {
     /// All crossings, in curve order.
     crossings: &'a [Crossing],
     /// Index of each old segment's first crossing, then the number of crossings.
@@ -59,7 +59,7 @@ pub(crate) struct Known<'a> {
     rows: &'a [u32],
 }
 
-impl<'a> Known<'a> {
+impl<'a> OldCrossings<'a> {
     /// The old crossings of the segment that starts at `v` in cell `from`, if they still hold.
     #[inline(always)]
     pub(crate) fn of(&self, v: usize, from: (i32, i32)) -> Option<Crossed<'a>> {
@@ -76,7 +76,7 @@ impl<'a> Known<'a> {
     }
 }
 
-/// Work space of [`Cells::again`]. Does not affect results.
+/// Work space of [`CellCache::again`]. Does not affect results.
 #[derive(Default)]
 pub(crate) struct AgainScratch {
     /// Index of each old segment's first crossing, then the number of crossings.
@@ -94,7 +94,7 @@ pub(crate) struct AgainScratch {
     dirty: Bits,
     old_dirty: Bits,
     /// Reused rings of the new tile.
-    kept: Vec<KeptRing>,
+    kept: Vec<CachedRing>,
 }
 
 /// The tessellant after `v` in its loop.
@@ -104,7 +104,7 @@ fn next_in(ends: &[u32], v: u32) -> u32 {
 
 impl AgainScratch {
     /// Finds the segments that stay: both ends stay, adjacent and away from lattice lines, and all strips between them.
-    fn find_segments(&mut self, cells: &Cells, moved: &Moved<'_>, trace: &Trace) {
+    fn find_segments(&mut self, cells: &CellCache, moved: &CellMapping<'_>, trace: &Trace) {
         let Self { first, segments, stays, to, columns, rows, .. } = self;
         let count = cells.tessellants as usize;
         first.clear();
@@ -161,7 +161,7 @@ impl AgainScratch {
     }
 
     /// Marks the cells that new segments pass through, and those that removed segments passed through.
-    fn mark_cells(&mut self, cells: &Cells, moved: &Moved<'_>, trace: &Trace) {
+    fn mark_cells(&mut self, cells: &CellCache, moved: &CellMapping<'_>, trace: &Trace) {
         let Self { segments, stays, dirty, old_dirty, .. } = self;
         dirty.reset(moved.tile.cells.0 as usize, moved.tile.cells.1 as usize);
         mark(&trace.crossings, moved.tile.loop_starts, |v| segments[v] != NONE, dirty);
@@ -209,11 +209,11 @@ fn mark(crossings: &[Crossing], loop_starts: &[u32], stays: impl Fn(usize) -> bo
     }
 }
 
-impl Cells {
+impl CellCache {
     /// Heap size, bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of::<Crossing>() * self.crossings.capacity()
-            + size_of::<KeptRing>() * self.rings.capacity()
+            + size_of::<CachedRing>() * self.rings.capacity()
             + size_of::<[u32; 3]>() * self.triangles.capacity()
     }
 
@@ -223,7 +223,7 @@ impl Cells {
         tile: &TrimInput<'_>,
         place: impl Fn([u16; 2]) -> Option<[u16; 2]>,
         to: &[u32],
-        (out, kept): (&mut Vec<[u32; 3]>, &mut Vec<KeptRing>),
+        (out, kept): (&mut Vec<[u32; 3]>, &mut Vec<CachedRing>),
     ) -> Option<()> {
         let width = self.cells.0 + 1;
         for ring in &self.rings {
@@ -245,13 +245,13 @@ impl Cells {
                 }
                 out.push(t);
             }
-            kept.push(KeptRing { cell, triangles: [from, out.len() as u32] });
+            kept.push(CachedRing { cell, triangles: [from, out.len() as u32] });
         }
         Some(())
     }
 }
 
-impl Cells {
+impl CellCache {
     /// Caches the last call of the trim stage and returns true, if every cell was triangulated by itself and no corner
     /// gave way to a tessellant. `out` must be as that call left it. `again` is given if the call reused cells.
     pub(crate) fn keep(
@@ -276,7 +276,7 @@ impl Cells {
         for ring in &rings.rings {
             let RingOrigin::Chain(k) = ring.origin else { return false };
             let cell = trace.crossings[trace.crossings[k as usize].next as usize].cell;
-            cells.rings.push(KeptRing { cell, triangles: ring.triangles });
+            cells.rings.push(CachedRing { cell, triangles: ring.triangles });
         }
         cells.rings.extend_from_slice(kept);
         keep(&mut cells.triangles, &out.triangles);
@@ -289,7 +289,7 @@ impl Cells {
     /// something is doubtful; `out` is unspecified then.
     pub(crate) fn again(
         &self,
-        moved: &Moved<'_>,
+        moved: &CellMapping<'_>,
         (trim, again): (&mut TrimScratch, &mut AgainScratch),
         (crossings, triangles): (bool, bool),
         out: &mut TrimOutput,
@@ -309,7 +309,7 @@ impl Cells {
         let Rungs { trace, rings, polygon, .. } = ladder;
         trace.reset(tile, CORNER_CLEARANCE);
         again.find_segments(cells, moved, trace);
-        let known = Known {
+        let known = OldCrossings {
             crossings: &cells.crossings,
             first: &again.first,
             segments: &again.segments,
@@ -383,8 +383,7 @@ mod tests {
 
         fn points(&self) -> Vec<DVec2> {
             let at = |p: DVec2| {
-                let [x, y] =
-                    [0, 1].map(|axis| crate::frame::plan::planned::cell_coordinate(&self.lines[axis], p[axis]));
+                let [x, y] = [0, 1].map(|axis| crate::frame::plan::output::cell_coordinate(&self.lines[axis], p[axis]));
                 DVec2::new(x, y)
             };
             self.loops.iter().flatten().map(|&(_, p)| at(p)).collect()
@@ -443,7 +442,7 @@ mod tests {
         for ways in [(true, true), (true, false), (false, true)] {
             let (mut scratch, mut buffers) = (TrimScratch::default(), AgainScratch::default());
             let mut out = TrimOutput::default();
-            let mut cells = Cells::default();
+            let mut cells = CellCache::default();
             let mut old: Option<&Tile> = None;
             for tile in tiles {
                 let (points, starts) = (tile.points(), tile.starts());
@@ -455,8 +454,13 @@ mod tests {
                     strips(&old.lines[0], &tile.lines[0], &mut columns);
                     strips(&old.lines[1], &tile.lines[1], &mut rows);
                     let (old_starts, from) = (old.starts(), tile.from(old));
-                    let moved =
-                        Moved { tile: input, old_starts: &old_starts, from: &from, columns: &columns, rows: &rows };
+                    let moved = CellMapping {
+                        tile: input,
+                        old_starts: &old_starts,
+                        from: &from,
+                        columns: &columns,
+                        rows: &rows,
+                    };
                     cells.again(&moved, (&mut scratch, &mut buffers), ways, &mut out)
                 });
                 let patched = again.is_some();

@@ -2,8 +2,8 @@
 //! on a surface whose profile meets its axis.
 
 use super::curve::Carrier;
+use super::face_location::{FaceLocation, Stated, extent, reaching, widened};
 use super::spline;
-use super::stated::{Reached, Stated, extent, reaching, widened};
 use crate::model::{Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::{DVec2, DVec3};
 
@@ -21,7 +21,7 @@ const COINCIDENT: f64 = 1e-6;
 const SAMPLES: usize = 16;
 
 /// The part of a line that sweeps over all of `reach` when rotated; it may cross the axis.
-pub(super) fn line(frame: &Frame3, point: DVec3, along: DVec3, reach: &Reached) -> Option<NurbsCurve3> {
+pub(super) fn line(frame: &Frame3, point: DVec3, along: DVec3, reach: &FaceLocation) -> Option<NurbsCurve3> {
     let (start, step) = (frame.local(point), along.try_normalize()?);
     let climb = step.dot(frame.z);
     let flat = |v: DVec3| DVec3::new(v.x, v.y, 0.0);
@@ -50,7 +50,7 @@ pub(super) fn line(frame: &Frame3, point: DVec3, along: DVec3, reach: &Reached) 
 
 /// The part of a parabola or of a hyperbola's branch, in a plane through the axis, that sweeps over all of `reach` when
 /// rotated; it may cross the axis.
-pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &Reached) -> Option<NurbsCurve3> {
+pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &FaceLocation) -> Option<NurbsCurve3> {
     let (plane, tip) = match carrier {
         Carrier::Hyperbola { frame, a, .. } => (frame, frame.origin + frame.x * *a),
         Carrier::Parabola { frame, .. } => (frame, frame.origin),

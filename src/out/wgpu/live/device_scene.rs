@@ -1,14 +1,14 @@
 //! A scene description to the scene on the device: parts with their tiles, instances sorted by part.
 
 use super::store::{Line, StoredTile};
-use crate::mesh::{Drawn, Scene};
+use crate::mesh::{DrawnTiles, Scene};
 use crate::model::Colour;
 use glam::{DAffine3, DVec3};
 use std::ops::Range;
 
 /// A part and its tiles and edges on the device.
 #[derive(Default)]
-pub(super) struct ShownPart {
+pub(super) struct DevicePart {
     /// Its number in the model. All LODs of a part share it.
     pub(super) number: u32,
     /// Centre of the part's box. Vertices are relative to it.
@@ -19,13 +19,13 @@ pub(super) struct ShownPart {
     pub(super) tiles: Vec<Option<StoredTile>>,
     /// Indexed by edge.
     pub(super) lines: Vec<Option<Line>>,
-    /// The part's instances: a range of [`ShownScene::places`].
+    /// The part's instances: a range of [`DeviceScene::places`].
     pub(super) places: Range<u32>,
 }
 
 /// A placed instance.
 #[derive(Clone, Debug)]
-pub(super) struct ShownPlace {
+pub(super) struct DevicePlace {
     /// Its number in the scene.
     pub(super) instance: u32,
     pub(super) part: u32,
@@ -34,7 +34,7 @@ pub(super) struct ShownPlace {
     pub(super) first_face: u32,
 }
 
-impl ShownPlace {
+impl DevicePlace {
     /// Whether the two have the same records and draws. Transforms may differ.
     pub(super) fn looks_like(&self, other: &Self) -> bool {
         (self.instance, self.part, self.colour, self.first_face)
@@ -44,24 +44,24 @@ impl ShownPlace {
 
 /// The frame that is drawn.
 #[derive(Default)]
-pub(super) struct ShownScene {
-    pub(super) parts: Vec<ShownPart>,
+pub(super) struct DeviceScene {
+    pub(super) parts: Vec<DevicePart>,
     /// Instances sorted by part, without those of unknown parts.
-    pub(super) places: Vec<ShownPlace>,
-    pub(super) drawn: Drawn,
+    pub(super) places: Vec<DevicePlace>,
+    pub(super) drawn: DrawnTiles,
     /// Centre and half diagonal of the box of all [`corners`](Self::corners).
     pub(super) extent: (DVec3, f64),
 }
 
-impl ShownScene {
+impl DeviceScene {
     /// Creates a scene with the parts, still without tiles, and the instances of `scene`.
     pub(super) fn of(scene: &Scene) -> Self {
-        let parts = scene.parts.iter().enumerate().map(|(row, part)| ShownPart {
+        let parts = scene.parts.iter().enumerate().map(|(row, part)| DevicePart {
             number: part.mesh_of.map_or(row as u32, |of| of.0),
             centre: part.centre,
             radius: part.radius,
             face_colours: part.face_colours.clone(),
-            ..ShownPart::default()
+            ..DevicePart::default()
         });
         let mut shown = Self { parts: parts.collect(), ..Self::default() };
         let places = shown.places_of(scene);
@@ -70,22 +70,22 @@ impl ShownScene {
     }
 
     /// The instances of `scene`, which must have the same parts.
-    pub(super) fn places_of(&self, scene: &Scene) -> Vec<ShownPlace> {
-        let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| ShownPlace {
+    pub(super) fn places_of(&self, scene: &Scene) -> Vec<DevicePlace> {
+        let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| DevicePlace {
             instance: number as u32,
             part: instance.part.0,
             transform: instance.transform,
             colour: instance.colour,
             first_face: instance.first_face,
         };
-        let mut places: Vec<ShownPlace> = scene.instances.iter().enumerate().map(place).collect();
+        let mut places: Vec<DevicePlace> = scene.instances.iter().enumerate().map(place).collect();
         places.retain(|place| (place.part as usize) < self.parts.len());
         places.sort_by_key(|place| place.part);
         places
     }
 
     /// Replaces the instances.
-    pub(super) fn place(&mut self, places: Vec<ShownPlace>) {
+    pub(super) fn place(&mut self, places: Vec<DevicePlace>) {
         self.places = places;
         let mut end = 0;
         for (number, part) in self.parts.iter_mut().enumerate() {

@@ -2,7 +2,7 @@
 //! frame, so that a cancelled frame loses nothing but time.
 
 use crate::frame::internals::PlanChanges;
-use crate::mesh::{Drawn, SceneInstance};
+use crate::mesh::{DrawnTiles, SceneInstance};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
@@ -56,14 +56,14 @@ impl PartTiles {
 }
 
 /// What one sink has of the model.
-pub(super) struct Upkeep {
+pub(super) struct Residency {
     parts: Vec<PartTiles>,
     /// Edges whose lines are outdated.
     edges: BTreeSet<(PartId, EdgeId)>,
     /// Whether the next frame must be a whole one.
     whole: bool,
     /// The drawn tiles of the last committed frame, and the instances' placements.
-    shown: Drawn,
+    shown: DrawnTiles,
     placed: Vec<(PartId, DAffine3)>,
     /// Frames in the current epoch.
     frames: u32,
@@ -86,10 +86,10 @@ pub(super) struct Due {
     pub(super) edges: Vec<(PartId, EdgeId)>,
 }
 
-impl Upkeep {
+impl Residency {
     pub(super) fn new(prepared: &Prepared) -> Self {
         let parts = prepared.parts.iter().map(|part| PartTiles::new(part)).collect();
-        Self { parts, edges: BTreeSet::new(), whole: true, shown: Drawn::default(), placed: Vec::new(), frames: 0 }
+        Self { parts, edges: BTreeSet::new(), whole: true, shown: DrawnTiles::default(), placed: Vec::new(), frames: 0 }
     }
 
     /// Marks everything as not resident.
@@ -109,7 +109,7 @@ impl Upkeep {
     }
 
     /// What the sink needs in order to draw `drawn`. Counts one frame of the epoch.
-    pub(super) fn due(&mut self, prepared: &Prepared, instances: &[SceneInstance], drawn: &Drawn) -> Due {
+    pub(super) fn due(&mut self, prepared: &Prepared, instances: &[SceneInstance], drawn: &DrawnTiles) -> Due {
         for part in &mut self.parts {
             part.drawn.fill(0);
         }
@@ -167,7 +167,7 @@ impl Upkeep {
     }
 
     /// Whether the last committed frame had the same drawn tiles and the same placements.
-    pub(super) fn shows(&self, drawn: &Drawn, instances: &[SceneInstance]) -> bool {
+    pub(super) fn shows(&self, drawn: &DrawnTiles, instances: &[SceneInstance]) -> bool {
         self.shown == *drawn && self.placed.iter().copied().eq(placed(instances))
     }
 
@@ -176,7 +176,7 @@ impl Upkeep {
         &mut self,
         due: &Due,
         made: &[(PartId, TileId, u32)],
-        drawn: &Drawn,
+        drawn: &DrawnTiles,
         instances: &[SceneInstance],
     ) {
         self.whole = false;

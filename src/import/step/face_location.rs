@@ -7,7 +7,7 @@ use glam::DVec3;
 
 /// Points that locate a face's boundary.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Reached {
+pub(super) struct FaceLocation {
     /// Points whose hull contains the boundary.
     pub(super) hull: Vec<DVec3>,
     /// Points on the boundary.
@@ -15,7 +15,7 @@ pub(super) struct Reached {
 }
 
 /// Locates the face. Called only to bound a sweep of an unbounded curve or to choose one of several sheets.
-pub(super) type Reach<'a> = &'a dyn Fn() -> Reached;
+pub(super) type LocateFace<'a> = &'a dyn Fn() -> FaceLocation;
 
 /// A surface, and how it differs from the file's.
 #[derive(Clone, Debug)]
