@@ -13,7 +13,6 @@ pub use plan::for_view::{plan_for_view, plan_for_view_within};
 pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 pub use plan::make::{plan, plan_within};
 pub use plan::output::Plan;
-pub use plan::split::{LinePlacement, SplitRule};
 
 mod trim;
 
@@ -27,6 +26,7 @@ pub use tile::outcome::Degradation;
 
 mod live;
 pub use live::planner::PlannerOptions;
+pub use live::split::{LinePlacement, SplitRule};
 
 mod update;
 pub use update::tile::Reuse;

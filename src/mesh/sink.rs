@@ -28,6 +28,8 @@ impl std::error::Error for SinkError {
 ///
 /// Call order: `begin` or `begin_changes`, `batch`*, `edge_line`*, `drawn`, then `end` or `abort`, all on the render
 /// thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers.
+///
+/// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
     /// Starts a whole frame, which replaces everything sent before. Tiles without triangles are not sent.
     ///

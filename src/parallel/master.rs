@@ -186,6 +186,8 @@ impl Stages for Prepared {
 /// # Ok(())
 /// # }
 /// ```
+///
+/// Provisional: the frame protocol is to change, so that frames also run on the threads of an engine.
 pub struct Session {
     /// With the parts of all [`Levels`].
     prepared: Arc<Prepared>,

@@ -5,3 +5,4 @@ pub(super) mod levels;
 pub(super) mod planner;
 pub(super) mod rate;
 pub(super) mod resync;
+pub(super) mod split;

@@ -7,12 +7,13 @@
 use super::culling::{InstanceSight, PartBoxes};
 use super::rate::{Rate, Step, Terms, band, step};
 use super::resync::{LineHistory, Turns, owner};
+use super::split::LinePlacement;
 use crate::frame::plan::budget::{Budget, cells, predicted};
+use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{lattice, places};
 use crate::frame::plan::limits::{PlanLimits, Shortfall};
 use crate::frame::plan::make::plan_parts;
 use crate::frame::plan::output::Plan;
-use crate::frame::plan::split::LinePlacement;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
 use crate::frame::view::box_tolerance::PartTolerance;
 use crate::frame::view::camera::View;
@@ -485,7 +486,8 @@ impl Planner {
             let old = &mut draft.page.parts[p].tiles[t];
             let before = self.turns.follow(&**old, anew || rates.tile_terms[t] != self.term);
             (rates.kept.tiles[t], rates.kept.due[t]) = (before.is_some(), false);
-            let (mut made, kept) = lattice(face, tile, &need, 1.0, cells_per_tile, before);
+            let (mut made, kept) =
+                lattice(face, tile, &need, 1.0, cells_per_tile, before.as_ref().map(|b| b as &dyn FollowLines));
             let is_plane = face.kind == SurfaceKind::Plane;
             // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
             // thin or lost.
@@ -553,7 +555,8 @@ impl Planner {
         }
         let before = self.turns.follow(&*page.edges[k], anew || rates.edge_terms[k] != self.term);
         rates.kept.edges[k] = before.is_some();
-        let (line, kept) = self.tessellants.polyline(edge, &page.tiles, &need, 1.0, before);
+        let (line, kept) =
+            self.tessellants.polyline(edge, &page.tiles, &need, 1.0, before.as_ref().map(|b| b as &dyn FollowLines));
         mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
         (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
         if *page.edges[k] != line {

@@ -1,6 +1,6 @@
 //! Frame numbers -> tiles to resynchronise: tiles with incrementally updated lines take turns to replace all of them.
 
-use crate::frame::plan::split::{LastLines, LinePlacement, SplitRule};
+use super::split::{LastLines, LinePlacement, SplitRule};
 use crate::prepare::internals::{PreparedEdge, PreparedPart};
 use std::num::NonZeroU32;
 

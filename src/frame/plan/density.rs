@@ -10,6 +10,21 @@ pub(crate) struct Density<'a> {
     pub(crate) rates: &'a [f64],
 }
 
+/// Densities that lines must meet.
+#[derive(Clone, Copy)]
+pub(crate) struct Criteria<'a> {
+    pub(crate) density: Density<'a>,
+    /// At most `density`. Intervals that wait to be split meet it too.
+    pub(crate) least: Density<'a>,
+}
+
+/// Another way to place lines than [`Density::spread`]: with regard to lines that were there before.
+pub(crate) trait FollowLines {
+    /// Appends parameters after the first of `ends` and up to the second, strictly increasing and ending with it. `axis` is
+    /// 0 for u-lines and tessellants, 1 for v-lines. Returns whether `limit`, the most that are appended, allows the density.
+    fn follow(&self, axis: usize, criteria: Criteria<'_>, ends: (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool;
+}
+
 /// A strip with fewer lines than this inside a gap does not limit the gap: strips and breaks meet at the same knots,
 /// except for rounding.
 const HAIR: f64 = 1e-6;

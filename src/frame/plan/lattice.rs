@@ -5,9 +5,8 @@
 //! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), with r = h_v/h_u of the cheapest uniform lattice. Each direction then has
 //! its own density of lines, which follows the bounds along it.
 
-use super::density::Density;
+use super::density::{Criteria, Density, FollowLines};
 use super::output::{MAX_LINES, TileLattice};
-use super::split::{Criteria, LastLines};
 use crate::frame::view::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
 use crate::frame::view::tolerance::Tolerance;
 use crate::model::SurfaceKind;
@@ -129,7 +128,7 @@ pub(crate) fn lattice(
     need: &BoxTolerances,
     factor: f64,
     most_cells: u64,
-    before: Option<LastLines<'_, TileLattice>>,
+    before: Option<&dyn FollowLines>,
 ) -> (TileLattice, DensityMet) {
     if is_single(face, need.tolerance.max_edge) {
         let single = TileLattice {
@@ -266,7 +265,7 @@ fn spread(
     tolerance: &Tolerance,
     factor: f64,
     most_cells: u64,
-    mut before: Option<LastLines<'_, TileLattice>>,
+    mut before: Option<&dyn FollowLines>,
 ) -> (TileLattice, DensityMet) {
     let Under { face, tile, strips: [su, sv], .. } = under;
     let (breaks_u, breaks_v) = (&face.bounds.breaks_u[su.start..=su.end], &face.bounds.breaks_v[sv.start..=sv.end]);
@@ -287,8 +286,7 @@ fn spread(
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
         let follow = |axis: usize| {
             let (before, least) = (before?, least.as_ref()?);
-            let last = before.part(|last| if axis == 0 { &last.us[..] } else { &last.vs });
-            Some((last, Density { breaks: [breaks_u, breaks_v][axis], rates: &least[axis] }))
+            Some((before, axis, Density { breaks: [breaks_u, breaks_v][axis], rates: &least[axis] }))
         };
         let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
         let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));
@@ -329,15 +327,15 @@ fn lines(
     lo: f64,
     hi: f64,
     creases: &[f64],
-    follow: Option<(LastLines<'_, [f64]>, Density<'_>)>,
+    follow: Option<(&dyn FollowLines, usize, Density<'_>)>,
 ) -> (Vec<f64>, bool) {
     let mut out = vec![lo];
     let mut from = lo;
     let mut kept = true;
     for &x in creases.iter().filter(|&&x| x > lo && x < hi).chain([&hi]) {
         kept &= match follow {
-            Some((before, least)) => {
-                Criteria { density: *density, least }.follow(before, (from, x), MAX_LINES, &mut out)
+            Some((before, axis, least)) => {
+                before.follow(axis, Criteria { density: *density, least }, (from, x), MAX_LINES, &mut out)
             }
             None => density.spread(from, x, MAX_LINES, &mut out),
         };

@@ -7,5 +7,4 @@ pub(super) mod lattice;
 pub(super) mod limits;
 pub(super) mod make;
 pub(super) mod output;
-pub(super) mod split;
 pub(super) mod tessellants;

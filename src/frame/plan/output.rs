@@ -117,6 +117,8 @@ pub struct PartPlan {
 /// With `serde`, a plan can be stored and meshed again elsewhere, bit for bit
 /// ([`Session::frame`](crate::parallel::Session::frame)). The format must store `f64` exactly, with infinity: CBOR and
 /// the like, not JSON.
+///
+/// Provisional: it changes together with [`Session`](crate::parallel::Session).
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Plan {

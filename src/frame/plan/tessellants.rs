@@ -1,8 +1,7 @@
 //! An edge, its tolerance and the lattices of its tiles -> its tessellants.
 
-use super::density::Density;
+use super::density::{Criteria, Density, FollowLines};
 use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
-use super::split::{Criteria, LastLines};
 use crate::frame::view::box_tolerance::{BoxTolerances, dilate, most_touched};
 use crate::frame::view::tolerance::Tolerance;
 use crate::model::TileId;
@@ -66,7 +65,7 @@ impl Tessellants {
         tiles: &[Arc<TileLattice>],
         need: &BoxTolerances,
         factor: f64,
-        before: Option<LastLines<'_, EdgePolyline>>,
+        before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
         if edge.uses.is_empty() {
             return (EdgePolyline::default(), true);
@@ -95,7 +94,7 @@ impl Tessellants {
         tolerance: &Tolerance,
         shares: &[f64],
         factor: f64,
-        before: Option<LastLines<'_, EdgePolyline>>,
+        before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
         let Self { of_bounds, rates, least, wanted, ts, .. } = self;
         let bounds = &edge.bounds;
@@ -144,10 +143,7 @@ impl Tessellants {
         let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
         for w in edge.breaks.windows(2) {
             kept &= match before {
-                Some(before) => {
-                    let before = before.part(|last| &last.ts[..]);
-                    Criteria { density, least }.follow(before, (w[0].t, w[1].t), limit, ts)
-                }
+                Some(before) => before.follow(0, Criteria { density, least }, (w[0].t, w[1].t), limit, ts),
                 None => density.spread(w[0].t, w[1].t, limit, ts),
             };
             at.push(u32::try_from(ts.len() - 1).unwrap_or(u32::MAX));

@@ -6,7 +6,8 @@
 //! (K − 1)·n. The paper leaves open how to test an interval. Here an interval passes if it meets the density of
 //! every strip that it touches.
 
-use super::density::Density;
+use crate::frame::plan::density::{Criteria, FollowLines};
+use crate::frame::plan::output::{EdgePolyline, TileLattice};
 use std::num::NonZeroU32;
 
 /// How lattice lines and tessellants follow densities that change from frame to frame.
@@ -64,17 +65,21 @@ impl<T: ?Sized> Copy for LastLines<'_, T> {}
 
 impl<'a, T: ?Sized> LastLines<'a, T> {
     /// The same for a part of `last`.
-    pub(crate) fn part<U: ?Sized>(self, part: impl FnOnce(&'a T) -> &'a U) -> LastLines<'a, U> {
+    fn part<U: ?Sized>(self, part: impl FnOnce(&'a T) -> &'a U) -> LastLines<'a, U> {
         LastLines { last: part(self.last), intensive: self.intensive, most: self.most }
     }
 }
 
-/// Densities that lines must meet.
-#[derive(Clone, Copy)]
-pub(crate) struct Criteria<'a> {
-    pub(crate) density: Density<'a>,
-    /// At most `density`. Intervals that wait to be split meet it too.
-    pub(crate) least: Density<'a>,
+impl FollowLines for LastLines<'_, TileLattice> {
+    fn follow(&self, axis: usize, criteria: Criteria<'_>, ends: (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
+        criteria.follow(self.part(|last| if axis == 0 { &last.us[..] } else { &last.vs }), ends, limit, out)
+    }
+}
+
+impl FollowLines for LastLines<'_, EdgePolyline> {
+    fn follow(&self, _: usize, criteria: Criteria<'_>, ends: (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
+        criteria.follow(self.part(|last| &last.ts[..]), ends, limit, out)
+    }
 }
 
 /// Largest fullness of an interval that passes. Above 1 because placed lines are rounded.
@@ -91,13 +96,7 @@ impl Criteria<'_> {
     /// With [`SplitRule::Criterion`] they meet the density; with [`SplitRule::Rendering`], half of it and `least`.
     /// Falls back to [`Density::spread`] if there would be more than [`LastLines::most`] times the lines that it places,
     /// or more than `limit`. Returns whether `limit` allows the density. Cost: about three times the number of gaps.
-    pub(crate) fn follow(
-        &self,
-        before: LastLines<'_, [f64]>,
-        (a, b): (f64, f64),
-        limit: usize,
-        out: &mut Vec<f64>,
-    ) -> bool {
+    fn follow(&self, before: LastLines<'_, [f64]>, (a, b): (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
         let needed = self.density.fewest(a, b, limit + 1);
         if needed <= limit {
             let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
@@ -203,6 +202,7 @@ impl Criteria<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::plan::density::Density;
     use crate::sequence::judge;
     use arbitrary::Unstructured;
 
