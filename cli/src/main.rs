@@ -9,6 +9,7 @@ mod input;
 mod laps;
 mod limits;
 mod logging;
+mod lost;
 mod memory;
 mod patches;
 #[cfg(feature = "wgpu")]
@@ -17,6 +18,7 @@ mod progress;
 #[cfg(feature = "wgpu")]
 mod render;
 mod report;
+mod rounded;
 mod tessellate;
 #[cfg(feature = "view")]
 mod view;

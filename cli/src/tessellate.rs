@@ -6,6 +6,7 @@ use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::progress::Progress;
 use crate::report::Report;
+use crate::rounded;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -38,6 +39,10 @@ pub(crate) struct TessellateArgs {
     /// the exact surfaces and edges. Exit status 3 if the check fails.
     #[arg(long)]
     check: bool,
+    /// Move the centre of the scene to the origin, and report the offset. Formats in single precision lose detail far
+    /// from the origin.
+    #[arg(long)]
+    recenter: bool,
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
@@ -114,15 +119,24 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
 
     if args.check {
         progress.stage("checking");
-        check(&prepared, &shells, &frame, tolerance.chord, &mut report);
+        check_mesh(&prepared, &shells, &frame, tolerance.chord, &mut report);
     }
     report.diagonal_mm = prepared.diagonal;
-    let check = laps.lap();
+    let mut check = laps.lap();
 
     progress.stage(format!("writing {}", args.output.display()));
-    let written = tracing::info_span!("write").in_scope(|| out::save(&frame, &args.output, format));
-    written.map_err(|e| Failure::Cannot(e.to_string()))?;
+    if args.recenter {
+        report.offset_mm = rounded::recenter(&mut frame, &prepared).to_array();
+    }
+    let most = rounded::most(tolerance.chord);
+    let written = tracing::info_span!("write").in_scope(|| out::save_within(&frame, &args.output, format, most));
+    rounded::tell(&written.map_err(|e| rounded::unwritten(&e, args.recenter))?, &mut report);
     let write = laps.lap();
+    if args.check {
+        progress.stage("reading the file back");
+        rounded::check(&prepared, &frame, &args.output, format, tolerance.chord, &mut report);
+        check += laps.lap();
+    }
     drop(progress);
 
     report.input = args.input.name();
@@ -172,7 +186,7 @@ pub(crate) fn make(
 const EDGE_LIMIT: f64 = 1.05;
 
 /// Runs `check_scene` and the audit, and adds their results and errors to the report.
-fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
+fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
     let facts = check_scene(frame);
     report.open_edges = Some(facts.total.open_edges);
     report.unbalanced_edges = Some(facts.total.unbalanced_edges);
@@ -268,7 +282,7 @@ mod tests {
         session.frame(&plan, &mut frame).expect("a frame");
         tamper(&mut frame, &mut shells);
         let mut report = Report::default();
-        check(&prepared, &shells, &frame, chord, &mut report);
+        check_mesh(&prepared, &shells, &frame, chord, &mut report);
         report.diagnostics.into_iter().map(|entry| entry.reason).collect()
     }
 

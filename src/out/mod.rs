@@ -23,12 +23,29 @@ mod obj;
 pub use obj::write_obj;
 
 #[cfg(feature = "glb")]
+mod node_place;
+
+#[cfg(feature = "glb")]
 mod glb;
 #[cfg(feature = "glb")]
 pub use glb::write_glb;
 
+mod format;
+pub use format::{Format, UnknownFormat};
+
+mod rounding;
+pub use rounding::{RoundedTooFar, Rounding};
+
+mod bytes;
+
+#[cfg(feature = "glb")]
+mod read_glb;
+
+mod read_back;
+pub use read_back::{ReadBack, read_back};
+
 mod file_sink;
-pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
+pub use file_sink::{FileSink, open, save, save_within};
 
 mod camera;
 pub use camera::{BadViewPoint, Camera, Lens, ViewPoint};
