@@ -17,7 +17,7 @@ use trimtess::prepare::{Shells, prepare};
 #[derive(clap::Args)]
 pub(crate) struct InfoArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
+    #[arg(value_name = "FILE", value_parser = input::parser())]
     pub(crate) input: Input,
     /// Print what preparing made of each face: patches, tiles, trimming curves before and after intersection, critical
     /// parameters, maximum derivative bounds.
@@ -120,10 +120,11 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     } else {
         crate::tell(&info.text(common.verbose > 0))?;
     }
-    let troubled = prepared
-        .diagnostics
-        .iter()
-        .any(|d| d.severity == Severity::Error || d.severity == Severity::Warning && d.face.is_some());
+    let troubled = info.placed_faces == 0
+        || prepared
+            .diagnostics
+            .iter()
+            .any(|d| d.severity == Severity::Error || d.severity == Severity::Warning && d.face.is_some());
     Ok(if troubled { Done::WithDiagnostics } else { Done::Clean })
 }
 

@@ -1,6 +1,8 @@
 //! FILE on the command line -> a model: a STEP file, or `builtin:NAME`.
 
 use crate::Failure;
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use trimtess::import::step::{self, StepError, StepOptions};
 use trimtess::model::Model;
@@ -14,12 +16,16 @@ pub(crate) enum Input {
     Builtin(String),
 }
 
-/// Parses `builtin:NAME` or a path.
-pub(crate) fn parse(text: &str) -> Result<Input, std::convert::Infallible> {
-    Ok(match text.strip_prefix("builtin:") {
+/// Parses `builtin:NAME` or a path. Names of files need not be UTF-8.
+pub(crate) fn parser() -> impl TypedValueParser<Value = Input> {
+    OsStringValueParser::new().map(of_argument)
+}
+
+fn of_argument(argument: OsString) -> Input {
+    match argument.to_str().and_then(|text| text.strip_prefix("builtin:")) {
         Some(name) => Input::Builtin(name.to_owned()),
-        None => Input::File(PathBuf::from(text)),
-    })
+        None => Input::File(PathBuf::from(argument)),
+    }
 }
 
 impl Input {

@@ -83,16 +83,18 @@ pub(crate) fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prep
     }
 }
 
-/// Adds an error for each face without triangles that no stage explained. A note explains a face only if prepare
-/// skipped it, as it does with surfaces without area.
+/// Codes of notes that say why a face has no area. Other notes do not explain a face without triangles.
+const NO_AREA: [&str; 3] = ["face-without-area", "face-thin", "trims-keep-nothing"];
+
+/// Adds an error for each face without triangles that no stage explained. A note explains a face only if it
+/// says that the face has no area.
 pub(crate) fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
-    let passed_over = |part: PartId, face: FaceId| {
-        let row = prepared.parts.get(part.index()).and_then(|part| part.face_rows.get(face.index()));
-        row.is_some_and(Option::is_none) || has_no_area(prepared, part, face)
+    let told = all.iter().filter_map(|d| Some((d.severity, &d.kind, d.part.zip(d.face)?)));
+    let explains = |severity, kind: &DiagnosticKind, (part, face)| {
+        severity > Severity::Note || NO_AREA.contains(&kind.code()) || has_no_area(prepared, part, face)
     };
-    let told = all.iter().filter_map(|d| Some((d.severity, d.part.zip(d.face)?)));
-    let explains = |severity, (part, face)| severity > Severity::Note || passed_over(part, face);
-    let explained: HashSet<_> = told.filter(|(severity, at)| explains(*severity, *at)).map(|(_, at)| at).collect();
+    let explained: HashSet<_> =
+        told.filter(|(severity, kind, at)| explains(*severity, kind, *at)).map(|(_, _, at)| at).collect();
     for (part, faces) in meshed.iter().enumerate() {
         for face in (0..faces.len()).filter(|&face| !faces[face]) {
             let (part, face) = (PartId::new(part), FaceId::new(face));

@@ -44,17 +44,20 @@ struct Cli {
     common: Common,
 }
 
+/// Maximum number of threads that can be asked for: starting more takes longer than any file.
+const MOST_WORKERS: i64 = 1024;
+
 /// Options of every subcommand.
 #[derive(Args)]
 struct Common {
     /// Maximum number of threads (default: one per core). `bench` accepts a comma-separated list and measures each.
     #[arg(long, global = true, value_name = "N", value_delimiter = ',',
-          value_parser = clap::value_parser!(u16).range(1..))]
+          value_parser = clap::value_parser!(u16).range(1..=MOST_WORKERS))]
     workers: Vec<u16>,
     /// Log more to standard error; repeat for more detail. `RUST_LOG` overrides it.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
-    /// Print nothing to standard error except errors.
+    /// Print nothing except errors, and results that are asked for: `--json`, and those of `info` and `bench`.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
     /// Write a timeline for chrome://tracing or Perfetto.

@@ -23,7 +23,7 @@ const SCOUT_CHORD_REL: f64 = 1e-2;
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
+    #[arg(value_name = "FILE", value_parser = input::parser())]
     pub(crate) input: Input,
     /// Output file, a PNG.
     #[arg(short, long, value_name = "OUT.png")]

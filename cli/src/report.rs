@@ -142,14 +142,14 @@ impl Report {
         report
     }
 
-    /// `WithDiagnostics` if there is an error, or a warning about a face.
+    /// `WithDiagnostics` if there is an error, a warning about a face, or no face at all.
     pub(crate) fn done(&self) -> Done {
         let counts = |entry: &Entry| match entry.severity {
             "error" => true,
             "warning" => entry.face.is_some(),
             _ => false,
         };
-        if self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
+        if self.faces == 0 || self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
     }
 
     /// Adds an error of `--check`.
@@ -195,7 +195,11 @@ impl Report {
             trimtess::out::write_whole(path, |file| file.write_all(text.as_bytes()))
                 .map_err(|e| Failure::Cannot(e.to_string()))?;
         }
-        crate::tell(&if as_json { json()? + "\n" } else { self.summary() })?;
+        if as_json {
+            crate::tell(&(json()? + "\n"))?;
+        } else if !common.quiet {
+            crate::tell(&self.summary())?;
+        }
         Ok(self.done())
     }
 
@@ -340,9 +344,8 @@ mod tests {
     use trimtess::frame::Degradation;
     use trimtess::mesh::{Batch, SceneInstance, ScenePart, TileMesh};
     use trimtess::model::EdgeId;
-    use trimtess::model::{FaceId, PartId, TileId, TileTrouble};
+    use trimtess::model::{DiagnosticKind, FaceError, FaceId, FaceTrouble, PartId, TileId, TileTrouble};
     use trimtess::parallel::DegradedTile;
-    use trimtess::prepare::internals::PreparedPart;
 
     /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a
     /// triangle.
@@ -377,16 +380,19 @@ mod tests {
     }
 
     #[test]
-    fn a_note_explains_only_a_skipped_face() {
-        let mut prepared = prepared(diagnostic(Severity::Note, Some(1)));
-        let unexplained = |prepared: &Prepared| {
-            let report = Report::of(&frame(), prepared, &FrameReport::default());
+    fn only_a_note_that_a_face_has_no_area_explains_it() {
+        let unexplained = |kind: DiagnosticKind| {
+            let note = Diagnostic { kind, ..diagnostic(Severity::Note, Some(1)) };
+            let report = Report::of(&frame(), &prepared(note), &FrameReport::default());
             report.diagnostics.iter().filter(|entry| entry.reason.contains("no stage")).count()
         };
-        assert_eq!(unexplained(&prepared), 3, "face 1 twice, face 3 once");
-        prepared.parts =
-            vec![Arc::new(PreparedPart { face_rows: vec![Some(0), None, Some(1)], ..PreparedPart::default() })];
-        assert_eq!(unexplained(&prepared), 1);
+        assert_eq!(unexplained(TileTrouble::Empty.into()), 3, "face 1 twice, face 3 once");
+        assert_eq!(unexplained(FaceTrouble::Unusable(FaceError::NothingKept).into()), 1);
+    }
+
+    #[test]
+    fn a_scene_without_faces_is_not_clean() {
+        assert_eq!(Report::default().done(), Done::WithDiagnostics);
     }
 
     #[test]
@@ -498,7 +504,7 @@ mod tests {
 
     #[test]
     fn notes_and_warnings_without_a_face_leave_the_status_clean() {
-        let mut report = Report::default();
+        let mut report = Report { faces: 1, ..Report::default() };
         for (severity, face, done) in [
             (Severity::Note, Some(0), Done::Clean),
             (Severity::Warning, None, Done::Clean),

@@ -28,7 +28,7 @@ const DEFAULT_ANGLE: f64 = 20.0;
 #[derive(clap::Args)]
 pub(crate) struct TessellateArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
+    #[arg(value_name = "FILE", value_parser = input::parser())]
     pub(crate) input: Input,
     /// Output file. The extension selects the format: glb, stl, ply or obj.
     #[arg(short, long, value_name = "OUT")]
@@ -85,11 +85,20 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Largest side of a picture or a window, pixels. No graphics device has larger textures.
+const MOST_PIXELS: u32 = 32_768;
+
 /// Parses WxH.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|&side| side > 0);
     let sides = text.split_once('x').and_then(|(width, height)| Some((parse(width)?, parse(height)?)));
-    sides.ok_or_else(|| format!("{text} is not WIDTHxHEIGHT, like 1280x960"))
+    match sides {
+        Some((width, height)) if width.max(height) > MOST_PIXELS => {
+            Err(format!("{text} is not from 1x1 to {MOST_PIXELS}x{MOST_PIXELS}"))
+        }
+        Some(sides) => Ok(sides),
+        None => Err(format!("{text} is not WIDTHxHEIGHT, like 1280x960")),
+    }
 }
 
 /// Runs the command.

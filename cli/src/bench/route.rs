@@ -1,6 +1,8 @@
 //! `--path` on the command line -> a list of views: a camera path around the model, or recorded in a JSON file.
 
 use crate::Failure;
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use trimtess::frame::{CameraPath, Picture, View};
 use trimtess::glam::DVec3;
@@ -15,8 +17,11 @@ pub(crate) enum Route {
 }
 
 /// Parses the name of a path, or else a file name.
-pub(crate) fn parse(text: &str) -> Result<Route, std::convert::Infallible> {
-    Ok(text.parse().map_or_else(|_| Route::Recorded(PathBuf::from(text)), Route::Named))
+pub(crate) fn parser() -> impl TypedValueParser<Value = Route> {
+    OsStringValueParser::new().map(|argument| {
+        let named = argument.to_str().and_then(|text| text.parse().ok());
+        named.map_or_else(|| Route::Recorded(PathBuf::from(argument)), Route::Named)
+    })
 }
 
 /// Picture options of the command line. Missing ones are taken from the recorded view, or from [`PICTURE`].
@@ -80,14 +85,22 @@ impl Route {
     }
 }
 
+/// Maximum length of a file of views, bytes: about 100 000 of them. A device may have no end.
+const MOST_BYTES: u64 = 64 << 20;
+
 /// Reads the views of a file, at least one.
 fn read(file: &Path) -> Result<Vec<View>, Failure> {
     let cannot = |why: &dyn std::fmt::Display| {
         let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
         Failure::Cannot(format!("{}: {why}; --path accepts {known}, or a file written by --save-path", file.display()))
     };
-    let text = std::fs::read_to_string(file).map_err(|e| cannot(&e))?;
-    let views: Vec<View> = serde_json::from_str(&text).map_err(|e| cannot(&e))?;
+    let mut text = Vec::new();
+    let opened = std::fs::File::open(file).map_err(|e| cannot(&e))?;
+    opened.take(MOST_BYTES + 1).read_to_end(&mut text).map_err(|e| cannot(&e))?;
+    if text.len() as u64 > MOST_BYTES {
+        return Err(cannot(&format!("more than {MOST_BYTES} bytes")));
+    }
+    let views: Vec<View> = serde_json::from_slice(&text).map_err(|e| cannot(&e))?;
     if views.is_empty() { Err(cannot(&"the file has no views")) } else { Ok(views) }
 }
 

@@ -38,7 +38,7 @@ struct Sample {
 #[derive(clap::Args)]
 pub(super) struct TileCostsArgs {
     /// STEP files, or builtin:NAME.
-    #[arg(value_name = "FILES", value_parser = input::parse, required = true)]
+    #[arg(value_name = "FILES", value_parser = input::parser(), required = true)]
     files: Vec<Input>,
 }
 

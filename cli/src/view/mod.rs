@@ -21,7 +21,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub(crate) struct ViewArgs {
     /// A STEP file, builtin:NAME, or builtin:list. Without it, the window opens empty and waits for a dropped file.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
+    #[arg(value_name = "FILE", value_parser = input::parser())]
     pub(crate) input: Option<Input>,
     /// Width and height of the window in points.
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x800")]
@@ -32,7 +32,8 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "OUT.png", requires = "input")]
     screenshot: Option<PathBuf>,
     /// Number of frames before the screenshot; the model turns by half a degree per frame.
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "screenshot")]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "screenshot",
+          value_parser = clap::value_parser!(u32).range(0..=100_000))]
     frames: u32,
     /// Click here before the screenshot, in points from the upper left corner of the window.
     #[arg(long, value_name = "X,Y", value_parser = point, requires = "screenshot")]
