@@ -3,6 +3,7 @@
 use crate::diagram::{DiagramArgs, Drawn};
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::name;
@@ -27,6 +28,13 @@ pub(crate) struct InfoArgs {
     diagram: DiagramArgs,
     #[command(flatten)]
     told: AsJson,
+}
+
+impl InfoArgs {
+    /// The files to write.
+    pub(crate) fn outputs(&self) -> Named<'_> {
+        Named::default().output("diagram", self.diagram.svg.as_ref())
+    }
 }
 
 /// Maximum number of parts listed without `-v`. The rest is only counted.
@@ -85,7 +93,7 @@ struct DiagnosticRow {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
+pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let progress = Progress::start(common);
     progress.stage(format!("reading {}", args.input.name()));
     let model = args.input.read(&common.limits.step())?;
@@ -95,7 +103,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     let prepared = prepare(model, &common.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
-    info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
+    info.drawn = args.diagram.draw(&prepared, &info.input, common, outputs)?;
     info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
     for open in prepared.parts.iter().map(|part| part.open_edges()) {
         info.open_edges += open.count;
@@ -116,9 +124,9 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     drop(progress);
     if args.told.json {
         let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the result: {e}")))?;
-        crate::tell(&(text + "\n"))?;
+        outputs.tell(&(text + "\n"));
     } else {
-        crate::tell(&info.text(common.verbose > 0))?;
+        outputs.tell(&info.text(common.verbose > 0));
     }
     let troubled = info.placed_faces == 0
         || prepared

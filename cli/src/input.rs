@@ -34,6 +34,14 @@ impl Input {
         *self == Self::Builtin("list".into())
     }
 
+    /// The file; `None` for built-in models.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Builtin(_) => None,
+        }
+    }
+
     /// Loads the model.
     pub(crate) fn read(&self, options: &StepOptions) -> Result<Model, Failure> {
         match self {

@@ -11,6 +11,7 @@ mod limits;
 mod logging;
 mod lost;
 mod memory;
+mod outputs;
 mod patches;
 #[cfg(feature = "wgpu")]
 mod picture;
@@ -19,11 +20,13 @@ mod progress;
 mod render;
 mod report;
 mod rounded;
+mod signals;
 mod tessellate;
 #[cfg(feature = "view")]
 mod view;
 
 use clap::{Args, Parser, Subcommand};
+use outputs::{Named, Outputs};
 use std::fmt;
 use std::io::Write;
 use std::path::PathBuf;
@@ -128,6 +131,23 @@ impl Command {
     }
 }
 
+impl Command {
+    /// The files that the command line names.
+    fn files<'a>(&'a self, common: &'a Common) -> Named<'a> {
+        let mut named = match self {
+            Self::Info(args) => args.outputs(),
+            Self::Tessellate(args) => args.outputs(),
+            #[cfg(feature = "wgpu")]
+            Self::Render(args) => args.outputs(),
+            #[cfg(feature = "view")]
+            Self::View(args) => args.outputs(),
+            Self::Bench(args) => args.files(),
+        };
+        named.inputs.extend(self.input().and_then(input::Input::path));
+        named.output("timeline", common.trace.as_ref())
+    }
+}
+
 /// Result of a command that succeeded.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Done {
@@ -180,16 +200,20 @@ fn main() {
         Ok(trace) => trace,
         Err(failure) => leave(Err(failure)),
     };
-    let result = run(cli, laps);
-    let traced = trace.map_or(Ok(()), logging::Timeline::finish);
-    leave(result.and_then(|done| traced.map(|()| done)))
+    signals::watch();
+    leave(run(cli, laps).and_then(|(done, mut outputs)| {
+        trace.map_or(Ok(()), |trace| trace.finish(&mut outputs))?;
+        outputs.publish().map(|()| done)
+    }))
 }
 
 /// Runs the command. A panic in the library is a bug: it becomes status 1 and a message.
-fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
+fn run(cli: Cli, laps: laps::Laps) -> Result<(Done, Outputs), Failure> {
     let work = move || {
         let Cli { command, common } = cli;
         let workers = common.workers();
+        let mut outputs = Outputs::default();
+        command.files(&common).check()?;
         if common.workers.len() > 1 && !matches!(command, Command::Bench(_)) {
             return Err(Failure::Usage("--workers: only `bench` accepts several numbers".into()));
         }
@@ -198,18 +222,19 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
         if command.input().is_some_and(input::Input::is_list) {
-            tell(&input::builtin_list())?;
-            return Ok(Done::Clean);
+            outputs.tell(&input::builtin_list());
+            return Ok((Done::Clean, outputs));
         }
-        match command {
-            Command::Info(args) => info::run(&args, &common),
-            Command::Tessellate(args) => tessellate::run(&args, &common, laps),
+        let done = match command {
+            Command::Info(args) => info::run(&args, &common, &mut outputs),
+            Command::Tessellate(args) => tessellate::run(&args, &common, laps, &mut outputs),
             #[cfg(feature = "wgpu")]
-            Command::Render(args) => render::run(&args, &common, laps),
+            Command::Render(args) => render::run(&args, &common, laps, &mut outputs),
             #[cfg(feature = "view")]
-            Command::View(args) => view::run(&args, &common),
-            Command::Bench(args) => bench::run(&args, &common),
-        }
+            Command::View(args) => view::run(&args, &common, &mut outputs),
+            Command::Bench(args) => bench::run(&args, &common, &mut outputs),
+        }?;
+        Ok((done, outputs))
     };
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|_| {
         let what = "internal error (details above); please report it with the file that caused it";

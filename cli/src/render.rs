@@ -3,10 +3,11 @@
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::picture::{ANGLE, PictureArgs};
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
-use crate::tessellate::{make, require_outputs, size};
+use crate::tessellate::{make, size};
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -40,13 +41,19 @@ pub(crate) struct RenderArgs {
     told: AsJson,
 }
 
+impl RenderArgs {
+    /// The files to write.
+    pub(crate) fn outputs(&self) -> Named<'_> {
+        Named::default().output("output", Some(&self.output)).output("report", self.report.as_ref())
+    }
+}
+
 /// Runs the command.
-pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
+pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &mut Outputs) -> Result<Done, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         return Err(Failure::Usage(format!("{}: the output must be a .png file", args.output.display())));
     }
-    require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 
     // First, because it is quick and fails early.
@@ -75,7 +82,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     progress.stage("drawing");
     let options = args.picture.options(camera, args.size);
     let image = renderer.render(&frame, &options).map_err(|e| cannot(&e))?;
-    image.write_png(&args.output).map_err(|e| cannot(&e))?;
+    outputs.write(&args.output, |file| image.encode(file))?;
     let write = opened + laps.lap();
     drop(progress);
     tracing::info!("drawn by {}", renderer.adapter());
@@ -85,7 +92,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     report.diagonal_mm = prepared.diagonal;
     report.workers = made.workers.len();
     report.seconds = Seconds { read, prepare, tessellate, check: 0.0, write, total: laps.total() };
-    report.publish(common, args.told.json, args.report.as_deref())
+    report.publish(common, args.told.json, args.report.as_deref(), outputs)
 }
 
 /// Fits the camera to a coarse frame.

@@ -4,6 +4,7 @@ use crate::closedness::{self, Closedness};
 use crate::fills::{self, Fill};
 use crate::lost::{add_degraded, add_lost_lines, add_unexplained};
 use crate::memory::peak_memory;
+use crate::outputs::Outputs;
 use crate::rounded::{ReadBackRow, words};
 use crate::{Common, Done, Failure};
 use serde::Serialize;
@@ -179,8 +180,15 @@ impl Report {
         self.add(Severity::Warning, None, "plan-coarser", reason);
     }
 
-    /// Prints the first diagnostics to standard error, writes the report file if given, and prints the summary or JSON.
-    pub(crate) fn publish(&mut self, common: &Common, as_json: bool, file: Option<&Path>) -> Result<Done, Failure> {
+    /// Prints the first diagnostics to standard error, adds the report file and the summary or JSON to the
+    /// outputs.
+    pub(crate) fn publish(
+        &mut self,
+        common: &Common,
+        as_json: bool,
+        file: Option<&Path>,
+        outputs: &mut Outputs,
+    ) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
         // Worst first, otherwise in the order of arrival.
         self.diagnostics
@@ -192,13 +200,12 @@ impl Report {
         let json = || serde_json::to_string(self).map_err(|e| Failure::Cannot(format!("the report: {e}")));
         if let Some(path) = file {
             let text = json()? + "\n";
-            trimtess::out::write_whole(path, |file| file.write_all(text.as_bytes()))
-                .map_err(|e| Failure::Cannot(e.to_string()))?;
+            outputs.write(path, |file| file.write_all(text.as_bytes()))?;
         }
         if as_json {
-            crate::tell(&(json()? + "\n"))?;
+            outputs.tell(&(json()? + "\n"));
         } else if !common.quiet {
-            crate::tell(&self.summary())?;
+            outputs.tell(&self.summary());
         }
         Ok(self.done())
     }

@@ -4,11 +4,12 @@ use crate::closedness::Closedness;
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
 use crate::report::Report;
 use crate::rounded;
 use crate::{AsJson, Common, Done, Failure};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
@@ -48,6 +49,13 @@ pub(crate) struct TessellateArgs {
     report: Option<PathBuf>,
     #[command(flatten)]
     told: AsJson,
+}
+
+impl TessellateArgs {
+    /// The files to write.
+    pub(crate) fn outputs(&self) -> Named<'_> {
+        Named::default().output("output", Some(&self.output)).output("report", self.report.as_ref())
+    }
 }
 
 /// Tolerance options.
@@ -102,9 +110,13 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
+pub(crate) fn run(
+    args: &TessellateArgs,
+    common: &Common,
+    mut laps: Laps,
+    outputs: &mut Outputs,
+) -> Result<Done, Failure> {
     let format = Format::of_path(&args.output).map_err(|e| Failure::Usage(e.to_string()))?;
-    require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 
     progress.stage(format!("reading {}", args.input.name()));
@@ -138,12 +150,14 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
         report.offset_mm = rounded::recenter(&mut frame, &prepared).to_array();
     }
     let most = rounded::most(tolerance.chord);
-    let written = tracing::info_span!("write").in_scope(|| out::save_within(&frame, &args.output, format, most));
-    rounded::tell(&written.map_err(|e| rounded::unwritten(&e, args.recenter))?, &mut report);
+    let written = tracing::info_span!("write")
+        .in_scope(|| out::save_pending(&frame, &args.output, format, most, &mut outputs.files));
+    let (rounding, pending) = written.map_err(|e| rounded::unwritten(&e, args.recenter))?;
+    rounded::tell(&rounding, &mut report);
     let write = laps.lap();
     if args.check {
         progress.stage("reading the file back");
-        rounded::check(&prepared, &frame, &args.output, format, tolerance.chord, &mut report);
+        rounded::check(&prepared, &frame, &pending, format, tolerance.chord, &mut report);
         check += laps.lap();
     }
     drop(progress);
@@ -154,7 +168,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     report.angle_deg = Some(args.tolerance.angle);
     report.workers = made.workers.len();
     report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
-    let done = report.publish(common, args.told.json, args.report.as_deref());
+    let done = report.publish(common, args.told.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, plan, frame));
     done
@@ -246,30 +260,6 @@ fn deviation_faults(deviation: &DeviationReport) -> impl Iterator<Item = String>
         format!("{over} of {samples} samples of edges exceed the chord tolerance, the worst by a factor of {worst:.3}")
     });
     off.into_iter().chain(edges_off)
-}
-
-/// Fails early if the outputs could not be written.
-pub(crate) fn require_outputs(output: &Path, report: Option<&Path>) -> Result<(), Failure> {
-    require_folder(output)?;
-    let Some(report) = report else { return Ok(()) };
-    require_folder(report)?;
-    let same = output == report
-        || std::fs::canonicalize(output).is_ok_and(|o| std::fs::canonicalize(report).is_ok_and(|r| r == o));
-    // Devices may receive both.
-    if same && !std::fs::metadata(output).is_ok_and(|known| !known.is_file()) {
-        return Err(Failure::Usage(format!("{}: the output and the report cannot be the same file", report.display())));
-    }
-    Ok(())
-}
-
-/// Fails early if the folder of `output` does not exist.
-pub(crate) fn require_folder(output: &Path) -> Result<(), Failure> {
-    match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(Failure::Cannot(format!("{}: folder {} does not exist", output.display(), folder.display())))
-        }
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Batches to a file: collects a frame, writes it when the frame is complete.
 
-use super::pending::PendingFile;
+use super::pending::{Outputs, PendingFile};
 use super::rounding::Rounding;
 use super::{Format, UnknownFormat};
 use crate::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
@@ -19,11 +19,28 @@ pub fn save(frame: &MemorySink, path: &Path, format: Format) -> Result<Rounding,
 /// # Errors
 /// As [`save`]; and [`RoundedTooFar`](super::RoundedTooFar) as the cause, before the file is created.
 pub fn save_within(frame: &MemorySink, path: &Path, format: Format, most: f64) -> Result<Rounding, SinkError> {
+    let mut outputs = Outputs::default();
+    let (rounding, _) = save_pending(frame, path, format, most, &mut outputs)?;
+    outputs.publish()?;
+    Ok(rounding)
+}
+
+/// As [`save_within`], to a file that appears when `outputs` are published. Returns its temporary name as well.
+///
+/// # Errors
+/// As [`save_within`].
+pub fn save_pending(
+    frame: &MemorySink,
+    path: &Path,
+    format: Format,
+    most: f64,
+    outputs: &mut Outputs,
+) -> Result<(Rounding, PathBuf), SinkError> {
     let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
     let rounding = Rounding::of(frame, format, most).map_err(|beyond| context(beyond.into()))?;
     rounding.within(most).map_err(|too_far| context(too_far.into()))?;
-    PendingFile::create(path)?.publish(|file| format.write(frame, most, file))?;
-    Ok(rounding)
+    let temporary = outputs.write(path, |mut file| format.write(frame, most, &mut file))?;
+    Ok((rounding, temporary))
 }
 
 /// Creates a sink that writes `path` in the format of its extension. The file system is first touched by `begin`.

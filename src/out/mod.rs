@@ -3,7 +3,7 @@
 //! Files are written atomically. Positions that are equal in a part stay equal in the file, whatever the format.
 
 mod pending;
-pub use pending::write_whole;
+pub use pending::{Outputs, remove_temporaries, target_of, write_whole};
 
 mod placed;
 
@@ -45,7 +45,7 @@ mod read_back;
 pub use read_back::{ReadBack, read_back};
 
 mod file_sink;
-pub use file_sink::{FileSink, open, save, save_within};
+pub use file_sink::{FileSink, open, save, save_pending, save_within};
 
 mod camera;
 pub use camera::{BadViewPoint, Camera, Lens, ViewPoint};

@@ -13,8 +13,9 @@ mod uploads;
 
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
-use crate::tessellate::{positive, require_folder, size};
+use crate::tessellate::{positive, size};
 use crate::{Common, Done, Failure, MOST_WORKERS};
 use costs::Costs;
 use flight::{Coherence, Flight, Follow, Order, fly};
@@ -102,19 +103,33 @@ enum Other {
     TileCosts(tile_costs::TileCostsArgs),
 }
 
+impl BenchArgs {
+    /// The files to read and to write, other than the model.
+    pub(crate) fn files(&self) -> Named<'_> {
+        let inputs = match &self.path {
+            Route::Recorded(file) => vec![file.as_path()],
+            Route::Named(_) => Vec::new(),
+        };
+        let named = Named { inputs, ..Named::default() };
+        named
+            .output("results", self.json.as_ref())
+            .output("charts", self.plot.as_ref())
+            .output("views", self.save_path.as_ref())
+    }
+}
+
 /// Runs the command.
-pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
+pub(crate) fn run(args: &BenchArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     match (&args.other, &args.input) {
         (Some(Other::GluScene(scene)), _) => glu_scene::run(scene, common),
         (Some(Other::TileCosts(files)), _) => tile_costs::run(files, common),
-        (None, Some(input)) => along_a_path(input, args, common),
+        (None, Some(input)) => along_a_path(input, args, common, outputs),
         (None, None) => Err(Failure::Usage("FILE is missing".into())),
     }
 }
 
 /// Flies a path over a model.
-fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
-    [&args.json, &args.plot, &args.save_path].into_iter().flatten().try_for_each(|path| require_folder(path))?;
+fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let progress = Progress::start(common);
     progress.stage(format!("reading {}", input.name()));
     let model = input.read(&common.limits.step())?;
@@ -124,7 +139,7 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done
         PictureOverrides { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
     let views = args.path.views(prepared.bounds, args.frames.map(|n| n as usize), asked)?;
     if let Some(file) = &args.save_path {
-        route::save(&views, file)?;
+        route::save(&views, file, outputs)?;
     }
 
     let mut flights = Vec::new();
@@ -176,13 +191,12 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done
     };
     if let Some(file) = &args.json {
         let text = serde_json::to_string(&report).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n";
-        trimtess::out::write_whole(file, |out| out.write_all(text.as_bytes()))
-            .map_err(|e| Failure::Cannot(e.to_string()))?;
+        outputs.write(file, |out| out.write_all(text.as_bytes()))?;
     }
     if let Some(file) = &args.plot {
-        plot::save(&report, &flights, file)?;
+        plot::save(&report, &flights, file, outputs)?;
     }
-    crate::tell(&report.text())?;
+    outputs.tell(&report.text());
     Ok(Done::Clean)
 }
 

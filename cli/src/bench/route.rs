@@ -1,6 +1,7 @@
 //! `--path` on the command line -> a list of views: a camera path around the model, or recorded in a JSON file.
 
 use crate::Failure;
+use crate::outputs::Outputs;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -104,10 +105,10 @@ fn read(file: &Path) -> Result<Vec<View>, Failure> {
     if views.is_empty() { Err(cannot(&"the file has no views")) } else { Ok(views) }
 }
 
-/// Writes views to a file atomically, one per line.
-pub(crate) fn save(views: &[View], file: &Path) -> Result<(), Failure> {
+/// Writes views to a file, one per line.
+pub(crate) fn save(views: &[View], file: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
     let rows: Result<Vec<String>, _> = views.iter().map(serde_json::to_string).collect();
     let rows = rows.map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
     let text = format!("[\n{}\n]\n", rows.join(",\n"));
-    trimtess::out::write_whole(file, |out| out.write_all(text.as_bytes())).map_err(|e| Failure::Cannot(e.to_string()))
+    outputs.write(file, |out| out.write_all(text.as_bytes()))
 }

@@ -10,6 +10,7 @@ mod viewer;
 mod window;
 
 use crate::input::{self, Input};
+use crate::outputs::{Named, Outputs};
 use crate::picture::PictureArgs;
 use crate::tessellate::size;
 use crate::{Common, Done, Failure};
@@ -40,6 +41,13 @@ pub(crate) struct ViewArgs {
     click: Option<(f32, f32)>,
 }
 
+impl ViewArgs {
+    /// The files to write.
+    pub(crate) fn outputs(&self) -> Named<'_> {
+        Named::default().output("screenshot", self.screenshot.as_ref())
+    }
+}
+
 /// Parses X,Y.
 fn point(text: &str) -> Result<(f32, f32), String> {
     let point = text.split_once(',').and_then(|(x, y)| Some((x.trim().parse().ok()?, y.trim().parse().ok()?)));
@@ -47,7 +55,7 @@ fn point(text: &str) -> Result<(f32, f32), String> {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &ViewArgs, common: &Common) -> Result<Done, Failure> {
+pub(crate) fn run(args: &ViewArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let workers = match common.workers() {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         workers => workers,
@@ -56,7 +64,10 @@ pub(crate) fn run(args: &ViewArgs, common: &Common) -> Result<Done, Failure> {
     let looks = Looks { camera, picture: args.picture.clone(), workers, turning: false, panel: true };
     let loader = Loader::new(common);
     match (&args.screenshot, &args.input) {
-        (Some(output), Some(input)) => screenshot::write(output, input, args, loader, looks)?,
+        (Some(output), Some(input)) => {
+            let image = screenshot::draw(output, input, args, loader, looks)?;
+            outputs.write(output, |file| image.encode(file))?;
+        }
         _ => window::run(args.input.clone(), args.size, loader, looks)?,
     }
     Ok(Done::Clean)

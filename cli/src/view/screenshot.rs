@@ -7,24 +7,22 @@ use super::paint::Canvas;
 use super::viewer::Viewer;
 use crate::Failure;
 use crate::input::Input;
-use crate::tessellate::require_outputs;
 use std::path::Path;
 use trimtess::out::wgpu::{Image, Renderer};
 use wgpu::{TextureFormat, TextureUsages};
 
-/// Runs the frames and the click in `args`, then writes the screenshot.
-pub(super) fn write(
+/// Runs the frames and the click in `args`, then returns the screenshot.
+pub(super) fn draw(
     output: &Path,
     input: &Input,
     args: &ViewArgs,
     loader: Loader,
     looks: Looks,
-) -> Result<(), Failure> {
+) -> Result<Image, Failure> {
     let cannot = |error: String| Failure::Cannot(error);
     if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         return Err(Failure::Usage(format!("{}: the output must be a .png file", output.display())));
     }
-    require_outputs(output, None)?;
     let renderer = Renderer::new().map_err(|error| cannot(error.to_string()))?;
     let (device, queue) = (renderer.device(), renderer.queue());
     let most = device.limits().max_texture_dimension_2d;
@@ -77,6 +75,5 @@ pub(super) fn write(
         step(&mut viewer, vec![egui::Event::PointerGone])?;
     }
     step(&mut viewer, Vec::new())?;
-    let image = Image::read(device, queue, &target).map_err(|error| cannot(error.to_string()))?;
-    image.write_png(output).map_err(|error| cannot(error.to_string()))
+    Image::read(device, queue, &target).map_err(|error| cannot(error.to_string()))
 }
