@@ -115,7 +115,7 @@ fn mended(traced: &Traced<'_>, tangles: &[Tangle]) -> Option<FaceDraft> {
 }
 
 /// What a face keeps of its surface's parameters, and what has become of its loops.
-struct Outline {
+struct FaceOutline {
     region: Region,
     /// Largest distance between edges and surface.
     gap: f64,
@@ -129,7 +129,7 @@ struct Outline {
     repairs: Vec<Finding>,
 }
 
-impl Outline {
+impl FaceOutline {
     fn of(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<Self, FaceError> {
         let (notes, repairs) = (traced.notes.clone(), traced.repairs.clone());
         let stops = traced.passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |stop| (edge, stop.0)));
@@ -206,7 +206,7 @@ fn stated_region(
 
 fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<FaceDraft, FaceError> {
     let Traced { part, face, projector, passages, .. } = traced;
-    let mut outline = Outline::of(traced, way, mends)?;
+    let mut outline = FaceOutline::of(traced, way, mends)?;
     let (grid, arranged) = cut(&outline.region, &face.surface, projector, &mut outline.notes)?;
     let Patched { patches, bounds, maps, creases } = Patched::over(&face.surface, &arranged.tiles)?;
     let maker = BorderMaker {
@@ -233,7 +233,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
     outline.repairs.extend(found.crossed.into_iter().chain(found.scribble));
     outline.note_gap(traced.extent);
     let [critical, meetings] = [found.critical, found.meetings].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-    let Outline { region, gap, chain, breaks, joints, lobed, notes, repairs } = outline;
+    let FaceOutline { region, gap, chain, breaks, joints, lobed, notes, repairs } = outline;
     Ok(FaceDraft {
         patches,
         bounds,
