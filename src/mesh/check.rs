@@ -51,7 +51,7 @@ pub struct MeshFacts {
     pub collapsed: u64,
     /// Other triangles of exactly zero area.
     pub zero_area: u64,
-    /// Positions and normals of vertices that are NaN or infinite.
+    /// Vertices whose position or normal is NaN or infinite.
     pub non_finite: u64,
     /// Triangles with a vertex index out of range. Of the other counts, only `triangles` includes them.
     pub bad_indices: u64,
@@ -250,9 +250,9 @@ impl<'a> Soup<'a> {
         let mut ids = Vec::new();
         for batch in batches {
             let mesh = &batch.mesh;
-            let broken_normals = mesh.normals.iter().filter(|normal| !normal.is_finite()).count();
-            let broken = mesh.positions.iter().filter(|point| !point.is_finite()).count();
-            facts.non_finite += (broken + broken_normals) as u64;
+            let broken_normal = |k: usize| mesh.normals.get(k).is_some_and(|normal| !normal.is_finite());
+            let broken = |&(k, point): &(usize, &DVec3)| !point.is_finite() || broken_normal(k);
+            facts.non_finite += mesh.positions.iter().enumerate().filter(broken).count() as u64;
             ids.clear();
             ids.extend(mesh.positions.iter().map(|&point| {
                 let fresh = u32::try_from(soup.points.len()).unwrap_or(u32::MAX);

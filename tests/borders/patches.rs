@@ -4,7 +4,9 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::model::{FreeTrims, ModelBuilder, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface};
+use trimtess::model::{
+    Frame3, FreeTrims, Loop, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface,
+};
 use trimtess::parallel::serial;
 use trimtess::prepare::internals::OpenEdges;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -154,6 +156,22 @@ pub(crate) fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MemorySink, MeshFac
     assert!(report.degraded.is_empty(), "{:?}", report.degraded);
     let facts = check_scene(&sink).total;
     (sink, facts)
+}
+
+#[test]
+fn a_face_that_ends_because_its_surface_does_is_open_there() {
+    // A tube with one ring around it: the face goes on to the tube's upper end.
+    let mut part = PartBuilder::new("tube");
+    let shell = part.plain_shell(ShellKind::Open);
+    let ring = part.circle(&Frame3 { origin: 2.0 * DVec3::Z, ..Frame3::WORLD }, 2.0);
+    let curve = NurbsCurve3::line(DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 5.0));
+    let tube = Surface::Revolution { curve, frame: Frame3::WORLD };
+    part.plain_face(tube, shell, vec![Loop::Edges(vec![ring.along()])], false);
+    let mut model = ModelBuilder::new("model");
+    let part = model.part(part.finish().unwrap());
+    model.place(part, DAffine3::IDENTITY);
+    let prepared = Arc::new(prepare(model.finish().unwrap(), &PrepareOptions::DEFAULT).unwrap());
+    ends_where_it_is_open(&prepared);
 }
 
 /// Asserts at three tolerances that the mesh ends at the open edges and nowhere else: both have the same length.

@@ -113,7 +113,8 @@ fn curved_sheets_keep_the_chord_tolerance_on_surface_and_trim() {
 fn closed_surfaces_stay_closed_along_seams_and_poles() {
     let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 };
     let torus = Surface::Torus { frame: Frame3::WORLD, major: 3.0, minor: 1.0 };
-    // One hole away from seams and poles; its boundary is at most `rim` times as long in space as in (u,v).
+    // One hole away from seams and poles; the module `seams` has holes over them. Its boundary is at most `rim` times
+    // as long in space as in (u,v).
     for (surface, centre, rim) in [(sphere, DVec2::new(3.0, 0.3), 1.0), (torus, DVec2::new(3.0, 2.0), 3.5)] {
         let hole = TrimCurve::circle(centre, 0.4).reversed();
         let trims = FreeTrims { rule: TrimRule::Handedness, curves: vec![hole] };

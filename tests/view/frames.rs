@@ -352,6 +352,25 @@ fn distant_instances_have_coarser_levels_of_detail() {
 }
 
 #[test]
+fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
+    let prepared = crowd("torus");
+    let eye = DVec3::new(60.0, -80.0, 30.0);
+    let valid = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0] };
+    let frame = |views: &[View]| {
+        let mut session = Session::start(Arc::clone(&prepared), &options(2).with_levels(4)).unwrap();
+        let mut sink = MemorySink::default();
+        session.view(views, &mut sink).unwrap();
+        let levels: Vec<PartId> = session.scene().instances.iter().map(|instance| instance.part).collect();
+        (levels, drawn(&sink))
+    };
+    let alone = frame(&[valid]);
+    assert!(alone.0.iter().any(|level| *level != PartId(0)));
+    for invalid in [View { deviation_px: 0.0, ..valid }, View { angle: 0.0, ..valid }] {
+        assert_eq!(frame(&[invalid, valid]), alone);
+    }
+}
+
+#[test]
 fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
     let prepared = shape("brake-hub");
     let mut draw = Draw(11);

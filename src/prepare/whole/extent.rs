@@ -110,7 +110,7 @@ fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[b
             continue;
         }
         let p = face.patches.point(uv.x, uv.y);
-        if !bounds.holds(p) && inside.holds(uv) {
+        if !bounds.holds(p) && inside.winding(uv) != 0 {
             bounds.add(p);
             out.push(p);
         }
@@ -126,4 +126,24 @@ fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
         points_along(&u.uv, breaks[u.from as usize].t, breaks[u.to as usize].t, usize::MAX, &mut out);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn lobes_of_negative_winding_belong_to_the_box() {
+        let model = shapes::by_name("sphere").expect("a shape");
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+        let mut reversed = PreparedPart::clone(&prepared.parts[0]);
+        for l in reversed.tiles.iter_mut().flat_map(|tile| &mut tile.loops) {
+            l.reverse();
+            l.iter_mut().for_each(|u| std::mem::swap(&mut u.from, &mut u.to));
+        }
+        let radius = |part: &PreparedPart| centre(&cloud(part)).map(|(_, radius)| radius);
+        assert_eq!(radius(&reversed), radius(&prepared.parts[0]));
+    }
 }
