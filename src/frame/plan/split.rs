@@ -100,7 +100,7 @@ impl Criteria<'_> {
     ) -> bool {
         let needed = self.density.fewest(a, b, limit + 1);
         if needed <= limit {
-            let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
+            let split = self.split(&self.lines_inside(before.last, a, b), before.intensive, limit);
             let mut lines = self.joined(&split);
             if before.intensive == Intensive::Rendering {
                 self.fill(&mut lines, needed);
@@ -114,7 +114,7 @@ impl Criteria<'_> {
     }
 
     /// The last lines from `a` to `b`, without those too close to an end that is new.
-    fn between(&self, last: &[f64], a: f64, b: f64) -> Vec<f64> {
+    fn lines_inside(&self, last: &[f64], a: f64, b: f64) -> Vec<f64> {
         let (from, to) = (last.partition_point(|&x| x <= a), last.partition_point(|&x| x < b));
         let mut inside = &last[from..to];
         let close = |end: f64, x: f64, beyond: f64| {
