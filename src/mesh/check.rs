@@ -6,6 +6,7 @@
 use super::cause::{ExpectedUnbalanced, bits};
 use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
 use crate::math::BitMix;
+use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
 use crate::math::sets::DisjointSets;
 use crate::model::{FaceId, PartId};
@@ -284,10 +285,7 @@ impl<'a> Soup<'a> {
 
     /// Area, volume and components.
     fn measure(&self, facts: &mut MeshFacts) {
-        let (low, high) = self
-            .points
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &point| (low.min(point), high.max(point)));
+        let [low, high] = around(self.points.iter().copied());
         let centre = if self.points.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
         let mut pieces = DisjointSets::new(self.points.len());
         for &[a, b, c] in &self.triangles {

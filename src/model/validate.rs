@@ -292,7 +292,7 @@ impl Model {
             let start = if instance.transform.translation.is_finite() { 0.0 } else { f64::NAN };
             let error =
                 off.fold(start, |most: f64, x| if most.is_nan() || x.is_nan() { f64::NAN } else { most.max(x.abs()) });
-            if !(error <= NOT_ORTHONORMAL) {
+            if error.is_nan() || error > NOT_ORTHONORMAL {
                 return Err(ModelError::Transform { instance: id, error });
             }
         }

@@ -220,6 +220,13 @@ impl PreparedPart {
         open
     }
 
+    /// The prepared face; `None` if prepare could not use it, or if there is none with that number.
+    #[must_use]
+    pub fn face(&self, face: FaceId) -> Option<&PreparedFace> {
+        let row = (*self.face_rows.get(face.index())?)?;
+        self.faces.get(row as usize)
+    }
+
     /// Row of a tile's face in [`faces`](Self::faces).
     ///
     /// # Panics

@@ -6,11 +6,12 @@
 
 use super::trace::{pole_piece, turn_at_pole};
 use crate::math::box_tree::BoxTree;
+use crate::math::polygon::double_area;
 use crate::model::RegionError;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
-use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, area2};
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
 
 /// The region that the loops bound. `named_pole`: the one at which the file puts a vertex loop. `turn`: whether loops are turned by
@@ -48,7 +49,7 @@ pub(crate) fn region(
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
-    let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
+    let areas: Vec<f64> = loops.iter().map(|l| double_area(&l.polyline())).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
         if let Some(axis) = go_round_poles(&mut loops, projector) {
@@ -322,7 +323,7 @@ fn stack(
 
 /// A loop that does not go round is a hole: it runs clockwise, in the period nearest to the band.
 fn hole(mut l: UvLoop, across: usize, (low, high): (f64, f64), projector: &Projector<'_>, turn: bool) -> UvLoop {
-    if turn && area2(&l.polyline()) > 0.0 {
+    if turn && double_area(&l.polyline()) > 0.0 {
         l.reverse();
     }
     if let Some(period) = projector.period[across] {
@@ -347,6 +348,7 @@ mod tests {
     use super::*;
     use crate::prepare::uv::uv_curve::UvSample;
     use crate::prepare::uv::uv_loop::winding_about;
+    use crate::sequence::random::SplitMix;
 
     /// The polygon as a loop of one piece, forwards or backwards.
     fn ring(points: &[DVec2], reversed: bool) -> UvLoop {
@@ -358,11 +360,8 @@ mod tests {
 
     #[test]
     fn holes_and_islands_are_those_that_a_look_at_all_loops_finds() {
-        let mut state = 7_u64;
-        let mut unit = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut random = SplitMix(7);
+        let mut unit = || random.unit();
         // Stars in the quarters of stars, some of them with more corners than are looked at one by one.
         let mut open = vec![(DVec2::ZERO, 1.0, 0)];
         let mut stars: Vec<Vec<DVec2>> = Vec::new();
@@ -378,11 +377,11 @@ mod tests {
         }
         assert!(stars.len() > 100);
         let mut loops: Vec<UvLoop> = stars.iter().map(|star| ring(star, unit() < 0.5)).collect();
-        let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
+        let areas: Vec<f64> = loops.iter().map(|l| double_area(&l.polyline())).collect();
         nest(&mut loops, &areas);
         for (k, l) in loops.iter().enumerate() {
             let depth = (0..stars.len()).filter(|&o| o != k && winding_about(&stars[o], stars[k][0]) != 0).count();
-            assert_eq!(area2(&l.polyline()) > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");
+            assert_eq!(double_area(&l.polyline()) > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");
         }
     }
 }

@@ -1,5 +1,6 @@
 //! One face of a model -> the images of its loops, one after the other over the surface.
 
+use crate::math::boxes::around;
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError};
 use crate::prepare::regions::trace::{Passages, trace_loop};
 use crate::prepare::report::finding::Finding;
@@ -139,16 +140,8 @@ fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
 
 /// Diagonal of the box of the face's edges; none for a face without edges.
 fn face_extent(part: &Part, face: &Face) -> Option<f64> {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    for l in &face.loops {
-        if let Loop::Edges(coedges) = l {
-            for p in coedges.iter().flat_map(|c| &part.edges[c.edge.index()].curve.points) {
-                low = low.min(*p);
-                high = high.max(*p);
-            }
-        }
-    }
+    let coedges = face.loops.iter().filter_map(|l| if let Loop::Edges(coedges) = l { Some(coedges) } else { None });
+    let [low, high] = around(coedges.flatten().flat_map(|c| &part.edges[c.edge.index()].curve.points).copied());
     let d = (high - low).length();
     (d.is_finite() && d > 0.0).then_some(d)
 }

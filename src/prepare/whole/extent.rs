@@ -1,5 +1,6 @@
 //! Prepared parts and instances -> the placed model's box, from points of the trimmed surfaces, not control points.
 
+use crate::math::boxes::around;
 use crate::mesh::SceneInstance;
 use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::BoxBounds;
@@ -19,14 +20,8 @@ pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
 
 /// Corners of all instances' box, given each part's [`cloud`]. Accurate to about 0.1 %. `None` for an empty model.
 pub(crate) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for i in instances {
-        for p in &clouds[i.part.index()] {
-            let p = i.transform.transform_point3(*p);
-            low = low.min(p);
-            high = high.max(p);
-        }
-    }
+    let points = instances.iter().flat_map(|i| clouds[i.part.index()].iter().map(|p| i.transform.transform_point3(*p)));
+    let [low, high] = around(points);
     (high - low).is_finite().then_some([low, high])
 }
 
