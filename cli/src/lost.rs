@@ -48,9 +48,7 @@ fn has_no_area(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
 
 /// The prepared face; `None` if prepare could not use it.
 fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFace> {
-    let rows = prepared.parts.get(part.index())?;
-    let row = rows.face_rows.get(face.index()).copied().flatten()?;
-    rows.faces.get(row as usize)
+    prepared.parts.get(part.index())?.face(face)
 }
 
 /// A point near the middle of a face's first tile, part coordinates.

@@ -4,7 +4,7 @@ use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::outputs::{Named, Outputs};
-use crate::picture::{ANGLE, PictureArgs};
+use crate::picture::{ANGLE, PictureArgs, require_png};
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
 use crate::tessellate::{make, size};
@@ -51,9 +51,7 @@ impl RenderArgs {
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &mut Outputs) -> Result<Done, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        return Err(Failure::Usage(format!("{}: the output must be a .png file", args.output.display())));
-    }
+    require_png(&args.output)?;
     let progress = Progress::start(common);
 
     // First, because it is quick and fails early.

@@ -226,7 +226,7 @@ impl Report {
     }
 
     /// The summary for people.
-    fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         let mut text = String::new();
         let _ = writeln!(text, "{} -> {}", self.input, self.output);
         let _ = writeln!(
@@ -242,7 +242,9 @@ impl Report {
         let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
         text += &words(self);
         if self.slivers > 0 {
-            let _ = write!(text, ", {} slivers that only close {} faces", self.slivers, self.fills.len());
+            // Other fills have rewound area alone.
+            let faces = self.fills.iter().filter(|fill| fill.slivers > 0).count();
+            let _ = write!(text, ", {} slivers that only close {faces} faces", self.slivers);
         }
         if let (Some(chord), Some(angle)) = (self.chord_mm, self.angle_deg) {
             let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };

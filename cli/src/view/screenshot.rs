@@ -7,6 +7,7 @@ use super::paint::Canvas;
 use super::viewer::Viewer;
 use crate::Failure;
 use crate::input::Input;
+use crate::picture::require_png;
 use std::path::Path;
 use trimtess::out::wgpu::{Image, Renderer};
 use wgpu::{TextureFormat, TextureUsages};
@@ -20,9 +21,7 @@ pub(super) fn draw(
     looks: Looks,
 ) -> Result<Image, Failure> {
     let cannot = |error: String| Failure::Cannot(error);
-    if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        return Err(Failure::Usage(format!("{}: the output must be a .png file", output.display())));
-    }
+    require_png(output)?;
     let renderer = Renderer::new().map_err(|error| cannot(error.to_string()))?;
     let (device, queue) = (renderer.device(), renderer.queue());
     let most = device.limits().max_texture_dimension_2d;
