@@ -2,7 +2,7 @@
 //!
 //! Positions are single precision relative to the centre of the part's bounding box, which the node's translation adds
 //! back, so parts far from the origin keep their precision. Where one translation has too few digits for the tolerance,
-//! two nested nodes add up to the place. Each vertex stores the index of its face in `_FEATURE_ID_0`
+//! nested nodes add up to the place. Each vertex stores the index of its face in `_FEATURE_ID_0`
 //! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
 
 use super::colour;
@@ -41,8 +41,8 @@ pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     write_glb_within(frame, f64::INFINITY, file)
 }
 
-/// As [`write_glb`]. A node whose translation is rounded by more than half of `most` millimetres is put into another,
-/// and the translations of both add up to the place.
+/// As [`write_glb`]. A node whose translation is rounded by more than half of `most` millimetres is put into others, and
+/// the translations add up to the place.
 pub(super) fn write_glb_within(frame: &MemorySink, most: f64, file: &mut impl Write) -> io::Result<()> {
     let mut glb = Glb::default();
     let mut shapes = Vec::new();
@@ -243,14 +243,14 @@ impl Glb {
         Some(self.root.push(mesh))
     }
 
-    /// Adds the node of an instance, and the one around it where its place needs two.
+    /// Adds the node of an instance, and those around it where one translation has too few digits.
     fn node(&mut self, place: &NodePlace, name: Option<String>, mesh: Option<Index<Mesh>>) -> Index<Node> {
         let node = Node { name, mesh, ..Node::default() };
         let inner = self.root.push(match place.matrix() {
             Some(matrix) => Node { matrix: Some(matrix), ..node },
             None => Node { translation: Some(place.centre.to_array()), ..node },
         });
-        place.around.map_or(inner, |around| {
+        place.around.iter().rev().fold(inner, |inner, around| {
             let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
             self.root.push(Node { translation, children, ..Node::default() })
         })

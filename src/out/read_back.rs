@@ -8,7 +8,7 @@ use super::bytes::{FileTriangle, bad, bytes_at, vector};
 use super::node_place::local;
 use super::placed::{Placement, batches_by_part, distinct, placed};
 #[cfg(feature = "glb")]
-use super::read_glb::read_glb;
+use super::read_glb::{Numbers, read_glb};
 use super::single::single;
 use crate::mesh::MemorySink;
 use glam::{DVec3, Vec3};
@@ -35,32 +35,38 @@ pub struct ReadBack {
 pub fn read_back(frame: &MemorySink, path: &Path, format: Format) -> io::Result<ReadBack> {
     let mut bytes = Vec::new();
     std::fs::File::open(path)?.read_to_end(&mut bytes)?;
-    let mut found = match format {
+    let found = match format {
         #[cfg(feature = "glb")]
-        Format::Glb => read_glb(frame, &bytes)?,
+        Format::Glb => read_glb(frame, &bytes, Numbers::Single)?,
         Format::Stl => stl(&bytes)?,
         Format::Ply => ply(&bytes)?,
         Format::Obj => obj(&bytes)?,
     };
     let mut expected = expected(frame, format)?;
+    if format != Format::Stl {
+        // Colours change the order of faces in a GLB. Within a face, order is kept.
+        expected.sort_by_key(|triangle| triangle.face);
+    }
+    let unbalanced_edges = unbalanced(&found);
+    let moved = moved(found, &expected)?;
+    #[cfg(feature = "glb")]
+    let moved = match format {
+        Format::Glb => moved.max(self::moved(read_glb(frame, &bytes, Numbers::Double)?, &expected)?),
+        _ => moved,
+    };
+    Ok(ReadBack { triangles: expected.len() as u64, moved, unbalanced_edges })
+}
+
+/// Largest distance between a corner and where it is expected. `expected` is sorted by face where formats store it.
+fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<f64> {
     if found.len() != expected.len() {
         return Err(bad(&format!("{} triangles, and not {}", found.len(), expected.len())));
     }
-    if format != Format::Stl {
-        // Colours change the order of faces in a GLB. Within a face, order is kept.
-        found.sort_by_key(|triangle| triangle.face);
-        expected.sort_by_key(|triangle| triangle.face);
-    }
-    let mut out = ReadBack { triangles: found.len() as u64, ..ReadBack::default() };
-    for (file, frame) in found.iter().zip(&expected) {
-        for (a, b) in file.corners.iter().zip(&frame.corners) {
-            let distance = a.distance(*b);
-            // NaN must not pass as near.
-            out.moved = if distance.is_nan() { f64::INFINITY } else { out.moved.max(distance) };
-        }
-    }
-    out.unbalanced_edges = unbalanced(&found);
-    Ok(out)
+    found.sort_by_key(|triangle| triangle.face);
+    let corners = found.iter().zip(expected).flat_map(|(a, b)| a.corners.into_iter().zip(b.corners));
+    let distances = corners.map(|(a, b)| a.distance(b));
+    // NaN must not pass as near.
+    Ok(distances.fold(0.0, |most, distance| if distance.is_nan() { f64::INFINITY } else { most.max(distance) }))
 }
 
 /// The frame's triangles whose corners stay apart after rounding, in the order of writing, with unrounded corners.

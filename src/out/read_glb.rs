@@ -6,11 +6,18 @@ use glam::{DMat4, DVec3, Mat4, Vec3};
 use gltf_json::accessor::ComponentType;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked::Valid;
-use gltf_json::{Accessor, Index, Mesh, Node, Root};
+use gltf_json::{Accessor, Index, Mesh, Node, Root, Value};
 use std::io;
 
+/// How a reader takes the numbers of nodes, which JSON has as decimals.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Numbers {
+    Single,
+    Double,
+}
+
 /// Reads all triangles, instance by instance. Faces are numbered as in `frame`.
-pub(super) fn read_glb(frame: &MemorySink, bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
+pub(super) fn read_glb(frame: &MemorySink, bytes: &[u8], numbers: Numbers) -> io::Result<Vec<FileTriangle>> {
     let json = u32::from_le_bytes(bytes_at(bytes, 12)?) as usize;
     let length = u32::from_le_bytes(bytes_at(bytes, 8)?) as usize;
     let text = bytes.get(20..20 + json).ok_or_else(|| bad("a GLB shorter than its header says"))?;
@@ -18,32 +25,52 @@ pub(super) fn read_glb(frame: &MemorySink, bytes: &[u8]) -> io::Result<Vec<FileT
         return Err(bad("a GLB of another length than its header says"));
     }
     let root: Root = gltf_json::deserialize::from_slice(text)?;
+    let decimals: Value = gltf_json::deserialize::from_slice(text)?;
     let glb = File { root: &root, data: bytes.get(28 + json..).unwrap_or_default() };
+    let matrix = |index: Index<Node>| match numbers {
+        Numbers::Single => root.get(index).map_or(DMat4::IDENTITY, single_matrix),
+        Numbers::Double => double_matrix(&decimals["nodes"][index.value()]),
+    };
     let mut out = Vec::new();
-    let world = root.scenes.first().and_then(|scene| scene.nodes.first()).and_then(|node| root.get(*node));
-    let world = world.ok_or_else(|| bad("a GLB without a scene"))?;
+    let top = root.scenes.first().and_then(|scene| scene.nodes.first());
+    let (top, world) = top.and_then(|&top| Some((top, root.get(top)?))).ok_or_else(|| bad("a GLB without a scene"))?;
     let known = frame.scene.instances.iter().filter(|instance| instance.part.index() < frame.scene.parts.len());
-    for (child, instance) in world.children.iter().flatten().zip(known) {
-        let mut at = matrix(world);
-        let mut node = root.get(*child);
-        // An instance is a node, or a node in a node.
-        while let Some(here) = node {
-            at *= matrix(here);
+    for (&child, instance) in world.children.iter().flatten().zip(known) {
+        let mut at = matrix(top);
+        let mut node = Some(child);
+        // An instance is a node, or a node in nodes.
+        while let Some((index, here)) = node.and_then(|index| Some((index, root.get(index)?))) {
+            at *= matrix(index);
             if let Some(mesh) = here.mesh {
                 glb.mesh(mesh, at, u64::from(instance.first_face), &mut out)?;
             }
-            node = here.children.as_ref().and_then(|children| root.get(*children.first()?));
+            node = here.children.as_ref().and_then(|children| children.first().copied());
         }
     }
     Ok(out)
 }
 
-/// The transform of a node, in double precision: translations of nested nodes add up.
-fn matrix(node: &Node) -> DMat4 {
+/// The transform of a node as stored in single precision. Products are in double precision, so that translations of
+/// nested nodes add up.
+fn single_matrix(node: &Node) -> DMat4 {
     match (node.matrix, node.translation) {
         (Some(columns), _) => Mat4::from_cols_array(&columns).as_dmat4(),
         (None, Some(translation)) => DMat4::from_translation(Vec3::from_array(translation).as_dvec3()),
         (None, None) => DMat4::IDENTITY,
+    }
+}
+
+/// The transform of a node as its decimals say.
+fn double_matrix(node: &Value) -> DMat4 {
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    match (&node["matrix"], &node["translation"]) {
+        (Value::Array(columns), _) if columns.len() == 16 => {
+            DMat4::from_cols_array(&std::array::from_fn(|k| number(&columns[k])))
+        }
+        (_, Value::Array(to)) if to.len() == 3 => {
+            DMat4::from_translation(DVec3::from_array(std::array::from_fn(|k| number(&to[k]))))
+        }
+        _ => DMat4::IDENTITY,
     }
 }
 
