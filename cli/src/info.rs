@@ -11,7 +11,7 @@ use crate::{AsJson, Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use trimtess::model::{Model, Severity};
+use trimtess::model::Model;
 use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
@@ -128,12 +128,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Re
     } else {
         outputs.tell(&info.text(common.verbose > 0));
     }
-    let troubled = info.placed_faces == 0
-        || prepared
-            .diagnostics
-            .iter()
-            .any(|d| d.severity == Severity::Error || d.severity == Severity::Warning && d.face.is_some());
-    Ok(if troubled { Done::WithDiagnostics } else { Done::Clean })
+    Ok(Done::of(&prepared))
 }
 
 impl Info {

@@ -3,6 +3,8 @@
 use crate::Failure;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use trimtess::import::step::{self, StepError, StepOptions};
 use trimtess::model::Model;
@@ -84,4 +86,17 @@ fn file(path: &Path, options: &StepOptions) -> Result<Model, Failure> {
             _ => format!("{}: {error}", path.display()),
         })
     })
+}
+
+/// Reads a file of at most `most` bytes. Devices may have no end.
+///
+/// # Errors
+/// I/O errors, and a longer file.
+pub(crate) fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("longer than {most} bytes")));
+    }
+    Ok(bytes)
 }

@@ -57,6 +57,8 @@ pub(crate) fn start(common: &Common) -> Result<Option<Timeline>, Failure> {
         .with_ansi(stderr().is_terminal())
         .with_target(false)
         .with_timer(fmt::time::uptime())
+        // Failures to write would be printed to standard error again, by a macro that panics.
+        .log_internal_errors(false)
         .with_filter(filter);
     let Some(path) = &common.trace else {
         tracing_subscriber::registry().with(log).init();

@@ -31,7 +31,8 @@ use std::fmt;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::exit;
-use trimtess::prepare::PrepareOptions;
+use trimtess::model::{Diagnostic, Severity};
+use trimtess::prepare::{PrepareOptions, Prepared};
 
 /// Reading and preparing make millions of small allocations; the system's allocator would take a tenth of the time.
 #[global_allocator]
@@ -158,6 +159,19 @@ enum Done {
 }
 
 impl Done {
+    /// `WithDiagnostics` if the model has no faces, or there is an error or a warning about a face.
+    fn of(prepared: &Prepared) -> Self {
+        let faceless = prepared.scene.instances.iter().all(|instance| {
+            prepared.scene.parts.get(instance.part.index()).is_none_or(|part| part.face_colours.is_empty())
+        });
+        let counts = |told: &Diagnostic| match told.severity {
+            Severity::Error => true,
+            Severity::Warning => told.face.is_some(),
+            Severity::Note => false,
+        };
+        if faceless || prepared.diagnostics.iter().any(counts) { Self::WithDiagnostics } else { Self::Clean }
+    }
+
     fn status(self) -> i32 {
         match self {
             Self::Clean => 0,
@@ -256,7 +270,8 @@ fn leave(result: Result<Done, Failure>) -> ! {
     match result {
         Ok(done) => exit(done.status()),
         Err(failure) => {
-            eprintln!("error: {failure}");
+            // `eprintln` panics where standard error is closed or full.
+            let _ = writeln!(std::io::stderr(), "error: {failure}");
             exit(failure.status())
         }
     }

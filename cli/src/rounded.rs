@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use trimtess::mesh::{MemorySink, SinkError};
 use trimtess::model::Severity;
-use trimtess::out::{Format, RoundedTooFar, Rounding, read_back};
+use trimtess::out::{BeyondSingle, Format, RoundedTooFar, Rounding, read_back};
 use trimtess::prepare::Prepared;
 
 /// The share of the chord tolerance that rounding may cost.
@@ -38,18 +38,24 @@ pub(crate) fn recenter(frame: &mut MemorySink, prepared: &Prepared) -> DVec3 {
     offset
 }
 
-/// The message of a file that was not written. Names what to do if rounding costs too much.
-pub(crate) fn unwritten(error: &SinkError, recentred: bool) -> Failure {
-    let too_far = error.cause.get_ref().is_some_and(|cause| cause.is::<RoundedTooFar>());
-    Failure::Cannot(match (too_far, recentred) {
-        (false, _) => error.to_string(),
-        (true, false) => {
-            format!(
-                "{error} (a tenth of the tolerance); --recenter moves the scene to the origin, and a .ply file is exact"
-            )
-        }
-        (true, true) => format!("{error} (a tenth of the tolerance); use a larger tolerance, or a .ply file"),
-    })
+/// The message of a file that was not written. Names what helps if rounding costs too much.
+pub(crate) fn unwritten(
+    error: &SinkError,
+    (frame, recentred): (&mut MemorySink, bool),
+    prepared: &Prepared,
+    (format, most): (Format, f64),
+) -> Failure {
+    let why = match error.cause.get_ref() {
+        Some(cause) if cause.is::<RoundedTooFar>() => " (a tenth of the tolerance)",
+        Some(cause) if cause.is::<BeyondSingle>() => "",
+        _ => return Failure::Cannot(error.to_string()),
+    };
+    // Nothing is written any more, so the frame may change.
+    let moved = !recentred && recenter(frame, prepared) != DVec3::ZERO;
+    let fits = || Rounding::of(frame, format, most).is_ok_and(|rounding| rounding.within(most).is_ok());
+    let recenter = if moved && fits() { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };
+    let finer = if matches!(format, Format::Ply | Format::Obj) { "" } else { ", or write .ply, which is exact" };
+    Failure::Cannot(format!("{error}{why}; {recenter}{finer}"))
 }
 
 /// Adds what rounding cost to the report.

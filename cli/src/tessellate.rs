@@ -152,7 +152,10 @@ pub(crate) fn run(
     let most = rounded::most(tolerance.chord);
     let written = tracing::info_span!("write")
         .in_scope(|| out::save_pending(&frame, &args.output, format, most, &mut outputs.files));
-    let (rounding, pending) = written.map_err(|e| rounded::unwritten(&e, args.recenter))?;
+    let (rounding, pending) = match written {
+        Ok(written) => written,
+        Err(e) => return Err(rounded::unwritten(&e, (&mut frame, args.recenter), &prepared, (format, most))),
+    };
     rounded::tell(&rounding, &mut report);
     let write = laps.lap();
     if args.check {

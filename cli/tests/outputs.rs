@@ -53,6 +53,8 @@ fn an_output_is_no_other_output_and_no_input_by_link_either() {
         &["info", "cube.step", "--svg", "hard.ply"],
         &["bench", "cube.step", "--json", "x.json", "--plot", "x.json"],
         &["bench", "builtin:box", "--path", "cube.step", "--save-path", "soft.ply"],
+        &["bench", "tile-costs", "builtin:box", "cube.step", "--trace", "soft.ply"],
+        &["bench", "glu-scene", "triangles", "cube.step", "--trace", "hard.ply"],
     ] {
         let output = trimtess(&folder, args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", told(&output));

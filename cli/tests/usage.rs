@@ -51,6 +51,7 @@ fn devices_without_end_are_refused_at_their_first_bytes() {
     let mesh = mesh.to_str().unwrap();
     for args in [
         &["bench", "builtin:box", "--path", "/dev/zero"][..],
+        &["bench", "glu-scene", "triangles", "/dev/zero"],
         &["info", "/dev/zero"],
         &["tessellate", "/dev/urandom", "-o", mesh],
     ] {
@@ -116,4 +117,17 @@ fn a_file_without_faces_is_status_3() {
     }
     let output = command(&["tessellate", "-o", mesh.to_str().unwrap(), "-v"]).arg(&file).output().unwrap();
     assert!(told(&output).contains("no faces"), "{}", told(&output));
+}
+
+#[test]
+fn a_face_that_is_filled_is_status_3_in_every_command() {
+    let folder = folder("filled");
+    let (file, mesh) = (folder.join("filled.step"), folder.join("filled.stl"));
+    let (text, surface) = (fs::read_to_string(Path::new(CHECKOUT).join(CUBE)).unwrap(), "0.00500000000000000 );");
+    assert!(text.contains(surface));
+    fs::write(&file, text.replace(surface, "-1. );")).unwrap();
+    for args in [&["info"][..], &["tessellate", "-q", "-o", mesh.to_str().unwrap()], &["bench", "--frames", "1"]] {
+        let output = command(args).arg(&file).output().unwrap();
+        assert_eq!(output.status.code(), Some(3), "{args:?}: {}", told(&output));
+    }
 }

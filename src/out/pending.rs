@@ -105,7 +105,8 @@ impl Outputs {
         Ok(place)
     }
 
-    /// Gives all files their names. If one cannot have it, those that were replaced come back and new ones go.
+    /// Gives all files their names. If one cannot have it, those that were replaced come back and new ones go; file
+    /// systems without hard links cannot bring files back.
     ///
     /// # Errors
     /// If a file cannot be renamed.

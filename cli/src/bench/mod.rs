@@ -106,9 +106,14 @@ enum Other {
 impl BenchArgs {
     /// The files to read and to write, other than the model.
     pub(crate) fn files(&self) -> Named<'_> {
-        let inputs = match &self.path {
-            Route::Recorded(file) => vec![file.as_path()],
-            Route::Named(_) => Vec::new(),
+        let recorded = match &self.path {
+            Route::Recorded(file) => Some(file.as_path()),
+            Route::Named(_) => None,
+        };
+        let inputs = match &self.other {
+            Some(Other::GluScene(scene)) => scene.inputs(),
+            Some(Other::TileCosts(files)) => files.inputs(),
+            None => recorded.into_iter().collect(),
         };
         let named = Named { inputs, ..Named::default() };
         named
@@ -197,7 +202,7 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
         plot::save(&report, &flights, file, outputs)?;
     }
     outputs.tell(&report.text());
-    Ok(Done::Clean)
+    Ok(Done::of(&prepared))
 }
 
 /// Simulates each number of workers: efficiency, and the parts of a frame's time. Planning and commit times are medians

@@ -1,9 +1,9 @@
 //! `--path` on the command line -> a list of views: a camera path around the model, or recorded in a JSON file.
 
 use crate::Failure;
+use crate::input::read_at_most;
 use crate::outputs::Outputs;
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use trimtess::frame::{CameraPath, Picture, View};
 use trimtess::glam::DVec3;
@@ -86,7 +86,7 @@ impl Route {
     }
 }
 
-/// Maximum length of a file of views, bytes: about 100 000 of them. A device may have no end.
+/// Maximum length of a file of views, bytes: about 100 000 of them.
 const MOST_BYTES: u64 = 64 << 20;
 
 /// Reads the views of a file, at least one.
@@ -95,12 +95,7 @@ fn read(file: &Path) -> Result<Vec<View>, Failure> {
         let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
         Failure::Cannot(format!("{}: {why}; --path accepts {known}, or a file written by --save-path", file.display()))
     };
-    let mut text = Vec::new();
-    let opened = std::fs::File::open(file).map_err(|e| cannot(&e))?;
-    opened.take(MOST_BYTES + 1).read_to_end(&mut text).map_err(|e| cannot(&e))?;
-    if text.len() as u64 > MOST_BYTES {
-        return Err(cannot(&format!("more than {MOST_BYTES} bytes")));
-    }
+    let text = read_at_most(file, MOST_BYTES).map_err(|e| cannot(&e))?;
     let views: Vec<View> = serde_json::from_slice(&text).map_err(|e| cannot(&e))?;
     if views.is_empty() { Err(cannot(&"the file has no views")) } else { Ok(views) }
 }
