@@ -84,3 +84,13 @@ fn a_damaged_file_does_not_read_back() {
         }
     }
 }
+
+#[cfg(feature = "glb")]
+#[test]
+fn triangles_that_are_apart_in_their_node_and_coincide_in_the_world_are_balanced() {
+    let path = folder("coincide").join("box.glb");
+    let frame = box_frame(DVec3::splat(1e-10), &[DAffine3::from_translation(DVec3::splat(1e7))]);
+    save(&frame, &path, Format::Glb).unwrap();
+    let read = read_back(&frame, &path, Format::Glb).unwrap();
+    assert_eq!((read.triangles, read.unbalanced_edges), (12, 0));
+}
