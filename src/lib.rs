@@ -61,11 +61,14 @@ pub mod model;
 /// Reads files into a [`model`]: STEP.
 pub mod import;
 
+/// Output types: batches, scene description, sinks, mesh checks.
+pub mod mesh;
+
 /// Preprocessing, once per model: Bézier patches, pcurves, tiles, shared edges, bounds.
 pub mod prepare;
 
-/// Output types: batches, scene description, sinks, mesh checks.
-pub mod mesh;
+/// Cameras, views and camera paths.
+pub mod view;
 
 /// Work per frame: from a tolerance or a view to the triangles of one tile.
 pub mod frame;

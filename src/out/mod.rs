@@ -30,11 +30,6 @@ pub use glb::write_glb;
 mod file_sink;
 pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
 
-mod camera;
-pub use camera::{BadViewPoint, Camera, Lens, ViewPoint};
-
-mod orbit;
-
 /// Pictures through wgpu.
 #[cfg(feature = "wgpu")]
 pub mod wgpu;

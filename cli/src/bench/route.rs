@@ -2,8 +2,8 @@
 
 use crate::Failure;
 use std::path::{Path, PathBuf};
-use trimtess::frame::{CameraPath, Picture, View};
 use trimtess::glam::DVec3;
+use trimtess::view::{CameraPath, Picture, View};
 
 /// The `--path` argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
