@@ -7,10 +7,11 @@ use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
 use trimtess::frame::internals::Planner;
-use trimtess::frame::{CameraPath, Picture, PlannerOptions, View, plan_for_view};
+use trimtess::frame::{PlannerOptions, plan_for_view};
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::view::{CameraPath, Picture, View};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
 /// Views per full turn; `None` is a camera at rest.

@@ -15,10 +15,11 @@ use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
 use trimtess::frame::internals::{EdgePolyline, TileCache, TileLattice, UpdateScratch, tessellate_tile, update_tile};
-use trimtess::frame::{CameraPath, Picture, Plan, Reuse, plan_for_view};
+use trimtess::frame::{Plan, Reuse, plan_for_view};
 use trimtess::model::{PartId, SurfaceKind, TileId};
 use trimtess::prepare::internals::Tile;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::view::{CameraPath, Picture};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
 /// Percentage that changes.

@@ -5,11 +5,10 @@
 
 use std::error::Error;
 use std::sync::Arc;
-use trimtess::frame::{Projection, View};
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions};
-use trimtess::out::{Camera, ViewPoint};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare;
+use trimtess::view::{View, ViewPoint};
 
 const SIZE: (u32, u32) = (960, 720);
 
@@ -44,16 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for step in 0..=40 {
         let from = ViewPoint { yaw: 30.0 + f64::from(step), pitch: 30.0, distance: 1.0 };
         let camera = from.fit([low, high], f64::from(SIZE.0) / f64::from(SIZE.1));
-        let view = View {
-            eye: camera.eye,
-            forward: camera.target - camera.eye,
-            up: camera.up,
-            projection: Projection::Perspective { fov_y: Camera::FOV_Y, near: 0.0 },
-            size: SIZE,
-            deviation_px: 0.5,
-            size_px: None,
-            angle: 0.5,
-        };
+        let view = View { camera, size: SIZE, deviation_px: 0.5, size_px: None, angle: 0.5 };
         let report = session.view(&[view], &mut scene)?;
         assert!(step == 0 || report.tiles < prepared.tiles().count(), "a small step changes few tiles");
         let options = RenderOptions::DEFAULT.with_size(SIZE).with_camera(Some(camera)).with_colour_by(ColourBy::Rate);

@@ -23,7 +23,7 @@
 //! let mut sink = mesh::MemorySink::default();
 //! for chord in [0.1, 0.01, 0.001] {
 //!     let tolerance = frame::Tolerance { chord, angle: 0.5, max_edge: None }; // millimetres, radians
-//!     let plan = Arc::new(frame::plan(&prepared, &tolerance).as_asked()?); // once per frame
+//!     let plan = Arc::new(frame::plan(&prepared, &tolerance).require_full()?); // once per frame
 //!     let report = session.frame(&plan, &mut sink)?;
 //!     assert!(report.degraded.is_empty());
 //!
@@ -61,11 +61,14 @@ pub mod model;
 /// Reads files into a [`model`]: STEP.
 pub mod import;
 
+/// Output types: batches, scene description, sinks, mesh checks.
+pub mod mesh;
+
 /// Preprocessing, once per model: Bézier patches, pcurves, tiles, shared edges, bounds.
 pub mod prepare;
 
-/// Output types: batches, scene description, sinks, mesh checks.
-pub mod mesh;
+/// Cameras, views and camera paths.
+pub mod view;
 
 /// Work per frame: from a tolerance or a view to the triangles of one tile.
 pub mod frame;

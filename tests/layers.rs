@@ -5,17 +5,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each folder of `src/` and the folders it may name, in the order of the data flow.
-const MAY_USE: [(&str, &[&str]); 10] = [
+const MAY_USE: [(&str, &[&str]); 11] = [
     ("math", &[]),
+    ("view", &[]),
     ("model", &["math"]),
     ("import", &["math", "model"]),
     ("mesh", &["math", "model"]),
     ("prepare", &["math", "model", "mesh"]),
-    ("frame", &["math", "model", "mesh", "prepare"]),
-    ("parallel", &["math", "model", "mesh", "prepare", "frame"]),
+    ("frame", &["math", "view", "model", "mesh", "prepare"]),
+    ("parallel", &["math", "view", "model", "mesh", "prepare", "frame"]),
     ("audit", &["math", "model", "mesh", "prepare", "frame"]),
     ("draw", &["model", "mesh", "prepare", "frame"]),
-    ("out", &["model", "mesh"]),
+    ("out", &["view", "model", "mesh"]),
 ];
 
 /// Libraries, and the only folders that may name them. Work stealing would move tiles away from the worker that caches

@@ -15,7 +15,7 @@ use trimtess::mesh::{
 };
 use trimtess::model::{EdgeId, FaceId, InstanceId, PartId, TileId};
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions, Renderer};
-use trimtess::out::{Camera, Lens, ViewPoint};
+use trimtess::view::{Camera, Projection, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
 const SIDE: u32 = 8;
@@ -344,12 +344,9 @@ fn picking_a_pixel_finds_what_it_shows() {
     // On a box, the nearest side.
     let boxed = box_frame(DVec3::splat(20.0), &[DAffine3::from_translation(DVec3::splat(1e6))]);
     send(&boxed, &mut live);
-    let above = Camera {
-        eye: DVec3::new(1e6 + 10.0, 1e6 + 10.0, 1e6 + 90.0),
-        target: DVec3::splat(1e6 + 10.0),
-        up: DVec3::Y,
-        lens: Lens::Perspective { fov_y: 0.5 },
-    };
+    let middle = DVec3::splat(1e6 + 10.0);
+    let projection = Projection::Perspective { fov_y: 0.5, near: 0.0 };
+    let above = Camera::looking_at(middle + DVec3::Z * 80.0, middle, DVec3::Y, projection);
     let view = view.with_camera(Some(above));
     let picked = live.pick((120, 90), 0, &view).unwrap().unwrap();
     assert_eq!(picked.face, FaceId(1));
@@ -431,7 +428,7 @@ fn lattice_lines_are_drawn_in_their_places() {
     assert_eq!(picture(renderer, &mut live, &plain), without);
     let with = picture(renderer, &mut live, &ruled);
     let placed = &scene.instances[0].transform;
-    let close = plain.camera.unwrap().approached(placed.transform_point3(DVec3::new(2.0, 1.0, 0.0)), 0.25);
+    let close = plain.camera.unwrap().zoom(placed.transform_point3(DVec3::new(2.0, 1.0, 0.0)), 0.25);
     for camera in [close, close.orthographic()] {
         let view = plain.with_camera(Some(camera));
         let without = picture(renderer, &mut live, &view);

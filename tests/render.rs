@@ -9,7 +9,7 @@ use out_fixture::{box_frame, folder};
 use std::sync::OnceLock;
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::{ColourBy, Image, NoAdapter, RenderError, RenderOptions, Renderer};
-use trimtess::out::{Camera, ViewPoint};
+use trimtess::view::{Camera, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
 const PLAIN: RenderOptions = RenderOptions::DEFAULT.with_size(SIZE);

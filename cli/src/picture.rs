@@ -3,10 +3,9 @@
 use crate::Failure;
 use crate::tessellate::positive;
 use std::path::Path;
-use trimtess::frame::{Projection, View};
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::{ColourBy, RenderOptions};
-use trimtess::out::{Camera, Lens, ViewPoint};
+use trimtess::view::{Camera, View, ViewPoint};
 
 /// Angle tolerance in pictures, degrees. Normals are exact at vertices; this bounds the error of interpolating them.
 pub(crate) const ANGLE: f64 = 30.0;
@@ -72,15 +71,8 @@ impl PictureArgs {
 
     /// The view that the frame is planned for.
     pub(crate) fn view(&self, camera: &Camera, size: (u32, u32)) -> View {
-        let projection = match camera.lens {
-            Lens::Perspective { fov_y } => Projection::Perspective { fov_y, near: 0.0 },
-            Lens::Orthographic { height } => Projection::Orthographic { height },
-        };
         View {
-            eye: camera.eye,
-            forward: camera.target - camera.eye,
-            up: camera.up,
-            projection,
+            camera: *camera,
             size,
             deviation_px: self.deviation_px,
             size_px: self.size_px,

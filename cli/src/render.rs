@@ -13,9 +13,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::MemorySink;
-use trimtess::out::Camera;
 use trimtess::out::wgpu::Renderer;
 use trimtess::prepare::{Prepared, prepare};
+use trimtess::view::Camera;
 
 /// Chord tolerance of the coarse frame that the camera is fitted to, as a fraction of the diagonal.
 const SCOUT_CHORD_REL: f64 = 1e-2;

@@ -9,9 +9,9 @@
 //!
 #![doc = include_str!("../../docs/figures/cell.svg")]
 
-mod page;
-
 mod path;
+
+mod page;
 
 mod region;
 pub use region::{RegionPanel, regions};

@@ -1,12 +1,10 @@
 //! A tolerance or a camera -> triangles, tile by tile: each tile is the work of one thread, without locks.
 //!
-//! Modules are in processing order, and a module may `use` only those above it (`tests/layers.rs`). The last two,
+//! Modules are in processing order, and a module may `use` only those above it (`tests/circles`). The last two,
 //! `live` and `update`, serve moving cameras; meshing for a tolerance uses neither.
 
-mod view;
-pub use view::camera::{Projection, View};
-pub use view::path::{CameraPath, Picture, UnknownPath};
-pub use view::tolerance::Tolerance;
+mod tolerance;
+pub use tolerance::object_tolerance::Tolerance;
 
 mod plan;
 pub use plan::for_view::{plan_for_view, plan_for_view_within};
@@ -25,7 +23,7 @@ pub use tile::ladder::{Ladder, Rung};
 pub use tile::outcome::Degradation;
 
 mod live;
-pub use live::planner::PlannerOptions;
+pub use live::options::PlannerOptions;
 pub use live::split::{LinePlacement, SplitRule};
 
 mod update;
@@ -35,7 +33,8 @@ pub use update::tile::Reuse;
 #[doc(hidden)]
 pub mod internals {
     pub use super::live::levels::Levels;
-    pub use super::live::planner::{PlanChanges, Planner};
+    pub use super::live::pages::PlanChanges;
+    pub use super::live::planner::Planner;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::tile::fill::fill_tile;
     pub use super::tile::job::tessellate_tile;

@@ -33,9 +33,6 @@ pub(crate) use to_nurbs::homogeneous;
 mod spline_error;
 pub use spline_error::{MAX_DEGREE, SplineError, SurfaceError};
 
-mod part;
-pub use part::{Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
-
 mod trim;
 pub use trim::{FreeTrims, TrimCurve, TrimError, TrimPiece, TrimRule};
 
@@ -51,6 +48,9 @@ pub use trouble::{
 
 mod diagnostic;
 pub use diagnostic::{Diagnostic, Severity};
+
+mod part;
+pub use part::{Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
 
 mod validate;
 

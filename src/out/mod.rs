@@ -47,11 +47,6 @@ pub use read_back::{ReadBack, read_back};
 mod file_sink;
 pub use file_sink::{FileSink, open, save, save_pending, save_within};
 
-mod camera;
-pub use camera::{BadViewPoint, Camera, Lens, ViewPoint};
-
-mod orbit;
-
 /// Pictures through wgpu.
 #[cfg(feature = "wgpu")]
 pub mod wgpu;

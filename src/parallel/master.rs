@@ -10,10 +10,11 @@ use super::worker::{Stages, Worker};
 use crate::frame::internals::{
     Levels, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile, update_tile,
 };
-use crate::frame::{Plan, PlannerOptions, Reuse, View};
+use crate::frame::{Plan, PlannerOptions, Reuse};
 use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMesh};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
+use crate::view::View;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::thread;
@@ -150,11 +151,9 @@ impl Stages for Prepared {
 /// # let model = trimtess::model::Model::default();
 /// let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
 /// let mut session = parallel::Session::start(prepared, &parallel::SessionOptions::DEFAULT)?;
-/// let mut view = frame::View {
-///     eye: DVec3::new(0.0, -300.0, 0.0),
-///     forward: DVec3::Y,
-///     up: DVec3::Z,
-///     projection: frame::Projection::Perspective { fov_y: 0.8, near: 1.0 },
+/// let projection = view::Projection::Perspective { fov_y: 0.8, near: 1.0 };
+/// let mut view = view::View {
+///     camera: view::Camera::looking_at(DVec3::new(0.0, -300.0, 0.0), DVec3::ZERO, DVec3::Z, projection),
 ///     size: (1920, 1080),
 ///     deviation_px: 0.5,
 ///     size_px: None,
@@ -164,7 +163,7 @@ impl Stages for Prepared {
 /// for _ in 0..100 {
 ///     let report = session.view(&[view], &mut sink)?;
 ///     println!("{} tiles rebuilt", report.tiles);
-///     view.eye.y += 1.0;
+///     view.camera.eye.y += 1.0;
 /// }
 /// # Ok(())
 /// # }

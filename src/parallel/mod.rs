@@ -5,26 +5,26 @@ mod distribute;
 
 mod cores;
 
-mod crew;
-pub use crew::StartError;
-
-mod handoff;
-pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
-
-mod master;
-pub use master::{Session, SessionOptions, serial};
-
 mod metrics;
 pub use metrics::{WorkerMetrics, balance};
 
-mod owners;
+mod handoff;
+pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
 mod commit;
 pub use commit::{FrameError, FrameReport};
 
 mod residency;
 
+mod owners;
+
 mod worker;
+
+mod crew;
+pub use crew::StartError;
+
+mod master;
+pub use master::{Session, SessionOptions, serial};
 
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]

@@ -1,6 +1,6 @@
 //! Preprocessing, once per model: Bézier patches, pcurves, tiles, shared edges, bounds. Parallel over faces (rayon).
 //!
-//! The folders are listed in the order of the work. Each may `use` only folders above it (`tests/layers.rs`).
+//! The folders are listed in the order of the work. Each may `use` only folders above it (`tests/circles`).
 
 mod surface;
 

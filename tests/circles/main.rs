@@ -41,15 +41,19 @@ fn no_file_takes_part_in_a_cycle() {
 }
 
 #[test]
-fn folders_name_only_those_listed_before_them() {
+fn modules_name_only_those_that_their_folder_lists_before_them() {
     let all = imports(&src());
     let mut bad = Vec::new();
-    for layer in ["prepare", "frame"] {
-        let order = rooms(layer);
-        let number = |of: &Module| order.iter().position(|room| of.get(1) == Some(room)).filter(|_| of[0] == layer);
-        for (from, named) in all.iter().filter(|(from, _)| from.len() > 1) {
-            let Some(here) = number(from) else { continue };
-            let later = named.iter().filter(|to| to.len() > 1 && number(to).is_some_and(|there| there > here));
+    for folder in all.keys().filter(|module| !listed(module).is_empty()) {
+        let order = listed(folder);
+        let place = |of: &Module| {
+            let child = of.strip_prefix(folder.as_slice())?.first()?;
+            order.iter().position(|name| name == child)
+        };
+        for (from, named) in &all {
+            let Some(here) = place(from) else { continue };
+            let above = |to: &Module| to == folder && !folder.is_empty();
+            let later = named.iter().filter(|to| above(to) || place(to).is_some_and(|there| there > here));
             bad.extend(later.map(|to| format!("{} names {}", from.join("/"), to.join("/"))));
         }
     }
@@ -85,9 +89,12 @@ fn a_cycle_would_be_found() {
     assert!(imports(&src())[&lattice].contains(&density));
 }
 
-/// The folders of a layer, in the order in which its `mod.rs` lists them.
-fn rooms(layer: &str) -> Vec<String> {
-    let file = syn::parse_file(&fs::read_to_string(src().join(layer).join("mod.rs")).unwrap()).unwrap();
-    let modules = file.items.iter().filter_map(|item| if let syn::Item::Mod(item) = item { Some(item) } else { None });
-    modules.map(|item| item.ident.to_string()).collect()
+/// The modules of a folder, in the order in which its `mod.rs` lists them; none for a file.
+fn listed(folder: &Module) -> Vec<String> {
+    let dir = folder.iter().fold(src(), |dir, name| dir.join(name));
+    let root = if folder.is_empty() { dir.join("lib.rs") } else { dir.join("mod.rs") };
+    let Ok(text) = fs::read_to_string(root) else { return Vec::new() };
+    let items = syn::parse_file(&text).unwrap().items;
+    let modules = items.iter().filter_map(|item| if let syn::Item::Mod(item) = item { Some(item) } else { None });
+    modules.filter(|module| module.content.is_none()).map(|module| module.ident.to_string()).collect()
 }

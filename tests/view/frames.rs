@@ -9,11 +9,12 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
 use trimtess::frame::internals::{Planner, edge_line};
-use trimtess::frame::{Plan, PlannerOptions, Projection, Reuse, View};
+use trimtess::frame::{Plan, PlannerOptions, Reuse};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
+use trimtess::view::{Camera, Projection, View};
 
 /// Cameras along a path: around the middle, closer and further away, looking aside, with occasional jumps.
 pub(crate) fn path(draw: &mut SplitMix, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
@@ -35,10 +36,12 @@ pub(crate) fn path(draw: &mut SplitMix, [low, high]: [DVec3; 2], frames: usize) 
         let target = middle + DVec3::Z.cross(from) * radius * f64::sin(aside);
         let near = 0.02 * radius;
         View {
-            eye,
-            forward: target - eye,
-            up: DVec3::Z,
-            projection: Projection::Perspective { fov_y: 0.7, near },
+            camera: Camera {
+                eye,
+                forward: target - eye,
+                up: DVec3::Z,
+                projection: Projection::Perspective { fov_y: 0.7, near },
+            },
             size: (960, 540),
             deviation_px: 0.5,
             size_px: None,
@@ -245,7 +248,8 @@ fn a_still_view_does_no_work_and_a_refused_frame_is_sent_whole_again() {
         session.view(&[view], &mut sink).unwrap();
     }
     assert_eq!((sink.begun, sink.drawn, sink.whole), (1, 1, 1));
-    let closer = View { eye: view.eye + 0.6 * view.forward, ..view };
+    let mut closer = view;
+    closer.camera.eye += 0.6 * view.camera.forward;
     sink.refuse = true;
     assert!(session.view(&[closer], &mut sink).is_err());
     sink.refuse = false;
@@ -263,9 +267,10 @@ fn tiles_off_screen_for_long_are_evicted_when_they_are_many() {
     let triangles = |batches: &[Batch]| batches.iter().map(|b| b.mesh.triangles.len()).sum::<usize>();
     let all = triangles(&sink.batches);
     // Past the model, a little further each time, and back.
-    let aside = |k: u32| View {
-        forward: whole.forward + 1.3 * whole.forward.cross(whole.up) * (1.0 + 1e-4 * f64::from(k)),
-        ..whole
+    let Camera { forward, up, .. } = whole.camera;
+    let aside = |k: u32| {
+        let forward = forward + 1.3 * forward.cross(up) * (1.0 + 1e-4 * f64::from(k));
+        View { camera: Camera { forward, ..whole.camera }, ..whole }
     };
     let (mut forgotten, mut most) = (0, 0.0_f64);
     for k in 0..220 {
@@ -289,7 +294,7 @@ fn instances_come_move_and_go() {
     let mut sink = MemorySink::default();
     let coarse = session.view(&[view], &mut sink).unwrap().triangles;
     let mut nearer = session.scene().instances[0].clone();
-    nearer.transform = DAffine3::from_translation(0.5 * (view.eye - nearer.transform.translation));
+    nearer.transform = DAffine3::from_translation(0.5 * (view.camera.eye - nearer.transform.translation));
     assert_eq!(session.add_instance(nearer.clone()), Some(1));
     assert_eq!(session.scene().instances[1].first_face, prepared.scene.parts[0].face_colours.len() as u32);
     let fine = session.view(&[view], &mut sink).unwrap();
@@ -322,14 +327,16 @@ fn crowd(name: &str) -> Arc<Prepared> {
 fn distant_instances_have_coarser_levels_of_detail() {
     let prepared = crowd("torus");
     let eye = DVec3::new(60.0, -80.0, 30.0);
-    let still = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0] };
+    let view = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
+    let still = Camera { eye, forward: DVec3::Y, ..view.camera };
     let mut drawn_at = Vec::new();
     for levels in [1, 2, 4] {
         let mut session = Session::start(Arc::clone(&prepared), &options(2).with_levels(levels)).unwrap();
         let mut sink = MemorySink::default();
         let mut triangles = 0;
         for k in 0..12 {
-            let view = View { eye: eye + DVec3::Y * 20.0 * f64::from(k), ..still };
+            let camera = Camera { eye: eye + DVec3::Y * 20.0 * f64::from(k), ..still };
+            let view = View { camera, ..view };
             session.view(&[view], &mut sink).unwrap();
             assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{levels} {k}");
             assert!((0..60).all(|i| session.part_of(i) == Some(PartId(0))));
@@ -355,7 +362,8 @@ fn distant_instances_have_coarser_levels_of_detail() {
 fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
     let prepared = crowd("torus");
     let eye = DVec3::new(60.0, -80.0, 30.0);
-    let valid = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0] };
+    let view = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
+    let valid = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
     let frame = |views: &[View]| {
         let mut session = Session::start(Arc::clone(&prepared), &options(2).with_levels(4)).unwrap();
         let mut sink = MemorySink::default();
@@ -378,7 +386,9 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = MemorySink::default();
     for (k, view) in views.iter().enumerate() {
-        let aside = View { forward: view.forward + 0.4 * view.forward.cross(view.up), deviation_px: 1.0, ..*view };
+        let Camera { forward, up, .. } = view.camera;
+        let camera = Camera { forward: forward + 0.4 * forward.cross(up), ..view.camera };
+        let aside = View { camera, deviation_px: 1.0, ..*view };
         session.view(&[*view, aside], &mut sink).unwrap();
         assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{k}");
         for (v, view) in [*view, aside].iter().enumerate() {
@@ -409,7 +419,7 @@ fn culled_tiles_are_not_in_the_picture() {
                 let at = tile.min + (tile.max - tile.min) * glam::DVec2::new(f64::from(k % 5), f64::from(k / 5)) / 4.0;
                 let d = face.patches.derivatives(at.x, at.y);
                 let normal = d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 };
-                let away = normal.dot(d.point - view.eye) > 0.0;
+                let away = normal.dot(d.point - view.camera.eye) > 0.0;
                 let shown = super::pixels::project(&view, 0.02 * prepared.scene.parts[0].radius, d.point).is_some();
                 assert!(away || !shown, "tile {t} at {at} by {view:?}");
                 behind += usize::from(away && shown);
@@ -464,7 +474,8 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     for k in 0..60 {
         let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
         let eye = middle - DVec3::Y * away * radius;
-        let view = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), [low, high], 1)[0] };
+        let view = path(&mut SplitMix(1), [low, high], 1)[0];
+        let view = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
         let plan = planner.plan(&prepared.scene.instances, &[view]);
         let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
         assert!(cells <= 2000, "{k}: {cells}");
@@ -482,8 +493,8 @@ fn invalid_views_draw_nothing() {
     let mut session = Session::start(Arc::clone(&prepared), &options(1)).unwrap();
     let mut sink = MemorySink::default();
     let bad = [
-        View { forward: DVec3::ZERO, ..good },
-        View { eye: DVec3::NAN, ..good },
+        View { camera: Camera { forward: DVec3::ZERO, ..good.camera }, ..good },
+        View { camera: Camera { eye: DVec3::NAN, ..good.camera }, ..good },
         View { deviation_px: 0.0, ..good },
         View { size_px: Some(-1.0), ..good },
         View { angle: f64::NAN, ..good },

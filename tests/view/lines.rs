@@ -9,11 +9,12 @@ use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use trimtess::frame::internals::Planner;
-use trimtess::frame::{LinePlacement, Plan, PlanLimits, PlannerOptions, SplitRule, View};
+use trimtess::frame::{LinePlacement, Plan, PlanLimits, PlannerOptions, SplitRule};
 use trimtess::mesh::MemorySink;
 use trimtess::model::TileId;
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
+use trimtess::view::{Camera, View};
 
 pub(crate) const CRITERION: LinePlacement =
     LinePlacement::Split { intensive: SplitRule::Criterion, most: 2.0, resync: None };
@@ -191,7 +192,8 @@ fn limits_hold_with_split_lines_and_a_still_view_settles() {
         for k in 0..60 {
             let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
             let eye = middle - DVec3::Y * away * radius;
-            let view = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), [low, high], 1)[0] };
+            let view = path(&mut SplitMix(1), [low, high], 1)[0];
+            let view = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
             let plan = planner.plan(&prepared.scene.instances, &[view]);
             let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
             assert!(cells <= 2000, "{lines:?} {k}: {cells}");

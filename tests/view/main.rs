@@ -21,11 +21,12 @@ use glam::{DAffine3, DQuat, DVec2, DVec3};
 use pixels::measured;
 use random::SplitMix;
 use std::sync::Arc;
-use trimtess::frame::{Projection, View, plan_for_view};
+use trimtess::frame::plan_for_view;
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{Instance, ModelBuilder};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
+use trimtess::view::{Camera, Projection, View};
 
 /// A file of the corpus, if it exists and can be read.
 #[cfg(feature = "step")]
@@ -95,17 +96,19 @@ fn distant_tiles_are_coarser_than_near_ones() {
     let [low, high] = prepared.bounds.unwrap();
     let height = 0.5 * (low.z + high.z);
     let view = View {
-        eye: DVec3::new(high.x + 20.0, 0.0, height),
-        forward: -DVec3::X,
-        up: DVec3::Z,
-        projection: Projection::Perspective { fov_y: 1.0, near: 1.0 },
+        camera: Camera {
+            eye: DVec3::new(high.x + 20.0, 0.0, height),
+            forward: -DVec3::X,
+            up: DVec3::Z,
+            projection: Projection::Perspective { fov_y: 1.0, near: 1.0 },
+        },
         size: (1000, 800),
         deviation_px: 0.5,
         size_px: None,
         angle: 1.5,
     };
     let plan = plan_for_view(&prepared, &view);
-    let depth = |tile: usize| view.eye.x - prepared.parts[0].tiles[tile].centre.x;
+    let depth = |tile: usize| view.camera.eye.x - prepared.parts[0].tiles[tile].centre.x;
     let chord = |tile: usize| plan.parts[0].tiles[tile].chord;
     let by_depth = |a: &usize, b: &usize| depth(*a).total_cmp(&depth(*b));
     let all = 0..prepared.parts[0].tiles.len();
@@ -113,8 +116,10 @@ fn distant_tiles_are_coarser_than_near_ones() {
     let (ratio, depths) = (chord(far) / chord(near), depth(far) / depth(near));
     assert!(ratio > 0.7 * depths && depths > 4.0, "{ratio} at {depths} times the distance");
     // In an orthographic view distance does not matter.
-    let parallel = View { projection: Projection::Orthographic { height: 100.0 }, ..view };
-    let back = View { eye: view.eye + DVec3::X * 1e4, ..parallel };
+    let mut parallel = view;
+    parallel.camera.projection = Projection::Orthographic { height: 100.0 };
+    let mut back = parallel;
+    back.camera.eye += DVec3::X * 1e4;
     let plan = plan_for_view(&prepared, &parallel);
     assert!(plan.parts[0].tiles.iter().all(|tile| tile.chord == 0.5 * 100.0 / 800.0));
     assert_eq!(plan, plan_for_view(&prepared, &back));
@@ -129,7 +134,7 @@ fn a_camera_inside_does_not_explode_the_cost() {
         let mut most = 0;
         for k in 0..24 {
             let mut view = draw.view(bounds, (0.0, 0.7));
-            view.projection = Projection::Perspective { fov_y: 1.0, near: 0.0 };
+            view.camera.projection = Projection::Perspective { fov_y: 1.0, near: 0.0 };
             view.size = (1920, 1080);
             (view.deviation_px, view.size_px) = (0.5, None);
             if k % 2 == 0 {
@@ -137,7 +142,7 @@ fn a_camera_inside_does_not_explode_the_cost() {
                 let tile = &prepared.parts[0].tiles[draw.range(0.0, prepared.parts[0].tiles.len() as f64) as usize];
                 let face = &prepared.parts[0].faces[prepared.parts[0].face_of(tile)];
                 let uv = tile.min + (tile.max - tile.min) * DVec2::new(draw.unit(), draw.unit());
-                view.eye = face.patches.point(uv.x, uv.y);
+                view.camera.eye = face.patches.point(uv.x, uv.y);
             }
             let plan = plan_for_view(&prepared, &view);
             assert_eq!(plan.shortfall, None, "{name} {view:?}");
@@ -163,14 +168,16 @@ fn all_workers_make_the_same_and_invalid_cameras_are_reported() {
         assert!(frame.batches.iter().zip(&alone.batches).all(|(a, b)| a.tile == b.tile && a.mesh == b.mesh));
         assert_eq!(frame.batches.len(), alone.batches.len());
     }
+    let camera = view.camera;
+    let projected = |projection| View { camera: Camera { projection, ..camera }, ..view };
     for broken in [
-        View { eye: DVec3::NAN, ..view },
-        View { forward: DVec3::ZERO, ..view },
-        View { up: view.forward, ..view },
+        View { camera: Camera { eye: DVec3::NAN, ..camera }, ..view },
+        View { camera: Camera { forward: DVec3::ZERO, ..camera }, ..view },
+        View { camera: Camera { up: camera.forward, ..camera }, ..view },
         View { size: (0, 100), ..view },
-        View { projection: Projection::Perspective { fov_y: f64::NAN, near: 0.0 }, ..view },
-        View { projection: Projection::Perspective { fov_y: 1.0, near: f64::INFINITY }, ..view },
-        View { projection: Projection::Orthographic { height: 0.0 }, ..view },
+        projected(Projection::Perspective { fov_y: f64::NAN, near: 0.0 }),
+        projected(Projection::Perspective { fov_y: 1.0, near: f64::INFINITY }),
+        projected(Projection::Orthographic { height: 0.0 }),
     ] {
         let plan = plan_for_view(&prepared, &broken);
         assert!(plan.shortfall.is_some_and(|s| s.unusable), "{broken:?}");

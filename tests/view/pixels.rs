@@ -3,9 +3,9 @@
 use crate::random::SplitMix;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
-use trimtess::frame::{Projection, View};
 use trimtess::mesh::{Batch, MemorySink, SceneInstance};
 use trimtess::prepare::Prepared;
+use trimtess::view::{Camera, Projection, View};
 
 impl SplitMix {
     pub(crate) fn direction(&mut self) -> DVec3 {
@@ -20,10 +20,12 @@ impl SplitMix {
         let perspective = Projection::Perspective { fov_y: self.range(0.2, 1.8), near: 0.0 };
         let parallel = Projection::Orthographic { height: radius * self.range(0.2, 3.0) };
         View {
-            eye,
-            forward: target - eye,
-            up: self.direction(),
-            projection: if self.unit() < 0.7 { perspective } else { parallel },
+            camera: Camera {
+                eye,
+                forward: target - eye,
+                up: self.direction(),
+                projection: if self.unit() < 0.7 { perspective } else { parallel },
+            },
             size: (self.range(100.0, 2000.0) as u32, self.range(100.0, 1200.0) as u32),
             deviation_px: self.range(0.3, 3.0),
             size_px: (self.unit() < 0.3).then_some(self.range(20.0, 60.0)),
@@ -34,12 +36,12 @@ impl SplitMix {
 
 /// Position of a point in the picture, in pixels from its middle; `None` if off-screen or nearer than `near`.
 pub(crate) fn project(view: &View, near: f64, p: DVec3) -> Option<DVec2> {
-    let forward = view.forward.normalize();
-    let right = forward.cross(view.up).normalize();
-    let local = p - view.eye;
+    let forward = view.camera.forward.normalize();
+    let right = forward.cross(view.camera.up).normalize();
+    let local = p - view.camera.eye;
     let (x, y, depth) = (right.dot(local), right.cross(forward).dot(local), forward.dot(local));
     let size = DVec2::new(f64::from(view.size.0), f64::from(view.size.1));
-    let per_length = match view.projection {
+    let per_length = match view.camera.projection {
         Projection::Perspective { fov_y, .. } if depth > near => 0.5 * size.y / (0.5 * fov_y).tan() / depth,
         Projection::Perspective { .. } => return None,
         Projection::Orthographic { height } => size.y / height,

@@ -8,12 +8,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::frame::internals::{Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile};
-use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, View, plan_for_view_within};
+use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, plan_for_view_within};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::internals::{Load, loads};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
+use trimtess::view::View;
 
 /// Maximum number of frames in which tiles are timed, spread over the path.
 const SAMPLED: usize = 30;

@@ -7,9 +7,10 @@ use cpu_time::ThreadTime;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, SplitRule, View, plan_for_view_within};
+use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, SplitRule, plan_for_view_within};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
+use trimtess::view::View;
 
 /// What a frame reuses of the last one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]

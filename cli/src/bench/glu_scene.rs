@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 use trimtess::frame::internals::{Scratch, tessellate_tile};
-use trimtess::frame::{Plan, Projection, View, plan_for_view};
+use trimtess::frame::{Plan, plan_for_view};
 use trimtess::glam::{DAffine3, DVec2, DVec3};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{
@@ -23,6 +23,7 @@ use trimtess::model::{
 };
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{Prepared, prepare};
+use trimtess::view::{Camera, Projection, View};
 
 const SIZE: (u32, u32) = (1920, 1080);
 /// Millimetres per unit of the published teapot. The camera path is defined in these units.
@@ -87,7 +88,7 @@ pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure>
             for (k, file) in files.iter().enumerate() {
                 let read = read_at_most(file, MOST_BYTES);
                 let bytes = read.map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
-                judged.add(&read_triangles(&bytes, patches.len())?, &patches, &Camera::of_view(k));
+                judged.add(&read_triangles(&bytes, patches.len())?, &patches, &PathCamera::of_view(k));
             }
             crate::tell(&format!("{}\n", judged.row()))?;
         }
@@ -140,7 +141,7 @@ fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Co
         let mut judged = TriangleQuality::default();
         let (mut planning, mut making) = (Duration::ZERO, Duration::ZERO);
         for k in 0..VIEWS {
-            let camera = Camera::of_view(k);
+            let camera = PathCamera::of_view(k);
             let (plan, [p, t]) = timed(&prepared, &camera.view(px));
             planning += p;
             making += t;
@@ -188,7 +189,7 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
             let mut took = Duration::ZERO;
             (triangles, tiles) = (0, 0);
             for k in 0..FRAMES {
-                let view = Camera::on_path(k, FRAMES).view(px);
+                let view = PathCamera::on_path(k, FRAMES).view(px);
                 let begun = time();
                 let report = if coherent {
                     session.view(&[view], &mut sink)
@@ -276,13 +277,9 @@ fn points(patches: &[NurbsSurface]) -> String {
 }
 
 /// A camera on the path around the teapot.
-struct Camera {
-    eye: DVec3,
-    forward: DVec3,
-    up: DVec3,
-}
+struct PathCamera(Camera);
 
-impl Camera {
+impl PathCamera {
     const FOV_Y: f64 = FRAC_PI_4;
     const NEAR: f64 = 0.5 * UNIT;
 
@@ -296,27 +293,20 @@ impl Camera {
         let back = DVec3::new(a.cos() * height.cos(), a.sin() * height.cos(), height.sin());
         let eye = (DVec3::Z * 1.2 + back * distance) * UNIT;
         let right = (-back).cross(DVec3::Z).normalize();
-        Self { eye, forward: -back, up: right.cross(-back) }
+        let projection = Projection::Perspective { fov_y: Self::FOV_Y, near: Self::NEAR };
+        Self(Camera { eye, forward: -back, up: right.cross(-back), projection })
     }
 
     fn view(&self, px: f64) -> View {
-        View {
-            eye: self.eye,
-            forward: self.forward,
-            up: self.up,
-            projection: Projection::Perspective { fov_y: Self::FOV_Y, near: Self::NEAR },
-            size: SIZE,
-            deviation_px: px,
-            size_px: None,
-            angle: FRAC_PI_2,
-        }
+        View { camera: self.0, size: SIZE, deviation_px: px, size_px: None, angle: FRAC_PI_2 }
     }
 
     /// Projects a point to pixels from the middle of the picture.
     fn project(&self, point: DVec3) -> DVec2 {
-        let local = point - self.eye;
+        let Camera { eye, forward, up, .. } = self.0;
+        let local = point - eye;
         let focal = 0.5 * f64::from(SIZE.1) / (0.5 * Self::FOV_Y).tan();
-        DVec2::new(self.forward.cross(self.up).dot(local), self.up.dot(local)) * focal / self.forward.dot(local)
+        DVec2::new(forward.cross(up).dot(local), up.dot(local)) * focal / forward.dot(local)
     }
 }
 
@@ -334,7 +324,7 @@ struct TriangleQuality {
 impl TriangleQuality {
     const HEAD: &str = "triangles / view | px max,  99 %, median | T-junctions ";
 
-    fn add(&mut self, triangles: &[Triangle], patches: &[NurbsSurface], camera: &Camera) {
+    fn add(&mut self, triangles: &[Triangle], patches: &[NurbsSurface], camera: &PathCamera) {
         self.count += triangles.len();
         let shared = shared_sides(patches);
         let key = |c: &Corner| c.point.to_array().map(|x| (x + 0.0).to_bits());
@@ -373,7 +363,7 @@ fn places() -> impl Iterator<Item = DVec3> {
 }
 
 /// Screen-space distance of a triangle's sample to the nearest point of the surface.
-fn deviation(patch: &NurbsSurface, corners: &[Corner; 3], w: DVec3, camera: &Camera) -> f64 {
+fn deviation(patch: &NurbsSurface, corners: &[Corner; 3], w: DVec3, camera: &PathCamera) -> f64 {
     let [a, b, c] = corners;
     let point = a.point * w.x + b.point * w.y + c.point * w.z;
     let mut uv = a.uv * w.x + b.uv * w.y + c.uv * w.z;

@@ -5,8 +5,8 @@ use crate::input::read_at_most;
 use crate::outputs::Outputs;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use std::path::{Path, PathBuf};
-use trimtess::frame::{CameraPath, Picture, View};
 use trimtess::glam::DVec3;
+use trimtess::view::{CameraPath, Picture, View};
 
 /// The `--path` argument.
 #[derive(Clone, Debug, PartialEq, Eq)]

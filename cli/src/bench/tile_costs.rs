@@ -13,10 +13,11 @@ use std::f64::consts::FRAC_PI_6;
 use std::path::Path;
 use std::time::Instant;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
-use trimtess::frame::{CameraPath, Picture, Plan, plan_for_view};
+use trimtess::frame::{Plan, plan_for_view};
 use trimtess::model::{PartId, TileId};
 use trimtess::prepare::internals::Tile;
 use trimtess::prepare::{Prepared, prepare};
+use trimtess::view::{CameraPath, Picture};
 
 /// Views around each model.
 const VIEWS: usize = 6;

@@ -3,7 +3,7 @@
 use crate::picture::{self, PictureArgs};
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::ColourBy;
-use trimtess::out::{Camera, Lens, ViewPoint};
+use trimtess::view::{Camera, Projection, ViewPoint};
 
 /// The user's settings.
 #[derive(Clone, Debug)]
@@ -54,7 +54,7 @@ impl Looks {
     }
 
     pub(super) fn is_orthographic(&self) -> bool {
-        matches!(self.camera.lens, Lens::Orthographic { .. })
+        matches!(self.camera.projection, Projection::Orthographic { .. })
     }
 
     /// Switches between orthographic and perspective. Objects at the depth of the target keep their size.
@@ -65,7 +65,7 @@ impl Looks {
     /// Turns the model by one frame's angle if `turning` is set.
     pub(super) fn turn(&mut self, bounds: Option<[DVec3; 2]>) {
         if let Some([low, high]) = bounds.filter(|_| self.turning) {
-            self.camera = self.camera.orbited(0.5 * (low + high), TURN.to_radians(), 0.0);
+            self.camera = self.camera.orbit(0.5 * (low + high), TURN.to_radians(), 0.0);
         }
     }
 

@@ -10,9 +10,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::{LiveScene, PickHit, RenderOptions};
-use trimtess::out::{Camera, ViewPoint};
 use trimtess::parallel::{FrameError, FrameReport, Session, SessionOptions, WorkerMetrics};
 use trimtess::prepare::Prepared;
+use trimtess::view::{Camera, ViewPoint};
 use wgpu::{Texture, TextureFormat, TextureUsages, TextureViewDescriptor};
 
 /// Format of the texture that the scene is drawn to.
@@ -146,7 +146,7 @@ impl Viewer {
         self.looks.fit(&from, prepared.bounds, aspect);
         self.model = Some(Model {
             workers: session.workers(),
-            pivot: self.looks.camera.target,
+            pivot: self.looks.camera.target(),
             prepared,
             session,
             underway: None,
@@ -230,7 +230,7 @@ impl Viewer {
             let held = response.drag_started() || self.hand.is_none();
             let start = ui.input(|input| input.pointer.press_origin()).unwrap_or(at);
             if held {
-                model.pivot = under(start).map_or(self.looks.camera.target, |picked| picked.point);
+                model.pivot = under(start).map_or(self.looks.camera.target(), |picked| picked.point);
             }
             let moved = at - self.hand.filter(|_| !held).unwrap_or(start);
             self.hand = Some(at);
@@ -240,11 +240,11 @@ impl Viewer {
             if moved != egui::Vec2::ZERO {
                 let camera = self.looks.camera;
                 self.looks.camera = if sliding {
-                    camera.slid(model.pivot, place(at - moved), place(at), size)
+                    camera.pan(model.pivot, place(at - moved), place(at), size)
                 } else {
                     // A drag over the height of the picture is half a turn.
                     let angle = |points: f32| std::f64::consts::PI * f64::from(points) * scale / size[1];
-                    camera.orbited(model.pivot, angle(moved.x), -angle(moved.y))
+                    camera.orbit(model.pivot, angle(moved.x), -angle(moved.y))
                 };
             }
         } else {
@@ -260,9 +260,9 @@ impl Viewer {
             let camera = self.looks.camera;
             let point = match under(at) {
                 Some(picked) => picked.point,
-                None => camera.at_depth_of(camera.target, place(at), size),
+                None => camera.at_depth_of(camera.target(), place(at), size),
             };
-            self.looks.camera = camera.approached(point, (-f64::from(turned) / 300.0).exp());
+            self.looks.camera = camera.zoom(point, (-f64::from(turned) / 300.0).exp());
         }
     }
 
@@ -548,7 +548,7 @@ mod tests {
         step(&mut viewer, &target, &mut time, vec![wheel], &[]);
         (0..10).for_each(|_| drop(step(&mut viewer, &target, &mut time, Vec::new(), &[])));
         let closer = viewer.looks.camera;
-        assert!(closer.eye.distance(closer.target) < 0.9 * slid.eye.distance(slid.target));
+        assert!(closer.eye.distance(closer.target()) < 0.9 * slid.eye.distance(slid.target()));
 
         let keys = [egui::Key::Num5, egui::Key::W, egui::Key::Escape].map(pressed).to_vec();
         step(&mut viewer, &target, &mut time, keys, &[]);
@@ -577,7 +577,7 @@ mod tests {
         press(&mut viewer, egui::Key::Num1);
         assert!(viewer.looks.is_orthographic());
         press(&mut viewer, egui::Key::O);
-        assert_eq!(viewer.looks.camera.lens, seen_from.lens);
+        assert_eq!(viewer.looks.camera.projection, seen_from.projection);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //! Frustum and back-face culling.
 
 use crate::frame::plan::lattice::{places, strips};
-use crate::frame::view::part_camera::{PartCamera, PixelScale};
+use crate::frame::tolerance::part_camera::{PartCamera, PixelScale};
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;

@@ -7,11 +7,11 @@
 //! instances change rows and the rows' meshes stay. The cost is the triangles of all rows in use, once each.
 
 use super::culling::PartBoxes;
-use crate::frame::view::camera::View;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::PartId;
 use crate::prepare::Prepared;
 use crate::prepare::internals::BoundingBox;
+use crate::view::View;
 use std::sync::Arc;
 
 /// Width of a band: the ratio of pixels per millimetre at its ends.

@@ -5,104 +5,34 @@
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
 use super::culling::{InstanceSight, PartBoxes};
+use super::options::PlannerOptions;
+use super::pages::{PlanChanges, PlanPages};
 use super::rate::{Rate, Step, Terms, band, step};
 use super::resync::{LineHistory, Turns, owner};
-use super::split::LinePlacement;
 use crate::frame::plan::budget::{Budget, cells, predicted};
 use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{lattice, places};
-use crate::frame::plan::limits::{PlanLimits, Shortfall};
+use crate::frame::plan::limits::Shortfall;
 use crate::frame::plan::make::plan_parts;
 use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
-use crate::frame::view::box_tolerance::PartTolerance;
-use crate::frame::view::camera::View;
-use crate::frame::view::part_camera::PixelScale;
-use crate::frame::view::tolerance::Tolerance;
+use crate::frame::tolerance::box_tolerance::PartTolerance;
+use crate::frame::tolerance::object_tolerance::Tolerance;
+use crate::frame::tolerance::part_camera::PixelScale;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{PartId, RowId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::BoundingBox;
+use crate::view::View;
 use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use std::time::Duration;
 
 /// Split the level of a tile into per-box levels when they differ by more than this factor. Each of them can trigger a
 /// rebuild: at 1.6 the trimmed teapot has 5 % fewer triangles, and twice as many tiles are rebuilt.
 const APART: f64 = 4.0;
 /// Merge the per-box levels back into one when they differ by less than this factor.
 const TOGETHER: f64 = 3.0;
-
-/// Options of a [`Planner`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct PlannerOptions {
-    /// Limits on the size of a plan.
-    pub limits: PlanLimits,
-    /// Budget for the tiles of a frame, as predicted time of a single worker. Changes beyond it wait for the next
-    /// frame. New tiles are always built, at a coarse level if the budget is spent. `None` disables it.
-    pub budget: Option<Duration>,
-    /// Cull back-facing tiles of closed parts.
-    /// Only valid while no camera is inside a part and the near plane clips none.
-    pub cull_back_faces: bool,
-    /// How lattice lines and tessellants follow changes of density.
-    pub lines: LinePlacement,
-}
-
-impl PlannerOptions {
-    /// Default limits, no budget, no back-face culling, [`LinePlacement::Spread`].
-    pub const DEFAULT: Self =
-        Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false, lines: LinePlacement::Spread };
-
-    /// Sets [`limits`](Self::limits).
-    #[must_use]
-    pub const fn with_limits(mut self, limits: PlanLimits) -> Self {
-        self.limits = limits;
-        self
-    }
-
-    /// Sets [`budget`](Self::budget).
-    #[must_use]
-    pub const fn with_budget(mut self, budget: Option<Duration>) -> Self {
-        self.budget = budget;
-        self
-    }
-
-    /// Sets [`cull_back_faces`](Self::cull_back_faces).
-    #[must_use]
-    pub const fn with_cull_back_faces(mut self, cull_back_faces: bool) -> Self {
-        self.cull_back_faces = cull_back_faces;
-        self
-    }
-
-    /// Sets [`lines`](Self::lines).
-    #[must_use]
-    pub const fn with_lines(mut self, lines: LinePlacement) -> Self {
-        self.lines = lines;
-        self
-    }
-}
-
-impl Default for PlannerOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-/// Differences between two consecutive plans of a planner.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct PlanChanges {
-    /// Tiles to rebuild: their lattice or the tessellants of one of their edges changed. Ascending.
-    pub tiles: Vec<(PartId, TileId)>,
-    /// Edges whose tessellants changed, as rows of `PreparedPart::edges`. Ascending.
-    pub edges: Vec<(PartId, RowId)>,
-    /// Tiles whose lattice changed, a subset of `tiles`. Ascending.
-    pub lattices: Vec<(PartId, TileId)>,
-    /// Number of tiles whose change of level waits because the budget was spent.
-    pub deferred: u32,
-}
 
 /// State of one part.
 struct PartRates {
@@ -146,38 +76,6 @@ pub struct Planner {
     placed: Vec<(PartId, DAffine3)>,
     /// Whether to plan again even if nothing moves.
     unfinished: bool,
-}
-
-/// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
-struct PlanPages {
-    last: Arc<Plan>,
-    spare: Option<Arc<Plan>>,
-    /// Differences between the two.
-    lattices: Vec<(PartId, TileId)>,
-    edges: Vec<(PartId, RowId)>,
-}
-
-impl PlanPages {
-    /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it.
-    fn next(&mut self) -> Arc<Plan> {
-        let mut spare = self.spare.take();
-        let Some(page) = spare.as_mut().and_then(Arc::get_mut) else { return Arc::new(Plan::clone(&self.last)) };
-        for &(part, tile) in &self.lattices {
-            let (part, tile) = (part.index(), tile.0 as usize);
-            page.parts[part].tiles[tile] = Arc::clone(&self.last.parts[part].tiles[tile]);
-        }
-        for &(part, edge) in &self.edges {
-            let (part, edge) = (part.index(), edge.index());
-            page.parts[part].edges[edge] = Arc::clone(&self.last.parts[part].edges[edge]);
-        }
-        spare.unwrap_or_default()
-    }
-
-    fn turn(&mut self, next: Arc<Plan>, changes: &PlanChanges) {
-        self.lattices.clone_from(&changes.lattices);
-        self.edges.clone_from(&changes.edges);
-        self.spare = Some(std::mem::replace(&mut self.last, next));
-    }
 }
 
 /// Tiles and edges that limits make coarser than required.

@@ -3,12 +3,12 @@
 use super::limits::PlanLimits;
 use super::make::plan_parts;
 use super::output::Plan;
-use crate::frame::view::box_tolerance::PartTolerance;
-use crate::frame::view::camera::View;
-use crate::frame::view::part_camera::PartCamera;
-use crate::frame::view::tolerance::Tolerance;
+use crate::frame::tolerance::box_tolerance::PartTolerance;
+use crate::frame::tolerance::object_tolerance::Tolerance;
+use crate::frame::tolerance::part_camera::PartCamera;
 use crate::mesh::ScenePart;
 use crate::prepare::Prepared;
+use crate::view::View;
 
 /// Plans lattice lines and tessellants for one camera, within [`PlanLimits::DEFAULT`].
 ///

@@ -7,8 +7,8 @@
 
 use super::density::{Criteria, Density, FollowLines};
 use super::output::{MAX_LINES, TileLattice};
-use crate::frame::view::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
-use crate::frame::view::tolerance::Tolerance;
+use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
+use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::model::SurfaceKind;
 use crate::prepare::internals::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;

@@ -1,10 +1,10 @@
 //! The tolerance of each part -> lattice lines of every tile, tessellants of every edge.
 
+pub(super) mod limits;
+pub(super) mod output;
 pub(super) mod budget;
 pub(super) mod density;
-pub(super) mod for_view;
 pub(super) mod lattice;
-pub(super) mod limits;
-pub(super) mod make;
-pub(super) mod output;
 pub(super) mod tessellants;
+pub(super) mod make;
+pub(super) mod for_view;

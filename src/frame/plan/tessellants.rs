@@ -2,8 +2,8 @@
 
 use super::density::{Criteria, Density, FollowLines};
 use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
-use crate::frame::view::box_tolerance::{BoxTolerances, dilate, most_touched};
-use crate::frame::view::tolerance::Tolerance;
+use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, most_touched};
+use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::model::TileId;
 use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};

@@ -14,19 +14,19 @@
 //! Loops that cross themselves or each other are triangulated by winding numbers. Triangles in space
 //! (`TrimOutput::closing`) then complete the boundary to the loops: the boundary is the loops for every input.
 
-pub(crate) mod bits;
-pub(crate) mod cdt;
-pub(crate) mod chain;
-mod cleanup;
-pub(crate) mod climb;
-mod close;
-mod distinct;
 pub(crate) mod input;
 pub(crate) mod output;
-pub(crate) mod record;
-/// Triangulates the whole tile by one constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
-pub mod reference;
-pub(crate) mod rings;
-mod slits;
+pub(crate) mod bits;
 pub(crate) mod trace;
 pub(crate) mod triangulate;
+mod slits;
+pub(crate) mod rings;
+pub(crate) mod cdt;
+mod cleanup;
+pub(crate) mod chain;
+mod close;
+mod distinct;
+/// Triangulates the whole tile by one constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
+pub mod reference;
+pub(crate) mod climb;
+pub(crate) mod record;

@@ -3,6 +3,8 @@
 /// Points and normals of lattices and tessellants.
 pub mod evaluate;
 
-pub(super) mod boundary;
-pub(super) mod places;
 pub(super) mod scratch;
+
+pub(super) mod boundary;
+
+pub(super) mod places;

@@ -3,7 +3,7 @@
 //!
 //! The files of this folder are the steps: `sections` skips sections without data, `text` parses and cuts out syntax
 //! errors, `table` gives typed access to instances, `units` and `place` convert numbers to millimetres and frames,
-//! `curve` and `surface` read geometry, `loops`, `shells` and `part` topology, `carried` the surface of each face,
+//! `curve` and `surface` read geometry, `loops`, `shells` and `part` topology, `face_surface` the surface of each face,
 //! `style` colours, `product` the assembly.
 //!
 //! Rare forms and how they are read. A diagnostic names each refused instance; a refused face keeps its index and is
@@ -25,42 +25,42 @@
 mod options;
 pub use options::{BYTES_PER_BYTE, StepError, StepOptions};
 
-mod place;
-mod replica;
 mod sections;
 mod table;
 mod text;
 mod units;
+mod place;
 
-mod boundary;
 mod conic;
-mod curve;
-mod derived;
 mod spline;
-mod trimmed;
+mod curve;
+mod replica;
+mod boundary;
 
 mod face_location;
-mod offset;
+mod trimmed;
 mod revolution;
+mod offset;
+mod derived;
 mod surface;
 
-mod contents;
 mod kinds;
+mod contents;
+mod style;
 mod product;
 mod shells;
-mod style;
 mod tree;
 
-mod body;
-mod corners;
 mod csg;
-mod draft;
-mod face_surface;
 mod loops;
-mod part;
+mod corners;
+mod draft;
 mod reader;
+mod face_surface;
 mod sweep;
 mod tessellated;
+mod body;
+mod part;
 
 mod read;
 pub use read::{read, read_file};

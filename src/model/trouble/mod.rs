@@ -5,8 +5,8 @@
 #[macro_use]
 mod codes;
 
-mod face_error;
 mod region_error;
+
 mod step;
 pub use face_error::FaceError;
 pub use region_error::RegionError;
@@ -14,6 +14,8 @@ pub use step::{
     BodyRefusal, CurveTrouble, FitTrouble, PlacementTrouble, SolidTrouble, SplineTrouble, StepCause, StepOutcome,
     StepTrouble, SyntaxCut,
 };
+
+mod face_error;
 
 mod trim;
 pub use trim::TrimTrouble;

@@ -9,21 +9,22 @@ mod error;
 pub use error::{NoAdapter, RenderError};
 
 mod formats;
+
 mod layout;
 
-mod adapter;
+mod pipelines;
 
 mod gpu;
 
-mod pipelines;
+mod adapter;
 
 mod target;
 
 mod live;
 pub use live::{DeviceMemory, DrawStats, LiveScene, PickHit};
 
-mod renderer;
-pub use renderer::Renderer;
-
 mod image;
 pub use image::Image;
+
+mod renderer;
+pub use renderer::Renderer;

@@ -1,7 +1,7 @@
 //! Options of a picture: size, camera, colours, line overlays.
 
 use crate::model::Colour;
-use crate::out::Camera;
+use crate::view::Camera;
 use std::fmt;
 use std::str::FromStr;
 
@@ -69,7 +69,7 @@ impl FromStr for ColourBy {
 pub struct RenderOptions {
     /// Width and height in pixels. Limited by the adapter's texture size, often 16384. Default 1280 × 960.
     pub size: (u32, u32),
-    /// The camera. `None` (the default) fits the whole frame from [`ViewPoint::ISO`](crate::out::ViewPoint::ISO).
+    /// The camera. `None` (the default) fits the whole frame from [`ViewPoint::ISO`](crate::view::ViewPoint::ISO).
     pub camera: Option<Camera>,
     /// What triangles are coloured by. Default [`ColourBy::Model`].
     pub colour_by: ColourBy,

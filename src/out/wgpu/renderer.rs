@@ -8,8 +8,8 @@ use super::live::{DrawStats, LiveScene};
 use super::target::{texture, whole};
 use super::{Image, RenderOptions};
 use crate::mesh::{MemorySink, MeshSink, SinkError};
-use crate::out::ViewPoint;
 use crate::out::placed::{Placement, batches_by_part, placed};
+use crate::view::ViewPoint;
 use ::wgpu::TextureUsages;
 
 /// A graphics device with its pipelines. Create it once and draw any number of pictures.

@@ -1,7 +1,7 @@
 //! Surfaces and curves -> rational Bézier pieces, and bounds on their derivatives.
 
-pub(super) mod arc_bounds;
-pub(super) mod bounds;
 /// Converts NURBS to Bézier pieces.
 pub mod decompose;
 pub(super) mod tables;
+pub(super) mod arc_bounds;
+pub(super) mod bounds;

@@ -1,9 +1,9 @@
 //! Edges' curves -> their images in a surface's parameter plane.
 
+pub(super) mod uv_curve;
+pub(super) mod uv_loop;
+pub(super) mod polygon;
+pub(super) mod region;
 pub(super) mod inside;
 pub(super) mod lead;
 pub(super) mod pcurve;
-pub(super) mod polygon;
-pub(super) mod region;
-pub(super) mod uv_curve;
-pub(super) mod uv_loop;

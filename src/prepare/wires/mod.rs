@@ -2,5 +2,5 @@
 
 pub(super) mod chain;
 pub(super) mod ends;
-pub(super) mod heal;
 pub(super) mod order;
+pub(super) mod heal;

@@ -1,13 +1,13 @@
 //! A scene on the graphics device: tiles to buffer ranges, to draws, to pictures.
 
-mod device_scene;
 mod encode;
-mod lists;
 mod pages;
-mod pending;
-mod records;
 mod staging;
 mod store;
+mod device_scene;
+mod pending;
+mod records;
+mod lists;
 mod uniforms;
 
 mod scene;

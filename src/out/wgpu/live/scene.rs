@@ -11,7 +11,7 @@ use super::records::Records;
 use super::store::Store;
 use super::uniforms::{Aim, SceneSight};
 use crate::model::{FaceId, InstanceId};
-use crate::out::{Camera, ViewPoint};
+use crate::view::{Camera, ViewPoint};
 use ::wgpu::{BindGroup, BufferUsages, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
 use std::fmt;
 

@@ -4,7 +4,8 @@ use super::super::RenderOptions;
 use super::super::gpu::Gpu;
 use super::device_scene::DeviceScene;
 use super::lists::{Rows, bind};
-use crate::out::{Camera, Lens, colour};
+use crate::out::colour;
+use crate::view::{Camera, Projection};
 use ::wgpu::{BindGroup, BufferUsages};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
@@ -109,16 +110,19 @@ fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> Globa
     let (centre, radius) = shown.extent;
     let radius = radius.clamp(1e-3, f64::MAX);
     let depth = (camera.eye - centre).dot(camera.axes()[2]);
-    let (near, far, nearer, parallel) = match camera.lens {
-        Lens::Perspective { .. } => (NEAR * camera.eye.distance(centre).max(radius), f64::INFINITY, [NEARER, 0.0], 0.0),
-        Lens::Orthographic { height } => {
+    let (near, far, nearer, parallel) = match camera.projection {
+        Projection::Perspective { near, .. } => {
+            let near = near.max(NEAR * camera.eye.distance(centre).max(radius));
+            (near, f64::INFINITY, [NEARER, 0.0], 0.0)
+        }
+        Projection::Orthographic { height } => {
             let reach = 1.01 * radius;
             (depth - reach, depth + reach, [1.0, (NEARER - 1.0) * height / reach], 1.0)
         }
     };
     // The eye is the origin.
-    let view = Camera { eye: DVec3::ZERO, target: camera.target - camera.eye, ..*camera }.view();
-    let mut clip = camera.projection(width / height, near, far) * view;
+    let view = Camera { eye: DVec3::ZERO, ..*camera }.view_matrix();
+    let mut clip = camera.projection_matrix(width / height, near, far) * view;
     if let Some((x, y)) = aim.pixel {
         // Zoom in until the pixel fills the picture.
         let (x, y) = (2.0 * f64::from(x) + 1.0 - width, height - 2.0 * f64::from(y) - 1.0);

@@ -5,9 +5,9 @@
 //! the Jacobian is 1/(z cos θ). Over a box it is at most the value at the box's least depth and widest angle. Boxes
 //! are convex, so two points of a box are at most that factor times their distance apart in the image.
 
-use super::camera::{Projection, View};
 use crate::mesh::SceneInstance;
 use crate::prepare::internals::BoundingBox;
+use crate::view::{Projection, View};
 use glam::DVec3;
 
 /// Least depth at which a box is planned, as a fraction of half its diagonal; it also applies to boxes around the
@@ -145,14 +145,15 @@ impl PartCamera {
 impl View {
     /// Axes (right, up, forward) and projection; `None` if the view is invalid.
     pub(crate) fn lens(&self) -> Option<([DVec3; 3], SightLens)> {
-        let forward = self.forward.try_normalize()?;
+        let camera = &self.camera;
+        let forward = camera.forward.try_normalize()?;
         // `forward` and `up` that are parallel within rounding span no plane.
-        let right = forward.cross(self.up.try_normalize()?);
+        let right = forward.cross(camera.up.try_normalize()?);
         let right = (right.length() > 1e-9).then(|| right.normalize())?;
         let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
         let known = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
         let aspect = known(width / height)?;
-        let lens = match self.projection {
+        let lens = match camera.projection {
             Projection::Perspective { fov_y, near } => {
                 let slope = known((0.5 * fov_y).tan())?;
                 let near = (near >= 0.0 && near.is_finite()).then_some(near)?;
@@ -163,7 +164,7 @@ impl View {
                 SightLens::Orthographic { pixels_per_length, sides: [0.5 * shown * aspect, 0.5 * shown] }
             }
         };
-        self.eye.is_finite().then_some(([right, right.cross(forward), forward], lens))
+        camera.eye.is_finite().then_some(([right, right.cross(forward), forward], lens))
     }
 
     /// As [`Self::lens`]; `None` too if a limit of the screen-space error is not above 0.
@@ -174,14 +175,14 @@ impl View {
 
     /// This camera in the coordinates of an instance.
     pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartCamera {
-        let back = instance.transform.inverse();
-        let (to_part, place) = (instance.transform.matrix3.transpose(), instance.transform.translation - self.eye);
+        let (back, from) = (instance.transform.inverse(), self.camera.eye);
+        let (to_part, place) = (instance.transform.matrix3.transpose(), instance.transform.translation - from);
         PartCamera {
             axes: axes.map(|axis| to_part * axis),
             origin: DVec3::from(axes.map(|axis| axis.dot(place))),
             scale: instance.scale(),
             lens,
-            eye: back.transform_point3(self.eye),
+            eye: back.transform_point3(from),
             forward: back.transform_vector3(axes[2]),
         }
     }
@@ -191,19 +192,18 @@ impl View {
 mod tests {
     use super::*;
     use crate::sequence::judge;
+    use crate::view::Camera;
     use arbitrary::Unstructured;
     use glam::DAffine3;
 
-    const VIEW: View = View {
+    const CAMERA: Camera = Camera {
         eye: DVec3::new(0.0, 0.0, 100.0),
         forward: DVec3::NEG_Z,
         up: DVec3::Y,
         projection: Projection::Perspective { fov_y: 0.6, near: 5.0 },
-        size: (800, 600),
-        deviation_px: 0.5,
-        size_px: None,
-        angle: 0.3,
     };
+
+    const VIEW: View = View { camera: CAMERA, size: (800, 600), deviation_px: 0.5, size_px: None, angle: 0.3 };
 
     fn sight(view: &View, transform: DAffine3) -> PartCamera {
         let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
@@ -221,7 +221,7 @@ mod tests {
 
     /// Projection of a point, pixels.
     fn project(point: DVec3) -> [f64; 2] {
-        let local = point - VIEW.eye;
+        let local = point - CAMERA.eye;
         let focal = 0.5 * f64::from(VIEW.size.1) / 0.3_f64.tan();
         [focal * local.x / -local.z, focal * local.y / -local.z]
     }
@@ -241,7 +241,7 @@ mod tests {
                 let (p, q) = (inside()?, inside()?);
                 let (a, b) = (project(p * scale), project(q * scale));
                 let shown = |x: [f64; 2]| x[0].abs() <= 400.0 && x[1].abs() <= 300.0;
-                let depth = |p: DVec3| VIEW.eye.z - p.z * scale;
+                let depth = |p: DVec3| CAMERA.eye.z - p.z * scale;
                 if depth(p).min(depth(q)) < 5.0 || !shown(a) || !shown(b) {
                     continue;
                 }
@@ -273,8 +273,9 @@ mod tests {
 
     #[test]
     fn boxes_around_the_eye_have_a_finite_scale() {
-        let near = View { projection: Projection::Perspective { fov_y: 0.6, near: 0.0 }, ..VIEW };
-        let place = BoundingBox { low: VIEW.eye - 10.0, high: VIEW.eye + 10.0 };
+        let projection = Projection::Perspective { fov_y: 0.6, near: 0.0 };
+        let near = View { camera: Camera { projection, ..CAMERA }, ..VIEW };
+        let place = BoundingBox { low: CAMERA.eye - 10.0, high: CAMERA.eye + 10.0 };
         let pixels = sight(&near, DAffine3::IDENTITY).pixels_per_length(&place);
         let focal = 300.0 / 0.3_f64.tan();
         assert!(pixels > focal && pixels < 2.0 * focal / (NEAREST * 17.3), "{pixels}");

@@ -1,6 +1,6 @@
 //! A model's bounding box -> views along a camera path around, into or through it, for benchmarks and viewers.
 
-use crate::frame::{Projection, View};
+use super::camera::{Camera, Projection, View};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
 use std::fmt;
@@ -66,10 +66,7 @@ impl CameraPath {
             Self::Glu => glu(bounds, turn),
         };
         View {
-            eye,
-            forward,
-            up: DVec3::Z,
-            projection: Projection::Perspective { fov_y: FOV_Y, near },
+            camera: Camera { eye, forward, up: DVec3::Z, projection: Projection::Perspective { fov_y: FOV_Y, near } },
             size: picture.size,
             deviation_px: picture.deviation_px,
             size_px: picture.size_px,
@@ -192,10 +189,10 @@ mod tests {
                 assert_eq!(path.view(bounds, FRAMES, FRAMES, &PICTURE), views[0], "{name}");
                 let reach = 12.0 * (bounds[1] - bounds[0]).length().max(1.0);
                 for (from, to) in views.iter().zip(views.iter().cycle().skip(1)) {
-                    assert!(from.eye.is_finite() && from.forward.is_finite(), "{name}: {from:?}");
-                    assert!(from.forward.normalize().cross(from.up).length() > 0.1, "{name}: {from:?}");
-                    assert!(from.eye.distance(to.eye) < 0.05 * reach, "{name}: {from:?} to {to:?}");
-                    assert!(from.forward.angle_between(to.forward) < 0.25, "{name}: {from:?} to {to:?}");
+                    assert!(from.camera.eye.is_finite() && from.camera.forward.is_finite(), "{name}: {from:?}");
+                    assert!(from.camera.forward.normalize().cross(from.camera.up).length() > 0.1, "{name}: {from:?}");
+                    assert!(from.camera.eye.distance(to.camera.eye) < 0.05 * reach, "{name}: {from:?} to {to:?}");
+                    assert!(from.camera.forward.angle_between(to.camera.forward) < 0.25, "{name}: {from:?} to {to:?}");
                 }
             }
         }
@@ -207,11 +204,11 @@ mod tests {
         let corners = |k: usize| DVec3::from([0, 1, 2].map(|axis| bounds[k >> axis & 1][axis]));
         for view in CameraPath::Orbit.views(bounds, FRAMES, &PICTURE) {
             for corner in (0..8).map(corners) {
-                let off = (corner - view.eye).angle_between(view.forward);
+                let off = (corner - view.camera.eye).angle_between(view.camera.forward);
                 assert!(off <= 0.5 * FOV_Y + 1e-9, "{corner} is {off} off the axis of {view:?}");
             }
         }
-        let inside = |view: &View| view.eye.cmpgt(bounds[0]).all() && view.eye.cmplt(bounds[1]).all();
+        let inside = |view: &View| view.camera.eye.cmpgt(bounds[0]).all() && view.camera.eye.cmplt(bounds[1]).all();
         assert!(CameraPath::Walk.views(bounds, FRAMES, &PICTURE).iter().all(inside));
     }
 
@@ -220,7 +217,7 @@ mod tests {
         let bounds = boxes()[0];
         let (middle, diagonal) = middle(bounds);
         let distances = CameraPath::Zoom.views(bounds, FRAMES, &PICTURE);
-        let distances: Vec<f64> = distances.iter().map(|view| view.eye.distance(middle)).collect();
+        let distances: Vec<f64> = distances.iter().map(|view| view.camera.eye.distance(middle)).collect();
         let half = FRAMES / 2;
         assert!((distances[0] / distances[half] - 32.0).abs() < 1e-9);
         assert!((distances[0] / fitting(diagonal) - 4.0).abs() < 1e-9);
@@ -239,9 +236,9 @@ mod tests {
             let a = TAU * k as f64 / FRAMES as f64;
             let (e, d) = (0.35 + 0.15 * (2.0 * a).sin(), 8.0 + 3.0 * a.cos());
             let eye = DVec3::new(d * a.cos() * e.cos(), d * a.sin() * e.cos(), 1.2 + d * e.sin());
-            assert!(view.eye.distance(eye * 20.0) < 1e-3, "{k}: {} and {}", view.eye, eye * 20.0);
-            assert!((view.eye + view.forward * d * 20.0).distance(DVec3::Z * 24.0) < 1e-3);
-            let Projection::Perspective { fov_y, near } = view.projection else { panic!("{view:?}") };
+            assert!(view.camera.eye.distance(eye * 20.0) < 1e-3, "{k}: {} and {}", view.camera.eye, eye * 20.0);
+            assert!((view.camera.eye + view.camera.forward * d * 20.0).distance(DVec3::Z * 24.0) < 1e-3);
+            let Projection::Perspective { fov_y, near } = view.camera.projection else { panic!("{view:?}") };
             assert!(fov_y == FRAC_PI_4 && (near - 10.0).abs() < 1e-3);
         }
     }

@@ -1,7 +1,7 @@
 //! A tolerance, or cameras on a part, and boxes of the part -> the tolerance in each box.
 
+use super::object_tolerance::Tolerance;
 use super::part_camera::PartCamera;
-use super::tolerance::Tolerance;
 use crate::prepare::internals::BoundingBox;
 
 /// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a

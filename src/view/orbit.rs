@@ -1,18 +1,11 @@
 //! Pointer movements to cameras: orbit, pan and zoom about a point that keeps its place in the picture.
 
-use super::{Camera, Lens, ViewPoint};
+use super::camera::{Camera, Projection};
+use super::view_point::ViewPoint;
 use glam::{DQuat, DVec3};
 use std::f64::consts::FRAC_PI_2;
 
 impl Camera {
-    /// Unit vectors to the right, up and towards the eye.
-    #[must_use]
-    pub fn axes(&self) -> [DVec3; 3] {
-        let back = (self.eye - self.target).normalize_or(DVec3::NEG_Y);
-        let right = self.up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
-        [right, back.cross(right), back]
-    }
-
     /// The camera's direction as a [`ViewPoint`] of distance 1, to fit other cameras from the same side.
     #[must_use]
     pub fn view_point(&self) -> ViewPoint {
@@ -29,34 +22,33 @@ impl Camera {
     /// Positive `round` turns the scene counter-clockwise seen from above; positive `upwards` shows more of its
     /// underside. The tilt stops at straight up and straight down. A level horizon stays level.
     #[must_use]
-    pub fn orbited(&self, pivot: DVec3, round: f64, upwards: f64) -> Self {
+    pub fn orbit(&self, pivot: DVec3, round: f64, upwards: f64) -> Self {
         let [right, up, back] = self.axes();
         // Only cameras that are upside down (never level ones) have the poles the other way round: no clamp there.
         let pitch = back.z.clamp(-1.0, 1.0).asin();
         let tilt = if up.z < 0.0 { upwards } else { (pitch - upwards).clamp(-FRAC_PI_2, FRAC_PI_2) - pitch };
         let turn = DQuat::from_rotation_z(-round) * DQuat::from_axis_angle(right, -tilt);
         let about = |point: DVec3| pivot + turn * (point - pivot);
-        Self { eye: about(self.eye), target: about(self.target), up: turn * up, ..*self }
+        Self { eye: about(self.eye), forward: turn * self.forward, up: turn * up, ..*self }
     }
 
     /// Pans the camera so that the point at the depth of `pivot` under pixel `from` moves to pixel `to`.
     /// Pixels count from the upper left corner of a picture of `size` pixels.
     #[must_use]
-    pub fn slid(&self, pivot: DVec3, from: [f64; 2], to: [f64; 2], size: [f64; 2]) -> Self {
+    pub fn pan(&self, pivot: DVec3, from: [f64; 2], to: [f64; 2], size: [f64; 2]) -> Self {
         let shift = self.at_depth_of(pivot, from, size) - self.at_depth_of(pivot, to, size);
-        Self { eye: self.eye + shift, target: self.target + shift, ..*self }
+        Self { eye: self.eye + shift, ..*self }
     }
 
     /// Zooms about `point`, which keeps its place in the picture. Multiplies the distances of eye and target to `point`
     /// by `factor` (above 0), and the height of an orthographic view.
     #[must_use]
-    pub fn approached(&self, point: DVec3, factor: f64) -> Self {
-        let nearer = |place: DVec3| point + factor * (place - point);
-        let lens = match self.lens {
-            Lens::Orthographic { height } => Lens::Orthographic { height: factor * height },
-            perspective @ Lens::Perspective { .. } => perspective,
+    pub fn zoom(&self, point: DVec3, factor: f64) -> Self {
+        let projection = match self.projection {
+            Projection::Orthographic { height } => Projection::Orthographic { height: factor * height },
+            perspective @ Projection::Perspective { .. } => perspective,
         };
-        Self { eye: nearer(self.eye), target: nearer(self.target), lens, ..*self }
+        Self { eye: point + factor * (self.eye - point), forward: factor * self.forward, projection, ..*self }
     }
 
     /// Unprojects a pixel position to the depth of `pivot`, or of the target if a perspective camera has `pivot` level
@@ -65,8 +57,8 @@ impl Camera {
     pub fn at_depth_of(&self, pivot: DVec3, at: [f64; 2], size: [f64; 2]) -> DVec3 {
         let [.., back] = self.axes();
         let depth = |point: DVec3| (self.eye - point).dot(back);
-        let is_seen = depth(pivot) > 0.0 || matches!(self.lens, Lens::Orthographic { .. });
-        let wanted = if is_seen { depth(pivot) } else { depth(self.target) };
+        let is_seen = depth(pivot) > 0.0 || matches!(self.projection, Projection::Orthographic { .. });
+        let wanted = if is_seen { depth(pivot) } else { depth(self.target()) };
         let (start, direction) = self.line_of_sight(at, size);
         start + direction * (wanted / -direction.dot(back))
     }
@@ -123,10 +115,10 @@ mod tests {
         let perspective = camera(30.0, 20.0);
         let parallel = perspective.orthographic();
         let [right, up, _] = perspective.axes();
-        let point = perspective.target + 17.0 * right - 4.0 * up;
+        let point = perspective.target() + 17.0 * right - 4.0 * up;
         assert!(near(pixel(&parallel, point), pixel(&perspective, point)));
         let back = parallel.perspective();
-        assert!(back.eye.distance(perspective.eye) < 1e-9 && back.lens == perspective.lens);
+        assert!(back.eye.distance(perspective.eye) < 1e-9 && back.projection == perspective.projection);
         assert_eq!((back.perspective(), parallel.orthographic()), (back, parallel));
     }
 
@@ -144,19 +136,19 @@ mod tests {
         let pivot = DVec3::new(90.0, 10.0, 70.0);
         let mut camera = start;
         for k in 0..200 {
-            camera = camera.orbited(pivot, 0.1, if k < 60 { 0.07 } else { -0.05 });
+            camera = camera.orbit(pivot, 0.1, if k < 60 { 0.07 } else { -0.05 });
             assert!((camera.eye.distance(pivot) - start.eye.distance(pivot)).abs() < 1e-6);
             assert!(camera.axes()[0].z.abs() < 1e-9, "the horizon is level");
             assert!(camera.axes()[1].z > -1e-9, "the camera is upright");
         }
-        let around = start.orbited(pivot, std::f64::consts::TAU, 0.0);
+        let around = start.orbit(pivot, std::f64::consts::TAU, 0.0);
         assert!(around.eye.distance(start.eye) < 1e-9);
-        assert!((start.orbited(pivot, 0.0, -9.0).view_point().pitch - 90.0).abs() < 1e-5, "the tilt stops at 90°");
+        assert!((start.orbit(pivot, 0.0, -9.0).view_point().pitch - 90.0).abs() < 1e-5, "the tilt stops at 90°");
         // The scene follows the pointer: to the right and down.
         let seen = pixel(&start, DVec3::new(50.0, 0.0, 50.0));
         let centre = DVec3::splat(50.0);
-        assert!(pixel(&start.orbited(centre, 0.1, 0.0), DVec3::new(50.0, 0.0, 50.0))[0] > seen[0]);
-        assert!(pixel(&start.orbited(centre, 0.0, -0.1), DVec3::new(50.0, 0.0, 50.0))[1] > seen[1]);
+        assert!(pixel(&start.orbit(centre, 0.1, 0.0), DVec3::new(50.0, 0.0, 50.0))[0] > seen[0]);
+        assert!(pixel(&start.orbit(centre, 0.0, -0.1), DVec3::new(50.0, 0.0, 50.0))[1] > seen[1]);
     }
 
     #[test]
@@ -165,13 +157,13 @@ mod tests {
         let point = DVec3::new(100.0, 0.0, 100.0);
         let from = pixel(&camera, point);
         let to = [from[0] + 123.0, from[1] - 45.0];
-        let slid = camera.slid(point, from, to, SIZE);
+        let slid = camera.pan(point, from, to, SIZE);
         assert!(near(pixel(&slid, point), to));
         assert!((slid.axes()[2] - camera.axes()[2]).length() < 1e-12);
-        let behind = camera.slid(camera.eye + camera.axes()[2], from, to, SIZE);
-        assert!(near(pixel(&behind, camera.target), [400.0 + 123.0, 300.0 - 45.0]));
+        let behind = camera.pan(camera.eye + camera.axes()[2], from, to, SIZE);
+        assert!(near(pixel(&behind, camera.target()), [400.0 + 123.0, 300.0 - 45.0]));
         let parallel = camera.orthographic();
-        let slid = parallel.slid(DVec3::ZERO, from, to, SIZE);
+        let slid = parallel.pan(DVec3::ZERO, from, to, SIZE);
         let moved = pixel(&parallel, point);
         assert!(near(pixel(&slid, point), [moved[0] + 123.0, moved[1] - 45.0]));
     }
@@ -180,12 +172,12 @@ mod tests {
     fn zooming_keeps_the_point_in_place() {
         let camera = camera(60.0, -10.0);
         let point = DVec3::new(100.0, 100.0, 0.0);
-        let closer = camera.approached(point, 0.25);
+        let closer = camera.zoom(point, 0.25);
         assert!(near(pixel(&closer, point), pixel(&camera, point)));
         assert!((closer.eye.distance(point) - 0.25 * camera.eye.distance(point)).abs() < 1e-9);
         assert!((closer.axes()[2] - camera.axes()[2]).length() < 1e-12);
         let parallel = camera.orthographic();
-        let closer = parallel.approached(point, 0.25);
+        let closer = parallel.zoom(point, 0.25);
         assert!(near(pixel(&closer, point), pixel(&parallel, point)));
         let across = |camera: &Camera| pixel(camera, point + camera.axes()[0])[0] - pixel(camera, point)[0];
         assert!((across(&closer) - 4.0 * across(&parallel)).abs() < 1e-6);

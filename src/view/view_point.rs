@@ -1,6 +1,7 @@
 //! View points by name or angle to cameras that fit a set of points.
 
-use glam::{DMat4, DVec3, dcamera};
+use super::camera::{Camera, Projection};
+use glam::DVec3;
 use std::fmt;
 use std::str::FromStr;
 
@@ -65,8 +66,8 @@ impl ViewPoint {
         let middle = 0.5 * (near + far);
         let distance = if fitting > near { fitting - middle } else { near - middle + 1.0 };
         let target = 0.5 * (right_of - left_of) * right + 0.5 * (above - below) * up + middle * back;
-        let lens = Lens::Perspective { fov_y: Camera::FOV_Y };
-        Camera { eye: target + self.distance * distance * back, target, up, lens }
+        let projection = Projection::Perspective { fov_y: Camera::FOV_Y, near: 0.0 };
+        Camera::looking_at(target + self.distance * distance * back, target, up, projection)
     }
 
     /// Fits an orthographic camera, see [`fit`](Self::fit). `distance` scales the height of the view.
@@ -86,8 +87,8 @@ impl ViewPoint {
         let height = self.distance * if tight > 0.0 { tight } else { 1.0 };
         let [right, up, back] = axes;
         let target = middle.x * right + middle.y * up + middle.z * back;
-        let lens = Lens::Orthographic { height };
-        Camera { eye: target + (size.z + height) * back, target, up, lens }
+        let projection = Projection::Orthographic { height };
+        Camera::looking_at(target + (size.z + height) * back, target, up, projection)
     }
 }
 
@@ -129,106 +130,5 @@ impl FromStr for ViewPoint {
         };
         let sound = view.yaw.is_finite() && view.pitch.is_finite() && view.distance.is_finite() && view.distance > 0.0;
         if sound { Ok(view) } else { Err(BadViewPoint { text: text.to_owned() }) }
-    }
-}
-
-/// The projection of a camera.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Lens {
-    /// Perspective projection.
-    Perspective {
-        /// Full vertical field of view in radians, above 0 and below π.
-        fov_y: f64,
-    },
-    /// Parallel projection. The distance to the eye does not matter; points behind the eye are visible too.
-    Orthographic {
-        /// Height of the view in millimetres of the world, above 0.
-        height: f64,
-    },
-}
-
-/// A camera in world coordinates, millimetres.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Camera {
-    /// Position of the camera.
-    pub eye: DVec3,
-    /// Point the camera looks at. Must differ from `eye`.
-    pub target: DVec3,
-    /// Direction that points up in the picture. Must not be parallel to the line of sight.
-    pub up: DVec3,
-    /// Projection.
-    pub lens: Lens,
-}
-
-impl Camera {
-    /// Vertical field of view of fitted cameras, radians: 30°, a long lens as is usual in CAD.
-    pub const FOV_Y: f64 = std::f64::consts::FRAC_PI_6;
-
-    /// Converts to an orthographic camera. Objects at the depth of the target keep their size.
-    #[must_use]
-    pub fn orthographic(&self) -> Self {
-        let height = self.height_at((self.eye - self.target).length());
-        Self { lens: Lens::Orthographic { height }, ..*self }
-    }
-
-    /// Converts to a perspective camera of [`FOV_Y`](Self::FOV_Y). Objects at the depth of the target keep their size.
-    /// Perspective cameras are returned unchanged.
-    #[must_use]
-    pub fn perspective(&self) -> Self {
-        let Lens::Orthographic { height } = self.lens else { return *self };
-        let [.., back] = self.axes();
-        let distance = 0.5 * height / (0.5 * Self::FOV_Y).tan();
-        Self { eye: self.target + distance * back, lens: Lens::Perspective { fov_y: Self::FOV_Y }, ..*self }
-    }
-
-    /// World to camera transform: x right, y up, z towards the eye.
-    #[must_use]
-    pub fn view(&self) -> DMat4 {
-        dcamera::rh::view::look_at_mat4(self.eye, self.target, self.up)
-    }
-
-    /// Camera to clip space transform: y up, reversed depth with 1 at `near`.
-    ///
-    /// Depth 0 is at infinity in perspective (`far` is ignored) and at `far` in orthographic projection, where `near`
-    /// may be negative.
-    #[must_use]
-    pub fn projection(&self, aspect: f64, near: f64, far: f64) -> DMat4 {
-        match self.lens {
-            Lens::Perspective { fov_y } => {
-                dcamera::rh::proj::directx::perspective_infinite_reverse(fov_y, aspect, near)
-            }
-            Lens::Orthographic { height } => {
-                let (x, y) = (0.5 * aspect * height, 0.5 * height);
-                dcamera::rh::proj::directx::orthographic(-x, x, -y, y, far, near)
-            }
-        }
-    }
-
-    /// Height of the view in millimetres at distance `depth` in front of the eye.
-    pub(super) fn height_at(&self, depth: f64) -> f64 {
-        match self.lens {
-            Lens::Perspective { fov_y } => 2.0 * (0.5 * fov_y).tan() * depth,
-            Lens::Orthographic { height } => height,
-        }
-    }
-
-    /// The ray through the centre of pixel (`x`, `y`), counted from the upper left: its origin and unit direction.
-    #[must_use]
-    pub fn ray(&self, (x, y): (u32, u32), (width, height): (u32, u32)) -> (DVec3, DVec3) {
-        self.line_of_sight([f64::from(x) + 0.5, f64::from(y) + 0.5], [f64::from(width), f64::from(height)])
-    }
-
-    /// The ray through a position in the picture, in pixels from the upper left corner: its origin and unit direction.
-    /// The origin is the eye, or in orthographic projection a point at the depth of the eye.
-    #[must_use]
-    pub fn line_of_sight(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> (DVec3, DVec3) {
-        let place = DVec3::new(x - 0.5 * width, 0.5 * height - y, 0.0) * (self.height_at(1.0) / height);
-        let world = self.view().inverse();
-        match self.lens {
-            Lens::Perspective { .. } => (self.eye, world.transform_vector3(place - DVec3::Z).normalize()),
-            Lens::Orthographic { .. } => {
-                (self.eye + world.transform_vector3(place), world.transform_vector3(DVec3::NEG_Z))
-            }
-        }
     }
 }

@@ -1,0 +1,61 @@
+//! What a planner may do: limits, a budget of time, culling, how lines follow changes of density.
+
+use super::split::LinePlacement;
+use crate::frame::plan::limits::PlanLimits;
+use std::time::Duration;
+
+/// Options of a [`Planner`](super::planner::Planner).
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PlannerOptions {
+    /// Limits on the size of a plan.
+    pub limits: PlanLimits,
+    /// Budget for the tiles of a frame, as predicted time of a single worker. Changes beyond it wait for the next
+    /// frame. New tiles are always built, at a coarse level if the budget is spent. `None` disables it.
+    pub budget: Option<Duration>,
+    /// Cull back-facing tiles of closed parts.
+    /// Only valid while no camera is inside a part and the near plane clips none.
+    pub cull_back_faces: bool,
+    /// How lattice lines and tessellants follow changes of density.
+    pub lines: LinePlacement,
+}
+
+impl PlannerOptions {
+    /// Default limits, no budget, no back-face culling, [`LinePlacement::Spread`].
+    pub const DEFAULT: Self =
+        Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false, lines: LinePlacement::Spread };
+
+    /// Sets [`limits`](Self::limits).
+    #[must_use]
+    pub const fn with_limits(mut self, limits: PlanLimits) -> Self {
+        self.limits = limits;
+        self
+    }
+
+    /// Sets [`budget`](Self::budget).
+    #[must_use]
+    pub const fn with_budget(mut self, budget: Option<Duration>) -> Self {
+        self.budget = budget;
+        self
+    }
+
+    /// Sets [`cull_back_faces`](Self::cull_back_faces).
+    #[must_use]
+    pub const fn with_cull_back_faces(mut self, cull_back_faces: bool) -> Self {
+        self.cull_back_faces = cull_back_faces;
+        self
+    }
+
+    /// Sets [`lines`](Self::lines).
+    #[must_use]
+    pub const fn with_lines(mut self, lines: LinePlacement) -> Self {
+        self.lines = lines;
+        self
+    }
+}
+
+impl Default for PlannerOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
