@@ -174,8 +174,8 @@ def judge(task: tuple[str, str, str, float]) -> list[dict]:
 
 def table(rows: list[dict]) -> str:
     lines = [
-        "variant | format | files | triangles | equal to the report | recentred | collapsed | status 3 | check failed | "
-        "rounding/chord | validator errors, warnings",
+        "variant | format | files | triangles | equal to the report | recentred | collapsed | status 3 | check failed"
+        " | rounding/chord | validator errors, warnings",
         "|".join(["---"] * 11),
     ]
     groups = collections.defaultdict(list)

@@ -36,7 +36,7 @@ def moved(text: str, by: float) -> str:
 
 
 def scaled(text: str, steps: int) -> str:
-    """The file in another unit, 1000 to the power of `steps` times as large. Centimetres become micrometres at least."""
+    """The file in another unit, 1000 to the power of `steps` times as large. Centimetres shrink to micrometres."""
 
     def unit(match: re.Match) -> str:
         return match[1] + PREFIXES[steps].get(match[2].upper(), match[2]) + match[3]
