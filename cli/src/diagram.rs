@@ -1,5 +1,6 @@
 //! `trimtess info --svg`: one tile as it is tessellated, as a diagram of all decisions.
 
+use crate::outputs::Outputs;
 use crate::tessellate::ToleranceArgs;
 use crate::{Common, Failure};
 use serde::Serialize;
@@ -8,7 +9,6 @@ use trimtess::draw::{TileDiagram, TileView, tile};
 use trimtess::frame::internals::record_tile;
 use trimtess::frame::plan_within;
 use trimtess::model::{PartId, TileId};
-use trimtess::out;
 use trimtess::prepare::Prepared;
 
 /// Options of a tile diagram.
@@ -17,7 +17,7 @@ use trimtess::prepare::Prepared;
 pub(crate) struct DiagramArgs {
     /// Draw how a tile is tessellated: lattice, cells, crossings, in-points, exit and external points, triangles.
     #[arg(long, value_name = "OUT.svg")]
-    svg: Option<PathBuf>,
+    pub(crate) svg: Option<PathBuf>,
     /// Part number, as in diagnostics.
     #[arg(long, value_name = "N", default_value_t = 0, requires = "svg")]
     part: usize,
@@ -57,7 +57,13 @@ fn cell(text: &str) -> Result<[u32; 2], String> {
 
 impl DiagramArgs {
     /// Draws the tile selected by the options, if `--svg` is given.
-    pub(crate) fn draw(&self, prepared: &Prepared, input: &str, common: &Common) -> Result<Option<Drawn>, Failure> {
+    pub(crate) fn draw(
+        &self,
+        prepared: &Prepared,
+        input: &str,
+        common: &Common,
+        outputs: &mut Outputs,
+    ) -> Result<Option<Drawn>, Failure> {
         let Some(path) = &self.svg else { return Ok(None) };
         let (part, face) = (self.part, self.face);
         let usage = |message: String| Err(Failure::Usage(message));
@@ -90,8 +96,7 @@ impl DiagramArgs {
             row.tiles.len()
         )];
         let counts = tile(&record, &TileView { title, cell: self.cell });
-        let written = out::write_whole(path, |file| file.write_all(counts.svg.as_bytes()));
-        written.map_err(|e| Failure::Cannot(e.to_string()))?;
+        outputs.write(path, |file| file.write_all(counts.svg.as_bytes()))?;
         let file = path.display().to_string();
         Ok(Some(Drawn { file, part, face, tile: self.tile, chord_mm: chord, counts }))
     }

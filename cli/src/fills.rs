@@ -1,7 +1,7 @@
 //! Faces whose loops do not bound a simple region -> slivers and rewound area per face, and warnings where they are
 //! visible.
 
-use crate::report::{entity_of, tile_centre};
+use crate::lost::{entity_of, tile_centre};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use trimtess::mesh::{MemorySink, Scene};

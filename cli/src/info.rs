@@ -3,6 +3,7 @@
 use crate::diagram::{DiagramArgs, Drawn};
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::name;
@@ -10,14 +11,14 @@ use crate::{AsJson, Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use trimtess::model::{Model, Severity};
+use trimtess::model::Model;
 use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
 #[derive(clap::Args)]
 pub(crate) struct InfoArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
+    #[arg(value_name = "FILE", value_parser = input::parser())]
     pub(crate) input: Input,
     /// Print what preparing made of each face: patches, tiles, trimming curves before and after intersection, critical
     /// parameters, maximum derivative bounds.
@@ -27,6 +28,13 @@ pub(crate) struct InfoArgs {
     diagram: DiagramArgs,
     #[command(flatten)]
     told: AsJson,
+}
+
+impl InfoArgs {
+    /// The files to write.
+    pub(crate) fn outputs(&self) -> Named<'_> {
+        Named::default().output("diagram", self.diagram.svg.as_ref())
+    }
 }
 
 /// Maximum number of parts listed without `-v`. The rest is only counted.
@@ -85,7 +93,7 @@ struct DiagnosticRow {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
+pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let progress = Progress::start(common);
     progress.stage(format!("reading {}", args.input.name()));
     let model = args.input.read(&common.limits.step())?;
@@ -95,7 +103,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     let prepared = prepare(model, &common.prepare()).map_err(unprepared)?;
     info.r#box = prepared.bounds.map(|corners| corners.map(|corner| corner.to_array()));
     info.diagonal = prepared.diagonal;
-    info.drawn = args.diagram.draw(&prepared, &info.input, common)?;
+    info.drawn = args.diagram.draw(&prepared, &info.input, common, outputs)?;
     info.patches = trims.map(|trims| Patches::of(&prepared, &trims));
     for open in prepared.parts.iter().map(|part| part.open_edges()) {
         info.open_edges += open.count;
@@ -116,15 +124,11 @@ pub(crate) fn run(args: &InfoArgs, common: &Common) -> Result<Done, Failure> {
     drop(progress);
     if args.told.json {
         let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the result: {e}")))?;
-        crate::tell(&(text + "\n"))?;
+        outputs.tell(&(text + "\n"));
     } else {
-        crate::tell(&info.text(common.verbose > 0))?;
+        outputs.tell(&info.text(common.verbose > 0));
     }
-    let troubled = prepared
-        .diagnostics
-        .iter()
-        .any(|d| d.severity == Severity::Error || d.severity == Severity::Warning && d.face.is_some());
-    Ok(if troubled { Done::WithDiagnostics } else { Done::Clean })
+    Ok(Done::of(&prepared))
 }
 
 impl Info {

@@ -1,6 +1,10 @@
 //! FILE on the command line -> a model: a STEP file, or `builtin:NAME`.
 
 use crate::Failure;
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use trimtess::import::step::{self, StepError, StepOptions};
 use trimtess::model::Model;
@@ -14,18 +18,30 @@ pub(crate) enum Input {
     Builtin(String),
 }
 
-/// Parses `builtin:NAME` or a path.
-pub(crate) fn parse(text: &str) -> Result<Input, std::convert::Infallible> {
-    Ok(match text.strip_prefix("builtin:") {
+/// Parses `builtin:NAME` or a path. Names of files need not be UTF-8.
+pub(crate) fn parser() -> impl TypedValueParser<Value = Input> {
+    OsStringValueParser::new().map(of_argument)
+}
+
+fn of_argument(argument: OsString) -> Input {
+    match argument.to_str().and_then(|text| text.strip_prefix("builtin:")) {
         Some(name) => Input::Builtin(name.to_owned()),
-        None => Input::File(PathBuf::from(text)),
-    })
+        None => Input::File(PathBuf::from(argument)),
+    }
 }
 
 impl Input {
     /// Whether this is `builtin:list`, which prints the names instead of loading a model.
     pub(crate) fn is_list(&self) -> bool {
         *self == Self::Builtin("list".into())
+    }
+
+    /// The file; `None` for built-in models.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Builtin(_) => None,
+        }
     }
 
     /// Loads the model.
@@ -70,4 +86,17 @@ fn file(path: &Path, options: &StepOptions) -> Result<Model, Failure> {
             _ => format!("{}: {error}", path.display()),
         })
     })
+}
+
+/// Reads a file of at most `most` bytes. Devices may have no end.
+///
+/// # Errors
+/// I/O errors, and a longer file.
+pub(crate) fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("longer than {most} bytes")));
+    }
+    Ok(bytes)
 }

@@ -1,5 +1,6 @@
 //! `-v`, `-q`, `RUST_LOG`, `--trace` -> the log on standard error and a timeline file.
 
+use crate::outputs::Outputs;
 use crate::{Common, Failure};
 use std::io::{IsTerminal, Write, stderr};
 use std::path::PathBuf;
@@ -31,11 +32,10 @@ impl Write for Recorded {
 
 impl Timeline {
     /// Writes the file.
-    pub(crate) fn finish(self) -> Result<(), Failure> {
+    pub(crate) fn finish(self, outputs: &mut Outputs) -> Result<(), Failure> {
         drop(self.guard);
         let recorded = self.recorded.0.lock().unwrap_or_else(PoisonError::into_inner);
-        trimtess::out::write_whole(&self.path, |file| file.write_all(&recorded))
-            .map_err(|e| Failure::Cannot(e.to_string()))
+        outputs.write(&self.path, |file| file.write_all(&recorded))
     }
 }
 
@@ -57,12 +57,13 @@ pub(crate) fn start(common: &Common) -> Result<Option<Timeline>, Failure> {
         .with_ansi(stderr().is_terminal())
         .with_target(false)
         .with_timer(fmt::time::uptime())
+        // Failures to write would be printed to standard error again, by a macro that panics.
+        .log_internal_errors(false)
         .with_filter(filter);
     let Some(path) = &common.trace else {
         tracing_subscriber::registry().with(log).init();
         return Ok(None);
     };
-    crate::tessellate::require_folder(path)?;
     let recorded = Recorded::default();
     let (timeline, guard) = ChromeLayerBuilder::new().writer(recorded.clone()).include_args(true).build();
     let timeline = timeline.with_filter(EnvFilter::new("trimtess=trace"));

@@ -9,7 +9,9 @@ mod input;
 mod laps;
 mod limits;
 mod logging;
+mod lost;
 mod memory;
+mod outputs;
 mod patches;
 #[cfg(feature = "wgpu")]
 mod picture;
@@ -17,16 +19,20 @@ mod progress;
 #[cfg(feature = "wgpu")]
 mod render;
 mod report;
+mod rounded;
+mod signals;
 mod tessellate;
 #[cfg(feature = "view")]
 mod view;
 
 use clap::{Args, Parser, Subcommand};
+use outputs::{Named, Outputs};
 use std::fmt;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::exit;
-use trimtess::prepare::PrepareOptions;
+use trimtess::model::{Diagnostic, Severity};
+use trimtess::prepare::{PrepareOptions, Prepared};
 
 /// Reading and preparing make millions of small allocations; the system's allocator would take a tenth of the time.
 #[global_allocator]
@@ -42,17 +48,20 @@ struct Cli {
     common: Common,
 }
 
+/// Maximum number of threads that can be asked for: starting more takes longer than any file.
+const MOST_WORKERS: i64 = 1024;
+
 /// Options of every subcommand.
 #[derive(Args)]
 struct Common {
     /// Maximum number of threads (default: one per core). `bench` accepts a comma-separated list and measures each.
     #[arg(long, global = true, value_name = "N", value_delimiter = ',',
-          value_parser = clap::value_parser!(u16).range(1..))]
+          value_parser = clap::value_parser!(u16).range(1..=MOST_WORKERS))]
     workers: Vec<u16>,
     /// Log more to standard error; repeat for more detail. `RUST_LOG` overrides it.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
-    /// Print nothing to standard error except errors.
+    /// Print nothing except errors, and results that are asked for: `--json`, and those of `info` and `bench`.
     #[arg(short, long, global = true, conflicts_with = "verbose")]
     quiet: bool,
     /// Write a timeline for chrome://tracing or Perfetto.
@@ -123,6 +132,23 @@ impl Command {
     }
 }
 
+impl Command {
+    /// The files that the command line names.
+    fn files<'a>(&'a self, common: &'a Common) -> Named<'a> {
+        let mut named = match self {
+            Self::Info(args) => args.outputs(),
+            Self::Tessellate(args) => args.outputs(),
+            #[cfg(feature = "wgpu")]
+            Self::Render(args) => args.outputs(),
+            #[cfg(feature = "view")]
+            Self::View(args) => args.outputs(),
+            Self::Bench(args) => args.files(),
+        };
+        named.inputs.extend(self.input().and_then(input::Input::path));
+        named.output("timeline", common.trace.as_ref())
+    }
+}
+
 /// Result of a command that succeeded.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Done {
@@ -133,6 +159,19 @@ enum Done {
 }
 
 impl Done {
+    /// `WithDiagnostics` if the model has no faces, or there is an error or a warning about a face.
+    fn of(prepared: &Prepared) -> Self {
+        let faceless = prepared.scene.instances.iter().all(|instance| {
+            prepared.scene.parts.get(instance.part.index()).is_none_or(|part| part.face_colours.is_empty())
+        });
+        let counts = |told: &Diagnostic| match told.severity {
+            Severity::Error => true,
+            Severity::Warning => told.face.is_some(),
+            Severity::Note => false,
+        };
+        if faceless || prepared.diagnostics.iter().any(counts) { Self::WithDiagnostics } else { Self::Clean }
+    }
+
     fn status(self) -> i32 {
         match self {
             Self::Clean => 0,
@@ -175,16 +214,20 @@ fn main() {
         Ok(trace) => trace,
         Err(failure) => leave(Err(failure)),
     };
-    let result = run(cli, laps);
-    let traced = trace.map_or(Ok(()), logging::Timeline::finish);
-    leave(result.and_then(|done| traced.map(|()| done)))
+    signals::watch();
+    leave(run(cli, laps).and_then(|(done, mut outputs)| {
+        trace.map_or(Ok(()), |trace| trace.finish(&mut outputs))?;
+        outputs.publish().map(|()| done)
+    }))
 }
 
 /// Runs the command. A panic in the library is a bug: it becomes status 1 and a message.
-fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
+fn run(cli: Cli, laps: laps::Laps) -> Result<(Done, Outputs), Failure> {
     let work = move || {
         let Cli { command, common } = cli;
         let workers = common.workers();
+        let mut outputs = Outputs::default();
+        command.files(&common).check()?;
         if common.workers.len() > 1 && !matches!(command, Command::Bench(_)) {
             return Err(Failure::Usage("--workers: only `bench` accepts several numbers".into()));
         }
@@ -193,18 +236,19 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<Done, Failure> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
         if command.input().is_some_and(input::Input::is_list) {
-            tell(&input::builtin_list())?;
-            return Ok(Done::Clean);
+            outputs.tell(&input::builtin_list());
+            return Ok((Done::Clean, outputs));
         }
-        match command {
-            Command::Info(args) => info::run(&args, &common),
-            Command::Tessellate(args) => tessellate::run(&args, &common, laps),
+        let done = match command {
+            Command::Info(args) => info::run(&args, &common, &mut outputs),
+            Command::Tessellate(args) => tessellate::run(&args, &common, laps, &mut outputs),
             #[cfg(feature = "wgpu")]
-            Command::Render(args) => render::run(&args, &common, laps),
+            Command::Render(args) => render::run(&args, &common, laps, &mut outputs),
             #[cfg(feature = "view")]
-            Command::View(args) => view::run(&args, &common),
-            Command::Bench(args) => bench::run(&args, &common),
-        }
+            Command::View(args) => view::run(&args, &common, &mut outputs),
+            Command::Bench(args) => bench::run(&args, &common, &mut outputs),
+        }?;
+        Ok((done, outputs))
     };
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|_| {
         let what = "internal error (details above); please report it with the file that caused it";
@@ -226,7 +270,8 @@ fn leave(result: Result<Done, Failure>) -> ! {
     match result {
         Ok(done) => exit(done.status()),
         Err(failure) => {
-            eprintln!("error: {failure}");
+            // `eprintln` panics where standard error is closed or full.
+            let _ = writeln!(std::io::stderr(), "error: {failure}");
             exit(failure.status())
         }
     }

@@ -3,10 +3,11 @@
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::picture::{ANGLE, PictureArgs, require_png};
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
-use crate::tessellate::{make, require_outputs, size};
+use crate::tessellate::{make, size};
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -23,7 +24,7 @@ const SCOUT_CHORD_REL: f64 = 1e-2;
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
+    #[arg(value_name = "FILE", value_parser = input::parser())]
     pub(crate) input: Input,
     /// Output file, a PNG.
     #[arg(short, long, value_name = "OUT.png")]
@@ -40,11 +41,17 @@ pub(crate) struct RenderArgs {
     told: AsJson,
 }
 
+impl RenderArgs {
+    /// The files to write.
+    pub(crate) fn outputs(&self) -> Named<'_> {
+        Named::default().output("output", Some(&self.output)).output("report", self.report.as_ref())
+    }
+}
+
 /// Runs the command.
-pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
+pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &mut Outputs) -> Result<Done, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     require_png(&args.output)?;
-    require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 
     // First, because it is quick and fails early.
@@ -73,7 +80,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     progress.stage("drawing");
     let options = args.picture.options(camera, args.size);
     let image = renderer.render(&frame, &options).map_err(|e| cannot(&e))?;
-    image.write_png(&args.output).map_err(|e| cannot(&e))?;
+    outputs.write(&args.output, |file| image.encode(file))?;
     let write = opened + laps.lap();
     drop(progress);
     tracing::info!("drawn by {}", renderer.adapter());
@@ -83,7 +90,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<
     report.diagonal_mm = prepared.diagonal;
     report.workers = made.workers.len();
     report.seconds = Seconds { read, prepare, tessellate, check: 0.0, write, total: laps.total() };
-    report.publish(common, args.told.json, args.report.as_deref())
+    report.publish(common, args.told.json, args.report.as_deref(), outputs)
 }
 
 /// Fits the camera to a coarse frame.

@@ -2,21 +2,21 @@
 
 use crate::closedness::{self, Closedness};
 use crate::fills::{self, Fill};
+use crate::lost::{add_degraded, add_lost_lines, add_unexplained};
 use crate::memory::peak_memory;
+use crate::outputs::Outputs;
+use crate::rounded::{ReadBackRow, words};
 use crate::{Common, Done, Failure};
-use glam::DVec3;
 use serde::Serialize;
-use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 use trimtess::audit::{DeviationReport, EconomyReport};
-use trimtess::frame::{Degradation, Ladder, Rung};
+use trimtess::frame::{Ladder, Rung};
 use trimtess::mesh::{MemorySink, Scene};
-use trimtess::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, TileTrouble};
-use trimtess::parallel::{DegradedTile, FrameReport};
+use trimtess::model::{Diagnostic, Severity};
+use trimtess::parallel::FrameReport;
 use trimtess::prepare::Prepared;
-use trimtess::prepare::internals::PreparedFace;
 
 /// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
@@ -58,7 +58,16 @@ pub(crate) struct Report {
     #[serde(serialize_with = "by_rung")]
     pub(crate) ladder: Ladder,
     pub(crate) diagnostics: Vec<Entry>,
+    /// Triangles in the file.
     pub(crate) triangles: u64,
+    /// Triangles left out of the file, because corners of them round to one position.
+    pub(crate) collapsed_triangles: u64,
+    /// Upper bound on the distance that the file's numbers move a vertex, millimetres.
+    pub(crate) rounding_mm: f64,
+    /// Add this to positions in the file to get those of the model, millimetres. Zero without `--recenter`.
+    pub(crate) offset_mm: [f64; 3],
+    /// What the written file holds. With `--check`; null if the output is a device or a pipe.
+    pub(crate) read_back: Option<ReadBackRow>,
     pub(crate) vertices: u64,
     /// Slivers: triangles that only close a face.
     pub(crate) slivers: u64,
@@ -134,20 +143,24 @@ impl Report {
         report
     }
 
-    /// `WithDiagnostics` if there is an error, or a warning about a face.
+    /// `WithDiagnostics` if there is an error, a warning about a face, or no face at all.
     pub(crate) fn done(&self) -> Done {
         let counts = |entry: &Entry| match entry.severity {
             "error" => true,
             "warning" => entry.face.is_some(),
             _ => false,
         };
-        if self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
+        if self.faces == 0 || self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
     }
 
     /// Adds an error of `--check`.
     pub(crate) fn add_error(&mut self, reason: String) {
-        let (severity, code) = (name(Severity::Error), "check-failed");
-        self.diagnostics.push(Entry { severity, face: None, entity: None, place: None, code, reason });
+        self.add(Severity::Error, None, "check-failed", reason);
+    }
+
+    /// Adds a diagnostic that only the program reports. `face` is numbered across all instances.
+    pub(crate) fn add(&mut self, severity: Severity, face: Option<u64>, code: &'static str, reason: String) {
+        self.diagnostics.push(Entry { severity: name(severity), face, entity: None, place: None, code, reason });
     }
 
     /// Adds the results of the audit.
@@ -164,12 +177,18 @@ impl Report {
 
     /// Adds a warning that the plan is coarser than the tolerance.
     pub(crate) fn add_warning(&mut self, reason: String) {
-        let (severity, code) = (name(Severity::Warning), "plan-coarser");
-        self.diagnostics.push(Entry { severity, face: None, entity: None, place: None, code, reason });
+        self.add(Severity::Warning, None, "plan-coarser", reason);
     }
 
-    /// Prints the first diagnostics to standard error, writes the report file if given, and prints the summary or JSON.
-    pub(crate) fn publish(&mut self, common: &Common, as_json: bool, file: Option<&Path>) -> Result<Done, Failure> {
+    /// Prints the first diagnostics to standard error, adds the report file and the summary or JSON to the
+    /// outputs.
+    pub(crate) fn publish(
+        &mut self,
+        common: &Common,
+        as_json: bool,
+        file: Option<&Path>,
+        outputs: &mut Outputs,
+    ) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
         // Worst first, otherwise in the order of arrival.
         self.diagnostics
@@ -181,10 +200,13 @@ impl Report {
         let json = || serde_json::to_string(self).map_err(|e| Failure::Cannot(format!("the report: {e}")));
         if let Some(path) = file {
             let text = json()? + "\n";
-            trimtess::out::write_whole(path, |file| file.write_all(text.as_bytes()))
-                .map_err(|e| Failure::Cannot(e.to_string()))?;
+            outputs.write(path, |file| file.write_all(text.as_bytes()))?;
         }
-        crate::tell(&if as_json { json()? + "\n" } else { self.summary() })?;
+        if as_json {
+            outputs.tell(&(json()? + "\n"));
+        } else if !common.quiet {
+            outputs.tell(&self.summary());
+        }
         Ok(self.done())
     }
 
@@ -218,6 +240,7 @@ impl Report {
         );
         let _ = writeln!(text, "  ladder: {}", self.ladder);
         let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
+        text += &words(self);
         if self.slivers > 0 {
             // Other fills have rewound area alone.
             let faces = self.fills.iter().filter(|fill| fill.slivers > 0).count();
@@ -295,102 +318,6 @@ pub(crate) fn name(severity: Severity) -> &'static str {
     }
 }
 
-/// Adds one diagnostic per face and severity, with the trouble of the first tile and the number of the others.
-fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<bool>], prepared: &Prepared) {
-    let mut told: BTreeMap<(PartId, FaceId, Severity), (&DegradedTile, u32)> = BTreeMap::new();
-    for tile in &made.degraded {
-        let lost = !meshed[tile.part.index()][tile.face.index()];
-        let severity = match &tile.degradation {
-            // Prepare reports the same crossing.
-            Degradation::NotSimple { .. } if row_of(prepared, tile.part, tile.face).is_some_and(|row| row.crosses) => {
-                continue;
-            }
-            Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
-            Degradation::Empty if lost && !has_no_area(prepared, tile.part, tile.face) => Severity::Warning,
-            // The tile is thinner than the tolerance; its neighbours close over it.
-            Degradation::Empty => continue,
-            // Degradations added by later versions of the library.
-            _ => Severity::Error,
-        };
-        told.entry((tile.part, tile.face, severity)).and_modify(|(_, others)| *others += 1).or_insert((tile, 0));
-    }
-    all.extend(told.into_iter().map(|((part, face, severity), (tile, others))| {
-        let kind = DiagnosticKind::Tile { first: tile.degradation.trouble(), others };
-        let crossing = match tile.degradation {
-            Degradation::NotSimple { place, .. } => place,
-            _ => None,
-        };
-        let rows = prepared.parts.get(part.index());
-        let centre = || rows.and_then(|rows| rows.tiles.get(tile.tile.0 as usize)).map(|row| row.centre);
-        let (part, entity) = (Some(part), entity_of(prepared, part, face));
-        let place = crossing.or_else(centre);
-        Diagnostic { part, face: Some(face), entity, place, ..Diagnostic::new(severity, kind) }
-    }));
-}
-
-/// Whether prepare found that the face is a point or a curve.
-fn has_no_area(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
-    prepared.scene.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
-}
-
-/// The prepared face; `None` if prepare could not use it.
-fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFace> {
-    prepared.parts.get(part.index())?.face(face)
-}
-
-/// A point near the middle of a face's first tile, part coordinates.
-pub(crate) fn tile_centre(prepared: &Prepared, part: PartId, face: FaceId) -> Option<DVec3> {
-    let tile = row_of(prepared, part, face)?.tiles.start;
-    Some(prepared.parts[part.index()].tiles.get(tile as usize)?.centre)
-}
-
-/// Entity number of a prepared face; 0 if unknown.
-pub(crate) fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
-    row_of(prepared, part, face).map_or(0, |row| row.entity)
-}
-
-/// Adds an error per edge without a polyline, at the first face that uses it.
-fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prepared) {
-    for lost in &made.lost_lines {
-        let rows = prepared.parts.get(lost.part.index());
-        let edge = rows.and_then(|rows| rows.edges.get(lost.edge.index()));
-        let tile = edge.and_then(|edge| edge.uses.first()).map(|used| used.tile);
-        let face = tile.and_then(|tile| Some(rows?.tiles.get(tile.0 as usize)?.face));
-        let kind = TileTrouble::NoPolyline { part: lost.part, edge: lost.edge, why: lost.why.clone() };
-        all.push(Diagnostic {
-            part: Some(lost.part),
-            face,
-            edge: Some(lost.edge),
-            entity: face.map_or(0, |face| entity_of(prepared, lost.part, face)),
-            place: edge.and_then(|edge| edge.breaks.first()).map(|end| end.point),
-            ..Diagnostic::new(Severity::Error, kind)
-        });
-    }
-}
-
-/// Adds an error for each face without triangles that no stage explained. A note explains a face only if prepare
-/// skipped it, as it does with surfaces without area.
-fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
-    let passed_over = |part: PartId, face: FaceId| {
-        let row = prepared.parts.get(part.index()).and_then(|part| part.face_rows.get(face.index()));
-        row.is_some_and(Option::is_none) || has_no_area(prepared, part, face)
-    };
-    let told = all.iter().filter_map(|d| Some((d.severity, d.part.zip(d.face)?)));
-    let explains = |severity, (part, face)| severity > Severity::Note || passed_over(part, face);
-    let explained: HashSet<_> = told.filter(|(severity, at)| explains(*severity, *at)).map(|(_, at)| at).collect();
-    for (part, faces) in meshed.iter().enumerate() {
-        for face in (0..faces.len()).filter(|&face| !faces[face]) {
-            let (part, face) = (PartId::new(part), FaceId::new(face));
-            if !explained.contains(&(part, face)) {
-                let entity = entity_of(prepared, part, face);
-                let (part, face) = (Some(part), Some(face));
-                let told = Diagnostic::new(Severity::Error, TileTrouble::Unexplained);
-                all.push(Diagnostic { part, face, entity, ..told });
-            }
-        }
-    }
-}
-
 /// Repeats diagnostics of faces per instance, with the face's number in the scene. Worst first, then in the order of
 /// arrival.
 fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
@@ -421,12 +348,13 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DAffine3;
+    use glam::{DAffine3, DVec3};
     use std::sync::Arc;
+    use trimtess::frame::Degradation;
     use trimtess::mesh::{Batch, SceneInstance, ScenePart, TileMesh};
     use trimtess::model::EdgeId;
-    use trimtess::model::TileId;
-    use trimtess::prepare::internals::PreparedPart;
+    use trimtess::model::{DiagnosticKind, FaceError, FaceId, FaceTrouble, PartId, TileId, TileTrouble};
+    use trimtess::parallel::DegradedTile;
 
     /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a
     /// triangle.
@@ -461,16 +389,19 @@ mod tests {
     }
 
     #[test]
-    fn a_note_explains_only_a_skipped_face() {
-        let mut prepared = prepared(diagnostic(Severity::Note, Some(1)));
-        let unexplained = |prepared: &Prepared| {
-            let report = Report::of(&frame(), prepared, &FrameReport::default());
+    fn only_a_note_that_a_face_has_no_area_explains_it() {
+        let unexplained = |kind: DiagnosticKind| {
+            let note = Diagnostic { kind, ..diagnostic(Severity::Note, Some(1)) };
+            let report = Report::of(&frame(), &prepared(note), &FrameReport::default());
             report.diagnostics.iter().filter(|entry| entry.reason.contains("no stage")).count()
         };
-        assert_eq!(unexplained(&prepared), 3, "face 1 twice, face 3 once");
-        prepared.parts =
-            vec![Arc::new(PreparedPart { face_rows: vec![Some(0), None, Some(1)], ..PreparedPart::default() })];
-        assert_eq!(unexplained(&prepared), 1);
+        assert_eq!(unexplained(TileTrouble::Empty.into()), 3, "face 1 twice, face 3 once");
+        assert_eq!(unexplained(FaceTrouble::Unusable(FaceError::NothingKept).into()), 1);
+    }
+
+    #[test]
+    fn a_scene_without_faces_is_not_clean() {
+        assert_eq!(Report::default().done(), Done::WithDiagnostics);
     }
 
     #[test]
@@ -554,7 +485,6 @@ mod tests {
 
     #[test]
     fn crossing_wires_and_their_area_are_reported_once() {
-        use glam::DVec3;
         use trimtess::frame::{Tolerance, plan};
         use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
         use trimtess::prepare::{PrepareOptions, prepare};
@@ -583,7 +513,7 @@ mod tests {
 
     #[test]
     fn notes_and_warnings_without_a_face_leave_the_status_clean() {
-        let mut report = Report::default();
+        let mut report = Report { faces: 1, ..Report::default() };
         for (severity, face, done) in [
             (Severity::Note, Some(0), Done::Clean),
             (Severity::Warning, None, Done::Clean),

@@ -4,10 +4,12 @@ use crate::closedness::Closedness;
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
 use crate::report::Report;
+use crate::rounded;
 use crate::{AsJson, Common, Done, Failure};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
@@ -27,7 +29,7 @@ const DEFAULT_ANGLE: f64 = 20.0;
 #[derive(clap::Args)]
 pub(crate) struct TessellateArgs {
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse)]
+    #[arg(value_name = "FILE", value_parser = input::parser())]
     pub(crate) input: Input,
     /// Output file. The extension selects the format: glb, stl, ply or obj.
     #[arg(short, long, value_name = "OUT")]
@@ -38,11 +40,22 @@ pub(crate) struct TessellateArgs {
     /// the exact surfaces and edges. Exit status 3 if the check fails.
     #[arg(long)]
     check: bool,
+    /// Move the centre of the scene to the origin, and report the offset. Formats in single precision lose detail far
+    /// from the origin.
+    #[arg(long)]
+    recenter: bool,
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
     #[command(flatten)]
     told: AsJson,
+}
+
+impl TessellateArgs {
+    /// The files to write.
+    pub(crate) fn outputs(&self) -> Named<'_> {
+        Named::default().output("output", Some(&self.output)).output("report", self.report.as_ref())
+    }
 }
 
 /// Tolerance options.
@@ -80,17 +93,30 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Largest side of a picture or a window, pixels. No graphics device has larger textures.
+const MOST_PIXELS: u32 = 32_768;
+
 /// Parses WxH.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|&side| side > 0);
     let sides = text.split_once('x').and_then(|(width, height)| Some((parse(width)?, parse(height)?)));
-    sides.ok_or_else(|| format!("{text} is not WIDTHxHEIGHT, like 1280x960"))
+    match sides {
+        Some((width, height)) if width.max(height) > MOST_PIXELS => {
+            Err(format!("{text} is not from 1x1 to {MOST_PIXELS}x{MOST_PIXELS}"))
+        }
+        Some(sides) => Ok(sides),
+        None => Err(format!("{text} is not WIDTHxHEIGHT, like 1280x960")),
+    }
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
+pub(crate) fn run(
+    args: &TessellateArgs,
+    common: &Common,
+    mut laps: Laps,
+    outputs: &mut Outputs,
+) -> Result<Done, Failure> {
     let format = Format::of_path(&args.output).map_err(|e| Failure::Usage(e.to_string()))?;
-    require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 
     progress.stage(format!("reading {}", args.input.name()));
@@ -114,15 +140,29 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
 
     if args.check {
         progress.stage("checking");
-        check(&prepared, &shells, &frame, tolerance.chord, &mut report);
+        check_mesh(&prepared, &shells, &frame, tolerance.chord, &mut report);
     }
     report.diagonal_mm = prepared.diagonal;
-    let check = laps.lap();
+    let mut check = laps.lap();
 
     progress.stage(format!("writing {}", args.output.display()));
-    let written = tracing::info_span!("write").in_scope(|| out::save(&frame, &args.output, format));
-    written.map_err(|e| Failure::Cannot(e.to_string()))?;
+    if args.recenter {
+        report.offset_mm = rounded::recenter(&mut frame, &prepared).to_array();
+    }
+    let most = rounded::most(tolerance.chord);
+    let written = tracing::info_span!("write")
+        .in_scope(|| out::save_pending(&frame, &args.output, format, most, &mut outputs.files));
+    let (rounding, pending) = match written {
+        Ok(written) => written,
+        Err(e) => return Err(rounded::unwritten(&e, (&mut frame, args.recenter), &prepared, (format, most))),
+    };
+    rounded::tell(&rounding, &mut report);
     let write = laps.lap();
+    if args.check {
+        progress.stage("reading the file back");
+        rounded::check(&prepared, &frame, &pending, format, tolerance.chord, &mut report);
+        check += laps.lap();
+    }
     drop(progress);
 
     report.input = args.input.name();
@@ -131,7 +171,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, mut laps: Laps) -> Res
     report.angle_deg = Some(args.tolerance.angle);
     report.workers = made.workers.len();
     report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
-    let done = report.publish(common, args.told.json, args.report.as_deref());
+    let done = report.publish(common, args.told.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, plan, frame));
     done
@@ -172,7 +212,7 @@ pub(crate) fn make(
 const EDGE_LIMIT: f64 = 1.05;
 
 /// Runs `check_scene` and the audit, and adds their results and errors to the report.
-fn check(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
+fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
     let facts = check_scene(frame);
     report.open_edges = Some(facts.total.open_edges);
     report.unbalanced_edges = Some(facts.total.unbalanced_edges);
@@ -225,30 +265,6 @@ fn deviation_faults(deviation: &DeviationReport) -> impl Iterator<Item = String>
     off.into_iter().chain(edges_off)
 }
 
-/// Fails early if the outputs could not be written.
-pub(crate) fn require_outputs(output: &Path, report: Option<&Path>) -> Result<(), Failure> {
-    require_folder(output)?;
-    let Some(report) = report else { return Ok(()) };
-    require_folder(report)?;
-    let same = output == report
-        || std::fs::canonicalize(output).is_ok_and(|o| std::fs::canonicalize(report).is_ok_and(|r| r == o));
-    // Devices may receive both.
-    if same && !std::fs::metadata(output).is_ok_and(|known| !known.is_file()) {
-        return Err(Failure::Usage(format!("{}: the output and the report cannot be the same file", report.display())));
-    }
-    Ok(())
-}
-
-/// Fails early if the folder of `output` does not exist.
-pub(crate) fn require_folder(output: &Path) -> Result<(), Failure> {
-    match output.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(Failure::Cannot(format!("{}: folder {} does not exist", output.display(), folder.display())))
-        }
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -268,7 +284,7 @@ mod tests {
         session.frame(&plan, &mut frame).expect("a frame");
         tamper(&mut frame, &mut shells);
         let mut report = Report::default();
-        check(&prepared, &shells, &frame, chord, &mut report);
+        check_mesh(&prepared, &shells, &frame, chord, &mut report);
         report.diagnostics.into_iter().map(|entry| entry.reason).collect()
     }
 

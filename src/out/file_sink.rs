@@ -1,88 +1,46 @@
 //! Batches to a file: collects a frame, writes it when the frame is complete.
 
-use super::pending::PendingFile;
-#[cfg(feature = "glb")]
-use super::write_glb;
-use super::{write_obj, write_ply, write_stl};
+use super::pending::{Outputs, PendingFile};
+use super::rounding::Rounding;
+use super::{Format, UnknownFormat};
 use crate::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
-use std::fmt;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// A mesh file format.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Format {
-    /// Binary glTF, see [`write_glb`].
-    #[cfg(feature = "glb")]
-    Glb,
-    /// Binary STL, see [`write_stl`].
-    Stl,
-    /// Stanford PLY, see [`write_ply`].
-    Ply,
-    /// Wavefront OBJ, see [`write_obj`].
-    Obj,
-}
-
-impl Format {
-    /// Every format with its file extension.
-    pub const ALL: &'static [(&'static str, Self)] = &[
-        #[cfg(feature = "glb")]
-        ("glb", Self::Glb),
-        ("stl", Self::Stl),
-        ("ply", Self::Ply),
-        ("obj", Self::Obj),
-    ];
-
-    /// Returns the format for the extension of `path`, ignoring case.
-    ///
-    /// # Errors
-    /// If the extension is missing or unknown.
-    pub fn of_path(path: &Path) -> Result<Self, UnknownFormat> {
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-        let known = Self::ALL.iter().find(|(name, _)| *name == extension);
-        known.map(|(_, format)| *format).ok_or(UnknownFormat { extension })
-    }
-
-    fn write(self, frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
-        match self {
-            #[cfg(feature = "glb")]
-            Self::Glb => write_glb(frame, file),
-            Self::Stl => write_stl(frame, file),
-            Self::Ply => write_ply(frame, file),
-            Self::Obj => write_obj(frame, file),
-        }
-    }
-}
-
-/// A file name whose extension is missing or not that of a format that can be written.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct UnknownFormat {
-    /// The extension in lower case, without its dot. Empty if missing.
-    pub extension: String,
-}
-
-impl fmt::Display for UnknownFormat {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.extension.as_str() {
-            "" => f.write_str("the file name has no extension")?,
-            extension => write!(f, "cannot write .{extension} files")?,
-        }
-        f.write_str("; known are")?;
-        for (index, (name, _)) in Format::ALL.iter().enumerate() {
-            write!(f, "{} .{name}", if index == 0 { "" } else { "," })?;
-        }
-        Ok(())
-    }
-}
-
-impl std::error::Error for UnknownFormat {}
-
-/// Writes a finished frame to `path` atomically.
+/// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost.
 ///
 /// # Errors
 /// If the file cannot be created, written or renamed. An existing file at `path` is then unchanged.
-pub fn save(frame: &MemorySink, path: &Path, format: Format) -> Result<(), SinkError> {
-    PendingFile::create(path)?.publish(|file| format.write(frame, file))
+pub fn save(frame: &MemorySink, path: &Path, format: Format) -> Result<Rounding, SinkError> {
+    save_within(frame, path, format, f64::INFINITY)
+}
+
+/// As [`save`], unless rounding to the format's numbers moves a vertex by more than `most` millimetres.
+///
+/// # Errors
+/// As [`save`]; and [`RoundedTooFar`](super::RoundedTooFar) as the cause, before the file is created.
+pub fn save_within(frame: &MemorySink, path: &Path, format: Format, most: f64) -> Result<Rounding, SinkError> {
+    let mut outputs = Outputs::default();
+    let (rounding, _) = save_pending(frame, path, format, most, &mut outputs)?;
+    outputs.publish()?;
+    Ok(rounding)
+}
+
+/// As [`save_within`], to a file that appears when `outputs` are published. Returns its temporary name as well.
+///
+/// # Errors
+/// As [`save_within`].
+pub fn save_pending(
+    frame: &MemorySink,
+    path: &Path,
+    format: Format,
+    most: f64,
+    outputs: &mut Outputs,
+) -> Result<(Rounding, PathBuf), SinkError> {
+    let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
+    let rounding = Rounding::of(frame, format, most).map_err(|beyond| context(beyond.into()))?;
+    rounding.within(most).map_err(|too_far| context(too_far.into()))?;
+    let temporary = outputs.write(path, |mut file| format.write(frame, most, &mut file))?;
+    Ok((rounding, temporary))
 }
 
 /// Creates a sink that writes `path` in the format of its extension. The file system is first touched by `begin`.
@@ -133,7 +91,7 @@ impl MeshSink for FileSink {
             Some(pending) => pending,
             None => PendingFile::create(&self.path)?,
         };
-        pending.publish(|file| self.format.write(&self.frame, file))?;
+        pending.publish(|file| self.format.write(&self.frame, f64::INFINITY, file))?;
         self.frame = MemorySink::default();
         Ok(())
     }

@@ -1,15 +1,17 @@
 //! A frame to binary glTF 2.0: metres, +Y up, one mesh per part, one node per instance, one primitive per colour.
 //!
 //! Positions are single precision relative to the centre of the part's bounding box, which the node's translation adds
-//! back, so parts far from the origin keep their precision. Each vertex stores the index of its face in `_FEATURE_ID_0`
+//! back, so parts far from the origin keep their precision. Where one translation has too few digits for the tolerance,
+//! nested nodes add up to the place. Each vertex stores the index of its face in `_FEATURE_ID_0`
 //! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
 
 use super::colour;
+use super::node_place::{NodePlace, local};
 use super::placed::{batches_by_part, by_part, distinct};
-use super::single::{BeyondSingle, single};
-use crate::mesh::{Batch, EdgeLine, MemorySink, SceneInstance, ScenePart};
+use super::single::BeyondSingle;
+use crate::mesh::{Batch, EdgeLine, MemorySink, ScenePart};
 use crate::model::Colour;
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Stride, Target, View};
 use gltf_json::material::{AlphaMode, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
@@ -20,7 +22,6 @@ use gltf_json::{Accessor, Asset, Buffer, Index, Material, Mesh, Node, Root, Scen
 use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Write};
 
-const METRES_PER_MILLIMETRE: f64 = 1e-3;
 /// Rotation from +Z up to +Y up, by columns.
 const Y_UP: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 /// The colour of B-rep edges.
@@ -37,6 +38,12 @@ const SHORT_VERTICES: usize = 65_535;
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
 /// written then.
 pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
+    write_glb_within(frame, f64::INFINITY, file)
+}
+
+/// As [`write_glb`]. A node whose translation is rounded by more than half of `most` millimetres is put into others, and
+/// the translations add up to the place.
+pub(super) fn write_glb_within(frame: &MemorySink, most: f64, file: &mut impl Write) -> io::Result<()> {
     let mut glb = Glb::default();
     let mut shapes = Vec::new();
     for ((part, batches), lines) in
@@ -54,7 +61,8 @@ pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
                 Some(mesh) => *mesh,
                 None => *meshes.entry(key).or_insert(glb.mesh(part, shape, instance.colour)),
             };
-            children.push(glb.root.push(node(part, instance, mesh)?));
+            let name = named(&instance.name).or_else(|| named(&part.name));
+            children.push(glb.node(&NodePlace::new(part, instance, most)?, name, mesh));
         }
     }
     let world = glb.root.push(Node {
@@ -96,7 +104,7 @@ struct Glb {
 impl Glb {
     fn shape(&mut self, part: &ScenePart, batches: &[&Batch], lines: &[&EdgeLine]) -> io::Result<PartShape> {
         let round = |points: &[DVec3]| -> Result<Vec<Vec3>, BeyondSingle> {
-            points.iter().map(|&point| single((point - part.centre) * METRES_PER_MILLIMETRE)).collect()
+            points.iter().map(|&point| local(part, point)).collect()
         };
         let mut groups: Vec<(Option<Colour>, Vec<&Batch>)> = Vec::new();
         let mut of_colour = HashMap::new();
@@ -235,6 +243,19 @@ impl Glb {
         Some(self.root.push(mesh))
     }
 
+    /// Adds the node of an instance, and those around it where one translation has too few digits.
+    fn node(&mut self, place: &NodePlace, name: Option<String>, mesh: Option<Index<Mesh>>) -> Index<Node> {
+        let node = Node { name, mesh, ..Node::default() };
+        let inner = self.root.push(match place.matrix() {
+            Some(matrix) => Node { matrix: Some(matrix), ..node },
+            None => Node { translation: Some(place.centre.to_array()), ..node },
+        });
+        place.around.iter().rev().fold(inner, |inner, around| {
+            let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
+            self.root.push(Node { translation, children, ..Node::default() })
+        })
+    }
+
     fn write(mut self, file: &mut impl Write) -> io::Result<()> {
         self.root.asset =
             Asset { generator: Some(concat!("trimtess ", env!("CARGO_PKG_VERSION")).into()), ..Asset::default() };
@@ -348,17 +369,4 @@ fn floats(vectors: &[Vec3]) -> impl Iterator<Item = u8> {
 
 fn named(name: &str) -> Option<String> {
     (!name.is_empty()).then(|| name.to_owned())
-}
-
-/// The node of an instance: translates the part's centre and transforms the part about it.
-fn node(part: &ScenePart, instance: &SceneInstance, mesh: Option<Index<Mesh>>) -> Result<Node, BeyondSingle> {
-    let centre = single(instance.transform.transform_point3(part.centre) * METRES_PER_MILLIMETRE)?;
-    let turn = instance.transform.matrix3;
-    let node = Node { name: named(&instance.name).or_else(|| named(&part.name)), mesh, ..Node::default() };
-    if turn == DMat3::IDENTITY {
-        return Ok(Node { translation: Some(centre.to_array()), ..node });
-    }
-    let [x, y, z] = [single(turn.x_axis)?, single(turn.y_axis)?, single(turn.z_axis)?].map(|axis| axis.extend(0.0));
-    let matrix = [x, y, z, centre.extend(1.0)].map(|column| column.to_array());
-    Ok(Node { matrix: matrix.as_flattened().try_into().ok(), ..node })
 }

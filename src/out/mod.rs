@@ -3,7 +3,7 @@
 //! Files are written atomically. Positions that are equal in a part stay equal in the file, whatever the format.
 
 mod pending;
-pub use pending::write_whole;
+pub use pending::{Outputs, remove_temporaries, target_of, write_whole};
 
 mod placed;
 
@@ -23,12 +23,29 @@ mod obj;
 pub use obj::write_obj;
 
 #[cfg(feature = "glb")]
+mod node_place;
+
+#[cfg(feature = "glb")]
 mod glb;
 #[cfg(feature = "glb")]
 pub use glb::write_glb;
 
+mod format;
+pub use format::{Format, UnknownFormat};
+
+mod rounding;
+pub use rounding::{RoundedTooFar, Rounding};
+
+mod bytes;
+
+#[cfg(feature = "glb")]
+mod read_glb;
+
+mod read_back;
+pub use read_back::{ReadBack, read_back};
+
 mod file_sink;
-pub use file_sink::{FileSink, Format, UnknownFormat, open, save};
+pub use file_sink::{FileSink, open, save, save_pending, save_within};
 
 /// Pictures through wgpu.
 #[cfg(feature = "wgpu")]

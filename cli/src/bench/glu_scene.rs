@@ -5,12 +5,13 @@
 //! (docs/benchmarks.md: libGLU).
 
 use super::flight::ms;
+use crate::input::read_at_most;
 use crate::limits::unprepared;
 use crate::tessellate::positive;
 use crate::{Common, Done, Failure};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 use trimtess::frame::internals::{Scratch, tessellate_tile};
@@ -28,6 +29,8 @@ const SIZE: (u32, u32) = (1920, 1080);
 /// Millimetres per unit of the published teapot. The camera path is defined in these units.
 const UNIT: f64 = 20.0;
 const VIEWS: usize = 4;
+/// Maximum length of a file of triangles, bytes: four million of them.
+const MOST_BYTES: u64 = 256 << 20;
 
 /// `trimtess bench glu-scene`
 #[derive(clap::Args)]
@@ -61,6 +64,16 @@ enum Other {
     Points,
 }
 
+impl GluSceneArgs {
+    /// The files to read.
+    pub(super) fn inputs(&self) -> Vec<&Path> {
+        match &self.other {
+            Some(Other::Triangles { files }) => files.iter().map(PathBuf::as_path).collect(),
+            _ => Vec::new(),
+        }
+    }
+}
+
 /// Runs the command.
 pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure> {
     let (model, patches) = scene()?;
@@ -73,7 +86,8 @@ pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure>
         Some(Other::Triangles { files }) => {
             let mut judged = TriangleQuality::default();
             for (k, file) in files.iter().enumerate() {
-                let bytes = std::fs::read(file).map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
+                let read = read_at_most(file, MOST_BYTES);
+                let bytes = read.map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
                 judged.add(&read_triangles(&bytes, patches.len())?, &patches, &PathCamera::of_view(k));
             }
             crate::tell(&format!("{}\n", judged.row()))?;

@@ -13,9 +13,10 @@ mod uploads;
 
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
-use crate::tessellate::{positive, require_folder, size};
-use crate::{Common, Done, Failure};
+use crate::tessellate::{positive, size};
+use crate::{Common, Done, Failure, MOST_WORKERS};
 use costs::Costs;
 use flight::{Coherence, Flight, Follow, Order, fly};
 use replay::{EPOCH, Policy, replay};
@@ -26,6 +27,15 @@ use std::sync::Arc;
 use summary::{Costly, Losses, Machine, Replay, Report, Row, Run, Spread, TileCosts};
 use trimtess::prepare::{Prepared, prepare};
 
+/// Maximum number of frames: a view takes 200 bytes, and a quarter of an hour at 1000 frames per second is long enough.
+const MOST_FRAMES: i64 = 1_000_000;
+
+/// Parses a number from 1 to 2.
+fn from_1_to_2(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().map_err(|e| e.to_string())?;
+    if (1.0..=2.0).contains(&number) { Ok(number) } else { Err("the value must be from 1 to 2".to_owned()) }
+}
+
 /// `trimtess bench`
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, disable_help_subcommand = true)]
@@ -33,13 +43,13 @@ pub(crate) struct BenchArgs {
     #[command(subcommand)]
     other: Option<Other>,
     /// A STEP file, builtin:NAME, or builtin:list.
-    #[arg(value_name = "FILE", value_parser = input::parse, required = true)]
+    #[arg(value_name = "FILE", value_parser = input::parser(), required = true)]
     pub(crate) input: Option<Input>,
     /// Camera path: orbit, zoom, walk, glu (the path of the comparison with libGLU), or a file written by --save-path.
-    #[arg(long, value_name = "PATH", value_parser = route::parse, default_value = "orbit")]
+    #[arg(long, value_name = "PATH", value_parser = route::parser(), default_value = "orbit")]
     path: Route,
     /// Number of frames of the path [default: 300, or all recorded views].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_FRAMES))]
     frames: Option<u32>,
     /// What frames reuse of the last one. A comma-separated list measures several.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', default_values = ["off", "on"])]
@@ -50,13 +60,13 @@ pub(crate) struct BenchArgs {
     lines: Vec<Follow>,
     /// Upper bound on split lattice lines, as a multiple of what `spread` places, from 1 to 2. Beyond it, lines are
     /// spread.
-    #[arg(long, value_name = "X", value_parser = positive, default_value_t = 2.0)]
+    #[arg(long, value_name = "X", value_parser = from_1_to_2, default_value_t = 2.0)]
     most_lines: f64,
     /// Spread the split lines of each tile again every N frames; tiles take turns [default: never].
     #[arg(long, value_name = "N")]
     resync: Option<NonZeroU32>,
     /// Number of flights along the path. Each frame's time is the minimum over all flights.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), default_value_t = 1)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 1)]
     rounds: u32,
     /// Width and height in pixels [default: 1920x1080, or as recorded].
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -70,7 +80,7 @@ pub(crate) struct BenchArgs {
     /// Time each tile alone (all tiles in 30 of the frames, changed tiles in every frame), and simulate how evenly 4,
     /// 8, 16, 32 and 64 workers (or the numbers given) would be loaded under several ways of dealing tiles.
     #[arg(long, value_name = "N,N,…", num_args = 0..=1, require_equals = true, default_missing_value = "4,8,16,32,64",
-          value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..))]
+          value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=MOST_WORKERS))]
     replay: Vec<u16>,
     /// Write the results as JSON.
     #[arg(long, value_name = "OUT.json")]
@@ -93,19 +103,38 @@ enum Other {
     TileCosts(tile_costs::TileCostsArgs),
 }
 
+impl BenchArgs {
+    /// The files to read and to write, other than the model.
+    pub(crate) fn files(&self) -> Named<'_> {
+        let recorded = match &self.path {
+            Route::Recorded(file) => Some(file.as_path()),
+            Route::Named(_) => None,
+        };
+        let inputs = match &self.other {
+            Some(Other::GluScene(scene)) => scene.inputs(),
+            Some(Other::TileCosts(files)) => files.inputs(),
+            None => recorded.into_iter().collect(),
+        };
+        let named = Named { inputs, ..Named::default() };
+        named
+            .output("results", self.json.as_ref())
+            .output("charts", self.plot.as_ref())
+            .output("views", self.save_path.as_ref())
+    }
+}
+
 /// Runs the command.
-pub(crate) fn run(args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
+pub(crate) fn run(args: &BenchArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     match (&args.other, &args.input) {
         (Some(Other::GluScene(scene)), _) => glu_scene::run(scene, common),
         (Some(Other::TileCosts(files)), _) => tile_costs::run(files, common),
-        (None, Some(input)) => along_a_path(input, args, common),
+        (None, Some(input)) => along_a_path(input, args, common, outputs),
         (None, None) => Err(Failure::Usage("FILE is missing".into())),
     }
 }
 
 /// Flies a path over a model.
-fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done, Failure> {
-    [&args.json, &args.plot, &args.save_path].into_iter().flatten().try_for_each(|path| require_folder(path))?;
+fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let progress = Progress::start(common);
     progress.stage(format!("reading {}", input.name()));
     let model = input.read(&common.limits.step())?;
@@ -115,7 +144,7 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done
         PictureOverrides { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
     let views = args.path.views(prepared.bounds, args.frames.map(|n| n as usize), asked)?;
     if let Some(file) = &args.save_path {
-        route::save(&views, file)?;
+        route::save(&views, file, outputs)?;
     }
 
     let mut flights = Vec::new();
@@ -167,14 +196,13 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common) -> Result<Done
     };
     if let Some(file) = &args.json {
         let text = serde_json::to_string(&report).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n";
-        trimtess::out::write_whole(file, |out| out.write_all(text.as_bytes()))
-            .map_err(|e| Failure::Cannot(e.to_string()))?;
+        outputs.write(file, |out| out.write_all(text.as_bytes()))?;
     }
     if let Some(file) = &args.plot {
-        plot::save(&report, &flights, file)?;
+        plot::save(&report, &flights, file, outputs)?;
     }
-    crate::tell(&report.text())?;
-    Ok(Done::Clean)
+    outputs.tell(&report.text());
+    Ok(Done::of(&prepared))
 }
 
 /// Simulates each number of workers: efficiency, and the parts of a frame's time. Planning and commit times are medians

@@ -4,6 +4,7 @@ use super::flight::Flight;
 use super::replay::Policy;
 use super::summary::{Replay, Report};
 use crate::Failure;
+use crate::outputs::Outputs;
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -12,7 +13,7 @@ const SIZE: (u32, u32) = (960, 420);
 const FONT: (&str, u32) = ("sans-serif", 15);
 
 /// Writes the charts atomically.
-pub(super) fn save(report: &Report, flights: &[Flight], file: &Path) -> Result<(), Failure> {
+pub(super) fn save(report: &Report, flights: &[Flight], file: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
     let cannot = |why: &dyn std::fmt::Display| Failure::Cannot(format!("{}: {why}", file.display()));
     let charts = 1 + report.replays.len() as u32;
     let mut text = String::new();
@@ -28,7 +29,7 @@ pub(super) fn save(report: &Report, flights: &[Flight], file: &Path) -> Result<(
         });
         drawn.map_err(|e| cannot(&e))?;
     }
-    trimtess::out::write_whole(file, |out| out.write_all(text.as_bytes())).map_err(|e| Failure::Cannot(e.to_string()))
+    outputs.write(file, |out| out.write_all(text.as_bytes()))
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;

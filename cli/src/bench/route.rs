@@ -1,6 +1,9 @@
 //! `--path` on the command line -> a list of views: a camera path around the model, or recorded in a JSON file.
 
 use crate::Failure;
+use crate::input::read_at_most;
+use crate::outputs::Outputs;
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use trimtess::glam::DVec3;
 use trimtess::view::{CameraPath, Picture, View};
@@ -15,8 +18,11 @@ pub(crate) enum Route {
 }
 
 /// Parses the name of a path, or else a file name.
-pub(crate) fn parse(text: &str) -> Result<Route, std::convert::Infallible> {
-    Ok(text.parse().map_or_else(|_| Route::Recorded(PathBuf::from(text)), Route::Named))
+pub(crate) fn parser() -> impl TypedValueParser<Value = Route> {
+    OsStringValueParser::new().map(|argument| {
+        let named = argument.to_str().and_then(|text| text.parse().ok());
+        named.map_or_else(|| Route::Recorded(PathBuf::from(argument)), Route::Named)
+    })
 }
 
 /// Picture options of the command line. Missing ones are taken from the recorded view, or from [`PICTURE`].
@@ -80,21 +86,24 @@ impl Route {
     }
 }
 
+/// Maximum length of a file of views, bytes: about 100 000 of them.
+const MOST_BYTES: u64 = 64 << 20;
+
 /// Reads the views of a file, at least one.
 fn read(file: &Path) -> Result<Vec<View>, Failure> {
     let cannot = |why: &dyn std::fmt::Display| {
         let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
         Failure::Cannot(format!("{}: {why}; --path accepts {known}, or a file written by --save-path", file.display()))
     };
-    let text = std::fs::read_to_string(file).map_err(|e| cannot(&e))?;
-    let views: Vec<View> = serde_json::from_str(&text).map_err(|e| cannot(&e))?;
+    let text = read_at_most(file, MOST_BYTES).map_err(|e| cannot(&e))?;
+    let views: Vec<View> = serde_json::from_slice(&text).map_err(|e| cannot(&e))?;
     if views.is_empty() { Err(cannot(&"the file has no views")) } else { Ok(views) }
 }
 
-/// Writes views to a file atomically, one per line.
-pub(crate) fn save(views: &[View], file: &Path) -> Result<(), Failure> {
+/// Writes views to a file, one per line.
+pub(crate) fn save(views: &[View], file: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
     let rows: Result<Vec<String>, _> = views.iter().map(serde_json::to_string).collect();
     let rows = rows.map_err(|e| Failure::Cannot(format!("{}: {e}", file.display())))?;
     let text = format!("[\n{}\n]\n", rows.join(",\n"));
-    trimtess::out::write_whole(file, |out| out.write_all(text.as_bytes())).map_err(|e| Failure::Cannot(e.to_string()))
+    outputs.write(file, |out| out.write_all(text.as_bytes()))
 }

@@ -10,6 +10,7 @@ use crate::limits::unprepared;
 use crate::{Common, Done, Failure};
 use glam::{DMat4, DVec4};
 use std::f64::consts::FRAC_PI_6;
+use std::path::Path;
 use std::time::Instant;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{Plan, plan_for_view};
@@ -39,8 +40,15 @@ struct Sample {
 #[derive(clap::Args)]
 pub(super) struct TileCostsArgs {
     /// STEP files, or builtin:NAME.
-    #[arg(value_name = "FILES", value_parser = input::parse, required = true)]
+    #[arg(value_name = "FILES", value_parser = input::parser(), required = true)]
     files: Vec<Input>,
+}
+
+impl TileCostsArgs {
+    /// The files to read.
+    pub(super) fn inputs(&self) -> Vec<&Path> {
+        self.files.iter().filter_map(Input::path).collect()
+    }
 }
 
 /// Runs the command.

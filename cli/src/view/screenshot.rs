@@ -8,22 +8,20 @@ use super::viewer::Viewer;
 use crate::Failure;
 use crate::input::Input;
 use crate::picture::require_png;
-use crate::tessellate::require_outputs;
 use std::path::Path;
 use trimtess::out::wgpu::{Image, Renderer};
 use wgpu::{TextureFormat, TextureUsages};
 
-/// Runs the frames and the click in `args`, then writes the screenshot.
-pub(super) fn write(
+/// Runs the frames and the click in `args`, then returns the screenshot.
+pub(super) fn draw(
     output: &Path,
     input: &Input,
     args: &ViewArgs,
     loader: Loader,
     looks: Looks,
-) -> Result<(), Failure> {
+) -> Result<Image, Failure> {
     let cannot = |error: String| Failure::Cannot(error);
     require_png(output)?;
-    require_outputs(output, None)?;
     let renderer = Renderer::new().map_err(|error| cannot(error.to_string()))?;
     let (device, queue) = (renderer.device(), renderer.queue());
     let most = device.limits().max_texture_dimension_2d;
@@ -76,6 +74,5 @@ pub(super) fn write(
         step(&mut viewer, vec![egui::Event::PointerGone])?;
     }
     step(&mut viewer, Vec::new())?;
-    let image = Image::read(device, queue, &target).map_err(|error| cannot(error.to_string()))?;
-    image.write_png(output).map_err(|error| cannot(error.to_string()))
+    Image::read(device, queue, &target).map_err(|error| cannot(error.to_string()))
 }

@@ -21,10 +21,15 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
     let file = std::fs::File::open(path).map_err(io)?;
     let bytes = file.metadata().map_err(io)?.len();
     check_size(bytes, options)?;
-    let mut text = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
     // Devices and pipes have no length beforehand and may be endless.
     let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
-    file.take(most.saturating_add(1)).read_to_end(&mut text).map_err(io)?;
+    let mut file = file.take(most.saturating_add(1));
+    let mut text = Vec::new();
+    file.by_ref().take(text::MAGIC_WITHIN as u64).read_to_end(&mut text).map_err(io)?;
+    // A film or a disk image is refused before all of it is in memory.
+    text::magic(&text)?;
+    text.reserve_exact(usize::try_from(bytes.min(most)).unwrap_or(0).saturating_sub(text.len()));
+    file.read_to_end(&mut text).map_err(io)?;
     let mut model = read(&text, options)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)

@@ -12,9 +12,15 @@ use step_io::{Error, parser};
 
 const MAGIC: &[u8] = b"ISO-10303-21";
 /// Number of bytes in which the magic must appear. A byte order mark or a comment may precede it.
-const MAGIC_WITHIN: usize = 4096;
+pub(super) const MAGIC_WITHIN: usize = 4096;
 /// Number of repaired syntax errors that get a note each.
 const LISTED_WARNINGS: usize = 8;
+
+/// Where the text starts, from the first [`MAGIC_WITHIN`] bytes of a file.
+pub(super) fn magic(bytes: &[u8]) -> Result<usize, StepError> {
+    let head = &bytes[..bytes.len().min(MAGIC_WITHIN)];
+    find(head, MAGIC).ok_or_else(|| StepError::NotStep { looks_like: guess(head) })
+}
 
 /// Parses the whole text.
 pub(super) fn parse(
@@ -22,10 +28,7 @@ pub(super) fn parse(
     options: &StepOptions,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Table, StepError> {
-    let head = &bytes[..bytes.len().min(MAGIC_WITHIN)];
-    let Some(start) = find(head, MAGIC) else {
-        return Err(StepError::NotStep { looks_like: guess(bytes) });
-    };
+    let start = magic(bytes)?;
     let entities = entities_in(bytes, options.max_entities);
     if entities > options.max_entities {
         return Err(StepError::TooManyEntities { entities, limit: options.max_entities });

@@ -50,7 +50,11 @@ impl Image {
         PendingFile::create(path)?.publish(|file| self.encode(file))
     }
 
-    fn encode(&self, file: &mut impl Write) -> io::Result<()> {
+    /// Writes a PNG to `file`.
+    ///
+    /// # Errors
+    /// I/O errors of `file`, or a length of `pixels` that does not match `width` and `height`.
+    pub fn encode(&self, file: impl Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(file, self.width, self.height);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);

@@ -1,0 +1,128 @@
+//! What the numbers of a file format cost: told, refused beyond a tenth of the tolerance, and checked in the file.
+
+use crate::Failure;
+use crate::report::Report;
+use glam::{DAffine3, DVec3};
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::path::Path;
+use trimtess::mesh::{MemorySink, SinkError};
+use trimtess::model::Severity;
+use trimtess::out::{BeyondSingle, Format, RoundedTooFar, Rounding, read_back};
+use trimtess::prepare::Prepared;
+
+/// The share of the chord tolerance that rounding may cost.
+const SHARE: f64 = 0.1;
+
+/// What the written file holds.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct ReadBackRow {
+    triangles: u64,
+    /// Largest distance between a corner in the file and in the mesh, millimetres.
+    moved_mm: f64,
+    /// Edges whose directed uses do not cancel, over the positions in the file.
+    unbalanced_edges: u64,
+}
+
+/// The largest distance that rounding may move a vertex at this chord tolerance.
+pub(crate) fn most(chord: f64) -> f64 {
+    SHARE * chord
+}
+
+/// Moves the centre of the scene's box to the origin. Returns the offset from the moved scene to the model.
+pub(crate) fn recenter(frame: &mut MemorySink, prepared: &Prepared) -> DVec3 {
+    let offset = prepared.bounds.map_or(DVec3::ZERO, |[low, high]| 0.5 * low + 0.5 * high);
+    for instance in &mut frame.scene.instances {
+        instance.transform = DAffine3::from_translation(-offset) * instance.transform;
+    }
+    offset
+}
+
+/// The message of a file that was not written. Names what helps if rounding costs too much.
+pub(crate) fn unwritten(
+    error: &SinkError,
+    (frame, recentred): (&mut MemorySink, bool),
+    prepared: &Prepared,
+    (format, most): (Format, f64),
+) -> Failure {
+    let why = match error.cause.get_ref() {
+        Some(cause) if cause.is::<RoundedTooFar>() => " (a tenth of the tolerance)",
+        Some(cause) if cause.is::<BeyondSingle>() => "",
+        _ => return Failure::Cannot(error.to_string()),
+    };
+    // Nothing is written any more, so the frame may change.
+    let moved = !recentred && recenter(frame, prepared) != DVec3::ZERO;
+    let fits = || Rounding::of(frame, format, most).is_ok_and(|rounding| rounding.within(most).is_ok());
+    let recenter = if moved && fits() { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };
+    let finer = if matches!(format, Format::Ply | Format::Obj) { "" } else { ", or write .ply, which is exact" };
+    Failure::Cannot(format!("{error}{why}; {recenter}{finer}"))
+}
+
+/// Adds what rounding cost to the report.
+pub(crate) fn tell(rounding: &Rounding, report: &mut Report) {
+    report.triangles = rounding.triangles;
+    report.collapsed_triangles = rounding.collapsed;
+    report.rounding_mm = rounding.moved;
+    for &face in &rounding.collapsed_faces {
+        let reason = "all its triangles collapse where positions are rounded to the file's numbers".to_owned();
+        report.add(Severity::Warning, Some(face), "face-rounded-away", reason);
+    }
+    report.faces_without_triangles += rounding.collapsed_faces.len() as u64;
+    if rounding.collapsed > 0 {
+        let reason = format!(
+            "{} triangles collapse in the file's numbers, which move vertices by {:.3e} mm at most",
+            rounding.collapsed, rounding.moved
+        );
+        report.add(Severity::Note, None, "triangles-rounded-away", reason);
+    }
+}
+
+/// Reads the file at `path` back and compares it with the frame. Devices and pipes cannot be read back.
+pub(crate) fn check(
+    prepared: &Prepared,
+    frame: &MemorySink,
+    path: &Path,
+    format: Format,
+    chord: f64,
+    report: &mut Report,
+) {
+    if !std::fs::metadata(path).is_ok_and(|known| known.is_file()) {
+        return;
+    }
+    let read = match read_back(frame, path, format) {
+        Ok(read) => read,
+        Err(error) => return report.add_error(format!("the file cannot be read back: {error}")),
+    };
+    // Reading multiplies by the numbers of nodes and units, in double precision.
+    let reach = prepared.bounds.map_or(0.0, |[low, high]| low.length().max(high.length()));
+    let most = report.rounding_mm * (1.0 + 1e-6) + 1e-14 * (reach + DVec3::from(report.offset_mm).length());
+    let inexact = read.moved > most;
+    if inexact {
+        report.add_error(format!(
+            "a vertex in the file is {:.3e} mm off, and rounding explains {most:.3e} mm",
+            read.moved
+        ));
+    }
+    if report.unbalanced_edges.is_some_and(|mesh| read.unbalanced_edges > mesh) {
+        report.add_error(format!("the file has {} unbalanced edges", read.unbalanced_edges));
+    }
+    let off = report.p999_deviation_over_tolerance.unwrap_or(0.0) + read.moved / chord;
+    if off > 1.0 && report.p999_deviation_over_tolerance.is_some_and(|mesh| mesh <= 1.0) {
+        report.add_error(format!("rounding takes the deviation to {off:.3} of the tolerance"));
+    }
+    let (triangles, moved_mm, unbalanced_edges) = (read.triangles, read.moved, read.unbalanced_edges);
+    report.read_back = Some(ReadBackRow { triangles, moved_mm, unbalanced_edges });
+}
+
+/// Words for the summary, empty if nothing collapsed and nothing was moved.
+pub(crate) fn words(report: &Report) -> String {
+    let mut text = String::new();
+    if report.collapsed_triangles > 0 {
+        let _ = write!(text, " ({} more collapse in the file's numbers)", report.collapsed_triangles);
+    }
+    if report.offset_mm != [0.0; 3] {
+        let [x, y, z] = report.offset_mm;
+        let _ = write!(text, ", moved: add ({x:?}, {y:?}, {z:?}) mm for the model's coordinates");
+    }
+    text
+}

@@ -1,0 +1,109 @@
+//! What the numbers of a file format cost is counted, told or refused, and measured in the written file.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Root of the repository.
+const CHECKOUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
+
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rounding").join(test);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// A cube of 10 mm and a cylinder next to it, moved along each axis by `offset` metres.
+fn moved(folder: &Path, offset: &str) -> PathBuf {
+    let text = fs::read_to_string(Path::new(CHECKOUT).join(CUBE)).unwrap();
+    let by: f64 = offset.parse().unwrap();
+    let moved = |row: &str| {
+        let (head, rest) = row.split_once("CARTESIAN_POINT( '', ( ")?;
+        let numbers = rest.strip_suffix(" ) );")?.split(", ").map(|number| number.trim().parse::<f64>());
+        let numbers: Vec<String> =
+            numbers.map(|number| Some(format!("{:?}", number.ok()? + by))).collect::<Option<_>>()?;
+        Some(format!("{head}CARTESIAN_POINT( '', ( {} ) );", numbers.join(", ")))
+    };
+    let rows: Vec<String> = text.lines().map(|row| moved(row).unwrap_or_else(|| row.to_owned())).collect();
+    let file = folder.join(format!("cube_{offset}.step"));
+    fs::write(&file, rows.join("\n")).unwrap();
+    file
+}
+
+fn tessellate(file: &Path, mesh: &Path, more: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
+    command.arg("tessellate").arg(file).arg("-o").arg(mesh).args(["--check", "--json"]).args(more);
+    command.env_remove("RUST_LOG").output().unwrap()
+}
+
+fn report(output: &Output) -> Value {
+    let told = String::from_utf8_lossy(&output.stderr);
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {told}"))
+}
+
+#[test]
+fn a_part_far_from_the_origin_is_refused_by_formats_in_single_precision_and_recentred_on_demand() {
+    let folder = folder("far");
+    for offset in ["0.001", "1.0", "100.0", "10000.0"] {
+        let file = moved(&folder, offset);
+        for format in ["stl", "obj", "ply", "glb"] {
+            let mesh = folder.join(format!("cube.{format}"));
+            let _ = fs::remove_file(&mesh);
+            let output = tessellate(&file, &mesh, &["--chord", "0.01"]);
+            let far = format == "stl" && offset.parse::<f64>().unwrap() > 10.0;
+            if far {
+                let told = String::from_utf8_lossy(&output.stderr);
+                assert_eq!(output.status.code(), Some(1), "{offset} {format}: {told}");
+                assert!(told.contains("--recenter") && told.contains("1.000e-3 mm are allowed"), "{told}");
+                assert!(!mesh.exists());
+                let output = tessellate(&file, &mesh, &["--chord", "0.01", "--recenter"]);
+                let result = report(&output);
+                assert_eq!(output.status.code(), Some(0), "{result}");
+                let x = result["offset_mm"][0].as_f64().unwrap();
+                assert!((x - 1e3 * offset.parse::<f64>().unwrap()).abs() < 50.0, "{result}");
+                assert!(result["read_back"]["moved_mm"].as_f64().unwrap() < 1e-5, "{result}");
+                continue;
+            }
+            let result = report(&output);
+            assert_eq!(output.status.code(), Some(0), "{offset} {format}: {result}");
+            assert_eq!(result["read_back"]["triangles"], result["triangles"], "{result}");
+            assert_eq!(result["read_back"]["unbalanced_edges"], 0, "{result}");
+            assert_eq!(result["collapsed_triangles"], 0, "{result}");
+            let moved = result["read_back"]["moved_mm"].as_f64().unwrap();
+            assert!(moved <= 1e-3, "{offset} {format}: {result}");
+        }
+    }
+}
+
+#[test]
+fn triangles_that_collapse_are_counted_and_the_count_is_that_of_the_file() {
+    let folder = folder("collapse");
+    let mesh = folder.join("cube.stl");
+    // At ten kilometres numbers are a millimetre apart, and the edges of the cylinder's facets shorter.
+    let file = moved(&folder, "10000.0");
+    let output = tessellate(&file, &mesh, &["--chord", "11", "--angle", "1"]);
+    let result = report(&output);
+    let triangles = u64::from(u32::from_le_bytes(fs::read(&mesh).unwrap()[80..84].try_into().unwrap()));
+    assert!(result["collapsed_triangles"].as_u64().unwrap() > 100, "{result}");
+    assert_eq!((&result["triangles"], &result["read_back"]["unbalanced_edges"]), (&triangles.into(), &0.into()));
+    let told = |entry: &Value| entry["code"] == "triangles-rounded-away";
+    assert!(result["diagnostics"].as_array().unwrap().iter().any(told), "{result}");
+}
+
+#[test]
+fn the_shared_part_a_hundred_metres_away_is_not_written_as_stl_with_holes() {
+    let file = Path::new(CHECKOUT).join("../shared/attack/stl_far_1e5.step");
+    if !file.exists() {
+        eprintln!("skipped: {} is absent", file.display());
+        return;
+    }
+    let mesh = folder("shared").join("x.stl");
+    assert_eq!(tessellate(&file, &mesh, &[]).status.code(), Some(1));
+    assert!(!mesh.exists());
+    let result = report(&tessellate(&file, &mesh, &["--recenter"]));
+    assert!(result["triangles"].as_u64().unwrap() > 680 && result["collapsed_triangles"] == 0, "{result}");
+}

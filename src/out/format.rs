@@ -1,0 +1,81 @@
+//! File extensions to formats, and formats to their writers.
+
+#[cfg(feature = "glb")]
+use super::glb::write_glb_within;
+use super::{write_obj, write_ply, write_stl};
+use crate::mesh::MemorySink;
+use std::fmt;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// A mesh file format.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Format {
+    /// Binary glTF, see [`write_glb`].
+    #[cfg(feature = "glb")]
+    Glb,
+    /// Binary STL, see [`write_stl`].
+    Stl,
+    /// Stanford PLY, see [`write_ply`].
+    Ply,
+    /// Wavefront OBJ, see [`write_obj`].
+    Obj,
+}
+
+impl Format {
+    /// Every format with its file extension.
+    pub const ALL: &'static [(&'static str, Self)] = &[
+        #[cfg(feature = "glb")]
+        ("glb", Self::Glb),
+        ("stl", Self::Stl),
+        ("ply", Self::Ply),
+        ("obj", Self::Obj),
+    ];
+
+    /// Returns the format for the extension of `path`, ignoring case.
+    ///
+    /// # Errors
+    /// If the extension is missing or unknown.
+    pub fn of_path(path: &Path) -> Result<Self, UnknownFormat> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        let known = Self::ALL.iter().find(|(name, _)| *name == extension);
+        known.map(|(_, format)| *format).ok_or(UnknownFormat { extension })
+    }
+
+    /// Writes `frame`. `most` is the largest distance in millimetres that rounding may move a node of a GLB by: nodes
+    /// beyond are nested, so that their translations add up to more digits.
+    pub(super) fn write(self, frame: &MemorySink, most: f64, file: &mut impl Write) -> io::Result<()> {
+        #[cfg(not(feature = "glb"))]
+        let _ = most;
+        match self {
+            #[cfg(feature = "glb")]
+            Self::Glb => write_glb_within(frame, most, file),
+            Self::Stl => write_stl(frame, file),
+            Self::Ply => write_ply(frame, file),
+            Self::Obj => write_obj(frame, file),
+        }
+    }
+}
+
+/// A file name whose extension is missing or not that of a format that can be written.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct UnknownFormat {
+    /// The extension in lower case, without its dot. Empty if missing.
+    pub extension: String,
+}
+
+impl fmt::Display for UnknownFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.extension.as_str() {
+            "" => f.write_str("the file name has no extension")?,
+            extension => write!(f, "cannot write .{extension} files")?,
+        }
+        f.write_str("; known are")?;
+        for (index, (name, _)) in Format::ALL.iter().enumerate() {
+            write!(f, "{} .{name}", if index == 0 { "" } else { "," })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for UnknownFormat {}

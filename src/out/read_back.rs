@@ -1,0 +1,180 @@
+//! A written file back to triangles, and whether they are those of the frame.
+//!
+//! Reads the layouts that this folder writes, not formats in general.
+
+use super::Format;
+use super::bytes::{FileTriangle, bad, bytes_at, vector};
+#[cfg(feature = "glb")]
+use super::node_place::local;
+use super::placed::{Placement, batches_by_part, distinct, placed};
+#[cfg(feature = "glb")]
+use super::read_glb::{Numbers, read_glb};
+use super::single::single;
+use crate::mesh::MemorySink;
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+use std::io::{self, Read as _};
+use std::path::Path;
+
+/// What a written file holds, compared with the frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadBack {
+    /// Triangles in the file.
+    pub triangles: u64,
+    /// Largest distance between a corner in the file and in the frame, millimetres.
+    pub moved: f64,
+    /// Edges whose directed uses do not cancel, over the positions in the file compared bit by bit.
+    pub unbalanced_edges: u64,
+}
+
+/// Reads a file that [`save`](super::save) wrote for `frame`, and compares.
+///
+/// # Errors
+/// If the file cannot be read or does not have the layout, or has another number of triangles than the frame has after
+/// rounding.
+pub fn read_back(frame: &MemorySink, path: &Path, format: Format) -> io::Result<ReadBack> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.read_to_end(&mut bytes)?;
+    let found = match format {
+        #[cfg(feature = "glb")]
+        Format::Glb => read_glb(frame, &bytes, Numbers::Single)?,
+        Format::Stl => stl(&bytes)?,
+        Format::Ply => ply(&bytes)?,
+        Format::Obj => obj(&bytes)?,
+    };
+    let mut expected = expected(frame, format)?;
+    if format != Format::Stl {
+        // Colours change the order of faces in a GLB. Within a face, order is kept.
+        expected.sort_by_key(|triangle| triangle.face);
+    }
+    let unbalanced_edges = unbalanced(&found);
+    let moved = moved(found, &expected)?;
+    #[cfg(feature = "glb")]
+    let moved = match format {
+        Format::Glb => moved.max(self::moved(read_glb(frame, &bytes, Numbers::Double)?, &expected)?),
+        _ => moved,
+    };
+    Ok(ReadBack { triangles: expected.len() as u64, moved, unbalanced_edges })
+}
+
+/// Largest distance between a corner and where it is expected. `expected` is sorted by face where formats store it.
+fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<f64> {
+    if found.len() != expected.len() {
+        return Err(bad(&format!("{} triangles, and not {}", found.len(), expected.len())));
+    }
+    found.sort_by_key(|triangle| triangle.face);
+    let corners = found.iter().zip(expected).flat_map(|(a, b)| a.corners.into_iter().zip(b.corners));
+    let distances = corners.map(|(a, b)| a.distance(b));
+    // NaN must not pass as near.
+    Ok(distances.fold(0.0, |most, distance| if distance.is_nan() { f64::INFINITY } else { most.max(distance) }))
+}
+
+/// The frame's triangles whose corners stay apart after rounding, in the order of writing, with unrounded corners.
+fn expected(frame: &MemorySink, format: Format) -> io::Result<Vec<FileTriangle>> {
+    let by_part = batches_by_part(frame);
+    let mut out = Vec::new();
+    for (instance, batches) in placed(frame, &by_part) {
+        let placement = Placement::new(&instance.transform);
+        for batch in batches {
+            let world: Vec<DVec3> = batch.mesh.positions.iter().map(|&point| placement.position(point)).collect();
+            let rounded: Vec<Vec3> = match format {
+                #[cfg(feature = "glb")]
+                Format::Glb => {
+                    let part = &frame.scene.parts[instance.part.index()];
+                    batch.mesh.positions.iter().map(|&point| local(part, point)).collect::<Result<_, _>>()?
+                }
+                Format::Stl => world.iter().map(|&point| single(point)).collect::<Result<_, _>>()?,
+                Format::Ply | Format::Obj => Vec::new(),
+            };
+            let face = u64::from(instance.first_face.wrapping_add(batch.face.0));
+            let mut keep = |corners: [u32; 3]| {
+                let corners = placement.winding(corners).map(|corner| world[corner as usize]);
+                out.push(FileTriangle { face, corners });
+            };
+            match format {
+                Format::Ply | Format::Obj => distinct(&batch.mesh, &world).for_each(&mut keep),
+                _ => distinct(&batch.mesh, &rounded).for_each(&mut keep),
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// Number of edges whose directed uses do not cancel.
+fn unbalanced(triangles: &[FileTriangle]) -> u64 {
+    let bits = |point: DVec3| point.to_array().map(f64::to_bits);
+    let mut sums: HashMap<[[u64; 3]; 2], i64> = HashMap::new();
+    for triangle in triangles {
+        let [a, b, c] = triangle.corners.map(bits);
+        // Corners that stay apart about their part's centre may coincide far from the origin; such a side is none.
+        for (from, to) in [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to) {
+            let (key, use_of) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
+            *sums.entry(key).or_insert(0) += use_of;
+        }
+    }
+    sums.values().filter(|&&sum| sum != 0).count() as u64
+}
+
+fn stl(bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
+    let count = u32::from_le_bytes(bytes_at(bytes, 80)?) as usize;
+    if bytes.len() != 84 + 50 * count {
+        return Err(bad("an STL of another length than its header says"));
+    }
+    let corner = |row: usize, corner: usize| vector(bytes, 84 + 50 * row + 12 * (corner + 1)).map(|p| p.as_dvec3());
+    let triangle =
+        |row: usize| Ok(FileTriangle { face: 0, corners: [corner(row, 0)?, corner(row, 1)?, corner(row, 2)?] });
+    (0..count).map(triangle).collect()
+}
+
+fn ply(bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
+    const END: &[u8] = b"end_header\n";
+    const VERTEX: usize = 3 * 8 + 3 * 4;
+    const FACE: usize = 1 + 3 * 4 + 4;
+    let head =
+        bytes.windows(END.len()).position(|window| window == END).ok_or_else(|| bad("a PLY without a header"))?;
+    let header = String::from_utf8_lossy(&bytes[..head]);
+    let count = |element: &str| {
+        let line = header.lines().find_map(|line| line.strip_prefix(element));
+        line.and_then(|number| number.trim().parse::<usize>().ok()).ok_or_else(|| bad("a PLY without counts"))
+    };
+    let (vertices, faces) = (count("element vertex ")?, count("element face ")?);
+    let start = head + END.len();
+    if bytes.len() != start + VERTEX * vertices + FACE * faces {
+        return Err(bad("a PLY of another length than its header says"));
+    }
+    let position = |index: u32| {
+        let at = start + VERTEX * index as usize;
+        let number = |axis: usize| bytes_at(bytes, at + 8 * axis).map(f64::from_le_bytes);
+        if index as usize >= vertices {
+            return Err(bad("a PLY with an index out of range"));
+        }
+        Ok(DVec3::new(number(0)?, number(1)?, number(2)?))
+    };
+    let triangle = |row: usize| {
+        let at = start + VERTEX * vertices + FACE * row + 1;
+        let word = |k: usize| bytes_at(bytes, at + 4 * k).map(u32::from_le_bytes);
+        let corners = [position(word(0)?)?, position(word(1)?)?, position(word(2)?)?];
+        Ok(FileTriangle { face: u64::from(word(3)?), corners })
+    };
+    (0..faces).map(triangle).collect()
+}
+
+fn obj(bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
+    let text = std::str::from_utf8(bytes).map_err(|_| bad("an OBJ that is not UTF-8"))?;
+    let (mut points, mut out, mut face) = (Vec::new(), Vec::new(), 0);
+    let broken = || bad("an OBJ with a broken line");
+    for line in text.lines() {
+        if let Some(row) = line.strip_prefix("v ") {
+            let numbers: Vec<f64> = row.split(' ').filter_map(|number| number.parse().ok()).collect();
+            points.push(DVec3::from_array(numbers.try_into().map_err(|_| broken())?));
+        } else if let Some(number) = line.strip_prefix("g face_") {
+            face = number.parse().map_err(|_| broken())?;
+        } else if let Some(row) = line.strip_prefix("f ") {
+            let index = |corner: &str| corner.split('/').next().and_then(|index| index.parse::<usize>().ok());
+            let point = |corner| points.get(index(corner)?.checked_sub(1)?).copied();
+            let corners: Vec<DVec3> = row.split(' ').filter_map(point).collect();
+            out.push(FileTriangle { face, corners: corners.try_into().map_err(|_| broken())? });
+        }
+    }
+    Ok(out)
+}

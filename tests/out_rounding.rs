@@ -1,0 +1,96 @@
+//! Rounding to a format's numbers is measured, limited, and read back from the file.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod out_fixture;
+
+use glam::{DAffine3, DVec3};
+use out_fixture::{box_frame, folder};
+use trimtess::out::{Format, RoundedTooFar, Rounding, read_back, save, save_within};
+
+fn turned_at(x: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::new(x, 0.3 * x, -x))
+        * DAffine3::from_axis_angle(DVec3::new(0.3, 0.5, 0.8).normalize(), 0.7)
+}
+
+#[test]
+fn a_file_reads_back_as_the_frame_and_no_vertex_moves_further_than_told() {
+    let folder = folder("read_back");
+    for x in [0.0, 1.0, 1e3, 1e5, 1e7] {
+        let mirrored = turned_at(x) * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        let frame = box_frame(DVec3::new(100.0, 20.0, 30.0), &[turned_at(x), mirrored, DAffine3::IDENTITY]);
+        for &(extension, format) in Format::ALL {
+            let path = folder.join(format!("box.{extension}"));
+            let told = save(&frame, &path, format).unwrap();
+            let read = read_back(&frame, &path, format).unwrap();
+            assert_eq!((told.triangles, told.collapsed, read.triangles), (36, 0, 36), "{x} {extension}");
+            assert_eq!(read.unbalanced_edges, 0, "{x} {extension}");
+            assert!(read.moved <= told.moved + 1e-14 * x.max(100.0), "{x} {extension}: {read:?} {told:?}");
+        }
+    }
+}
+
+#[cfg(feature = "glb")]
+#[test]
+fn nodes_are_nested_where_one_translation_has_too_few_digits() {
+    let folder = folder("nested");
+    let path = folder.join("box.glb");
+    let frame = box_frame(DVec3::ONE, &[turned_at(12_345.678_9), turned_at(1e7 / 3.0), DAffine3::IDENTITY]);
+    let plain = save(&frame, &path, Format::Glb).unwrap();
+    assert!(plain.moved > 0.1, "{plain:?}");
+    let fine = save_within(&frame, &path, Format::Glb, 1e-4).unwrap();
+    assert!(fine.moved <= 0.5e-4, "{fine:?}");
+    // Readers take the decimals of nodes as single or as double precision, and both are read.
+    let read = read_back(&frame, &path, Format::Glb).unwrap();
+    assert!(read.moved <= fine.moved + 1e-8, "{read:?} {fine:?}");
+    // A micrometre a hundred metres away, and an instance beyond all digits.
+    let tiny = box_frame(DVec3::splat(1e-3), &[turned_at(1e5 / 3.0), turned_at(1e5 / 7.0)]);
+    let fine = save_within(&tiny, &path, Format::Glb, 1e-7).unwrap();
+    let read = read_back(&tiny, &path, Format::Glb).unwrap();
+    assert!(fine.moved <= 1e-7 && read.moved <= fine.moved + 1e-9, "{read:?} {fine:?}");
+    let beyond = box_frame(DVec3::ONE, &[turned_at(1.234_567e25)]);
+    assert!(save_within(&beyond, &path, Format::Glb, 1e-4).is_err());
+}
+
+#[test]
+fn beyond_the_limit_nothing_is_written_and_the_distance_is_told() {
+    let path = folder("beyond_limit").join("box.stl");
+    let frame = box_frame(DVec3::ONE, &[turned_at(1e7 / 3.0)]);
+    let error = save_within(&frame, &path, Format::Stl, 0.01).unwrap_err();
+    let told = error.cause.get_ref().unwrap().downcast_ref::<RoundedTooFar>().unwrap();
+    assert!(told.moved > 0.1 && told.moved < 0.5 && told.most == 0.01, "{told:?}");
+    assert!(!path.exists());
+}
+
+#[test]
+fn collapsed_triangles_and_faces_are_counted() {
+    let far = DAffine3::from_translation(DVec3::new(1e8, 0.0, 0.0)); // single-precision numbers are 8 mm apart there
+    let frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY, far]);
+    let told = Rounding::of(&frame, Format::Stl, f64::INFINITY).unwrap();
+    assert_eq!((told.triangles, told.collapsed), (12 + 4, 8));
+    assert_eq!(told.collapsed_faces, [6, 7, 8, 9], "the faces along x of the second instance");
+}
+
+#[test]
+fn a_damaged_file_does_not_read_back() {
+    let folder = folder("damaged");
+    let frame = box_frame(DVec3::new(1.0, 2.0, 3.0), &[turned_at(10.0)]);
+    for &(extension, format) in Format::ALL {
+        let path = folder.join(format!("box.{extension}"));
+        save(&frame, &path, format).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        for length in [0, 10, 30, 100, whole.len() / 2, whole.len() - 20] {
+            std::fs::write(&path, &whole[..length]).unwrap();
+            assert!(read_back(&frame, &path, format).is_err(), "{extension} cut to {length}");
+        }
+    }
+}
+
+#[cfg(feature = "glb")]
+#[test]
+fn triangles_that_are_apart_in_their_node_and_coincide_in_the_world_are_balanced() {
+    let path = folder("coincide").join("box.glb");
+    let frame = box_frame(DVec3::splat(1e-10), &[DAffine3::from_translation(DVec3::splat(1e7))]);
+    save(&frame, &path, Format::Glb).unwrap();
+    let read = read_back(&frame, &path, Format::Glb).unwrap();
+    assert_eq!((read.triangles, read.unbalanced_edges), (12, 0));
+}
