@@ -1,5 +1,6 @@
 //! The bytes of a STEP file -> the same file with every CARTESIAN_POINT moved at random, or those of edges rounded. All
 //! other bytes stay.
+#![allow(dead_code, reason = "not every test uses all of it")]
 
 use crate::random::Random;
 use std::collections::{HashMap, HashSet};
@@ -102,6 +103,14 @@ impl<'a> Points<'a> {
         self.edited(|point| {
             let reach = share * point.size / (point.coordinates.len() as f64).sqrt();
             Some(point.coordinates.iter().map(|x| x + reach * random.signed()).collect())
+        })
+    }
+
+    /// The file with every point in space moved by the same `shift`, in the file's unit.
+    pub(crate) fn shifted(&self, shift: [f64; 3]) -> Vec<u8> {
+        self.edited(|point| {
+            let in_space = point.coordinates.len() == 3;
+            in_space.then(|| point.coordinates.iter().zip(shift).map(|(x, by)| x + by).collect())
         })
     }
 

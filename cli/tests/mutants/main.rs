@@ -1,5 +1,6 @@
-//! Mutated CAD files -> the command line must write a mesh, with diagnostics for everything lost, or print one error;
-//! within ten seconds, and within four times the memory of the intact file.
+//! Mutated CAD files (syntax, references, numbers, lists, units, places) -> the command line must write a mesh, with
+//! diagnostics for everything lost, or print one error; within ten seconds, and within four times the memory of the
+//! intact file.
 //!
 //! `TRIMTESS_MUTANTS` is the number of mutants per file (default 1), `TRIMTESS_MUTANTS_SEED` shifts the random seed.
 //! Files: tests/data, and the corpora if present. The same numbers give the same mutants.
@@ -7,6 +8,8 @@
 mod mutate;
 #[path = "../../../tests/parts/mod.rs"]
 mod parts;
+#[path = "../../../tests/mutants/points.rs"]
+mod points;
 #[path = "../../../tests/mutants/random.rs"]
 mod random;
 mod run;
