@@ -140,11 +140,23 @@ fn closed_and_full_standard_streams_do_not_change_the_status() {
     assert_eq!(names(&folder), ["mesh.ply", "status"]);
 }
 
-/// Starts a run that writes for long, and waits until a temporary file has content.
-fn writing(folder: &Path, mesh: &str) -> std::process::Child {
+/// A run that writes for long.
+fn long_run(folder: &Path, mesh: &str) -> Command {
     let mut command = Command::new(BINARY);
     command.args(["tessellate", "builtin:torus", "--chord-rel", "1e-5", "-o", mesh]).current_dir(folder);
-    let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    command
+}
+
+/// What the run writes if nobody stops it.
+fn whole(folder: &Path, mesh: &str) -> Vec<u8> {
+    assert!(long_run(folder, mesh).status().unwrap().success());
+    fs::read(folder.join(mesh)).unwrap()
+}
+
+/// Starts a long run, and waits until a temporary file has content.
+fn writing(folder: &Path, mesh: &str) -> std::process::Child {
+    let child = long_run(folder, mesh).spawn().unwrap();
     let start = Instant::now();
     let is_part =
         |entry: fs::DirEntry| entry.file_name() != mesh && entry.metadata().is_ok_and(|known| known.len() > 0);
@@ -171,9 +183,15 @@ fn a_run_that_is_killed_while_it_writes_leaves_the_previous_file() {
                 continue;
             }
             assert_eq!(status.signal(), Some(number), "{mesh}");
-            assert_eq!(fs::read(folder.join(mesh)).unwrap(), b"before");
-            // Nothing can be done after SIGKILL, but what is left is hidden, and no obstacle.
-            assert!(left.iter().all(|name| signal == "KILL" && name.ends_with(".part")), "SIG{signal}: {left:?}");
+            let found = fs::read(folder.join(mesh)).unwrap();
+            if found == b"before" {
+                // Nothing can be done after SIGKILL, but what is left is hidden, and no obstacle.
+                assert!(left.iter().all(|name| signal == "KILL" && name.ends_with(".part")), "SIG{signal}: {left:?}");
+            } else {
+                // The signal came after the file had its name, and before the process had ended.
+                assert_eq!(left, [""; 0]);
+                assert!(found == whole(&folder, mesh), "SIG{signal}: {} bytes of {mesh}", found.len());
+            }
             let output = shell(&folder, &format!("\"$0\" tessellate \"$1\" -o {mesh}"));
             assert_eq!(output.status.code(), Some(0), "{}", told(&output));
         }
