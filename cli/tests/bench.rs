@@ -152,9 +152,14 @@ fn saved_paths_can_be_flown_again() {
 fn bad_paths_are_rejected() {
     let folder = folder("no_path");
     fs::write(folder.join("empty.json"), "[]").unwrap();
-    fs::write(folder.join("other.json"), "[{\"eye\": [0, 0, 0]}]").unwrap();
-    let refused = [("spiral", "orbit, zoom, walk, glu"), ("empty.json", "no views"), ("other.json", "missing field")];
-    for (path, why) in refused {
+    fs::write(folder.join("other.json"), "[{\"size\": [640, 480]}]").unwrap();
+    fs::write(folder.join("unknown.json"), "[{\"eye\": [0, 0, 0]}]").unwrap();
+    for (path, why) in [
+        ("spiral", "orbit, zoom, walk, glu"),
+        ("empty.json", "no views"),
+        ("other.json", "missing field"),
+        ("unknown.json", "unknown field"),
+    ] {
         let output = bench(&folder, &["builtin:torus", "--path", path]);
         let told = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(1), "{told}");
