@@ -21,7 +21,7 @@ const HEIGHT: f64 = 15.0;
 fn model_of(part: Part) -> Model {
     Model {
         parts: vec![part],
-        instances: vec![Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: String::new() }],
+        instances: vec![Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() }],
         millimetres_per_unit: 1.0,
         ..Model::default()
     }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use trimtess::frame::{self, BYTES_PER_TRIANGLE, PlanLimits, Tolerance};
-use trimtess::model::shapes;
+use trimtess::model::{Coedge, Loop, Model, shapes};
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, prepare};
 
 const FINE: Tolerance = Tolerance { chord: 1e-3, angle: 0.3, max_edge: None };
@@ -56,4 +56,25 @@ fn a_plan_beyond_its_limits_is_refused_or_coarser_as_the_caller_chooses() {
     // A caller that accepts the plan gets a coarser mesh within the limits.
     let coarse = frame::plan_within(&prepared, &FINE, &limits);
     assert!(2 * cells(&coarse) < all && coarse.shortfall.is_some());
+}
+
+/// A unit square whose loop lists its first edge `again` times more, there and back or always there.
+fn square_with_a_repeated_edge(again: usize, back: bool) -> Model {
+    let mut model = shapes::by_name("square").unwrap();
+    let Loop::Edges(uses) = &mut model.parts[0].faces[0].loops[0] else { panic!("a square has edges") };
+    let first = uses[0].clone();
+    let use_of = |k: usize| Coedge { reversed: first.reversed != (back && k.is_multiple_of(2)), ..first.clone() };
+    uses.splice(1..1, (0..again).map(use_of));
+    model
+}
+
+#[test]
+fn an_edge_listed_thousands_of_times_costs_no_more_than_as_many_edges() {
+    for back in [false, true] {
+        let start = std::time::Instant::now();
+        let prepared = prepare(square_with_a_repeated_edge(8000, back), &PrepareOptions::default()).expect("no limit");
+        assert!(!prepared.diagnostics.is_empty(), "a loop that lists an edge again is not sound");
+        // It takes one second of a processor; without bounds it took forty and 2.4 GB.
+        assert!(start.elapsed().as_secs() < 30, "{back}: {:?}", start.elapsed());
+    }
 }

@@ -58,7 +58,7 @@ fn cylinder(seam: bool) -> Part {
 }
 
 fn model(part: Part) -> Model {
-    let instance = Instance { part: PartId(0), transform: glam::DAffine3::IDENTITY, colour: None, name: String::new() };
+    let instance = Instance { part: PartId(0), transform: glam::DAffine3::IDENTITY, colour: None, name: "".into() };
     Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
 }
 

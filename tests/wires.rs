@@ -19,7 +19,7 @@ const CHORDS: [f64; 4] = [0.2, 0.05, 0.0125, 0.00625];
 
 /// The part, placed once, sound or not.
 fn prepared(part: Part) -> Arc<Prepared> {
-    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: String::new() };
+    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() };
     let model = Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() };
     Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))
 }

@@ -5,7 +5,7 @@
 //! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
 
 use super::colour;
-use super::placed::{batches_by_part, by_part, distinct};
+use super::placed::{batches_by_part, by_part, distinct, instance_name};
 use super::single::{BeyondSingle, single};
 use crate::mesh::{Batch, EdgeLine, MemorySink, SceneInstance, ScenePart};
 use crate::model::Colour;
@@ -354,7 +354,7 @@ fn named(name: &str) -> Option<String> {
 fn node(part: &ScenePart, instance: &SceneInstance, mesh: Option<Index<Mesh>>) -> Result<Node, BeyondSingle> {
     let centre = single(instance.transform.transform_point3(part.centre) * METRES_PER_MILLIMETRE)?;
     let turn = instance.transform.matrix3;
-    let node = Node { name: named(&instance.name).or_else(|| named(&part.name)), mesh, ..Node::default() };
+    let node = Node { name: named(instance_name(&part.name, instance)), mesh, ..Node::default() };
     if turn == DMat3::IDENTITY {
         return Ok(Node { translation: Some(centre.to_array()), ..node });
     }

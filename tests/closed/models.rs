@@ -10,7 +10,7 @@ use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// Prepares a part, sound or not.
 fn prepared(part: Part) -> Prepared {
-    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: String::new() };
+    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() };
     let model = Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() };
     let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
     assert_chains_close(&prepared);

@@ -199,3 +199,31 @@ fn nonsense_numbers_cost_their_face() {
         assert_eq!(lost, 1, "{bad}: {:?}", model.diagnostics);
     }
 }
+
+#[test]
+fn a_length_unit_beyond_all_numbers_is_named_and_read_as_millimetres() {
+    let metre = "#300=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));\n";
+    let unit = "#301=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E306),#300);\n\
+        #302=(CONVERSION_BASED_UNIT('X',#301)LENGTH_UNIT()NAMED_UNIT(#13));\n\
+        #303=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#302))REPRESENTATION_CONTEXT('',''));\n";
+    let circle = "#310=CIRCLE('',#20,1.);\n#312=EDGE_CURVE('',#30,#30,#310,.T.);\n\
+        #313=ORIENTED_EDGE('',*,*,#312,.T.);\n\
+        #314=EDGE_LOOP('',(#313));\n#315=FACE_OUTER_BOUND('',#314,.T.);\n#316=PLANE('',#20);\n";
+    let face = crate::shell("ADVANCED_FACE('',(#315),#316,.T.)", 303);
+    let model = crate::model(&(crate::world() + metre + unit + &crate::vertex(30, [1.0, 0.0, 0.0]) + circle + &face));
+    let told = model.diagnostics.iter().find(|d| d.kind.code() == "step-unit-out-of-range").expect("a diagnostic");
+    assert_eq!((told.entity, told.severity), (303, Severity::Error));
+    assert!(!crate::only_face(&model).lost);
+}
+
+#[test]
+fn coordinates_beyond_all_numbers_in_millimetres_are_named() {
+    let line = "#40=LINE('',#31,#41);\n#41=VECTOR('',#22,1.);\n";
+    let ends = crate::vertex(30, [0.0; 3]) + "#32=VERTEX_POINT('',#33);\n#33=CARTESIAN_POINT('',(1.E308,0.,0.));\n";
+    let edge = "#42=EDGE_CURVE('',#30,#32,#40,.T.);\n#43=ORIENTED_EDGE('',*,*,#42,.T.);\n#44=EDGE_LOOP('',(#43));\n\
+        #45=FACE_OUTER_BOUND('',#44,.T.);\n#46=PLANE('',#20);\n";
+    let face = crate::shell("ADVANCED_FACE('',(#45),#46,.T.)", 3);
+    let model = crate::model(&(crate::world() + &ends + line + edge + &face));
+    let told = |t: &trimtess::model::StepTrouble| matches!(t, trimtess::model::StepTrouble::NotFinite { .. });
+    assert!(model.diagnostics.iter().any(|d| crate::is(d, told)), "{:?}", model.diagnostics);
+}

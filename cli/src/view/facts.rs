@@ -14,7 +14,7 @@ pub(super) fn facts(picked: &PickHit, scene: &Scene, prepared: &Prepared) -> Vec
     let part = picked.part.index();
     let instance = picked.instance.index();
     rows.push(("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)));
-    rows.push(("instance", named(scene.instances.get(instance).map(|placed| placed.name.as_str()), instance)));
+    rows.push(("instance", named(scene.instances.get(instance).map(|placed| &*placed.name), instance)));
     rows.push(("face", picked.face.index().to_string()));
     let row = prepared.parts.get(part).and_then(|part| {
         let row = part.face_rows.get(picked.face.index()).copied().flatten()?;

@@ -50,6 +50,8 @@ pub(super) struct PartContents {
     pub(super) bodies: Vec<BodyUse>,
     /// Items, shells and faces already in this part. A part has each once, however often its representations list it.
     pub(super) held: Set<u64>,
+    /// Faces of open shells in this part, and whether the shell flips them.
+    pub(super) open_sides: Set<(u64, bool)>,
 }
 
 impl PartContents {

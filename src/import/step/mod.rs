@@ -33,6 +33,7 @@ mod text;
 mod units;
 
 mod boundary;
+mod composite;
 mod conic;
 mod curve;
 mod derived;

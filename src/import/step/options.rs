@@ -19,7 +19,8 @@ pub struct StepOptions {
     pub max_entities: u64,
     /// Maximum number of placed parts and assemblies in the expanded assembly tree. Default 1 million.
     pub max_instances: u64,
-    /// Maximum memory for reading, bytes, estimated at [`BYTES_PER_BYTE`] per byte of the file. Default 16 GiB.
+    /// Maximum memory for reading, bytes. Estimated at [`BYTES_PER_BYTE`] per byte before it is read, and by the
+    /// items of its lists before it is parsed. Default 16 GiB.
     pub max_memory: u64,
     /// Whether to read supplemental geometry: the items of `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`s, and surfaces next
     /// to shapes. It helps construction and is not part of the shape. `false` (the default) leaves it out, with a note
@@ -27,7 +28,7 @@ pub struct StepOptions {
     pub supplemental: bool,
 }
 
-/// Approximate peak memory of reading, per byte of the file.
+/// Typical peak memory of reading, per byte of the file. Long lists of short numbers take three times as much.
 pub const BYTES_PER_BYTE: u64 = 10;
 
 impl StepOptions {

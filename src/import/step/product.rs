@@ -13,11 +13,12 @@ use super::units::Contexts;
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// Contents of one part, and the groups placed in it.
 #[derive(Debug, Default)]
 pub(super) struct Group {
-    pub(super) name: String,
+    pub(super) name: Arc<str>,
     pub(super) representations: Vec<u64>,
     /// Single solids that replicas repeat, and the representations with their units.
     pub(super) solids: Vec<(u64, u64)>,
@@ -49,7 +50,7 @@ pub(super) struct Child {
     /// The instance that places it.
     pub(super) entity: u64,
     pub(super) transform: DAffine3,
-    pub(super) name: String,
+    pub(super) name: Arc<str>,
     pub(super) colour: Option<Colour>,
 }
 
@@ -132,14 +133,14 @@ impl<'a> StructureBuilder<'a> {
         self.table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
     }
 
-    fn product_name(&self, definition: Entity<'_>) -> String {
+    fn product_name(&self, definition: Entity<'_>) -> Arc<str> {
         let product = || {
             let formation = definition.fields("PRODUCT_DEFINITION", 0).optional(2)?;
             let product = self.table.find(formation)?.fields("PRODUCT_DEFINITION_FORMATION", 0).optional(2)?;
             let fields = self.table.find(product)?.fields("PRODUCT", 0);
             Some(if fields.text(1).is_empty() { fields.text(0) } else { fields.text(1) })
         };
-        product().unwrap_or_default().to_owned()
+        product().unwrap_or_default().into()
     }
 
     /// Whether to skip a representation: supplemental geometry, unless the options include it.
@@ -192,7 +193,7 @@ impl<'a> StructureBuilder<'a> {
                 continue;
             }
             let group = self.groups.len();
-            let name = self.table.find(id).map(|i| i.label().to_owned()).unwrap_or_default();
+            let name = self.table.find(id).map(|i| i.label().into()).unwrap_or_default();
             self.groups.push(Group { name, ..Group::default() });
             self.own(id, group);
             self.own_related(relations);
@@ -256,7 +257,7 @@ impl<'a> StructureBuilder<'a> {
             let colour = placement.and_then(|(relation, shape)| {
                 [relation, shape, usage.id].into_iter().find_map(|id| self.styles.by_occurrence.get(&id).copied())
             });
-            self.place(parent, Child { group: child, entity: usage.id, transform, name: name.to_owned(), colour });
+            self.place(parent, Child { group: child, entity: usage.id, transform, name: name.into(), colour });
         }
         // Relationships with a transformation that no occurrence uses place representations directly.
         for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
@@ -267,7 +268,7 @@ impl<'a> StructureBuilder<'a> {
             }
             match self.placed_by(relations, relation, parent, child) {
                 Ok(transform) => {
-                    let name = String::new();
+                    let name = Arc::default();
                     self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
                 }
                 Err(trouble) => self.lose(relation, Some(child), &trouble),
@@ -367,13 +368,13 @@ impl<'a> StructureBuilder<'a> {
                         }
                     };
                     let group = *of_solid.entry(solid).or_insert_with(|| {
-                        let name = self.table.find(solid).map(|i| i.label().to_owned()).unwrap_or_default();
+                        let name = self.table.find(solid).map(|i| i.label().into()).unwrap_or_default();
                         self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
                         self.groups.len() - 1
                     });
                     match transform {
                         Ok(transform) => {
-                            let name = self.table.find(item).map(|i| i.label().to_owned()).unwrap_or_default();
+                            let name = self.table.find(item).map(|i| i.label().into()).unwrap_or_default();
                             let colour = self.styles.of(item);
                             self.place(parent, Child { group, entity: item, transform, name, colour });
                         }
@@ -415,7 +416,7 @@ impl<'a> StructureBuilder<'a> {
             Ok(target * invert(self.geometry(source).motion(origin)?, item)?)
         };
         let colour = self.styles.by_occurrence.get(&item).copied().or(self.styles.of(item));
-        let name = instance.label().to_owned();
+        let name = instance.label().into();
         Ok((group, transform().map(|transform| Child { group, entity: item, transform, name, colour })))
     }
 }

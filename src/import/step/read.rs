@@ -21,7 +21,8 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
     let file = std::fs::File::open(path).map_err(io)?;
     let bytes = file.metadata().map_err(io)?.len();
     check_size(bytes, options)?;
-    let mut text = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
+    let mut text = Vec::new();
+    text.try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).map_err(|error| io(error.into()))?;
     // Devices and pipes have no length beforehand and may be endless.
     let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
     file.take(most.saturating_add(1)).read_to_end(&mut text).map_err(io)?;
@@ -79,6 +80,10 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     diagnostics.extend(tree.diagnostics);
     if !contexts.stated && !model.parts.is_empty() {
         diagnostics.push(of_file(StepOutcome::NoUnit));
+    }
+    if let Some((context, unit_mm)) = contexts.out_of_range {
+        let what = StepOutcome::UnitOutOfRange { unit_mm };
+        diagnostics.push(Diagnostic { entity: context, ..Diagnostic::new(Severity::Error, what) });
     }
     if styles.along_paths > 0 {
         diagnostics.push(of_file(StepOutcome::PathColours { count: styles.along_paths }));

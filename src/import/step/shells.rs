@@ -25,6 +25,10 @@ pub(super) struct Gather<'a> {
     pub(super) within: u64,
     /// Whether to read supplemental geometry.
     supplemental: bool,
+    /// Faces of shells gathered so far.
+    visits: usize,
+    /// The first shell that lists faces again, and how many uses of faces all shells list again.
+    pub(super) again: Option<(u64, usize)>,
     /// Types of items that do not belong to a shape, by representation and number.
     pub(super) aside: BTreeMap<u64, BTreeMap<u64, String>>,
 }
@@ -37,8 +41,9 @@ fn annotated(table: &Table) -> Set<u64> {
 
 impl<'a> Gather<'a> {
     pub(super) fn new(table: &'a Table, styles: &'a Styles, supplemental: bool) -> Self {
-        let (taken, unread, aside) = Default::default();
-        Self { table, styles, taken, annotations: annotated(table), unread, within: 0, supplemental, aside }
+        let (taken, unread, again, aside) = Default::default();
+        let annotations = annotated(table);
+        Self { table, styles, taken, annotations, unread, within: 0, supplemental, visits: 0, again, aside }
     }
 
     /// Counts an item that does not belong to a shape.
@@ -50,12 +55,12 @@ impl<'a> Gather<'a> {
     /// Marks the items of a representation and their contents as taken, without reading them, and counts the items.
     pub(super) fn leave_out(&mut self, representation: u64, items: impl Iterator<Item = u64>) {
         let mut withheld = PartContents::default();
-        let (told, aside) = (self.unread.len(), std::mem::take(&mut self.aside));
+        let (told, again, aside) = (self.unread.len(), self.again, std::mem::take(&mut self.aside));
         let items: Vec<u64> = items.collect();
         items.iter().for_each(|item| self.item(*item, Units::DEFAULT, &mut withheld));
         // Drop what these items reported and counted: they are not read.
         self.unread.truncate(told);
-        self.aside = aside;
+        (self.again, self.aside) = (again, aside);
         self.within = representation;
         items.into_iter().for_each(|item| self.put_aside(item));
     }
@@ -202,16 +207,37 @@ impl<'a> Gather<'a> {
         }
         // Two bodies may share a shell; each gets its faces.
         self.take(shell.id, into);
+        let faces = self.faces(shell, turned, into)?;
+        if !faces.is_empty() {
+            into.shells.push(ShellUse { kind, entity: shell.id, faces, colour, units });
+        }
+        Ok(())
+    }
+
+    /// The faces of a shell, each once per side, and those of an open shell once per part.
+    fn faces(&mut self, shell: Entity<'_>, turned: bool, into: &mut PartContents) -> Read<Vec<(Source, bool)>> {
+        // A closed shell would not be closed without a face that it shares.
+        let open = !shell.is("CLOSED_SHELL");
+        let mut listed = Set::default();
         let mut faces = Vec::new();
         for face in shell.fields("CONNECTED_FACE_SET", 1).links(0)? {
             // Anything but a face fails when it is read, and is counted then.
             let (face, over) = self.face(face);
             self.taken.insert(face);
             into.held.insert(face);
-            faces.push((Source::Face(face), turned != over));
+            let side = (face, turned != over);
+            if !listed.insert(side) || open && !into.open_sides.insert(side) {
+                self.again.get_or_insert((shell.id, 0)).1 += 1;
+                continue;
+            }
+            self.visits += 1;
+            let limit = self.table.max_visits();
+            if self.visits > limit {
+                return Err(Trouble::new(shell.id, StepTrouble::TooManyVisits { what: "faces of shells", limit }));
+            }
+            faces.push((Source::Face(face), side.1));
         }
-        into.shells.push(ShellUse { kind, entity: shell.id, faces, colour, units });
-        Ok(())
+        Ok(faces)
     }
 
     /// Follows `ORIENTED_FACE`s to the face. Also returns whether they flip it.

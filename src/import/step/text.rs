@@ -1,7 +1,7 @@
 //! Part 21 bytes -> an instance table. Instances with syntax errors are cut out one at a time, so that one bad line
 //! does not cost the file.
 
-use super::options::{StepError, StepOptions};
+use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
 use super::sections::{
     Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
 };
@@ -29,6 +29,10 @@ pub(super) fn parse(
     let entities = entities_in(bytes, options.max_entities);
     if entities > options.max_entities {
         return Err(StepError::TooManyEntities { entities, limit: options.max_entities });
+    }
+    let needed = memory_for(bytes);
+    if needed > options.max_memory {
+        return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
     }
     let mut text = &bytes[start..];
     if let Some(end) = end_of_signed(text) {
@@ -60,7 +64,7 @@ pub(super) fn parse(
                 if let Some(count) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
                     diagnostics.push(file_note(Severity::Note, StepOutcome::MoreRepairs { count }));
                 }
-                return Ok(Table::new(graph.entities.into_values().collect(), elsewhere));
+                return Ok(Table::new(graph.entities.into_values().collect(), elsewhere, text.len()));
             }
             Err(error) => error,
         };
@@ -73,6 +77,15 @@ pub(super) fn parse(
         diagnostics.extend(done.into_iter().map(|(severity, what)| file_note(severity, what)));
         cuts += 1;
     }
+}
+
+/// Memory that parsing a text takes, bytes. The syntax tree has 32 bytes per item of a list, twice that while the list
+/// grows: `(1,1,1,…)` takes 33 bytes per byte. Other texts take less than [`BYTES_PER_BYTE`].
+fn memory_for(bytes: &[u8]) -> u64 {
+    const PER_ITEM: u64 = 64;
+    let length = bytes.len() as u64;
+    let items = bytes.iter().filter(|byte| **byte == b',').count() as u64;
+    length.saturating_mul(BYTES_PER_BYTE).max(2 * length + PER_ITEM * items)
 }
 
 /// Counts the instances of a text before parsing: every `=` that follows `#` and a number, in strings too. 0 for a text

@@ -12,6 +12,7 @@ use super::units::Contexts;
 use crate::model::{Colour, Diagnostic, Instance, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 
 /// A part to read.
 pub(super) struct PlannedPart {
@@ -107,11 +108,14 @@ impl<'a> Tree<'a> {
             let part = PartId::new(self.planned.len());
             self.planned.push(PlannedPart { name: String::new(), gathered: left, colour: None });
             let transform = DAffine3::IDENTITY;
-            self.instances.push(Instance { part, transform, colour: None, name: String::new() });
+            self.instances.push(Instance { part, transform, colour: None, name: "".into() });
         }
         for (trouble, units) in std::mem::take(&mut self.gather.unread) {
             let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
             self.say(Severity::Error, trouble.entity, place, StepOutcome::LeftOut(*trouble.what));
+        }
+        if let Some((shell, faces)) = self.gather.again {
+            self.say(Severity::Note, shell, None, StepOutcome::FacesAgain { faces });
         }
         self.tell_aside();
     }
@@ -156,7 +160,7 @@ impl<'a> Tree<'a> {
         }
     }
 
-    fn walk(&mut self, group: usize, transform: DAffine3, name: String, colour: Option<Colour>) {
+    fn walk(&mut self, group: usize, transform: DAffine3, name: Arc<str>, colour: Option<Colour>) {
         self.visits += 1;
         if self.visits > self.options.max_instances {
             return;
@@ -170,7 +174,7 @@ impl<'a> Tree<'a> {
             let child = self.groups[group].children[child].clone();
             if self.path.contains(&child.group) || self.path.len() >= MAX_ASSEMBLY_DEPTH {
                 if self.cyclic.insert((group, child.group)) {
-                    let what = StepOutcome::AssemblyCycle { assembly: self.groups[group].name.clone() };
+                    let what = StepOutcome::AssemblyCycle { assembly: self.groups[group].name.to_string() };
                     self.say(Severity::Error, child.entity, self.somewhere(child.group), what);
                 }
                 continue;
@@ -190,13 +194,13 @@ impl<'a> Tree<'a> {
         let colour = self.gather_group(group, &mut gathered);
         let repeated = self.gather.repeated(&mut gathered);
         if repeated > 0 {
-            let what = StepOutcome::Repeated { items: repeated, name: self.groups[group].name.clone() };
+            let what = StepOutcome::Repeated { items: repeated, name: self.groups[group].name.to_string() };
             let entity = self.groups[group].representations.first().copied().unwrap_or(0);
             self.say(Severity::Note, entity, self.somewhere(group), what);
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {
-            self.planned.push(PlannedPart { name: self.groups[group].name.clone(), gathered, colour });
+            self.planned.push(PlannedPart { name: self.groups[group].name.to_string(), gathered, colour });
         }
         self.parts[group] = Some(part);
         part

@@ -53,6 +53,13 @@ const MAX_MEETINGS: usize = 2000;
 /// The same per use of an edge. More meetings cannot be distinguished.
 const MAX_MEETINGS_PER_USE: usize = 32;
 
+/// Maximum pairs of stretches of a tile that are kept to find their meetings. Few pairs lead to each of
+/// [`MAX_MEETINGS`]; a crowd of edges on top of each other has a quadratic number.
+const MAX_CLOSE: usize = 1 << 15;
+
+/// Maximum comparisons of boxes per arc, of a tile's arcs on average.
+const MAX_BOXES_PER_ARC: usize = 4096;
+
 type Pair<'a> = (ArcSpan<'a>, ArcSpan<'a>);
 
 /// Pairs of stretches that cannot be separated, each with its parts that cannot.
@@ -101,6 +108,9 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
         }
         let mut new: Vec<Meeting> = Vec::new();
         for (pair, parts) in &close {
+            if meetings.len() + new.len() >= MAX_MEETINGS {
+                break;
+            }
             for m in meet_near(tile, *pair, parts) {
                 let known =
                     new.iter().any(|n| n.is(&m) || n.blurs(&m, tile)) || meetings.iter().any(|n| n.blurs(&m, tile));
@@ -158,8 +168,13 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLe
     let most = if arcs.iter().any(|a| a.exact) { usize::MAX } else { most };
     let mut found = Separation { breaks: Vec::new(), most, close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
+    let mut boxes = MAX_BOXES_PER_ARC * arcs.len();
     for (i, a) in arcs.iter().enumerate() {
         for b in &arcs[i + 1..] {
+            boxes = boxes.saturating_sub(1);
+            if boxes == 0 {
+                found.work.0 = 0;
+            }
             if b.low.x > a.high.x || found.work.0 == 0 {
                 break;
             }
@@ -167,7 +182,7 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLe
                 continue;
             }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if !a.exact && !a.only_joins(b) {
+                if !a.exact && !a.only_joins(b) && !a.runs_along(b) {
                     found.keep((ArcSpan::of(a), ArcSpan::of(b)), Vec::new());
                 }
             } else if !a.runs_along(b) {
@@ -196,6 +211,9 @@ impl<'a> Separation<'a, '_> {
         let work = WORK_PER_MEETING[usize::from(straight)] * (1 + parts.len());
         if !pair.0.arc.exact && self.work.takes(work) {
             self.close.push((pair, parts));
+            if self.close.len() >= MAX_CLOSE {
+                self.work.0 = 0;
+            }
         }
     }
 }

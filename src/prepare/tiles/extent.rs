@@ -39,6 +39,9 @@ impl Patched {
     }
 }
 
+/// Least size of a face, in roundings of its coordinates: with fewer places its edges cross at random.
+const RESOLVED: f64 = 1024.0;
+
 /// Whether patches over a box of parameters, `size` wide, have an area that `f64` resolves.
 fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> Result<(), FaceError> {
     let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
@@ -52,7 +55,7 @@ fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> R
     if reach.min_element() <= 1e-12 * reach.max_element() || is_curve(patches) {
         return Err(FaceError::NoArea { size_mm: reach.max_element() });
     }
-    if reach.min_element() <= f64::EPSILON * coordinates {
+    if reach.min_element() <= RESOLVED * f64::EPSILON * coordinates {
         return Err(FaceError::Unresolved { size_mm: reach.min_element(), coordinates_mm: coordinates });
     }
     Ok(())

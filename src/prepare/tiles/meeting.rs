@@ -275,15 +275,20 @@ pub(crate) fn touching(tile: &DraftTile) -> Vec<Meeting> {
     twice.map(meeting).collect()
 }
 
-/// The first meeting where the loops of a tile cross or overlap rather than touch. Next to it they wind more than once,
-/// or backwards, or have the kept side on their right only.
+/// The first meeting where the loops of a tile cross or overlap rather than touch, or the first of too many to judge.
+/// Next to it they wind more than once, or backwards, or have the kept side on their right only.
 pub(crate) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
     /// Distances from a chord, in chords, at which winding numbers are evaluated: in general, and along a spike.
     const BESIDE: [f64; 2] = [1e-3, 1e-7];
+    /// Maximum meetings times points of the loops: the time that this takes. Real tiles need a thousandth.
+    const MAX_WORK: usize = 1 << 26;
     if meetings.is_empty() {
         return None;
     }
     let whole: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| l.iter().flat_map(points).map(|p| p.1).collect()).collect();
+    if whole.iter().map(Vec::len).sum::<usize>().saturating_mul(meetings.len()) > MAX_WORK {
+        return meetings.first().copied();
+    }
     let winding = |p: DVec2| whole.iter().map(|l| winding_about(l, p)).sum::<i32>();
     let around = |a: DVec2, b: DVec2, beside: f64| {
         let (middle, left) = (0.5 * (a + b), (b - a).perp() * beside);
