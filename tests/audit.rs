@@ -1,49 +1,27 @@
 //! Meshes with a known distance to their surface -> the audit measures that distance and finds damage.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
+mod common;
+
+use common::{face, placed, prepared_clean};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh};
 use trimtess::model::{
-    Coedge, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Instance, Loop, Model, NurbsCurve3, NurbsSurface, Part,
-    PartId, Shell, ShellKind, Surface, SurfaceKind, TileId, VertexId,
+    Coedge, CurveKind, Edge, EdgeId, FaceId, Frame3, Loop, Model, NurbsCurve3, NurbsSurface, Part, PartId, Shell,
+    ShellKind, Surface, SurfaceKind, TileId, VertexId,
 };
-use trimtess::parallel::serial;
+use trimtess::prepare::Prepared;
 use trimtess::prepare::internals::PreparedFace;
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 const RADIUS: f64 = 10.0;
 const HEIGHT: f64 = 15.0;
 
-fn model_of(part: Part) -> Model {
-    Model {
-        parts: vec![part],
-        instances: vec![Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() }],
-        millimetres_per_unit: 1.0,
-        ..Model::default()
-    }
-}
-
-fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
-    Face {
-        surface,
-        loops,
-        trims: None,
-        reversed,
-        shell: 0,
-        colour: None,
-        name: String::new(),
-        entity: 0,
-        lost: false,
-        refused: None,
-    }
-}
-
 fn whole(surface: Surface) -> Model {
-    model_of(Part {
+    placed(Part {
         faces: vec![face(surface, Vec::new(), false)],
         shells: vec![Shell { kind: ShellKind::Open, entity: 0 }],
         ..Part::default()
@@ -85,7 +63,7 @@ fn cylinder() -> Model {
         ),
     ];
     let shells = vec![Shell { kind: ShellKind::Outer, entity: 0 }];
-    model_of(Part { vertices, edges, faces, shells, ..Part::default() })
+    placed(Part { vertices, edges, faces, shells, ..Part::default() })
 }
 
 /// z = `bow` (x² + y²) over [-1, 1]², as a bicubic.
@@ -144,16 +122,9 @@ fn lattice(prepared: &Prepared, number: u32, surface: &Surface, n: u32, m: u32) 
     MemorySink::of(prepared.scene.clone(), vec![batch], Vec::new())
 }
 
-fn prepared(model: Model) -> Arc<Prepared> {
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
-    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
-    Arc::new(prepared)
-}
-
 fn framed(prepared: &Arc<Prepared>, chord: f64) -> MemorySink {
     let tolerance = Tolerance { chord, angle: 1.5, max_edge: None };
-    let mut sink = MemorySink::default();
-    serial(prepared, &frame::plan(prepared, &tolerance), true, &mut sink).unwrap();
+    let sink = common::frame(prepared, &frame::plan(prepared, &tolerance), true).0;
     assert!(!sink.batches.is_empty() && sink.batches.iter().all(|b| !b.mesh.triangles.is_empty()));
     sink
 }
@@ -167,7 +138,7 @@ fn assert_worst(report: &DeviationReport, expected: f64) {
 #[test]
 fn sphere_lattice_has_its_sagitta() {
     let surface = Surface::Sphere { frame: Frame3::WORLD, radius: RADIUS };
-    let prepared = prepared(whole(surface.clone()));
+    let prepared = prepared_clean(whole(surface.clone()));
     for (n, m) in [(12, 7), (48, 21), (120, 61)] {
         // The row across the equator consists of rectangles, which are farthest from the sphere in their middle.
         let (half_u, half_v) = (PI / f64::from(n), 0.5 * PI / f64::from(m));
@@ -185,7 +156,7 @@ fn cylinder_lattice_and_circle_have_their_sagitta() {
     let model = cylinder();
     let surface = model.parts[0].faces[2].surface.clone();
     let circle = model.parts[0].edges[1].curve.clone();
-    let prepared = prepared(model);
+    let prepared = prepared_clean(model);
     for n in [5_u32, 16, 97, 1000] {
         let sagitta = RADIUS * (1.0 - (PI / f64::from(n)).cos());
         let mut mesh = lattice(&prepared, 2, &surface, n, 1);
@@ -206,7 +177,7 @@ fn cylinder_lattice_and_circle_have_their_sagitta() {
 fn bicubic_lattice_has_its_sagitta() {
     let bow = 0.1;
     let surface = paraboloid(bow);
-    let prepared = prepared(whole(surface.clone()));
+    let prepared = prepared_clean(whole(surface.clone()));
     for n in [10, 50, 120] {
         let step = 2.0 / f64::from(n);
         let sagitta = 0.5 * bow * step * step;
@@ -219,7 +190,7 @@ fn bicubic_lattice_has_its_sagitta() {
 #[test]
 fn frames_keep_their_tolerance_here() {
     for model in [cylinder(), whole(Surface::Sphere { frame: Frame3::WORLD, radius: RADIUS }), whole(paraboloid(0.4))] {
-        let prepared = prepared(model);
+        let prepared = prepared_clean(model);
         for chord in [0.5, 0.05, 0.005] {
             let report = deviation(&prepared, &framed(&prepared, chord), chord);
             assert!(report.beyond_gap.worst <= 1.0 && report.faces_over == 0, "{report}");
@@ -231,7 +202,7 @@ fn frames_keep_their_tolerance_here() {
 
 #[test]
 fn a_moved_vertex_is_found_on_its_face() {
-    let prepared = prepared(cylinder());
+    let prepared = prepared_clean(cylinder());
     let chord = 0.01;
     let mut mesh = framed(&prepared, chord);
     let wall = mesh.batches.iter().position(|b| b.face == FaceId(2)).unwrap();
@@ -250,7 +221,7 @@ fn a_moved_vertex_is_found_on_its_face() {
 
 #[test]
 fn a_moved_edge_point_and_a_nan_are_found() {
-    let prepared = prepared(cylinder());
+    let prepared = prepared_clean(cylinder());
     let chord = 0.01;
     let mut mesh = framed(&prepared, chord);
     let line = mesh.edge_lines.iter_mut().find(|line| line.edge == EdgeId(0)).unwrap();
@@ -267,7 +238,7 @@ fn a_moved_edge_point_and_a_nan_are_found() {
 #[test]
 fn economy_knows_the_smallest_lattice() {
     let surface = Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS };
-    let prepared = prepared(cylinder());
+    let prepared = prepared_clean(cylinder());
     // 24 columns are the fewest; the mesh has twice as many, and four rows where one would do.
     let chord = RADIUS * (1.0 - (PI / 24.0).cos()) * 1.05;
     let report = economy(&prepared, &lattice(&prepared, 2, &surface, 48, 4), chord);

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use trimtess::model::{
     CurveKind, Edge, EdgeId, Frame3, Loop, ModelBuilder, ModelError, NurbsCurve3, NurbsSurface, Part, PartBuilder,
-    PartError, PartId, ShellKind, SplineError, Surface, SurfaceError, VertexId,
+    PartError, PartId, ShellKind, SplineError, StepCause, StepTrouble, Surface, SurfaceError, VertexId,
 };
 
 /// A unit square in the plane.
@@ -110,6 +110,9 @@ fn surfaces_are_refused_with_numbers() {
     for (surface, message) in cases {
         assert_eq!(surface.check().unwrap_err().to_string(), message);
     }
+    for far in [Frame3 { origin: DVec3::INFINITY, ..frame }, Frame3 { x: DVec3::NAN, ..frame }] {
+        assert_eq!(Surface::Plane { frame: far }.check().unwrap_err().to_string(), "the frame is not finite");
+    }
     let mut net = NurbsSurface {
         degree_u: 1,
         degree_v: 1,
@@ -176,6 +179,15 @@ fn parts_are_refused_with_numbers() {
 }
 
 #[test]
+fn a_face_whose_surface_was_refused_needs_edges_or_trimming_curves() {
+    let refused = broken(|p| {
+        p.faces[0].refused = Some(StepCause { entity: None, trouble: Box::new(StepTrouble::Unbounded) });
+        p.faces[0].loops.clear();
+    });
+    assert_eq!(refused.to_string(), "face 0 has neither edges nor trimming curves, and its surface could not be read");
+}
+
+#[test]
 fn an_edge_may_miss_its_vertex_a_little() {
     let mut part = square().finish().unwrap();
     part.vertices[0].z = 1e-5;
@@ -195,7 +207,11 @@ fn models_are_refused_with_numbers() {
     assert_eq!(model(DAffine3::IDENTITY, 2).unwrap_err().to_string(), "instance 0 refers to part 2; the model has 1");
     let squeezed = DAffine3::from_scale(DVec3::new(1.0, 1.0, 2.0));
     assert!(matches!(model(squeezed, 0), Err(ModelError::Transform { error, .. }) if (error - 1.0).abs() < 1e-12));
-    assert!(matches!(model(DAffine3::ZERO, 0), Err(ModelError::Transform { error, .. }) if error.is_nan()));
+    for none in [DAffine3::ZERO, DAffine3::from_translation(DVec3::Y * f64::INFINITY)] {
+        let error = model(none, 0).unwrap_err();
+        assert!(matches!(error, ModelError::Transform { error, .. } if error.is_nan()));
+        assert_eq!(error.to_string(), "the transform of instance 0 is singular or not finite");
+    }
     let mut inner = ModelBuilder::new("model");
     let mut part = square().finish().unwrap();
     part.edges.push(Edge {

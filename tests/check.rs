@@ -93,9 +93,10 @@ fn degenerate_triangles_are_distinguished() {
 }
 
 #[test]
-fn values_that_are_not_finite_are_counted() {
+fn vertices_that_are_not_finite_are_counted_once() {
     let mut batches = cube();
     batches[0].mesh.positions[0].x = f64::NAN;
+    batches[0].mesh.normals[0].x = f32::NAN;
     batches[3].mesh.normals[1].z = f32::INFINITY;
     assert_eq!(check_part(&batches).non_finite, 2);
 }

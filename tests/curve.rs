@@ -1,39 +1,33 @@
 //! NURBS curves against closed forms and finite differences.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "sequence/random.rs"]
+mod random;
+
 use glam::{DVec2, DVec3};
+use random::SplitMix;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use trimtess::model::{Frame3, NurbsCurve, NurbsCurve2, NurbsCurve3};
 
-/// A small deterministic stream of numbers in 0..1.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 /// A wavy curve of the given degree with uneven knots, clamped or not.
-fn wavy(degree: usize, spans: usize, rational: bool, clamped: bool, noise: &mut Noise) -> NurbsCurve3 {
+fn wavy(degree: usize, spans: usize, rational: bool, clamped: bool, noise: &mut SplitMix) -> NurbsCurve3 {
     let count = degree + spans;
     let mut knots = Vec::new();
     let mut t = -1.0;
     for i in 0..count + degree + 1 {
         if !clamped || (i > degree && i <= count) {
-            t += 0.2 + noise.next();
+            t += 0.2 + noise.unit();
         }
         knots.push(t);
     }
-    let points = (0..count).map(|i| DVec3::new(i as f64, noise.next() * 3.0, noise.next() * 3.0)).collect();
-    let weights = if rational { (0..count).map(|_| 0.5 + 1.5 * noise.next()).collect() } else { Vec::new() };
+    let points = (0..count).map(|i| DVec3::new(i as f64, noise.unit() * 3.0, noise.unit() * 3.0)).collect();
+    let weights = if rational { (0..count).map(|_| 0.5 + 1.5 * noise.unit()).collect() } else { Vec::new() };
     NurbsCurve { degree, knots, points, weights }
 }
 
 #[test]
 fn derivatives_match_finite_differences() {
-    let mut noise = Noise(7);
+    let mut noise = SplitMix(7);
     for degree in [1, 2, 3, 5, 9, 25, 27] {
         for (rational, clamped) in [(false, true), (true, true), (true, false)] {
             let curve = wavy(degree, 4, rational, clamped, &mut noise);
@@ -68,7 +62,7 @@ fn bezier_of_a_monomial_is_that_monomial() {
 
 #[test]
 fn outside_the_domain_means_its_end() {
-    let curve = wavy(3, 5, true, true, &mut Noise(3));
+    let curve = wavy(3, 5, true, true, &mut SplitMix(3));
     let (a, b) = curve.domain();
     assert_eq!(curve.point(a - 1.0), curve.point(a));
     assert_eq!(curve.point(b + 1.0), curve.point(b));
@@ -78,7 +72,7 @@ fn outside_the_domain_means_its_end() {
 #[test]
 fn reversal_keeps_the_points() {
     for clamped in [true, false] {
-        let curve = wavy(4, 6, true, clamped, &mut Noise(11));
+        let curve = wavy(4, 6, true, clamped, &mut SplitMix(11));
         let back = curve.reversed();
         let (a, b) = curve.domain();
         assert_eq!(back.domain(), (a, b));

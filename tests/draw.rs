@@ -1,17 +1,22 @@
 //! Records of tiles against the tiles themselves, and the diagrams drawn from them.
 #![cfg(feature = "svg")]
 
-use glam::{DAffine3, DVec2};
+mod common;
+#[path = "sequence/random.rs"]
+mod random;
+
+use common::{placed, prepared};
+use glam::DVec2;
+use random::SplitMix;
 use std::collections::BTreeSet;
 use trimtess::draw::{TileView, tile};
 use trimtess::frame::internals::{Scratch, TileRecord, record_tile, tessellate_tile};
 use trimtess::frame::{Rung, Tolerance, plan};
-use trimtess::model::{FreeTrims, Model, ModelBuilder, PartId, TrimCurve, TrimRule, shapes};
-use trimtess::prepare::{PrepareOptions, prepare};
+use trimtess::model::{FreeTrims, Model, TrimCurve, TrimRule, shapes};
 
 /// Records of all tiles of a model, each checked against the tile as frames make it.
 fn records(model: Model, chord: f64) -> Vec<TileRecord> {
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(model);
     let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
     let mut scratch = Scratch::default();
     let all = prepared.tiles().map(|(part, id, _)| {
@@ -71,11 +76,7 @@ fn areas(record: &TileRecord) -> [f64; 2] {
 fn sheet(curves: Vec<TrimCurve>) -> Model {
     let mut part = shapes::flower();
     part.faces[0].trims = Some(FreeTrims { rule: TrimRule::Handedness, curves });
-    let mut model = ModelBuilder::new("sheet");
-    let part = model.part(part);
-    assert_eq!(part, PartId(0));
-    model.place(part, DAffine3::IDENTITY);
-    model.finish().expect("a sound part")
+    placed(part)
 }
 
 /// Number of closed figures in the path of a class.
@@ -103,18 +104,14 @@ fn records_match_the_tiles_that_frames_make() {
 /// Stars with sharp tips close together: cells that cannot be triangulated alone are merged, and the diagram shows it.
 #[test]
 fn merged_cells_are_drawn() {
-    let mut state = 11_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / (1_u64 << 24) as f64
-    };
+    let mut random = SplitMix(11);
     let mut merged = 0;
     for _ in 0..24 {
-        let tips = 9 + (random() * 12.0) as usize;
+        let tips = 9 + random.below(12) as usize;
         let star: Vec<DVec2> = (0..2 * tips)
             .map(|k| {
                 let angle = std::f64::consts::PI * k as f64 / tips as f64;
-                let radius = if k % 2 == 0 { 0.25 + 0.2 * random() } else { 0.04 + 0.1 * random() };
+                let radius = if k % 2 == 0 { random.range(0.25, 0.45) } else { random.range(0.04, 0.14) };
                 DVec2::splat(0.5) + DVec2::from_angle(-angle) * radius
             })
             .collect();

@@ -1,6 +1,9 @@
 //! Plans and tiles: tolerances are kept at every size and scale; absurd ones are reported and limited.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod common;
+
+use common::prepared_clean;
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
@@ -8,26 +11,18 @@ use trimtess::frame::internals::evaluate::evaluate_points;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Tolerance};
 use trimtess::mesh::{Batch, MemorySink, Origin, check_part, check_scene};
-use trimtess::model::{Model, ModelBuilder, PartId, TileId, shapes};
+use trimtess::model::{ModelBuilder, PartId, TileId, shapes};
 use trimtess::parallel::internals::{Load, deal, loads};
-use trimtess::parallel::serial;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 const CHORD: Tolerance = Tolerance { chord: 0.1, angle: 1.5, max_edge: None };
 
-fn prepared(model: Model) -> Arc<Prepared> {
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
-    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
-    Arc::new(prepared)
-}
-
 fn shape(name: &str) -> Arc<Prepared> {
-    prepared(shapes::by_name(name).unwrap())
+    prepared_clean(shapes::by_name(name).unwrap())
 }
 
 fn mesh(prepared: &Arc<Prepared>, plan: &Plan) -> MemorySink {
-    let mut sink = MemorySink::default();
-    let report = serial(prepared, plan, true, &mut sink).unwrap();
+    let (sink, report) = common::frame(prepared, plan, true);
     assert!(report.degraded.is_empty() && report.lost_lines.is_empty(), "{:?}", report.degraded);
     sink
 }
@@ -64,7 +59,7 @@ fn a_scaled_part_keeps_the_tolerance_where_it_stands() {
     let large = DAffine3::from_scale_rotation_translation(DVec3::splat(size), turn, DVec3::X * 7.0);
     let small = model.instances[0].clone();
     model.instances.push(trimtess::model::Instance { transform: large, ..small });
-    let prepared = prepared(model);
+    let prepared = prepared_clean(model);
     let plan = frame::plan(&prepared, &Tolerance { max_edge: Some(300.0), ..CHORD });
     let alone = frame::plan(&shape("cylinder"), &Tolerance { chord: 0.1 / size, max_edge: Some(3.0), ..CHORD });
     assert_eq!(plan.parts[0].edges.len(), alone.parts[0].edges.len());
@@ -197,7 +192,7 @@ fn tiles_are_weighed_and_dealt_where_they_are_placed() {
         let part = model.part(part);
         model.place(part, DAffine3::from_translation(DVec3::X * x));
     }
-    let prepared = prepared(model.finish().unwrap());
+    let prepared = prepared_clean(model.finish().unwrap());
     let loads = loads(&prepared);
     let places = prepared.tiles().map(|(part, _, tile)| tile.centre + DVec3::X * 100.0 * f64::from(part.0 + 1));
     assert!(loads.iter().map(|load| load.centre).eq(places));

@@ -2,10 +2,14 @@
 //! (Manocha & Demmel, "Algorithms for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994).
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+mod common;
 mod implicit;
+#[path = "sequence/random.rs"]
+mod random;
 
 use glam::{DVec2, DVec3};
 use implicit::by_eigenvalues;
+use random::SplitMix;
 use std::f64::consts::TAU;
 use trimtess::model::{NurbsCurve2, TrimCurve, TrimPiece};
 use trimtess::prepare::UvDomain;
@@ -132,16 +136,7 @@ fn curves_meet_themselves_at_loops_only() {
 
 // --- implicitisation and eigenvalues
 
-struct Draw(u64);
-
-impl Draw {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
+impl SplitMix {
     fn bezier(&mut self, degree: usize, rational: bool) -> NurbsCurve2 {
         let points = (0..=degree).map(|_| DVec2::new(self.unit(), self.unit())).collect();
         let weights = if rational { (0..=degree).map(|_| 0.5 + self.unit()).collect() } else { Vec::new() };
@@ -160,7 +155,7 @@ fn homogeneous(curve: &NurbsCurve2) -> Vec<DVec3> {
 
 #[test]
 fn random_bezier_curves_meet_where_eigenvalues_say() {
-    let mut draw = Draw(7);
+    let mut draw = SplitMix(7);
     let mut points = 0;
     for degree_a in 2..=5 {
         for degree_b in 2..=5 {

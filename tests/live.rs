@@ -3,9 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod out_fixture;
+#[path = "sequence/random.rs"]
+mod random;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};
+use random::SplitMix;
 use std::sync::OnceLock;
 use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
@@ -28,18 +31,6 @@ fn renderer() -> Option<&'static Renderer> {
         }
     });
     made.as_ref()
-}
-
-/// A generator of random numbers (SplitMix64).
-struct Draw(u64);
-
-impl Draw {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) % n
-    }
 }
 
 /// A tile of a flat sheet of `SIDE` by `SIDE` squares, with `cells` by `cells` cells; empty if `cells` is 0.
@@ -114,7 +105,7 @@ struct Changes {
 }
 
 impl Changes {
-    fn random(draw: &mut Draw, tiles: u64) -> Self {
+    fn random(draw: &mut SplitMix, tiles: u64) -> Self {
         let mut changes = Self::default();
         for part in 0..2 {
             for tile in 0..SIDE * SIDE {
@@ -162,7 +153,7 @@ fn frames_of_changes_draw_the_same_as_whole_frames() {
     let mut live = renderer.live();
     let mut memory = whole(&scene, 2);
     send(&memory, &mut live);
-    let mut draw = Draw(7);
+    let mut draw = SplitMix(7);
     let mut pictures = Vec::new();
     for frame in 0..24 {
         let (_, by) = ColourBy::ALL[frame % ColourBy::ALL.len()];
@@ -227,7 +218,7 @@ fn a_frame_that_is_not_ended_changes_nothing() {
     send(&whole(&scene, 2), &mut live);
     let shown = picture(renderer, &mut live, &view);
     let held = live.held();
-    Changes::random(&mut Draw(3), 30).play(&scene, &mut live).unwrap();
+    Changes::random(&mut SplitMix(3), 30).play(&scene, &mut live).unwrap();
     assert!(picture(renderer, &mut live, &view) == shown, "before the frame ends");
     live.abort();
     assert!(picture(renderer, &mut live, &view) == shown);
@@ -247,7 +238,7 @@ fn memory_stays_flat() {
     let mut live = renderer.live();
     send(&whole(&scene, 6), &mut live);
     let view = options(ColourBy::Rate).with_edges(true);
-    let mut draw = Draw(11);
+    let mut draw = SplitMix(11);
     let mut held = Vec::new();
     for frame in 0..200 {
         if frame % 50 == 49 {

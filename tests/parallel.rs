@@ -1,11 +1,14 @@
 //! Contract: the same bytes for any number of workers, with threads or without, in every frame of a session.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod common;
+
+use common::prepared;
 use std::sync::Arc;
 use trimtess::frame::{self, Plan, Tolerance};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::Model;
-use trimtess::parallel::{FrameReport, Session, SessionOptions, serial};
+use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// All bits of a frame except which worker made it.
@@ -54,11 +57,10 @@ fn plans(prepared: &Prepared) -> [Arc<Plan>; 3] {
 #[test]
 fn the_number_of_workers_does_not_matter() {
     for (name, model) in models() {
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let prepared = prepared(model);
         let plans = plans(&prepared);
         let reference = plans.each_ref().map(|plan| {
-            let mut sink = MemorySink::default();
-            let report = serial(&prepared, plan, true, &mut sink).unwrap();
+            let (sink, report) = common::frame(&prepared, plan, true);
             (report, bytes(&sink))
         });
         assert!(reference[0].0.triangles > 0, "{name} has no triangles");
@@ -89,9 +91,7 @@ fn the_threads_of_prepare_do_not_matter() {
                 prepare(model.clone(), &PrepareOptions::DEFAULT.with_threads(Some(threads)))
                     .expect("within the limits"),
             );
-            let mut sink = MemorySink::default();
-            serial(&prepared, &plans(&prepared)[0], true, &mut sink).unwrap();
-            bytes(&sink)
+            bytes(&common::frame(&prepared, &plans(&prepared)[0], true).0)
         });
         assert!(frames[0] == frames[1] && frames[1] == frames[2], "{name}");
     }
@@ -100,11 +100,9 @@ fn the_threads_of_prepare_do_not_matter() {
 #[test]
 fn edge_lines_come_on_request_and_lie_on_mesh_vertices() {
     for (name, model) in models() {
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let prepared = prepared(model);
         let plan = &plans(&prepared)[1];
-        let (mut with, mut without) = (MemorySink::default(), MemorySink::default());
-        serial(&prepared, plan, true, &mut with).unwrap();
-        serial(&prepared, plan, false, &mut without).unwrap();
+        let [with, without] = [true, false].map(|lines| common::frame(&prepared, plan, lines).0);
         assert_eq!(with.edge_lines.len(), prepared.brep_edges().count(), "{name}");
         assert!(without.edge_lines.is_empty() && without.batches == with.batches, "{name}");
         let vertices: std::collections::HashSet<_> = with

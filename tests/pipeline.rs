@@ -1,30 +1,16 @@
 //! Model -> prepare -> plan -> tiles: closed solids give closed meshes at every tolerance.
 
+mod common;
+
+use common::{face, placed, prepared_clean};
 use glam::DVec3;
 use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
-    Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Instance, Loop, Model, NurbsCurve3, Part, PartId, Shell, ShellKind,
-    Surface, VertexId,
+    Coedge, CurveKind, Edge, EdgeId, Frame3, Loop, Model, NurbsCurve3, Part, Shell, ShellKind, Surface, VertexId,
 };
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, prepare};
-
-fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
-    Face {
-        surface,
-        loops,
-        trims: None,
-        reversed,
-        shell: 0,
-        colour: None,
-        name: String::new(),
-        entity: 0,
-        lost: false,
-        refused: None,
-    }
-}
 
 fn coedge(edge: u32, reversed: bool) -> Coedge {
     Coedge { edge: EdgeId(edge), reversed, pcurve: None }
@@ -57,14 +43,8 @@ fn cylinder(seam: bool) -> Part {
     Part { vertices, edges, faces, shells: vec![Shell { kind: ShellKind::Outer, entity: 0 }], ..Part::default() }
 }
 
-fn model(part: Part) -> Model {
-    let instance = Instance { part: PartId(0), transform: glam::DAffine3::IDENTITY, colour: None, name: "".into() };
-    Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
-}
-
 fn mesh(model: Model, chord: f64) -> MemorySink {
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let prepared = prepared_clean(model);
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
     let mut sink = MemorySink::default();
     let mut session = Session::start(prepared, &SessionOptions::DEFAULT.with_workers(1)).expect("threads");
@@ -77,7 +57,7 @@ fn mesh(model: Model, chord: f64) -> MemorySink {
 fn a_cylinder_is_closed_with_and_without_a_seam() {
     for seam in [true, false] {
         for chord in [1.0, 0.1, 0.01, 1e-4] {
-            let sink = mesh(model(cylinder(seam)), chord);
+            let sink = mesh(placed(cylinder(seam)), chord);
             let facts = check_scene(&sink).total;
             assert_eq!(facts.unbalanced_edges, 0, "seam {seam}, chord {chord}: {facts}");
             let exact = std::f64::consts::PI * 25.0 * 8.0;
@@ -101,9 +81,9 @@ fn a_plate_with_many_holes_has_the_same_bytes_each_time() {
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, loops, false);
     let part = part.finish().expect("a valid part");
-    let first = mesh(model(part.clone()), 0.05);
+    let first = mesh(placed(part.clone()), 0.05);
     assert!(first.batches.iter().map(|b| b.mesh.triangles.len()).sum::<usize>() > 1000);
     for _ in 0..4 {
-        assert_eq!(mesh(model(part.clone()), 0.05).batches, first.batches);
+        assert_eq!(mesh(placed(part.clone()), 0.05).batches, first.batches);
     }
 }

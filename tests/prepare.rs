@@ -1,38 +1,32 @@
 //! Smallest inputs for each difficulty of prepare: poles, apexes, seams, wraps, creases, faces without area.
 
-use glam::{DAffine3, DVec3};
+mod common;
+#[path = "sequence/random.rs"]
+mod random;
+
+use common::{face, frame, placed, prepared, prepared_clean, whole_frame};
+use glam::DVec3;
+use random::SplitMix;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use trimtess::frame::{Rung, Tolerance, plan};
-use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
+use trimtess::mesh::{MeshFacts, check_scene};
 use trimtess::model::{
-    CurveKind, DiagnosticKind, Face, FaceError, FaceTrouble, Frame3, Loop, Model, ModelBuilder, NurbsCurve3,
-    NurbsSurface, Part, PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
+    CurveKind, DiagnosticKind, FaceError, FaceTrouble, Frame3, Loop, NurbsCurve3, NurbsSurface, Part, PartBuilder,
+    PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
 };
-use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::Prepared;
 
 const CHORDS: [f64; 4] = [0.5, 0.05, 5e-3, 5e-4];
 
-fn model(part: Part) -> Model {
-    let mut model = ModelBuilder::new("test");
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
-    model.finish().expect("a valid model")
-}
-
 fn mesh(prepared: &Arc<Prepared>, chord: f64) -> MeshFacts {
     let plan = plan(prepared, &Tolerance { chord, angle: 0.6, max_edge: None });
-    let mut sink = MemorySink::default();
-    let report = serial(prepared, &plan, false, &mut sink).expect("a frame");
-    assert!(report.degraded.is_empty(), "{:?}", report.degraded);
-    check_scene(&sink).total
+    check_scene(&whole_frame(prepared, &plan, false)).total
 }
 
 /// Asserts that a part is closed and has the given volume and area at all chords.
 fn is_closed(part: Part, volume: f64, area: f64) {
-    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits"));
-    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let prepared = prepared_clean(placed(part));
     for chord in CHORDS {
         let facts = mesh(&prepared, chord);
         assert!(facts.is_well_formed() && facts.is_closed(), "chord {chord}: {facts} {:?}", facts.examples);
@@ -158,18 +152,7 @@ fn sheet(profile: &[DVec3]) -> NurbsSurface {
 
 fn bare(surface: NurbsSurface) -> Part {
     Part {
-        faces: vec![Face {
-            surface: Surface::Nurbs(surface),
-            loops: Vec::new(),
-            trims: None,
-            reversed: false,
-            shell: 0,
-            colour: None,
-            name: String::new(),
-            entity: 0,
-            lost: false,
-            refused: None,
-        }],
+        faces: vec![face(Surface::Nurbs(surface), Vec::new(), false)],
         shells: vec![trimtess::model::Shell { kind: ShellKind::Open, entity: 0 }],
         ..Part::default()
     }
@@ -181,8 +164,7 @@ fn creases_are_kept_at_every_tolerance() {
     let profile =
         [0.0, 1.0, 2.0, 3.5, 4.0, 7.0].map(|x: f64| DVec3::new(x, if x as i32 % 2 == 0 { 0.0 } else { 2.0 }, 0.0));
     let exact: f64 = profile.windows(2).map(|w| 10.0 * w[0].distance(w[1])).sum();
-    let prepared =
-        Arc::new(prepare(model(bare(sheet(&profile))), &PrepareOptions::DEFAULT).expect("within the limits"));
+    let prepared = prepared(placed(bare(sheet(&profile))));
     for chord in [100.0, 1.0, 0.01] {
         let facts = mesh(&prepared, chord);
         assert!((facts.area / exact - 1.0).abs() < 1e-12, "chord {chord}: area {} of {exact}", facts.area);
@@ -193,13 +175,13 @@ fn creases_are_kept_at_every_tolerance() {
 fn a_surface_without_area_is_reported_and_has_no_tiles() {
     let mut sheet = sheet(&[DVec3::ZERO, DVec3::X]);
     sheet.points.fill(DVec3::new(1.0, 2.0, 3.0));
-    let prepared = prepare(model(bare(sheet)), &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(placed(bare(sheet)));
     assert_eq!(prepared.diagnostics.len(), 1, "{:?}", prepared.diagnostics);
     let why = prepared.diagnostics[0].kind.face_error();
     assert!(matches!(why, Some(FaceError::NoArea { .. })), "{why:?}");
     assert_eq!(prepared.tiles().count(), 0);
     let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
-    let made = serial(&Arc::new(prepared), &plan, false, &mut MemorySink::default()).expect("a frame");
+    let made = frame(&prepared, &plan, false).1;
     assert_eq!((made.ladder.count(Rung::NoArea), made.ladder.count(Rung::Lost)), (1, 0), "{}", made.ladder);
 }
 
@@ -219,9 +201,7 @@ fn a_thin_crescent_survives_coarse_tolerances() {
     let shell = part.plain_shell(ShellKind::Open);
     let boundary = vec![Loop::Edges(vec![high.along(), low.against()])];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-    let prepared = Arc::new(
-        prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits"),
-    );
+    let prepared = prepared(placed(part.finish().expect("a valid part")));
     let segment = |below: f64| {
         let r = 3.0_f64.hypot(below);
         let half = (3.0 / r).asin();
@@ -257,11 +237,10 @@ fn only_the_outer_of_two_close_arcs_has_critical_points() {
     // The can of a capacitor: two micrometres of plane next to a rounded edge. The outer arc needs 70 chords, 128 after
     // halving.
     let (radius, gap, turn) = (5.25, 0.002, 3.82);
-    let prepared = prepare(model(open_ring(radius, gap, turn)), &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(placed(open_ring(radius, gap, turn)));
     let points = |edge: usize| prepared.parts[0].edges[edge].breaks.len();
     assert!((71..=129).contains(&points(0)), "{} on the outer arc", points(0));
     assert_eq!(points(1), 2, "on the inner arc");
-    let prepared = Arc::new(prepared);
     for chord in CHORDS {
         let facts = mesh(&prepared, chord);
         assert!(facts.is_well_formed() && facts.area > 0.0, "chord {chord}: {facts}");
@@ -272,11 +251,8 @@ fn only_the_outer_of_two_close_arcs_has_critical_points() {
 fn edges_that_are_noise_have_few_critical_points() {
     // Two splines that cross again and again: no points can keep their polylines apart.
     let mut part = PartBuilder::new("noise");
-    let mut seed = 1_u32;
-    let mut noise = move || {
-        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        f64::from(seed >> 8) / f64::from(1 << 24) - 0.5
-    };
+    let mut random = SplitMix(1);
+    let mut noise = move || random.range(-0.5, 0.5);
     let corners = [0.0, 100.0].map(|x| part.vertex(DVec3::X * x));
     let mut spline = || {
         let mut points: Vec<DVec3> = (0..100).map(|k| DVec3::new(f64::from(k) + noise(), noise(), 0.0)).collect();
@@ -291,7 +267,7 @@ fn edges_that_are_noise_have_few_critical_points() {
     let boundary = vec![Loop::Edges(vec![low.along(), high.against()])];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
     let part = part.finish().expect("a valid part");
-    let prepared = prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(placed(part));
     let breaks: usize = prepared.parts[0].edges.iter().map(|edge| edge.breaks.len()).sum();
     assert!(breaks <= 1200, "{breaks} points");
 }
@@ -319,13 +295,13 @@ fn a_full_circle_closes_wherever_its_vertex_is() {
 }
 
 /// A square that lies at `height` above its plane.
-fn hanging(height: f64) -> Prepared {
+fn hanging(height: f64) -> Arc<Prepared> {
     let mut part = PartBuilder::new("square");
     let corners = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
     let boundary = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, height)));
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
-    prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits")
+    prepared(placed(part.finish().expect("a valid part")))
 }
 
 #[test]
@@ -337,7 +313,7 @@ fn edges_far_from_their_surface_are_filled_in_space() {
     let off = |cause: &FaceError| matches!(cause, FaceError::OffSurface { gap_mm, .. } if (gap_mm - 4.0).abs() < 1e-9);
     assert!(told.severity == Severity::Warning && off(cause) && (area_mm2 - 100.0).abs() < 1e-9, "{told:?}");
     assert!(prepared.parts[0].faces[0].filled);
-    let facts = mesh(&Arc::new(prepared), 0.1);
+    let facts = mesh(&prepared, 0.1);
     assert!(facts.area == 100.0 && facts.open_edges == 4, "{facts}");
 }
 
@@ -355,11 +331,9 @@ fn edges_off_their_surface_that_bound_a_face_keep_it_repaired() {
 }
 
 /// Number of faces with triangles.
-fn mesh_of(prepared: &Prepared) -> usize {
-    let prepared = Arc::new(prepared.clone());
-    let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.6, max_edge: None });
-    let mut sink = MemorySink::default();
-    serial(&prepared, &plan, false, &mut sink).expect("a frame");
+fn mesh_of(prepared: &Arc<Prepared>) -> usize {
+    let plan = plan(prepared, &Tolerance { chord: 0.1, angle: 0.6, max_edge: None });
+    let sink = frame(prepared, &plan, false).0;
     sink.batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()).count()
 }
 
@@ -373,12 +347,12 @@ fn an_edge_without_a_range_is_straight() {
         let frame = Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
         part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(vec![edge.along()])], false);
     }
-    let mut model = model(part.finish().expect("a valid part"));
+    let mut model = placed(part.finish().expect("a valid part"));
     // The builder refuses this; the public fields allow it.
     model.parts[0].edges[circle.index()].kind = CurveKind::Spline;
     for range in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0)] {
         model.parts[0].edges[circle.index()].range = range;
-        let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT).expect("within the limits");
+        let prepared = prepared(model.clone());
         // From its vertex to itself, so nothing remains of the disc.
         assert_eq!(prepared.tiles().count(), 2, "{range:?}");
         assert_eq!(mesh_of(&prepared), 1, "{range:?}");
@@ -403,8 +377,7 @@ fn thin_bowls_keep_the_stated_orientation_and_inside_out_balls_do_not() {
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, rim, true);
     let bowl = part.finish().expect("a valid part");
     let volume = 2.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3));
-    let prepared = Arc::new(prepare(model(bowl), &PrepareOptions::DEFAULT).expect("within the limits"));
-    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let prepared = prepared_clean(placed(bowl));
     let facts = mesh(&prepared, 1e-3);
     assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.02, "{facts}");
 
@@ -415,9 +388,7 @@ fn thin_bowls_keep_the_stated_orientation_and_inside_out_balls_do_not() {
     let ball = Surface::Sphere { frame: Frame3::WORLD, radius: outer };
     part.plain_face(ball, shell, vec![Loop::Edges(vec![rim.along()])], true);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![rim.along()])], false);
-    let prepared = Arc::new(
-        prepare(model(part.finish().expect("a valid part")), &PrepareOptions::DEFAULT).expect("within the limits"),
-    );
+    let prepared = common::prepared(placed(part.finish().expect("a valid part")));
     let turned =
         matches!(prepared.diagnostics[0].kind, DiagnosticKind::Shell(ShellTrouble::InsideOut { faces: 2, .. }));
     assert!(turned, "{:?}", prepared.diagnostics);
@@ -432,11 +403,11 @@ fn dangling_indices_cause_no_panic() {
         let shell = part.plain_shell(ShellKind::Open);
         let boundary = vec![Loop::Edges(vec![circle.along()])];
         part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-        model(part.finish().expect("a valid part"))
+        placed(part.finish().expect("a valid part"))
     };
-    let mut placed = whole();
-    placed.instances[0].part = PartId(7);
-    let prepared = prepare(placed, &PrepareOptions::DEFAULT).expect("within the limits");
+    let mut model = whole();
+    model.instances[0].part = PartId(7);
+    let prepared = prepared(model);
     let no_part = matches!(prepared.diagnostics[0].kind, DiagnosticKind::NoPart { part: PartId(7), parts: 1, .. });
     assert!(no_part, "{:?}", prepared.diagnostics);
 
@@ -445,7 +416,7 @@ fn dangling_indices_cause_no_panic() {
     let mut empty = whole();
     empty.parts[0].faces[0].loops = vec![Loop::Edges(Vec::new())];
     for broken in [edges, empty] {
-        let prepared = prepare(broken, &PrepareOptions::DEFAULT).expect("within the limits");
+        let prepared = common::prepared(broken);
         assert_eq!(prepared.tiles().count(), 0);
         assert_eq!(prepared.diagnostics[0].face, Some(trimtess::model::FaceId(0)), "{:?}", prepared.diagnostics);
     }
@@ -455,7 +426,7 @@ fn dangling_indices_cause_no_panic() {
     let mut edge = loose.parts[0].edges[0].clone();
     edge.start = trimtess::model::VertexId(99);
     loose.parts[0].edges.push(edge);
-    let prepared = prepare(loose, &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = common::prepared(loose);
     assert!(prepared.diagnostics.is_empty() && prepared.tiles().count() == 1, "{:?}", prepared.diagnostics);
 }
 
@@ -466,8 +437,7 @@ fn a_turned_surface_without_edges_is_kept_whole() {
     let curve = NurbsCurve3::arc(&upright, 5.0, 5.0, -0.5 * PI, 0.5 * PI);
     let mut part = bare(sheet(&[DVec3::ZERO, DVec3::X]));
     part.faces[0].surface = Surface::Revolution { curve, frame: Frame3::WORLD };
-    let prepared = Arc::new(prepare(model(part), &PrepareOptions::DEFAULT).expect("within the limits"));
-    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let prepared = prepared_clean(placed(part));
     let facts = mesh(&prepared, 1e-3);
     assert!(facts.is_closed() && (facts.volume.abs() / (4.0 / 3.0 * PI * 125.0) - 1.0).abs() < 1e-2, "{facts}");
 }

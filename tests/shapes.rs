@@ -1,11 +1,11 @@
 //! Every named shape -> a mesh with the area, volume and closedness of its closed form, decade by decade.
 
+mod common;
+
+use common::{prepared_clean, whole_frame};
 use std::f64::consts::PI;
-use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, prepare};
+use trimtess::mesh::{MeshFacts, check_scene};
 
 /// Area, and the volume of solids.
 fn exact(name: &str) -> (Option<f64>, Option<f64>) {
@@ -26,13 +26,9 @@ fn exact(name: &str) -> (Option<f64>, Option<f64>) {
 
 fn mesh(name: &str, chord: f64) -> MeshFacts {
     let model = trimtess_models::by_name(name).unwrap_or_else(|| panic!("no shape {name}"));
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-    assert!(prepared.diagnostics.is_empty(), "{name}: {:?}", prepared.diagnostics);
+    let prepared = prepared_clean(model);
     let plan = frame::plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
-    let mut sink = MemorySink::default();
-    let report = serial(&prepared, &plan, false, &mut sink).unwrap_or_else(|e| panic!("{name}: {e}"));
-    assert!(report.degraded.is_empty(), "{name} at {chord}: {:?}", report.degraded);
-    check_scene(&sink).total
+    check_scene(&whole_frame(&prepared, &plan, false)).total
 }
 
 #[test]

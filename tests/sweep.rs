@@ -18,16 +18,17 @@
 //! | `TRIMTESS_SWEEP_ANGLES` | degrees | `20,28.65` |
 #![cfg(feature = "step")]
 
+mod common;
 mod parts;
 
+use common::prepared;
 use parts::{CORPORA, Made, closed_by_reference, is_asked, make, name, on_all_cores, step_files};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use trimtess::frame::Tolerance;
 use trimtess::import::step::{StepOptions, read_file};
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// A chord tolerance.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +104,7 @@ impl Row {
                 return row;
             }
         };
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let prepared = prepared(model);
         // Prepare may call the part open where a face is lost; the reference does not.
         let whole = closed_by_reference(path);
         let must_close = |part: usize| whole || prepared.scene.parts[part].closed;

@@ -1,33 +1,35 @@
 //! Faces with faulty wires: crossing, overlapping, doubled, reversed, without area, not closed. Each yields the
 //! triangles of the region of positive winding and a diagnostic with a place. No face is lost.
 
-use glam::{DAffine3, DVec2, DVec3};
+mod common;
+#[path = "sequence/random.rs"]
+mod random;
+
+use common::{frame, placed};
+use glam::{DVec2, DVec3};
+use random::SplitMix;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use trimtess::frame::{Degradation, Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{
-    BorderTrouble, Coedge, CurveKind, DiagnosticKind, EdgeId, FaceError, FaceTrouble, Frame3, Instance, Loop, Model,
-    NurbsCurve3, Part, PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface, VertexId,
-    WireTrouble, shapes,
+    BorderTrouble, Coedge, CurveKind, DiagnosticKind, EdgeId, FaceError, FaceTrouble, Frame3, Loop, NurbsCurve3, Part,
+    PartBuilder, RegionError, Severity, ShellKind, ShellTrouble, Surface, VertexId, WireTrouble, shapes,
 };
 use trimtess::parallel::{FrameReport, serial};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::Prepared;
 
 /// Chords: base, /4, /16, /32.
 const CHORDS: [f64; 4] = [0.2, 0.05, 0.0125, 0.00625];
 
-/// The part, placed once, sound or not.
+/// The part, placed once and prepared, sound or not.
 fn prepared(part: Part) -> Arc<Prepared> {
-    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() };
-    let model = Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() };
-    Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))
+    common::prepared(placed(part))
 }
 
 fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MeshFacts, FrameReport) {
     let plan = plan(prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
-    let mut sink = MemorySink::default();
-    let report = serial(prepared, &plan, false, &mut sink).expect("a frame");
+    let (sink, report) = frame(prepared, &plan, false);
     let facts = check_scene(&sink);
     assert_eq!(facts.faces_without_triangles, [], "chord {chord}: {:?} {:?}", prepared.diagnostics, report.degraded);
     assert!(facts.total.is_well_formed(), "chord {chord}: {}", facts.total);
@@ -695,12 +697,8 @@ fn a_bore_that_touches_the_outside_along_a_line_leaves_a_closed_solid() {
 #[test]
 fn a_scribble_has_its_own_segments_as_its_boundary() {
     // Every segment crosses a quarter of the others: a quarter of a million crossings.
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / (1_u64 << 24) as f64 * 10.0
-    };
-    let scribble: Vec<(f64, f64)> = (0..1500).map(|_| (random(), random())).collect();
+    let mut random = SplitMix(1);
+    let scribble: Vec<(f64, f64)> = (0..1500).map(|_| (random.range(0.0, 10.0), random.range(0.0, 10.0))).collect();
     let (facts, report) = mesh(&prepared(sheet(&[&scribble])), 0.1);
     let [fill] = report.fills[..] else { panic!("{:?}", report.fills) };
     assert!(fill.slivers > 0 && fill.rewound > 0.0, "{fill:?}");
@@ -718,12 +716,8 @@ fn a_scribble_has_its_own_segments_as_its_boundary() {
 #[test]
 fn crossings_that_only_the_frame_resolves_keep_the_proportions_of_the_sheet() {
     // More crossings than the number for which prepare makes common points.
-    let mut state = 7_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / (1_u64 << 24) as f64 * 10.0
-    };
-    let scribble: Vec<(f64, f64)> = (0..160).map(|_| (random(), random())).collect();
+    let mut random = SplitMix(7);
+    let scribble: Vec<(f64, f64)> = (0..160).map(|_| (random.range(0.0, 10.0), random.range(0.0, 10.0))).collect();
     let area = |stretch: f64| {
         let stretched: Vec<(f64, f64)> = scribble.iter().map(|&(x, y)| (x * stretch, y)).collect();
         let (facts, report) = mesh(&prepared(sheet(&[&stretched])), 0.1);

@@ -84,6 +84,8 @@ mod tests {
         made.fills = vec![fill(1, 3, 0.0), fill(2, 0, 1e-9), fill(4, 2, 1e3)];
         let report = Report::of(&frame, &prepared, &made);
         assert_eq!(report.slivers, 10, "each instance counts");
+        let text = report.summary();
+        assert!(text.contains("10 slivers that only close 4 faces"), "{text}");
         let faces: Vec<(u64, u32)> = report.fills.iter().map(|fill| (fill.face, fill.slivers)).collect();
         assert_eq!(faces, [(1, 3), (2, 0), (4, 2), (7, 3), (8, 0), (10, 2)]);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face, e.place.is_some())).collect();

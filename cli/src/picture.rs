@@ -1,6 +1,8 @@
 //! Options that `render` and `view` share: camera, colours, lines, screen-space error.
 
+use crate::Failure;
 use crate::tessellate::positive;
+use std::path::Path;
 use trimtess::frame::{Projection, View};
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::{ColourBy, RenderOptions};
@@ -8,6 +10,14 @@ use trimtess::out::{Camera, Lens, ViewPoint};
 
 /// Angle tolerance in pictures, degrees. Normals are exact at vertices; this bounds the error of interpolating them.
 pub(crate) const ANGLE: f64 = 30.0;
+
+/// Refuses an output that is not called `.png`.
+pub(crate) fn require_png(output: &Path) -> Result<(), Failure> {
+    if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!("{}: the output must be a .png file", output.display())))
+}
 
 /// Options of a picture.
 #[derive(clap::Args, Clone, Debug)]

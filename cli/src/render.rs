@@ -3,7 +3,7 @@
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
-use crate::picture::{ANGLE, PictureArgs};
+use crate::picture::{ANGLE, PictureArgs, require_png};
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
 use crate::tessellate::{make, require_outputs, size};
@@ -43,9 +43,7 @@ pub(crate) struct RenderArgs {
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps) -> Result<Done, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        return Err(Failure::Usage(format!("{}: the output must be a .png file", args.output.display())));
-    }
+    require_png(&args.output)?;
     require_outputs(&args.output, args.report.as_deref())?;
     let progress = Progress::start(common);
 

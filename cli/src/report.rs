@@ -204,7 +204,7 @@ impl Report {
     }
 
     /// The summary for people.
-    fn summary(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         let mut text = String::new();
         let _ = writeln!(text, "{} -> {}", self.input, self.output);
         let _ = writeln!(
@@ -219,7 +219,9 @@ impl Report {
         let _ = writeln!(text, "  ladder: {}", self.ladder);
         let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
         if self.slivers > 0 {
-            let _ = write!(text, ", {} slivers that only close {} faces", self.slivers, self.fills.len());
+            // Other fills have rewound area alone.
+            let faces = self.fills.iter().filter(|fill| fill.slivers > 0).count();
+            let _ = write!(text, ", {} slivers that only close {faces} faces", self.slivers);
         }
         if let (Some(chord), Some(angle)) = (self.chord_mm, self.angle_deg) {
             let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };
@@ -333,9 +335,7 @@ fn has_no_area(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
 
 /// The prepared face; `None` if prepare could not use it.
 fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFace> {
-    let rows = prepared.parts.get(part.index())?;
-    let row = rows.face_rows.get(face.index()).copied().flatten()?;
-    rows.faces.get(row as usize)
+    prepared.parts.get(part.index())?.face(face)
 }
 
 /// A point near the middle of a face's first tile, part coordinates.

@@ -159,7 +159,7 @@ pub(crate) fn make(
         triangles = made.triangles,
         batches = made.batches,
         workers = made.workers.len(),
-        balance = balance(&made.workers),
+        balance = balance(&made.workers, common.workers()),
         "made in {:?}, committed in {:?}",
         made.made_in,
         made.committed_in

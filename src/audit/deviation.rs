@@ -59,10 +59,10 @@ pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> Deviatio
     let misses: Vec<Vec<f64>> =
         prepared.parts.iter().map(|part| part.edges.iter().map(edges::miss).collect()).collect();
     for batch in &mesh.batches {
-        let found = prepared.parts.get(batch.part.index()).and_then(|part| {
-            let row = (*part.face_rows.get(batch.face.index())?)?;
-            Some((part.faces.get(row as usize)?, part.tiles.get(batch.tile.0 as usize)?))
-        });
+        let found = prepared
+            .parts
+            .get(batch.part.index())
+            .and_then(|part| Some((part.face(batch.face)?, part.tiles.get(batch.tile.0 as usize)?)));
         if let Some((face, tile)) = found {
             let edges = tile.loops.iter().flatten().map(|edge_use| edge_use.edge.index());
             let miss = edges.fold(0.0_f64, |most, edge| most.max(misses[batch.part.index()][edge]));

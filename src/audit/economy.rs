@@ -123,8 +123,7 @@ pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyRep
         .filter(|batch| !batch.mesh.triangles.is_empty())
         .filter_map(|batch| {
             let part = prepared.parts.get(batch.part.index())?;
-            let row = (*part.face_rows.get(batch.face.index())?)?;
-            Some((batch, part.faces.get(row as usize)?, part.tiles.get(batch.tile.0 as usize)?))
+            Some((batch, part.face(batch.face)?, part.tiles.get(batch.tile.0 as usize)?))
         })
         .filter(|(_, face, _)| face.kind != SurfaceKind::Plane)
         .collect();

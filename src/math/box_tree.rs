@@ -57,14 +57,12 @@ impl BoxTree {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::random::SplitMix;
 
     #[test]
     fn finds_the_boxes_that_a_linear_scan_finds() {
-        let mut state = 1_u64;
-        let mut unit = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut random = SplitMix(1);
+        let mut unit = || random.unit();
         for count in [0, 1, 2, 7, 8, 9, 63, 64, 65, 1000] {
             let boxes: Vec<[DVec2; 2]> = (0..count)
                 .map(|_| {

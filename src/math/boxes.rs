@@ -1,9 +1,34 @@
 //! Boxes in space -> the pairs that overlap, by a self-join of a tree that halves the boxes by their centres.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Lower and upper corner.
 pub(crate) type Aabb = [DVec3; 2];
+
+/// A point of which each coordinate has a minimum and a maximum.
+pub(crate) trait Corner: Copy {
+    /// The box that contains no point.
+    const NOTHING: [Self; 2];
+    /// The smallest box that contains both another and `self`.
+    fn added(self, to: [Self; 2]) -> [Self; 2];
+}
+
+macro_rules! corner {
+    ($($point:ident),*) => {
+        $(impl Corner for $point {
+            const NOTHING: [Self; 2] = [Self::INFINITY, Self::NEG_INFINITY];
+            fn added(self, [low, high]: [Self; 2]) -> [Self; 2] {
+                [low.min(self), high.max(self)]
+            }
+        })*
+    };
+}
+corner!(DVec2, DVec3);
+
+/// Lower and upper corner of the smallest box around points; `[+∞, -∞]` without any.
+pub(crate) fn around<P: Corner>(points: impl IntoIterator<Item = P>) -> [P; 2] {
+    points.into_iter().fold(P::NOTHING, |all, p| p.added(all))
+}
 
 /// Most boxes per leaf.
 const LEAF: usize = 8;
@@ -31,8 +56,8 @@ pub(crate) fn overlapping(boxes: &[Aabb], each: &mut impl FnMut(usize, usize)) {
             let middle = (from + to) / 2;
             let centre = |k: usize| boxes[k][0] + boxes[k][1];
             let of_node = &mut order[from..to];
-            let low = of_node.iter().fold(DVec3::INFINITY, |m, &k| m.min(centre(k)));
-            let spread = of_node.iter().fold(DVec3::NEG_INFINITY, |m, &k| m.max(centre(k))) - low;
+            let [low, high] = around(of_node.iter().map(|&k| centre(k)));
+            let spread = high - low;
             let axis = (0..3).max_by(|&a, &b| spread[a].total_cmp(&spread[b])).unwrap_or(0);
             of_node.select_nth_unstable_by(middle - from, |&a, &b| {
                 centre(a)[axis].total_cmp(&centre(b)[axis]).then(a.cmp(&b))
@@ -71,8 +96,7 @@ pub(crate) fn overlapping(boxes: &[Aabb], each: &mut impl FnMut(usize, usize)) {
 }
 
 fn bounds(boxes: &[Aabb], of: &[usize]) -> Aabb {
-    let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    of.iter().fold(empty, |[low, high], &k| [low.min(boxes[k][0]), high.max(boxes[k][1])])
+    of.iter().fold(DVec3::NOTHING, |[low, high], &k| [low.min(boxes[k][0]), high.max(boxes[k][1])])
 }
 
 fn meet(a: &Aabb, b: &Aabb) -> bool {
@@ -82,16 +106,13 @@ fn meet(a: &Aabb, b: &Aabb) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::random::SplitMix;
 
     #[test]
     fn finds_the_pairs_that_brute_force_finds() {
-        let mut seed = 7_u64;
-        let mut draw = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 33) as f64 / f64::from(1_u32 << 31)
-        };
+        let mut random = SplitMix(7);
         for count in [0, 1, 2, 9, 300] {
-            let mut point = || DVec3::new(draw(), draw(), draw());
+            let mut point = || DVec3::from([(); 3].map(|()| random.unit()));
             let mut boxes: Vec<Aabb> = (0..count).map(|_| [point(), 0.2 * point()]).map(|[p, s]| [p, p + s]).collect();
             // Duplicates, so that the halves of a node have equal centres.
             boxes.extend(boxes.first().copied().into_iter().cycle().take(count));

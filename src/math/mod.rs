@@ -4,7 +4,9 @@ pub(crate) mod box_tree;
 pub(crate) mod boxes;
 
 pub(crate) mod buckets;
+pub(crate) mod polygon;
 pub(crate) mod sets;
+pub(crate) mod sums;
 
 mod bit_mix;
 pub(crate) use bit_mix::BitMix;

@@ -6,6 +6,7 @@
 use super::cause::{ExpectedUnbalanced, bits};
 use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
 use crate::math::BitMix;
+use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
 use crate::math::sets::DisjointSets;
 use crate::model::{FaceId, PartId};
@@ -51,7 +52,7 @@ pub struct MeshFacts {
     pub collapsed: u64,
     /// Other triangles of exactly zero area.
     pub zero_area: u64,
-    /// Positions and normals of vertices that are NaN or infinite.
+    /// Vertices whose position or normal is NaN or infinite.
     pub non_finite: u64,
     /// Triangles with a vertex index out of range. Of the other counts, only `triangles` includes them.
     pub bad_indices: u64,
@@ -250,9 +251,9 @@ impl<'a> Soup<'a> {
         let mut ids = Vec::new();
         for batch in batches {
             let mesh = &batch.mesh;
-            let broken_normals = mesh.normals.iter().filter(|normal| !normal.is_finite()).count();
-            let broken = mesh.positions.iter().filter(|point| !point.is_finite()).count();
-            facts.non_finite += (broken + broken_normals) as u64;
+            let broken_normal = |k: usize| mesh.normals.get(k).is_some_and(|normal| !normal.is_finite());
+            let broken = |&(k, point): &(usize, &DVec3)| !point.is_finite() || broken_normal(k);
+            facts.non_finite += mesh.positions.iter().enumerate().filter(broken).count() as u64;
             ids.clear();
             ids.extend(mesh.positions.iter().map(|&point| {
                 let fresh = u32::try_from(soup.points.len()).unwrap_or(u32::MAX);
@@ -284,10 +285,7 @@ impl<'a> Soup<'a> {
 
     /// Area, volume and components.
     fn measure(&self, facts: &mut MeshFacts) {
-        let (low, high) = self
-            .points
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &point| (low.min(point), high.max(point)));
+        let [low, high] = around(self.points.iter().copied());
         let centre = if self.points.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
         let mut pieces = DisjointSets::new(self.points.len());
         for &[a, b, c] in &self.triangles {

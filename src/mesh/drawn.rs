@@ -85,15 +85,17 @@ impl DrawnTiles {
     /// The drawn tiles of an instance in a view, ascending. Empty if everything is drawn: there are no rows then.
     pub fn tiles(&self, view: usize, instance: usize) -> impl Iterator<Item = TileId> + '_ {
         let row = if self.is_everything() { 0..0 } else { self.row(view, instance) };
-        self.words[row].iter().enumerate().flat_map(|(k, &word)| {
-            let mut rest = word;
-            std::iter::from_fn(move || {
-                let bit = (rest != 0).then(|| rest.trailing_zeros())?;
-                rest &= rest - 1;
-                Some(TileId(64 * k as u32 + bit))
-            })
-        })
+        self.words[row].iter().enumerate().flat_map(|(k, &word)| tiles_of_word(word, k))
     }
+}
+
+/// The tiles whose bits are set in word number `k` of a row, ascending.
+pub(crate) fn tiles_of_word(mut word: u64, k: usize) -> impl Iterator<Item = TileId> {
+    std::iter::from_fn(move || {
+        let bit = (word != 0).then(|| word.trailing_zeros())?;
+        word &= word - 1;
+        Some(TileId(64 * k as u32 + bit))
+    })
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ pub use tile_mesh::{Batch, EdgeLine, Origin, TileMesh};
 
 mod drawn;
 pub use drawn::DrawnTiles;
+pub(crate) use drawn::tiles_of_word;
 
 mod scene;
 pub use scene::{Scene, SceneInstance, ScenePart};

@@ -26,12 +26,10 @@ pub enum PartError {
         /// The curve's domain.
         domain: (f64, f64),
     },
-    /// An edge or a vertex loop refers to a vertex that does not exist.
+    /// An edge refers to a vertex that does not exist.
     NoVertex {
-        /// The edge, if an edge refers to it.
-        edge: Option<EdgeId>,
-        /// The face, if a vertex loop refers to it.
-        face: Option<FaceId>,
+        /// The edge.
+        edge: EdgeId,
         /// The vertex.
         vertex: VertexId,
         /// How many vertices there are.
@@ -62,6 +60,15 @@ pub enum PartError {
         /// The shell.
         shell: u32,
         /// How many shells there are.
+        count: usize,
+    },
+    /// A vertex loop refers to a vertex that does not exist.
+    NoLoopVertex {
+        /// The face.
+        face: FaceId,
+        /// The vertex.
+        vertex: VertexId,
+        /// How many vertices there are.
         count: usize,
     },
     /// A loop refers to an edge that does not exist.
@@ -104,6 +111,8 @@ pub enum PartError {
     },
     /// A face without loops and free trimming curves, on an unbounded surface.
     Unbounded(FaceId),
+    /// A face without edges and free trimming curves, whose surface the reader refused.
+    NoBoundary(FaceId),
     /// A free trimming curve is invalid.
     Trim {
         /// The face.
@@ -132,13 +141,11 @@ impl fmt::Display for PartError {
             Self::Range { edge, range: (a, b), domain: (c, d) } => {
                 write!(f, "edge {} runs from {a} to {b}, its curve from {c} to {d}", edge.0)
             }
-            Self::NoVertex { edge, face, vertex, count } => {
-                match (edge, face) {
-                    (Some(edge), _) => write!(f, "edge {}", edge.0)?,
-                    (None, Some(face)) => write!(f, "face {}", face.0)?,
-                    (None, None) => {}
-                }
-                write!(f, " refers to vertex {}; the part has {count}", vertex.0)
+            Self::NoVertex { edge, vertex, count } => {
+                write!(f, "edge {} refers to vertex {}; the part has {count}", edge.0, vertex.0)
+            }
+            Self::NoLoopVertex { face, vertex, count } => {
+                write!(f, "face {} refers to vertex {}; the part has {count}", face.0, vertex.0)
             }
             Self::EdgeEnd { edge, vertex, distance, limit } => {
                 write!(f, "edge {} misses its vertex {} by {distance:.3e} mm (limit {limit:.3e} mm)", edge.0, vertex.0)
@@ -160,6 +167,9 @@ impl fmt::Display for PartError {
             ),
             Self::Unbounded(face) => {
                 write!(f, "face {} has neither loops nor trimming curves, and its surface is unbounded", face.0)
+            }
+            Self::NoBoundary(face) => {
+                write!(f, "face {} has neither edges nor trimming curves, and its surface could not be read", face.0)
             }
             Self::Trim { face, curve, error } => write!(f, "free trimming curve {curve} of face {}: {error}", face.0),
             Self::TwoBoundaries { face, loops, curves } => {
@@ -195,7 +205,7 @@ pub enum ModelError {
     Transform {
         /// The instance.
         instance: InstanceId,
-        /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular or not finite.
+        /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular, or the transform not finite.
         error: f64,
     },
     /// The length unit is not positive and finite.
@@ -211,6 +221,9 @@ impl fmt::Display for ModelError {
             Self::Part { part, error } => write!(f, "part {}: {error}", part.0),
             Self::NoPart { instance, part, count } => {
                 write!(f, "instance {} refers to part {}; the model has {count}", instance.0, part.0)
+            }
+            Self::Transform { instance, error } if error.is_nan() => {
+                write!(f, "the transform of instance {} is singular or not finite", instance.0)
             }
             Self::Transform { instance, error } => {
                 write!(

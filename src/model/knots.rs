@@ -4,7 +4,8 @@
 //! ch. 2). Extraction: Bézier points are blossom values (Ramshaw), as one small matrix per span.
 
 use crate::math::bernstein::with_rows;
-use glam::{DVec3, DVec4};
+use crate::math::boxes::around;
+use glam::DVec4;
 
 /// Maximum number of periods by which [`unroll`] extends a spline on either side. Faces go round once or twice, and
 /// helices are not periodic surfaces: more turns are an error in the file, which must not cost memory.
@@ -215,8 +216,7 @@ pub(crate) fn to_bezier(
 
 /// Longest side of the box around homogeneous points.
 fn extent<'a>(points: impl Iterator<Item = &'a DVec4>) -> f64 {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = points.map(|p| p.truncate() / p.w).fold(none, |(l, h), p| (l.min(p), h.max(p)));
+    let [low, high] = around(points.map(|p| p.truncate() / p.w));
     (high - low).max_element()
 }
 

@@ -34,6 +34,20 @@ impl NurbsSurface {
         self.knots_v.len().saturating_sub(self.degree_v + 1)
     }
 
+    /// The same surface with u and v exchanged.
+    pub(crate) fn transposed(&self) -> Self {
+        let (nu, nv) = (self.count_u(), self.count_v());
+        let order = || (0..nv).flat_map(move |j| (0..nu).map(move |i| i * nv + j));
+        Self {
+            degree_u: self.degree_v,
+            degree_v: self.degree_u,
+            knots_u: self.knots_v.clone(),
+            knots_v: self.knots_u.clone(),
+            points: order().map(|k| self.points[k]).collect(),
+            weights: if self.weights.is_empty() { Vec::new() } else { order().map(|k| self.weights[k]).collect() },
+        }
+    }
+
     /// First and last parameter in u and in v.
     #[must_use]
     pub fn domain(&self) -> ((f64, f64), (f64, f64)) {

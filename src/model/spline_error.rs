@@ -132,9 +132,9 @@ pub enum SurfaceError {
         /// As given.
         value: f64,
     },
-    /// The frame's axes are not orthonormal and right-handed.
+    /// The frame's axes are not orthonormal and right-handed, or the frame is not finite.
     Frame {
-        /// Largest absolute entry of `axesᵀ·axes - 1` and `x × y - z`.
+        /// Largest absolute entry of `axesᵀ·axes - 1` and `x × y - z`; NaN if the origin or an axis is not finite.
         error: f64,
     },
 }
@@ -145,6 +145,7 @@ impl fmt::Display for SurfaceError {
             Self::Spline { direction, error } => write!(f, "in {direction}: {error}"),
             Self::Curve(error) => write!(f, "swept curve: {error}"),
             Self::Measure { what, value } => write!(f, "{what}, but is {value}"),
+            Self::Frame { error } if error.is_nan() => write!(f, "the frame is not finite"),
             Self::Frame { error } => write!(f, "the frame is not orthonormal and right-handed (off by {error:.1e})"),
         }
     }

@@ -66,7 +66,7 @@ impl Surface {
                     surface = unrolled_u(surface, u);
                 }
                 if period[1].is_some() {
-                    surface = transposed(&unrolled_u(transposed(&surface), v));
+                    surface = unrolled_u(surface.transposed(), v).transposed();
                 }
                 (surface, [AxisMap::Identity; 2])
             }
@@ -172,18 +172,4 @@ fn unrolled_u(surface: NurbsSurface, range: (f64, f64)) -> NurbsSurface {
     let (knots_u, rows) = knots::unroll(surface.degree_u, &surface.knots_u, &rows, surface.count_v(), range);
     let (points, weights) = euclidean(&rows, !surface.weights.is_empty());
     NurbsSurface { knots_u, points, weights, ..surface }
-}
-
-/// Swaps u and v.
-fn transposed(surface: &NurbsSurface) -> NurbsSurface {
-    let (nu, nv) = (surface.count_u(), surface.count_v());
-    let order = || (0..nv).flat_map(move |j| (0..nu).map(move |i| i * nv + j));
-    NurbsSurface {
-        degree_u: surface.degree_v,
-        degree_v: surface.degree_u,
-        knots_u: surface.knots_v.clone(),
-        knots_v: surface.knots_u.clone(),
-        points: order().map(|k| surface.points[k]).collect(),
-        weights: if surface.weights.is_empty() { Vec::new() } else { order().map(|k| surface.weights[k]).collect() },
-    }
 }

@@ -2,6 +2,7 @@
 //! 1995, §2.1 and §2.2). The curves may be open or closed, and may cross.
 
 use super::{NurbsCurve2, SplineError};
+use crate::math::boxes::around;
 use glam::DVec2;
 use std::error::Error;
 use std::fmt;
@@ -69,8 +70,7 @@ impl FreeTrims {
     /// Lower and upper corner of the box of all control points; `[+∞, -∞]` without any.
     #[must_use]
     pub fn bounds(&self) -> [DVec2; 2] {
-        let points = || self.curves.iter().flat_map(|c| &c.pieces).flat_map(TrimPiece::points).copied();
-        [points().fold(DVec2::INFINITY, DVec2::min), points().fold(DVec2::NEG_INFINITY, DVec2::max)]
+        around(self.curves.iter().flat_map(|c| &c.pieces).flat_map(TrimPiece::points).copied())
     }
 }
 
@@ -175,9 +175,8 @@ impl TrimCurve {
 
     /// Diagonal of the box of all control points.
     fn extent(&self) -> f64 {
-        let points = || self.pieces.iter().flat_map(TrimPiece::points).copied();
-        let low = points().fold(DVec2::INFINITY, DVec2::min);
-        (points().fold(DVec2::NEG_INFINITY, DVec2::max) - low).length()
+        let [low, high] = around(self.pieces.iter().flat_map(TrimPiece::points).copied());
+        (high - low).length()
     }
 
     /// Checks that all pieces are valid and meet end to start.

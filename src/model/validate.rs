@@ -7,7 +7,7 @@ use super::{
     Coedge, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, MAX_DEGREE, Model, ModelError, NurbsCurve,
     NurbsSurface, Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
 };
-use glam::{DMat3, DVec3};
+use glam::DMat3;
 use std::f64::consts::FRAC_PI_2;
 
 /// Largest error of orthonormality of frames and placements: files print directions with as few as six digits.
@@ -139,12 +139,15 @@ impl Surface {
 
 fn orthonormal(frame: &Frame3) -> Result<(), SurfaceError> {
     let axes = DMat3::from_cols(frame.x, frame.y, frame.z);
+    if !(axes.is_finite() && frame.origin.is_finite()) {
+        return Err(SurfaceError::Frame { error: f64::NAN });
+    }
     let error = (axes.transpose() * axes - DMat3::IDENTITY)
         .to_cols_array()
         .into_iter()
         .chain((frame.x.cross(frame.y) - frame.z).to_array())
         .fold(0.0_f64, |most, x| if x.is_nan() { f64::INFINITY } else { most.max(x.abs()) });
-    if error <= NOT_ORTHONORMAL && frame.origin.is_finite() { Ok(()) } else { Err(SurfaceError::Frame { error }) }
+    if error <= NOT_ORTHONORMAL { Ok(()) } else { Err(SurfaceError::Frame { error }) }
 }
 
 impl Part {
@@ -183,7 +186,7 @@ impl Part {
         for (vertex, t) in [(edge.start, a), (edge.end, b)] {
             let count = self.vertices.len();
             let Some(&point) = self.vertices.get(vertex.index()) else {
-                return Err(PartError::NoVertex { edge: Some(id), face: None, vertex, count });
+                return Err(PartError::NoVertex { edge: id, vertex, count });
             };
             let distance = point.distance(edge.curve.point(t));
             if distance > limit {
@@ -208,7 +211,10 @@ impl Part {
         let edges = face.loops.iter().any(|l| matches!(l, Loop::Edges(_)));
         let is_bounded =
             edges || !refused && !face.loops.is_empty() || face.trims.as_ref().is_some_and(|t| !t.curves.is_empty());
-        if !is_bounded && (refused || !face.surface.natural_domain().into_iter().all(finite)) {
+        if !is_bounded && refused {
+            return Err(PartError::NoBoundary(id));
+        }
+        if !is_bounded && !face.surface.natural_domain().into_iter().all(finite) {
             return Err(PartError::Unbounded(id));
         }
         if let Some(trims) = &face.trims {
@@ -224,7 +230,7 @@ impl Part {
             match boundary {
                 Loop::Vertex(vertex) if vertex.index() >= self.vertices.len() => {
                     let count = self.vertices.len();
-                    return Err(PartError::NoVertex { edge: None, face: Some(id), vertex: *vertex, count });
+                    return Err(PartError::NoLoopVertex { face: id, vertex: *vertex, count });
                 }
                 Loop::Vertex(_) => {}
                 Loop::Edges(coedges) => self.check_loop(id, index, coedges)?,
@@ -283,10 +289,10 @@ impl Model {
             let square = m.transpose() * m;
             let scale = (square.x_axis.x + square.y_axis.y + square.z_axis.z) / 3.0;
             let off = (square * (1.0 / scale) - DMat3::IDENTITY).to_cols_array().into_iter();
+            let start = if instance.transform.translation.is_finite() { 0.0 } else { f64::NAN };
             let error =
-                off.fold(0.0_f64, |most, x| if most.is_nan() || x.is_nan() { f64::NAN } else { most.max(x.abs()) });
-            let finite: DVec3 = instance.transform.translation;
-            if !(error <= NOT_ORTHONORMAL && finite.is_finite()) {
+                off.fold(start, |most: f64, x| if most.is_nan() || x.is_nan() { f64::NAN } else { most.max(x.abs()) });
+            if error.is_nan() || error > NOT_ORTHONORMAL {
                 return Err(ModelError::Transform { instance: id, error });
             }
         }

@@ -7,6 +7,7 @@
 //!
 //! Hilbert index: J. Skilling, *Programming the Hilbert curve*, AIP Conf. Proc. 707 (2004), 381.
 
+use crate::math::boxes::around;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::Tile;
@@ -74,12 +75,7 @@ pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
 /// Indices of `loads`, sorted along a Hilbert curve that fills the cube around all centres.
 #[must_use]
 pub fn along_curve(loads: &[Load]) -> Vec<usize> {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    for load in loads {
-        low = low.min(load.centre);
-        high = high.max(load.centre);
-    }
+    let [low, high] = around(loads.iter().map(|load| load.centre));
     let steps = f64::from((1_u32 << BITS) - 1);
     let side = (high - low).max_element();
     let scale = if side > 0.0 { steps / side } else { 0.0 };

@@ -323,8 +323,8 @@ impl Session {
     /// Tiles that leave the view stay resident until they are outdated. Every 64 frames, if more than half of the
     /// resident triangles are not drawn, tiles that were not drawn in the last 128 frames are evicted.
     ///
-    /// Drawn tiles have no cracks between them, in every frame. Without [`SessionOptions::rebalance_every`], the sink gets the
-    /// same calls for any number of workers.
+    /// Drawn tiles have no cracks between them, in every frame. Without [`SessionOptions::rebalance_every`], the sink
+    /// gets the same calls for any number of workers.
     ///
     /// # Errors
     /// As [`frame`](Self::frame).

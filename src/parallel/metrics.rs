@@ -33,17 +33,17 @@ impl WorkerMetrics {
     }
 }
 
-/// Load balance: mean over largest processor time. 1 if all workers did the same, 1/W if one did everything.
+/// Load balance of `count` workers: mean over largest processor time. 1 if all did the same, 1/W if one did everything.
 ///
-/// Other processes on the machine do not affect it. 1 if no processor time was measured, as without the feature
-/// `cpu-time`. Workers that are missing from the list, as idle ones in frames of views, do not count.
+/// Workers that are missing from `workers`, as idle ones in frames of views, count as idle. Other processes on the
+/// machine do not affect the result. `None` if no processor time was measured, as without the feature `cpu-time`.
 #[must_use]
-pub fn balance(workers: &[WorkerMetrics]) -> f64 {
+pub fn balance(workers: &[WorkerMetrics], count: usize) -> Option<f64> {
     let busy = workers.iter().map(|w| w.cpu.as_secs_f64());
     let (sum, largest) = busy.fold((0.0, 0.0_f64), |(sum, largest), t| (sum + t, largest.max(t)));
     #[allow(clippy::cast_precision_loss, reason = "a worker count")]
-    let count = workers.len() as f64;
-    if largest > 0.0 { sum / (count * largest) } else { 1.0 }
+    let count = count.max(workers.len()) as f64;
+    (largest > 0.0).then(|| sum / (count * largest))
 }
 
 /// A stopwatch whose consecutive laps sum to the whole time.
@@ -104,8 +104,18 @@ mod tests {
     #[test]
     fn balance_is_mean_over_largest() {
         let busy = |ms| WorkerMetrics { cpu: Duration::from_millis(ms), ..WorkerMetrics::default() };
-        assert!((balance(&[busy(10), busy(10)]) - 1.0).abs() < 1e-12);
-        assert!((balance(&[busy(40), busy(0), busy(0), busy(0)]) - 0.25).abs() < 1e-12);
-        assert!((balance(&[busy(0)]) - 1.0).abs() < 1e-12);
+        assert_eq!(balance(&[busy(10), busy(10)], 2), Some(1.0));
+        assert_eq!(balance(&[busy(40), busy(0), busy(0), busy(0)], 4), Some(0.25));
+    }
+
+    #[test]
+    fn workers_without_metrics_count_as_idle() {
+        let busy = WorkerMetrics { cpu: Duration::from_millis(40), ..WorkerMetrics::default() };
+        assert_eq!(balance(&[busy], 4), Some(0.25));
+    }
+
+    #[test]
+    fn there_is_no_balance_without_processor_time() {
+        assert_eq!(balance(&[WorkerMetrics::default()], 1), None);
     }
 }

@@ -2,7 +2,7 @@
 //! frame, so that a cancelled frame loses nothing but time.
 
 use crate::frame::internals::PlanChanges;
-use crate::mesh::{DrawnTiles, SceneInstance};
+use crate::mesh::{DrawnTiles, SceneInstance, tiles_of_word};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
@@ -125,9 +125,9 @@ impl Residency {
         let mut due = Due { whole: self.whole, ..Due::default() };
         for (p, part) in self.parts.iter().enumerate() {
             for (k, (&stale, &drawn)) in part.stale.iter().zip(&part.drawn).enumerate() {
-                due.tiles.extend(bits(stale & drawn, k).map(|tile| (PartId::new(p), tile)));
+                due.tiles.extend(tiles_of_word(stale & drawn, k).map(|tile| (PartId::new(p), tile)));
                 let face = |tile: TileId| prepared.parts[p].tiles[tile.0 as usize].face;
-                let gone = bits(stale & !drawn & part.present[k], k);
+                let gone = tiles_of_word(stale & !drawn & part.present[k], k);
                 due.forgotten.extend(gone.map(|tile| (PartId::new(p), tile, face(tile))));
             }
         }
@@ -147,7 +147,7 @@ impl Residency {
         }
         self.frames = 0;
         let sum = |part: &PartTiles, words: &[u64]| -> u64 {
-            let tiles = words.iter().enumerate().flat_map(|(k, &word)| bits(word & part.present[k], k));
+            let tiles = words.iter().enumerate().flat_map(|(k, &word)| tiles_of_word(word & part.present[k], k));
             tiles.map(|TileId(tile)| u64::from(part.triangles[tile as usize])).sum()
         };
         let drawn: u64 = self.parts.iter().map(|part| sum(part, &part.drawn)).sum();
@@ -196,13 +196,4 @@ impl Residency {
             self.parts[part.index()].present[tile as usize >> 6] &= !(1 << (tile & 63));
         }
     }
-}
-
-/// The tiles whose bits are set in word number `k`.
-fn bits(mut word: u64, k: usize) -> impl Iterator<Item = TileId> {
-    std::iter::from_fn(move || {
-        let bit = (word != 0).then(|| word.trailing_zeros())?;
-        word &= word - 1;
-        Some(TileId(64 * k as u32 + bit))
-    })
 }

@@ -1,11 +1,13 @@
 //! Hand-made patches, prepared and meshed.
 
+use crate::common::{placed, whole_frame};
 use glam::{DAffine3, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::model::{FreeTrims, ModelBuilder, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface};
-use trimtess::parallel::serial;
+use trimtess::model::{
+    Frame3, FreeTrims, Loop, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface,
+};
 use trimtess::prepare::internals::OpenEdges;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -58,17 +60,6 @@ pub(crate) fn blossom(points: &[DVec3], from: f64, to: f64) -> Vec<DVec3> {
     (0..n).map(point).collect()
 }
 
-/// The same curve with its degree raised by one.
-pub(crate) fn elevated(points: &[DVec3]) -> Vec<DVec3> {
-    let n = points.len();
-    (0..=n)
-        .map(|k| {
-            let share = k as f64 / n as f64;
-            points[k.max(1) - 1] * share + points[k.min(n - 1)] * (1.0 - share)
-        })
-        .collect()
-}
-
 /// The surface with u and v exchanged.
 pub(crate) fn transposed(s: &NurbsSurface) -> NurbsSurface {
     let (nu, nv) = (s.points.len() / (s.knots_v.len() - s.degree_v - 1), s.knots_v.len() - s.degree_v - 1);
@@ -117,11 +108,8 @@ pub(crate) fn trimmed(faces: impl IntoIterator<Item = (NurbsSurface, FreeTrims)>
 }
 
 pub(crate) fn prepared_within(part: Part, border_tolerance: f64) -> Arc<Prepared> {
-    let mut model = ModelBuilder::new("model");
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
     let options = PrepareOptions::DEFAULT.with_border_tolerance(border_tolerance);
-    let prepared = prepare(model.finish().unwrap(), &options).unwrap();
+    let prepared = prepare(placed(part), &options).unwrap();
     let bad: Vec<_> = prepared.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
     assert!(bad.is_empty(), "{bad:?}");
     Arc::new(prepared)
@@ -149,11 +137,25 @@ pub(crate) fn shared(prepared: &Prepared) -> usize {
 
 pub(crate) fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MemorySink, MeshFacts) {
     let plan = plan(prepared, &Tolerance { chord: chord * prepared.diagonal, angle: 0.5, max_edge: None });
-    let mut sink = MemorySink::default();
-    let report = serial(prepared, &plan, false, &mut sink).unwrap();
-    assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+    let sink = whole_frame(prepared, &plan, false);
     let facts = check_scene(&sink).total;
     (sink, facts)
+}
+
+#[test]
+fn a_face_that_ends_because_its_surface_does_is_open_there() {
+    // A tube with one ring around it: the face goes on to the tube's upper end.
+    let mut part = PartBuilder::new("tube");
+    let shell = part.plain_shell(ShellKind::Open);
+    let ring = part.circle(&Frame3 { origin: 2.0 * DVec3::Z, ..Frame3::WORLD }, 2.0);
+    let curve = NurbsCurve3::line(DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 5.0));
+    let tube = Surface::Revolution { curve, frame: Frame3::WORLD };
+    part.plain_face(tube, shell, vec![Loop::Edges(vec![ring.along()])], false);
+    let mut model = ModelBuilder::new("model");
+    let part = model.part(part.finish().unwrap());
+    model.place(part, DAffine3::IDENTITY);
+    let prepared = Arc::new(prepare(model.finish().unwrap(), &PrepareOptions::DEFAULT).unwrap());
+    ends_where_it_is_open(&prepared);
 }
 
 /// Asserts at three tolerances that the mesh ends at the open edges and nowhere else: both have the same length.

@@ -1,8 +1,8 @@
 //! Two patches with one border, stated in all the ways in which two curves can coincide.
 
+use crate::common::elevated;
 use crate::patches::{
-    bicubic, elevated, ends_where_it_is_open, mesh, open, part, patch, prepared, prepared_within, reversed_v, shared,
-    transposed,
+    bicubic, ends_where_it_is_open, mesh, open, part, patch, prepared, prepared_within, reversed_v, shared, transposed,
 };
 use glam::{DVec2, DVec3};
 use trimtess::model::{BorderTrouble, DiagnosticKind, NurbsSurface};

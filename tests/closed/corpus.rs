@@ -1,45 +1,24 @@
 //! Every file of both corpora, unchanged and with moved points.
 
 use crate::chains::all_faults;
+use crate::common::prepared;
+use crate::parts::{CORPORA, step_files};
+use crate::random::SplitMix;
 use glam::DVec3;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use trimtess::import::step::{StepOptions, read, read_file};
 use trimtess::model::{DiagnosticKind, Model, Part};
-use trimtess::prepare::{PrepareOptions, Prepared, Shells, prepare};
+use trimtess::prepare::{Prepared, Shells};
 
-fn files() -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    for folder in ["../shared/corpus", "../shared/corpus-closed"] {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-        let Ok(entries) = std::fs::read_dir(&folder) else {
-            println!("skipped: no folder {}", folder.display());
-            continue;
-        };
-        let is_step = |path: &PathBuf| path.extension().is_some_and(|e| e == "stp" || e == "step");
-        let mut found: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_step).collect();
-        found.sort();
-        files.extend(found);
-    }
-    files
-}
-
-/// Points in the cube from -1 to 1, determined by the seed.
-struct Noise(u64);
-
-impl Noise {
-    fn point(&mut self) -> DVec3 {
-        let mut next = || {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        };
-        DVec3::new(next(), next(), next())
-    }
+/// A point in the cube from -1 to 1.
+fn within_cube(random: &mut SplitMix) -> DVec3 {
+    DVec3::from([(); 3].map(|()| random.range(-1.0, 1.0)))
 }
 
 /// Moves every point with three coordinates of a file by up to `by` per coordinate.
 fn moved(text: &str, by: f64, seed: u64) -> String {
     const POINT: &str = "CARTESIAN_POINT";
-    let mut noise = Noise(seed);
+    let mut noise = SplitMix(seed);
     let mut out = String::with_capacity(text.len() + text.len() / 4);
     let mut rest = text;
     while let Some(at) = rest.find(POINT) {
@@ -56,7 +35,7 @@ fn moved(text: &str, by: f64, seed: u64) -> String {
         }
         let numbers: Option<Vec<f64>> = point[open + 1..close].split(',').map(|x| x.trim().parse().ok()).collect();
         let Some([x, y, z]) = numbers.and_then(|n| <[f64; 3]>::try_from(n).ok()) else { continue };
-        let p = DVec3::new(x, y, z) + noise.point() * by;
+        let p = DVec3::new(x, y, z) + within_cube(&mut noise) * by;
         out.push_str(&point[..=open]);
         out.push_str(&format!("{:?},{:?},{:?}", p.x, p.y, p.z).to_uppercase());
         rest = &point[close..];
@@ -67,11 +46,11 @@ fn moved(text: &str, by: f64, seed: u64) -> String {
 
 /// Moves vertices and control points of edges by up to a fraction of their part's size per coordinate.
 fn shaken(mut model: Model, share: f64, seed: u64) -> Model {
-    let mut noise = Noise(seed);
+    let mut noise = SplitMix(seed);
     for part in &mut model.parts {
         let by = share * size(part);
-        part.vertices.iter_mut().for_each(|p| *p += noise.point() * by);
-        part.edges.iter_mut().flat_map(|e| &mut e.curve.points).for_each(|p| *p += noise.point() * by);
+        part.vertices.iter_mut().for_each(|p| *p += within_cube(&mut noise) * by);
+        part.edges.iter_mut().flat_map(|e| &mut e.curve.points).for_each(|p| *p += within_cube(&mut noise) * by);
     }
     model
 }
@@ -81,10 +60,6 @@ fn size(part: &Part) -> f64 {
     let low = points().fold(DVec3::INFINITY, |low, p| low.min(*p));
     let high = points().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
     if low.is_finite() { (high - low).length() } else { 0.0 }
-}
-
-fn prepared(model: Model) -> Prepared {
-    prepare(model, &PrepareOptions::DEFAULT).expect("within the limits")
 }
 
 /// Faults of one input; counts of closed parts, filled faces and faces without tiles.
@@ -99,7 +74,7 @@ fn judge(prepared: &Prepared) -> (Vec<String>, [usize; 3]) {
 fn the_edges_of_every_file_sum_to_what_its_shells_say() {
     let mut wrong = Vec::new();
     let mut all = [0; 3];
-    for path in files() {
+    for path in step_files(&CORPORA) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let model = read_file(&path, &StepOptions::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
         let prepared = prepared(model);
@@ -188,7 +163,7 @@ fn parts_that_are_closed_stay_closed_when_their_edges_are_shaken() {
     let mut wrong = Vec::new();
     for share in [1e-6, 1e-4, 1e-3] {
         let mut shaken = Shaken::default();
-        for path in files().into_iter().filter(|path| !seeds(path).is_empty()) {
+        for path in step_files(&CORPORA).into_iter().filter(|path| !seeds(path).is_empty()) {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let model = read_file(&path, &StepOptions::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
             let closed = closed(&model);
@@ -207,7 +182,7 @@ fn parts_that_are_closed_stay_closed_when_the_points_of_their_file_are_moved() {
     let mut wrong = Vec::new();
     for share in [1e-6, 1e-5, 1e-4, 1e-3] {
         let mut shaken = Shaken::default();
-        for path in files().into_iter().filter(|path| !seeds(path).is_empty()) {
+        for path in step_files(&CORPORA).into_iter().filter(|path| !seeds(path).is_empty()) {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let Ok(text) = std::fs::read_to_string(&path) else { continue };
             let model =

@@ -2,6 +2,14 @@
 
 #[path = "../chains/mod.rs"]
 mod chains;
+#[path = "../common/mod.rs"]
+mod common;
 #[cfg(feature = "step")]
 mod corpus;
 mod models;
+#[cfg(feature = "step")]
+#[path = "../parts/mod.rs"]
+mod parts;
+#[cfg(feature = "step")]
+#[path = "../sequence/random.rs"]
+mod random;

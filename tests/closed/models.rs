@@ -1,18 +1,18 @@
 //! Smallest inputs, stated by hand.
 
 use crate::chains::assert_chains_close;
-use glam::{DAffine3, DVec3};
+use crate::common::{self, placed};
+use glam::DVec3;
+use std::sync::Arc;
 use trimtess::model::{
-    CurveKind, Edge, EdgeId, Frame3, Instance, Loop, Model, NurbsCurve3, NurbsSurface, Part, PartBuilder, PartId,
-    Severity, ShellKind, Surface, VertexId,
+    CurveKind, Edge, EdgeId, Frame3, Loop, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface,
+    VertexId,
 };
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::Prepared;
 
 /// Prepares a part, sound or not.
-fn prepared(part: Part) -> Prepared {
-    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() };
-    let model = Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() };
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+fn prepared(part: Part) -> Arc<Prepared> {
+    let prepared = common::prepared(placed(part));
     assert_chains_close(&prepared);
     prepared
 }

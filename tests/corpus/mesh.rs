@@ -1,5 +1,6 @@
 //! Meshes of all files: no face lost, no crack, correct areas, within the tolerance.
 
+use crate::common::prepared;
 use crate::read::read;
 use crate::reference::{corpora, value};
 use std::path::Path;
@@ -9,10 +10,10 @@ use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, ScenePart, check_scene};
 use trimtess::model::FaceId;
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::Prepared;
 
 pub(crate) fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, FrameReport) {
-    let prepared = Arc::new(prepare(read(path), &PrepareOptions::DEFAULT).expect("within the limits"));
+    let prepared = prepared(read(path));
     let chord = relative * prepared.diagonal;
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 30.0_f64.to_radians(), max_edge: None }));
     let mut sink = MemorySink::default();

@@ -1,16 +1,14 @@
 //! Orientation of all files' meshes: solids have positive volume, neighbours agree, no triangle looks inwards.
 
+use crate::common::{frame, prepared};
 use crate::flipped::{disagreeing, flipped};
 use crate::mesh::mesh;
 use crate::read::read;
 use crate::reference::{Corpus, corpora, value};
 use glam::DVec3;
-use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
-use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::mesh::check_scene;
 use trimtess::model::{Frame3, Loop, Model, PartBuilder, ShellKind, Surface};
-use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// Files whose surfaces fold over themselves, so that their normals look both ways.
 const FOLDED: [(&str, &str); 1] =
@@ -52,10 +50,9 @@ fn an_avoidable_fold_is_found() {
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![wire], false);
     let parts = vec![part.finish().expect("a sound part")];
     let model = Model { parts, millimetres_per_unit: 1.0, ..Model::default() };
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-    let mut sink = MemorySink::default();
+    let prepared = prepared(model);
     let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
-    let report = serial(&prepared, &plan, false, &mut sink).expect("a frame");
+    let (mut sink, report) = frame(&prepared, &plan, false);
     assert_eq!(flipped(&prepared, &sink, &report.fills), None);
     let mesh = &mut sink.batches[0].mesh;
     let [a, b, c, d] = corners.map(|p| mesh.positions.iter().position(|q| *q == p).expect("a corner") as u32);

@@ -1,15 +1,14 @@
 //! A model -> meshes at four tolerances, each checked against everything that must hold.
 
+use crate::common::{frame, placed, prepared};
 use crate::flipped::{disagreeing, flipped};
-use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use trimtess::audit;
 use trimtess::frame::{Degradation, Tolerance, plan};
-use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
-use trimtess::model::{FaceId, Model, ModelBuilder, Part};
-use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::mesh::{SceneFacts, check_scene};
+use trimtess::model::{FaceId, Model, Part};
+use trimtess::prepare::Prepared;
 
 /// Chord tolerances as fractions of the first.
 const RUNGS: [f64; 4] = [1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 32.0];
@@ -36,14 +35,6 @@ pub(crate) struct Ladder {
     touching: bool,
     /// Whether the chord tolerance is so large that only angles limit the mesh; the bounds on volume are loose then.
     angles_only: bool,
-}
-
-/// The part, placed once.
-pub(crate) fn placed(part: Part) -> Model {
-    let mut model = ModelBuilder::new("case");
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
-    model.finish().expect("a valid model")
 }
 
 impl Ladder {
@@ -127,7 +118,7 @@ impl Ladder {
 
     /// Prepares the model and checks it at every rung.
     pub(crate) fn climb(&self) {
-        let prepared = Arc::new(prepare(self.model.clone(), &PrepareOptions::DEFAULT).expect("within the limits"));
+        let prepared = prepared(self.model.clone());
         let wrong = self.wrong_told(&prepared);
         assert!(wrong.is_empty(), "{} {wrong:#?}\n{:?}", self.name, prepared.diagnostics);
         let first = self.chord.unwrap_or(0.01 * prepared.diagonal);
@@ -159,8 +150,7 @@ impl Ladder {
 
     fn wrong_at(&self, prepared: &Arc<Prepared>, chord: f64) -> Vec<String> {
         let plan = plan(prepared, &Tolerance { chord, angle: ANGLE, max_edge: None });
-        let mut sink = MemorySink::default();
-        let report = serial(prepared, &plan, true, &mut sink).expect("a frame");
+        let (sink, report) = frame(prepared, &plan, true);
         let mut wrong = Vec::new();
         if let Some(shortfall) = &plan.shortfall {
             wrong.push(shortfall.to_string());

@@ -6,6 +6,8 @@
 
 mod body;
 mod borders;
+#[path = "../common/mod.rs"]
+mod common;
 mod cones;
 mod fillets;
 #[path = "../flipped/mod.rs"]

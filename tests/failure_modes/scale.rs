@@ -1,15 +1,13 @@
 //! Sizes, places and tolerances far apart: from a micrometre to a kilometre, near the origin and far from it.
 
 use crate::body::{Body, frame};
-use crate::ladder::{Ladder, placed};
+use crate::common::{placed, prepared, whole_frame};
+use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
-use std::sync::Arc;
 use trimtess::frame::{PlanLimits, Tolerance, plan, plan_within};
-use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::mesh::check_scene;
 use trimtess::model::{Frame3, Part, Surface};
-use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// A block of 20 × 20 × 6 with a countersunk hole and a half ball on top, scaled by `size` and placed at `place`.
 fn block(size: f64, place: DVec3) -> (Part, f64, f64) {
@@ -84,15 +82,9 @@ fn a_tolerance_far_larger_than_the_part() {
 fn the_coarsest_mesh_keeps_every_face_of_every_shape() {
     // Infinite chord, any angle.
     for name in trimtess_models::names() {
-        let prepared = Arc::new(
-            prepare(trimtess_models::by_name(name).expect("a shape"), &PrepareOptions::DEFAULT)
-                .expect("within the limits"),
-        );
+        let prepared = prepared(trimtess_models::by_name(name).expect("a shape"));
         let plan = plan(&prepared, &Tolerance { chord: f64::INFINITY, angle: 9.0, max_edge: None });
-        let mut sink = MemorySink::default();
-        let report = serial(&prepared, &plan, false, &mut sink).expect("a frame");
-        assert!(report.degraded.is_empty(), "{name}: {:?}", report.degraded);
-        let facts = check_scene(&sink);
+        let facts = check_scene(&whole_frame(&prepared, &plan, false));
         let total = facts.total;
         assert!(facts.faces_without_triangles.is_empty() && total.is_well_formed(), "{name}: {total}");
         let open = ["square", "wave", "flower"].contains(&name) || name.contains("teapot");
@@ -103,15 +95,12 @@ fn the_coarsest_mesh_keeps_every_face_of_every_shape() {
 #[test]
 fn a_tolerance_far_smaller_than_rounding_is_reported() {
     let (part, volume, _) = block(1.0, DVec3::ZERO);
-    let prepared = Arc::new(prepare(placed(part), &PrepareOptions::DEFAULT).expect("within the limits"));
+    let prepared = prepared(placed(part));
     let limits = PlanLimits::DEFAULT.with_triangles_per_tile(20_000).with_triangles(200_000);
     for chord in [1e-7, 1e-12, 0.0] {
         let plan = plan_within(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }, &limits);
         assert!(plan.shortfall.is_some(), "chord {chord}");
-        let mut sink = MemorySink::default();
-        let report = serial(&prepared, &plan, false, &mut sink).expect("a frame");
-        assert!(report.degraded.is_empty(), "{:?}", report.degraded);
-        let facts = check_scene(&sink).total;
+        let facts = check_scene(&whole_frame(&prepared, &plan, false)).total;
         assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 1e-3, "chord {chord}: {facts}");
     }
 }

@@ -1,16 +1,13 @@
 //! B-spline faces: helices, closed faces with seams anywhere, trims along knots, creases and natural borders.
 
 use crate::body::{Body, frame, integral, level, through};
-use crate::ladder::{Ladder, placed};
+use crate::common::{placed, prepared_clean, whole_frame};
+use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
 use trimtess::audit;
 use trimtess::frame::{Tolerance, plan};
-use trimtess::mesh::MemorySink;
 use trimtess::model::{Coedge, EdgeId, Frame3, NurbsCurve3, NurbsSurface, Surface};
-use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// The unit circle as nine points of a rational quadratic; `true` marks the corners of a square.
 const RING: [(f64, f64, bool); 9] = [
@@ -436,13 +433,10 @@ fn a_patch_whose_whole_border_is_one_point() {
     };
     let mut body = Body::sheet();
     body.face(Surface::Nurbs(bag), Vec::new(), false);
-    let prepared = Arc::new(prepare(placed(body.finish()), &PrepareOptions::DEFAULT).expect("within the limits"));
-    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    let prepared = prepared_clean(placed(body.finish()));
     for chord in [1e-2, 1e-3] {
-        let mut sink = MemorySink::default();
-        let report =
-            serial(&prepared, &plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }), true, &mut sink);
-        assert!(report.is_ok_and(|report| report.degraded.is_empty()));
+        let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+        let sink = whole_frame(&prepared, &plan, true);
         let deviation = audit::deviation(&prepared, &sink, chord);
         assert!(deviation.beyond_gap.samples > 0 && deviation.beyond_gap.worst <= 1.0, "{deviation}");
     }

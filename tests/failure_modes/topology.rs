@@ -1,15 +1,13 @@
 //! How bodies are composed: edges of many faces, coincident faces, lost faces, tiny faces.
 
 use crate::body::{Body, frame};
-use crate::ladder::{Ladder, placed};
+use crate::common::{self, placed, prepared};
+use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
-use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::mesh::check_scene;
 use trimtess::model::{EdgeId, FaceId, Frame3, NurbsSurface, Part, ShellKind, Surface};
-use trimtess::parallel::serial;
-use trimtess::prepare::{PrepareOptions, prepare};
 
 fn at(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -173,7 +171,7 @@ fn one_broken_face_loses_only_its_surface_and_is_reported_by_entity() {
         let mut model = placed(numbered());
         broken(&mut model.parts[0]);
         let entity = model.parts[0].faces[0].entity;
-        let prepared = prepare(model.clone(), &PrepareOptions::DEFAULT).expect("within the limits");
+        let prepared = prepared(model.clone());
         let told = prepared.diagnostics.iter().find(|d| d.face == Some(FaceId(0)));
         let told = told.unwrap_or_else(|| panic!("case {number}: {:?}", prepared.diagnostics));
         assert!(told.entity == entity && told.kind.code() == code, "case {number}: {told:?}");
@@ -216,11 +214,9 @@ fn a_one_sided_strip_is_meshed() {
         let round = body.polygon(&[a, d, c, b]);
         body.face(Surface::Nurbs(piece), vec![round], false);
     }
-    let prepared = Arc::new(prepare(placed(body.finish()), &PrepareOptions::DEFAULT).expect("within the limits"));
-    let mut sink = MemorySink::default();
+    let prepared = prepared(placed(body.finish()));
     let plan = plan(&prepared, &Tolerance { chord: 0.05, angle: 0.5, max_edge: None });
-    serial(&prepared, &plan, true, &mut sink).expect("a frame");
-    let facts = check_scene(&sink);
+    let facts = check_scene(&common::frame(&prepared, &plan, true).0);
     assert!(facts.total.is_well_formed() && facts.faces_without_triangles.is_empty(), "{}", facts.total);
     // Neighbours disagree across one of the rungs and nowhere else.
     let rungs = facts.total.unbalanced_edges - facts.total.open_edges;

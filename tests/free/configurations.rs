@@ -1,8 +1,10 @@
 //! Random configurations of up to twelve curves: exact area against closed forms and the independent arrangement, and
 //! the kept points one by one.
 
-use crate::draw::{Draw, each_configuration, keeps, polygon, winding};
+use crate::common::winding;
+use crate::draw::{each_configuration, keeps, polygon};
 use crate::other;
+use crate::random::SplitMix;
 use glam::DVec2;
 use trimtess::model::{FreeTrims, TrimCurve, TrimPiece};
 use trimtess::prepare::{FreeRegion, UvDomain};
@@ -27,7 +29,7 @@ fn circles(trims: &FreeTrims) -> Option<Vec<(DVec2, f64, bool)>> {
 fn random_regions_have_the_area_of_closed_forms_and_of_the_independent_arrangement() {
     let domain = UvDomain::new(DVec2::ZERO, DVec2::ONE);
     each_configuration(|seed| {
-        let trims = Draw(seed).configuration();
+        let trims = SplitMix(seed).configuration();
         let got = FreeRegion::new(&trims, &domain).unwrap_or_else(|e| panic!("seed {seed}: {e}")).area();
         let want = other::area(&trims);
         assert!((got - want).abs() <= 1e-9, "seed {seed}: area {got}, by eigenvalues {want}, {:e}", got - want);
@@ -44,7 +46,7 @@ fn random_regions_keep_what_the_rule_says() {
     const POINTS: usize = 100;
     let domain = UvDomain::new(DVec2::ZERO, DVec2::ONE);
     for seed in 0..300 {
-        let mut draw = Draw(seed);
+        let mut draw = SplitMix(seed);
         let trims = draw.trims(12);
         let region = FreeRegion::new(&trims, &domain).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         let loops = region.polygons(64);

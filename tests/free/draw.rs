@@ -1,5 +1,7 @@
 //! Random trimming curves from a seed, and an independent decision of which points they keep.
 
+use crate::common::winding;
+use crate::random::SplitMix;
 use glam::DVec2;
 use std::f64::consts::TAU;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,29 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use trimtess::model::{FreeTrims, NurbsCurve2, TrimCurve, TrimPiece, TrimRule};
 
-/// A generator of random numbers (SplitMix64).
-pub(crate) struct Draw(pub(crate) u64);
-
-impl Draw {
-    pub(crate) fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub(crate) fn range(&mut self, a: f64, b: f64) -> f64 {
-        a + (b - a) * self.unit()
-    }
-
-    pub(crate) fn below(&mut self, n: u64) -> u64 {
-        self.bits() % n
-    }
-
+impl SplitMix {
     fn point(&mut self, a: f64, b: f64) -> DVec2 {
         DVec2::new(self.range(a, b), self.range(a, b))
     }
@@ -171,23 +151,6 @@ pub(crate) fn polygon(curve: &TrimCurve, n: usize) -> Vec<DVec2> {
         }
     };
     curve.pieces.iter().flat_map(of_piece).collect()
-}
-
-/// Winding number of a closed polygon about `q`.
-pub(crate) fn winding(p: &[DVec2], q: DVec2) -> i32 {
-    let turn = |k: usize| {
-        let (a, b) = (p[k] - q, p[(k + 1) % p.len()] - q);
-        // Only segments that cross the ray to the left of `q` count: there angles jump.
-        let crosses = (a.y < 0.0) != (b.y < 0.0) && a.perp_dot(b) * (b.y - a.y) < 0.0;
-        if !crosses {
-            0
-        } else if a.y < 0.0 {
-            -1
-        } else {
-            1
-        }
-    };
-    (0..p.len()).map(turn).sum()
 }
 
 /// Signed area of a polygon.

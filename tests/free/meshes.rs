@@ -1,8 +1,10 @@
 //! Free trims down to triangles: watertight inside, true to the surface and to the exact area in (u,v).
 
-use crate::draw::{Draw, each_configuration, flower};
+use crate::common::{self, frame, placed};
+use crate::draw::{each_configuration, flower};
 use crate::polylines::{crossings, refine, segments};
-use glam::{DAffine3, DVec2, DVec3};
+use crate::random::SplitMix;
+use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use trimtess::audit::deviation;
@@ -10,11 +12,11 @@ use trimtess::frame::internals::edge_line;
 use trimtess::frame::{Plan, Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
-    Diagnostic, EdgeId, FaceError, FaceTrouble, Frame3, FreeTrims, ModelBuilder, NurbsSurface, PartBuilder, PartId,
-    Severity, ShellKind, Surface, TrimCurve, TrimRule, TrimTrouble,
+    Diagnostic, EdgeId, FaceError, FaceTrouble, Frame3, FreeTrims, NurbsSurface, PartBuilder, PartId, Severity,
+    ShellKind, Surface, TrimCurve, TrimRule, TrimTrouble,
 };
-use trimtess::parallel::{FrameReport, serial};
-use trimtess::prepare::{FreeRegion, PrepareOptions, Prepared, UvDomain, prepare};
+use trimtess::parallel::FrameReport;
+use trimtess::prepare::{FreeRegion, Prepared, UvDomain};
 
 /// The unit square in space; space coordinates equal its parameters.
 pub(crate) fn sheet() -> NurbsSurface {
@@ -37,17 +39,12 @@ pub(crate) fn prepared(surface: Surface, trims: FreeTrims) -> Arc<Prepared> {
     let mut part = PartBuilder::new("part");
     let shell = part.plain_shell(ShellKind::Open);
     part.trimmed_face(surface, shell, trims, false);
-    let mut model = ModelBuilder::new("model");
-    let part = model.part(part.finish().unwrap());
-    model.place(part, DAffine3::IDENTITY);
-    Arc::new(prepare(model.finish().unwrap(), &PrepareOptions::DEFAULT).unwrap())
+    common::prepared(placed(part.finish().unwrap()))
 }
 
 pub(crate) fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MemorySink, FrameReport) {
     let plan = plan(prepared, &Tolerance { chord, angle: 0.3, max_edge: None });
-    let mut sink = MemorySink::default();
-    let report = serial(prepared, &plan, false, &mut sink).unwrap();
-    (sink, report)
+    frame(prepared, &plan, false)
 }
 
 /// Length of the tessellated boundary of a one-tile sheet, and the area of its polygons.
@@ -113,7 +110,8 @@ fn curved_sheets_keep_the_chord_tolerance_on_surface_and_trim() {
 fn closed_surfaces_stay_closed_along_seams_and_poles() {
     let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 };
     let torus = Surface::Torus { frame: Frame3::WORLD, major: 3.0, minor: 1.0 };
-    // One hole away from seams and poles; its boundary is at most `rim` times as long in space as in (u,v).
+    // One hole away from seams and poles; the module `seams` has holes over them. Its boundary is at most `rim` times
+    // as long in space as in (u,v).
     for (surface, centre, rim) in [(sphere, DVec2::new(3.0, 0.3), 1.0), (torus, DVec2::new(3.0, 2.0), 3.5)] {
         let hole = TrimCurve::circle(centre, 0.4).reversed();
         let trims = FreeTrims { rule: TrimRule::Handedness, curves: vec![hole] };
@@ -200,8 +198,7 @@ fn divided(prepared: &Prepared, n: usize) -> Plan {
 /// Asserts that a sheet's triangles cover the polygons of the tessellants up to rounding and are open only along these.
 /// Returns the polygons' length and area.
 pub(crate) fn judge(prepared: &Arc<Prepared>, plan: &Plan, case: &str) -> (f64, f64) {
-    let mut sink = MemorySink::default();
-    let report = serial(prepared, plan, false, &mut sink).unwrap();
+    let (sink, report) = frame(prepared, plan, false);
     assert!(report.degraded.is_empty(), "{case}: {:?}", report.degraded);
     let facts = check_scene(&sink).total;
     assert!(facts.is_well_formed(), "{case}: {facts}");
@@ -217,7 +214,7 @@ pub(crate) fn judge(prepared: &Arc<Prepared>, plan: &Plan, case: &str) -> (f64, 
 fn random_configurations_are_meshed_exactly() {
     let domain = UvDomain::new(DVec2::ZERO, DVec2::ONE);
     each_configuration(|seed| {
-        let trims = Draw(seed).configuration();
+        let trims = SplitMix(seed).configuration();
         let exact = FreeRegion::new(&trims, &domain).unwrap().area();
         let prepared = prepared(Surface::Nurbs(sheet()), trims);
         let is_told = |d: &&Diagnostic| d.severity == Severity::Note || d.kind.code() == "trim-extended";

@@ -1,7 +1,8 @@
 //! Tessellated curves cross only where the exact ones do: critical parameters hold at any rate.
 
-use crate::draw::{Draw, flower};
+use crate::draw::flower;
 use crate::meshes::{judge, prepared, sheet};
+use crate::random::SplitMix;
 use glam::DVec2;
 use std::f64::consts::TAU;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -89,7 +90,7 @@ pub(crate) fn refine(edge: &PreparedEdge, line: &mut EdgePolyline, count: impl F
 }
 
 /// Two curves within `gap` of each other (or touching, or equal up to rounding), with a kept side between them.
-fn pair(draw: &mut Draw, kind: u64, gap: f64) -> Vec<TrimCurve> {
+fn pair(draw: &mut SplitMix, kind: u64, gap: f64) -> Vec<TrimCurve> {
     let centre = DVec2::new(draw.range(0.4, 0.6), draw.range(0.4, 0.6));
     let way = DVec2::from_angle(draw.range(0.0, TAU));
     let r = draw.range(0.1, 0.3);
@@ -154,7 +155,7 @@ fn curves_that_touch_or_nearly_touch_are_apart_at_any_rates() {
     let seeds = std::env::var("TRIMTESS_PAIRS").map_or(1, |n| n.parse().unwrap());
     let gaps = [0.0, 1e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
     let case = |seed: u64, kind: u64, gap: f64| {
-        let mut draw = Draw(1000 * seed + kind);
+        let mut draw = SplitMix(1000 * seed + kind);
         let case = format!("seed {seed}, kind {kind}, gap {gap:e}");
         let trims = FreeTrims { rule: TrimRule::Handedness, curves: pair(&mut draw, kind, gap) };
         let prepared = prepared(Surface::Nurbs(sheet()), trims);

@@ -1,6 +1,7 @@
 //! Regions against closed forms, and the paper's own configurations.
 
-use crate::draw::{flower, winding};
+use crate::common::winding;
+use crate::draw::flower;
 use glam::DVec2;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trimtess::model::{FreeTrims, TrimCurve, TrimRule, TrimTrouble};

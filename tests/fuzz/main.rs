@@ -9,6 +9,8 @@ mod draw;
 mod found;
 mod judge;
 mod model;
+#[path = "../parts/mod.rs"]
+mod parts;
 #[path = "../sequence/mod.rs"]
 mod sequence;
 mod sheet;

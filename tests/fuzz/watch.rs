@@ -1,7 +1,7 @@
 //! An input -> a verdict on its result, time and memory. Prints a failing input as a test to commit.
 
+use crate::parts::said;
 use arbitrary::Unstructured;
-use std::any::Any;
 use std::collections::HashMap;
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -58,7 +58,7 @@ pub(crate) fn sound<C: Case>(case: &C) {
 fn verdict<C: Case>(case: &C) -> Result<(), String> {
     let (start, before) = (processor_time(), forget_peak());
     let judged = catch_unwind(AssertUnwindSafe(|| case.judge()));
-    judged.unwrap_or_else(|panic| Err(format!("a panic: {}", message(&*panic))))?;
+    judged.unwrap_or_else(|panic| Err(format!("a panic: {}", said(&*panic))))?;
     let taken = processor_time().saturating_sub(start);
     if taken > TIME {
         return Err(format!("it took {taken:?}"));
@@ -89,11 +89,6 @@ fn watch() {
             std::process::abort();
         }
     }
-}
-
-fn message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no text").to_owned()
 }
 
 /// Processor time of all threads so far, which does not depend on the load of the machine. Wall time on systems other

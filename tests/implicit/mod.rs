@@ -2,6 +2,7 @@
 //! for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994): an independent check of the crate's
 //! subdivision.
 
+use crate::common::elevated;
 use faer::Mat;
 use glam::{DMat2, DVec2, DVec3};
 
@@ -22,16 +23,6 @@ fn binomial(n: usize, k: usize) -> f64 {
 fn scaled(control: &[DVec3]) -> Vec<DVec3> {
     let n = control.len() - 1;
     control.iter().enumerate().map(|(i, &c)| c * binomial(n, i)).collect()
-}
-
-/// The same curve with its degree raised by one; the additional roots are at infinity.
-fn elevated(control: &[DVec3]) -> Vec<DVec3> {
-    let n = control.len();
-    let at = |i: usize| {
-        let share = i as f64 / n as f64;
-        control[i.saturating_sub(1)] * share + control[i.min(n - 1)] * (1.0 - share)
-    };
-    (0..=n).map(at).collect()
 }
 
 /// Bézout's matrix of two polynomials of degree n.

@@ -4,10 +4,13 @@
 //!
 //! `FUZZ_MS` runs for that many milliseconds instead of a number of inputs. `FUZZ_FIRST` starts at another input.
 
+pub(crate) mod random;
+
 use bolero::bolero_engine::driver::Options;
 use bolero::bolero_engine::input::Bytes;
 use bolero::bolero_engine::panic::{forward_panic, set_hook};
 use bolero::{Engine, Test};
+use random::{SplitMix, scrambled};
 use std::fmt::Debug;
 use std::time::{Duration, Instant};
 
@@ -64,18 +67,8 @@ fn variable(name: &str) -> Option<u64> {
 /// Input `number` of the sequence (SplitMix64). Its length is uniform in 0..=`most`.
 fn bytes(number: u64, most: usize) -> Vec<u8> {
     // Without scrambling each input would be the previous one, shifted.
-    let mut state = scrambled(number);
-    let mut next = || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        scrambled(state)
-    };
-    let length = next() % (most as u64 + 1);
-    let words = std::iter::repeat_with(|| next().to_le_bytes());
+    let mut random = SplitMix(scrambled(number));
+    let length = random.below(most as u64 + 1);
+    let words = std::iter::repeat_with(|| random.bits().to_le_bytes());
     words.flatten().take(length as usize).collect()
-}
-
-fn scrambled(x: u64) -> u64 {
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }

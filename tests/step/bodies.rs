@@ -1,5 +1,6 @@
 //! Bodies without stated faces: primitives, sweeps, triangles, replicas. Their volumes have closed forms.
 
+use crate::common::prepared;
 use crate::{clean, is, model, placement, point, world};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -7,7 +8,6 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{BodyRefusal, Model, Severity, SolidTrouble, StepTrouble};
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// A representation of `items` in context 1.
 fn holding(items: &str) -> String {
@@ -16,7 +16,7 @@ fn holding(items: &str) -> String {
 
 /// Facts of the mesh of all instances at a fine tolerance.
 fn facts(model: Model) -> MeshFacts {
-    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+    let prepared = prepared(model);
     assert!(prepared.diagnostics.iter().all(|d| d.severity < Severity::Warning), "{:?}", prepared.diagnostics);
     let tolerance = Tolerance { chord: 1e-4, angle: 0.2, max_edge: None };
     let plan = Arc::new(frame::plan(&prepared, &tolerance));

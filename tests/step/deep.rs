@@ -1,5 +1,6 @@
 //! Chains and cycles of references, ten thousand long: read to the end or reported, without a stack overflow.
 
+use crate::products::product;
 use crate::{file, placement, vertex, world};
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{Model, Severity};
@@ -28,18 +29,7 @@ fn nested_assemblies() {
     for level in 0..LENGTH {
         let id = 1000 + 10 * level;
         let shape = if level + 1 == LENGTH { 50 } else { 51 };
-        text += &format!(
-            "#{id}=PRODUCT_DEFINITION('','',#{},$);#{}=PRODUCT_DEFINITION_FORMATION('','',#{});\
-             #{}=PRODUCT('p','p','',());#{}=PRODUCT_DEFINITION_SHAPE('','',#{id});\
-             #{}=SHAPE_DEFINITION_REPRESENTATION(#{},#{shape});\n",
-            id + 1,
-            id + 1,
-            id + 2,
-            id + 2,
-            id + 3,
-            id + 4,
-            id + 3
-        );
+        text += &product(id, "p", shape);
         if level + 1 < LENGTH {
             text += &format!("#{}=NEXT_ASSEMBLY_USAGE_OCCURRENCE('','','',#{id},#{},$);\n", id + 5, id + 10);
         }

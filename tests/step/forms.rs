@@ -1,10 +1,10 @@
 //! Rare forms of faces, edges and vertices: read, or refused with the number of the unread entity. Nothing is lost
 //! silently.
 
+use crate::common::prepared;
 use crate::{clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Loop, Model, Severity, StepTrouble, Surface};
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// A square in z = 1: vertices #30..#36, edges #50..#53 counter-clockwise, oriented edges #70..#73, loop #75, bound
 /// #76.
@@ -118,7 +118,7 @@ fn a_face_whose_surface_is_not_read_keeps_its_loops() {
         );
         assert!(!read.reversed && read.loops.len() == 1, "{face}: the loops have the face's orientation");
         assert!(only_part(&model).check().is_ok());
-        let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+        let prepared = prepared(model);
         assert_eq!(prepared.parts[0].face_rows, [Some(0)]);
         let [told] = &prepared.diagnostics[..] else { panic!("{face}: {:?}", prepared.diagnostics) };
         assert!(told.severity == Severity::Warning && told.entity == 91 && told.face.is_some(), "{told:?}");
@@ -130,7 +130,7 @@ fn a_face_whose_surface_is_not_read_keeps_its_loops() {
     // Nothing defines the face between a line and its reverse: it is lost.
     let back = "#74=ORIENTED_EDGE('',*,*,#50,.F.);#77=EDGE_LOOP('',(#70,#74));#78=FACE_OUTER_BOUND('',#77,.T.);";
     let model = model(&(square() + back + &shell("FACE('',(#78))", 1)));
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(model);
     assert_eq!(prepared.parts[0].face_rows, [None]);
     let [told] = &prepared.diagnostics[..] else { panic!("{:?}", prepared.diagnostics) };
     assert!(

@@ -3,6 +3,8 @@
 
 mod bodies;
 mod broken;
+#[path = "../common/mod.rs"]
+mod common;
 mod curves;
 mod deep;
 mod derived;

@@ -6,7 +6,7 @@ use trimtess::import::step::{StepError, StepOptions, read};
 use trimtess::model::{Model, Severity};
 
 /// A product definition #id (and id+1..id+4) named `name`, whose shape is representation `shape`.
-fn product(id: u32, name: &str, shape: u32) -> String {
+pub(crate) fn product(id: u32, name: &str, shape: u32) -> String {
     format!(
         "#{id}=PRODUCT_DEFINITION('','',#{},$);#{}=PRODUCT_DEFINITION_FORMATION('','',#{});\
          #{}=PRODUCT('{name}','{name}','',());\

@@ -1,10 +1,10 @@
 //! Faces on every kind of surface, against the formulas of ISO 10303-42.
 
+use crate::common::prepared;
 use crate::{clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trimtess::model::{Diagnostic, DiagnosticKind, Face, FaceTrouble, Loop, NurbsSurface, Severity, Surface};
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// Reads a face on surface #60, bounded by a vertex loop at `anchor`.
 fn face_in(context: u32, anchor: [f64; 3], surface: &str) -> Face {
@@ -315,7 +315,7 @@ const STRIP: &str = "
 fn edges_that_change_places_at_a_touching_point_do_not_go_around() {
     let model = model(&(STRIP.to_owned() + &shell("ADVANCED_FACE('',(#149),#154,.T.)", 1)));
     clean(&model);
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(model);
     let is_filled = |d: &&Diagnostic| matches!(d.kind, DiagnosticKind::Face(FaceTrouble::Filled { .. }));
     let filled: Vec<_> = prepared.diagnostics.iter().filter(is_filled).collect();
     assert!(filled.is_empty(), "{filled:?}");

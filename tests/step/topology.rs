@@ -1,9 +1,9 @@
 //! Loops, senses, shells: topology as files state it, with all its flags.
 
+use crate::common::prepared;
 use crate::{clean, edge_of, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind};
-use trimtess::prepare::{PrepareOptions, prepare};
 
 /// A unit square in z = 0: vertices #30, #32, #34, #36 counter-clockwise, edges #50..#53 from each to the next,
 /// oriented edges #70..#73 along them.
@@ -216,7 +216,7 @@ fn a_lost_face_keeps_its_index() {
         expected.map(|(row, entity)| (Some(PartId(0)), Some(FaceId::new(row)), entity, Severity::Error)).collect();
     assert_eq!(told, expected, "{:?}", model.diagnostics);
     assert!(part.check().is_ok());
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(model);
     assert_eq!(prepared.parts[0].face_rows, [None, None, None, Some(0), Some(1)]);
     assert_eq!(prepared.diagnostics.len(), 4, "reported once");
 }
@@ -232,7 +232,7 @@ fn an_open_loop_is_closed_straight_and_reported_with_its_place() {
     let rows: Vec<_> = only_part(&model).faces.iter().map(|face| (face.entity, face.lost)).collect();
     assert_eq!(rows, [(94, false), (91, false)]);
     assert_eq!(errors(&model), []);
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(model);
     assert_eq!(prepared.parts[0].face_rows, [Some(0), Some(1)]);
     let told: Vec<_> = prepared.diagnostics.iter().filter(|d| d.severity == Severity::Warning).collect();
     assert!(told.len() == 1 && told[0].entity == 94 && told[0].kind.code() == "wire-gap-bridged", "{told:?}");
@@ -364,7 +364,7 @@ fn an_edge_off_its_vertex_is_reported_once_with_face_and_place() {
            #52=EDGE_CURVE('',#34,#30,#63,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);\
            #72=ORIENTED_EDGE('',*,*,#52,.T.);#75=EDGE_LOOP('',(#70,#71,#72));#76=FACE_OUTER_BOUND('',#75,.T.);";
     let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let prepared = prepared(model);
     let told: Vec<_> = prepared
         .diagnostics
         .iter()

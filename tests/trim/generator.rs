@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::common::winding;
 use arbitrary::{Result, Unstructured};
 use glam::{DVec2, DVec3};
 use trimtess::math::predicates::{Side, orient2d, side_of};
@@ -167,7 +168,7 @@ fn add_hole(u: &mut Unstructured<'_>, size: DVec2, mode: Mode, loops: &mut Vec<V
         let scale = range(u, 0.2, 0.9)?;
         let hole = &loops[loops.len() - 1];
         let island: Vec<DVec2> = hole.iter().rev().map(|p| centre + (p - centre) * scale).collect();
-        let within = |p: &DVec2| winding(*p, hole) == -1;
+        let within = |p: &DVec2| winding(hole, *p) == -1;
         if area(&island) > 1e-9 && island.iter().all(within) {
             loops.push(island);
             if !simple(loops) {
@@ -193,22 +194,9 @@ fn cut(points: &[DVec2]) -> Vec<DVec2> {
 fn nested(loops: &[Vec<DVec2>]) -> bool {
     loops.iter().enumerate().all(|(k, points)| {
         let around: i32 =
-            loops.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, l)| winding(points[0], l)).sum();
+            loops.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, l)| winding(l, points[0])).sum();
         around == if area(points) > 0.0 { 0 } else { 1 }
     })
-}
-
-fn winding(p: DVec2, points: &[DVec2]) -> i32 {
-    let mut number = 0;
-    for (k, &a) in points.iter().enumerate() {
-        let b = points[(k + 1) % points.len()];
-        if a.y <= p.y {
-            number += i32::from(b.y > p.y && side_of(a, b, p) == Side::Left);
-        } else {
-            number -= i32::from(b.y <= p.y && side_of(a, b, p) == Side::Right);
-        }
-    }
-    number
 }
 
 /// Whether no two segments meet except at the tessellant they share.

@@ -3,6 +3,8 @@
 
 mod cases;
 mod checker;
+#[path = "../common/mod.rs"]
+mod common;
 mod fuzz;
 mod generator;
 mod rates;

@@ -12,10 +12,11 @@ use trimtess::frame::{self, Plan, Tolerance};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::SurfaceKind;
 use trimtess::parallel::serial;
+use trimtess::prepare::Prepared;
 use trimtess::prepare::internals::{EdgeShape, PreparedPart, TileUse, UvCurve};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 use crate::checker::{Tile, check};
+use crate::common;
 use crate::sequence::judge;
 
 /// A plan that no tolerance produces. Tiles and edges take these numbers in turn, but never less than in the coarsest
@@ -36,7 +37,7 @@ fn prepared(shape: usize) -> Arc<Prepared> {
     static ALL: OnceLock<Vec<Arc<Prepared>>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
         let models = trimtess_models::names().filter_map(trimtess_models::by_name);
-        models.map(|model| Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))).collect()
+        models.map(common::prepared).collect()
     });
     Arc::clone(&all[shape % all.len()])
 }

@@ -1,8 +1,9 @@
 //! Cameras that move around files of the corpus: no cracks, and every tile within the screen-space error.
 
 use super::frames::{balanced, drawn, from_scratch, options, path};
-use super::pixels::{Draw, measured};
+use super::pixels::measured;
 use super::{lines, of_corpus};
+use crate::random::SplitMix;
 use std::sync::Arc;
 use trimtess::mesh::MemorySink;
 use trimtess::parallel::Session;
@@ -25,7 +26,7 @@ fn files_keep_the_screen_space_error_in_every_frame() {
         let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
         let mut sink = MemorySink::default();
         let (mut most, mut stretches) = (0.0_f64, 0);
-        let views = path(&mut Draw(40 + k as u64), prepared.bounds.unwrap(), 24);
+        let views = path(&mut SplitMix(40 + k as u64), prepared.bounds.unwrap(), 24);
         for (f, view) in views.into_iter().enumerate() {
             let report = session.view(&[view], &mut sink).unwrap();
             assert!(report.degraded.is_empty(), "{name} {f}: {:?}", report.degraded);
@@ -47,7 +48,7 @@ fn files_keep_the_screen_space_error_in_every_frame() {
 fn files_stay_closed_and_within_the_stated_error_with_split_lines() {
     for (k, name) in FILES.iter().enumerate() {
         let Some(prepared) = of_corpus(name) else { continue };
-        let views = path(&mut Draw(60 + k as u64), prepared.bounds.unwrap(), 20);
+        let views = path(&mut SplitMix(60 + k as u64), prepared.bounds.unwrap(), 20);
         for lines in [lines::CRITERION, lines::RENDERING] {
             let (most, made) = lines::flown(name, &prepared, lines, &views);
             println!("{name}, {lines:?}: at most {most} of the tolerance, {made} tiles");

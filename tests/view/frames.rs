@@ -1,8 +1,9 @@
 //! Frames of a moving camera: after each, the sink holds what the plan says, without cracks and within the screen-space
 //! error.
 
-use super::pixels::{Draw, measured};
+use super::pixels::measured;
 use super::{prepared, shape, two_sizes};
+use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -11,11 +12,11 @@ use trimtess::frame::internals::{Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions, Projection, Reuse, View};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
-use trimtess::parallel::{Session, SessionOptions, serial};
+use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 
 /// Cameras along a path: around the middle, closer and further away, looking aside, with occasional jumps.
-pub(crate) fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
+pub(crate) fn path(draw: &mut SplitMix, [low, high]: [DVec3; 2], frames: usize) -> Vec<View> {
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let mut place = [0.0, 0.3, 2.5, 0.0];
     let mut speed = [0.02, 0.0, 0.0, 0.0];
@@ -50,8 +51,7 @@ pub(crate) fn path(draw: &mut Draw, [low, high]: [DVec3; 2], frames: usize) -> V
 /// The plan's triangles of all drawn tiles, made without history.
 pub(crate) fn from_scratch(session: &Session) -> MemorySink {
     let plan = session.plan().unwrap();
-    let mut sink = MemorySink::default();
-    serial(session.prepared(), plan, false, &mut sink).unwrap();
+    let mut sink = crate::common::frame(session.prepared(), plan, false).0;
     sink.drawn = plan.drawn.clone();
     sink.scene = session.scene().clone();
     sink
@@ -123,7 +123,7 @@ fn after_each_frame_the_sink_holds_the_plan_without_cracks_and_within_the_screen
     let (mut made, mut all) = (0, 0);
     for name in ["torus", "washer", "sphere", "brake-hub", "trimmed-teapot"] {
         let prepared = shape(name);
-        let mut draw = Draw(7);
+        let mut draw = SplitMix(7);
         let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
         let mut sink = MemorySink::default();
         let (mut most, mut stretches) = (0.0_f64, 0);
@@ -155,7 +155,7 @@ fn after_each_frame_the_sink_holds_the_plan_without_cracks_and_within_the_screen
 #[test]
 fn the_number_of_workers_does_not_matter() {
     let prepared = shape("brake-hub");
-    let views = path(&mut Draw(3), prepared.bounds.unwrap(), 25);
+    let views = path(&mut SplitMix(3), prepared.bounds.unwrap(), 25);
     let frames = |workers: usize| {
         let mut session =
             Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(workers)).unwrap();
@@ -177,7 +177,7 @@ fn the_number_of_workers_does_not_matter() {
 #[test]
 fn cancelled_frames_cost_nothing_but_time() {
     let prepared = shape("trimmed-teapot");
-    let views = path(&mut Draw(5), prepared.bounds.unwrap(), 40);
+    let views = path(&mut SplitMix(5), prepared.bounds.unwrap(), 40);
     let mut session = Session::start(Arc::clone(&prepared), &options(3)).unwrap();
     let mut sink = MemorySink::default();
     for (f, view) in views.iter().enumerate() {
@@ -238,7 +238,7 @@ impl MeshSink for Calls {
 #[test]
 fn a_still_view_does_no_work_and_a_refused_frame_is_sent_whole_again() {
     let prepared = two_sizes("torus");
-    let view = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
+    let view = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = Calls::default();
     for _ in 0..3 {
@@ -258,7 +258,7 @@ fn tiles_off_screen_for_long_are_evicted_when_they_are_many() {
     let prepared = shape("brake-hub");
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = MemorySink::default();
-    let whole = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
+    let whole = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
     session.view(&[whole], &mut sink).unwrap();
     let triangles = |batches: &[Batch]| batches.iter().map(|b| b.mesh.triangles.len()).sum::<usize>();
     let all = triangles(&sink.batches);
@@ -284,7 +284,7 @@ fn tiles_off_screen_for_long_are_evicted_when_they_are_many() {
 #[test]
 fn instances_come_move_and_go() {
     let prepared = shape("torus");
-    let view = path(&mut Draw(2), prepared.bounds.unwrap(), 1)[0];
+    let view = path(&mut SplitMix(2), prepared.bounds.unwrap(), 1)[0];
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = MemorySink::default();
     let coarse = session.view(&[view], &mut sink).unwrap().triangles;
@@ -322,7 +322,7 @@ fn crowd(name: &str) -> Arc<Prepared> {
 fn distant_instances_have_coarser_levels_of_detail() {
     let prepared = crowd("torus");
     let eye = DVec3::new(60.0, -80.0, 30.0);
-    let still = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0] };
+    let still = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0] };
     let mut drawn_at = Vec::new();
     for levels in [1, 2, 4] {
         let mut session = Session::start(Arc::clone(&prepared), &options(2).with_levels(levels)).unwrap();
@@ -352,9 +352,28 @@ fn distant_instances_have_coarser_levels_of_detail() {
 }
 
 #[test]
+fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
+    let prepared = crowd("torus");
+    let eye = DVec3::new(60.0, -80.0, 30.0);
+    let valid = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0] };
+    let frame = |views: &[View]| {
+        let mut session = Session::start(Arc::clone(&prepared), &options(2).with_levels(4)).unwrap();
+        let mut sink = MemorySink::default();
+        session.view(views, &mut sink).unwrap();
+        let levels: Vec<PartId> = session.scene().instances.iter().map(|instance| instance.part).collect();
+        (levels, drawn(&sink))
+    };
+    let alone = frame(&[valid]);
+    assert!(alone.0.iter().any(|level| *level != PartId(0)));
+    for invalid in [View { deviation_px: 0.0, ..valid }, View { angle: 0.0, ..valid }] {
+        assert_eq!(frame(&[invalid, valid]), alone);
+    }
+}
+
+#[test]
 fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
     let prepared = shape("brake-hub");
-    let mut draw = Draw(11);
+    let mut draw = SplitMix(11);
     let views = path(&mut draw, prepared.bounds.unwrap(), 12);
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = MemorySink::default();
@@ -376,7 +395,7 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
 fn culled_tiles_are_not_in_the_picture() {
     let prepared = shape("washer");
     let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
-    let mut draw = Draw(4);
+    let mut draw = SplitMix(4);
     let (mut culled, mut behind) = (0, 0);
     for view in path(&mut draw, prepared.bounds.unwrap(), 200) {
         let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
@@ -408,7 +427,7 @@ fn a_budget_defers_the_least_urgent_tiles_and_all_are_done_in_the_end() {
     let mut session = Session::start(Arc::clone(&prepared), &options(2).with_planner(planner)).unwrap();
     let mut at_once = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let (mut sink, mut whole) = (MemorySink::default(), MemorySink::default());
-    let views = path(&mut Draw(9), prepared.bounds.unwrap(), 30);
+    let views = path(&mut SplitMix(9), prepared.bounds.unwrap(), 30);
     let mut deferred = 0;
     for (k, view) in views.iter().enumerate() {
         let report = session.view(&[*view], &mut sink).unwrap();
@@ -445,7 +464,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     for k in 0..60 {
         let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
         let eye = middle - DVec3::Y * away * radius;
-        let view = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), [low, high], 1)[0] };
+        let view = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), [low, high], 1)[0] };
         let plan = planner.plan(&prepared.scene.instances, &[view]);
         let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
         assert!(cells <= 2000, "{k}: {cells}");
@@ -459,7 +478,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
 #[test]
 fn invalid_views_draw_nothing() {
     let prepared = prepared(trimtess_models::by_name("torus").unwrap());
-    let good = path(&mut Draw(1), prepared.bounds.unwrap(), 1)[0];
+    let good = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
     let mut session = Session::start(Arc::clone(&prepared), &options(1)).unwrap();
     let mut sink = MemorySink::default();
     let bad = [

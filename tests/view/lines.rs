@@ -2,8 +2,9 @@
 //! plan without history.
 
 use super::frames::{balanced, drawn, from_scratch, options, path};
-use super::pixels::{Draw, measured};
+use super::pixels::measured;
 use super::shape;
+use crate::random::SplitMix;
 use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
@@ -61,7 +62,7 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
     let mut most = [0.0_f64; 6];
     for name in ["torus", "washer", "sphere", "brake-hub", "trimmed-teapot"] {
         let prepared = shape(name);
-        let views = path(&mut Draw(7), prepared.bounds.unwrap(), 60);
+        let views = path(&mut SplitMix(7), prepared.bounds.unwrap(), 60);
         let ways = [
             LinePlacement::Spread,
             CRITERION,
@@ -91,7 +92,7 @@ fn plans(prepared: &Arc<Prepared>, options: &PlannerOptions, views: &[View]) -> 
 #[test]
 fn the_same_views_give_the_same_plans() {
     let prepared = shape("brake-hub");
-    let views = path(&mut Draw(12), prepared.bounds.unwrap(), 80);
+    let views = path(&mut SplitMix(12), prepared.bounds.unwrap(), 80);
     for lines in [CRITERION, with_turns(SplitRule::Rendering, 7)] {
         let again = plans(&prepared, &planner(lines), &views);
         assert!(plans(&prepared, &planner(lines), &views) == again);
@@ -103,7 +104,7 @@ fn the_same_views_give_the_same_plans() {
 fn lines_do_not_pile_up() {
     for name in ["trimmed-teapot", "brake-hub"] {
         let prepared = shape(name);
-        let views = path(&mut Draw(21), prepared.bounds.unwrap(), 250);
+        let views = path(&mut SplitMix(21), prepared.bounds.unwrap(), 250);
         let spread = plans(&prepared, &PlannerOptions::DEFAULT, &views);
         for lines in [CRITERION, RENDERING] {
             let mut more = 0;
@@ -139,7 +140,7 @@ fn tiles_take_turns_until_lines_equal_newly_placed_ones() {
     const TURN: u32 = 12;
     for name in ["trimmed-teapot", "brake-hub"] {
         let prepared = shape(name);
-        let views = path(&mut Draw(17), prepared.bounds.unwrap(), 60);
+        let views = path(&mut SplitMix(17), prepared.bounds.unwrap(), 60);
         let even = plans(&prepared, &PlannerOptions::DEFAULT, &views);
         let near = 0.05 * prepared.scene.parts[0].radius;
         for intensive in [SplitRule::Criterion, SplitRule::Rendering] {
@@ -190,7 +191,7 @@ fn limits_hold_with_split_lines_and_a_still_view_settles() {
         for k in 0..60 {
             let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
             let eye = middle - DVec3::Y * away * radius;
-            let view = View { eye, forward: DVec3::Y, ..path(&mut Draw(1), [low, high], 1)[0] };
+            let view = View { eye, forward: DVec3::Y, ..path(&mut SplitMix(1), [low, high], 1)[0] };
             let plan = planner.plan(&prepared.scene.instances, &[view]);
             let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
             assert!(cells <= 2000, "{lines:?} {k}: {cells}");

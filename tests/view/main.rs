@@ -1,6 +1,8 @@
 //! Plans for cameras: they keep the screen-space error from any camera, at no more than the necessary cost.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod corpus;
 #[cfg(feature = "step")]
 #[path = "../corpus/folder.rs"]
@@ -8,22 +10,22 @@ mod folder;
 mod frames;
 mod lines;
 mod pixels;
+#[path = "../sequence/random.rs"]
+mod random;
 #[cfg(feature = "serde")]
 mod recorded;
 mod updated;
 
+use common::{prepared, whole_frame};
 use glam::{DAffine3, DQuat, DVec2, DVec3};
-use pixels::{Draw, measured};
+use pixels::measured;
+use random::SplitMix;
 use std::sync::Arc;
-use trimtess::frame::{Plan, Projection, View, plan_for_view};
+use trimtess::frame::{Projection, View, plan_for_view};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::{Instance, Model, ModelBuilder};
-use trimtess::parallel::{Session, SessionOptions, serial};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
-
-fn prepared(model: Model) -> Arc<Prepared> {
-    Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))
-}
+use trimtess::model::{Instance, ModelBuilder};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::Prepared;
 
 /// A file of the corpus, if it exists and can be read.
 #[cfg(feature = "step")]
@@ -54,16 +56,9 @@ fn two_sizes(name: &str) -> Arc<Prepared> {
     prepared(model.finish().unwrap())
 }
 
-fn mesh(prepared: &Arc<Prepared>, plan: &Plan) -> MemorySink {
-    let mut sink = MemorySink::default();
-    let report = serial(prepared, plan, false, &mut sink).unwrap();
-    assert!(report.degraded.is_empty(), "{:?}", report.degraded);
-    sink
-}
-
 #[test]
 fn every_tile_keeps_the_screen_space_error_and_no_border_opens() {
-    let mut draw = Draw(1);
+    let mut draw = SplitMix(1);
     for name in ["torus", "sphere", "cylinder", "wave", "flower", "teapot"] {
         let prepared = shape(name);
         let (mut most, mut all) = (0.0_f64, 0);
@@ -71,7 +66,7 @@ fn every_tile_keeps_the_screen_space_error_and_no_border_opens() {
             let view = draw.view(prepared.bounds.unwrap(), (0.9, 4.0));
             let plan = plan_for_view(&prepared, &view);
             assert_eq!(plan.shortfall, None, "{name} {view:?}");
-            let frame = mesh(&prepared, &plan);
+            let frame = whole_frame(&prepared, &plan, false);
             let (share, seen) = measured(&prepared, &view, 0.05 * prepared.scene.parts[0].radius, &frame);
             assert!(share <= 1.0, "{name}: {share} times the tolerance of {view:?}");
             let facts = check_scene(&frame).total;
@@ -84,11 +79,11 @@ fn every_tile_keeps_the_screen_space_error_and_no_border_opens() {
 
 #[test]
 fn the_instance_with_the_largest_screen_space_error_decides() {
-    let mut draw = Draw(2);
+    let mut draw = SplitMix(2);
     let prepared = two_sizes("torus");
     for _ in 0..12 {
         let view = draw.view(prepared.bounds.unwrap(), (0.5, 3.0));
-        let frame = mesh(&prepared, &plan_for_view(&prepared, &view));
+        let frame = whole_frame(&prepared, &plan_for_view(&prepared, &view), false);
         let (share, _) = measured(&prepared, &view, 0.15 * prepared.scene.parts[0].radius, &frame);
         assert!(share <= 1.0, "{share} times the tolerance of {view:?}");
     }
@@ -127,7 +122,7 @@ fn distant_tiles_are_coarser_than_near_ones() {
 
 #[test]
 fn a_camera_inside_does_not_explode_the_cost() {
-    let mut draw = Draw(3);
+    let mut draw = SplitMix(3);
     for name in ["teapot", "torus", "flower"] {
         let prepared = shape(name);
         let bounds = prepared.bounds.unwrap();
@@ -157,9 +152,9 @@ fn a_camera_inside_does_not_explode_the_cost() {
 #[test]
 fn all_workers_make_the_same_and_invalid_cameras_are_reported() {
     let prepared = shape("teapot");
-    let view = Draw(4).view(prepared.bounds.unwrap(), (1.0, 1.5));
+    let view = SplitMix(4).view(prepared.bounds.unwrap(), (1.0, 1.5));
     let plan = Arc::new(plan_for_view(&prepared, &view));
-    let alone = mesh(&prepared, &plan);
+    let alone = whole_frame(&prepared, &plan, false);
     for workers in [1, 2, 3, 8] {
         let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false);
         let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();

@@ -1,26 +1,13 @@
 //! Random cameras, and the screen-space error of their pictures.
 
+use crate::random::SplitMix;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::frame::{Projection, View};
 use trimtess::mesh::{Batch, MemorySink, SceneInstance};
 use trimtess::prepare::Prepared;
 
-/// SplitMix64.
-pub(crate) struct Draw(pub(crate) u64);
-
-impl Draw {
-    pub(crate) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    pub(crate) fn range(&mut self, a: f64, b: f64) -> f64 {
-        a + (b - a) * self.unit()
-    }
-
+impl SplitMix {
     pub(crate) fn direction(&mut self) -> DVec3 {
         DVec3::from([(); 3].map(|()| self.range(-1.0, 1.0))).normalize_or(DVec3::X)
     }

@@ -1,8 +1,8 @@
 //! Saved plans -> the same frames.
 
 use super::frames::{drawn, options, path};
-use super::pixels::Draw;
 use super::shape;
+use crate::random::SplitMix;
 use std::sync::Arc;
 use trimtess::frame::Plan;
 use trimtess::mesh::MemorySink;
@@ -14,7 +14,7 @@ fn saved_plans_make_the_same_frames_again() {
     let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
     let mut sink = MemorySink::default();
     let mut kept = Vec::new();
-    for view in path(&mut Draw(11), prepared.bounds.unwrap(), 20) {
+    for view in path(&mut SplitMix(11), prepared.bounds.unwrap(), 20) {
         session.view(&[view], &mut sink).unwrap();
         let mut bytes = Vec::new();
         ciborium::into_writer(&**session.plan().unwrap(), &mut bytes).unwrap();

@@ -2,8 +2,8 @@
 //! whatever the path, the number of workers and the cancelled frames.
 
 use super::frames::{balanced, drawn, from_scratch, path};
-use super::pixels::Draw;
 use super::{of_corpus, shape};
+use crate::random::SplitMix;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use trimtess::frame::internals::{Planner, Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile};
@@ -123,7 +123,7 @@ fn updated_tiles_equal_those_made_without_history_except_inside() {
             let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
             let mut memories: HashMap<(PartId, TileId), TileCache> = HashMap::new();
             let (mut scratch, mut other) = (UpdateScratch::default(), Scratch::default());
-            for (f, view) in path(&mut Draw(k as u64), prepared.bounds.unwrap(), 50).into_iter().enumerate() {
+            for (f, view) in path(&mut SplitMix(k as u64), prepared.bounds.unwrap(), 50).into_iter().enumerate() {
                 let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
                 let all = prepared.tiles().map(|(part, tile, _)| (part, tile));
                 let changed: Vec<_> = if f == 0 { all.collect() } else { planner.changes().tiles.clone() };
@@ -156,7 +156,7 @@ fn sessions_that_update_tiles_have_no_cracks() {
         let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
         let mut sink = MemorySink::default();
         let (mut stretches, mut kept) = (0, 0);
-        for (f, view) in path(&mut Draw(17), prepared.bounds.unwrap(), 40).into_iter().enumerate() {
+        for (f, view) in path(&mut SplitMix(17), prepared.bounds.unwrap(), 40).into_iter().enumerate() {
             let report = session.view(&[view], &mut sink).unwrap();
             assert!(report.lost_lines.is_empty(), "{name} {f}: {:?}", report.lost_lines);
             kept = report.workers.iter().map(|w| w.kept).max().unwrap_or(kept);
@@ -178,7 +178,7 @@ fn sessions_that_update_tiles_have_no_cracks() {
 #[test]
 fn neither_the_number_of_workers_nor_cancelled_frames_change_updated_tiles() {
     let prepared = shape("brake-hub");
-    let views = path(&mut Draw(23), prepared.bounds.unwrap(), 60);
+    let views = path(&mut SplitMix(23), prepared.bounds.unwrap(), 60);
     let frames = |workers: usize, pause: bool| {
         let options = SessionOptions::DEFAULT.with_workers(workers).with_reuse(Reuse::ALL);
         let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();

@@ -4,6 +4,7 @@
 //! Also measures the triangles of another program for the same scene, and prints the scene's control points for it
 //! (docs/benchmarks.md: libGLU).
 
+use super::flight::ms;
 use crate::limits::unprepared;
 use crate::tessellate::positive;
 use crate::{Common, Done, Failure};
@@ -116,9 +117,9 @@ fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
 fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
     let prepared = prepare(model, &common.prepare().with_threads(Some(1))).map_err(unprepared)?;
-    let (ms, tiles) = (1e3 * start.elapsed().as_secs_f64(), prepared.tiles().count());
+    let (spent, tiles) = (ms(start.elapsed()), prepared.tiles().count());
     crate::tell(&format!(
-        "prepared in {ms:.1} ms; {tiles} tiles\n    px | {}| plan ms | tiles ms | Mtri/s\n",
+        "prepared in {spent:.1} ms; {tiles} tiles\n    px | {}| plan ms | tiles ms | Mtri/s\n",
         TriangleQuality::HEAD
     ))?;
     for &px in tolerances {
@@ -131,7 +132,7 @@ fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Co
             making += t;
             judged.add(&triangles(&prepared, &plan), patches, &camera);
         }
-        let [planning, making] = [planning, making].map(|t| 1e3 * t.as_secs_f64() / VIEWS as f64);
+        let [planning, making] = [planning, making].map(|t| ms(t) / VIEWS as f64);
         let rate = judged.count as f64 / VIEWS as f64 / (planning + making) * 1e-3;
         crate::tell(&format!("{px:6.2} | {}| {planning:7.3} | {making:8.3} | {rate:6.2}\n", judged.row()))?;
     }
@@ -187,7 +188,7 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
             }
             least = least.min(took);
         }
-        let ms = 1e3 * least.as_secs_f64() / FRAMES as f64;
+        let ms = ms(least) / FRAMES as f64;
         let [triangles, tiles] = [triangles, tiles].map(|n| n as f64 / FRAMES as f64);
         let how = if coherent { "coherent" } else { "rebuilt " };
         let rate = 1e3 / ms;

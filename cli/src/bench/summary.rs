@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Median and 99th percentile, milliseconds.
+/// Median and 99th percentile, in the unit of the numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Spread {
     pub(super) p50: f64,
@@ -78,7 +78,7 @@ pub(super) struct Run {
     pub(super) p99_ms: f64,
     /// The first frame, which is always whole.
     pub(super) first_ms: f64,
-    /// Processor time of a frame: the caller's plus the maximum of the workers.
+    /// Processor time of a frame, milliseconds: the caller's plus the maximum of the workers.
     pub(super) undisturbed_ms: Spread,
     pub(super) triangles_mean: f64,
     pub(super) tiles_remade_mean: f64,
@@ -99,6 +99,7 @@ pub(super) struct Run {
     pub(super) seconds: f64,
 }
 
+/// Times of the stages of a frame, milliseconds.
 #[derive(Serialize)]
 pub(super) struct Stages {
     /// From the view to the plan, on the master.
@@ -182,6 +183,7 @@ pub(super) struct Replay {
     pub(super) rows: Vec<Row>,
 }
 
+/// Costs of tiles, microseconds.
 #[derive(Serialize)]
 pub(super) struct TileCosts {
     pub(super) mean: f64,

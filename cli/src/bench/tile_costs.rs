@@ -1,4 +1,4 @@
-//! Times of tiles on this machine -> the cost model of `prepare::internals::Tile::weight`, by robust least squares (Huber).
+//! Times of tiles on this machine -> the cost model of `Tile::weight` in `prepare`, by robust least squares (Huber).
 //!
 //! Each tile is made alone on one thread, for six views around each model at half a pixel of 1920 × 1080. Its cost is
 //! the minimum of four times. The fit gives nanoseconds per tile, cell, boundary tessellant, and tessellant beyond 32

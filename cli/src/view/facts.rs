@@ -16,11 +16,7 @@ pub(super) fn facts(picked: &PickHit, scene: &Scene, prepared: &Prepared) -> Vec
     rows.push(("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)));
     rows.push(("instance", named(scene.instances.get(instance).map(|placed| &*placed.name), instance)));
     rows.push(("face", picked.face.index().to_string()));
-    let row = prepared.parts.get(part).and_then(|part| {
-        let row = part.face_rows.get(picked.face.index()).copied().flatten()?;
-        part.faces.get(row as usize)
-    });
-    if let Some(face) = row {
+    if let Some(face) = prepared.parts.get(part).and_then(|part| part.face(picked.face)) {
         rows.push(("surface", face.kind.name().to_owned()));
         if face.entity != 0 {
             rows.push(("entity", format!("#{}", face.entity)));

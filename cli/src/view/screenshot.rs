@@ -7,6 +7,7 @@ use super::paint::Canvas;
 use super::viewer::Viewer;
 use crate::Failure;
 use crate::input::Input;
+use crate::picture::require_png;
 use crate::tessellate::require_outputs;
 use std::path::Path;
 use trimtess::out::wgpu::{Image, Renderer};
@@ -21,9 +22,7 @@ pub(super) fn write(
     looks: Looks,
 ) -> Result<(), Failure> {
     let cannot = |error: String| Failure::Cannot(error);
-    if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        return Err(Failure::Usage(format!("{}: the output must be a .png file", output.display())));
-    }
+    require_png(output)?;
     require_outputs(output, None)?;
     let renderer = Renderer::new().map_err(|error| cannot(error.to_string()))?;
     let (device, queue) = (renderer.device(), renderer.queue());

@@ -66,12 +66,6 @@ impl Levels {
         (Arc::new(out), Self { parts, instances })
     }
 
-    /// Number of parts of the model. Rows from this one on are further LODs.
-    #[must_use]
-    pub fn parts(&self) -> usize {
-        self.parts.len()
-    }
-
     /// The model's part of an instance, whatever its current LOD. `None` if out of range.
     #[must_use]
     pub fn part_of(&self, instance: usize) -> Option<PartId> {
@@ -91,7 +85,7 @@ impl Levels {
         self.instances.remove(instance);
     }
 
-    /// Selects the LOD of each instance by its largest scale in the views. Off-screen instances keep their LOD.
+    /// Selects the LOD of each instance by its largest scale in the valid views. Off-screen instances keep their LOD.
     ///
     /// Where there are more bands than LODs, the coarser bands share an LOD, at the tolerance of the finest of them.
     /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance, for parts
@@ -100,7 +94,7 @@ impl Levels {
         if self.parts.iter().all(|part| part.rows.len() == 1) {
             return;
         }
-        let lenses: Vec<_> = views.iter().map(|view| (view, view.lens())).collect();
+        let lenses: Vec<_> = views.iter().filter_map(|view| Some((view, view.usable_lens()?))).collect();
         let mut wanted: Vec<Vec<i32>> = vec![Vec::new(); self.parts.len()];
         for ((part, band), instance) in self.instances.iter_mut().zip(&*instances) {
             let levels = &self.parts[part.index()];
@@ -108,7 +102,7 @@ impl Levels {
                 continue;
             }
             let seen = lenses.iter().filter_map(|&(view, lens)| {
-                let seen = view.sight(lens?, instance).look(&levels.place)?;
+                let seen = view.sight(lens, instance).look(&levels.place)?;
                 Some(seen.most / view.deviation_px)
             });
             let most = seen.fold(0.0, f64::max);

@@ -309,8 +309,8 @@ impl Planner {
     /// instances show the same place of a part, the strictest tolerance applies.
     ///
     /// All tiles in [`Plan::drawn`] keep the tolerance, up to [`Plan::shortfall`] and [`PlanChanges::deferred`].
-    /// Invalid views (see [`plan_for_view`](crate::frame::plan_for_view())) draw nothing; instances of unknown parts
-    /// are skipped.
+    /// Views that are invalid (see [`plan_for_view`](crate::frame::plan_for_view())), or allow no error at all, draw
+    /// nothing and do not count; instances of unknown parts are skipped.
     ///
     /// Cost: about 20 ns per tile, instance and view, and a few microseconds per tile and edge that changes. If nothing
     /// moved, one comparison of the arguments with the last ones.
@@ -360,9 +360,10 @@ impl Planner {
         &self.pages.last
     }
 
-    /// Sets the terms common to all views: the strictest angle and edge length.
+    /// Sets the terms common to all valid views: the strictest angle and edge length.
     fn agree_on(&mut self, views: &[View]) {
-        let strictest = |of: &dyn Fn(&View) -> Option<f64>| views.iter().filter_map(of).reduce(f64::min);
+        let valid = || views.iter().filter(|view| view.usable_lens().is_some());
+        let strictest = |of: &dyn Fn(&View) -> Option<f64>| valid().filter_map(of).reduce(f64::min);
         let terms = Terms {
             angle: strictest(&|view| Some(view.angle)).unwrap_or(f64::INFINITY),
             size: strictest(&|view| view.size_px.map(|size| size / view.deviation_px)),
@@ -379,8 +380,7 @@ impl Planner {
         let mut sights: Vec<Vec<InstanceSight>> = vec![Vec::new(); self.parts.len()];
         let mut unusable = false;
         for (v, view) in views.iter().enumerate() {
-            let usable = view.deviation_px > 0.0 && view.angle > 0.0 && view.size_px.is_none_or(|size| size > 0.0);
-            let Some(lens) = view.lens().filter(|_| usable) else {
+            let Some(lens) = view.usable_lens() else {
                 unusable = true;
                 continue;
             };

@@ -94,12 +94,12 @@ impl Criteria<'_> {
     /// still needed, and new ones.
     ///
     /// With [`SplitRule::Criterion`] they meet the density; with [`SplitRule::Rendering`], half of it and `least`.
-    /// Falls back to [`Density::spread`] if there would be more than [`LastLines::most`] times the lines that it places,
+    /// Falls back to `Density::spread` if there would be more than [`LastLines::most`] times the lines that it places,
     /// or more than `limit`. Returns whether `limit` allows the density. Cost: about three times the number of gaps.
     fn follow(&self, before: LastLines<'_, [f64]>, (a, b): (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
         let needed = self.density.fewest(a, b, limit + 1);
         if needed <= limit {
-            let split = self.split(&self.between(before.last, a, b), before.intensive, limit);
+            let split = self.split(&self.lines_inside(before.last, a, b), before.intensive, limit);
             let mut lines = self.joined(&split);
             if before.intensive == SplitRule::Rendering {
                 self.fill(&mut lines, needed);
@@ -113,7 +113,7 @@ impl Criteria<'_> {
     }
 
     /// The last lines from `a` to `b`, without those too close to an end that is new.
-    fn between(&self, last: &[f64], a: f64, b: f64) -> Vec<f64> {
+    fn lines_inside(&self, last: &[f64], a: f64, b: f64) -> Vec<f64> {
         let (from, to) = (last.partition_point(|&x| x <= a), last.partition_point(|&x| x < b));
         let mut inside = &last[from..to];
         let close = |end: f64, x: f64, beyond: f64| {

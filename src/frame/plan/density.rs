@@ -20,8 +20,9 @@ pub(crate) struct Criteria<'a> {
 
 /// Another way to place lines than [`Density::spread`]: with regard to lines that were there before.
 pub(crate) trait FollowLines {
-    /// Appends parameters after the first of `ends` and up to the second, strictly increasing and ending with it. `axis` is
-    /// 0 for u-lines and tessellants, 1 for v-lines. Returns whether `limit`, the most that are appended, allows the density.
+    /// Appends parameters after the first of `ends` and up to the second, strictly increasing and ending with it: at
+    /// most `limit`. `axis` is 0 for u-lines and tessellants, 1 for v-lines. Returns whether `limit` allows the
+    /// density.
     fn follow(&self, axis: usize, criteria: Criteria<'_>, ends: (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool;
 }
 

@@ -1,6 +1,6 @@
 //! The tolerance of each part -> a plan within limits.
 
-use super::budget::Budget;
+use super::budget::{Budget, cells};
 use super::lattice::{lattice, places};
 use super::limits::{PlanLimits, Shortfall};
 use super::output::{PartPlan, Plan};
@@ -96,8 +96,7 @@ fn plan_part(
         let face = &part.faces[part.face_of(tile)];
         asked.over(places(face, tile), &mut need);
         let (lattice, kept) = lattice(face, tile, &need, shortfall.density, budget.cells_per_tile, None);
-        let (nu, nv) = lattice.cells();
-        budget.spend(u64::from(nu) * u64::from(nv))?;
+        budget.spend(cells(&lattice))?;
         if !kept.cells {
             shortfall.tiles.push((id, TileId(k as u32)));
         }

@@ -13,8 +13,8 @@ use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use glam::{DVec2, DVec3, Vec2};
 
-/// Fills one tile's loops in space, after [`tessellate_tile`](crate::frame::internals::tessellate_tile) panicked. `why` is the
-/// reason to report.
+/// Fills one tile's loops in space, after [`tessellate_tile`](crate::frame::internals::tessellate_tile) panicked. `why`
+/// is the reason to report.
 ///
 /// Uses only the points of edges. Normals are averaged from the triangles, parameters are zero.
 #[must_use]

@@ -263,7 +263,7 @@ impl Cleanup<'_> {
         for _ in 0..edges.len() {
             let mut onward = edges.iter().filter(|e| e[0] == at);
             let (Some(edge), None) = (onward.next(), onward.next()) else { return false };
-            let point = self.position(at);
+            let point = self.tile.point(at);
             self.polygon.push_distinct(at, point);
             at = edge[1];
             if at == start {
@@ -275,7 +275,7 @@ impl Cleanup<'_> {
     }
 
     fn box_size(&self, triangle: [u32; 3]) -> f64 {
-        let [a, b, c] = triangle.map(|v| self.position(v));
+        let [a, b, c] = triangle.map(|v| self.tile.point(v));
         (a.max(b).max(c) - a.min(b).min(c)).max_element()
     }
 
@@ -423,7 +423,7 @@ impl Cleanup<'_> {
         sites.extend_from_slice(&on_boundary);
         sites.sort_unstable();
         sites.dedup();
-        let points: Vec<_> = sites.iter().map(|&v| self.position(v)).collect();
+        let points: Vec<_> = sites.iter().map(|&v| self.tile.point(v)).collect();
         let local = |v: u32| sites.binary_search(&v).map(|k| k as u32).ok();
         let mut segments = Vec::with_capacity(edges.len());
         for [a, b] in edges {
@@ -460,15 +460,6 @@ impl Cleanup<'_> {
     fn reload(&mut self, piece: u32) {
         let origin = self.rings.rings[piece as usize].origin;
         self.rings.reload(self.tile, self.trace, origin, self.polygon);
-    }
-
-    fn position(&self, vertex: u32) -> glam::DVec2 {
-        let count = self.tile.points.len() as u32;
-        if vertex < count {
-            return self.tile.points[vertex as usize];
-        }
-        let width = self.tile.cells.0 + 1;
-        glam::DVec2::new(f64::from((vertex - count) % width), f64::from((vertex - count) / width))
     }
 }
 

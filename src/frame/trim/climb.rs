@@ -101,8 +101,8 @@ impl Rungs {
 pub(crate) fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOutcome, Refusal> {
     let mut boundary = Fingerprint::default();
     out.triangles.iter().for_each(|&t| boundary.add_triangle(t));
-    for &[i, j] in &out.full_cells {
-        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| tile.corner_id(i, j));
+    for &cell in &out.full_cells {
+        let [a, b, c, d] = tile.cell_corners(cell);
         boundary.add_triangle([a, b, c]);
         boundary.add_triangle([a, c, d]);
     }

@@ -48,8 +48,8 @@ fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> EdgeSum {
     for &(t, times) in &out.layers {
         rest.add_triangle(t.map(|v| one.at(v)), -times);
     }
-    for &[i, j] in &out.full_cells {
-        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| input.corner_id(i, j));
+    for &cell in &out.full_cells {
+        let [a, b, c, d] = input.cell_corners(cell);
         [[a, b], [b, c], [c, d], [d, a]].into_iter().for_each(|edge| rest.add(edge, -1));
     }
     rest

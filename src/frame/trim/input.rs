@@ -110,11 +110,30 @@ impl TrimInput<'_> {
 
     /// The directed segments (from, to), loop after loop.
     pub(crate) fn segments(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
-        self.loops().flat_map(|l| l.clone().map(move |v| (v, if v + 1 == l.end { l.start } else { v + 1 })))
+        self.loop_starts.windows(2).flat_map(|ends| (ends[0]..ends[1]).map(move |v| (v, next_in(ends, v))))
     }
 
     /// The id of lattice corner (i, j).
     pub(crate) fn corner_id(&self, i: u32, j: u32) -> u32 {
         self.points.len() as u32 + j * (self.cells.0 + 1) + i
     }
+
+    /// The ids of the corners of cell (i, j), counter-clockwise from the lowest.
+    pub(crate) fn cell_corners(&self, [i, j]: [u32; 2]) -> [u32; 4] {
+        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.corner_id(i, j))
+    }
+
+    /// Position of a tessellant or a lattice corner, in cell units.
+    pub(crate) fn point(&self, v: u32) -> DVec2 {
+        let (count, width) = (self.points.len() as u32, self.cells.0 + 1);
+        if v < count {
+            return self.points[v as usize];
+        }
+        DVec2::new(f64::from((v - count) % width), f64::from((v - count) / width))
+    }
+}
+
+/// The tessellant after `v` in a loop that starts at `ends[0]` and ends before `ends[1]`.
+pub(crate) fn next_in(ends: &[u32], v: u32) -> u32 {
+    if v + 1 == ends[1] { ends[0] } else { v + 1 }
 }

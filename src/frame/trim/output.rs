@@ -106,14 +106,7 @@ impl TrimOutput {
 
     /// Position of a vertex, in cell units.
     pub(crate) fn point(&self, tile: &TrimInput<'_>, v: u32) -> DVec2 {
-        let (count, width) = (tile.points.len() as u32, tile.cells.0 + 1);
-        if v < count {
-            return tile.points[v as usize];
-        }
-        let (i, j) = ((v - count) % width, (v - count) / width);
-        if j <= tile.cells.1 {
-            return DVec2::new(f64::from(i), f64::from(j));
-        }
-        self.extra_points[(v - count - width * (tile.cells.1 + 1)) as usize]
+        let first_extra = tile.corner_id(tile.cells.0, tile.cells.1) + 1;
+        if v < first_extra { tile.point(v) } else { self.extra_points[(v - first_extra) as usize] }
     }
 }

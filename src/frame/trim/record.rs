@@ -50,10 +50,9 @@ pub struct TracedCrossing {
 }
 
 impl TrimScratch {
-    /// Records the last call of [`trim_tile`](super::climb::trim_tile). It must have been with this input, and the only call
-    /// with this work space.
+    /// Records the last call of [`trim_tile`](super::climb::trim_tile), which must have been with this input.
     pub(crate) fn record(&self, input: &TrimInput<'_>, stats: &TrimStats) -> TrimRecord {
-        let repeats = !self.distinct.original.is_empty();
+        let repeats = self.distinct.repeats;
         let traced = if repeats { self.distinct.tile(input) } else { *input };
         let original = |v: u32| if repeats { self.distinct.original[v as usize] } else { v };
         let mut out = TrimRecord { cell_of: vec![None; input.points.len()], ..TrimRecord::default() };
@@ -139,5 +138,30 @@ impl TrimScratch {
             group.dedup();
             out.merged_cells.push(group);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::climb::trim_tile;
+    use super::super::output::TrimOutput;
+    use super::*;
+
+    #[test]
+    fn a_record_does_not_depend_on_repeated_points_of_the_tile_before() {
+        let square = [(0.5, 0.5), (1.5, 0.5), (1.5, 1.5), (0.5, 1.5)].map(DVec2::from);
+        let repeated = [square[2], square[2], square[3], square[0], square[1]];
+        let input = |points| TrimInput { cells: (2, 2), points, loop_starts: &[0, 4], places: &[] };
+        let record = |scratch: &mut TrimScratch| {
+            let mut out = TrimOutput::default();
+            trim_tile(&input(&square), scratch, &mut out).expect("a tile");
+            scratch.record(&input(&square), &out.stats)
+        };
+        let fresh = record(&mut TrimScratch::default());
+        let mut used = TrimScratch::default();
+        let before = TrimInput { loop_starts: &[0, 5], ..input(&repeated) };
+        trim_tile(&before, &mut used, &mut TrimOutput::default()).expect("a tile");
+        let again = record(&mut used);
+        assert_eq!((again.crossings, again.cell_of), (fresh.crossings, fresh.cell_of));
     }
 }

@@ -101,7 +101,7 @@ fn add_cell(input: &TrimInput<'_>, [i, j]: [u32; 2], number: i32, out: &mut Trim
     }
     let more = if number > 0 { number - 1 } else { number };
     if more != 0 {
-        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| input.corner_id(i, j));
+        let [a, b, c, d] = input.cell_corners([i, j]);
         out.layers.extend([([a, b, c], more), ([a, c, d], more)]);
     }
 }

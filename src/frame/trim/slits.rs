@@ -8,6 +8,7 @@
 
 use super::input::{NONE, TrimInput};
 use super::triangulate::{EAR_LIMIT, EarPolygon};
+use crate::math::polygon::double_area;
 use crate::math::predicates::{Side, side_of};
 use glam::DVec2;
 use std::ops::Range;
@@ -134,10 +135,4 @@ fn splice(tile: &TrimInput<'_>, polygon: &mut EarPolygon, at: usize, hole: Range
     polygon.ids[at + 1..].rotate_right(added);
     polygon.points[at + 1..].rotate_right(added);
     at + 1..at + 1 + hole.len()
-}
-
-/// Twice the signed area.
-fn double_area(points: &[DVec2]) -> f64 {
-    let Some(&origin) = points.first() else { return 0.0 };
-    points.windows(2).map(|w| (w[0] - origin).perp_dot(w[1] - origin)).sum()
 }

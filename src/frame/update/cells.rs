@@ -7,7 +7,7 @@
 use super::memory::keep;
 use crate::frame::trim::bits::Bits;
 use crate::frame::trim::climb::{Rungs, TrimScratch, certified};
-use crate::frame::trim::input::{CORNER_CLEARANCE, NONE, TrimInput};
+use crate::frame::trim::input::{CORNER_CLEARANCE, NONE, TrimInput, next_in};
 use crate::frame::trim::output::{TrimOutcome, TrimOutput, TrimStats};
 use crate::frame::trim::rings::RingOrigin;
 use crate::frame::trim::trace::{Crossed, Crossing, Trace};
@@ -98,10 +98,6 @@ pub(crate) struct AgainScratch {
 }
 
 /// The tessellant after `v` in its loop.
-fn next_in(ends: &[u32], v: u32) -> u32 {
-    if v + 1 == ends[1] { ends[0] } else { v + 1 }
-}
-
 impl AgainScratch {
     /// Finds the segments that stay: both ends stay, adjacent and away from lattice lines, and all strips between them.
     fn find_segments(&mut self, cells: &CellCache, moved: &CellMapping<'_>, trace: &Trace) {

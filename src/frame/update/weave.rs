@@ -8,7 +8,7 @@
 
 use crate::frame::trim::chain::Fingerprint;
 use crate::frame::trim::climb::{TrimScratch, trim_tile};
-use crate::frame::trim::input::{NONE, TrimInput};
+use crate::frame::trim::input::{NONE, TrimInput, next_in};
 use crate::frame::trim::output::{TrimOutcome, TrimOutput};
 use crate::frame::trim::triangulate::in_circle;
 use crate::math::buckets::Buckets;
@@ -95,11 +95,6 @@ enum Link {
     Boundary,
 }
 
-/// The tessellant after `v` in its loop.
-fn next_in(starts: &[u32], l: usize, v: u32) -> u32 {
-    if v + 1 == starts[l + 1] { starts[l] } else { v + 1 }
-}
-
 impl Weave {
     /// Finds the adjacency of triangles. `None` unless each segment of the loops is a side of one triangle, and all
     /// other sides match in pairs.
@@ -134,7 +129,7 @@ impl Weave {
                     Some(&other) => beside[k] = other,
                     None => {
                         let l = loop_starts.partition_point(|&start| start <= a) - 1;
-                        if next_in(loop_starts, l, a) != b {
+                        if next_in(&loop_starts[l..], a) != b {
                             return None;
                         }
                         weave.first[a as usize] = t;
@@ -207,7 +202,7 @@ impl Weave {
         s.added.clear();
         let mut v = new;
         for _ in 0..between {
-            v = next_in(l_new, 0, v);
+            v = next_in(l_new, v);
             s.added.push(changed.tile.points[v as usize]);
         }
         s.stack.clear();
@@ -226,7 +221,7 @@ impl Weave {
                     s.see(run, t);
                 }
             }
-            v = next_in(changed.old_starts, l, v);
+            v = next_in(&changed.old_starts[l..], v);
             if s.to[v as usize] != NONE {
                 break;
             }
@@ -323,7 +318,7 @@ impl Weave {
                 let l = changed.old_starts.partition_point(|&start| start <= a) - 1;
                 loop {
                     s.add(changed, v, TriangleSide { triangle: NONE, corner: 0 });
-                    v = next_in(changed.tile.loop_starts, l, v);
+                    v = next_in(&changed.tile.loop_starts[l..], v);
                     if changed.from[v as usize] != NONE {
                         break;
                     }
@@ -458,9 +453,9 @@ impl WeaveScratch {
             };
             let (mut at, mut passed) = (start, 0);
             loop {
-                let (mut v, mut between) = (next_in(tile.loop_starts, l, at), 0);
+                let (mut v, mut between) = (next_in(&tile.loop_starts[l..], at), 0);
                 while from[v as usize] == NONE {
-                    (v, between) = (next_in(tile.loop_starts, l, v), between + 1);
+                    (v, between) = (next_in(&tile.loop_starts[l..], v), between + 1);
                 }
                 let (a, b) = (from[at as usize], from[v as usize]);
                 // If only one stays, the run goes once around.
@@ -510,7 +505,7 @@ fn meets_others(changed: &LoopMapping<'_>, run: &BoundaryRun) -> bool {
     let l = tile.loop_starts.partition_point(|&start| start <= run.new) - 1;
     let mut path = vec![run.new];
     for _ in 0..=run.between {
-        path.push(next_in(tile.loop_starts, l, path[path.len() - 1]));
+        path.push(next_in(&tile.loop_starts[l..], path[path.len() - 1]));
     }
     let at = |v: u32| tile.points[v as usize];
     let (low, high) = path.iter().map(|&v| at(v)).fold((at(run.new), at(run.new)), |(l, h), p| (l.min(p), h.max(p)));

@@ -166,6 +166,12 @@ impl View {
         self.eye.is_finite().then_some(([right, right.cross(forward), forward], lens))
     }
 
+    /// As [`Self::lens`]; `None` too if a limit of the screen-space error is not above 0.
+    pub(crate) fn usable_lens(&self) -> Option<([DVec3; 3], SightLens)> {
+        let usable = self.deviation_px > 0.0 && self.angle > 0.0 && self.size_px.is_none_or(|size| size > 0.0);
+        self.lens().filter(|_| usable)
+    }
+
     /// This camera in the coordinates of an instance.
     pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartCamera {
         let back = instance.transform.inverse();

@@ -33,13 +33,12 @@ impl Tolerance {
 
     /// Raises values that a part of this radius cannot meet to the least that it can.
     pub(crate) fn usable(&self, radius: f64) -> Self {
-        // NaN becomes `least`.
-        let at_least = |x: f64, least: f64| if x >= least { x } else { least };
         let share = |share: f64| (share * radius).max(f64::MIN_POSITIVE);
+        // `max` makes NaN the least value.
         Self {
-            chord: at_least(self.chord, share(LEAST_CHORD)),
-            angle: at_least(self.angle, LEAST_ANGLE),
-            max_edge: self.max_edge.map(|length| at_least(length, share(LEAST_EDGE))),
+            chord: self.chord.max(share(LEAST_CHORD)),
+            angle: self.angle.max(LEAST_ANGLE),
+            max_edge: self.max_edge.map(|length| length.max(share(LEAST_EDGE))),
         }
     }
 }

@@ -7,7 +7,7 @@ use super::table::{Read, Trouble};
 use super::tessellated::Loss;
 use super::{csg, sweep, tessellated};
 use crate::model::{
-    Coedge, DiagnosticKind, EdgeId, Face, Loop, Part, Shell, ShellKind, StepCause, StepOutcome, StepTrouble, VertexId,
+    Coedge, DiagnosticKind, EdgeId, Face, Loop, Part, ShellKind, StepCause, StepOutcome, StepTrouble, VertexId,
 };
 
 impl Reader<'_> {
@@ -67,7 +67,7 @@ pub(super) fn append(into: &mut Part, from: Part) {
         (edge.start, edge.end) = (vertex(edge.start), vertex(edge.end));
         edge
     }));
-    into.shells.extend(from.shells.into_iter().map(|shell| Shell { ..shell }));
+    into.shells.extend(from.shells);
     let renumbered = |bound: Loop| match bound {
         Loop::Vertex(id) => Loop::Vertex(vertex(id)),
         Loop::Edges(uses) => Loop::Edges(

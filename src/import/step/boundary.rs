@@ -21,7 +21,7 @@ impl Geometry<'_> {
                 let ends = whole.then(|| self.pcurve_ends(pcurve.clone().ok()??).ok()).flatten();
                 if let Some((start, end)) = ends.filter(|(start, end)| start.distance(*end) > self.units.tolerance) {
                     let ends = Ends { start, end, whole: Whole::Never };
-                    if let Some(arc) = self.between(parent, ends, true)? {
+                    if let Some(arc) = self.between_ends(parent, ends, true)? {
                         return Ok((ends, arc));
                     }
                 }
@@ -36,7 +36,7 @@ impl Geometry<'_> {
         let pcurve = pcurve?.ok_or(trouble)?;
         let (start, end) = self.pcurve_ends(pcurve)?;
         let ends = Ends { start, end, whole: self.whole_between(start, end) };
-        let between = self.between(parent, ends, true)?;
+        let between = self.between_ends(parent, ends, true)?;
         let curve = between.ok_or_else(|| Trouble::new(id, missing("a boundary segment", "length")))?;
         Ok((ends, curve))
     }

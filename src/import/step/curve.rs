@@ -106,11 +106,11 @@ pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSEC
 impl Geometry<'_> {
     /// The part of curve `id` between two vertices, along or against the curve's sense. `None` for an edge without
     /// length.
-    pub(super) fn between(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<BoundedCurve>> {
+    pub(super) fn between_ends(&self, id: u64, ends: Ends, same_sense: bool) -> Read<Option<BoundedCurve>> {
         self.along(self.carrier(id, 0)?, ends, same_sense, id)
     }
 
-    /// Like [`between`](Self::between), for a curve already read: its carrier, and whether it has the carrier's
+    /// Like [`between_ends`](Self::between_ends), for a curve already read: its carrier, and whether it has its
     /// direction.
     pub(super) fn along(
         &self,

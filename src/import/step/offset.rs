@@ -95,7 +95,7 @@ pub(super) fn fitted(
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
 ) -> Result<(NurbsCurve3, f64), FitTrouble> {
-    let mut spans = FitSpan::between(spans);
+    let mut spans = FitSpan::of_breaks(spans);
     loop {
         let breaks = breaks_at(&spans);
         let ts = thirds(&breaks);
@@ -125,8 +125,8 @@ fn approximate(
 ) -> Result<(Surface, Option<StepOutcome>), FitTrouble> {
     let at = |u: f64, v: f64| beside(base, u, v, distance);
     let (domain_u, domain_v) = net.domain();
-    let mut spans_u = FitSpan::between(&breaks_of(&net.knots_u, domain_u));
-    let mut spans_v = FitSpan::between(&breaks_of(&net.knots_v, domain_v));
+    let mut spans_u = FitSpan::of_breaks(&breaks_of(&net.knots_u, domain_u));
+    let mut spans_v = FitSpan::of_breaks(&breaks_of(&net.knots_v, domain_v));
     loop {
         let (breaks_u, breaks_v) = (breaks_at(&spans_u), breaks_at(&spans_v));
         if 9 * breaks_u.len() * breaks_v.len() > MAX_POINTS {
@@ -154,7 +154,7 @@ struct FitSpan {
 }
 
 impl FitSpan {
-    fn between(breaks: &[f64]) -> Vec<Self> {
+    fn of_breaks(breaks: &[f64]) -> Vec<Self> {
         let span = |ends: &[f64]| {
             let least = (ends[1] - ends[0]) / MAX_PIECES as f64;
             Self { from: ends[0], to: ends[1], least }

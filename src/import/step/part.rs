@@ -14,6 +14,7 @@ use super::reader::Reader;
 use super::spline;
 use super::table::{Map, Read, Set, Trouble, missing};
 use super::units::Units;
+use crate::math::boxes::around;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, StepCause,
     StepOutcome, StepTrouble, Surface, VertexId,
@@ -203,7 +204,7 @@ impl Reader<'_> {
         }
         let ([end, start], [b, a]) = (draft.points, draft.ends);
         let at = Ends { start, end, whole: Whole::Never };
-        let curve = geometry.between(curve, at, same).ok()?;
+        let curve = geometry.between_ends(curve, at, same).ok()?;
         EdgeDraft::new(id, [a, b], at, curve, draft.units).ok()
     }
 }
@@ -248,7 +249,7 @@ impl Assembly {
         let tolerance = uses.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
         let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
         let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
-        let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
+        let [low, high] = around(points);
         Self {
             part: Part { name, shells, colour, tolerance, ..Part::default() },
             size: (high - low).max(DVec3::ZERO).length(),

@@ -1,6 +1,7 @@
 //! B-spline curves -> pieces, joined curves, curves of higher degree, nearest points. Knots are inserted by Boehm's
 //! rule; degrees are raised per Bézier piece.
 
+use crate::math::boxes::around;
 use crate::model::NurbsCurve3;
 use glam::{DVec3, DVec4, Vec4Swizzles};
 
@@ -241,7 +242,7 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
 
 /// The squared distance of `p` from the box of `points`.
 fn box_distance_squared(points: &[DVec3], p: DVec3) -> f64 {
-    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), q| (a.min(*q), b.max(*q)));
+    let [low, high] = around(points.iter().copied());
     p.distance_squared(p.clamp(low, high))
 }
 

@@ -81,7 +81,7 @@ impl Geometry<'_> {
 /// The part of a surface over `u` × `v`, clamped to its domain.
 fn piece(net: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface {
     let along_v = cut_rows(net, v);
-    transposed(&cut_rows(&transposed(&along_v), u))
+    cut_rows(&along_v.transposed(), u).transposed()
 }
 
 /// Cuts every row of the net along v.
@@ -102,17 +102,4 @@ fn cut_rows(net: &NurbsSurface, v: (f64, f64)) -> NurbsSurface {
         knots_v = cut.knots;
     }
     NurbsSurface { knots_v, points, weights, knots_u: net.knots_u.clone(), ..*net }
-}
-
-fn transposed(net: &NurbsSurface) -> NurbsSurface {
-    let (nu, nv) = (net.count_u(), net.count_v());
-    let order = (0..nv).flat_map(|j| (0..nu).map(move |i| i * nv + j));
-    NurbsSurface {
-        degree_u: net.degree_v,
-        degree_v: net.degree_u,
-        knots_u: net.knots_v.clone(),
-        knots_v: net.knots_u.clone(),
-        points: order.clone().map(|k| net.points[k]).collect(),
-        weights: if net.weights.is_empty() { Vec::new() } else { order.map(|k| net.weights[k]).collect() },
-    }
 }

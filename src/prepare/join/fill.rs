@@ -3,6 +3,7 @@
 //! The neighbours use the same loops, so the mesh stays closed. The projected loops decide where triangles lie. They
 //! need not be simple, disjoint, or on a surface.
 
+use crate::math::boxes::around;
 use crate::model::{Coedge, CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
 use crate::prepare::regions::boundary::of_boundary;
 use crate::prepare::surface::arc_bounds;
@@ -37,10 +38,7 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<FilledF
     let polygons: Vec<Vec<DVec3>> = outlines.iter().map(|l| l.iter().flat_map(Outline::polyline).collect()).collect();
     let (frame, area) = plane(&polygons)?;
     let points = || polygons.iter().flatten().map(|&p| frame.local(p));
-    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    for p in points() {
-        (low, high) = (low.min(p.truncate()), high.max(p.truncate()));
-    }
+    let [low, high] = around(points().map(|p| p.truncate()));
     let gap = points().map(|p| p.z.abs()).fold(0.0, f64::max);
     // Curved edges stay within the margin between samples, and a line or a point gets a box.
     let coordinates = polygons.iter().flatten().fold(0.0_f64, |most, p| most.max(p.abs().max_element()));

@@ -5,7 +5,7 @@ use super::closing::Closure;
 use super::limits::PrepareBudget;
 use super::orient::{self, orient, wrong_volume};
 use super::prepared::PreparedPart;
-use super::topology::{self, ClosingOutcome};
+use super::topology::{self, ClosingOutcome, Unclosed};
 use super::{chains, fill, shells};
 use crate::model::{
     BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
@@ -67,7 +67,7 @@ pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, bud
     let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
     let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
     if let Err(reason) = &assembled {
-        // Assembling panicked. Drop the regions of all faces and fill their loops.
+        // Assembling panicked where faces share edges. Drop the regions of all faces and fill their loops.
         let mut faces = maker.fill_all(&has_draft, reason);
         directed = maker.direct(&mut faces);
         assembled = maker.assemble(faces.drafts, &directed.reversed);
@@ -380,7 +380,7 @@ impl PartPreparation<'_> {
     /// Assembles the drafts. Returns the part, and the faces whose loops could not be closed.
     ///
     /// # Errors
-    /// The message of a panic.
+    /// The message of a panic outside of the work on single faces: on edges, which faces share.
     fn assemble(
         &mut self,
         drafts: Vec<Option<FaceDraft>>,
@@ -394,7 +394,8 @@ impl PartPreparation<'_> {
         };
         let assemble = || topology::assemble(&self.part, self.finely_cut, drafts, reversed, refill, &mut told);
         let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic).to_owned())?;
-        let lost = told.iter().filter(|(_, closed)| *closed == ClosingOutcome::Lost).map(|(k, _)| *k).collect();
+        let lost =
+            told.iter().filter(|(_, closed)| matches!(closed, ClosingOutcome::Lost(_))).map(|(k, _)| *k).collect();
         self.tell_closed(told);
         Ok((prepared, lost))
     }
@@ -419,8 +420,13 @@ impl PartPreparation<'_> {
                 ClosingOutcome::Closure(Closure { joints, longest, place, .. }) => {
                     (Severity::Note, place, FaceTrouble::EndsJoined { joints, longest_mm: longest })
                 }
-                ClosingOutcome::Filled => (Severity::Warning, None, FaceTrouble::TilesFilled),
-                ClosingOutcome::Lost => (Severity::Error, None, FaceTrouble::TilesLost),
+                ClosingOutcome::Filled(Unclosed::Loops) => (Severity::Warning, None, FaceTrouble::TilesFilled),
+                ClosingOutcome::Lost(Unclosed::Loops) => (Severity::Error, None, FaceTrouble::TilesLost),
+                ClosingOutcome::Filled(Unclosed::Panic(cause)) => {
+                    let area_mm2 = self.filled(k, None).map_or(0.0, |filled| filled.area);
+                    (Severity::Warning, None, FaceTrouble::Filled { cause, area_mm2 })
+                }
+                ClosingOutcome::Lost(Unclosed::Panic(cause)) => (Severity::Error, None, FaceTrouble::Unusable(cause)),
             };
             self.tell(k, severity, Finding::new(place, what));
         }
@@ -479,5 +485,37 @@ impl PartPreparation<'_> {
             let kind = BorderTrouble::Joined { pairs: borders.pairs, width_mm: borders.width };
             self.diagnostics.push(Diagnostic { part: Some(self.id), ..Diagnostic::new(Severity::Note, kind) });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::limits::PrepareLimits;
+    use super::*;
+    use crate::model::shapes;
+    use crate::prepare::tiles::draft::DraftAlong;
+
+    #[test]
+    fn a_panic_while_a_face_is_assembled_costs_no_other_face() {
+        let part = shapes::by_name("box").expect("a shape").parts.remove(0);
+        let mut maker = PartPreparation {
+            id: PartId(0),
+            free: part.faces.iter().map(|_| None).collect(),
+            size: 1.0,
+            gap_edges: part.edges.len()..part.edges.len(),
+            finely_cut: part.edges.len(),
+            part: Cow::Borrowed(&part),
+            diagnostics: Vec::new(),
+        };
+        let mut faces = maker.fill(maker.draft(&PrepareBudget::new(PrepareLimits::DEFAULT)));
+        let directed = maker.direct(&mut faces);
+        let broken = faces.drafts[2].as_mut().expect("a draft");
+        broken.tiles[0].loops[0][0].along = DraftAlong::Border(1000);
+        let (prepared, lost) = maker.assemble(faces.drafts, &directed.reversed).expect("no panic");
+        let filled: Vec<bool> = prepared.faces.iter().map(|face| face.filled).collect();
+        assert_eq!((filled, lost), (vec![false, false, true, false, false, false], Vec::new()));
+        assert_eq!(prepared.open_edges().count, 0);
+        let told: Vec<_> = maker.diagnostics.iter().map(|d| (d.severity, d.face, d.kind.code())).collect();
+        assert_eq!(told, [(Severity::Warning, Some(FaceId(2)), "face-internal-error")]);
     }
 }

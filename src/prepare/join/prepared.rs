@@ -135,7 +135,7 @@ pub struct PreparedPart {
     pub tiles: Vec<Tile>,
     /// First the edges of faces: B-rep edges in the model's order, edges made for faces that have none (untrimmed, or
     /// with free trims), edges that close gaps in loops, and pieces of edges that coincide in part. Then the borders of
-    /// tiles. An edge that was replaced by another has no uses.
+    /// tiles, and straight edges that join the loops of tiles. An edge that was replaced by another has no uses.
     pub edges: Vec<PreparedEdge>,
     /// Number of `edges` that come before the borders of tiles.
     pub brep_edges: usize,
@@ -190,14 +190,14 @@ pub struct OpenEdges {
 impl PreparedPart {
     /// Measures the edges where faces end: the outline of a sheet, or gaps in a solid.
     ///
-    /// An edge counts if tiles use it, or a stretch of it, an odd number of times. Borders of tiles do not count. Cost:
-    /// one pass over all edges.
+    /// An edge counts if tiles use it, or a stretch of it, an odd number of times. Borders between tiles cancel; those
+    /// along which a face ends because its surface does count. Cost: one pass over all edges.
     #[must_use]
     pub fn open_edges(&self) -> OpenEdges {
         /// Chords per Bézier piece for measuring length.
         const CHORDS: usize = 16;
         let mut open = OpenEdges::default();
-        for edge in &self.edges[..self.brep_edges] {
+        for edge in &self.edges {
             let EdgeShape::Curve(curve) = &edge.shape else { continue };
             let mut odd = vec![false; edge.breaks.len().saturating_sub(1)];
             for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
@@ -218,6 +218,13 @@ impl PreparedPart {
             }
         }
         open
+    }
+
+    /// The prepared face; `None` if prepare could not use it, or if there is none with that number.
+    #[must_use]
+    pub fn face(&self, face: FaceId) -> Option<&PreparedFace> {
+        let row = (*self.face_rows.get(face.index())?)?;
+        self.faces.get(row as usize)
     }
 
     /// Row of a tile's face in [`faces`](Self::faces).

@@ -5,7 +5,8 @@ use super::images::EdgeImages;
 use super::prepared::TileUse;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use super::sample_images;
-use crate::model::{CurveKind, Edge, FaceId, FreeTrims, Loop, Part, RowId, SurfaceKind, TileId};
+use crate::model::{CurveKind, Edge, FaceError, FaceId, FreeTrims, Loop, Part, RowId, SurfaceKind, TileId};
+use crate::prepare::report::guard::guarded;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
@@ -14,21 +15,30 @@ use crate::prepare::wires::chain::Chain;
 use glam::DVec3;
 
 /// How the loops of a face were closed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ClosingOutcome {
     /// By adding joints or loops.
     Closure(Closure),
-    /// By filling the stated loops in space.
-    Filled,
-    /// Not at all: the face is lost.
-    Lost,
+    /// By filling the stated loops in space, for this reason.
+    Filled(Unclosed),
+    /// Not at all, for this reason: the face is lost.
+    Lost(Unclosed),
+}
+
+/// Why the loops of a face's tiles could not be closed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Unclosed {
+    /// There is no tile, or a point is not finite.
+    Loops,
+    /// A panic, with its message.
+    Panic(FaceError),
 }
 
 /// Assembles the drafts of a part's faces, `None` for faces that could not be used.
 ///
 /// `finely_cut`: index of the first edge whose curve is cut much finer than it bends. `reversed`: which faces are
-/// flipped. `refill`: makes another draft, of the given chain, for a face whose loops cannot be closed. Faces whose
-/// loops had to be closed are appended to `told`.
+/// flipped. `refill`: makes another draft, of the given chain, for a face whose loops cannot be closed, or that panics.
+/// Faces whose loops had to be closed are appended to `told`.
 pub(crate) fn assemble(
     part: &Part,
     finely_cut: usize,
@@ -65,16 +75,18 @@ pub(crate) fn assemble(
         let first = (out.tiles.len(), edges.len());
         let mut closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
         let refilled = closed.is_err();
-        if refilled {
+        if let Err(why) = &closed {
+            // What the face added so far is all that it changed: borders and tiles.
             out.tiles.truncate(first.0);
             edges.truncate(first.1);
+            let why = why.clone();
             if let Some(filled) = refill(k, &draft.chain) {
                 draft = filled;
                 use_edges(part, &draft, &mut edges);
                 closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
-                told.push((k, if closed.is_ok() { ClosingOutcome::Filled } else { ClosingOutcome::Lost }));
+                told.push((k, if closed.is_ok() { ClosingOutcome::Filled(why) } else { ClosingOutcome::Lost(why) }));
             } else {
-                told.push((k, ClosingOutcome::Lost));
+                told.push((k, ClosingOutcome::Lost(why)));
             }
         }
         let Ok(added) = closed else {
@@ -127,8 +139,19 @@ fn use_edges(part: &Part, draft: &FaceDraft, edges: &mut [PreparedEdge]) {
 /// Numbers the borders and breaks of face `k`, appends its tiles and closes their loops. Returns what was added.
 ///
 /// # Errors
-/// As [`close`].
+/// As [`close`], or with the message of a panic, so that a bug in this crate costs no other face.
 fn add_tiles(
+    k: usize,
+    draft: &mut FaceDraft,
+    edges: &mut Vec<PreparedEdge>,
+    tiles: &mut Vec<Tile>,
+    (brep_edges, spans): (usize, &mut Vec<BreakSpan>),
+) -> Result<Option<Closure>, Unclosed> {
+    let added = guarded(|| Ok(number_tiles(k, draft, edges, tiles, (brep_edges, spans))));
+    added.map_err(Unclosed::Panic)?.map_err(|()| Unclosed::Loops)
+}
+
+fn number_tiles(
     k: usize,
     draft: &mut FaceDraft,
     edges: &mut Vec<PreparedEdge>,

@@ -4,20 +4,18 @@
 //! loops without crossings, with the same winding numbers. A figure eight becomes its two lobes, in opposite
 //! directions. A star becomes its outline and its core, in the same direction.
 
+use crate::math::polygon::double_area;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
-use crate::prepare::uv::uv_curve::{SAME_SHARE, UvSample};
-use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, area2, winding_about};
-use glam::{DMat2, DVec2};
+use crate::prepare::uv::uv_curve::{SAME_SHARE, UvSample, newton_meeting};
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, winding_about};
+use glam::DVec2;
 
 /// A loop with more segments stays as it is: every pair of segments whose boxes overlap is tested.
 const MAX_SEGMENTS: usize = 20_000;
 
 /// A loop with more crossings is a scribble without meaningful lobes.
 const MAX_CROSSINGS: usize = 64;
-
-/// Maximum Newton steps from a crossing of chords to that of the pcurves.
-const STEPS: usize = 12;
 
 /// The lobes that were reversed.
 pub(crate) struct TurnedLobes {
@@ -67,7 +65,7 @@ pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[boo
             (0..polygons.len()).filter(around).count() % 2 == 0
         };
         // Lobes of equal size cancel, which leaves an area without a meaningful sign.
-        let area = area2(&polygons[k]);
+        let area = double_area(&polygons[k]);
         let positive = if area.abs() > near * near { area > 0.0 } else { outside() };
         match lobes(&l, positive, near, projector, &mut done) {
             Some(parts) => loops.extend(parts),
@@ -105,7 +103,7 @@ fn lobes(
             used[k] = true;
             let (from, to) = (&passes[k], &passes[(k + 1) % count]);
             let ends = [crossings[from.1].uv, crossings[to.1].uv];
-            between(l, from.0, to.0, k + 1 == count, ends, &mut pieces);
+            append_stretch(l, from.0, to.0, k + 1 == count, ends, &mut pieces);
             k = partner((k + 1) % count);
         }
         if !pieces.is_empty() {
@@ -113,7 +111,7 @@ fn lobes(
         }
     }
     let polygons: Vec<Vec<DVec2>> = parts.iter().map(UvLoop::polyline).collect();
-    let areas: Vec<f64> = polygons.iter().map(|p| area2(p)).collect();
+    let areas: Vec<f64> = polygons.iter().map(|p| double_area(p)).collect();
     let alike = |k: usize| areas[k] == 0.0 || (areas[k] > 0.0) == positive;
     let within = |k: usize| {
         let probe = 0.5 * (polygons[k][0] + polygons[k][1 % polygons[k].len()]);
@@ -153,7 +151,7 @@ fn crossings(l: &UvLoop, near: f64) -> Option<Vec<LobeCrossing>> {
             let (from, to) = (&p.samples[a], &p.samples[b]);
             points.push((At { piece, t: from.t }, from.uv));
             let middle = 0.5 * (from.t + to.t);
-            points.push((At { piece, t: middle }, sample(p, middle).uv));
+            points.push((At { piece, t: middle }, UvSample::on(&p.samples, middle).uv));
         }
     }
     let count = points.len();
@@ -208,32 +206,16 @@ fn settle(
         let last = &piece(k).samples[if piece(k).reversed { 0 } else { piece(k).samples.len() - 1 }];
         [here.t, if next.piece == here.piece && segments[k] + 1 < points.len() { next.t } else { last.t }]
     });
-    let mut t = [0, 1].map(|k| limits[k][0] + (limits[k][1] - limits[k][0]) * shares[k]);
-    for _ in 0..STEPS {
-        let [x, y] = [0, 1].map(|k| sample(piece(k), t[k]));
-        let miss = y.uv - x.uv;
-        let step = DMat2::from_cols(x.d, -y.d).inverse() * miss;
-        if !step.is_finite() || miss.length() <= 1e-3 * near {
-            break;
-        }
-        t = [0, 1].map(|k| {
-            let [a, b] = limits[k];
-            (t[k] + step[k]).clamp(a.min(b), a.max(b))
-        });
-    }
-    let [x, y] = [0, 1].map(|k| sample(piece(k), t[k]).uv);
+    let start = [0, 1].map(|k| limits[k][0] + (limits[k][1] - limits[k][0]) * shares[k]);
+    let sample = |k: usize, t: f64| UvSample::on(&piece(k).samples, t);
+    let t = newton_meeting(sample, DVec2::ONE, limits.map(|[a, b]| [a.min(b), a.max(b)]), start, near);
+    let [x, y] = [0, 1].map(|k| sample(k, t[k]).uv);
     let at = [0, 1].map(|k| At { piece: points[segments[k]].0.piece, t: t[k] });
     (x.distance(y) <= 10.0 * near).then_some(LobeCrossing { at, uv: x })
 }
 
-/// A piece's point and slope.
-fn sample(p: &Piece, t: f64) -> UvSample {
-    let k = p.samples.partition_point(|s| s.t <= t).clamp(1, p.samples.len() - 1);
-    UvSample::at(&p.samples[k - 1], &p.samples[k], t)
-}
-
 /// Appends the pieces of a loop between two points, past its start if it `wraps`. The outermost points become `ends`.
-fn between(l: &UvLoop, from: At, to: At, wraps: bool, ends: [DVec2; 2], out: &mut Vec<Piece>) {
+fn append_stretch(l: &UvLoop, from: At, to: At, wraps: bool, ends: [DVec2; 2], out: &mut Vec<Piece>) {
     let mut index = from.piece;
     let mut to_wrap = wraps;
     let mut start = Some(from.t);
@@ -246,7 +228,7 @@ fn between(l: &UvLoop, from: At, to: At, wraps: bool, ends: [DVec2; 2], out: &mu
         if a != b {
             let mut samples: Vec<UvSample> =
                 p.samples.iter().copied().filter(|s| s.t > a.min(b) && s.t < a.max(b)).collect();
-            let [mut x, mut y] = [a, b].map(|t| sample(p, t));
+            let [mut x, mut y] = [a, b].map(|t| UvSample::on(&p.samples, t));
             if start.is_some() {
                 x.uv = ends[0];
             }

@@ -187,16 +187,11 @@ pub(crate) fn mend(l: &mut UvLoop, mends: &[Mend], most: f64, projector: &Projec
 fn farthest(old: &[UvSample], new: &[UvSample], projector: &Projector<'_>) -> f64 {
     let places = new.windows(2).flat_map(|w| [0.25, 0.5, 0.75].map(|share| w[0].t + (w[1].t - w[0].t) * share));
     let off = |t: f64| {
-        let (a, b) = (at(old, t), at(new, t));
+        let (a, b) = (UvSample::on(old, t), UvSample::on(new, t));
         let (along, step) = (a.d.normalize_or_zero(), b.uv - a.uv);
         projector.length(a.uv, step - along * step.dot(along))
     };
     places.map(off).fold(0.0, f64::max)
-}
-
-fn at(samples: &[UvSample], t: f64) -> UvSample {
-    let k = samples.partition_point(|s| s.t <= t).clamp(1, samples.len() - 1);
-    UvSample::at(&samples[k - 1], &samples[k], t)
 }
 
 fn at_end(samples: &[UvSample], end: End) -> UvSample {
@@ -209,20 +204,20 @@ fn straight(samples: &[UvSample], from: f64, to: f64) -> Option<Vec<UvSample>> {
         return None;
     }
     let (low, high) = (samples[0].t, samples[samples.len() - 1].t);
-    let [a, b] = [from, to].map(|t| at(samples, t).uv);
+    let [a, b] = [from, to].map(|t| UvSample::on(samples, t).uv);
     let d = (b - a) / (to - from);
     let beside = 0.5 * (to - from);
     let mut out = Vec::with_capacity(samples.len() + 4);
     if from > low {
         let before = (from - beside).max(low);
         out.extend(samples.iter().copied().filter(|s| s.t < before));
-        out.push(at(samples, before));
+        out.push(UvSample::on(samples, before));
     }
     out.push(UvSample { t: from, uv: a, d });
     out.push(UvSample { t: to, uv: b, d });
     if to < high {
         let after = (to + beside).min(high);
-        out.push(at(samples, after));
+        out.push(UvSample::on(samples, after));
         out.extend(samples.iter().copied().filter(|s| s.t > after));
     }
     Some(out)
@@ -247,20 +242,25 @@ fn beside(
     let (start, back) = (at_end(other, along).t, at_end(other, End { first: !along.first, ..along }).t);
     let beyond = (1..=64).map(|k| 0.5_f64.powf(0.5 * f64::from(64 - k)));
     let other_at = |radius: f64| {
-        let share = beyond.clone().find(|share| far(at(other, start + (back - start) * share).uv) >= radius)?;
+        let share =
+            beyond.clone().find(|share| far(UvSample::on(other, start + (back - start) * share).uv) >= radius)?;
         let (mut low, mut high) = (0.0, share);
         for _ in 0..48 {
             let middle = 0.5 * (low + high);
-            if far(at(other, start + (back - start) * middle).uv) < radius { low = middle } else { high = middle }
+            if far(UvSample::on(other, start + (back - start) * middle).uv) < radius {
+                low = middle
+            } else {
+                high = middle
+            }
         }
-        Some(at(other, start + (back - start) * high).uv)
+        Some(UvSample::on(other, start + (back - start) * high).uv)
     };
-    let last = at(samples, to);
+    let last = UvSample::on(samples, to);
     let reach = far(last.uv);
     let apart = last.uv - other_at(reach)?;
     let laid = |share: f64| {
         // As far from the corner as before, but at no less than the least speed.
-        let was = far(at(samples, corner.t + (to - corner.t) * share).uv);
+        let was = far(UvSample::on(samples, corner.t + (to - corner.t) * share).uv);
         let radius = was.max(HESITATION * share * reach).min(reach);
         other_at(radius).map(|uv| uv + apart * (radius / reach))
     };
@@ -304,7 +304,7 @@ mod tests {
             assert!(new.windows(2).all(|w| w[0].t < w[1].t), "{from} to {to}: {new:?}");
             for k in 0..=100 {
                 let t = f64::from(k) / 100.0;
-                let (was, is) = (at(&samples, t).uv, at(&new, t).uv);
+                let (was, is) = (UvSample::on(&samples, t).uv, UvSample::on(&new, t).uv);
                 let beside = 0.5 * (to - from);
                 if (from..=to).contains(&t) {
                     let [a, b] = [from, to].map(|t| DVec2::new(t, t * t));

@@ -1,27 +1,28 @@
 //! A face's loops to a region of its unrolled parameter plane.
 //!
-//! On periodic surfaces a loop is followed by continuity, so it may end a whole number of periods from where it began
-//! (its winding). Orientation is derived from areas, nesting and windings wherever they decide; the file's word counts
-//! only on closed surfaces, where both sides of a loop are bounded.
+//! On periodic surfaces a loop is followed by continuity, so it may end a whole number of periods from its start (its
+//! winding). Areas, nesting and windings decide the orientation. Only on closed surfaces, where both sides of a loop
+//! are bounded, does the file's orientation decide.
 
 use super::trace::{pole_piece, turn_at_pole};
 use crate::math::box_tree::BoxTree;
+use crate::math::polygon::double_area;
 use crate::model::RegionError;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
-use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, area2};
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
 
-/// The region that the loops bound. `named_pole`: the one at which the file puts a vertex loop. `turn`: whether loops are turned by
-/// where they lie; else they run as they are.
+/// The region that the loops bound. `named_pole` is the pole at which the file has a vertex loop. With `turn`, loops
+/// are oriented by their nesting; otherwise they run as stated.
 pub(crate) fn region(
     mut loops: Vec<UvLoop>,
     named_pole: Option<usize>,
     projector: &Projector<'_>,
     turn: bool,
 ) -> Result<Region, RegionError> {
-    /// Turns of a boundary around a periodic surface: springs have tens, threads and coils hundreds. More are noise.
+    /// Maximum number of turns around a periodic surface. Springs have tens, threads and coils hundreds.
     const MAX_PERIODS: f64 = 20_000.0;
     for (axis, (lo, hi)) in loops_box(&loops).into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
@@ -48,7 +49,7 @@ pub(crate) fn region(
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
-    let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
+    let areas: Vec<f64> = loops.iter().map(|l| double_area(&l.polyline())).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
         if let Some(axis) = go_round_poles(&mut loops, projector) {
@@ -64,9 +65,8 @@ pub(crate) fn region(
     Ok(Region { loops, wraps: [false, false], bounds, base: 0, unbounded: None })
 }
 
-/// Turns holes that touch a pole into loops that go round it, and says in which direction they do; none if there are none.
-///
-/// What such a hole leaves of the pole line is the rest of its turn: the kept side is bounded by that.
+/// Converts holes that touch a pole into loops that go round it, and returns the direction in which they do. `None` if
+/// there are no such holes. The kept side is bounded by the rest of the pole line.
 fn go_round_poles(loops: &mut [UvLoop], projector: &Projector<'_>) -> Option<usize> {
     let mut round = None;
     for (k, pole) in projector.poles.iter().enumerate() {
@@ -89,10 +89,10 @@ fn go_round_poles(loops: &mut [UvLoop], projector: &Projector<'_>) -> Option<usi
     round
 }
 
-/// The same loops with one that goes round in direction `axis` turned back at a pole; `None` if none has a pole to do so.
+/// The loops with one that goes round in direction `axis` turned back at a pole. `None` if no loop reaches a pole.
 ///
-/// Along a pole a loop runs the way that keeps its left side. Where noise exchanges the directions in which two edges arrive
-/// there, that is all the way round instead of a little back, and nothing bounds the loop on its other side.
+/// Along a pole a loop runs in the direction that keeps its left side. If noise exchanges the directions in which two
+/// edges arrive there, it runs all the way round instead of a short way back, and no loop bounds its other side.
 fn turn_back(loops: &[UvLoop], axis: usize, projector: &Projector<'_>) -> Option<Vec<UvLoop>> {
     let period = projector.period[axis]?;
     let along = |p: &Piece| {
@@ -137,7 +137,7 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
             continue;
         }
         let probe = l.pieces[0].samples[l.pieces[0].samples.len() / 2].uv;
-        // As many turns as there are of the largest loop, whichever of them this one is at.
+        // The loop may lie at any turn of the largest loop.
         let steps = |axis: usize| {
             let turns = |x: f64| projector.period[axis].map_or(0.0, |p| (x - probe[axis]) / p);
             (turns(low[axis]).floor() as i64).min(-3)..=(turns(high[axis]).ceil() as i64).max(3)
@@ -155,10 +155,10 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
 
 /// Orients loops by nesting: outermost counter-clockwise, holes clockwise, islands counter-clockwise.
 ///
-/// A loop that crosses the largest one is a hole if the file runs it the other way; loops that cross others are not inside
-/// them.
+/// A loop that crosses the largest one is a hole if its stated direction is opposite. Other loops that cross are not
+/// inside each other.
 fn nest(loops: &mut [UvLoop], areas: &[f64]) {
-    /// Points of a loop that are looked at: it may touch another at a vertex, so one of them does not count.
+    /// Number of points of a loop to test. One may lie on the other loop, at a common vertex.
     const PROBES: usize = 5;
     let polygons: Vec<Polygon> = loops.iter().map(|l| Polygon::new(l.polyline())).collect();
     let boxes: Vec<[DVec2; 2]> = polygons.iter().map(|p| p.bounds).collect();
@@ -185,7 +185,7 @@ fn nest(loops: &mut [UvLoop], areas: &[f64]) {
     }
 }
 
-/// Whether two loops are one given twice, for all that boxes and areas tell.
+/// Whether two loops are the same, judged by their boxes and areas.
 fn coincide(box_a: [DVec2; 2], area_a: f64, box_b: [DVec2; 2], area_b: f64) -> bool {
     const SAME: f64 = 1e-6;
     let near = SAME * (box_a[1] - box_a[0]).max_element();
@@ -193,7 +193,7 @@ fn coincide(box_a: [DVec2; 2], area_a: f64, box_b: [DVec2; 2], area_b: f64) -> b
     boxes && (area_a.abs() - area_b.abs()).abs() <= SAME * area_a.abs()
 }
 
-/// Loops that go round in direction `axis`: they bound the region across, alternately from below and from above.
+/// The region between loops that go round in direction `axis`. They bound it alternately from below and from above.
 fn band(
     mut loops: Vec<UvLoop>,
     axis: usize,
@@ -224,8 +224,8 @@ fn band(
         // Loops that run as stated may need an end that the surface does not have.
         return Err(RegionError::OneSided { loops: round.len() });
     }
-    // The winding number below the low end is 1 if the surface ends there. Else it is such that no side beyond an end is
-    // kept, or the one beyond the high end once if the surface ends there.
+    // The winding number below the lowest loop is 1 if the region reaches the low end of the surface. Otherwise it is
+    // such that neither side beyond an end is kept, or the one beyond the high end once if the region reaches that.
     let rise: i32 = round.iter().map(|l| l.winding[axis] * lower(axis)).sum();
     let base = if to_ends[0] { 1 } else { (i32::from(to_ends[1]) - rise).min(0) };
     let is_pole =
@@ -245,7 +245,8 @@ fn lower(axis: usize) -> i32 {
     if axis == 0 { 1 } else { -1 }
 }
 
-/// Whether a loop bounds a band from below. One that goes round more than once crosses itself; winding numbers decide what it keeps.
+/// Whether a loop bounds a band from below. A loop that goes round more than once crosses itself; winding numbers then
+/// decide what it keeps.
 fn is_lower(l: &UvLoop, axis: usize) -> bool {
     l.winding[axis].signum() == lower(axis)
 }
@@ -256,8 +257,8 @@ fn mean(l: &UvLoop, axis: usize) -> f64 {
     points.iter().map(|q| q[axis]).sum::<f64>() / points.len() as f64
 }
 
-/// Puts the two loops that bound a band of a surface that is periodic across it in order: the lower one, and the other less
-/// than a period above it.
+/// Orders the two loops of a band on a surface that is periodic across it: the lower one, then the other one less than
+/// a period above it.
 fn pair_up(round: &mut [UvLoop], axis: usize, period: f64, turn: bool) -> Result<(), RegionError> {
     let across = 1 - axis;
     let [first, second] = round else { return Err(RegionError::OneSided { loops: round.len() }) };
@@ -272,8 +273,8 @@ fn pair_up(round: &mut [UvLoop], axis: usize, period: f64, turn: bool) -> Result
     Ok(())
 }
 
-/// Orders the loops that go round a surface that is not periodic across them, turns them so that they bound from below and
-/// from above in turn, and returns where the surface ends on both sides.
+/// Orders the loops that go round a surface that is not periodic across them, and orients them alternately as lower and
+/// upper bounds. Returns both ends of the surface.
 fn stack(
     round: &mut [UvLoop],
     axis: usize,
@@ -302,11 +303,11 @@ fn stack(
     };
     let named = named_pole.map(|k| &projector.poles[k]).filter(|p| p.axis == across && round.len() == 1);
     let first_is_lower = match (fits(true) && possible(true), fits(false) && possible(false)) {
-        // A vertex loop says which end of the surface is kept.
+        // A vertex loop states which end of the surface is kept.
         _ if named.is_some_and(|p| possible(p.at > first)) => named.is_some_and(|p| p.at > first),
         (true, _) => true,
         (_, true) => false,
-        // The stated orientation cannot be: the one that closes without the surface's own ends is right.
+        // The stated orientation is impossible: prefer the one that needs no end of the surface.
         _ if round.len().is_multiple_of(2) => true,
         _ if possible(true) => true,
         _ if possible(false) => false,
@@ -322,7 +323,7 @@ fn stack(
 
 /// A loop that does not go round is a hole: it runs clockwise, in the period nearest to the band.
 fn hole(mut l: UvLoop, across: usize, (low, high): (f64, f64), projector: &Projector<'_>, turn: bool) -> UvLoop {
-    if turn && area2(&l.polyline()) > 0.0 {
+    if turn && double_area(&l.polyline()) > 0.0 {
         l.reverse();
     }
     if let Some(period) = projector.period[across] {
@@ -347,6 +348,7 @@ mod tests {
     use super::*;
     use crate::prepare::uv::uv_curve::UvSample;
     use crate::prepare::uv::uv_loop::winding_about;
+    use crate::sequence::random::SplitMix;
 
     /// The polygon as a loop of one piece, forwards or backwards.
     fn ring(points: &[DVec2], reversed: bool) -> UvLoop {
@@ -358,12 +360,9 @@ mod tests {
 
     #[test]
     fn holes_and_islands_are_those_that_a_look_at_all_loops_finds() {
-        let mut state = 7_u64;
-        let mut unit = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        // Stars in the quarters of stars, some of them with more corners than are looked at one by one.
+        let mut random = SplitMix(7);
+        let mut unit = || random.unit();
+        // Stars in the quarters of stars, some with more corners than are tested one by one.
         let mut open = vec![(DVec2::ZERO, 1.0, 0)];
         let mut stars: Vec<Vec<DVec2>> = Vec::new();
         while let Some((centre, radius, depth)) = open.pop() {
@@ -378,11 +377,11 @@ mod tests {
         }
         assert!(stars.len() > 100);
         let mut loops: Vec<UvLoop> = stars.iter().map(|star| ring(star, unit() < 0.5)).collect();
-        let areas: Vec<f64> = loops.iter().map(|l| area2(&l.polyline())).collect();
+        let areas: Vec<f64> = loops.iter().map(|l| double_area(&l.polyline())).collect();
         nest(&mut loops, &areas);
         for (k, l) in loops.iter().enumerate() {
             let depth = (0..stars.len()).filter(|&o| o != k && winding_about(&stars[o], stars[k][0]) != 0).count();
-            assert_eq!(area2(&l.polyline()) > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");
+            assert_eq!(double_area(&l.polyline()) > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");
         }
     }
 }

@@ -2,8 +2,8 @@
 //! A parameter of the other curve corresponds to the foot of its point. Cubics between these are halved until they fit.
 
 use super::overlap::CurveQuery;
+use crate::math::boxes::around;
 use crate::prepare::uv::uv_curve::UvSample;
-use glam::DVec2;
 
 /// Tolerance of the cubic pieces, as a share of the pcurve's extent.
 const FIT: f64 = 1e-8;
@@ -12,17 +12,12 @@ const FIT: f64 = 1e-8;
 const MAX_DEPTH: u32 = 7;
 
 /// The part of a pcurve between two parameters.
-pub(crate) fn between(samples: &[UvSample], [from, to]: [f64; 2]) -> Vec<UvSample> {
+pub(crate) fn samples_within(samples: &[UvSample], [from, to]: [f64; 2]) -> Vec<UvSample> {
     let margin = 1e-12 * (to - from);
-    let mut out = vec![at(samples, from)];
+    let mut out = vec![UvSample::on(samples, from)];
     out.extend(samples.iter().filter(|s| s.t > from + margin && s.t < to - margin));
-    out.push(at(samples, to));
+    out.push(UvSample::on(samples, to));
     out
-}
-
-fn at(samples: &[UvSample], t: f64) -> UvSample {
-    let k = samples.partition_point(|s| s.t <= t).clamp(1, samples.len() - 1);
-    UvSample::at(&samples[k - 1], &samples[k], t)
 }
 
 /// Reparametrizes a pcurve from the curve `own` to `kept`, which coincides with it within `tolerance`; `against`: in
@@ -54,7 +49,7 @@ pub(crate) fn carry(
         }
         return out;
     }
-    let extent = samples.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |m, s| (m.0.min(s.uv), m.1.max(s.uv)));
+    let [low, high] = around(samples.iter().map(|s| s.uv));
     let bearer = Bearer { samples, own, kept, ends: if against { [b, a] } else { [a, b] } };
     let mut stops = vec![from, to];
     stops.extend(samples[1..samples.len() - 1].iter().map(|s| kept.foot(own.point(s.t)).0));
@@ -68,7 +63,7 @@ pub(crate) fn carry(
     for w in stops.windows(2) {
         let next = bearer.sample(w[1]);
         let before = out[out.len() - 1];
-        bearer.follow(&before, &next, FIT * (extent.1 - extent.0).length(), 0, &mut out);
+        bearer.follow(&before, &next, FIT * (high - low).length(), 0, &mut out);
     }
     straighten(samples, &mut out);
     out
@@ -92,7 +87,7 @@ impl Bearer<'_> {
         } else {
             self.own.foot(self.kept.point(t)).0
         };
-        let there = at(self.samples, foot);
+        let there = UvSample::on(self.samples, foot);
         let (own, kept) = (self.own.slope(foot), self.kept.slope(t));
         let rate = kept.dot(own) / own.length_squared();
         UvSample { t, uv: there.uv, d: there.d * rate }
@@ -104,7 +99,7 @@ impl Bearer<'_> {
             && b.d.is_finite()
             && [0.25, 0.5, 0.75].into_iter().all(|share| {
                 let t = a.t + (b.t - a.t) * share;
-                UvSample::between(a, b, t).distance(self.sample(t).uv) <= tolerance
+                UvSample::interpolate(a, b, t).distance(self.sample(t).uv) <= tolerance
             });
         if follows || depth == MAX_DEPTH {
             out.push(*b);

@@ -2,7 +2,7 @@
 //! Runs of points along a curve are compact, so no sorting is needed. The search is that of R-trees (N. Roussopoulos,
 //! S. Kelley, F. Vincent, *Nearest neighbor queries*, 1995): nearest box first, none further than the best point.
 
-use crate::math::boxes::Aabb;
+use crate::math::boxes::{Aabb, Corner, around};
 use glam::DVec3;
 
 /// Points or boxes per run.
@@ -13,9 +13,8 @@ pub(crate) struct Runs(Vec<Vec<Aabb>>);
 
 impl Runs {
     pub(crate) fn new(points: &[(f64, DVec3)]) -> Self {
-        let join = |of: &[Aabb]| of.iter().fold(NOTHING, |[low, high], b| [low.min(b[0]), high.max(b[1])]);
-        let around = |of: &[(f64, DVec3)]| of.iter().fold(NOTHING, |[low, high], p| [low.min(p.1), high.max(p.1)]);
-        let mut levels: Vec<Vec<Aabb>> = vec![points.chunks(RUN).map(around).collect()];
+        let join = |of: &[Aabb]| of.iter().fold(DVec3::NOTHING, |[low, high], b| [low.min(b[0]), high.max(b[1])]);
+        let mut levels: Vec<Vec<Aabb>> = vec![points.chunks(RUN).map(|run| around(run.iter().map(|p| p.1))).collect()];
         while let Some(last) = levels.last().filter(|last| last.len() > 1) {
             let next = last.chunks(RUN).map(join).collect();
             levels.push(next);
@@ -52,8 +51,6 @@ impl Runs {
         best.1
     }
 }
-
-const NOTHING: Aabb = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
 #[cfg(test)]
 mod tests {

@@ -4,7 +4,7 @@
 //! as many separate edges.
 
 use super::candidate::Candidate;
-use crate::math::boxes::{Aabb, overlapping};
+use crate::math::boxes::{Aabb, around, overlapping};
 use crate::model::{Edge, Part};
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -48,11 +48,7 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
     let boxes: Vec<Aabb> = firsts
         .iter()
         .map(|&k| {
-            let (low, high) = edge(k)
-                .curve
-                .points
-                .iter()
-                .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |m, &p| (m.0.min(p), m.1.max(p)));
+            let [low, high] = around(edge(k).curve.points.iter().copied());
             // Half the tolerance for each of two boxes, along each axis.
             let slack = DVec3::splat(0.5 * candidates[k].tolerance);
             [low - slack, high + slack]

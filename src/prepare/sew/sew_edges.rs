@@ -5,7 +5,7 @@
 //! Matching pieces become one edge: the first one's curve, with a pcurve on each face. Their vertices merge, too.
 
 use super::candidate::{Candidate, is_sound};
-use super::carry::{between, carry};
+use super::carry::{carry, samples_within};
 use super::overlap::{CurveQuery, Overlap};
 use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::slivers::SliverCheck;
@@ -459,7 +459,7 @@ fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replace
 fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replacement) -> Piece {
     /// Share of an edge's length within which control points are the same.
     const ROUNDING: f64 = 1e-9;
-    let mut samples = between(&piece.samples, r.range);
+    let mut samples = samples_within(&piece.samples, r.range);
     if !r.own {
         let own = CurveQuery::over(&edges[old as usize].curve, (r.range[0], r.range[1]));
         let kept = CurveQuery::new(&edges[r.edge as usize]);

@@ -4,6 +4,7 @@
 //! one cubic is bounded by its Bézier points, or by its exact extent across a line.
 
 use super::draft::{DraftAlong, DraftUse};
+use crate::math::boxes::around;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use glam::DVec2;
 use std::f64::consts::TAU;
@@ -125,8 +126,7 @@ pub(crate) fn arc(
         hull = if exact { vec![p, p, q, q] } else { vec![p, q] };
         pieces.clear();
     }
-    let (low, high) =
-        hull.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
+    let [low, high] = around(hull.iter().copied());
     let most = pieces.iter().fold(0.0, |most, s| s.bulge.max(most));
     Some(PcurveArc {
         edge,

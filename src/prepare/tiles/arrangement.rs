@@ -75,7 +75,7 @@ pub(crate) struct Arrangement {
 
 /// Parameter between `from` and `to` where coordinate `axis` of a Hermite piece is `x`; it is monotone there.
 fn crossing_parameter(piece: [&UvSample; 2], axis: usize, (from, to): (f64, f64), x: f64) -> f64 {
-    let at = |t: f64| UvSample::between(piece[0], piece[1], t)[axis];
+    let at = |t: f64| UvSample::interpolate(piece[0], piece[1], t)[axis];
     let (mut lo, mut hi) = (from, to);
     let rising = at(hi) > at(lo);
     for _ in 0..60 {
@@ -105,10 +105,10 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<LineC
             stops.extend(UvSample::extremes(&w[0], &w[1], axis));
             stops.push(w[1].t);
             stops.sort_by(f64::total_cmp);
-            let at = |t: f64| UvSample::between(&w[0], &w[1], t);
+            let at = |t: f64| UvSample::interpolate(&w[0], &w[1], t);
             for s in stops.windows(2) {
                 let (a, b) = (at(s[0])[axis], at(s[1])[axis]);
-                for (line, x) in grid.between(axis, a, b) {
+                for (line, x) in grid.lines_passed(axis, a, b) {
                     let t = crossing_parameter([&w[0], &w[1]], axis, (s[0], s[1]), x);
                     let other = at(t)[1 - axis];
                     let (strip, by) = grid.reduce(1 - axis, grid.locate(1 - axis, other));

@@ -26,8 +26,8 @@ pub(super) fn tiles(arranged: &Arrangement, maps: &[AxisMap; 2]) -> Vec<DraftTil
 fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {
     match s {
         LoopStretch::Edge { edge, from, to, samples } => {
-            // It ends on the cuts that end it. Between samples the images of natural and of NURBS parameters differ by what
-            // both may be off; what lies that near to a cut (the break of a neighbour's cut) would be beyond it.
+            // The stretch ends exactly on its cuts. Between samples, images in natural and in NURBS parameters differ
+            // by their interpolation errors, so a break close to a cut could lie beyond it.
             let (low, high, last) = (from.min(*to), from.max(*to), samples.len() - 1);
             let ends = |k: usize| match k {
                 0 if samples[0].t < low => UvSample::at(&samples[0], &samples[1], low),
@@ -56,7 +56,7 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
     }
 }
 
-/// What a face's borders are made from.
+/// Makes the borders of a face.
 pub(super) struct BorderMaker<'a> {
     pub(super) arranged: &'a Arrangement,
     pub(super) grid: &'a Grid,
@@ -74,7 +74,7 @@ impl BorderMaker<'_> {
         let at = self.maps[b.axis].to_nurbs(b.at);
         let pole_end = |pole: usize| {
             let point = self.projector.poles[pole].point;
-            // Where an edge runs through the pole, its tessellant there is the pole for all faces.
+            // If an edge runs through the pole, all faces use its tessellant there as the pole.
             let passing = self.passages.iter().find_map(|(&edge, stops)| {
                 stops.iter().find(|stop| stop.1 == point).map(|stop| DraftEnd::OnEdge(edge, stop.0))
             });

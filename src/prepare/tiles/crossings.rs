@@ -1,4 +1,4 @@
-//! Tiles of a face -> the parameters without which coarse polylines would cross, and where their loops meet themselves.
+//! Tiles of a face -> the parameters without which coarse polylines would cross, and where loops meet.
 
 use super::critical::critical;
 use super::draft::DraftTile;
@@ -13,23 +13,24 @@ use glam::{DVec2, DVec3};
 /// How the loops of a face's tiles meet.
 #[derive(Default)]
 pub(super) struct Crossings {
-    /// Parameters of B-rep edges that every polyline has: critical ones, and where two edges meet.
+    /// Parameters of B-rep edges at which every polyline has a point: critical ones, and those where two edges meet.
     pub(super) breaks: Vec<(u32, f64)>,
-    /// Those of them at which two edges meet, and the point that both have there.
+    /// The parameters where two edges meet, each with the common point.
     pub(super) joints: Vec<(u32, f64, DVec3)>,
-    /// The pairs of B-rep edges that meet; none where not all meetings are known.
+    /// The pairs of B-rep edges that meet. Empty if a tile has too many meetings to list.
     pub(super) tangles: Vec<Tangle>,
-    /// How many critical parameters and meetings there are.
+    /// Numbers of critical parameters and of meetings.
     pub(super) critical: usize,
     pub(super) meetings: usize,
     /// The first place where a boundary crosses or overlaps itself.
     pub(super) crossed: Option<Finding>,
-    /// The first tile whose meetings are too many to be known.
+    /// The first tile with too many meetings to list.
     pub(super) scribble: Option<Finding>,
 }
 
 impl Crossings {
-    /// Marks tiles whose loops meet as entangled. `exact`: loops that come from free trims, which are known to be apart.
+    /// Marks tiles whose loops meet as entangled. `exact` states that the loops come from free trims, which are
+    /// separated already.
     pub(super) fn of(
         part: &Part,
         tiles: &mut [DraftTile],
@@ -42,7 +43,7 @@ impl Crossings {
             out.add(part, tile, exact, maps, projector);
         }
         if out.scribble.is_some() {
-            // Meetings that are not known cannot be mended.
+            // Without all meetings the images cannot be moved apart.
             out.tangles.clear();
         }
         out.tangles.retain(|tangle| tangle.iter().all(|side| (side.0 as usize) < part.edges.len()));
@@ -55,7 +56,7 @@ impl Crossings {
         self.critical += self.breaks.len() - before;
         self.meetings += meetings.len();
         if exact && all {
-            // Free trims were told apart already, touching ones too.
+            // Free trims are separated already, touching ones too.
             return;
         }
         let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
@@ -66,7 +67,7 @@ impl Crossings {
             self.joints.extend(join.joint(m));
         }
         let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings) };
-        // Loops that only touch may wind twice as well.
+        // Loops that only touch may also wind twice.
         let folded = folded.or_else(|| fold(tile, &touching(tile)));
         let middle = || projector.point(middle(tile, maps));
         if tile.entangled || folded.is_some() {

@@ -1,4 +1,4 @@
-//! A surface and the box of its tiles -> Bézier patches over it, their bounds and creases; refuses what has no area.
+//! A surface and the box of its tiles -> Bézier patches over it, their bounds and creases.
 
 use super::arrangement::ArrangedTile;
 use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
@@ -18,7 +18,8 @@ pub(super) struct Patched {
 }
 
 impl Patched {
-    /// Refuses a box or a surface over it that has no area, or none that `f64` resolves.
+    /// # Errors
+    /// If the tiles' box, or the surface over it, has no area that `f64` resolves.
     pub(super) fn over(surface: &Surface, tiles: &[ArrangedTile]) -> Result<Self, FaceError> {
         let low = tiles.iter().fold(DVec2::INFINITY, |low, tile| low.min(tile.min));
         let high = tiles.iter().fold(DVec2::NEG_INFINITY, |high, tile| high.max(tile.max));
@@ -42,7 +43,7 @@ impl Patched {
 /// Least size of a face, in roundings of its coordinates: with fewer places its edges cross at random.
 const RESOLVED: f64 = 1024.0;
 
-/// Whether patches over a box of parameters, `size` wide, have an area that `f64` resolves.
+/// Checks that patches over a box of parameters of size `size` have an area that `f64` resolves.
 fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> Result<(), FaceError> {
     let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
     let reach = speed * size;
@@ -51,7 +52,7 @@ fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> R
     if !(reach.is_finite() && coordinates.is_finite()) {
         return Err(FaceError::TooLarge { coordinates_mm: coordinates });
     }
-    // By its own size: what else the part contains is not its fault.
+    // Relative to the face's own size, so that the rest of the part has no influence.
     if reach.min_element() <= 1e-12 * reach.max_element() || is_curve(patches) {
         return Err(FaceError::NoArea { size_mm: reach.max_element() });
     }
@@ -61,11 +62,11 @@ fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> R
     Ok(())
 }
 
-/// Whether both derivatives point the same way everywhere that is looked at: then the surface runs along one curve.
+/// Whether both derivatives are parallel at all sampled points: the surface is then a curve.
 fn is_curve(patches: &BezierPatches) -> bool {
-    /// Places per piece and direction. One that has area ends the search, so only surfaces without cost more than one.
+    /// Samples per piece and direction. The first with an area ends the search.
     const PLACES: usize = 5;
-    /// Sine of an angle that is rounding.
+    /// Sine of the largest angle that counts as rounding.
     const PARALLEL: f64 = 1e-9;
     let places = |breaks: &[f64]| -> Vec<f64> {
         let share = |k: usize| (k as f64 + 0.5) / PLACES as f64;
@@ -82,7 +83,7 @@ fn is_curve(patches: &BezierPatches) -> bool {
 fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
     /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
     const BREAK: f64 = 1e-3;
-    /// Share of the longest tangent along a knot below which one is rounding: on a pole it has no direction.
+    /// Share of the longest tangent along a knot below which a tangent has no direction, as on a pole.
     const NO_TANGENT: f64 = 1e-9;
     let (knots, degree, breaks, across) = if axis == 0 {
         (&nurbs.knots_u, nurbs.degree_u, &patches.breaks_u, &patches.breaks_v)
@@ -93,7 +94,7 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
         let d = if axis == 0 { patches.derivatives(x, y) } else { patches.derivatives(y, x) };
         if axis == 0 { d.du } else { d.dv }
     };
-    // A crease may be as short as one piece: three places of each, and the end.
+    // A crease may be as short as one piece: three samples per piece, and the end.
     let places = across.windows(2).flat_map(|w| [0.0, 1.0, 2.0].map(|third| w[0] + (w[1] - w[0]) * third / 3.0));
     let places: Vec<f64> = places.chain(across.last().copied()).collect();
     let is_crease = |k: usize| {

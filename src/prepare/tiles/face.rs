@@ -22,8 +22,8 @@ use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::order::without_seams;
 use glam::DVec3;
 
-/// Share of a face's size by which its edges may miss its surface before that is told. Files print six to fifteen digits,
-/// and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
+/// Share of a face's size by which its edges may miss its surface without a diagnostic. Files print six to fifteen
+/// digits, and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
 const GAP_SHARE: f64 = 1e-4;
 
 /// Share of a face's size by which its edges may miss its surface before the face counts as repaired.
@@ -32,14 +32,14 @@ const FAR_SHARE: f64 = 0.05;
 /// Share of a face's size by which the image of an edge may be moved for it not to cross another.
 const MEND_SHARE: f64 = 1e-3;
 
-/// Common points of crossing edges, two for each crossing, beyond which a boundary is a scribble that has no lobes to speak of.
+/// Maximum number of common points of crossing edges, two per crossing. A boundary with more has no meaningful lobes.
 const MAX_JOINTS: usize = 256;
 
-/// Prepares a face by itself. `free`: what became of its free trims, if it has any. `size` is the diagonal of the part's box.
-/// `shared`: which edges have other faces.
+/// Prepares a face by itself. `free` is the outcome of its free trims, if it has any. `size` is the diagonal of the
+/// part's box. `shared` marks edges that have other faces.
 ///
-/// Where the boundary crosses itself, again without the seams that the file states, which other loops may cross; again with
-/// the images of edges apart where they cross; and again with lobes that run backwards turned.
+/// If the boundary crosses itself, tries in turn: without the seams that the file states, which other loops may cross;
+/// with the images of edges moved apart where they cross; with lobes that run backwards reversed.
 pub(crate) fn draft(
     part: &Part,
     face: &Face,
@@ -50,7 +50,7 @@ pub(crate) fn draft(
     let traced = Traced::of(part, face, free, size);
     let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| draft_traced(traced, Loops::Nested, &[]));
     if free.is_some() {
-        // Free trims were told apart already.
+        // Free trims are separated already.
         return stated;
     }
     if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
@@ -67,7 +67,7 @@ pub(crate) fn draft(
             if let Some(draft) = mended(traced, &stated.tangles) {
                 return Ok(draft);
             }
-            // The faces beyond shared edges would not know of lobes that are turned.
+            // The faces beyond shared edges would not reverse the lobe.
             let may_turn = stated.joints.len() <= MAX_JOINTS && traced.loops.iter().any(|l| !lobes::stays(l, shared));
             if let Some(draft) =
                 may_turn.then(|| draft_traced(traced, Loops::ByLobes(shared), &[])).and_then(Result::ok)
@@ -79,7 +79,7 @@ pub(crate) fn draft(
     stated
 }
 
-/// Prepares a face by itself whose loops run as they are stated, whatever lies inside what.
+/// Prepares a face by itself with loops that run as stated, however they are nested.
 pub(crate) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
     draft_traced(&Traced::of(part, face, None, size)?, Loops::AsStated, &[])
 }
@@ -89,15 +89,15 @@ pub(crate) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<Fac
 enum Loops<'a> {
     /// Outlines counter-clockwise, holes clockwise, by what lies inside what.
     Nested,
-    /// The same; and lobes of loops that run backwards are turned, where none of the loop's edges is one of these, which have other
-    /// faces. Without any there is no face.
+    /// Like `Nested`, with lobes that run backwards reversed in loops none of whose edges is marked: marked edges have
+    /// other faces. Fails if there is no such lobe.
     ByLobes(&'a [bool]),
     /// As stated.
     AsStated,
 }
 
-/// The face with the images of its edges mended about `tangles`, where they meet; none where they still do then. Each time
-/// about all that were met so far, and farther.
+/// Drafts the face with the images of its edges moved apart around `tangles`, where they meet. Each attempt moves them
+/// around all meetings found so far, over a longer stretch. `None` if they still meet.
 fn mended(traced: &Traced<'_>, tangles: &[Tangle]) -> Option<FaceDraft> {
     let mut tangles = tangles.to_vec();
     for (way, reach) in [(Way::Straight, 4.0), (Way::Beside, 2.0), (Way::Straight, 16.0), (Way::Beside, 8.0)] {
@@ -115,7 +115,7 @@ fn mended(traced: &Traced<'_>, tangles: &[Tangle]) -> Option<FaceDraft> {
 }
 
 /// What a face keeps of its surface's parameters, and what has become of its loops.
-struct Outline {
+struct FaceOutline {
     region: Region,
     /// Largest distance between edges and surface.
     gap: f64,
@@ -129,7 +129,7 @@ struct Outline {
     repairs: Vec<Finding>,
 }
 
-impl Outline {
+impl FaceOutline {
     fn of(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<Self, FaceError> {
         let (notes, repairs) = (traced.notes.clone(), traced.repairs.clone());
         let stops = traced.passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |stop| (edge, stop.0)));
@@ -206,7 +206,7 @@ fn stated_region(
 
 fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<FaceDraft, FaceError> {
     let Traced { part, face, projector, passages, .. } = traced;
-    let mut outline = Outline::of(traced, way, mends)?;
+    let mut outline = FaceOutline::of(traced, way, mends)?;
     let (grid, arranged) = cut(&outline.region, &face.surface, projector, &mut outline.notes)?;
     let Patched { patches, bounds, maps, creases } = Patched::over(&face.surface, &arranged.tiles)?;
     let maker = BorderMaker {
@@ -233,7 +233,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
     outline.repairs.extend(found.crossed.into_iter().chain(found.scribble));
     outline.note_gap(traced.extent);
     let [critical, meetings] = [found.critical, found.meetings].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
-    let Outline { region, gap, chain, breaks, joints, lobed, notes, repairs } = outline;
+    let FaceOutline { region, gap, chain, breaks, joints, lobed, notes, repairs } = outline;
     Ok(FaceDraft {
         patches,
         bounds,

@@ -53,7 +53,7 @@ impl Grid {
     }
 
     /// Lines strictly between `a` and `b`, in order from `a` to `b`: number through all periods, and value.
-    pub(crate) fn between(&self, axis: usize, a: f64, b: f64) -> Vec<(i64, f64)> {
+    pub(crate) fn lines_passed(&self, axis: usize, a: f64, b: f64) -> Vec<(i64, f64)> {
         let (lo, hi) = (a.min(b), a.max(b));
         let n = self.count(axis) as i64;
         let mut out = Vec::new();

@@ -4,9 +4,9 @@
 
 use super::arcs::ArcSpan;
 use super::draft::{DraftTile, DraftUse};
-use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
+use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample, newton_meeting};
 use crate::prepare::uv::uv_loop::winding_about;
-use glam::{DMat2, DVec2};
+use glam::DVec2;
 
 /// Distance, in tiles, below which two points of (u,v) coincide: pcurves of planes are exact to rounding.
 const TOUCH: f64 = 1e-9;
@@ -17,7 +17,7 @@ const TANGENT: f64 = 1e-5;
 /// Sine of the angle below which two curves that come together run side by side.
 const SIDE_BY_SIDE: f64 = 0.1;
 
-/// Maximum Newton steps: from chords of a 256th of an arc, three are enough.
+/// Maximum Newton steps to the foot of a point.
 const STEPS: usize = 12;
 
 /// A point of (u,v) that two stretches of a tile's loops have in common.
@@ -105,15 +105,7 @@ fn settle(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>, crossing: Option<[f6
     } else if crossing.is_none() {
         return None;
     } else {
-        for _ in 0..STEPS {
-            let [x, y] = [0, 1].map(|k| sample(uses[k], t[k]));
-            let miss = (y.uv - x.uv) * scale;
-            let step = DMat2::from_cols(x.d * scale, -y.d * scale).inverse() * miss;
-            if !step.is_finite() || miss.length() <= 1e-3 * TOUCH {
-                break;
-            }
-            t = [0, 1].map(|k| (t[k] + step[k]).clamp(limits[k][0], limits[k][1]));
-        }
+        t = newton_meeting(|k, t| sample(uses[k], t), scale, limits, t, TOUCH);
     }
     let mut at_end = [false; 2];
     for k in 0..2 {
@@ -230,8 +222,7 @@ pub(crate) fn beside(tile: &DraftTile, meetings: &[Meeting]) -> Vec<((usize, usi
 /// A pcurve's point and slope.
 fn sample(u: &DraftUse, t: f64) -> UvSample {
     let UvCurve::Hermite(samples) = &u.uv else { return UvSample { t, uv: DVec2::NAN, d: DVec2::NAN } };
-    let k = samples.partition_point(|s| s.t <= t).clamp(1, samples.len() - 1);
-    UvSample::at(&samples[k - 1], &samples[k], t)
+    UvSample::on(samples, t)
 }
 
 /// Adds the point of every meeting to both pcurves as a sample.

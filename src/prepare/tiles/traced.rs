@@ -1,5 +1,6 @@
 //! One face of a model -> the images of its loops, one after the other over the surface.
 
+use crate::math::boxes::around;
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError};
 use crate::prepare::regions::trace::{Passages, trace_loop};
 use crate::prepare::report::finding::Finding;
@@ -10,7 +11,7 @@ use crate::prepare::uv::uv_loop::{Along, UvLoop};
 use crate::prepare::wires::order::WireSet;
 use glam::DVec3;
 
-/// A point of a face: its first vertex, or the middle of a surface kept whole.
+/// A point of a face, for diagnostics: its first vertex, or the middle of an untrimmed surface.
 pub(crate) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
     let vertex = boundary_points(part, face).find(|p| p.is_finite());
     vertex.or_else(|| {
@@ -20,11 +21,12 @@ pub(crate) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
     })
 }
 
-/// Share of a face's size by which its edges may miss its surface at all. The image of an edge further away is noise: it
-/// bounds nothing, and resolving its crossings can take minutes. Nearer ones bound what they do when seen along the normals.
+/// Maximum distance of edges from their face's surface, as a share of the face's size. The image of an edge further
+/// away is noise: it bounds nothing, and resolving its crossings can take minutes. A nearer edge is projected along the
+/// normals.
 const LOST_SHARE: f64 = 0.25;
 
-/// A face whose loops are followed over its surface: what every way to prepare it starts from.
+/// A face with the images of its loops. Every way to prepare the face starts from here.
 pub(super) struct Traced<'a> {
     pub(super) part: &'a Part,
     pub(super) face: &'a Face,
@@ -43,7 +45,7 @@ pub(super) struct Traced<'a> {
 }
 
 impl<'a> Traced<'a> {
-    /// `free`: what became of the face's free trims, if it has any. `size`: that of a face without edges.
+    /// `free` is the outcome of the face's free trims, if it has any. A face without edges has size `size`.
     pub(super) fn of(
         part: &'a Part,
         face: &'a Face,
@@ -53,7 +55,7 @@ impl<'a> Traced<'a> {
         if let Some(cause) = &face.refused {
             return Err(FaceError::Refused(cause.clone()));
         }
-        // The fields of models are open, and NaN passes every comparison below.
+        // The fields of models are public, and NaN passes every comparison below.
         face.surface.check().map_err(FaceError::Surface)?;
         if !boundary_points(part, face).all(DVec3::is_finite) {
             return Err(RegionError::NotFinite.into());
@@ -117,7 +119,7 @@ fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = D
     })
 }
 
-/// Where edges of a face run through poles.
+/// The parameters and points at which edges of a face run through poles.
 fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
     let mut out = Passages::new();
     if projector.poles.is_empty() {
@@ -137,18 +139,10 @@ fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
     out
 }
 
-/// Diagonal of the box of the face's edges; none for a face without edges.
+/// Diagonal of the box of the face's edges. `None` for a face without edges.
 fn face_extent(part: &Part, face: &Face) -> Option<f64> {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    for l in &face.loops {
-        if let Loop::Edges(coedges) = l {
-            for p in coedges.iter().flat_map(|c| &part.edges[c.edge.index()].curve.points) {
-                low = low.min(*p);
-                high = high.max(*p);
-            }
-        }
-    }
+    let coedges = face.loops.iter().filter_map(|l| if let Loop::Edges(coedges) = l { Some(coedges) } else { None });
+    let [low, high] = around(coedges.flatten().flat_map(|c| &part.edges[c.edge.index()].curve.points).copied());
     let d = (high - low).length();
     (d.is_finite() && d > 0.0).then_some(d)
 }

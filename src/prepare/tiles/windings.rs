@@ -3,6 +3,7 @@
 //! Along a line the number changes by one at each crossing, so the number of one corner determines all others.
 
 use super::grid::{Grid, LineCrossing};
+use crate::math::boxes::around;
 use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_loop::{UvLoop, winding_about};
@@ -81,8 +82,7 @@ impl Windings {
         let period = DVec2::new(grid.period(0), grid.period(1));
         let around = |l: &UvLoop| {
             let polygon = l.polyline();
-            let (low, high) =
-                polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+            let [low, high] = around(polygon.iter().copied());
             let [from, to] = [(low - middle) / period, (high - middle) / period].map(|p| (p.x.floor(), p.y.floor()));
             let images = |from: f64, to: f64| from as i64..=to as i64 + 1;
             images(from.0, to.0)

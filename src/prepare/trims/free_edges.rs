@@ -386,7 +386,7 @@ fn sample_between(
     let (a, b) = (sample(from), sample(to));
     let follows = [0.25, 0.5, 0.75].into_iter().all(|share| {
         let s = from + (to - from) * share;
-        UvSample::between(&a, &b, span.parameter(s)).distance(span.point(s)) <= FIT
+        UvSample::interpolate(&a, &b, span.parameter(s)).distance(span.point(s)) <= FIT
     });
     if follows || depth == MAX_DEPTH {
         out.push(b);

@@ -7,9 +7,10 @@
 
 use super::intersect::{SAME, SpanChain, SpanPlace, TOUCH, meetings};
 use super::spans::{Span, UvDomain};
-use super::stretches::{StretchPart, between, green, whole};
+use super::stretches::{StretchPart, green, stretch, whole};
 use super::wraps::copies;
 use crate::math::box_tree::BoxTree;
+use crate::math::sums::sums_by_key;
 use crate::model::{FreeTrims, TrimRule, TrimTrouble};
 use crate::prepare::report::refusals::NoRegion;
 use glam::DVec2;
@@ -310,7 +311,7 @@ impl FreeRegion {
             for i in 0..pairs {
                 let ((from, a), (to, b)) = (cuts[i], cuts[(i + 1) % cuts.len()]);
                 let round = i + 1 == cuts.len();
-                let parts = between(chain, from, to, round);
+                let parts = stretch(chain, from, to, round);
                 let short = |p: &StretchPart| {
                     let span = &chain.spans[p.span];
                     span.point(p.from).distance(span.point(p.to)) <= 4.0 * SAME
@@ -363,7 +364,7 @@ impl FreeRegion {
                 return None;
             }
             let behind =
-                sums(ahead.iter().copied().chain(along.iter().map(|a| (self.wires[a.0].owner, a.2))).collect());
+                sums_by_key(ahead.iter().copied().chain(along.iter().map(|a| (self.wires[a.0].owner, a.2))).collect());
             let (ahead, behind) = (keeps(&ahead), keeps(&behind));
             if ahead == behind {
                 return None;
@@ -489,19 +490,8 @@ impl Rays {
                 along.push((c, k, sign));
             }
         });
-        (sums(ahead), along)
+        (sums_by_key(ahead), along)
     }
-}
-
-/// Sums winding numbers by owner.
-fn sums(mut windings: Vec<(usize, i32)>) -> Vec<(usize, i32)> {
-    windings.sort_unstable_by_key(|w| w.0);
-    windings.dedup_by(|b, a| {
-        let same = a.0 == b.0;
-        a.1 += if same { b.1 } else { 0 };
-        same
-    });
-    windings
 }
 
 const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];

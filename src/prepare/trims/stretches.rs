@@ -17,7 +17,7 @@ pub(crate) fn whole(chain: &SpanChain) -> Vec<StretchPart> {
 }
 
 /// The parts of a chain from one place to another. `round`: passes the start of the chain.
-pub(crate) fn between(chain: &SpanChain, from: SpanPlace, to: SpanPlace, round: bool) -> Vec<StretchPart> {
+pub(crate) fn stretch(chain: &SpanChain, from: SpanPlace, to: SpanPlace, round: bool) -> Vec<StretchPart> {
     let count = chain.spans.len();
     let mut out = Vec::new();
     let (mut span, mut s) = (from.span, from.s);

@@ -26,9 +26,9 @@ pub(crate) struct TileRegion<'a> {
 }
 
 impl TileRegion<'_> {
-    /// Whether the total winding number of the loops about `uv` is positive.
-    pub(crate) fn holds(&self, uv: DVec2) -> bool {
-        self.loops.iter().map(|l| winding_about(l, uv)).sum::<i32>() > 0
+    /// The total winding number of the loops about `uv`. Meshes cover a point as often, reversed where it is negative.
+    pub(crate) fn winding(&self, uv: DVec2) -> i32 {
+        self.loops.iter().map(|l| winding_about(l, uv)).sum()
     }
 
     /// Cell size and cell centres of an even lattice over the tile with `per_piece` cells per Bézier piece and

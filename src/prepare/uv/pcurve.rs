@@ -515,7 +515,7 @@ impl Walk<'_> {
         let t = 0.5 * (a.t + b.t);
         let mut pair = [*a, *b];
         fill_slopes(&mut pair);
-        let guess = UvSample::between(&pair[0], &pair[1], t);
+        let guess = UvSample::interpolate(&pair[0], &pair[1], t);
         let (mid, gap, speeds) = self.sample_with_speeds(t, Some(guess));
         let off = (mid.uv - guess).abs();
         // `d` neglects the surface's curvature below the edge: its error is in proportion to the gap.

@@ -2,6 +2,7 @@
 
 use super::uv_loop::{crossed, winding_about};
 use crate::math::box_tree::BoxTree;
+use crate::math::boxes::around;
 use glam::DVec2;
 use std::cell::OnceCell;
 
@@ -19,7 +20,7 @@ pub(crate) struct Polygon {
 
 impl Polygon {
     pub(crate) fn new(points: Vec<DVec2>) -> Self {
-        let bounds = points.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |b, q| [b[0].min(*q), b[1].max(*q)]);
+        let bounds = around(points.iter().copied());
         Self { points, bounds, tree: OnceCell::new() }
     }
 
@@ -46,14 +47,12 @@ impl Polygon {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::random::SplitMix;
 
     #[test]
     fn the_tree_gives_the_winding_of_a_linear_scan() {
-        let mut state = 3_u64;
-        let mut unit = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut random = SplitMix(3);
+        let mut unit = || random.unit();
         for count in [3, 64, 65, 1000] {
             // Self-crossing, with corners on a grid: many have the same y as others and as the points.
             let mut corner = || DVec2::new((40.0 * unit()).floor(), (40.0 * unit()).floor());

@@ -32,7 +32,7 @@ pub(crate) fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
         add(w[1].uv);
         for axis in 0..2 {
             for t in UvSample::extremes(&w[0], &w[1], axis) {
-                add(UvSample::between(&w[0], &w[1], t));
+                add(UvSample::interpolate(&w[0], &w[1], t));
             }
         }
     }

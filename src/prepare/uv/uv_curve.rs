@@ -1,6 +1,6 @@
 //! Pcurves in the parameter of their edge: cubic Hermite pieces, or isoparametric segments.
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 
 /// Points closer than this share of a tile are one, and so are parameters closer than this share of their range.
 /// Pcurves and their intersections are solved to 1e-12 of a face.
@@ -34,7 +34,7 @@ pub struct UvSample {
 impl UvSample {
     /// The Hermite cubic between two samples at parameter `t`.
     #[must_use]
-    pub fn between(a: &Self, b: &Self, t: f64) -> DVec2 {
+    pub fn interpolate(a: &Self, b: &Self, t: f64) -> DVec2 {
         let h = b.t - a.t;
         let s = (t - a.t) / h;
         let r = 1.0 - s;
@@ -43,7 +43,13 @@ impl UvSample {
             + (a.d * (r * r * s) - b.d * (s * s * r)) * h
     }
 
-    /// Point and slope of that cubic at `t`.
+    /// Point and slope at `t` of the cubics through two or more samples. Beyond the ends, the point is that of the end.
+    pub(crate) fn on(samples: &[Self], t: f64) -> Self {
+        let k = samples.partition_point(|s| s.t <= t).clamp(1, samples.len() - 1);
+        Self::at(&samples[k - 1], &samples[k], t)
+    }
+
+    /// Point and slope at `t` of the cubic between two samples.
     pub(crate) fn at(a: &Self, b: &Self, t: f64) -> Self {
         let h = b.t - a.t;
         let s = (t - a.t) / h;
@@ -54,7 +60,7 @@ impl UvSample {
         } else if t >= b.t {
             b.uv
         } else {
-            Self::between(a, b, t)
+            Self::interpolate(a, b, t)
         };
         Self { t, uv, d }
     }
@@ -77,6 +83,29 @@ impl UvSample {
         let t = a.t;
         roots.into_iter().filter(|s| *s > 0.0 && *s < 1.0).map(move |s| t + s * h)
     }
+}
+
+/// Newton's method for the parameters at which two pcurves meet, from `t` and within `limits`. Stops where their points
+/// are closer than a thousandth of `near`, with (u,v) multiplied by `scale`.
+pub(crate) fn newton_meeting(
+    sample: impl Fn(usize, f64) -> UvSample,
+    scale: DVec2,
+    limits: [[f64; 2]; 2],
+    mut t: [f64; 2],
+    near: f64,
+) -> [f64; 2] {
+    /// Maximum steps: from chords of a 256th of an arc, three are enough.
+    const STEPS: usize = 12;
+    for _ in 0..STEPS {
+        let [x, y] = [0, 1].map(|k| sample(k, t[k]));
+        let miss = (y.uv - x.uv) * scale;
+        let step = DMat2::from_cols(x.d * scale, -y.d * scale).inverse() * miss;
+        if !step.is_finite() || miss.length() <= 1e-3 * near {
+            break;
+        }
+        t = [0, 1].map(|k| (t[k] + step[k]).clamp(limits[k][0], limits[k][1]));
+    }
+    t
 }
 
 impl UvCurve {
@@ -104,7 +133,7 @@ impl UvCurve {
                 } else if t >= b.t {
                     b.uv
                 } else {
-                    UvSample::between(a, b, t)
+                    UvSample::interpolate(a, b, t)
                 }
             }
         }

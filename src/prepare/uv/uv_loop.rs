@@ -54,7 +54,7 @@ impl Piece {
         (0..n - 1).flat_map(move |k| {
             let (a, b) = if self.reversed { (n - 1 - k, n - 2 - k) } else { (k, k + 1) };
             let (lo, hi) = (&self.samples[a.min(b)], &self.samples[a.max(b)]);
-            [self.samples[a].uv, UvSample::between(lo, hi, 0.5 * (lo.t + hi.t))]
+            [self.samples[a].uv, UvSample::interpolate(lo, hi, 0.5 * (lo.t + hi.t))]
         })
     }
 }
@@ -81,12 +81,6 @@ impl UvLoop {
     pub(crate) fn shift(&mut self, by: DVec2) {
         self.pieces.iter_mut().for_each(|p| p.shift(by));
     }
-}
-
-/// Twice the signed area of a closed polygon.
-pub(crate) fn area2(p: &[DVec2]) -> f64 {
-    let Some(&o) = p.first() else { return 0.0 };
-    (0..p.len()).map(|i| (p[i] - o).perp_dot(p[(i + 1) % p.len()] - o)).sum()
 }
 
 /// Winding number of a closed polygon about `q`.

@@ -1,5 +1,6 @@
 //! Prepared parts and instances -> the placed model's box, from points of the trimmed surfaces, not control points.
 
+use crate::math::boxes::around;
 use crate::mesh::SceneInstance;
 use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::BoxBounds;
@@ -19,14 +20,8 @@ pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
 
 /// Corners of all instances' box, given each part's [`cloud`]. Accurate to about 0.1 %. `None` for an empty model.
 pub(crate) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for i in instances {
-        for p in &clouds[i.part.index()] {
-            let p = i.transform.transform_point3(*p);
-            low = low.min(p);
-            high = high.max(p);
-        }
-    }
+    let points = instances.iter().flat_map(|i| clouds[i.part.index()].iter().map(|p| i.transform.transform_point3(*p)));
+    let [low, high] = around(points);
     (high - low).is_finite().then_some([low, high])
 }
 
@@ -110,7 +105,7 @@ fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[b
             continue;
         }
         let p = face.patches.point(uv.x, uv.y);
-        if !bounds.holds(p) && inside.holds(uv) {
+        if !bounds.holds(p) && inside.winding(uv) != 0 {
             bounds.add(p);
             out.push(p);
         }
@@ -126,4 +121,24 @@ fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
         points_along(&u.uv, breaks[u.from as usize].t, breaks[u.to as usize].t, usize::MAX, &mut out);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn lobes_of_negative_winding_belong_to_the_box() {
+        let model = shapes::by_name("sphere").expect("a shape");
+        let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+        let mut reversed = PreparedPart::clone(&prepared.parts[0]);
+        for l in reversed.tiles.iter_mut().flat_map(|tile| &mut tile.loops) {
+            l.reverse();
+            l.iter_mut().for_each(|u| std::mem::swap(&mut u.from, &mut u.to));
+        }
+        let radius = |part: &PreparedPart| centre(&cloud(part)).map(|(_, radius)| radius);
+        assert_eq!(radius(&reversed), radius(&prepared.parts[0]));
+    }
 }

@@ -59,7 +59,8 @@ impl Default for PrepareOptions {
 
 /// Prepares a model for tessellation.
 ///
-/// A face that cannot be used is reported in [`Prepared::diagnostics`]; its neighbours are unaffected. The result does
+/// A face that cannot be used, or whose work panics, is reported in [`Prepared::diagnostics`]; its neighbours are
+/// unaffected. After a panic on edges, which faces share, all faces of the part are filled in space. The result does
 /// not depend on the number of threads. Cost: about 20–200 µs per face.
 ///
 /// # Errors

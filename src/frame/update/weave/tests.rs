@@ -1,6 +1,7 @@
 //! Plates with holes whose tessellants change -> updated triangles are valid triangulations of the plates.
 
 use super::*;
+use crate::sequence::random::SplitMix;
 
 /// A plate with holes: circles with tessellants at given parameters.
 struct Plate {
@@ -74,18 +75,14 @@ fn loops(counts: [usize; 4]) -> [(DVec2, f64, Vec<f64>); 4] {
 fn updates_are_valid_and_keep_distant_triangles() {
     let mut old = Plate::of(&loops([120, 24, 30, 17]));
     let mut weave = Weave::of(&old.made(), &old.starts).unwrap();
-    let mut state = 7_u32;
-    let mut draw = |n: u32| {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 8) % n
-    };
+    let mut random = SplitMix(7);
     let mut counts = [120, 24, 30, 17];
     for step in 0..200 {
-        let l = draw(4) as usize;
-        counts[l] = match draw(3) {
+        let l = random.below(4) as usize;
+        counts[l] = match random.below(3) {
             0 => counts[l] * 2,
             1 => (counts[l] / 2).max(5),
-            _ => counts[l] + draw(9) as usize - 4,
+            _ => counts[l] + random.below(9) as usize - 4,
         }
         .clamp(5, 200);
         let new = Plate::of(&loops(counts));

@@ -1,4 +1,5 @@
-//! Tiles to draw calls: one per tile and instance, grouped by the pages they draw from.
+//! Tiles to draws: one per tile and instance, grouped by the pages they draw from. The draws of a group are one call
+//! where the device can read them from a buffer.
 
 use super::super::gpu::Gpu;
 use super::device_scene::DeviceScene;

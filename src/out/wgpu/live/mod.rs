@@ -1,4 +1,4 @@
-//! A scene on the graphics device: tiles to buffer ranges, to draw calls, to pictures.
+//! A scene on the graphics device: tiles to buffer ranges, to draws, to pictures.
 
 mod device_scene;
 mod encode;

@@ -64,7 +64,7 @@ pub struct DeviceMemory {
     pub indices: u64,
     /// Pages of edges.
     pub edges: u64,
-    /// Draw calls and their data: records of tiles per instance, placements.
+    /// Draws and their data: records of tiles per instance, placements.
     pub draws: u64,
     /// Staging buffer for uploads.
     pub staging: u64,

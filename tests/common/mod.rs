@@ -1,0 +1,71 @@
+//! Parts and models -> prepared, and frames of them.
+#![allow(dead_code, reason = "not every test uses all of it")]
+
+use glam::{DAffine3, DVec2, DVec3};
+use std::sync::Arc;
+use trimtess::frame::Plan;
+use trimtess::math::predicates::{Side, side_of};
+use trimtess::mesh::MemorySink;
+use trimtess::model::{Face, Instance, Loop, Model, Part, PartId, Surface};
+use trimtess::parallel::{FrameReport, serial};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+
+/// A face of shell 0 without trims, colour or name.
+pub(crate) fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
+    let name = String::new();
+    Face { surface, loops, trims: None, reversed, shell: 0, colour: None, name, entity: 0, lost: false, refused: None }
+}
+
+/// The part, placed once, sound or not.
+pub(crate) fn placed(part: Part) -> Model {
+    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() };
+    Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
+}
+
+/// The model, prepared with the default options.
+pub(crate) fn prepared(model: Model) -> Arc<Prepared> {
+    Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))
+}
+
+/// The same. Asserts that there are no diagnostics.
+pub(crate) fn prepared_clean(model: Model) -> Arc<Prepared> {
+    let prepared = prepared(model);
+    assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+    prepared
+}
+
+/// A frame made by one thread.
+pub(crate) fn frame(prepared: &Arc<Prepared>, plan: &Plan, edge_lines: bool) -> (MemorySink, FrameReport) {
+    let mut sink = MemorySink::default();
+    let report = serial(prepared, plan, edge_lines, &mut sink).expect("a frame");
+    (sink, report)
+}
+
+/// The same. Asserts that no tile is degraded.
+pub(crate) fn whole_frame(prepared: &Arc<Prepared>, plan: &Plan, edge_lines: bool) -> MemorySink {
+    let (sink, report) = frame(prepared, plan, edge_lines);
+    assert!(report.degraded.is_empty(), "{:?}", report.degraded);
+    sink
+}
+
+/// The same Bézier curve with its degree raised by one.
+pub(crate) fn elevated(points: &[DVec3]) -> Vec<DVec3> {
+    let n = points.len();
+    let at = |k: usize| {
+        let share = k as f64 / n as f64;
+        points[k.saturating_sub(1)] * share + points[k.min(n - 1)] * (1.0 - share)
+    };
+    (0..=n).map(at).collect()
+}
+
+/// Winding number of a closed polygon about `q`, exact.
+pub(crate) fn winding(points: &[DVec2], q: DVec2) -> i32 {
+    let turn = |(a, b): (&DVec2, &DVec2)| {
+        if a.y <= q.y {
+            i32::from(b.y > q.y && side_of(*a, *b, q) == Side::Left)
+        } else {
+            -i32::from(b.y <= q.y && side_of(*a, *b, q) == Side::Right)
+        }
+    };
+    points.iter().zip(points.iter().cycle().skip(1)).map(turn).sum()
+}
