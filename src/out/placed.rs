@@ -5,7 +5,7 @@ use crate::model::PartId;
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Maximum length of the name of an instance in a file, bytes: an assembly of 100 000 parts may state 20 KB for each.
-const MAX_NAME: usize = 200;
+const MAX_NAME: usize = 100;
 
 /// The name of an instance, else of its part; its beginning if it is longer than [`MAX_NAME`].
 pub(super) fn instance_name<'a>(part: &'a str, instance: &'a SceneInstance) -> &'a str {

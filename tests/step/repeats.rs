@@ -4,7 +4,7 @@
 
 use crate::{file, is, model, only_part, world};
 use std::fmt::Write as _;
-use trimtess::import::step::{StepOptions, read};
+use trimtess::import::step::{StepError, StepOptions, read};
 use trimtess::model::{StepOutcome, StepTrouble};
 
 /// Ten references to `id`.
@@ -116,4 +116,69 @@ fn closed_shells_that_many_solids_share_name_the_limit() {
     assert!(model.parts[0].faces.len() <= whole.len() + 4096);
     let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "faces of shells", .. });
     assert!(model.diagnostics.iter().any(|d| is(d, told)), "{:?}", model.diagnostics);
+}
+
+#[test]
+fn a_surface_that_many_faces_share_names_the_limit() {
+    const SIDE: usize = 16;
+    let mut text = world();
+    for k in 0..SIDE * SIDE {
+        writeln!(text, "#{}=CARTESIAN_POINT('',({}.,{}.,0.));", 1000 + k, k / SIDE, k % SIDE).unwrap();
+    }
+    let ids = |from: usize, count: usize| (from..from + count).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
+    let rows = (0..SIDE).map(|row| format!("({})", ids(1000 + row * SIDE, SIDE))).collect::<Vec<_>>().join(",");
+    let (ends, knots) = (format!("(4{},4)", ",1".repeat(SIDE - 4)), (0..SIDE - 2).map(|k| format!("{k}.")));
+    let knots = format!("({})", knots.collect::<Vec<_>>().join(","));
+    writeln!(
+        text,
+        "#100=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,({rows}),.UNSPECIFIED.,.F.,.F.,.F.,{ends},{ends},{knots},{knots},\
+         .UNSPECIFIED.);"
+    )
+    .unwrap();
+    (9000..10_000).for_each(|id| writeln!(text, "#{id}=ADVANCED_FACE('',(),#100,.T.);").unwrap());
+    text += &format!(
+        "#110=OPEN_SHELL('',({}));\n#111=SHELL_BASED_SURFACE_MODEL('',(#110));\n\
+         #112=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#111),#1);\n",
+        ids(9000, 1000)
+    );
+    let model = model(&text);
+    let faces = &only_part(&model).faces;
+    let read = faces.iter().filter(|face| !face.lost).count();
+    assert!((200..1000).contains(&read), "{read}");
+    let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "points of shared surfaces", .. });
+    assert_eq!(model.diagnostics.iter().filter(|d| is(d, told)).count(), faces.len() - read);
+}
+
+#[test]
+fn a_representation_that_many_products_share_names_the_limit() {
+    let mut text = world() + "#62=ADVANCED_FACE('',(),#63,.T.);\n#63=SPHERICAL_SURFACE('',#20,1.);\n";
+    text += "#64=OPEN_SHELL('',(#62));\n#65=SHELL_BASED_SURFACE_MODEL('',(#64));\n";
+    writeln!(text, "#66=SHAPE_REPRESENTATION('',({}),#1);", vec!["#65"; 400].join(",")).unwrap();
+    for id in (1000..).step_by(3).take(400) {
+        writeln!(text, "#{id}=PRODUCT_DEFINITION('','',$,$);").unwrap();
+        writeln!(text, "#{}=PRODUCT_DEFINITION_SHAPE('','',#{id});", id + 1).unwrap();
+        writeln!(text, "#{}=SHAPE_DEFINITION_REPRESENTATION(#{},#66);", id + 2, id + 1).unwrap();
+    }
+    let model = model(&text);
+    let told = |t: &StepTrouble| {
+        matches!(t, StepTrouble::TooManyVisits { what: "items of representations that products share", .. })
+    };
+    assert_eq!(model.diagnostics.iter().filter(|d| is(d, told)).count(), 1, "{:?}", model.diagnostics);
+    assert!((1..400).contains(&model.parts.len()), "{}", model.parts.len());
+}
+
+#[test]
+fn assemblies_of_assemblies_name_the_limit_of_a_file_of_their_size() {
+    let mut text = world() + "#62=ADVANCED_FACE('',(),#63,.T.);\n#63=SPHERICAL_SURFACE('',#20,1.);\n";
+    text += "#64=OPEN_SHELL('',(#62));\n#65=SHELL_BASED_SURFACE_MODEL('',(#64));\n\
+        #66=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#65),#1);\n";
+    let mut below = 66;
+    for id in (200..).step_by(5).take(20) {
+        writeln!(text, "#{id}=REPRESENTATION_MAP(#20,#{below});").unwrap();
+        writeln!(text, "#{}=MAPPED_ITEM('',#{id},#20);\n#{}=MAPPED_ITEM('',#{id},#20);", id + 1, id + 2).unwrap();
+        writeln!(text, "#{}=SHAPE_REPRESENTATION('',(#{},#{}),#1);", id + 3, id + 1, id + 2).unwrap();
+        below = id + 3;
+    }
+    let error = read(file(&text).as_bytes(), &StepOptions::default()).expect_err("a million occurrences");
+    assert!(matches!(error, StepError::TooManyOccurrences { limit: 32_768..100_000, .. }), "{error}");
 }

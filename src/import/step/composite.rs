@@ -8,7 +8,7 @@ use crate::model::{NurbsCurve3, StepTrouble};
 impl Geometry<'_> {
     /// The segments of a `COMPOSITE_CURVE`, joined.
     pub(super) fn composite(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
-        let limit = self.table.max_visits();
+        let limit = self.table.budget.max_visits();
         if self.visits(instance, 0, &mut Map::default()) > limit {
             return Err(Trouble::new(instance.id, StepTrouble::TooManyVisits { what: "segments of curves", limit }));
         }

@@ -25,6 +25,7 @@
 mod options;
 pub use options::{BYTES_PER_BYTE, StepError, StepOptions};
 
+mod budget;
 mod place;
 mod replica;
 mod sections;

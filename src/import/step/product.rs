@@ -77,6 +77,10 @@ pub(super) struct StructureBuilder<'a> {
     groups: Vec<Group>,
     /// The group of each representation.
     owner: Map<u64, usize>,
+    /// Groups, each with a representation that it has.
+    owned: Set<(usize, u64)>,
+    /// Items of the representations of all groups. A representation may belong to several products.
+    visits: usize,
     /// Cached items of representations, for look-up: assemblies list a placement per child.
     items: RefCell<Map<u64, Set<u64>>>,
     doubts: Vec<PlacementDiagnostic>,
@@ -98,8 +102,8 @@ impl<'a> StructureBuilder<'a> {
         styles: &'a Styles,
         options: &'a StepOptions,
     ) -> Structure {
-        let (groups, owner, items, doubts) = Default::default();
-        let mut builder = Self { table, contexts, styles, options, groups, owner, items, doubts };
+        let (groups, owner, owned, items, doubts) = Default::default();
+        let mut builder = Self { table, contexts, styles, options, groups, owner, owned, visits: 0, items, doubts };
         let definitions = builder.definitions();
         let relations = Relations::read(table);
         builder.own_related(&relations);
@@ -113,9 +117,12 @@ impl<'a> StructureBuilder<'a> {
     /// Makes a group of each product definition, with the representations that define its shape.
     fn definitions(&mut self) -> Map<u64, usize> {
         let mut definitions = Map::default();
+        let mut names: Map<&str, Arc<str>> = Map::default();
         for definition in self.table.of_types(|i| i.types().any(|name| DEFINITIONS.contains(&name))) {
             definitions.insert(definition.id, self.groups.len());
-            self.groups.push(Group { name: self.product_name(definition), product: true, ..Group::default() });
+            let name = self.product_name(definition);
+            let name = Arc::clone(names.entry(name).or_insert_with(|| name.into()));
+            self.groups.push(Group { name, product: true, ..Group::default() });
         }
         for link in self.table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
             let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
@@ -133,14 +140,14 @@ impl<'a> StructureBuilder<'a> {
         self.table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
     }
 
-    fn product_name(&self, definition: Entity<'_>) -> Arc<str> {
+    fn product_name(&self, definition: Entity<'a>) -> &'a str {
         let product = || {
             let formation = definition.fields("PRODUCT_DEFINITION", 0).optional(2)?;
             let product = self.table.find(formation)?.fields("PRODUCT_DEFINITION_FORMATION", 0).optional(2)?;
             let fields = self.table.find(product)?.fields("PRODUCT", 0);
             Some(if fields.text(1).is_empty() { fields.text(0) } else { fields.text(1) })
         };
-        product().unwrap_or_default().into()
+        product().unwrap_or_default()
     }
 
     /// Whether to skip a representation: supplemental geometry, unless the options include it.
@@ -153,9 +160,20 @@ impl<'a> StructureBuilder<'a> {
             return;
         }
         self.owner.entry(representation).or_insert(group);
-        let list = &mut self.groups[group].representations;
-        if !list.contains(&representation) {
-            list.push(representation);
+        if !self.owned.insert((group, representation)) {
+            return;
+        }
+        let shape = self.table.find(representation);
+        let items = shape.map_or(0, |i| i.fields("REPRESENTATION", 1).list(0).map_or(0, <[_]>::len));
+        let (before, limit) = (self.visits, self.table.budget.max_visits());
+        self.visits = before.saturating_add(1 + items);
+        if self.visits <= limit {
+            self.groups[group].representations.push(representation);
+        } else if before <= limit {
+            let trouble = StepTrouble::TooManyVisits { what: "items of representations that products share", limit };
+            let what = StepOutcome::LeftOut(trouble);
+            let entity = representation;
+            self.doubts.push(PlacementDiagnostic { severity: Severity::Error, entity, what, group: None });
         }
     }
 
@@ -260,14 +278,18 @@ impl<'a> StructureBuilder<'a> {
             self.place(parent, Child { group: child, entity: usage.id, transform, name: name.into(), colour });
         }
         // Relationships with a transformation that no occurrence uses place representations directly.
+        let pairs =
+            self.groups.iter().enumerate().flat_map(|(g, group)| group.children.iter().map(move |c| (g, c.group)));
+        let mut known: Set<(usize, usize)> = pairs.collect();
         for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
             let Some(&(first, second, _)) = relations.moved.get(&relation) else { continue };
             let (Some(&child), Some(&parent)) = (self.owner.get(&first), self.owner.get(&second)) else { continue };
-            if child == parent || self.groups[parent].children.iter().any(|c| c.group == child) {
+            if child == parent || known.contains(&(parent, child)) {
                 continue;
             }
             match self.placed_by(relations, relation, parent, child) {
                 Ok(transform) => {
+                    known.insert((parent, child));
                     let name = Arc::default();
                     self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
                 }
@@ -297,7 +319,7 @@ impl<'a> StructureBuilder<'a> {
             Trouble::new(relation, missing("an occurrence placed by a relationship", "transformation"))
         })?;
         // The component should come first and the assembly second, but some writers swap them.
-        let has = |group: usize, id: u64| self.groups[group].representations.contains(&id);
+        let has = |group: usize, id: u64| self.owned.contains(&(group, id));
         let swapped = has(parent, first) && has(child, second) && !(has(child, first) && has(parent, second));
         let transformation = self.table.get(operator)?;
         if !transformation.is("ITEM_DEFINED_TRANSFORMATION") {

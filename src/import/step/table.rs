@@ -1,5 +1,6 @@
 //! Part 21 syntax trees -> a table of instances by number, with typed access to their attributes.
 
+use super::budget::Budget;
 use crate::model::{StepCause, StepTrouble};
 use foldhash::fast::RandomState;
 use std::borrow::Cow;
@@ -58,20 +59,15 @@ pub(super) struct Table {
     first_of_type: Vec<usize>,
     /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
-    /// Length of the text, bytes.
-    bytes: usize,
+    pub(super) budget: Budget,
 }
-
-/// Visits of shared items that files of any length may ask for.
-const FREE_VISITS: usize = 4096;
 
 /// Type index of instances with several types.
 const COMPLEX: u32 = u32::MAX;
 
 impl Table {
     /// `rows` must be sorted by number, without duplicates. `elsewhere`: places of instances defined in other files.
-    /// `bytes`: length of the text.
-    pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>, bytes: usize) -> Self {
+    pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>, budget: Budget) -> Self {
         let mut dense = Vec::new();
         let last = rows.last().map_or(0, RawEntity::id);
         // Four bytes per number: worth it while the largest number is at most eight times the number of instances.
@@ -98,19 +94,11 @@ impl Table {
                 RawEntity::Complex { .. } => COMPLEX,
             });
         }
-        Self { rows, dense, types, first_of_type, elsewhere, bytes }
+        Self { rows, dense, types, first_of_type, elsewhere, budget }
     }
 
     pub(super) fn len(&self) -> usize {
         self.rows.len()
-    }
-
-    /// How many items lists may name within one curve or body, each item counted as often as lists lead to it.
-    ///
-    /// Lists without shared items stay below the length of the file. Lists of lists that share items grow as a power
-    /// of it.
-    pub(super) fn max_visits(&self) -> usize {
-        self.bytes.saturating_add(FREE_VISITS)
     }
 
     pub(super) fn find(&self, id: u64) -> Option<Entity<'_>> {

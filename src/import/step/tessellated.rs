@@ -39,6 +39,9 @@ pub(super) fn triangles(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<(Part
 /// Maximum depth of splits of a side at collinear corners, and maximum number of splits in total.
 const MAX_SPLITS: (usize, usize) = (64, 1_000_000);
 
+/// Memory of a triangle, bytes: its corners here, and a face with its edges in the model.
+const BYTES_PER_TRIANGLE: usize = 1600;
+
 /// A triangle lower than this share of its longest side has collinear corners.
 const FLAT: f64 = 1e-9;
 
@@ -98,7 +101,7 @@ impl Mesh {
             if let Err(trouble) = read {
                 self.lost.push((trouble, None));
             }
-            if self.visits > geometry.table.max_visits() {
+            if self.visits > geometry.table.budget.max_visits() {
                 break;
             }
         }
@@ -110,7 +113,7 @@ impl Mesh {
 
     /// Counts `more` visits for `item`.
     fn visit(&mut self, more: usize, geometry: &Geometry<'_>, item: Entity<'_>) -> Read<()> {
-        let limit = geometry.table.max_visits();
+        let limit = geometry.table.budget.max_visits();
         self.visits = self.visits.saturating_add(more);
         if self.visits > limit {
             return Err(Trouble::new(item.id, StepTrouble::TooManyVisits { what: "tessellated items", limit }));
@@ -145,6 +148,10 @@ impl Mesh {
             corners.extend(rows.iter().map(|row| <[usize; 3]>::try_from(row.as_slice()).unwrap_or_default()));
         }
         self.visit(corners.len(), geometry, face)?;
+        if !geometry.table.budget.spend(corners.len().saturating_mul(BYTES_PER_TRIANGLE)) {
+            // The whole result will be discarded.
+            return Ok(());
+        }
         let points = self.lists.get(&list).map(Vec::as_slice).unwrap_or_default();
         let corner = |index: usize| -> Option<DVec3> {
             let index = if used.is_empty() { index } else { *used.get(index.checked_sub(1)?)? };

@@ -21,6 +21,9 @@ pub(super) struct PlannedPart {
     pub(super) colour: Option<Colour>,
 }
 
+/// Memory of an occurrence, bytes: its instance here, and in the scene that prepare makes.
+const BYTES_PER_INSTANCE: usize = 2 * size_of::<Instance>() + 64;
+
 /// The assembly tree while it is expanded into instances.
 pub(super) struct Tree<'a> {
     table: &'a Table,
@@ -34,6 +37,8 @@ pub(super) struct Tree<'a> {
     pub(super) instances: Vec<Instance>,
     /// Number of visited occurrences, assemblies included.
     pub(super) visits: u64,
+    /// The instance that places the first occurrence beyond the limit for a file of its length.
+    pub(super) beyond: Option<u64>,
     /// Groups from the root to the current one.
     path: Vec<usize>,
     /// Visited groups.
@@ -61,6 +66,7 @@ impl<'a> Tree<'a> {
             planned: Vec::new(),
             instances: Vec::new(),
             visits: 0,
+            beyond: None,
             path: Vec::new(),
             reached: HashSet::new(),
             cyclic: HashSet::new(),
@@ -155,14 +161,20 @@ impl<'a> Tree<'a> {
         for group in groups {
             if !self.reached.contains(&group) {
                 let name = self.groups[group].name.clone();
-                self.walk(group, DAffine3::IDENTITY, name, None);
+                self.walk(group, 0, DAffine3::IDENTITY, name, None);
             }
         }
     }
 
-    fn walk(&mut self, group: usize, transform: DAffine3, name: Arc<str>, colour: Option<Colour>) {
+    /// Visits an occurrence of a group, placed by instance `entity`, and all in it.
+    fn walk(&mut self, group: usize, entity: u64, transform: DAffine3, name: Arc<str>, colour: Option<Colour>) {
+        if self.beyond.is_some() {
+            return;
+        }
         self.visits += 1;
-        if self.visits > self.options.max_instances {
+        let budget = &self.table.budget;
+        self.beyond = (self.visits > budget.max_instances()).then_some(entity);
+        if self.visits > budget.max_instances().min(self.options.max_instances) || !budget.spend(BYTES_PER_INSTANCE) {
             return;
         }
         self.reached.insert(group);
@@ -180,7 +192,7 @@ impl<'a> Tree<'a> {
                 continue;
             }
             let name = if child.name.is_empty() { self.groups[child.group].name.clone() } else { child.name };
-            self.walk(child.group, transform * child.transform, name, colour.or(child.colour));
+            self.walk(child.group, child.entity, transform * child.transform, name, colour.or(child.colour));
         }
         self.path.pop();
     }
@@ -200,6 +212,7 @@ impl<'a> Tree<'a> {
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {
+            self.table.budget.spend(self.groups[group].name.len());
             self.planned.push(PlannedPart { name: self.groups[group].name.to_string(), gathered, colour });
         }
         self.parts[group] = Some(part);

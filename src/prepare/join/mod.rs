@@ -5,6 +5,7 @@ pub(super) mod closing;
 pub(super) mod fill;
 pub(super) mod images;
 pub(super) mod limits;
+pub(super) mod memory;
 pub(super) mod orient;
 pub(super) mod part;
 pub(super) mod prepared;

@@ -3,3 +3,4 @@
 pub(super) mod finding;
 pub(super) mod guard;
 pub(super) mod refusals;
+pub(super) mod room;

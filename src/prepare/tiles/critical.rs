@@ -12,7 +12,7 @@
 
 use super::arcs::{ArcSpan, MAX_DEPTH, PcurveArc, apart, arc, exactly_apart, shared_ends};
 use super::draft::DraftTile;
-use super::meeting::{Meeting, beside, meet, weld};
+use super::meeting::{Meeting, WorkLeft, beside, by_use, meet, weld};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -64,17 +64,6 @@ type Pair<'a> = (ArcSpan<'a>, ArcSpan<'a>);
 
 /// Pairs of stretches that cannot be separated, each with its parts that cannot.
 type UnresolvedPairs<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
-
-/// Remaining budget of a tile, in points.
-struct WorkLeft(usize);
-
-impl WorkLeft {
-    /// Spends `points`. Returns whether anything is left.
-    fn takes(&mut self, points: usize) -> bool {
-        self.0 = self.0.saturating_sub(points);
-        self.0 > 0
-    }
-}
 
 /// Result of separating arcs.
 struct Separation<'a, 'w> {
@@ -147,16 +136,17 @@ fn meet_near(tile: &DraftTile, (a, b): Pair<'_>, parts: &[Pair<'_>]) -> Vec<Meet
 /// which they may be halved, besides samples and the middles between them.
 fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], exact: bool) -> Vec<PcurveArc> {
     let scale = (tile.max - tile.min).recip();
+    let (met, more) = (by_use(meetings.iter().flat_map(|m| m.at)), by_use(more.iter().copied()));
     let mut arcs = Vec::new();
     for (l, uses) in tile.loops.iter().enumerate() {
         for (k, u) in uses.iter().enumerate() {
             let mut stops = vec![u.from.min(u.to)];
-            stops.extend(meetings.iter().flat_map(|m| m.at).filter(|at| at.0 == (l, k)).map(|at| at.1));
+            stops.extend(met.get(&(l, k)).into_iter().flatten());
             stops.push(u.from.max(u.to));
             stops.sort_by(f64::total_cmp);
             stops.dedup();
-            let more: Vec<f64> = more.iter().filter(|at| at.0 == (l, k)).map(|at| at.1).collect();
-            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), &more, (tile.min, scale), exact)));
+            let more = more.get(&(l, k)).map_or(&[][..], Vec::as_slice);
+            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), more, (tile.min, scale), exact)));
         }
     }
     arcs.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
