@@ -364,7 +364,7 @@ mod tests {
             part: PartId(part),
             transform: DAffine3::IDENTITY,
             colour: None,
-            name: String::new(),
+            name: "".into(),
             first_face,
         };
         let batch = |face: u32| Batch {

@@ -2,6 +2,7 @@
 
 use crate::model::{Colour, EdgeId, FaceId, PartId};
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// A part, as sinks see it.
 #[derive(Clone, Debug, Default)]
@@ -36,8 +37,8 @@ pub struct SceneInstance {
     pub transform: DAffine3,
     /// Overrides all face colours.
     pub colour: Option<Colour>,
-    /// Name, possibly empty.
-    pub name: String,
+    /// Name, possibly empty. Shared with the model's instance.
+    pub name: Arc<str>,
     /// Index of this instance's first face when faces are numbered across all instances. Set by `prepare`; a session
     /// renumbers when instances come and go.
     pub first_face: u32,

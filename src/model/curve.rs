@@ -254,7 +254,9 @@ impl ArcNet {
     pub(super) fn new(a0: f64, a1: f64) -> Self {
         let sweep = a1 - a0;
         // A sweep of k·90° plus rounding takes k spans.
-        let wanted = (sweep / std::f64::consts::FRAC_PI_2 - 1e-9).ceil().clamp(1.0, 4096.0);
+        let wanted = (sweep / std::f64::consts::FRAC_PI_2 - 1e-9).ceil();
+        // NaN takes one, so that counts agree; `check` refuses it.
+        let wanted = if wanted.is_nan() { 1.0 } else { wanted.clamp(1.0, 4096.0) };
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 1..=4096")]
         let spans = wanted as usize;
         let step = sweep / wanted;

@@ -4,6 +4,7 @@ use super::diagnostic::Diagnostic;
 use super::trouble::StepCause;
 use super::{EdgeId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
+use std::sync::Arc;
 
 /// Red, green, blue (sRGB) and opacity, each 0..1.
 pub type Colour = [f32; 4];
@@ -138,8 +139,8 @@ pub struct Instance {
     pub transform: DAffine3,
     /// Overrides the colours of the part and its faces.
     pub colour: Option<Colour>,
-    /// Name, empty if none.
-    pub name: String,
+    /// Name, empty if none. Shared: an assembly may place a part many thousand times.
+    pub name: Arc<str>,
 }
 
 /// A scene: parts and their placements.

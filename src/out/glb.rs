@@ -7,7 +7,7 @@
 
 use super::colour;
 use super::node_place::{NodePlace, local};
-use super::placed::{batches_by_part, by_part, distinct};
+use super::placed::{batches_by_part, by_part, distinct, instance_name};
 use super::single::BeyondSingle;
 use crate::mesh::{Batch, EdgeLine, MemorySink, ScenePart};
 use crate::model::Colour;
@@ -61,7 +61,7 @@ pub(super) fn write_glb_within(frame: &MemorySink, most: f64, file: &mut impl Wr
                 Some(mesh) => *mesh,
                 None => *meshes.entry(key).or_insert(glb.mesh(part, shape, instance.colour)),
             };
-            let name = named(&instance.name).or_else(|| named(&part.name));
+            let name = named(instance_name(&part.name, instance));
             children.push(glb.node(&NodePlace::new(part, instance, most)?, name, mesh));
         }
     }

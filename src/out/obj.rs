@@ -1,6 +1,6 @@
 //! A frame to Wavefront OBJ: text, millimetres, world coordinates at full f64 precision.
 
-use super::placed::{Placement, batches_by_part, distinct, placed};
+use super::placed::{Placement, batches_by_part, distinct, instance_name, placed};
 use crate::mesh::{MemorySink, Scene, SceneInstance};
 use glam::DVec3;
 use std::fmt::Write as _;
@@ -57,7 +57,7 @@ fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
 
 fn object_name(scene: &Scene, instance: &SceneInstance) -> String {
     let part = scene.parts.get(instance.part.index()).map_or("", |part| part.name.as_str());
-    match word(if instance.name.is_empty() { part } else { &instance.name }) {
+    match word(instance_name(part, instance)) {
         name if name.is_empty() => format!("part_{}", instance.part.0),
         name => name,
     }

@@ -4,6 +4,16 @@ use crate::mesh::{Batch, MemorySink, SceneInstance, TileMesh};
 use crate::model::PartId;
 use glam::{DAffine3, DMat3, DVec3};
 
+/// Maximum length of the name of an instance in a file, bytes: an assembly of 100 000 parts may state 20 KB for each.
+const MAX_NAME: usize = 100;
+
+/// The name of an instance, else of its part; its beginning if it is longer than [`MAX_NAME`].
+pub(super) fn instance_name<'a>(part: &'a str, instance: &'a SceneInstance) -> &'a str {
+    let name = if instance.name.is_empty() { part } else { &instance.name };
+    let end = (0..=MAX_NAME.min(name.len())).rev().find(|&end| name.is_char_boundary(end));
+    &name[..end.unwrap_or(0)]
+}
+
 /// Groups batches by part, keeping their order.
 pub(super) fn batches_by_part(frame: &MemorySink) -> Vec<Vec<&Batch>> {
     by_part(frame, &frame.batches, |batch| batch.part)

@@ -34,6 +34,7 @@ pub use whole::prepare::{PrepareOptions, prepare};
 pub mod internals {
     pub(crate) use super::join::images::EdgeImage;
     pub use super::join::images::EdgeImages;
+    pub(crate) use super::join::memory::of_prepared;
     pub use super::join::prepared::{
         Break, EdgeShape, EdgeUse, OpenEdges, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,
     };

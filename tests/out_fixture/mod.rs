@@ -54,7 +54,7 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
         part: trimtess::model::PartId(0),
         transform,
         colour: None,
-        name: format!("box {index}"),
+        name: format!("box {index}").into(),
         first_face: 6 * index as u32,
     });
     let line = |k: usize| EdgeLine {

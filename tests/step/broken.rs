@@ -104,9 +104,9 @@ fn other_files_are_named() {
 #[cfg(target_os = "linux")]
 #[test]
 fn endless_files_are_not_read_to_the_end() {
-    let options = StepOptions::DEFAULT.with_max_bytes(1000);
-    let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
-    assert!(matches!(error, StepError::TooLarge { bytes: 1001, limit: 1000 }), "{error}");
+    // The first bytes decide.
+    let error = read_file("/dev/zero".as_ref(), &StepOptions::DEFAULT).expect_err("zeros");
+    assert!(matches!(error, StepError::NotStep { .. }), "{error}");
 }
 
 #[test]
@@ -121,13 +121,37 @@ fn limits_are_named_with_what_would_be_needed() {
         "{error}"
     );
     let needed = BYTES_PER_BYTE * text.len() as u64;
-    assert!(read(StepOptions::DEFAULT.with_max_memory(needed)).is_ok());
     let error = read(StepOptions::DEFAULT.with_max_memory(needed - 1)).expect_err("one byte too many");
     assert!(matches!(error, StepError::TooMuchMemory { needed: n, .. } if n == needed), "{error}");
     assert!(error.to_string().contains("max_memory") && error.to_string().contains(&needed.to_string()), "{error}");
-    let options = StepOptions::DEFAULT.with_max_memory(8000);
-    let error = read_file("/dev/zero".as_ref(), &options).expect_err("zeros");
-    assert!(matches!(error, StepError::TooMuchMemory { needed: 8010, limit: 8000 }), "{error}");
+    // Lists, faces and edges count, too.
+    assert!(read(StepOptions::DEFAULT.with_max_memory(10 * needed)).is_ok());
+}
+
+#[test]
+fn memory_is_counted_before_it_is_allocated() {
+    let refused = |items: &str, limit: u64| match read(file(&(world() + items)).as_bytes(), &with_memory(limit)) {
+        Err(StepError::TooMuchMemory { needed, .. }) => Some(needed),
+        _ => None,
+    };
+    // A list of digits takes 47 bytes per byte, a list of blanks 150.
+    let digits = format!("#100=A(({}1));\n", "1,".repeat(100_000));
+    assert!(refused(&digits, 4_000_000).is_some_and(|needed| needed > 9_000_000));
+    let blanks = format!("#100=A(({}));\n", ",".repeat(100_000));
+    assert!(refused(&blanks, 10_000_000).is_some_and(|needed| needed > 15_000_000));
+    // A triangle becomes a face, of ten bytes of text.
+    let triangles = vec!["(1,2,3)"; 20_000].join(",");
+    let body = format!(
+        "#100=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.,0.)));\n\
+         #101=TRIANGULATED_FACE('',#100,3,((0.,0.,1.)),$,(),({triangles}));\n\
+         #102=TESSELLATED_SHAPE_REPRESENTATION('',(#101),#3);\n"
+    );
+    assert!(refused(&body, 20_000_000).is_some_and(|needed| needed > 30_000_000));
+    assert_eq!(refused(&body, 100_000_000), None);
+}
+
+fn with_memory(limit: u64) -> StepOptions {
+    StepOptions::DEFAULT.with_max_memory(limit)
 }
 
 #[test]
@@ -198,4 +222,32 @@ fn nonsense_numbers_cost_their_face() {
         let lost = model.diagnostics.iter().filter(|d| d.severity == Severity::Error && d.entity == 72).count();
         assert_eq!(lost, 1, "{bad}: {:?}", model.diagnostics);
     }
+}
+
+#[test]
+fn a_length_unit_beyond_all_numbers_is_named_and_read_as_millimetres() {
+    let metre = "#300=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));\n";
+    let unit = "#301=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E306),#300);\n\
+        #302=(CONVERSION_BASED_UNIT('X',#301)LENGTH_UNIT()NAMED_UNIT(#13));\n\
+        #303=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#302))REPRESENTATION_CONTEXT('',''));\n";
+    let circle = "#310=CIRCLE('',#20,1.);\n#312=EDGE_CURVE('',#30,#30,#310,.T.);\n\
+        #313=ORIENTED_EDGE('',*,*,#312,.T.);\n\
+        #314=EDGE_LOOP('',(#313));\n#315=FACE_OUTER_BOUND('',#314,.T.);\n#316=PLANE('',#20);\n";
+    let face = crate::shell("ADVANCED_FACE('',(#315),#316,.T.)", 303);
+    let model = crate::model(&(crate::world() + metre + unit + &crate::vertex(30, [1.0, 0.0, 0.0]) + circle + &face));
+    let told = model.diagnostics.iter().find(|d| d.kind.code() == "step-unit-out-of-range").expect("a diagnostic");
+    assert_eq!((told.entity, told.severity), (303, Severity::Error));
+    assert!(!crate::only_face(&model).lost);
+}
+
+#[test]
+fn coordinates_beyond_all_numbers_in_millimetres_are_named() {
+    let line = "#40=LINE('',#31,#41);\n#41=VECTOR('',#22,1.);\n";
+    let ends = crate::vertex(30, [0.0; 3]) + "#32=VERTEX_POINT('',#33);\n#33=CARTESIAN_POINT('',(1.E308,0.,0.));\n";
+    let edge = "#42=EDGE_CURVE('',#30,#32,#40,.T.);\n#43=ORIENTED_EDGE('',*,*,#42,.T.);\n#44=EDGE_LOOP('',(#43));\n\
+        #45=FACE_OUTER_BOUND('',#44,.T.);\n#46=PLANE('',#20);\n";
+    let face = crate::shell("ADVANCED_FACE('',(#45),#46,.T.)", 3);
+    let model = crate::model(&(crate::world() + &ends + line + edge + &face));
+    let told = |t: &trimtess::model::StepTrouble| matches!(t, trimtess::model::StepTrouble::NotFinite { .. });
+    assert!(model.diagnostics.iter().any(|d| crate::is(d, told)), "{:?}", model.diagnostics);
 }

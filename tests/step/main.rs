@@ -11,6 +11,7 @@ mod derived;
 mod editions;
 mod forms;
 mod products;
+mod repeats;
 mod supplemental;
 mod surfaces;
 mod topology;

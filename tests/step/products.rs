@@ -85,7 +85,7 @@ fn nested_assemblies_share_their_part() {
         assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, "ball"));
         assert_eq!(origins(&model), [DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 20.0, 0.0)], "swapped: {swap}");
         near(model.instances[1].transform.transform_point3(DVec3::X * 2.0), DVec3::new(1.0, 22.0, 0.0));
-        assert_eq!(model.instances[0].name, "use 200");
+        assert_eq!(&*model.instances[0].name, "use 200");
     }
 }
 
@@ -127,7 +127,7 @@ fn mapped_items_place_representations() {
     clean(&model);
     assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, "ball"));
     assert_eq!(origins(&model), [DVec3::ZERO, DVec3::X * 5.0]);
-    assert_eq!(model.instances[1].name, "right");
+    assert_eq!(&*model.instances[1].name, "right");
 }
 
 #[test]

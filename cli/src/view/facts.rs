@@ -14,7 +14,7 @@ pub(super) fn facts(picked: &PickHit, scene: &Scene, prepared: &Prepared) -> Vec
     let part = picked.part.index();
     let instance = picked.instance.index();
     rows.push(("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)));
-    rows.push(("instance", named(scene.instances.get(instance).map(|placed| placed.name.as_str()), instance)));
+    rows.push(("instance", named(scene.instances.get(instance).map(|placed| &*placed.name), instance)));
     rows.push(("face", picked.face.index().to_string()));
     if let Some(face) = prepared.parts.get(part).and_then(|part| part.face(picked.face)) {
         rows.push(("surface", face.kind.name().to_owned()));

@@ -41,7 +41,7 @@ pub(crate) fn assembly() -> Model {
         let name = part.name.clone();
         let part = model.part(part);
         for (k, &transform) in places.iter().enumerate() {
-            let name = if places.len() == 1 { name.clone() } else { format!("{name} {}", k + 1) };
+            let name = if places.len() == 1 { name.clone() } else { format!("{name} {}", k + 1) }.into();
             model.instance(Instance { part, transform, colour: None, name });
         }
     };

@@ -158,7 +158,7 @@ impl Planner {
         let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
         let everywhere = |part: &ScenePart| PartTolerance::everywhere(&coarsest, part.radius);
         let asked: Vec<PartTolerance> = prepared.scene.parts.iter().map(everywhere).collect();
-        let plan = plan_parts(&prepared, &asked, &options.limits);
+        let plan = plan_parts(&prepared, &asked, &options.limits, 0);
         let parts = prepared.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
             boxes: PartBoxes::of(part),
             tiles: vec![Rate::Even(None); part.tiles.len()],
@@ -374,7 +374,7 @@ impl Planner {
 
     /// Plans the lattices of the tiles that change, then the tessellants of their edges.
     fn apply(&mut self, draft: &mut PlanDraft<'_>) {
-        let cells_per_tile = Budget::of(&self.options.limits).cells_per_tile;
+        let cells_per_tile = Budget::of(&self.options.limits, 0).cells_per_tile;
         let mut touched = std::mem::take(&mut self.touched);
         for WantedRate { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
@@ -473,7 +473,7 @@ impl Planner {
             drawn.map(|(cells, _)| cells).sum()
         };
         let spent: u64 = self.parts.iter().map(of_part).sum();
-        let allowed = Budget::of(&self.options.limits).left;
+        let allowed = Budget::of(&self.options.limits, 0).left;
         self.unfinished = false;
         if spent > allowed && self.terms.coarser < COARSEST {
             self.terms.coarser += 1;

@@ -12,8 +12,9 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    pub(crate) fn of(limits: &PlanLimits) -> Self {
-        Self { left: limits.allowed() / 2, cells_per_tile: (limits.triangles_per_tile / 2).max(1) }
+    /// `held_mib`: memory of the prepared model, MiB.
+    pub(crate) fn of(limits: &PlanLimits, held_mib: u32) -> Self {
+        Self { left: limits.allowed(held_mib) / 2, cells_per_tile: (limits.triangles_per_tile / 2).max(1) }
     }
 
     /// `None` if fewer are left.

@@ -50,5 +50,5 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
     };
     let mut asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(seen).map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    plan_parts(prepared, &asked, limits)
+    plan_parts(prepared, &asked, limits, 0)
 }

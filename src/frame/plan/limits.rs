@@ -17,7 +17,7 @@ pub struct PlanLimits {
     pub triangles_per_tile: u64,
     /// Triangles of all tiles together.
     pub triangles: u64,
-    /// Memory of the whole mesh, bytes, at [`BYTES_PER_TRIANGLE`].
+    /// Memory of the whole mesh, bytes, at [`BYTES_PER_TRIANGLE`]. Plans for a tolerance count the prepared model, too.
     pub bytes: u64,
 }
 
@@ -25,9 +25,9 @@ impl PlanLimits {
     /// 8 million triangles per tile, 64 million in all, 16 GiB.
     pub const DEFAULT: Self = Self { triangles_per_tile: 1 << 23, triangles: 1 << 26, bytes: 16 << 30 };
 
-    /// Triangles allowed by both limits on the whole mesh.
-    pub(crate) fn allowed(&self) -> u64 {
-        self.triangles.min(self.bytes / BYTES_PER_TRIANGLE)
+    /// Triangles allowed by both limits on the whole mesh, next to a prepared model of `held_mib` MiB.
+    pub(crate) fn allowed(&self, held_mib: u32) -> u64 {
+        self.triangles.min(self.bytes.saturating_sub(u64::from(held_mib) << 20) / BYTES_PER_TRIANGLE)
     }
 
     /// Sets [`triangles_per_tile`](Self::triangles_per_tile).
@@ -65,6 +65,9 @@ impl Default for PlanLimits {
 pub struct Shortfall {
     /// The limits of the plan.
     pub limits: PlanLimits,
+    /// Memory of the prepared model, MiB, which counts towards [`PlanLimits::bytes`]; 0 for views.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub held_mib: u32,
     /// Density of lines and tessellants as a fraction of what the tolerance requires: 1 unless
     /// [`PlanLimits::triangles`] or [`PlanLimits::bytes`] lowers it.
     pub density: f64,
@@ -89,6 +92,7 @@ impl Shortfall {
     pub(crate) fn none(limits: &PlanLimits) -> Self {
         Self {
             limits: *limits,
+            held_mib: 0,
             density: 1.0,
             needed: 0,
             unusable: false,
@@ -99,7 +103,7 @@ impl Shortfall {
     }
 
     pub(crate) fn if_any(self) -> Option<Self> {
-        (self != Self::none(&self.limits)).then_some(self)
+        (self != Self { held_mib: self.held_mib, ..Self::none(&self.limits) }).then_some(self)
     }
 
     /// Whether the tolerance or a limit set by the caller is the cause. Otherwise the cause is noise in single tiles or
@@ -113,16 +117,19 @@ impl Shortfall {
 
 impl fmt::Display for Shortfall {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { limits, density, needed, unusable, tiles, lines, edges } = self;
+        let Self { limits, held_mib, density, needed, unusable, tiles, lines, edges } = self;
         write!(f, "limits make the mesh coarser than the tolerance asks")?;
         if *unusable {
             write!(f, "; the tolerance is not a usable number, or too small for the model")?;
         }
         if *density < 1.0 {
             write!(f, "; it needs up to {needed} triangles, the limit is {}", limits.triangles)?;
-            if limits.allowed() < limits.triangles {
+            if limits.allowed(*held_mib) < limits.triangles {
                 let bytes = limits.bytes;
                 write!(f, " and {bytes} bytes of memory (PlanLimits::bytes) at {BYTES_PER_TRIANGLE} per triangle")?;
+                if *held_mib > 0 {
+                    write!(f, " next to {held_mib} MiB of the prepared model")?;
+                }
             } else {
                 write!(f, " (PlanLimits::triangles)")?;
             }

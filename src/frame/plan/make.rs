@@ -10,7 +10,7 @@ use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::PreparedPart;
+use crate::prepare::internals::{PreparedPart, of_prepared};
 use std::sync::Arc;
 
 /// Plans lattice lines and tessellants for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
@@ -33,18 +33,20 @@ pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimi
     let of_part =
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
-    plan_parts(prepared, &asked, limits)
+    let held_mib = u32::try_from(of_prepared(prepared).div_ceil(1 << 20)).unwrap_or(u32::MAX);
+    plan_parts(prepared, &asked, limits, held_mib)
 }
 
 /// Plans all parts, each for its own tolerance in part coordinates.
 ///
-/// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured.
-pub(crate) fn plan_parts(prepared: &Prepared, asked: &[PartTolerance], limits: &PlanLimits) -> Plan {
+/// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured. `held_mib`:
+/// memory of the prepared model that counts towards the limits, MiB.
+pub(crate) fn plan_parts(prepared: &Prepared, asked: &[PartTolerance], limits: &PlanLimits, held_mib: u32) -> Plan {
     /// Factor on all densities per round. It about halves the number of cells.
     const LOWER: f64 = 0.75;
     /// Rounds until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: i32 = 96;
-    let mut shortfall = Shortfall::none(limits);
+    let mut shortfall = Shortfall { held_mib, ..Shortfall::none(limits) };
     // A part without tiles meets any tolerance.
     let unusable = |(part, asked): (&Arc<PreparedPart>, &PartTolerance)| asked.unusable && !part.tiles.is_empty();
     shortfall.unusable = prepared.parts.iter().zip(asked).any(unusable);
@@ -54,7 +56,7 @@ pub(crate) fn plan_parts(prepared: &Prepared, asked: &[PartTolerance], limits: &
         shortfall.tiles.clear();
         shortfall.lines.clear();
         shortfall.edges.clear();
-        let mut budget = Budget::of(limits);
+        let mut budget = Budget::of(limits, held_mib);
         if round == LOWEST {
             budget.left = u64::MAX;
         }
@@ -74,7 +76,7 @@ pub(crate) fn plan_parts(prepared: &Prepared, asked: &[PartTolerance], limits: &
 
 /// Upper bound on the triangles at full density, each tile within its limit.
 fn triangles_asked(prepared: &Prepared, asked: &[PartTolerance], limits: &PlanLimits) -> u64 {
-    let mut budget = Budget { left: u64::MAX, ..Budget::of(limits) };
+    let mut budget = Budget { left: u64::MAX, ..Budget::of(limits, 0) };
     for (k, (part, asked)) in prepared.parts.iter().zip(asked).enumerate() {
         // Keeps the plan of one part at a time in memory. The budget does not run out.
         let _ = plan_part(PartId::new(k), part, asked, &mut budget, &mut Shortfall::none(limits));

@@ -11,7 +11,7 @@ const MAX_SPANS: f64 = 64.0;
 /// spans.
 pub(super) fn hyperbolic_arc(centre: DVec3, x: DVec3, y: DVec3, (t0, t1): (f64, f64)) -> NurbsCurve3 {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 64")]
-    let spans = (t1 - t0).ceil().clamp(1.0, MAX_SPANS) as usize;
+    let spans = ((t1 - t0).ceil().clamp(1.0, MAX_SPANS) as usize).max(1);
     let step = (t1 - t0) / spans as f64;
     let weight = (0.5 * step).cosh();
     let at = |t: f64| x * t.cosh() + y * t.sinh();

@@ -1,7 +1,7 @@
 //! Contents of one part, gathered from its representations: shells of faces, and bodies without explicit faces.
 
 use super::kinds::BodyKind;
-use super::table::Set;
+use super::table::{Map, Set};
 use super::units::Units;
 use crate::model::{Colour, Shell, ShellKind};
 
@@ -50,6 +50,10 @@ pub(super) struct PartContents {
     pub(super) bodies: Vec<BodyUse>,
     /// Items, shells and faces already in this part. A part has each once, however often its representations list it.
     pub(super) held: Set<u64>,
+    /// Faces of open shells in this part, and whether the shell flips them.
+    pub(super) open_sides: Set<(u64, bool)>,
+    /// Open shells in this part, whether they are flipped, and how many faces they list.
+    pub(super) open_shells: Map<(u64, bool), usize>,
 }
 
 impl PartContents {

@@ -10,9 +10,8 @@ use std::f64::consts::FRAC_PI_2;
 /// Makes a part of a primitive, placed as in ISO 10303-42.
 pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part> {
     let id = item.id;
-    let length = geometry.units.length;
     let size = |name: &'static str, index: usize| -> Read<f64> {
-        let value = item.fields(name, 1).real(index)? * length;
+        let value = geometry.length(item.fields(name, 1).real(index)?, id)?;
         if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, measure(format!("a {name} size"), value, "mm"))) }
     };
     let frame = |name: &'static str| geometry.frame(item.fields(name, 1).reference(0)?);
@@ -25,7 +24,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
     } else if item.is("RIGHT_ANGULAR_WEDGE") {
         const NAME: &str = "RIGHT_ANGULAR_WEDGE";
         let [x, y, z] = [size(NAME, 1)?, size(NAME, 2)?, size(NAME, 3)?];
-        let top = item.fields(NAME, 1).real(4)? * length;
+        let top = geometry.length(item.fields(NAME, 1).real(4)?, id)?;
         if !(0.0..x).contains(&top) {
             return Err(Trouble::new(id, SolidTrouble::Wedge { foot_mm: x, top_mm: top }));
         }
@@ -72,7 +71,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
             ("RIGHT_CIRCULAR_CONE", stated)
         };
         let height = size(name, 1)?;
-        let radius = item.fields(name, 1).real(2)? * length;
+        let radius = geometry.length(item.fields(name, 1).real(2)?, id)?;
         if radius < 0.0 || (radius == 0.0 && angle == 0.0) {
             return Err(Trouble::new(id, measure(format!("a {name} radius"), radius, "mm")));
         }

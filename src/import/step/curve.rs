@@ -236,7 +236,11 @@ impl Geometry<'_> {
             return Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }));
         }
         let positive = |value: f64| {
-            if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, measure("a radius or axis", value, "mm"))) }
+            if value > 0.0 && value.is_finite() {
+                Ok(value)
+            } else {
+                Err(Trouble::new(id, measure("a radius or axis", value, "mm")))
+            }
         };
         let length = self.units.length;
         let carrier = if instance.is("LINE") {
@@ -365,16 +369,6 @@ impl Geometry<'_> {
             _ => return Err(Trouble::new(id, CurveTrouble::Trim)),
         };
         if t.is_finite() { Ok(t) } else { Err(Trouble::new(id, StepTrouble::NotFinite { what: "a trim" })) }
-    }
-
-    fn composite(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
-        let mut pieces = Vec::new();
-        for segment in instance.fields("COMPOSITE_CURVE", 1).links(0)? {
-            let fields = self.get(segment)?.fields("COMPOSITE_CURVE_SEGMENT", 0);
-            let piece = self.bounded(fields.reference(2)?, depth + 1)?;
-            pieces.push(if fields.flag(1, true) { piece } else { piece.reversed() });
-        }
-        spline::join(&pieces).ok_or_else(|| Trouble::new(instance.id, missing("a composite curve", "segments")))
     }
 
     /// A B-spline curve of any form.

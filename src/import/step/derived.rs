@@ -23,7 +23,7 @@ impl Geometry<'_> {
     pub(super) fn offset_curve(&self, instance: Entity<'_>, depth: usize) -> Read<(Carrier, bool)> {
         let id = instance.id;
         let own = instance.fields("OFFSET_CURVE_3D", 1);
-        let (basis, distance) = (own.reference(0)?, own.real(1)? * self.units.length);
+        let (basis, distance) = (own.reference(0)?, self.length(own.real(1)?, id)?);
         let reference = self.direction(own.reference(3)?)?.try_normalize();
         let reference = reference.ok_or_else(|| Trouble::new(id, missing("an offset", "reference direction")))?;
         let lost = || Trouble::new(id, FitTrouble::AlongBasis);

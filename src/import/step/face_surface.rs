@@ -1,5 +1,6 @@
 //! Stated faces and their edges -> the surface of each face. Faces with a common surface share the result.
 
+use super::budget::Net;
 use super::contents::{ShellUse, Source};
 use super::draft::EdgeDraft;
 use super::face_location::{FaceLocation, Stated};
@@ -52,13 +53,18 @@ impl Reader<'_> {
                         asked.set(true);
                         reach(&geometry, face, edges)
                     };
-                    let surface = match (&common, source) {
+                    let count = |points| {
+                        let counted = self.table.budget.net(Net::Surface, points);
+                        counted.map_err(|what| Trouble::new(face.surface, what))
+                    };
+                    let surface = count(0).and_then(|()| match (&common, source) {
                         _ if face.implied => implied_plane(&geometry, face, edges),
                         (Some((of, surface)), Source::Face(_)) if of.units == shell.units => surface.clone(),
                         (_, Source::Face(id)) if id == face.surface => Err(geometry.no_surface(id)),
                         (_, Source::Face(_)) => geometry.surface(face.surface, &reach, 0),
                         (_, Source::Surface(id)) => geometry.whole_surface(id),
-                    };
+                    });
+                    let surface = surface.and_then(|stated| count(points_of(&stated.surface)).map(|()| stated));
                     if matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
                         common = Some((shell, surface.clone()));
                     }
@@ -74,6 +80,15 @@ impl Reader<'_> {
             }
         }
         surfaces
+    }
+}
+
+/// Number of control points of a surface.
+fn points_of(surface: &Surface) -> usize {
+    match surface {
+        Surface::Nurbs(net) => net.points.len(),
+        Surface::Extrusion { curve, .. } | Surface::Revolution { curve, .. } => curve.points.len(),
+        _ => 0,
     }
 }
 

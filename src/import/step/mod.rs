@@ -25,6 +25,7 @@
 mod options;
 pub use options::{BYTES_PER_BYTE, StepError, StepOptions};
 
+mod budget;
 mod sections;
 mod table;
 mod text;
@@ -33,6 +34,7 @@ mod place;
 
 mod conic;
 mod spline;
+mod composite;
 mod curve;
 mod replica;
 mod boundary;

@@ -19,7 +19,8 @@ pub struct StepOptions {
     pub max_entities: u64,
     /// Maximum number of placed parts and assemblies in the expanded assembly tree. Default 1 million.
     pub max_instances: u64,
-    /// Maximum memory for reading, bytes, estimated at [`BYTES_PER_BYTE`] per byte of the file. Default 16 GiB.
+    /// Maximum memory for reading, bytes. Estimated at [`BYTES_PER_BYTE`] per byte before it is read, by the items of
+    /// its lists before it is parsed, and by its faces, edges and occurrences after that. Default 16 GiB.
     pub max_memory: u64,
     /// Whether to read supplemental geometry: the items of `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`s, and surfaces next
     /// to shapes. It helps construction and is not part of the shape. `false` (the default) leaves it out, with a note
@@ -27,7 +28,7 @@ pub struct StepOptions {
     pub supplemental: bool,
 }
 
-/// Approximate peak memory of reading, per byte of the file.
+/// Typical peak memory of reading, per byte of the file. Long lists of short numbers take five times as much.
 pub const BYTES_PER_BYTE: u64 = 10;
 
 impl StepOptions {
@@ -135,6 +136,14 @@ pub enum StepError {
         /// The limit.
         limit: u64,
     },
+    /// Assemblies nested in each other place more parts and assemblies than a file of its length may. They are not
+    /// counted to the end.
+    TooManyOccurrences {
+        /// The instance that places the first one beyond the limit.
+        entity: u64,
+        /// The limit: so many per byte of the file, and a constant.
+        limit: u64,
+    },
     /// The bytes are not Part 21 text.
     NotStep {
         /// What the bytes look like, and what to do about it.
@@ -166,6 +175,11 @@ impl fmt::Display for StepError {
             Self::TooManyInstances { limit } => write!(
                 f,
                 "the assembly places more than {limit} parts and assemblies, the limit (StepOptions::max_instances)"
+            ),
+            Self::TooManyOccurrences { entity, limit } => write!(
+                f,
+                "#{entity}: assemblies nested in each other place more than {limit} parts and assemblies, the limit \
+                 for a file of its size"
             ),
             Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
             Self::Syntax { message, repairs } => write!(

@@ -2,6 +2,7 @@
 //! failures.
 
 use super::body::append;
+use super::budget::Net;
 use super::contents::{PartContents, ShellUse, Source, distinct};
 use super::corners::{Corners, head_to_tail};
 use super::curve::{BoundedCurve, Carrier, Ends, Whole, straight};
@@ -40,6 +41,12 @@ impl Reader<'_> {
             .zip(shells)
             .flat_map(|(i, shell)| shell.faces.iter().map(move |(source, turned)| (i, shell, *source, *turned)))
             .collect();
+        let budget = &self.table.budget;
+        let names: usize = jobs.iter().filter_map(|job| Some(self.table.find(job.2.id())?.label().len())).sum();
+        if !budget.spend(jobs.len().saturating_mul(BYTES_PER_FACE).saturating_add(names)) {
+            // The whole result will be discarded.
+            return <(Part, Vec<Diagnostic>)>::default();
+        }
         let stated: Vec<Read<StatedFace>> = jobs
             .par_iter()
             .with_min_len(16)
@@ -129,6 +136,12 @@ impl Reader<'_> {
                 }
             }
         }
+        let uses = stated.iter().flatten().flat_map(|face| &face.bounds);
+        let uses: usize = uses.map(|bound| if let Bound::Edges(uses) = bound { uses.len() } else { 0 }).sum();
+        let bytes = order.len().saturating_mul(BYTES_PER_EDGE) + uses.saturating_mul(BYTES_PER_USE);
+        if !self.table.budget.spend(bytes) {
+            return Map::default();
+        }
         let shared = self.shared_carriers(&order);
         order
             .into_par_iter()
@@ -175,13 +188,17 @@ impl Reader<'_> {
         let geometry = self.geometry(units);
         let (ends, at) = geometry.edge_ends(id, whole)?;
         let ends = ends.map(VertexKey::Point);
+        let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
         let read = || {
             let (curve, same) = geometry.edge_curve(id)?;
+            count(0)?;
             let carrier = match shared.get(&curve) {
                 Some((of, carrier)) if *of == units => carrier.clone(),
                 _ => geometry.carrier(curve, 0)?,
             };
-            EdgeDraft::new(id, ends, at, geometry.along(carrier, at, same, curve)?, units)
+            let along = geometry.along(carrier, at, same, curve)?;
+            count(along.as_ref().map_or(0, |bounded| bounded.curve.points.len()))?;
+            EdgeDraft::new(id, ends, at, along, units)
         };
         read().or_else(|trouble| {
             if at.start.distance(at.end) <= units.tolerance {
@@ -208,6 +225,11 @@ impl Reader<'_> {
         EdgeDraft::new(id, [a, b], at, curve, draft.units).ok()
     }
 }
+
+/// Memory of a face, an edge and a use of an edge, bytes, while they are read and in the model, without control points.
+const BYTES_PER_FACE: usize = 600;
+const BYTES_PER_EDGE: usize = 700;
+const BYTES_PER_USE: usize = 160;
 
 /// Ends of neighbours in a loop within this multiple of the tolerance are one corner.
 const CORNER: f64 = 10.0;

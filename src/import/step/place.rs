@@ -35,7 +35,21 @@ impl<'a> Geometry<'a> {
                 Trouble::new(id, StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a point" })
             });
         }
-        Ok(self.triple(instance.fields("CARTESIAN_POINT", 1).list(0)?, id)? * self.units.length)
+        self.millimetres(self.triple(instance.fields("CARTESIAN_POINT", 1).list(0)?, id)?, id)
+    }
+
+    /// Coordinates of instance `id` in millimetres, if they are finite.
+    pub(super) fn millimetres(&self, stated: DVec3, id: u64) -> Read<DVec3> {
+        let point = stated * self.units.length;
+        let finite = || Trouble::new(id, StepTrouble::NotFinite { what: "a coordinate" });
+        point.is_finite().then_some(point).ok_or_else(finite)
+    }
+
+    /// A length of instance `id` in millimetres, if it is finite.
+    pub(super) fn length(&self, stated: f64, id: u64) -> Read<f64> {
+        let length = stated * self.units.length;
+        let finite = || Trouble::new(id, StepTrouble::NotFinite { what: "a length" });
+        length.is_finite().then_some(length).ok_or_else(finite)
     }
 
     pub(super) fn points(&self, ids: impl Iterator<Item = u64>) -> Read<Vec<DVec3>> {
@@ -91,7 +105,7 @@ impl<'a> Geometry<'a> {
         let direction = self.direction(fields.reference(0)?)?;
         let direction = direction.try_normalize().ok_or_else(|| Trouble::new(id, missing("a VECTOR", "direction")))?;
         let magnitude = fields.real(1)?;
-        Ok(direction * magnitude * self.units.length)
+        self.millimetres(direction * magnitude, id)
     }
 
     /// An `AXIS2_PLACEMENT_3D`, an `AXIS1_PLACEMENT` (with an arbitrary first axis) or an `AXIS2_PLACEMENT_2D`.

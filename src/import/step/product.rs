@@ -13,11 +13,12 @@ use super::units::Contexts;
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// Contents of one part, and the groups placed in it.
 #[derive(Debug, Default)]
 pub(super) struct Group {
-    pub(super) name: String,
+    pub(super) name: Arc<str>,
     pub(super) representations: Vec<u64>,
     /// Single solids that replicas repeat, and the representations with their units.
     pub(super) solids: Vec<(u64, u64)>,
@@ -49,7 +50,7 @@ pub(super) struct Child {
     /// The instance that places it.
     pub(super) entity: u64,
     pub(super) transform: DAffine3,
-    pub(super) name: String,
+    pub(super) name: Arc<str>,
     pub(super) colour: Option<Colour>,
 }
 
@@ -76,6 +77,10 @@ pub(super) struct StructureBuilder<'a> {
     groups: Vec<Group>,
     /// The group of each representation.
     owner: Map<u64, usize>,
+    /// Groups, each with a representation that it has.
+    owned: Set<(usize, u64)>,
+    /// Items of the representations of all groups. A representation may belong to several products.
+    visits: usize,
     /// Cached items of representations, for look-up: assemblies list a placement per child.
     items: RefCell<Map<u64, Set<u64>>>,
     doubts: Vec<PlacementDiagnostic>,
@@ -97,8 +102,8 @@ impl<'a> StructureBuilder<'a> {
         styles: &'a Styles,
         options: &'a StepOptions,
     ) -> Structure {
-        let (groups, owner, items, doubts) = Default::default();
-        let mut builder = Self { table, contexts, styles, options, groups, owner, items, doubts };
+        let (groups, owner, owned, items, doubts) = Default::default();
+        let mut builder = Self { table, contexts, styles, options, groups, owner, owned, visits: 0, items, doubts };
         let definitions = builder.definitions();
         let relations = Relations::read(table);
         builder.own_related(&relations);
@@ -112,9 +117,12 @@ impl<'a> StructureBuilder<'a> {
     /// Makes a group of each product definition, with the representations that define its shape.
     fn definitions(&mut self) -> Map<u64, usize> {
         let mut definitions = Map::default();
+        let mut names: Map<&str, Arc<str>> = Map::default();
         for definition in self.table.of_types(|i| i.types().any(|name| DEFINITIONS.contains(&name))) {
             definitions.insert(definition.id, self.groups.len());
-            self.groups.push(Group { name: self.product_name(definition), product: true, ..Group::default() });
+            let name = self.product_name(definition);
+            let name = Arc::clone(names.entry(name).or_insert_with(|| name.into()));
+            self.groups.push(Group { name, product: true, ..Group::default() });
         }
         for link in self.table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
             let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
@@ -132,14 +140,14 @@ impl<'a> StructureBuilder<'a> {
         self.table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
     }
 
-    fn product_name(&self, definition: Entity<'_>) -> String {
+    fn product_name(&self, definition: Entity<'a>) -> &'a str {
         let product = || {
             let formation = definition.fields("PRODUCT_DEFINITION", 0).optional(2)?;
             let product = self.table.find(formation)?.fields("PRODUCT_DEFINITION_FORMATION", 0).optional(2)?;
             let fields = self.table.find(product)?.fields("PRODUCT", 0);
             Some(if fields.text(1).is_empty() { fields.text(0) } else { fields.text(1) })
         };
-        product().unwrap_or_default().to_owned()
+        product().unwrap_or_default()
     }
 
     /// Whether to skip a representation: supplemental geometry, unless the options include it.
@@ -152,9 +160,20 @@ impl<'a> StructureBuilder<'a> {
             return;
         }
         self.owner.entry(representation).or_insert(group);
-        let list = &mut self.groups[group].representations;
-        if !list.contains(&representation) {
-            list.push(representation);
+        if !self.owned.insert((group, representation)) {
+            return;
+        }
+        let shape = self.table.find(representation);
+        let items = shape.map_or(0, |i| i.fields("REPRESENTATION", 1).list(0).map_or(0, <[_]>::len));
+        let (before, limit) = (self.visits, self.table.budget.max_visits());
+        self.visits = before.saturating_add(1 + items);
+        if self.visits <= limit {
+            self.groups[group].representations.push(representation);
+        } else if before <= limit {
+            let trouble = StepTrouble::TooManyVisits { what: "items of representations that products share", limit };
+            let what = StepOutcome::LeftOut(trouble);
+            let entity = representation;
+            self.doubts.push(PlacementDiagnostic { severity: Severity::Error, entity, what, group: None });
         }
     }
 
@@ -192,7 +211,7 @@ impl<'a> StructureBuilder<'a> {
                 continue;
             }
             let group = self.groups.len();
-            let name = self.table.find(id).map(|i| i.label().to_owned()).unwrap_or_default();
+            let name = self.table.find(id).map(|i| i.label().into()).unwrap_or_default();
             self.groups.push(Group { name, ..Group::default() });
             self.own(id, group);
             self.own_related(relations);
@@ -256,18 +275,22 @@ impl<'a> StructureBuilder<'a> {
             let colour = placement.and_then(|(relation, shape)| {
                 [relation, shape, usage.id].into_iter().find_map(|id| self.styles.by_occurrence.get(&id).copied())
             });
-            self.place(parent, Child { group: child, entity: usage.id, transform, name: name.to_owned(), colour });
+            self.place(parent, Child { group: child, entity: usage.id, transform, name: name.into(), colour });
         }
         // Relationships with a transformation that no occurrence uses place representations directly.
+        let pairs =
+            self.groups.iter().enumerate().flat_map(|(g, group)| group.children.iter().map(move |c| (g, c.group)));
+        let mut known: Set<(usize, usize)> = pairs.collect();
         for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
             let Some(&(first, second, _)) = relations.moved.get(&relation) else { continue };
             let (Some(&child), Some(&parent)) = (self.owner.get(&first), self.owner.get(&second)) else { continue };
-            if child == parent || self.groups[parent].children.iter().any(|c| c.group == child) {
+            if child == parent || known.contains(&(parent, child)) {
                 continue;
             }
             match self.placed_by(relations, relation, parent, child) {
                 Ok(transform) => {
-                    let name = String::new();
+                    known.insert((parent, child));
+                    let name = Arc::default();
                     self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
                 }
                 Err(trouble) => self.lose(relation, Some(child), &trouble),
@@ -296,7 +319,7 @@ impl<'a> StructureBuilder<'a> {
             Trouble::new(relation, missing("an occurrence placed by a relationship", "transformation"))
         })?;
         // The component should come first and the assembly second, but some writers swap them.
-        let has = |group: usize, id: u64| self.groups[group].representations.contains(&id);
+        let has = |group: usize, id: u64| self.owned.contains(&(group, id));
         let swapped = has(parent, first) && has(child, second) && !(has(child, first) && has(parent, second));
         let transformation = self.table.get(operator)?;
         if !transformation.is("ITEM_DEFINED_TRANSFORMATION") {
@@ -367,13 +390,13 @@ impl<'a> StructureBuilder<'a> {
                         }
                     };
                     let group = *of_solid.entry(solid).or_insert_with(|| {
-                        let name = self.table.find(solid).map(|i| i.label().to_owned()).unwrap_or_default();
+                        let name = self.table.find(solid).map(|i| i.label().into()).unwrap_or_default();
                         self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
                         self.groups.len() - 1
                     });
                     match transform {
                         Ok(transform) => {
-                            let name = self.table.find(item).map(|i| i.label().to_owned()).unwrap_or_default();
+                            let name = self.table.find(item).map(|i| i.label().into()).unwrap_or_default();
                             let colour = self.styles.of(item);
                             self.place(parent, Child { group, entity: item, transform, name, colour });
                         }
@@ -415,7 +438,7 @@ impl<'a> StructureBuilder<'a> {
             Ok(target * invert(self.geometry(source).motion(origin)?, item)?)
         };
         let colour = self.styles.by_occurrence.get(&item).copied().or(self.styles.of(item));
-        let name = instance.label().to_owned();
+        let name = instance.label().into();
         Ok((group, transform().map(|transform| Child { group, entity: item, transform, name, colour })))
     }
 }

@@ -4,6 +4,7 @@ use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
 use super::product::StructureBuilder;
 use super::reader::Reader;
 use super::style::Styles;
+use super::table::Table;
 use super::text;
 use super::tree::Tree;
 use super::units::Contexts;
@@ -28,7 +29,8 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
     file.by_ref().take(text::MAGIC_WITHIN as u64).read_to_end(&mut text).map_err(io)?;
     // A film or a disk image is refused before all of it is in memory.
     text::magic(&text)?;
-    text.reserve_exact(usize::try_from(bytes.min(most)).unwrap_or(0).saturating_sub(text.len()));
+    let rest = usize::try_from(bytes.min(most)).unwrap_or(usize::MAX).saturating_sub(text.len());
+    text.try_reserve_exact(rest).map_err(|error| io(error.into()))?;
     file.read_to_end(&mut text).map_err(io)?;
     let mut model = read(&text, options)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
@@ -66,6 +68,10 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     if tree.visits > options.max_instances {
         return Err(StepError::TooManyInstances { limit: options.max_instances });
     }
+    if let Some(entity) = tree.beyond {
+        return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_instances() });
+    }
+    within(&table, options)?;
     let reader = Reader { table: &table, styles: &styles, options };
     // A file may mix units; the model states those of the first part.
     let first = tree.planned.first().and_then(|plan| plan.gathered.units());
@@ -74,6 +80,7 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
         .into_par_iter()
         .map(|plan| reader.part(plan.name, &plan.gathered, plan.colour))
         .collect();
+    within(&table, options)?;
     let mut model = Model { millimetres_per_unit, ..Model::default() };
     for (part, found) in read {
         let id = Some(PartId::new(model.parts.len()));
@@ -85,6 +92,10 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     if !contexts.stated && !model.parts.is_empty() {
         diagnostics.push(of_file(StepOutcome::NoUnit));
     }
+    if let Some((context, unit_mm)) = contexts.out_of_range {
+        let what = StepOutcome::UnitOutOfRange { unit_mm };
+        diagnostics.push(Diagnostic { entity: context, ..Diagnostic::new(Severity::Error, what) });
+    }
     if styles.along_paths > 0 {
         diagnostics.push(of_file(StepOutcome::PathColours { count: styles.along_paths }));
     }
@@ -94,6 +105,12 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     }
     model.diagnostics = diagnostics;
     Ok(model)
+}
+
+/// Fails once reading takes more memory than `options` allow.
+fn within(table: &Table, options: &StepOptions) -> Result<(), StepError> {
+    let refused = |needed| Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
+    table.budget.exceeded().map_or(Ok(()), refused)
 }
 
 /// A warning that concerns the file as a whole.

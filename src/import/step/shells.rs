@@ -25,6 +25,10 @@ pub(super) struct Gather<'a> {
     pub(super) within: u64,
     /// Whether to read supplemental geometry.
     supplemental: bool,
+    /// Items, and faces of shells, gathered so far.
+    visits: usize,
+    /// The first shell that lists faces again, and how many uses of faces all shells list again.
+    pub(super) again: Option<(u64, usize)>,
     /// Types of items that do not belong to a shape, by representation and number.
     pub(super) aside: BTreeMap<u64, BTreeMap<u64, String>>,
 }
@@ -37,8 +41,9 @@ fn annotated(table: &Table) -> Set<u64> {
 
 impl<'a> Gather<'a> {
     pub(super) fn new(table: &'a Table, styles: &'a Styles, supplemental: bool) -> Self {
-        let (taken, unread, aside) = Default::default();
-        Self { table, styles, taken, annotations: annotated(table), unread, within: 0, supplemental, aside }
+        let (taken, unread, again, aside) = Default::default();
+        let annotations = annotated(table);
+        Self { table, styles, taken, annotations, unread, within: 0, supplemental, visits: 0, again, aside }
     }
 
     /// Counts an item that does not belong to a shape.
@@ -50,22 +55,33 @@ impl<'a> Gather<'a> {
     /// Marks the items of a representation and their contents as taken, without reading them, and counts the items.
     pub(super) fn leave_out(&mut self, representation: u64, items: impl Iterator<Item = u64>) {
         let mut withheld = PartContents::default();
-        let (told, aside) = (self.unread.len(), std::mem::take(&mut self.aside));
+        let (told, again, aside) = (self.unread.len(), self.again, std::mem::take(&mut self.aside));
         let items: Vec<u64> = items.collect();
         items.iter().for_each(|item| self.item(*item, Units::DEFAULT, &mut withheld));
         // Drop what these items reported and counted: they are not read.
         self.unread.truncate(told);
-        self.aside = aside;
+        (self.again, self.aside) = (again, aside);
         self.within = representation;
         items.into_iter().for_each(|item| self.put_aside(item));
     }
 
-    /// Adds the shells of a representation item.
+    /// Adds the shells of a representation item. Beyond the limit of visits, the first item is reported and no other is
+    /// looked at.
     pub(super) fn item(&mut self, id: u64, units: Units, into: &mut PartContents) {
-        let read = self.table.get(id).and_then(|item| self.try_item(item, units, into));
+        if self.visits > self.table.budget.max_visits() {
+            return;
+        }
+        let read = self.visit(id, "items").and_then(|()| self.try_item(self.table.get(id)?, units, into));
         if let Err(trouble) = read {
             self.unread.push((trouble, units));
         }
+    }
+
+    /// Counts a visit of what instance `id` lists.
+    fn visit(&mut self, id: u64, what: &'static str) -> Read<()> {
+        self.visits += 1;
+        let limit = self.table.budget.max_visits();
+        if self.visits > limit { Err(Trouble::new(id, StepTrouble::TooManyVisits { what, limit })) } else { Ok(()) }
     }
 
     fn try_item(&mut self, item: Entity<'_>, units: Units, into: &mut PartContents) -> Read<()> {
@@ -200,18 +216,44 @@ impl<'a> Gather<'a> {
         if !is_shell(shell) {
             return Err(Trouble::new(id, StepTrouble::WrongType { keyword: shell.keyword(), wanted: "a shell" }));
         }
-        // Two bodies may share a shell; each gets its faces.
+        // Two bodies may share a shell; each gets its faces. An open shell has nothing new to a part that has it.
         self.take(shell.id, into);
-        let mut faces = Vec::new();
+        if let Some(faces) = into.open_shells.get(&(shell.id, turned)) {
+            self.visit(id, "shells")?;
+            self.again.get_or_insert((shell.id, 0)).1 += faces;
+            return Ok(());
+        }
+        let faces = self.faces(shell, turned, into)?;
+        if !faces.is_empty() {
+            into.shells.push(ShellUse { kind, entity: shell.id, faces, colour, units });
+        }
+        Ok(())
+    }
+
+    /// The faces of a shell, each once per side, and those of an open shell once per part.
+    fn faces(&mut self, shell: Entity<'_>, turned: bool, into: &mut PartContents) -> Read<Vec<(Source, bool)>> {
+        // A closed shell would not be closed without a face that it shares.
+        let open = !shell.is("CLOSED_SHELL");
+        let mut listed = Set::default();
+        let (mut faces, mut count) = (Vec::new(), 0);
         for face in shell.fields("CONNECTED_FACE_SET", 1).links(0)? {
             // Anything but a face fails when it is read, and is counted then.
             let (face, over) = self.face(face);
             self.taken.insert(face);
             into.held.insert(face);
-            faces.push((Source::Face(face), turned != over));
+            let side = (face, turned != over);
+            self.visit(shell.id, "faces of shells")?;
+            count += 1;
+            if !listed.insert(side) || open && !into.open_sides.insert(side) {
+                self.again.get_or_insert((shell.id, 0)).1 += 1;
+                continue;
+            }
+            faces.push((Source::Face(face), side.1));
         }
-        into.shells.push(ShellUse { kind, entity: shell.id, faces, colour, units });
-        Ok(())
+        if open {
+            into.open_shells.insert((shell.id, turned), count);
+        }
+        Ok(faces)
     }
 
     /// Follows `ORIENTED_FACE`s to the face. Also returns whether they flip it.
@@ -230,6 +272,7 @@ impl<'a> Gather<'a> {
     fn set(&mut self, set: Entity<'_>, colour: Option<Colour>, units: Units, into: &mut PartContents) -> Read<()> {
         let mut faces = Vec::new();
         for element in set.fields("GEOMETRIC_SET", 1).links(0)? {
+            self.visit(set.id, "elements of geometric sets")?;
             match self.table.get(element) {
                 Ok(item) if is_endless(item) => self.put_aside(element),
                 Ok(item) if is_surface(item) => {

@@ -29,10 +29,9 @@ impl Geometry<'_> {
         if depth >= MAX_DEPTH {
             return Err(Trouble::new(id, StepTrouble::TooDeep { what: "surfaces" }));
         }
-        let length = self.units.length;
         let frame = || self.frame(instance.fields("ELEMENTARY_SURFACE", 1).reference(0)?);
         let radius = |own: Fields<'_>, i: usize| -> Read<f64> {
-            let r = own.real(i)? * length;
+            let r = self.length(own.real(i)?, id)?;
             if r > 0.0 { Ok(r) } else { Err(Trouble::new(id, measure("a radius", r, "mm"))) }
         };
         if instance.is("PLANE") {
@@ -47,7 +46,7 @@ impl Geometry<'_> {
             Ok(Stated::exact(Surface::Sphere { frame: frame()?, radius }))
         } else if instance.is("TOROIDAL_SURFACE") || instance.is("DEGENERATE_TOROIDAL_SURFACE") {
             let own = instance.fields("TOROIDAL_SURFACE", 2);
-            let (major, minor) = (own.real(0)? * length, radius(own, 1)?);
+            let (major, minor) = (self.length(own.real(0)?, id)?, radius(own, 1)?);
             if major < 0.0 {
                 return Err(Trouble::new(id, measure("a torus major radius", major, "mm")));
             }
@@ -68,7 +67,7 @@ impl Geometry<'_> {
         } else if instance.is("OFFSET_SURFACE") {
             let own = instance.fields("OFFSET_SURFACE", 1);
             let base = self.surface(own.reference(0)?, reach, depth + 1)?;
-            let distance = own.real(1)? * length * if base.turned { -1.0 } else { 1.0 };
+            let distance = self.length(own.real(1)?, id)? * if base.turned { -1.0 } else { 1.0 };
             let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
                 .map_err(|what| Trouble::new(id, what))?;
             let note = note.map(|note| (Severity::Note, note)).or(base.note);
@@ -95,7 +94,7 @@ impl Geometry<'_> {
 
     fn cone(&self, instance: Entity<'_>, frame: Frame3) -> Read<Stated> {
         let own = instance.fields("CONICAL_SURFACE", 2);
-        let radius = own.real(0)? * self.units.length;
+        let radius = self.length(own.real(0)?, instance.id)?;
         let stated = own.real(1)?;
         let mut half_angle = stated * self.units.angle;
         let mut note = None;

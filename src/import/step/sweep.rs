@@ -41,7 +41,7 @@ impl Sweep {
         let profile = if name.contains("AREA") { Source::Surface(profile) } else { Source::Face(profile) };
         let own = item.fields(name, 2);
         let motion = if name.starts_with("EXTRUDED") {
-            let depth = own.real(1)? * geometry.units.length;
+            let depth = geometry.length(own.real(1)?, entity)?;
             let direction = geometry.direction(own.reference(0)?)?.try_normalize();
             let along = direction.ok_or_else(|| Trouble::new(entity, missing("an extrusion", "direction")))? * depth;
             if along == DVec3::ZERO {

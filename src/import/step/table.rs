@@ -1,5 +1,6 @@
 //! Part 21 syntax trees -> a table of instances by number, with typed access to their attributes.
 
+use super::budget::Budget;
 use crate::model::{StepCause, StepTrouble};
 use foldhash::fast::RandomState;
 use std::borrow::Cow;
@@ -58,6 +59,7 @@ pub(super) struct Table {
     first_of_type: Vec<usize>,
     /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
+    pub(super) budget: Budget,
 }
 
 /// Type index of instances with several types.
@@ -65,7 +67,7 @@ const COMPLEX: u32 = u32::MAX;
 
 impl Table {
     /// `rows` must be sorted by number, without duplicates. `elsewhere`: places of instances defined in other files.
-    pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>) -> Self {
+    pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>, budget: Budget) -> Self {
         let mut dense = Vec::new();
         let last = rows.last().map_or(0, RawEntity::id);
         // Four bytes per number: worth it while the largest number is at most eight times the number of instances.
@@ -92,7 +94,7 @@ impl Table {
                 RawEntity::Complex { .. } => COMPLEX,
             });
         }
-        Self { rows, dense, types, first_of_type, elsewhere }
+        Self { rows, dense, types, first_of_type, elsewhere, budget }
     }
 
     pub(super) fn len(&self) -> usize {

@@ -6,7 +6,7 @@
 
 use super::kinds::{HOLDERS, is_shapeless};
 use super::place::Geometry;
-use super::table::{Entity, Fields, MAX_DEPTH, Map, Read, Trouble, missing};
+use super::table::{Entity, Fields, MAX_DEPTH, Map, Read, Set, Trouble, missing};
 use crate::model::{
     Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, SolidTrouble, StepTrouble, Surface, VertexId,
 };
@@ -39,6 +39,9 @@ pub(super) fn triangles(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<(Part
 /// Maximum depth of splits of a side at collinear corners, and maximum number of splits in total.
 const MAX_SPLITS: (usize, usize) = (64, 1_000_000);
 
+/// Memory of a triangle, bytes: its corners here, and a face with its edges in the model.
+const BYTES_PER_TRIANGLE: usize = 1600;
+
 /// A triangle lower than this share of its longest side has collinear corners.
 const FLAT: f64 = 1e-9;
 
@@ -53,6 +56,10 @@ struct Mesh {
     between: Map<[usize; 2], usize>,
     /// Number of steps taken to split sides.
     splits: usize,
+    /// Items already added, each with the place that it has in the body.
+    added: Set<(u64, [u64; 12])>,
+    /// Items and triangles added so far.
+    visits: usize,
     lost: Vec<Loss>,
 }
 
@@ -62,6 +69,11 @@ impl Mesh {
         if depth >= MAX_DEPTH {
             return Err(Trouble::new(item.id, StepTrouble::TooDeep { what: "tessellated items" }));
         }
+        // An item is one item however often lists name it at the same place.
+        if !self.added.insert((item.id, place.to_cols_array().map(f64::to_bits))) {
+            return Ok(());
+        }
+        self.visit(1, geometry, item)?;
         let held: Vec<u64> = match HOLDERS.into_iter().find(|name| item.is(name)) {
             Some(name) => item.fields(name, 1).links(0)?.collect(),
             None => return self.face(geometry, item, place),
@@ -89,9 +101,22 @@ impl Mesh {
             if let Err(trouble) = read {
                 self.lost.push((trouble, None));
             }
+            if self.visits > geometry.table.budget.max_visits() {
+                break;
+            }
         }
         if moved {
             self.lists = outer;
+        }
+        Ok(())
+    }
+
+    /// Counts `more` visits for `item`.
+    fn visit(&mut self, more: usize, geometry: &Geometry<'_>, item: Entity<'_>) -> Read<()> {
+        let limit = geometry.table.budget.max_visits();
+        self.visits = self.visits.saturating_add(more);
+        if self.visits > limit {
+            return Err(Trouble::new(item.id, StepTrouble::TooManyVisits { what: "tessellated items", limit }));
         }
         Ok(())
     }
@@ -107,11 +132,6 @@ impl Mesh {
         let own = face.fields(name, inherited);
         // Corners are indices into the face's list of points, or into the coordinates if it has none.
         let used = own.counts(0)?;
-        let points = self.lists.get(&list).map(Vec::as_slice).unwrap_or_default();
-        let corner = |index: usize| -> Option<DVec3> {
-            let index = if used.is_empty() { index } else { *used.get(index.checked_sub(1)?)? };
-            points.get(index.checked_sub(1)?).copied()
-        };
         // Rows that are not triangles become empty ones, which are counted below.
         let mut corners: Vec<[usize; 3]> = Vec::new();
         if name.starts_with("COMPLEX") {
@@ -127,6 +147,16 @@ impl Mesh {
             let rows = lists_of(own, 1, face.id)?;
             corners.extend(rows.iter().map(|row| <[usize; 3]>::try_from(row.as_slice()).unwrap_or_default()));
         }
+        self.visit(corners.len(), geometry, face)?;
+        if !geometry.table.budget.spend(corners.len().saturating_mul(BYTES_PER_TRIANGLE)) {
+            // The whole result will be discarded.
+            return Ok(());
+        }
+        let points = self.lists.get(&list).map(Vec::as_slice).unwrap_or_default();
+        let corner = |index: usize| -> Option<DVec3> {
+            let index = if used.is_empty() { index } else { *used.get(index.checked_sub(1)?)? };
+            points.get(index.checked_sub(1)?).copied()
+        };
         let (mut good, mut bad, mut at) = (Vec::with_capacity(corners.len()), 0, None);
         for triangle in corners {
             match triangle.map(corner) {
@@ -236,7 +266,7 @@ fn coordinates(geometry: &Geometry<'_>, id: u64, place: &DAffine3) -> Read<Vec<D
         let Attribute::List(row) = row else {
             return Err(Trouble::new(id, StepTrouble::Layout { what: "coordinates", wanted: "lists" }));
         };
-        Ok(place.transform_point3(geometry.triple(row, id)? * geometry.units.length))
+        Ok(place.transform_point3(geometry.millimetres(geometry.triple(row, id)?, id)?))
     };
     rows.iter().map(point).collect()
 }

@@ -1,7 +1,8 @@
 //! Part 21 bytes -> an instance table. Instances with syntax errors are cut out one at a time, so that one bad line
 //! does not cost the file.
 
-use super::options::{StepError, StepOptions};
+use super::budget::Budget;
+use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
 use super::sections::{
     Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
 };
@@ -33,6 +34,10 @@ pub(super) fn parse(
     if entities > options.max_entities {
         return Err(StepError::TooManyEntities { entities, limit: options.max_entities });
     }
+    let needed = memory_for(bytes, options.max_memory);
+    if needed > options.max_memory {
+        return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
+    }
     let mut text = &bytes[start..];
     if let Some(end) = end_of_signed(text) {
         diagnostics.push(file_note(Severity::Note, StepOutcome::Signature));
@@ -63,7 +68,8 @@ pub(super) fn parse(
                 if let Some(count) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
                     diagnostics.push(file_note(Severity::Note, StepOutcome::MoreRepairs { count }));
                 }
-                return Ok(Table::new(graph.entities.into_values().collect(), elsewhere));
+                let budget = Budget::new(bytes.len(), needed, options.max_memory);
+                return Ok(Table::new(graph.entities.into_values().collect(), elsewhere, budget));
             }
             Err(error) => error,
         };
@@ -76,6 +82,47 @@ pub(super) fn parse(
         diagnostics.extend(done.into_iter().map(|(severity, what)| file_note(severity, what)));
         cuts += 1;
     }
+}
+
+/// Memory that a text and its instances take, bytes: an estimate, and an upper bound where it is near `limit`.
+///
+/// Most files take less than [`BYTES_PER_BYTE`]. Lists of one digit take 47 bytes per byte, those of blanks 150. The
+/// parser holds 32 bytes per item of a list, and twice that again while it reads the longest one.
+fn memory_for(bytes: &[u8], limit: u64) -> u64 {
+    /// No byte takes more.
+    const MOST: u64 = 210;
+    const TEXT: u64 = 2;
+    const ENTITY: u64 = 200;
+    const KEYWORD: u64 = 80;
+    const LIST: u64 = 32;
+    const ITEM: u64 = 32;
+    const LONGEST: u64 = 64;
+    const BLANK: u64 = 112;
+    const QUOTE: u64 = 4;
+    let length = bytes.len() as u64;
+    if length.saturating_mul(MOST) <= limit {
+        return length * BYTES_PER_BYTE;
+    }
+    let (mut items, mut longest) = (0, 0);
+    let (mut other, mut before) = (0, b' ');
+    for &byte in bytes {
+        let after_comma = before == b',';
+        match byte {
+            b' ' | b'\n' | b'\r' | b'\t' => continue,
+            b',' => {
+                items += 1;
+                other += ITEM + if after_comma || before == b'(' { BLANK } else { 0 };
+            }
+            b'(' => other += if before.is_ascii_alphanumeric() || before == b'_' { KEYWORD } else { LIST },
+            b')' if after_comma => other += BLANK,
+            b'\'' => other += QUOTE,
+            b'=' => other += ENTITY,
+            b';' => (items, longest) = (0, longest.max(items)),
+            _ => {}
+        }
+        before = byte;
+    }
+    (TEXT * length + other + LONGEST * longest.max(items)).max(length * BYTES_PER_BYTE)
 }
 
 /// Counts the instances of a text before parsing: every `=` that follows `#` and a number, in strings too. 0 for a text

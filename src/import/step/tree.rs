@@ -12,6 +12,7 @@ use super::units::Contexts;
 use crate::model::{Colour, Diagnostic, Instance, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 
 /// A part to read.
 pub(super) struct PlannedPart {
@@ -19,6 +20,9 @@ pub(super) struct PlannedPart {
     pub(super) gathered: PartContents,
     pub(super) colour: Option<Colour>,
 }
+
+/// Memory of an occurrence, bytes: its instance here, and in the scene that prepare makes.
+const BYTES_PER_INSTANCE: usize = 2 * size_of::<Instance>() + 64;
 
 /// The assembly tree while it is expanded into instances.
 pub(super) struct Tree<'a> {
@@ -33,6 +37,8 @@ pub(super) struct Tree<'a> {
     pub(super) instances: Vec<Instance>,
     /// Number of visited occurrences, assemblies included.
     pub(super) visits: u64,
+    /// The instance that places the first occurrence beyond the limit for a file of its length.
+    pub(super) beyond: Option<u64>,
     /// Groups from the root to the current one.
     path: Vec<usize>,
     /// Visited groups.
@@ -60,6 +66,7 @@ impl<'a> Tree<'a> {
             planned: Vec::new(),
             instances: Vec::new(),
             visits: 0,
+            beyond: None,
             path: Vec::new(),
             reached: HashSet::new(),
             cyclic: HashSet::new(),
@@ -107,11 +114,14 @@ impl<'a> Tree<'a> {
             let part = PartId::new(self.planned.len());
             self.planned.push(PlannedPart { name: String::new(), gathered: left, colour: None });
             let transform = DAffine3::IDENTITY;
-            self.instances.push(Instance { part, transform, colour: None, name: String::new() });
+            self.instances.push(Instance { part, transform, colour: None, name: "".into() });
         }
         for (trouble, units) in std::mem::take(&mut self.gather.unread) {
             let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
             self.say(Severity::Error, trouble.entity, place, StepOutcome::LeftOut(*trouble.what));
+        }
+        if let Some((shell, faces)) = self.gather.again {
+            self.say(Severity::Note, shell, None, StepOutcome::FacesAgain { faces });
         }
         self.tell_aside();
     }
@@ -151,14 +161,20 @@ impl<'a> Tree<'a> {
         for group in groups {
             if !self.reached.contains(&group) {
                 let name = self.groups[group].name.clone();
-                self.walk(group, DAffine3::IDENTITY, name, None);
+                self.walk(group, 0, DAffine3::IDENTITY, name, None);
             }
         }
     }
 
-    fn walk(&mut self, group: usize, transform: DAffine3, name: String, colour: Option<Colour>) {
+    /// Visits an occurrence of a group, placed by instance `entity`, and all in it.
+    fn walk(&mut self, group: usize, entity: u64, transform: DAffine3, name: Arc<str>, colour: Option<Colour>) {
+        if self.beyond.is_some() {
+            return;
+        }
         self.visits += 1;
-        if self.visits > self.options.max_instances {
+        let budget = &self.table.budget;
+        self.beyond = (self.visits > budget.max_instances()).then_some(entity);
+        if self.visits > budget.max_instances().min(self.options.max_instances) || !budget.spend(BYTES_PER_INSTANCE) {
             return;
         }
         self.reached.insert(group);
@@ -170,13 +186,13 @@ impl<'a> Tree<'a> {
             let child = self.groups[group].children[child].clone();
             if self.path.contains(&child.group) || self.path.len() >= MAX_ASSEMBLY_DEPTH {
                 if self.cyclic.insert((group, child.group)) {
-                    let what = StepOutcome::AssemblyCycle { assembly: self.groups[group].name.clone() };
+                    let what = StepOutcome::AssemblyCycle { assembly: self.groups[group].name.to_string() };
                     self.say(Severity::Error, child.entity, self.somewhere(child.group), what);
                 }
                 continue;
             }
             let name = if child.name.is_empty() { self.groups[child.group].name.clone() } else { child.name };
-            self.walk(child.group, transform * child.transform, name, colour.or(child.colour));
+            self.walk(child.group, child.entity, transform * child.transform, name, colour.or(child.colour));
         }
         self.path.pop();
     }
@@ -190,13 +206,14 @@ impl<'a> Tree<'a> {
         let colour = self.gather_group(group, &mut gathered);
         let repeated = self.gather.repeated(&mut gathered);
         if repeated > 0 {
-            let what = StepOutcome::Repeated { items: repeated, name: self.groups[group].name.clone() };
+            let what = StepOutcome::Repeated { items: repeated, name: self.groups[group].name.to_string() };
             let entity = self.groups[group].representations.first().copied().unwrap_or(0);
             self.say(Severity::Note, entity, self.somewhere(group), what);
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {
-            self.planned.push(PlannedPart { name: self.groups[group].name.clone(), gathered, colour });
+            self.table.budget.spend(self.groups[group].name.len());
+            self.planned.push(PlannedPart { name: self.groups[group].name.to_string(), gathered, colour });
         }
         self.parts[group] = Some(part);
         part

@@ -25,20 +25,29 @@ pub(super) struct Contexts {
     pub(super) first: Units,
     /// Whether any context states a length unit.
     pub(super) stated: bool,
+    /// The first context whose length unit is out of range, and the unit in millimetres.
+    pub(super) out_of_range: Option<(u64, f64)>,
 }
+
+/// Length units that are read, in millimetres: powers of coordinates in them are far from the ends of `f64`.
+const LENGTHS: std::ops::RangeInclusive<f64> = 1e-24..=1e24;
 
 impl Contexts {
     pub(super) fn read(table: &Table) -> Self {
         let mut known = Map::default();
-        let mut first = None;
+        let (mut first, mut out_of_range) = (None, None);
         for context in table.of_types(|i| i.is("GLOBAL_UNIT_ASSIGNED_CONTEXT")) {
-            let units = units_of(table, context);
+            let mut units = units_of(table, context);
+            if let Some(units) = units.as_mut().filter(|units| !LENGTHS.contains(&units.length)) {
+                out_of_range.get_or_insert((context.id, units.length));
+                units.length = Units::DEFAULT.length;
+            }
             if let Some(units) = units {
                 first.get_or_insert(units);
             }
             known.insert(context.id, units.unwrap_or(Units::DEFAULT));
         }
-        Self { known, first: first.unwrap_or(Units::DEFAULT), stated: first.is_some() }
+        Self { known, first: first.unwrap_or(Units::DEFAULT), stated: first.is_some(), out_of_range }
     }
 
     /// Units of a representation's context, else the file's first.
@@ -54,7 +63,7 @@ fn units_of(table: &Table, context: Entity<'_>) -> Option<Units> {
     for unit in context.fields("GLOBAL_UNIT_ASSIGNED_CONTEXT", 2).links(0).ok()? {
         match factor(table, unit, 0) {
             Some((UnitKind::Length, metres)) if length.is_none() => length = Some(1e3 * metres),
-            Some((UnitKind::Angle, radians)) => units.angle = radians,
+            Some((UnitKind::Angle, radians)) if radians.is_normal() => units.angle = radians,
             _ => {}
         }
     }

@@ -1,10 +1,9 @@
 //! Limits on the cost of preparing a model, checked face by face during the work.
 
-use super::prepared::Tile;
+use super::memory;
 use crate::model::{Model, Surface};
-use crate::prepare::surface::tables::{BoundingBox, BoxBounds};
+use crate::prepare::report::room::Room;
 use crate::prepare::tiles::draft::FaceDraft;
-use glam::DVec4;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -14,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct PrepareLimits {
     /// Bézier patches of all faces together.
     pub patches: u64,
-    /// Memory of patches, derivative bounds and tiles in bytes, estimated from their counts.
+    /// Memory of the model and of its patches, derivative bounds, tiles and edges, bytes, estimated from counts.
     pub bytes: u64,
 }
 
@@ -81,35 +80,38 @@ impl fmt::Display for PrepareError {
 
 impl std::error::Error for PrepareError {}
 
-/// Memory of a tile besides its patches, in bytes: loops, pcurves and their topology.
-const BYTES_PER_TILE: u64 = 4096;
+/// Adds what the allocator rounds up and has not given back to the system yet: half as much.
+fn with_slack(bytes: usize) -> usize {
+    bytes.saturating_add(bytes / 2)
+}
 
 /// Patches and bytes spent so far by all threads.
 pub(crate) struct PrepareBudget {
     limits: PrepareLimits,
     patches: AtomicU64,
-    bytes: AtomicU64,
+    pub(crate) room: Room,
 }
 
 impl PrepareBudget {
     pub(crate) fn new(limits: PrepareLimits) -> Self {
-        Self { limits, patches: AtomicU64::new(0), bytes: AtomicU64::new(0) }
+        Self { limits, patches: AtomicU64::new(0), room: Room::new(limits.bytes) }
+    }
+
+    /// Adds the cost of a model, which is held until all of it is prepared.
+    pub(crate) fn hold(&self, model: &Model) {
+        self.room.spend(with_slack(memory::of_model(model)));
     }
 
     /// Adds the cost of a face.
     pub(crate) fn spend(&self, draft: &FaceDraft) {
         let (u, v) = draft.patches.counts();
-        let table = draft.bounds.cells.len() * size_of::<(BoxBounds, BoundingBox)>();
-        let bytes = draft.patches.control.len() * size_of::<DVec4>() + table;
-        let tiles = draft.tiles.len() as u64 * (BYTES_PER_TILE + size_of::<Tile>() as u64);
         self.patches.fetch_add(u as u64 * v as u64, Ordering::Relaxed);
-        self.bytes.fetch_add(bytes as u64 + tiles, Ordering::Relaxed);
+        self.room.spend(with_slack(memory::of_draft(draft)));
     }
 
     /// Whether a limit is exceeded. The remaining faces can then be skipped.
     pub(crate) fn exceeded(&self) -> bool {
-        self.patches.load(Ordering::Relaxed) > self.limits.patches
-            || self.bytes.load(Ordering::Relaxed) > self.limits.bytes
+        self.patches.load(Ordering::Relaxed) > self.limits.patches || self.room.exceeded()
     }
 
     /// The error for `model` once a limit is exceeded.

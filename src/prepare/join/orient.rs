@@ -205,13 +205,15 @@ mod tests {
     use super::*;
     use crate::model::shapes;
     use crate::prepare::regions::boundary::shared_edges;
+    use crate::prepare::report::room::Room;
     use crate::prepare::tiles::face;
 
     #[test]
     fn lobes_of_negative_winding_count_against_the_volume() {
         let part = shapes::by_name("box").expect("a shape").parts.remove(0);
         let free: Vec<_> = part.faces.iter().map(|_| None).collect();
-        let drafted = face::draft(&part, &part.faces[0], None, 1.0, &shared_edges(&part, &free));
+        let (shared, room) = (shared_edges(&part, &free), Room::new(u64::MAX));
+        let drafted = face::draft(&part, &part.faces[0], None, 1.0, &shared, &room);
         let mut draft = drafted.expect("a draft");
         let origin = part.vertices.iter().sum::<DVec3>() / part.vertices.len() as f64;
         let volume = |draft: &FaceDraft| flux(draft, origin, Sampling { lattice: 8, outline: 8 });

@@ -131,7 +131,9 @@ impl PartPreparation<'_> {
         let shared = boundary::shared_edges(part, &self.free);
         let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
             let span = || tracing::trace_span!("draft", part = self.id.0, face = k, entity = f.entity);
-            let work = || span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), self.size, &shared)));
+            let work = || {
+                span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), self.size, &shared, &budget.room)))
+            };
             let drafted = (!f.lost && !budget.exceeded()).then(work)?;
             drafted.iter().for_each(|draft| budget.spend(draft));
             Some(drafted)

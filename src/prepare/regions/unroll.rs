@@ -14,6 +14,9 @@ use crate::prepare::uv::region::{Region, loops_box};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
 
+/// Maximum number of turns around a periodic surface. Springs have tens, threads and coils hundreds.
+const MAX_PERIODS: f64 = 20_000.0;
+
 /// The region that the loops bound. `named_pole` is the pole at which the file has a vertex loop. With `turn`, loops
 /// are oriented by their nesting; otherwise they run as stated.
 pub(crate) fn region(
@@ -22,8 +25,6 @@ pub(crate) fn region(
     projector: &Projector<'_>,
     turn: bool,
 ) -> Result<Region, RegionError> {
-    /// Maximum number of turns around a periodic surface. Springs have tens, threads and coils hundreds.
-    const MAX_PERIODS: f64 = 20_000.0;
     for (axis, (lo, hi)) in loops_box(&loops).into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
         let sound = (hi - lo).is_finite() && periods <= MAX_PERIODS;
@@ -130,6 +131,8 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
         return;
     }
     let Some(outer) = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs())) else { return };
+    // Turns that are looked at in each direction: all of a thread's, but not the square of that.
+    let most = if projector.period.iter().all(Option::is_some) { 300.0 } else { MAX_PERIODS };
     let polygon = Polygon::new(loops[outer].polyline());
     let [low, high] = polygon.bounds;
     for (k, l) in loops.iter_mut().enumerate() {
@@ -140,7 +143,8 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
         // The loop may lie at any turn of the largest loop.
         let steps = |axis: usize| {
             let turns = |x: f64| projector.period[axis].map_or(0.0, |p| (x - probe[axis]) / p);
-            (turns(low[axis]).floor() as i64).min(-3)..=(turns(high[axis]).ceil() as i64).max(3)
+            let turns = [turns(low[axis]).floor(), turns(high[axis]).ceil()].map(|turns| turns.clamp(-most, most));
+            (turns[0] as i64).min(-3)..=(turns[1] as i64).max(3)
         };
         let found = steps(0).flat_map(|i| steps(1).map(move |j| (i, j))).find_map(|(i, j)| {
             let turns = DVec2::new(i as f64, j as f64);

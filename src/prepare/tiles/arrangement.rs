@@ -141,6 +141,11 @@ struct Strand {
     ports: Option<[(usize, usize); 2]>,
 }
 
+/// Maximum times that a region winds around the stretches of a tile's border: so often per stretch, and a constant.
+/// Noise has winding numbers of a few. An edge that a loop lists thousands of times has as many, on as many stretches.
+const LAPS_PER_STOP: usize = 16;
+const FREE_LAPS: usize = 4096;
+
 struct TileBuilder<'a> {
     grid: &'a Grid,
     /// By axis and line: the pole that it runs along.
@@ -286,6 +291,12 @@ impl TileBuilder<'_> {
                 let (min, max) = (corner(column, row), corner(column + 1, row + 1));
                 let perimeter = self.perimeter(column, row, windings);
                 let tangled = Tangled { at: 0.5 * (min + max) };
+                let laps = perimeter.iter().map(|stop| stop.winding.unsigned_abs() as usize).sum::<usize>();
+                if laps > LAPS_PER_STOP * perimeter.len() + FREE_LAPS {
+                    return Err(tangled);
+                }
+                let stops: BTreeMap<(usize, usize), usize> =
+                    perimeter.iter().enumerate().rev().filter_map(|(k, p)| Some((p.crossing?, k))).collect();
                 let mut loops = Vec::new();
                 // Arcs from stop to stop of the perimeter: first strands, then stretches of the perimeter.
                 let mut arcs: Vec<[usize; 2]> = Vec::new();
@@ -295,8 +306,7 @@ impl TileBuilder<'_> {
                         loops.push(s.stretches);
                         continue;
                     };
-                    let stop = |port: (usize, usize)| perimeter.iter().position(|p| p.crossing == Some(port));
-                    let (Some(from), Some(to)) = (stop(ports[0]), stop(ports[1])) else { return Err(tangled) };
+                    let [Some(&from), Some(&to)] = ports.map(|port| stops.get(&port)) else { return Err(tangled) };
                     arcs.push([from, to]);
                     inner.push(s.stretches);
                 }
@@ -457,23 +467,26 @@ fn closed_chains(arcs: &[[usize; 2]], stops: usize) -> Option<Vec<Vec<usize>>> {
         out[*from].push(k);
     }
     let mut used = vec![false; arcs.len()];
+    // By stop: how many of its arcs, from the first, are used.
+    let mut passed = vec![0; stops];
     let mut chains = Vec::new();
     for start in 0..arcs.len() {
         if used[start] {
             continue;
         }
         let mut chain = Vec::new();
-        let mut at = arcs[start][0];
         let mut next = start;
         loop {
             used[next] = true;
             chain.push(next);
-            out[at].retain(|&k| k != next);
-            at = arcs[next][1];
+            let at = arcs[next][1];
             if at == arcs[start][0] {
                 break;
             }
-            next = *out[at].first()?;
+            while out[at].get(passed[at]).is_some_and(|&k| used[k]) {
+                passed[at] += 1;
+            }
+            next = *out[at].get(passed[at])?;
         }
         chains.push(chain);
     }

@@ -11,16 +11,17 @@ use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use crate::prepare::uv::uv_loop::Along;
 use glam::DVec2;
 
-/// The tiles of an arrangement.
-pub(super) fn tiles(arranged: &Arrangement, maps: &[AxisMap; 2]) -> Vec<DraftTile> {
+/// The tiles of an arrangement. Each of its stretches goes as its copy comes.
+pub(super) fn tiles(arranged: Arrangement, maps: &[AxisMap; 2]) -> Vec<DraftTile> {
+    let Arrangement { tiles, borders, .. } = arranged;
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));
-    let tile = |t: &ArrangedTile| DraftTile {
+    let tile = |t: ArrangedTile| DraftTile {
         min: to_patch(t.min),
         max: to_patch(t.max),
-        loops: t.loops.iter().map(|l| l.iter().map(|s| stretch(s, &arranged.borders, maps)).collect()).collect(),
+        loops: t.loops.into_iter().map(|l| l.into_iter().map(|s| stretch(&s, &borders, maps)).collect()).collect(),
         entangled: t.layered,
     };
-    arranged.tiles.iter().map(tile).collect()
+    tiles.into_iter().map(tile).collect()
 }
 
 fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse {

@@ -12,7 +12,7 @@
 
 use super::arcs::{ArcSpan, MAX_DEPTH, PcurveArc, apart, arc, exactly_apart, shared_ends};
 use super::draft::DraftTile;
-use super::meeting::{Meeting, beside, meet, weld};
+use super::meeting::{Meeting, WorkLeft, beside, by_use, meet, weld};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -53,21 +53,17 @@ const MAX_MEETINGS: usize = 2000;
 /// The same per use of an edge. More meetings cannot be distinguished.
 const MAX_MEETINGS_PER_USE: usize = 32;
 
+/// Maximum pairs of stretches of a tile that are kept to find their meetings. Few pairs lead to each of
+/// [`MAX_MEETINGS`]; a crowd of edges on top of each other has a quadratic number.
+const MAX_CLOSE: usize = 1 << 15;
+
+/// Maximum comparisons of boxes per arc, of a tile's arcs on average.
+const MAX_BOXES_PER_ARC: usize = 4096;
+
 type Pair<'a> = (ArcSpan<'a>, ArcSpan<'a>);
 
 /// Pairs of stretches that cannot be separated, each with its parts that cannot.
 type UnresolvedPairs<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
-
-/// Remaining budget of a tile, in points.
-struct WorkLeft(usize);
-
-impl WorkLeft {
-    /// Spends `points`. Returns whether anything is left.
-    fn takes(&mut self, points: usize) -> bool {
-        self.0 = self.0.saturating_sub(points);
-        self.0 > 0
-    }
-}
 
 /// Result of separating arcs.
 struct Separation<'a, 'w> {
@@ -101,6 +97,9 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
         }
         let mut new: Vec<Meeting> = Vec::new();
         for (pair, parts) in &close {
+            if meetings.len() + new.len() >= MAX_MEETINGS {
+                break;
+            }
             for m in meet_near(tile, *pair, parts) {
                 let known =
                     new.iter().any(|n| n.is(&m) || n.blurs(&m, tile)) || meetings.iter().any(|n| n.blurs(&m, tile));
@@ -137,16 +136,17 @@ fn meet_near(tile: &DraftTile, (a, b): Pair<'_>, parts: &[Pair<'_>]) -> Vec<Meet
 /// which they may be halved, besides samples and the middles between them.
 fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], exact: bool) -> Vec<PcurveArc> {
     let scale = (tile.max - tile.min).recip();
+    let (met, more) = (by_use(meetings.iter().flat_map(|m| m.at)), by_use(more.iter().copied()));
     let mut arcs = Vec::new();
     for (l, uses) in tile.loops.iter().enumerate() {
         for (k, u) in uses.iter().enumerate() {
             let mut stops = vec![u.from.min(u.to)];
-            stops.extend(meetings.iter().flat_map(|m| m.at).filter(|at| at.0 == (l, k)).map(|at| at.1));
+            stops.extend(met.get(&(l, k)).into_iter().flatten());
             stops.push(u.from.max(u.to));
             stops.sort_by(f64::total_cmp);
             stops.dedup();
-            let more: Vec<f64> = more.iter().filter(|at| at.0 == (l, k)).map(|at| at.1).collect();
-            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), &more, (tile.min, scale), exact)));
+            let more = more.get(&(l, k)).map_or(&[][..], Vec::as_slice);
+            arcs.extend(stops.windows(2).filter_map(|w| arc(u, (l, k), (w[0], w[1]), more, (tile.min, scale), exact)));
         }
     }
     arcs.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
@@ -158,8 +158,13 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLe
     let most = if arcs.iter().any(|a| a.exact) { usize::MAX } else { most };
     let mut found = Separation { breaks: Vec::new(), most, close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
+    let mut boxes = MAX_BOXES_PER_ARC * arcs.len();
     for (i, a) in arcs.iter().enumerate() {
         for b in &arcs[i + 1..] {
+            boxes = boxes.saturating_sub(1);
+            if boxes == 0 {
+                found.work.0 = 0;
+            }
             if b.low.x > a.high.x || found.work.0 == 0 {
                 break;
             }
@@ -167,7 +172,7 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLe
                 continue;
             }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if !a.exact && !a.only_joins(b) {
+                if !a.exact && !a.only_joins(b) && !a.runs_along(b) {
                     found.keep((ArcSpan::of(a), ArcSpan::of(b)), Vec::new());
                 }
             } else if !a.runs_along(b) {
@@ -196,6 +201,9 @@ impl<'a> Separation<'a, '_> {
         let work = WORK_PER_MEETING[usize::from(straight)] * (1 + parts.len());
         if !pair.0.arc.exact && self.work.takes(work) {
             self.close.push((pair, parts));
+            if self.close.len() >= MAX_CLOSE {
+                self.work.0 = 0;
+            }
         }
     }
 }

@@ -3,12 +3,16 @@
 use super::critical::critical;
 use super::draft::DraftTile;
 use super::joints::Joiner;
-use super::meeting::{fold, touching};
+use super::meeting::{WorkLeft, fold, touching};
 use crate::model::{AxisMap, FaceTrouble, Part};
 use crate::prepare::regions::mend::Tangle;
 use crate::prepare::report::finding::Finding;
 use crate::prepare::uv::pcurve::Projector;
 use glam::{DVec2, DVec3};
+
+/// Maximum meetings of a face's loops times the points of the tiles that they are in: the time that judging them takes.
+/// Real faces need a hundredth.
+const FOLD_WORK: usize = 1 << 24;
 
 /// How the loops of a face's tiles meet.
 #[derive(Default)]
@@ -39,8 +43,9 @@ impl Crossings {
         projector: &Projector<'_>,
     ) -> Self {
         let mut out = Self::default();
+        let mut work = WorkLeft(FOLD_WORK);
         for tile in tiles {
-            out.add(part, tile, exact, maps, projector);
+            out.add(part, tile, exact, maps, projector, &mut work);
         }
         if out.scribble.is_some() {
             // Without all meetings the images cannot be moved apart.
@@ -50,7 +55,15 @@ impl Crossings {
         out
     }
 
-    fn add(&mut self, part: &Part, tile: &mut DraftTile, exact: bool, maps: &[AxisMap; 2], projector: &Projector<'_>) {
+    fn add(
+        &mut self,
+        part: &Part,
+        tile: &mut DraftTile,
+        exact: bool,
+        maps: &[AxisMap; 2],
+        projector: &Projector<'_>,
+        work: &mut WorkLeft,
+    ) {
         let before = self.breaks.len();
         let (meetings, all) = critical(tile, exact, &mut self.breaks);
         self.critical += self.breaks.len() - before;
@@ -66,9 +79,9 @@ impl Crossings {
             self.breaks.extend(ends);
             self.joints.extend(join.joint(m));
         }
-        let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings) };
+        let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings, work) };
         // Loops that only touch may also wind twice.
-        let folded = folded.or_else(|| fold(tile, &touching(tile)));
+        let folded = folded.or_else(|| fold(tile, &touching(tile), work));
         let middle = || projector.point(middle(tile, maps));
         if tile.entangled || folded.is_some() {
             let place = folded.map_or_else(middle, |m| join.ends(&m)[0].2);

@@ -60,7 +60,8 @@ fn tiles_of_plane(region: &Region) -> [usize; 2] {
     let wanted = samples.div_ceil(SAMPLES_PER_TILE).min(region.loops.len() / LOOPS_PER_TILE);
     let tiles = wanted.max(samples.div_ceil(MOST_SAMPLES_PER_TILE)) as f64;
     let [width, height] = region.bounds.map(|(lo, hi)| hi - lo);
-    let across = (tiles * width / height).sqrt().round().clamp(1.0, tiles.max(1.0));
+    // NaN for a region without extent takes one.
+    let across = (tiles * width / height).sqrt().round().max(1.0).min(tiles.max(1.0));
     [across as usize, (tiles / across).round().max(1.0) as usize]
 }
 
@@ -99,7 +100,7 @@ pub(crate) fn coarse_grids(region: &Region) -> impl Iterator<Item = Grid> + '_ {
 }
 
 /// How many Bézier pieces (or quarter turns) lie between two parameters.
-fn spans(surface: &Surface, axis: usize, lo: f64, hi: f64) -> usize {
+pub(super) fn spans(surface: &Surface, axis: usize, lo: f64, hi: f64) -> usize {
     let in_knots = |knots: &[f64]| {
         let mut n = 1;
         for w in knots.windows(2) {

@@ -1,7 +1,9 @@
 //! A surface and the box of its tiles -> Bézier patches over it, their bounds and creases.
 
 use super::arrangement::ArrangedTile;
+use super::cuts::spans;
 use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
+use crate::prepare::report::room::Room;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::surface::tables::SurfaceBounds;
@@ -19,8 +21,8 @@ pub(super) struct Patched {
 
 impl Patched {
     /// # Errors
-    /// If the tiles' box, or the surface over it, has no area that `f64` resolves.
-    pub(super) fn over(surface: &Surface, tiles: &[ArrangedTile]) -> Result<Self, FaceError> {
+    /// If the tiles' box, or the surface over it, has no area that `f64` resolves, or if `room` does not hold it.
+    pub(super) fn over(surface: &Surface, tiles: &[ArrangedTile], room: Option<&Room>) -> Result<Self, FaceError> {
         let low = tiles.iter().fold(DVec2::INFINITY, |low, tile| low.min(tile.min));
         let high = tiles.iter().fold(DVec2::NEG_INFINITY, |high, tile| high.max(tile.max));
         for axis in 0..2 {
@@ -28,6 +30,11 @@ impl Patched {
             if !(extent > 0.0 && extent.is_finite()) {
                 return Err(FaceError::Thin { axis, extent });
             }
+        }
+        let needed = patches_within(surface, low, high).saturating_mul(BYTES_PER_PATCH);
+        if room.is_some_and(|room| !room.has(needed)) {
+            // The whole result will be discarded.
+            return Err(FaceError::Internal("it needs more memory than the limit".to_owned()));
         }
         let (nurbs, maps) = surface.to_nurbs((low.x, high.x), (low.y, high.y));
         let box_u = (maps[0].to_nurbs(low.x), maps[0].to_nurbs(high.x));
@@ -39,6 +46,17 @@ impl Patched {
         Ok(Self { patches, bounds, maps, creases })
     }
 }
+
+/// Memory of a bicubic patch, bytes, with its bounds, and what cutting it off takes for a moment.
+const BYTES_PER_PATCH: usize = 2048;
+
+/// Number of patches of a surface over a box.
+fn patches_within(surface: &Surface, low: DVec2, high: DVec2) -> usize {
+    [0, 1].map(|axis| spans(surface, axis, low[axis], high[axis])).into_iter().fold(1, usize::saturating_mul)
+}
+
+/// Least size of a face, in roundings of its coordinates: with fewer places its edges cross at random.
+const RESOLVED: f64 = 1024.0;
 
 /// Checks that patches over a box of parameters of size `size` have an area that `f64` resolves.
 fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> Result<(), FaceError> {
@@ -53,7 +71,7 @@ fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> R
     if reach.min_element() <= 1e-12 * reach.max_element() || is_curve(patches) {
         return Err(FaceError::NoArea { size_mm: reach.max_element() });
     }
-    if reach.min_element() <= f64::EPSILON * coordinates {
+    if reach.min_element() <= RESOLVED * f64::EPSILON * coordinates {
         return Err(FaceError::Unresolved { size_mm: reach.min_element(), coordinates_mm: coordinates });
     }
     Ok(())

@@ -9,11 +9,12 @@ use super::extent::Patched;
 use super::grid::Grid;
 use super::joints::common_point;
 use super::traced::Traced;
-use crate::model::{Face, FaceError, FaceTrouble, Part, Surface};
+use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
 use crate::prepare::regions::unroll::region;
 use crate::prepare::regions::{boundary, lobes, mend};
 use crate::prepare::report::finding::Finding;
+use crate::prepare::report::room::Room;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
@@ -36,7 +37,7 @@ const MEND_SHARE: f64 = 1e-3;
 const MAX_JOINTS: usize = 256;
 
 /// Prepares a face by itself. `free` is the outcome of its free trims, if it has any. `size` is the diagonal of the
-/// part's box. `shared` marks edges that have other faces.
+/// part's box. `shared` marks edges that have other faces. `room`: memory that it may take.
 ///
 /// If the boundary crosses itself, tries in turn: without the seams that the file states, which other loops may cross;
 /// with the images of edges moved apart where they cross; with lobes that run backwards reversed.
@@ -46,8 +47,13 @@ pub(crate) fn draft(
     free: Option<&Result<FreeFace, FaceError>>,
     size: f64,
     shared: &[bool],
+    room: &Room,
 ) -> Result<FaceDraft, FaceError> {
-    let traced = Traced::of(part, face, free, size);
+    if !room.has(boundary_memory(part, face)) {
+        // The whole result will be discarded.
+        return Err(FaceError::Internal("its boundary needs more memory than the limit".to_owned()));
+    }
+    let traced = Traced::of(part, face, free, size, Some(room));
     let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| draft_traced(traced, Loops::Nested, &[]));
     if free.is_some() {
         // Free trims are separated already.
@@ -56,8 +62,9 @@ pub(crate) fn draft(
     if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
         if let Some(loops) = without_seams(part, face) {
             let face = Face { loops, ..face.clone() };
-            let again =
-                Traced::of(part, &face, None, size).and_then(|traced| draft_traced(&traced, Loops::Nested, &[])).ok();
+            let again = Traced::of(part, &face, None, size, Some(room))
+                .and_then(|traced| draft_traced(&traced, Loops::Nested, &[]))
+                .ok();
             if let Some(mut draft) = again.filter(|draft| !draft.crosses) {
                 draft.notes.push(FaceTrouble::BothWays);
                 return Ok(draft);
@@ -79,9 +86,18 @@ pub(crate) fn draft(
     stated
 }
 
+/// Memory that a face's boundary may take for a moment, bytes: images of its edges, arcs of them, pairs of arcs.
+fn boundary_memory(part: &Part, face: &Face) -> usize {
+    const PER_USE: usize = 8 << 10;
+    const PER_POINT: usize = 8 << 10;
+    let loops = face.loops.iter().filter_map(|l| if let Loop::Edges(uses) = l { Some(uses) } else { None });
+    let points = |c: &Coedge| part.edges.get(c.edge.index()).map_or(0, |edge| edge.curve.points.len());
+    loops.flatten().map(|c| PER_USE + PER_POINT * points(c)).fold(0, usize::saturating_add)
+}
+
 /// Prepares a face by itself with loops that run as stated, however they are nested.
 pub(crate) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
-    draft_traced(&Traced::of(part, face, None, size)?, Loops::AsStated, &[])
+    draft_traced(&Traced::of(part, face, None, size, None)?, Loops::AsStated, &[])
 }
 
 /// Which way loops run.
@@ -208,7 +224,9 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
     let Traced { part, face, projector, passages, .. } = traced;
     let mut outline = FaceOutline::of(traced, way, mends)?;
     let (grid, arranged) = cut(&outline.region, &face.surface, projector, &mut outline.notes)?;
-    let Patched { patches, bounds, maps, creases } = Patched::over(&face.surface, &arranged.tiles)?;
+    // The images are in the tiles now: where a boundary runs along itself thousands of times, copies count.
+    drop(std::mem::take(&mut outline.region.loops));
+    let Patched { patches, bounds, maps, creases } = Patched::over(&face.surface, &arranged.tiles, traced.room)?;
     let maker = BorderMaker {
         arranged: &arranged,
         grid: &grid,
@@ -219,11 +237,11 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<F
         passages,
     };
     let borders = arranged.borders.iter().map(|b| maker.make(b)).collect();
-    let mut tiles = borders::tiles(&arranged, &maps);
     outline.breaks.extend(arranged.crossings.iter().filter_map(|c| match c.along {
         Along::Edge(e) => Some((e, c.t)),
         Along::Pole(_) => None,
     }));
+    let mut tiles = borders::tiles(arranged, &maps);
     // Not where free trims end on the edges of other faces, which are as good as those are.
     let exact = traced.free.is_some() && outline.gap == 0.0;
     let found = Crossings::of(part, &mut tiles, exact, &maps, projector);

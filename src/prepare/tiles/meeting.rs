@@ -7,6 +7,7 @@ use super::draft::{DraftTile, DraftUse};
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample, newton_meeting};
 use crate::prepare::uv::uv_loop::winding_about;
 use glam::DVec2;
+use std::collections::BTreeMap;
 
 /// Distance, in tiles, below which two points of (u,v) coincide: pcurves of planes are exact to rounding.
 const TOUCH: f64 = 1e-9;
@@ -19,6 +20,17 @@ const SIDE_BY_SIDE: f64 = 0.1;
 
 /// Maximum Newton steps to the foot of a point.
 const STEPS: usize = 12;
+
+/// Remaining budget of a tile or face, in points.
+pub(crate) struct WorkLeft(pub(crate) usize);
+
+impl WorkLeft {
+    /// Spends `points`. Returns whether anything is left.
+    pub(crate) fn takes(&mut self, points: usize) -> bool {
+        self.0 = self.0.saturating_sub(points);
+        self.0 > 0
+    }
+}
 
 /// A point of (u,v) that two stretches of a tile's loops have in common.
 #[derive(Clone, Copy, Debug)]
@@ -266,15 +278,26 @@ pub(crate) fn touching(tile: &DraftTile) -> Vec<Meeting> {
     twice.map(meeting).collect()
 }
 
+/// Parameters by the use (loop, and index in the loop) that has them.
+pub(crate) fn by_use(of: impl Iterator<Item = ((usize, usize), f64)>) -> BTreeMap<(usize, usize), Vec<f64>> {
+    let mut out: BTreeMap<_, Vec<f64>> = BTreeMap::new();
+    of.for_each(|(of, t)| out.entry(of).or_default().push(t));
+    out
+}
+
 /// The first meeting where the loops of a tile cross or overlap rather than touch. Next to it they wind more than once,
-/// or backwards, or have the kept side on their right only.
-pub(crate) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
+/// or backwards, or have the kept side on their right only. The first meeting of all once `work`, in points of loops
+/// visited, is spent.
+pub(crate) fn fold(tile: &DraftTile, meetings: &[Meeting], work: &mut WorkLeft) -> Option<Meeting> {
     /// Distances from a chord, in chords, at which winding numbers are evaluated: in general, and along a spike.
     const BESIDE: [f64; 2] = [1e-3, 1e-7];
     if meetings.is_empty() {
         return None;
     }
     let whole: Vec<Vec<DVec2>> = tile.loops.iter().map(|l| l.iter().flat_map(points).map(|p| p.1).collect()).collect();
+    if !work.takes(whole.iter().map(Vec::len).sum::<usize>().saturating_mul(meetings.len())) {
+        return meetings.first().copied();
+    }
     let winding = |p: DVec2| whole.iter().map(|l| winding_about(l, p)).sum::<i32>();
     let around = |a: DVec2, b: DVec2, beside: f64| {
         let (middle, left) = (0.5 * (a + b), (b - a).perp() * beside);
@@ -286,12 +309,13 @@ pub(crate) fn fold(tile: &DraftTile, meetings: &[Meeting]) -> Option<Meeting> {
         (0, 0) => a == b || around(a, b, BESIDE[1]) == (0, 0),
         _ => a == b,
     };
+    let met = by_use(meetings.iter().flat_map(|m| m.at));
     meetings.iter().copied().find(|m| {
         m.at.into_iter().any(|((l, k), t)| {
             let u = &tile.loops[l][k];
             let forward = u.from < u.to;
             let mut stops = vec![u.from.min(u.to), u.from.max(u.to)];
-            stops.extend(meetings.iter().flat_map(|m| m.at).filter(|at| at.0 == (l, k)).map(|at| at.1));
+            stops.extend(met.get(&(l, k)).into_iter().flatten());
             let before = stops.iter().copied().filter(|&s| s < t).reduce(f64::max);
             let after = stops.iter().copied().filter(|&s| s > t).reduce(f64::min);
             let points = points(u);

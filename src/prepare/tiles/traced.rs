@@ -4,6 +4,7 @@ use crate::math::boxes::around;
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError};
 use crate::prepare::regions::trace::{Passages, trace_loop};
 use crate::prepare::report::finding::Finding;
+use crate::prepare::report::room::Room;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
@@ -31,6 +32,8 @@ pub(super) struct Traced<'a> {
     pub(super) part: &'a Part,
     pub(super) face: &'a Face,
     pub(super) free: Option<&'a Result<FreeFace, FaceError>>,
+    /// Memory that the face may take; `None` for any.
+    pub(super) room: Option<&'a Room>,
     pub(super) projector: Projector<'a>,
     pub(super) passages: Passages,
     /// Size of the face.
@@ -51,6 +54,7 @@ impl<'a> Traced<'a> {
         face: &'a Face,
         free: Option<&'a Result<FreeFace, FaceError>>,
         size: f64,
+        room: Option<&'a Room>,
     ) -> Result<Self, FaceError> {
         if let Some(cause) = &face.refused {
             return Err(FaceError::Refused(cause.clone()));
@@ -74,8 +78,20 @@ impl<'a> Traced<'a> {
         projector.adopt(passages.values().flatten().map(|p| p.1));
         let loops = Vec::with_capacity(face.loops.len());
         let (notes, repairs) = (Vec::new(), Vec::new());
-        let mut out =
-            Self { part, face, free, projector, passages, extent, loops, named_pole: None, gap: 0.0, notes, repairs };
+        let mut out = Self {
+            part,
+            face,
+            free,
+            room,
+            projector,
+            passages,
+            extent,
+            loops,
+            named_pole: None,
+            gap: 0.0,
+            notes,
+            repairs,
+        };
         out.trace()?;
         Ok(out)
     }

@@ -30,7 +30,7 @@ impl Windings {
         }
         let mut out = Self { corners: BTreeMap::new(), crossings };
         let base = match grid.wraps {
-            [true, true] => region.base + out.at_first_corner(region, grid, all),
+            [true, true] => region.base + out.at_first_corner(region, grid, all)?,
             // In a direction that does not wrap, the first corner lies beyond all loops.
             _ => region.base,
         };
@@ -66,7 +66,12 @@ impl Windings {
 
     /// Winding number of the loops around the first corner, for a region that wraps both ways. Counted at the middle of
     /// the longest stretch of the corner's line, then carried along the line.
-    fn at_first_corner(&self, region: &Region, grid: &Grid, all: &[LineCrossing]) -> i32 {
+    ///
+    /// # Errors
+    /// If the loops go round so often that counting takes too long.
+    fn at_first_corner(&self, region: &Region, grid: &Grid, all: &[LineCrossing]) -> Result<i32, Tangled> {
+        /// Maximum images of a loop times its points: the time that this takes. Real loops have a few images.
+        const MAX_WORK: f64 = (1 << 26) as f64;
         let mut stops = vec![(grid.lines[1][0], 0)];
         let mut sum = 0;
         for on_line in &self.crossings[0][..grid.count(1)] {
@@ -77,19 +82,24 @@ impl Windings {
         }
         stops.push((grid.lines[1][grid.count(1)], sum));
         let longest = stops.windows(2).max_by(|a, b| (a[1].0 - a[0].0).total_cmp(&(b[1].0 - b[0].0)));
-        let Some([a, b]) = longest.map(|w| [w[0], w[1]]) else { return 0 };
+        let Some([a, b]) = longest.map(|w| [w[0], w[1]]) else { return Ok(0) };
         let middle = DVec2::new(grid.lines[0][0], 0.5 * (a.0 + b.0));
         let period = DVec2::new(grid.period(0), grid.period(1));
         let around = |l: &UvLoop| {
             let polygon = l.polyline();
             let [low, high] = around(polygon.iter().copied());
             let [from, to] = [(low - middle) / period, (high - middle) / period].map(|p| (p.x.floor(), p.y.floor()));
+            let work = (to.0 - from.0 + 2.0) * (to.1 - from.1 + 2.0) * polygon.len() as f64;
+            if work.is_nan() || work > MAX_WORK {
+                return Err(Tangled { at: middle });
+            }
             let images = |from: f64, to: f64| from as i64..=to as i64 + 1;
-            images(from.0, to.0)
+            let winding = images(from.0, to.0)
                 .flat_map(|i| images(from.1, to.1).map(move |j| DVec2::new(i as f64, j as f64)))
                 .map(|by| winding_about(&polygon, middle + by * period))
-                .sum::<i32>()
+                .sum::<i32>();
+            Ok(winding)
         };
-        region.loops.iter().map(around).sum::<i32>() - a.1
+        Ok(region.loops.iter().map(around).sum::<Result<i32, Tangled>>()? - a.1)
     }
 }

@@ -379,6 +379,7 @@ impl<'a> Projector<'a> {
             samples.reverse();
         }
         fill_slopes(&mut samples);
+        samples.shrink_to_fit();
         Marched { samples, gap, poles: end_poles }
     }
 

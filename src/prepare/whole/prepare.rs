@@ -80,9 +80,13 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
         std::mem::take(&mut model.instances).into_iter().partition(|i| i.part.index() < parts);
     model.instances = known;
     model.diagnostics.extend(unknown.into_iter().map(|i| {
-        let kind = DiagnosticKind::NoPart { instance: i.name, part: i.part, parts };
+        let kind = DiagnosticKind::NoPart { instance: i.name.to_string(), part: i.part, parts };
         Diagnostic::new(Severity::Error, kind)
     }));
+    budget.hold(&model);
+    if budget.exceeded() {
+        return Err(budget.error(&model));
+    }
     let of_part = |(k, part): (usize, &Part)| prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
     let done: Vec<PartOutcome> = model.parts.par_iter().enumerate().map(of_part).collect();
     if budget.exceeded() {

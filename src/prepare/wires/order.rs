@@ -1,8 +1,7 @@
 //! A wire's edges as listed -> wires that close, in another order or without seams of periodic surfaces.
 
 use super::ends::ends;
-use crate::model::{Coedge, Face, Loop, Part, VertexId};
-use std::collections::btree_map::Entry;
+use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
 use std::collections::{BTreeMap, HashSet};
 
 /// The wires of a face seen so far, each as its sorted edges.
@@ -42,30 +41,25 @@ fn chained(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<OrderedEdge>>> {
     for (k, [start, _]) in ends.iter().enumerate().rev() {
         from.entry(*start).or_default().push(k);
     }
+    let mut used = vec![false; ends.len()];
     let mut wires = Vec::new();
     for first in 0..ends.len() {
-        let [start, mut at] = ends[first];
-        if !take(&mut from, start, first) {
+        if std::mem::replace(&mut used[first], true) {
             continue;
         }
+        let [start, mut at] = ends[first];
         let mut wire = vec![(first, false)];
         while at != start {
-            let next = *from.get(&at)?.last()?;
-            take(&mut from, at, next);
+            let there = from.get_mut(&at)?;
+            while there.pop_if(|k| used[*k]).is_some() {}
+            let next = there.pop()?;
+            used[next] = true;
             wire.push((next, false));
             at = ends[next][1];
         }
         wires.push(wire);
     }
     Some(wires)
-}
-
-/// Removes an edge from those that start at a vertex. Returns whether it was still there.
-fn take(from: &mut BTreeMap<VertexId, Vec<usize>>, at: VertexId, edge: usize) -> bool {
-    let Entry::Occupied(mut there) = from.entry(at) else { return false };
-    let before = there.get().len();
-    there.get_mut().retain(|&k| k != edge);
-    there.get().len() < before
 }
 
 /// Closed wires of edges of which exactly two meet at every vertex.
@@ -109,8 +103,8 @@ pub(crate) fn without_seams(part: &Part, face: &Face) -> Option<Vec<Loop>> {
             loops.push(l.clone());
             continue;
         };
-        let both_ways = |c: &&Coedge| !coedges.iter().any(|d| d.edge == c.edge && d.reversed != c.reversed);
-        let rest: Vec<&Coedge> = coedges.iter().filter(both_ways).collect();
+        let ways: HashSet<(EdgeId, bool)> = coedges.iter().map(|c| (c.edge, c.reversed)).collect();
+        let rest: Vec<&Coedge> = coedges.iter().filter(|c| !ways.contains(&(c.edge, !c.reversed))).collect();
         if rest.len() == coedges.len() {
             loops.push(l.clone());
             continue;

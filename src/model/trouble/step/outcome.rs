@@ -65,6 +65,11 @@ pub enum StepOutcome {
     DataSections,
     /// The file names no length unit; millimetres were assumed.
     NoUnit,
+    /// A length unit is too large or too small; millimetres were assumed.
+    UnitOutOfRange {
+        /// The unit, millimetres.
+        unit_mm: f64,
+    },
     /// Colours stated for paths of occurrences are not applied.
     PathColours {
         /// How many.
@@ -98,6 +103,11 @@ pub enum StepOutcome {
         items: usize,
         /// The name of the repeated geometry.
         name: String,
+    },
+    /// Shells list faces again, which were left out.
+    FacesAgain {
+        /// How many.
+        faces: usize,
     },
     /// An occurrence has no transformation and is placed at the origin.
     AtOrigin,
@@ -171,12 +181,14 @@ codes!(StepOutcome {
     Self::BehindEnd => "step-text-behind-end",
     Self::DataSections => "step-data-sections-joined",
     Self::NoUnit => "step-no-unit",
+    Self::UnitOutOfRange { .. } => "step-unit-out-of-range",
     Self::PathColours { .. } => "step-path-colours",
     Self::NoFaces { .. } => "step-no-faces",
     Self::Endless { .. } => "step-surface-without-bounds",
     Self::Supplemental { .. } => "step-supplemental",
     Self::AssemblyCycle { .. } => "step-assembly-cycle",
     Self::Repeated { .. } => "step-repeated-geometry",
+    Self::FacesAgain { .. } => "step-faces-listed-again",
     Self::AtOrigin => "step-occurrence-at-origin",
     Self::OccurrenceLeftOut(_) => "step-occurrence-left-out",
     Self::FaceLeftOut(_) => "step-face-left-out",
@@ -237,6 +249,9 @@ impl fmt::Display for StepOutcome {
             Self::BehindEnd => write!(f, "text after the end of the STEP file was left out"),
             Self::DataSections => write!(f, "data sections were read as one, without their names"),
             Self::NoUnit => write!(f, "the file states no length unit; millimetres assumed"),
+            Self::UnitOutOfRange { unit_mm } => {
+                write!(f, "a length unit of {unit_mm:e} mm is out of range; millimetres assumed")
+            }
             Self::PathColours { count } => {
                 write!(f, "{count} colours for paths of occurrences are not applied")
             }
@@ -252,6 +267,9 @@ impl fmt::Display for StepOutcome {
             }
             Self::Repeated { items, name } => {
                 write!(f, "{items} tessellated items of '{name}' repeat its exact geometry and were left out")
+            }
+            Self::FacesAgain { faces } => {
+                write!(f, "{faces} faces that shells list again were left out; this is the first such shell")
             }
             Self::AtOrigin => write!(f, "an occurrence without transformation is placed at the origin"),
             Self::OccurrenceLeftOut(cause) => write!(f, "an occurrence was left out: {cause}"),

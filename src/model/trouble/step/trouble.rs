@@ -62,6 +62,13 @@ pub enum StepTrouble {
         /// What the instances represent, in the plural.
         what: &'static str,
     },
+    /// Lists of lists name shared items too often.
+    TooManyVisits {
+        /// What the items are, in the plural.
+        what: &'static str,
+        /// The limit: the bytes of the file, and a constant.
+        limit: usize,
+    },
     /// It refers to itself.
     RefersToItself {
         /// What it represents.
@@ -151,6 +158,7 @@ codes!(StepTrouble {
     Self::NotRead { .. } => "step-type-not-read",
     Self::BodyNotRead { .. } => "step-body-not-read",
     Self::TooDeep { .. } => "step-too-deep",
+    Self::TooManyVisits { .. } => "step-too-many-visits",
     Self::RefersToItself { .. } => "step-refers-to-itself",
     Self::Missing { .. } => "step-missing",
     Self::Layout { .. } => "step-layout",
@@ -193,6 +201,12 @@ impl fmt::Display for StepTrouble {
                 write!(f, " is not read: {why}")
             }
             Self::TooDeep { what } => write!(f, "{what} refer to each other too deeply"),
+            Self::TooManyVisits { what, limit } => {
+                write!(
+                    f,
+                    "{what} are listed more than {limit} times, by lists of lists; the limit for a file of its size"
+                )
+            }
             Self::RefersToItself { what } => write!(f, "{what} refers to itself"),
             Self::Missing { what, part } => write!(f, "{what} without {part}"),
             Self::Layout { what, wanted } => write!(f, "{what} are not {wanted}"),

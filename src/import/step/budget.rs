@@ -1,0 +1,83 @@
+//! What reading a file costs, counted by all threads, and its limits.
+
+use crate::model::StepTrouble;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+/// Visits of shared items that files of any length may ask for.
+const FREE_VISITS: usize = 4096;
+
+/// Control points of curves and of surfaces that shared geometry may come to: so many per byte of the file, and a
+/// constant. Files that share nothing have one per 30 bytes.
+const POINTS_PER_BYTE: [usize; 2] = [1, 4];
+const FREE_POINTS: [usize; 2] = [1 << 12, 1 << 13];
+
+/// Placed parts and assemblies: so many per byte of the file, and a constant. Real files have one per 10 bytes or more.
+const INSTANCES_PER_BYTE: u64 = 8;
+const FREE_INSTANCES: u64 = 1 << 15;
+
+/// Memory per control point, bytes: its coordinates, weight and knots, and the copy that becomes part of the model.
+const BYTES_PER_POINT: usize = 64;
+
+/// Counts of the whole file.
+pub(super) struct Budget {
+    /// Length of the text, bytes.
+    length: usize,
+    /// Maximum memory, bytes.
+    limit: u64,
+    spent: AtomicU64,
+    /// Control points of curves and of surfaces in parts.
+    points: [AtomicUsize; 2],
+}
+
+/// Geometry whose control points are counted.
+#[derive(Clone, Copy)]
+pub(super) enum Net {
+    Curve,
+    Surface,
+}
+
+impl Budget {
+    /// For a text of `length` bytes whose instances take `spent` bytes of memory.
+    pub(super) fn new(length: usize, spent: u64, limit: u64) -> Self {
+        Self { length, limit, spent: AtomicU64::new(spent), points: Default::default() }
+    }
+
+    /// How many items lists may name, each counted as often as lists lead to it.
+    ///
+    /// Lists without shared items stay below the length of the file. Lists of lists that share items grow as a power
+    /// of it.
+    pub(super) fn max_visits(&self) -> usize {
+        self.length.saturating_add(FREE_VISITS)
+    }
+
+    /// How many parts and assemblies a file of this length may place. Assemblies of assemblies place as many as a power
+    /// of its length.
+    pub(super) fn max_instances(&self) -> u64 {
+        (self.length as u64).saturating_mul(INSTANCES_PER_BYTE).saturating_add(FREE_INSTANCES)
+    }
+
+    /// Adds memory, before it is allocated. Returns whether all of it is within the limit.
+    pub(super) fn spend(&self, bytes: usize) -> bool {
+        let before = self.spent.fetch_add(bytes as u64, Ordering::Relaxed);
+        before.saturating_add(bytes as u64) <= self.limit
+    }
+
+    /// Memory needed so far, bytes, if that is beyond the limit. Reading can then stop.
+    pub(super) fn exceeded(&self) -> Option<u64> {
+        Some(self.spent.load(Ordering::Relaxed)).filter(|spent| *spent > self.limit)
+    }
+
+    /// Adds `count` control points of a curve or surface. Once the limit is passed, `count` 0 fails, too: nothing more
+    /// need be read.
+    ///
+    /// # Errors
+    /// If geometry that edges or faces share comes to more points than a file of this length may have.
+    pub(super) fn net(&self, net: Net, count: usize) -> Result<(), StepTrouble> {
+        let kind = net as usize;
+        let limit = POINTS_PER_BYTE[kind].saturating_mul(self.length).saturating_add(FREE_POINTS[kind]);
+        let before = self.points[kind].fetch_add(count, Ordering::Relaxed);
+        self.spend(count.saturating_mul(BYTES_PER_POINT));
+        let what = ["points of shared curves", "points of shared surfaces"][kind];
+        if before.saturating_add(count) > limit { Err(StepTrouble::TooManyVisits { what, limit }) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,108 @@
+//! Models, drafts and prepared models -> their memory in bytes, estimated from counts.
+
+use super::prepared::{Break, EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::mesh::SceneInstance;
+use crate::model::{Coedge, Edge, Face, Instance, Loop, Model, NurbsCurve3, Part, Surface};
+use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
+use crate::prepare::surface::tables::{BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+use crate::prepare::tiles::draft::{DraftBorder, DraftShape, DraftTile, DraftUse, FaceDraft};
+use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
+use glam::{DVec3, DVec4};
+
+/// Bytes of an allocation besides its contents: rounding up, and the allocator's own.
+const ALLOCATION: usize = 16;
+
+/// What an edge of a model takes once it is prepared, without its curve: the edge, its bounds, its uses.
+const PREPARED_EDGE: usize = size_of::<PreparedEdge>() + 2 * size_of::<Break>() + STRIP + 4 * ALLOCATION;
+
+/// What a use of an edge takes in a prepared part, besides the use: its row at the edge, and samples of its image.
+const PREPARED_USE: usize = 160;
+
+/// Bounds of a strip of a curve.
+const STRIP: usize = size_of::<(StripBounds, BoundingBox, f64)>();
+
+/// A model that prepare has not touched yet, with the edges and scene that prepare makes of it.
+pub(crate) fn of_model(model: &Model) -> usize {
+    let instances = model.instances.len() * (size_of::<Instance>() + size_of::<SceneInstance>());
+    instances + model.parts.iter().map(of_part).sum::<usize>()
+}
+
+fn of_part(part: &Part) -> usize {
+    let edges = part.edges.iter().map(|edge| {
+        let points = edge.curve.points.len();
+        size_of::<Edge>() + of_curve(&edge.curve) + PREPARED_EDGE + points * (size_of::<DVec4>() + STRIP)
+    });
+    part.vertices.len() * size_of::<DVec3>() + edges.sum::<usize>() + part.faces.iter().map(of_face).sum::<usize>()
+}
+
+fn of_face(face: &Face) -> usize {
+    let surface = match &face.surface {
+        Surface::Nurbs(net) => {
+            net.points.len() * (size_of::<DVec3>() + 8) + 8 * (net.knots_u.len() + net.knots_v.len())
+        }
+        Surface::Extrusion { curve, .. } | Surface::Revolution { curve, .. } => of_curve(curve),
+        _ => 0,
+    };
+    let loops = face.loops.iter().map(|of| match of {
+        Loop::Edges(uses) => size_of::<Loop>() + ALLOCATION + uses.len() * size_of::<Coedge>(),
+        Loop::Vertex(_) => size_of::<Loop>(),
+    });
+    // Colours and rows of faces stay when the model goes.
+    size_of::<Face>() + face.name.len() + surface + loops.sum::<usize>() + 3 * ALLOCATION
+}
+
+fn of_curve(curve: &NurbsCurve3) -> usize {
+    curve.points.len() * size_of::<DVec3>() + 8 * (curve.knots.len() + curve.weights.len()) + 3 * ALLOCATION
+}
+
+/// A face's draft, and what its tiles add to a part.
+pub(crate) fn of_draft(draft: &FaceDraft) -> usize {
+    let tiles = draft.tiles.iter().map(|tile| {
+        let uses = tile.loops.iter().flatten().map(|u| size_of::<DraftUse>() + of_image(&u.uv) + PREPARED_USE);
+        size_of::<DraftTile>() + size_of::<Tile>() + tile.loops.len() * (24 + ALLOCATION) + uses.sum::<usize>()
+    });
+    let borders = draft.borders.iter().map(|border| {
+        let curve = if let DraftShape::Curve(curve) = &border.shape { of_spline(curve) } else { 0 };
+        size_of::<DraftBorder>() + curve + PREPARED_EDGE + curve / size_of::<DVec4>() * STRIP
+    });
+    let breaks = draft.breaks.len() * (size_of::<Break>() + 24) + draft.joints.len() * 48 + draft.tangles.len() * 32;
+    let own = size_of::<FaceDraft>() + size_of::<PreparedFace>() + 12 * ALLOCATION;
+    own + of_patches(&draft.patches, &draft.bounds) + tiles.sum::<usize>() + borders.sum::<usize>() + breaks
+}
+
+fn of_patches(patches: &BezierPatches, bounds: &SurfaceBounds) -> usize {
+    patches.control.len() * size_of::<DVec4>() + bounds.cells.len() * size_of::<(BoxBounds, BoundingBox)>()
+}
+
+fn of_spline(spline: &BezierSpline3) -> usize {
+    spline.control.len() * size_of::<DVec4>() + 8 * spline.breaks.len() + 2 * ALLOCATION
+}
+
+fn of_image(uv: &UvCurve) -> usize {
+    match uv {
+        UvCurve::Hermite(samples) => samples.len() * size_of::<UvSample>() + ALLOCATION,
+        UvCurve::Iso { .. } => 0,
+    }
+}
+
+/// A prepared model.
+pub(crate) fn of_prepared(prepared: &Prepared) -> usize {
+    let parts = prepared.parts.iter().map(|part| of_prepared_part(part));
+    prepared.scene.instances.len() * size_of::<SceneInstance>() + parts.sum::<usize>()
+}
+
+fn of_prepared_part(part: &PreparedPart) -> usize {
+    let faces = part.faces.iter().map(|face| size_of::<PreparedFace>() + of_patches(&face.patches, &face.bounds));
+    let uses = part.tiles.iter().flat_map(|tile| &tile.loops).flatten();
+    let uses = uses.map(|u| size_of::<EdgeUse>() + of_image(&u.uv) + PREPARED_USE);
+    let edges = part.edges.iter().map(|edge| {
+        let curve = if let EdgeShape::Curve(curve) = &edge.shape { of_spline(curve) } else { 0 };
+        size_of::<PreparedEdge>() + curve + edge.breaks.len() * size_of::<Break>() + of_bounds(&edge.bounds)
+    });
+    let tiles = part.tiles.len() * (size_of::<Tile>() + 24 + 2 * ALLOCATION);
+    tiles + faces.sum::<usize>() + uses.sum::<usize>() + edges.sum::<usize>()
+}
+
+fn of_bounds(bounds: &CurveBounds) -> usize {
+    bounds.strips.len() * STRIP + 3 * ALLOCATION
+}

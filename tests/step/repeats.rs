@@ -1,0 +1,184 @@
+//! Lists of lists that name shared items: each item once, or a limit is named.
+
+#![allow(clippy::unwrap_used, reason = "writing to a string does not fail")]
+
+use crate::{file, is, model, only_part, world};
+use std::fmt::Write as _;
+use trimtess::import::step::{StepError, StepOptions, read};
+use trimtess::model::{StepOutcome, StepTrouble};
+
+/// Ten references to `id`.
+fn ten(id: u32) -> String {
+    vec![format!("#{id}"); 10].join(",")
+}
+
+/// A triangle as #101, of the coordinates #100.
+const TRIANGLE: &str = "#100=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.,0.)));\n\
+    #101=TRIANGULATED_FACE('',#100,3,((0.,0.,1.)),$,(1,2,3),((1,2,3)));\n";
+
+#[test]
+fn a_tessellated_face_is_one_face_however_often_sets_list_it() {
+    let mut text = world() + TRIANGLE;
+    for level in 0..20 {
+        writeln!(text, "#{}=TESSELLATED_GEOMETRIC_SET('',({}));", 102 + level, ten(101 + level)).unwrap();
+    }
+    text += "#200=TESSELLATED_SHAPE_REPRESENTATION('',(#121),#1);\n";
+    assert_eq!(only_part(&model(&text)).faces.len(), 1);
+}
+
+#[test]
+fn tessellated_sets_at_too_many_places_name_the_limit() {
+    // Each set has the one below twice, as it is and moved twice as far as on the level below.
+    let mut text = world() + TRIANGLE;
+    let mut below = "#101".to_owned();
+    for level in 0..18_u32 {
+        let (id, place) = (200 + 2 * level, 400 + 4 * level);
+        text += &crate::placement(place, [f64::from(1 << level), 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+        let moved = format!("REPOSITIONED_TESSELLATED_ITEM(#{place})REPRESENTATION_ITEM('')TESSELLATED_ITEM()");
+        writeln!(text, "#{id}=TESSELLATED_GEOMETRIC_SET('',({below}));").unwrap();
+        writeln!(text, "#{}=({moved}TESSELLATED_GEOMETRIC_SET(({below})));", id + 1).unwrap();
+        below = format!("#{id},#{}", id + 1);
+    }
+    text += "#300=TESSELLATED_SHAPE_REPRESENTATION('',(#234),#1);\n";
+    let model = model(&text);
+    let told = |d: &&_| is(d, |t| matches!(t, StepTrouble::TooManyVisits { what: "tessellated items", .. }));
+    let inside =
+        |d: &&trimtess::model::Diagnostic| d.kind.to_string().contains("tessellated items are listed more than");
+    assert!(model.diagnostics.iter().any(|d| told(&d) || inside(&d)), "{:?}", model.diagnostics);
+}
+
+/// A face whose one edge is a composite of composites, `levels` deep, with ten segments each.
+fn nested_composites(levels: u32) -> String {
+    let mut text = world()
+        + "#100=CARTESIAN_POINT('',(1.,0.,0.));\n#101=CARTESIAN_POINT('',(0.,1.,0.));\n\
+           #102=POLYLINE('',(#100,#101,#100));\n#103=VERTEX_POINT('',#100);\n";
+    for level in 0..levels {
+        let id = 110 + 2 * level;
+        let parent = if level == 0 { 102 } else { id - 1 };
+        writeln!(text, "#{id}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#{parent});").unwrap();
+        writeln!(text, "#{}=COMPOSITE_CURVE('',({}),.U.);", id + 1, ten(id)).unwrap();
+    }
+    text + &format!(
+        "#300=EDGE_CURVE('',#103,#103,#{},.T.);\n#301=ORIENTED_EDGE('',*,*,#300,.T.);\n#302=EDGE_LOOP('',(#301));\n\
+         #303=FACE_OUTER_BOUND('',#302,.T.);\n#304=PLANE('',#20);\n",
+        109 + 2 * levels
+    ) + &crate::shell("ADVANCED_FACE('',(#303),#304,.T.)", 1)
+}
+
+#[test]
+fn composite_curves_of_composite_curves_name_the_limit() {
+    for levels in [8, 20] {
+        let model = model(&nested_composites(levels));
+        let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "segments of curves", .. });
+        assert!(model.diagnostics.iter().any(|d| is(d, told)), "{:?}", model.diagnostics);
+    }
+    let model = model(&nested_composites(2));
+    assert_eq!(only_part(&model).edges[0].curve.points.len(), 201);
+}
+
+#[test]
+fn a_face_is_one_face_however_often_open_shells_list_it() {
+    let mut text = world()
+        + "#100=PLANE('',#20);\n#101=CIRCLE('',#20,1.);\n#102=CARTESIAN_POINT('',(1.,0.,0.));\n\
+           #103=VERTEX_POINT('',#102);\n#104=EDGE_CURVE('',#103,#103,#101,.T.);\n#105=ORIENTED_EDGE('',*,*,#104,.T.);\n\
+           #106=EDGE_LOOP('',(#105));\n#107=FACE_OUTER_BOUND('',#106,.T.);\n#108=ADVANCED_FACE('',(#107),#100,.T.);\n";
+    let mut shells = Vec::new();
+    for id in 200..210 {
+        writeln!(text, "#{id}=OPEN_SHELL('',({}));", ten(108)).unwrap();
+        shells.push(format!("#{id}"));
+    }
+    let shells = shells.join(",");
+    text += &format!(
+        "#110=SHELL_BASED_SURFACE_MODEL('',({shells}));\n#111=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#110),#1);\n"
+    );
+    let model = model(&text);
+    assert_eq!(only_part(&model).faces.len(), 1);
+    let again = StepOutcome::FacesAgain { faces: 99 };
+    assert!(model.diagnostics.iter().any(|d| d.kind == again.clone().into()), "{:?}", model.diagnostics);
+}
+
+#[test]
+fn closed_shells_that_many_solids_share_name_the_limit() {
+    // A ball; the solids that list its shell again are more than the visits that the file may ask for.
+    let mut text = world() + "#62=ADVANCED_FACE('',(),#63,.T.);\n#63=SPHERICAL_SURFACE('',#20,1.);\n";
+    let faces: Vec<String> = (0..400).map(|k| format!("#{}", 1000 + k)).collect();
+    for face in &faces {
+        writeln!(text, "{face}=ADVANCED_FACE('',(),#63,.T.);").unwrap();
+    }
+    writeln!(text, "#61=CLOSED_SHELL('',({}));", faces.join(",")).unwrap();
+    let solids: Vec<String> = (0..400).map(|k| format!("#{}", 2000 + k)).collect();
+    for solid in &solids {
+        writeln!(text, "{solid}=MANIFOLD_SOLID_BREP('',#61);").unwrap();
+    }
+    writeln!(text, "#90=ADVANCED_BREP_SHAPE_REPRESENTATION('',({}),#1);", solids.join(",")).unwrap();
+    let whole = file(&text);
+    let model = read(whole.as_bytes(), &StepOptions::default()).expect("a readable file");
+    assert!(model.parts[0].faces.len() <= whole.len() + 4096);
+    let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "faces of shells", .. });
+    assert!(model.diagnostics.iter().any(|d| is(d, told)), "{:?}", model.diagnostics);
+}
+
+#[test]
+fn a_surface_that_many_faces_share_names_the_limit() {
+    const SIDE: usize = 16;
+    let mut text = world();
+    for k in 0..SIDE * SIDE {
+        writeln!(text, "#{}=CARTESIAN_POINT('',({}.,{}.,0.));", 1000 + k, k / SIDE, k % SIDE).unwrap();
+    }
+    let ids = |from: usize, count: usize| (from..from + count).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
+    let rows = (0..SIDE).map(|row| format!("({})", ids(1000 + row * SIDE, SIDE))).collect::<Vec<_>>().join(",");
+    let (ends, knots) = (format!("(4{},4)", ",1".repeat(SIDE - 4)), (0..SIDE - 2).map(|k| format!("{k}.")));
+    let knots = format!("({})", knots.collect::<Vec<_>>().join(","));
+    writeln!(
+        text,
+        "#100=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,({rows}),.UNSPECIFIED.,.F.,.F.,.F.,{ends},{ends},{knots},{knots},\
+         .UNSPECIFIED.);"
+    )
+    .unwrap();
+    (9000..10_000).for_each(|id| writeln!(text, "#{id}=ADVANCED_FACE('',(),#100,.T.);").unwrap());
+    text += &format!(
+        "#110=OPEN_SHELL('',({}));\n#111=SHELL_BASED_SURFACE_MODEL('',(#110));\n\
+         #112=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#111),#1);\n",
+        ids(9000, 1000)
+    );
+    let model = model(&text);
+    let faces = &only_part(&model).faces;
+    let read = faces.iter().filter(|face| !face.lost).count();
+    assert!((200..1000).contains(&read), "{read}");
+    let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "points of shared surfaces", .. });
+    assert_eq!(model.diagnostics.iter().filter(|d| is(d, told)).count(), faces.len() - read);
+}
+
+#[test]
+fn a_representation_that_many_products_share_names_the_limit() {
+    let mut text = world() + "#62=ADVANCED_FACE('',(),#63,.T.);\n#63=SPHERICAL_SURFACE('',#20,1.);\n";
+    text += "#64=OPEN_SHELL('',(#62));\n#65=SHELL_BASED_SURFACE_MODEL('',(#64));\n";
+    writeln!(text, "#66=SHAPE_REPRESENTATION('',({}),#1);", vec!["#65"; 400].join(",")).unwrap();
+    for id in (1000..).step_by(3).take(400) {
+        writeln!(text, "#{id}=PRODUCT_DEFINITION('','',$,$);").unwrap();
+        writeln!(text, "#{}=PRODUCT_DEFINITION_SHAPE('','',#{id});", id + 1).unwrap();
+        writeln!(text, "#{}=SHAPE_DEFINITION_REPRESENTATION(#{},#66);", id + 2, id + 1).unwrap();
+    }
+    let model = model(&text);
+    let told = |t: &StepTrouble| {
+        matches!(t, StepTrouble::TooManyVisits { what: "items of representations that products share", .. })
+    };
+    assert_eq!(model.diagnostics.iter().filter(|d| is(d, told)).count(), 1, "{:?}", model.diagnostics);
+    assert!((1..400).contains(&model.parts.len()), "{}", model.parts.len());
+}
+
+#[test]
+fn assemblies_of_assemblies_name_the_limit_of_a_file_of_their_size() {
+    let mut text = world() + "#62=ADVANCED_FACE('',(),#63,.T.);\n#63=SPHERICAL_SURFACE('',#20,1.);\n";
+    text += "#64=OPEN_SHELL('',(#62));\n#65=SHELL_BASED_SURFACE_MODEL('',(#64));\n\
+        #66=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#65),#1);\n";
+    let mut below = 66;
+    for id in (200..).step_by(5).take(20) {
+        writeln!(text, "#{id}=REPRESENTATION_MAP(#20,#{below});").unwrap();
+        writeln!(text, "#{}=MAPPED_ITEM('',#{id},#20);\n#{}=MAPPED_ITEM('',#{id},#20);", id + 1, id + 2).unwrap();
+        writeln!(text, "#{}=SHAPE_REPRESENTATION('',(#{},#{}),#1);", id + 3, id + 1, id + 2).unwrap();
+        below = id + 3;
+    }
+    let error = read(file(&text).as_bytes(), &StepOptions::default()).expect_err("a million occurrences");
+    assert!(matches!(error, StepError::TooManyOccurrences { limit: 32_768..100_000, .. }), "{error}");
+}
