@@ -146,7 +146,7 @@ fn fanned_out(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut copies = Vec::new();
     for _ in 0..2 + random.below(19) {
         last = last.saturating_add(1);
-        let fan = vec![&previous[..]; FAN].join(&b',');
+        let fan = [&previous[..]; FAN].join(&b',');
         let name = format!("#{last}").into_bytes();
         copies.extend([&b"\n"[..], &name, &before[equals..], &fan, after].concat());
         previous = name;
