@@ -88,8 +88,8 @@ pub(crate) fn draft(
 
 /// Memory that a face's boundary may take for a moment, bytes: images of its edges, arcs of them, pairs of arcs.
 fn boundary_memory(part: &Part, face: &Face) -> usize {
-    const PER_USE: usize = 8 << 10;
-    const PER_POINT: usize = 8 << 10;
+    const PER_USE: usize = 2 << 10;
+    const PER_POINT: usize = 6 << 10;
     let loops = face.loops.iter().filter_map(|l| if let Loop::Edges(uses) = l { Some(uses) } else { None });
     let points = |c: &Coedge| part.edges.get(c.edge.index()).map_or(0, |edge| edge.curve.points.len());
     loops.flatten().map(|c| PER_USE + PER_POINT * points(c)).fold(0, usize::saturating_add)
