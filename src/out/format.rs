@@ -11,7 +11,7 @@ use std::path::Path;
 /// A mesh file format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Format {
-    /// Binary glTF, see [`write_glb`].
+    /// Binary glTF, see [`write_glb`](super::write_glb).
     #[cfg(feature = "glb")]
     Glb,
     /// Binary STL, see [`write_stl`].
