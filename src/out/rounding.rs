@@ -60,7 +60,7 @@ impl From<RoundedTooFar> for io::Error {
 
 /// What happens to one part, in its own file coordinates or as placed by one instance.
 #[derive(Default)]
-struct Tally {
+struct RoundingCount {
     kept: u64,
     collapsed: u64,
     faces: Vec<FaceId>,
@@ -100,7 +100,7 @@ impl Rounding {
     fn of_nodes(frame: &MemorySink, most: f64) -> Result<Self, BeyondSingle> {
         let mut tallies = Vec::with_capacity(frame.scene.parts.len());
         for (part, batches) in frame.scene.parts.iter().zip(batches_by_part(frame)) {
-            tallies.push(Tally::of(&batches, |point| {
+            tallies.push(RoundingCount::of(&batches, |point| {
                 let rounded = local(part, point)?;
                 Ok((rounded, moved(part, point, rounded)))
             })?);
@@ -125,20 +125,20 @@ impl Rounding {
             let placement = Placement::new(&instance.transform);
             let arithmetic = Arithmetic::of(&instance.transform);
             let tally = if as_single {
-                Tally::of(batches, |point| {
+                RoundingCount::of(batches, |point| {
                     let exact = placement.position(point);
                     let rounded = single(exact)?;
                     Ok((rounded, (rounded.as_dvec3() - exact).length() + arithmetic.moved(point)))
                 })?
             } else {
-                Tally::of(batches, |point| Ok((placement.position(point), arithmetic.moved(point))))?
+                RoundingCount::of(batches, |point| Ok((placement.position(point), arithmetic.moved(point))))?
             };
             out.add(instance, &tally, tally.moved, placement.position(tally.place));
         }
         Ok(out)
     }
 
-    fn add(&mut self, instance: &SceneInstance, tally: &Tally, moved: f64, place: DVec3) {
+    fn add(&mut self, instance: &SceneInstance, tally: &RoundingCount, moved: f64, place: DVec3) {
         self.triangles += tally.kept;
         self.collapsed += tally.collapsed;
         let number = |face: &FaceId| u64::from(instance.first_face) + u64::from(face.0);
@@ -149,7 +149,7 @@ impl Rounding {
     }
 }
 
-impl Tally {
+impl RoundingCount {
     /// Rounds all points by `round`, which returns the rounded point and the distance.
     fn of<P: PartialEq>(
         batches: &[&Batch],

@@ -1,5 +1,5 @@
-//! Cameras: where they are and how they project, what they fit, how a pointer moves them, and the screen-space error that
-//! their pictures may have.
+//! Cameras: where they are and how they project, what they fit, how a pointer moves them, and the screen-space error
+//! that their pictures may have.
 
 mod camera;
 pub use camera::{Camera, Projection, View};

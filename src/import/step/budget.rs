@@ -19,7 +19,7 @@ const FREE_INSTANCES: u64 = 1 << 15;
 const BYTES_PER_POINT: usize = 64;
 
 /// Counts of the whole file.
-pub(super) struct Budget {
+pub(super) struct ReadBudget {
     /// Length of the text, bytes.
     length: usize,
     /// Maximum memory, bytes.
@@ -36,7 +36,7 @@ pub(super) enum Net {
     Surface,
 }
 
-impl Budget {
+impl ReadBudget {
     /// For a text of `length` bytes whose instances take `spent` bytes of memory.
     pub(super) fn new(length: usize, spent: u64, limit: u64) -> Self {
         Self { length, limit, spent: AtomicU64::new(spent), points: Default::default() }

@@ -1,6 +1,6 @@
 //! Part 21 syntax trees -> a table of instances by number, with typed access to their attributes.
 
-use super::budget::Budget;
+use super::budget::ReadBudget;
 use crate::model::{StepCause, StepTrouble};
 use foldhash::fast::RandomState;
 use std::borrow::Cow;
@@ -59,7 +59,7 @@ pub(super) struct Table {
     first_of_type: Vec<usize>,
     /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
-    pub(super) budget: Budget,
+    pub(super) budget: ReadBudget,
 }
 
 /// Type index of instances with several types.
@@ -67,7 +67,7 @@ const COMPLEX: u32 = u32::MAX;
 
 impl Table {
     /// `rows` must be sorted by number, without duplicates. `elsewhere`: places of instances defined in other files.
-    pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>, budget: Budget) -> Self {
+    pub(super) fn new(rows: Vec<RawEntity>, elsewhere: BTreeMap<u64, String>, budget: ReadBudget) -> Self {
         let mut dense = Vec::new();
         let last = rows.last().map_or(0, RawEntity::id);
         // Four bytes per number: worth it while the largest number is at most eight times the number of instances.

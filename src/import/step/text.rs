@@ -1,7 +1,7 @@
 //! Part 21 bytes -> an instance table. Instances with syntax errors are cut out one at a time, so that one bad line
 //! does not cost the file.
 
-use super::budget::Budget;
+use super::budget::ReadBudget;
 use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
 use super::sections::{
     Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
@@ -68,7 +68,7 @@ pub(super) fn parse(
                 if let Some(count) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
                     diagnostics.push(file_note(Severity::Note, StepOutcome::MoreRepairs { count }));
                 }
-                let budget = Budget::new(bytes.len(), needed, options.max_memory);
+                let budget = ReadBudget::new(bytes.len(), needed, options.max_memory);
                 return Ok(Table::new(graph.entities.into_values().collect(), elsewhere, budget));
             }
             Err(error) => error,
