@@ -146,7 +146,7 @@ impl Stages for Prepared {
 ///
 /// ```no_run
 /// use std::sync::Arc;
-/// use trimtess::{frame, glam::DVec3, mesh::MemorySink, parallel, prepare};
+/// use trimtess::{glam::DVec3, mesh::MemorySink, parallel, prepare, view};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let model = trimtess::model::Model::default();
 /// let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
