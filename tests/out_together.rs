@@ -1,6 +1,9 @@
 //! Files of one run appear together or not at all.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod names;
+
+use names::names;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,13 +14,6 @@ fn folder(test: &str) -> PathBuf {
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]

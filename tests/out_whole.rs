@@ -1,9 +1,11 @@
 //! Files appear complete or not at all, whatever fails and when.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod names;
 mod out_fixture;
 
 use glam::{DAffine3, DVec3};
+use names::names;
 use out_fixture::box_frame;
 use std::fs;
 use std::io::{self, Write};
@@ -15,13 +17,6 @@ fn folder(test: &str) -> PathBuf {
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]

@@ -2,12 +2,18 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../tests/names/mod.rs"]
+mod names;
+mod told;
+
+use names::names;
 use std::fs::{self, File};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
+use told::told;
 
 const CUBE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/red_cube_blue_cylinder.step");
 const BINARY: &str = env!("CARGO_BIN_EXE_trimtess");
@@ -19,17 +25,6 @@ fn folder(test: &str) -> PathBuf {
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
-}
-
-fn told(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 /// Runs a line of the shell in `folder`; `$0` is the program and `$1` a file.
@@ -185,7 +180,7 @@ fn a_run_that_is_killed_while_it_writes_leaves_the_previous_file() {
             assert_eq!(status.signal(), Some(number), "{mesh}");
             let found = fs::read(folder.join(mesh)).unwrap();
             if found == b"before" {
-                // Nothing can be done after SIGKILL, but what is left is hidden, and no obstacle.
+                // SIGKILL cannot be handled. The file that stays is hidden and hinders no later run.
                 assert!(left.iter().all(|name| signal == "KILL" && name.ends_with(".part")), "SIG{signal}: {left:?}");
             } else {
                 // The signal came after the file had its name, and before the process had ended.

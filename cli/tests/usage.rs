@@ -1,9 +1,12 @@
 //! Hostile and unlucky arguments: numbers out of range, devices without end, names that are not UTF-8.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod told;
+
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
+use told::told;
 
 /// Root of the repository.
 const CHECKOUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
@@ -20,10 +23,6 @@ fn command(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
     command.args(args).current_dir(CHECKOUT).env_remove("RUST_LOG");
     command
-}
-
-fn told(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 #[test]

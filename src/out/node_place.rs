@@ -74,14 +74,14 @@ impl NodePlace {
 }
 
 /// Upper bound on the distance between `exact` and what readers get from the JSON of `rounded`, its shortest decimal:
-/// `rounded` in single precision, and up to half a unit in the last place beside it in double precision.
+/// `rounded` in single precision, and up to half a unit in its last place away in double precision.
 fn off(exact: DVec3, rounded: Vec3) -> f64 {
     let half = 0.5 * f64::from(f32::EPSILON);
     ((rounded.as_dvec3() - exact).abs() + half * rounded.as_dvec3().abs()).length()
 }
 
 /// The number of as many leading bits of `number` as possible whose JSON is the same number in single and in double
-/// precision. 0 if there is none.
+/// precision. 0 if no leading bits are.
 fn same_in_double(number: f32) -> f32 {
     let is_same = |number: &f32| {
         let text = gltf_json::serialize::to_string(number).unwrap_or_default();

@@ -106,7 +106,7 @@ fn unbalanced(triangles: &[FileTriangle]) -> u64 {
     let mut sums: HashMap<[[u64; 3]; 2], i64> = HashMap::new();
     for triangle in triangles {
         let [a, b, c] = triangle.corners.map(bits);
-        // Corners that stay apart about their part's centre may coincide far from the origin; such a side is none.
+        // Corners that stay apart about their part's centre may coincide far from the origin. Skip such sides.
         for (from, to) in [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to) {
             let (key, use_of) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
             *sums.entry(key).or_insert(0) += use_of;

@@ -69,8 +69,8 @@ struct RoundingCount {
 }
 
 impl Rounding {
-    /// Measures what writing `frame` as `format` costs. `most` is the limit that the file is written with, infinite if
-    /// there is none: nodes of a GLB depend on it.
+    /// Measures what writing `frame` as `format` costs. `most` is the limit that the file is written with, infinite for
+    /// no limit: nodes of a GLB depend on it.
     ///
     /// # Errors
     /// If a position overflows the format's single precision.

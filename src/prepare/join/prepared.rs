@@ -220,7 +220,7 @@ impl PreparedPart {
         open
     }
 
-    /// The prepared face; `None` if prepare could not use it, or if there is none with that number.
+    /// The prepared face; `None` if prepare could not use it, or the number is unknown.
     #[must_use]
     pub fn face(&self, face: FaceId) -> Option<&PreparedFace> {
         let row = (*self.face_rows.get(face.index())?)?;
