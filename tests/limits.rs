@@ -83,6 +83,19 @@ fn a_plan_beyond_its_limits_is_refused_or_coarser_as_the_caller_chooses() {
     assert!(2 * cells(&coarse) < all && coarse.shortfall.is_some());
 }
 
+#[test]
+fn a_surface_that_no_number_of_lines_follows_has_a_million_cells_at_most() {
+    let mut model = shapes::by_name("wave").unwrap();
+    let Surface::Nurbs(net) = &mut model.parts[0].faces[0].surface else { panic!("a wave is a spline") };
+    net.points[5].z = 1e9;
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).unwrap();
+    let plan = frame::plan(&prepared, &FINE);
+    let cells = plan.parts[0].tiles[0].cells();
+    assert!(u64::from(cells.0) * u64::from(cells.1) <= 1 << 20, "{cells:?}");
+    let short = plan.shortfall.expect("a coarser plan");
+    assert!(!short.lines.is_empty() && !short.by_limits(), "{short}");
+}
+
 /// A unit square whose loop lists its first edge `again` times more, there and back or always there.
 fn square_with_a_repeated_edge(again: usize, back: bool) -> Model {
     let mut model = shapes::by_name("square").unwrap();

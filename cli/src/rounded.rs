@@ -50,11 +50,15 @@ pub(crate) fn unwritten(
         Some(cause) if cause.is::<BeyondSingle>() => "",
         _ => return Failure::Cannot(error.to_string()),
     };
+    let fits = |frame: &MemorySink, format| {
+        Rounding::of(frame, format, most).is_ok_and(|rounding| rounding.within(most).is_ok())
+    };
+    let single = !matches!(format, Format::Ply | Format::Obj);
+    let finer = if single && fits(frame, Format::Ply) { ", or write .ply, which has double precision" } else { "" };
     // Nothing is written any more, so the frame may change.
     let moved = !recentred && recenter(frame, prepared) != DVec3::ZERO;
-    let fits = || Rounding::of(frame, format, most).is_ok_and(|rounding| rounding.within(most).is_ok());
-    let recenter = if moved && fits() { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };
-    let finer = if matches!(format, Format::Ply | Format::Obj) { "" } else { ", or write .ply, which is exact" };
+    let helps = moved && fits(frame, format);
+    let recenter = if helps { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };
     Failure::Cannot(format!("{error}{why}; {recenter}{finer}"))
 }
 

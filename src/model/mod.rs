@@ -52,6 +52,8 @@ pub use diagnostic::{Diagnostic, Severity};
 mod part;
 pub use part::{Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
 
+mod extent;
+
 mod validate;
 
 mod builder;

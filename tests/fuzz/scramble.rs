@@ -33,6 +33,10 @@ enum Edit {
     Drop { at: usize },
     /// Replaces the text of an instance by that of another, keeping its number.
     Copy { at: usize, from: usize },
+    /// Lets a reference to an instance name the last of some copies of it, which list the copy before ten times.
+    FanOut { at: usize, levels: usize },
+    /// Moves all points, each by up to `noise` more.
+    Move { by: f64, noise: f64 },
 }
 
 const EXTREMES: [&str; 14] = [
@@ -53,7 +57,7 @@ const EXTREMES: [&str; 14] = [
 ];
 const TOKENS: [&str; 14] =
     ["$", "*", "()", "(())", "''", ".T.", ".U.", "#1", "-1", "0", "#99999", "(#1,#2)", "1.5", "PLANE('',#20)"];
-const SENSES: [&str; 5] = [".T.", ".F.", ".U.", ".PARAMETER.", ".UNSPECIFIED."];
+const SENSES: [&str; 8] = [".T.", ".F.", ".U.", ".PARAMETER.", ".UNSPECIFIED.", ".EXA.", ".KILO.", ".ATTO."];
 
 impl Scrambled {
     pub(crate) fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
@@ -79,7 +83,7 @@ fn place(u: &mut Unstructured<'_>) -> Result<usize> {
 impl Edit {
     fn draw(u: &mut Unstructured<'_>) -> Result<Self> {
         let at = place(u)?;
-        Ok(match below(u, 16)? {
+        Ok(match below(u, 18)? {
             0..=2 => Self::Reference { at, from: place(u)? },
             3 | 4 => Self::Number { at, from: place(u)? },
             5 | 6 => Self::Extreme { at, value: u.choose(&EXTREMES)? },
@@ -87,10 +91,15 @@ impl Edit {
             9 => Self::Keyword { at, from: place(u)? },
             10 => Self::Token { at, value: u.choose(&TOKENS)? },
             11 => Self::Sense { at, value: u.choose(&SENSES)? },
-            12 => Self::Repeat { at, times: *u.choose(&[1, 2, 40])? },
+            12 => Self::Repeat { at, times: *u.choose(&[1, 2, 40, 2000])? },
             13 => Self::Delete { at },
             14 => Self::Drop { at },
-            _ => Self::Copy { at, from: place(u)? },
+            15 => Self::Copy { at, from: place(u)? },
+            16 => Self::FanOut { at, levels: 1 + below(u, 20)? },
+            _ => Self::Move {
+                by: *u.choose(&[0.0, 1e4, 1e8, 1e12, 1e16])?,
+                noise: *u.choose(&[0.0, 1e-9, 1e-6, 1e-3, 1.0])?,
+            },
         })
     }
 
@@ -105,7 +114,7 @@ impl Edit {
             Self::Extreme { at, value } => one(is_number, at, value),
             Self::Nudge { at, by } => find(is_number, at).map(|k| {
                 let x: f64 = tokens[k].parse().unwrap_or(1.0);
-                (k, format!("{:?}", x * by).replace('e', "E"))
+                (k, real(x * by))
             }),
             Self::Keyword { at, from } => copied(is_keyword, at, from),
             Self::Token { at, value } => one(is_value, at, value),
@@ -122,11 +131,58 @@ impl Edit {
                 let text: Vec<String> = tokens[from.start + 1..from.end].to_vec();
                 return drop(tokens.splice(to.start + 1..to.end, text));
             }
+            Self::FanOut { at, levels } => return fan_out(tokens, at, levels),
+            Self::Move { by, noise } => return move_points(tokens, by, noise),
         };
         if let Some((k, value)) = change {
             tokens[k] = value;
         }
     }
+}
+
+/// References of each copy of a [`Edit::FanOut`].
+const FAN: usize = 10;
+
+fn fan_out(tokens: &mut Vec<String>, at: usize, levels: usize) {
+    let Some(range) = instance(tokens, at) else { return };
+    let of: Vec<String> = tokens[range.clone()].to_vec();
+    let number = |token: &String| token.strip_prefix('#')?.parse().ok();
+    let mut last: u64 = tokens.iter().filter_map(number).max().unwrap_or(0);
+    let Some(listed) = (1..of.len()).find(|&k| is_reference(&of[k])) else { return };
+    let users = |k: &usize| tokens[*k] == of[0] && tokens.get(k + 1).is_some_and(|next| next != "=");
+    let Some(user) = (0..tokens.len()).find(users) else { return };
+    let mut previous = of[0].clone();
+    for _ in 0..levels {
+        last = last.saturating_add(1);
+        let mut copy = of.clone();
+        copy[0] = format!("#{last}");
+        copy[listed] = [&previous[..]; FAN].join(",");
+        previous.clone_from(&copy[0]);
+        let behind = range.end;
+        tokens.splice(behind..behind, copy);
+    }
+    let user = if user < range.end { user } else { user + levels * of.len() };
+    tokens[user] = previous;
+}
+
+fn move_points(tokens: &mut [String], by: f64, noise: f64) {
+    let mut in_point = false;
+    for (k, token) in tokens.iter_mut().enumerate() {
+        if is_keyword(token) {
+            in_point = token == "CARTESIAN_POINT";
+        } else if in_point && is_number(token) {
+            // The golden ratio spreads the numbers of the tokens over the unit interval.
+            let share = (k as f64 * 0.618_033_988_749_895).fract();
+            let x: f64 = token.parse().unwrap_or(0.0);
+            *token = real(x + by + noise * (share - 0.5));
+        }
+    }
+}
+
+/// A number as Part 21 writes it, with a point.
+fn real(x: f64) -> String {
+    let text = format!("{x:?}");
+    if text.contains('.') { text.replace('e', "E") } else { text.replace('e', ".E") }
 }
 
 fn nth(tokens: &[String], is: fn(&str) -> bool, n: usize) -> Option<usize> {

@@ -2,6 +2,7 @@
 //! `cli/tests/mutants`.
 #![cfg(feature = "step")]
 
+mod far;
 mod geometry;
 #[path = "../parts/mod.rs"]
 mod parts;

@@ -27,8 +27,10 @@ fn edge(start: [f64; 3], end: [f64; 3], same_sense: bool, curve: &str) -> (Part,
     let part = only_part(&model).clone();
     let edge = edge_of(&part, 50).clone();
     assert!(edge.range.0 < edge.range.1);
-    near(edge.curve.point(edge.range.0), DVec3::from(start));
-    assert!(edge.curve.point(edge.range.1).distance(DVec3::from(end)) < 1e-8);
+    // A short edge far from the origin is a part far from it.
+    let placed = |t: f64| model.instances[0].transform.transform_point3(edge.curve.point(t));
+    near(placed(edge.range.0), DVec3::from(start));
+    assert!(placed(edge.range.1).distance(DVec3::from(end)) < 1e-8);
     assert_eq!(edge.start == edge.end, start == end);
     (part, edge)
 }

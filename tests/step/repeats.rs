@@ -5,7 +5,7 @@
 use crate::{file, is, model, only_part, world};
 use std::fmt::Write as _;
 use trimtess::import::step::{StepError, StepOptions, read};
-use trimtess::model::{StepOutcome, StepTrouble};
+use trimtess::model::{Loop, StepOutcome, StepTrouble};
 
 /// Ten references to `id`.
 fn ten(id: u32) -> String {
@@ -95,6 +95,30 @@ fn a_face_is_one_face_however_often_open_shells_list_it() {
     assert_eq!(only_part(&model).faces.len(), 1);
     let again = StepOutcome::FacesAgain { faces: 99 };
     assert!(model.diagnostics.iter().any(|d| d.kind == again.clone().into()), "{:?}", model.diagnostics);
+}
+
+#[test]
+fn a_loop_has_a_use_of_an_edge_once_however_often_it_lists_it() {
+    // A disc whose loop lists its circle ten times, and a triangle whose points are listed ten times.
+    let mut text = world()
+        + "#101=CIRCLE('',#20,1.);\n#102=CARTESIAN_POINT('',(1.,0.,0.));\n#103=VERTEX_POINT('',#102);\n\
+           #104=EDGE_CURVE('',#103,#103,#101,.T.);\n#105=ORIENTED_EDGE('',*,*,#104,.T.);\n#108=PLANE('',#20);\n";
+    writeln!(text, "#106=EDGE_LOOP('',({}));\n#107=FACE_OUTER_BOUND('',#106,.T.);", ten(105)).unwrap();
+    text += "#120=CARTESIAN_POINT('',(5.,0.,0.));\n#121=CARTESIAN_POINT('',(6.,0.,0.));\n\
+             #122=CARTESIAN_POINT('',(5.,1.,0.));\n";
+    let around = ["#120,#121,#122"; 10].join(",");
+    writeln!(text, "#123=POLY_LOOP('',({around}));\n#124=FACE_OUTER_BOUND('',#123,.T.);").unwrap();
+    text += "#109=ADVANCED_FACE('',(#107),#108,.T.);\n#125=ADVANCED_FACE('',(#124),#108,.T.);\n\
+             #110=OPEN_SHELL('',(#109,#125));\n#111=SHELL_BASED_SURFACE_MODEL('',(#110));\n\
+             #112=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#111),#1);\n";
+    let model = model(&text);
+    let uses = |l: &Loop| if let Loop::Edges(uses) = l { uses.len() } else { 0 };
+    let of_faces = only_part(&model).faces.iter().map(|face| face.loops.iter().map(uses).sum::<usize>());
+    assert_eq!(of_faces.collect::<Vec<_>>(), [1, 3]);
+    for again in [9, 27] {
+        let again = StepOutcome::EdgesAgain { uses: again };
+        assert!(model.diagnostics.iter().any(|d| d.kind == again.clone().into()), "{:?}", model.diagnostics);
+    }
 }
 
 #[test]

@@ -73,28 +73,31 @@ pub(crate) fn composites(levels: usize) -> String {
     file(&(text + &plane_face("#201")))
 }
 
-/// A square whose loop lists its first edge `count` times.
+/// A square whose loop lists the same use of its first edge `count` times.
+pub(crate) fn repeated_use(count: usize) -> String {
+    square(&again(106, count), "")
+}
+
+/// A square whose loop has `count` uses of its first edge.
 pub(crate) fn repeated_edge(count: usize) -> String {
-    let mut text = String::new();
+    let mut uses = String::new();
+    (1000..1000 + count).for_each(|id| writeln!(uses, "#{id}=ORIENTED_EDGE('',*,*,#105,.T.);").unwrap());
+    square(&links(1000..1000 + count), &uses)
+}
+
+/// A square whose loop begins with the uses `first` of its first edge, which `instances` define.
+fn square(first: &str, instances: &str) -> String {
+    let mut text = instances.to_owned();
     for (k, (x, y)) in [(0, 0), (9, 0), (9, 9), (0, 9)].into_iter().enumerate() {
         let (next, id) = ((k + 1) % 4, 100 + 10 * k);
-        let along = [(1, 0), (0, 1), (-1, 0), (0, -1)][k];
+        let (along, across) = [(1, 0), (0, 1), (-1, 0), (0, -1)][k];
         writeln!(text, "#{id}=CARTESIAN_POINT('',({x}.,{y}.,0.));\n#{}=VERTEX_POINT('',#{id});", id + 1).unwrap();
-        writeln!(
-            text,
-            "#{}=DIRECTION('',({}.,{}.,0.));\n#{}=VECTOR('',#{},1.);",
-            id + 2,
-            along.0,
-            along.1,
-            id + 3,
-            id + 2
-        )
-        .unwrap();
-        writeln!(text, "#{}=LINE('',#{id},#{});", id + 4, id + 3).unwrap();
+        writeln!(text, "#{}=DIRECTION('',({along}.,{across}.,0.));", id + 2).unwrap();
+        writeln!(text, "#{}=VECTOR('',#{},1.);\n#{}=LINE('',#{id},#{0});", id + 3, id + 2, id + 4).unwrap();
         writeln!(text, "#{}=EDGE_CURVE('',#{},#{},#{},.T.);", id + 5, id + 1, 101 + 10 * next, id + 4).unwrap();
         writeln!(text, "#{}=ORIENTED_EDGE('',*,*,#{},.T.);", id + 6, id + 5).unwrap();
     }
-    file(&(text + &plane_face(&format!("{},#116,#126,#136", again(106, count)))))
+    file(&(text + &plane_face(&format!("{first},#116,#126,#136"))))
 }
 
 /// An assembly of assemblies, `levels` deep, with ten occurrences each, of a ball with a long name.

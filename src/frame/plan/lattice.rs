@@ -16,6 +16,9 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Maximum number of lines of one tile in one direction, over all stretches between creases.
 const LINES_OF_TILE: f64 = 32768.0;
+/// Maximum number of cells of a tile whose lines reach a limit. Where no number of lines is enough, more cells follow
+/// noise: one coordinate of 1e9 mm in a part of 100 mm asks for as many as all limits allow.
+const CELLS_BEYOND_LINES: u64 = 1 << 20;
 /// Maximum number of times that a lattice over its limits is made coarser; each time brings it down to about the limit.
 const COARSER: usize = 8;
 
@@ -264,7 +267,7 @@ fn spread(
     split: bool,
     tolerance: &Tolerance,
     factor: f64,
-    most_cells: u64,
+    mut most_cells: u64,
     mut before: Option<&dyn FollowLines>,
 ) -> (TileLattice, DensityMet) {
     let Under { face, tile, strips: [su, sv], .. } = under;
@@ -291,6 +294,9 @@ fn spread(
         let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
         let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));
         let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
+        if !(kept_u && kept_v) {
+            most_cells = most_cells.min(CELLS_BEYOND_LINES);
+        }
         // By how much u and v are too dense. A direction with one cell cannot become coarser.
         let over = nu * nv / most_cells as f64;
         let share = |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);

@@ -8,10 +8,11 @@ use super::table::{MAX_DEPTH, Read, Trouble, missing};
 use crate::model::StepTrouble;
 use glam::DVec3;
 use std::collections::HashSet;
+use std::hash::Hash;
 use step_io::parser::Attribute;
 
 /// One use of an edge by a loop.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct StatedUse {
     pub(super) edge: EdgeKey,
     pub(super) reversed: bool,
@@ -69,6 +70,8 @@ pub(super) struct StatedFace {
     pub(super) outer: Option<usize>,
     /// Inner bounds that could not be read.
     pub(super) lost: Vec<Trouble>,
+    /// How many uses of edges the bounds list again. They are left out.
+    pub(super) again: usize,
 }
 
 impl Geometry<'_> {
@@ -91,9 +94,11 @@ impl Geometry<'_> {
                 // If no bound is marked as outer, the first usually is.
                 let first = stated.iter().position(is_outer).unwrap_or(0);
                 let (mut bounds, mut outer, mut lost) = (Vec::with_capacity(stated.len()), None, Vec::new());
+                let mut again = 0;
                 for (k, id) in stated.into_iter().enumerate() {
                     match self.bound(id) {
-                        Ok(bound) => {
+                        Ok((bound, repeats)) => {
+                            again += repeats;
                             if k == first {
                                 outer = Some(bounds.len());
                             }
@@ -106,20 +111,22 @@ impl Geometry<'_> {
                 let surface = if implied { id } else { own.reference(0).unwrap_or(id) };
                 // The bounds of a face without surface determine its orientation.
                 let same_sense = implied || own.flag(1, true);
-                Ok(StatedFace { surface, implied, same_sense, bounds, outer, lost })
+                Ok(StatedFace { surface, implied, same_sense, bounds, outer, lost, again })
             }
             Source::Surface(id) => {
                 let surface = self.get(id)?;
-                let mut bounds = Vec::new();
+                let (mut bounds, mut again) = (Vec::new(), 0);
                 if surface.is("CURVE_BOUNDED_SURFACE") {
                     let own = surface.fields("CURVE_BOUNDED_SURFACE", 1);
                     for boundary in own.links(1)? {
                         let segments = self.get(boundary)?.fields("COMPOSITE_CURVE", 1).links(0)?;
+                        let (segments, repeats) = unique(segments);
+                        again += repeats;
                         bounds.push(Bound::Edges(segments.map(|id| self.segment_use(id)).collect::<Read<_>>()?));
                     }
                 }
                 let (outer, lost) = (None, Vec::new());
-                Ok(StatedFace { surface: id, implied: false, same_sense: true, bounds, outer, lost })
+                Ok(StatedFace { surface: id, implied: false, same_sense: true, bounds, outer, lost, again })
             }
         }
     }
@@ -135,19 +142,22 @@ impl Geometry<'_> {
         Ok(StatedUse { edge: EdgeKey::Segment(id), reversed: !same })
     }
 
-    fn bound(&self, id: u64) -> Read<Bound> {
+    /// A bound, and how many uses of edges it lists again.
+    fn bound(&self, id: u64) -> Read<(Bound, usize)> {
         let fields = self.get(id)?.fields("FACE_BOUND", 1);
         let of = self.get(fields.reference(0)?)?;
-        let mut bound = if of.is("EDGE_LOOP") {
+        let (mut bound, again) = if of.is("EDGE_LOOP") {
             // A complex instance has the list in PATH.
             let list = ["EDGE_LOOP", "PATH"].into_iter().find_map(|name| of.fields(name, 1).links(0).ok());
             let list = list.ok_or_else(|| Trouble::new(of.id, missing("an EDGE_LOOP", "a list of edges")))?;
-            Bound::Edges(list.map(|edge| self.oriented_edge(edge)).collect::<Read<_>>()?)
+            let (list, again) = unique(list);
+            (Bound::Edges(list.map(|edge| self.oriented_edge(edge)).collect::<Read<_>>()?), again)
         } else if of.is("VERTEX_LOOP") {
-            Bound::Vertex(of.fields("VERTEX_LOOP", 1).reference(0)?)
+            (Bound::Vertex(of.fields("VERTEX_LOOP", 1).reference(0)?), 0)
         } else if of.is("POLY_LOOP") {
             let points: Vec<u64> = of.fields("POLY_LOOP", 1).links(0)?.collect();
-            Bound::Edges(sides(&points))
+            let (sides, again) = unique(sides(&points));
+            (Bound::Edges(sides.collect()), again)
         } else {
             return Err(Trouble::new(of.id, StepTrouble::NotRead { what: "bounds", keyword: of.keyword() }));
         };
@@ -159,7 +169,7 @@ impl Geometry<'_> {
         if !fields.flag(1, true) {
             bound.reverse();
         }
-        Ok(bound)
+        Ok((bound, again))
     }
 
     /// When the edges of a loop cover a whole closed curve.
@@ -236,13 +246,19 @@ impl Geometry<'_> {
     }
 }
 
+/// The first of each of the items that are equal, in order, and how many others there are. ISO 10303-42 allows none in
+/// a path: each would be a way around the face, paid for as often as it is listed.
+fn unique<T: Copy + Eq + Hash>(items: impl Iterator<Item = T>) -> (impl Iterator<Item = T>, usize) {
+    let all: Vec<T> = items.collect();
+    let mut seen = HashSet::with_capacity(all.len());
+    let first: Vec<T> = all.iter().copied().filter(|item| seen.insert(*item)).collect();
+    let again = all.len() - first.len();
+    (first.into_iter(), again)
+}
+
 /// The sides of a polygon, without those between equal points.
-fn sides(points: &[u64]) -> Vec<StatedUse> {
+fn sides(points: &[u64]) -> impl Iterator<Item = StatedUse> {
     let next = points.iter().cycle().skip(1);
-    points
-        .iter()
-        .zip(next)
-        .filter(|(a, b)| a != b)
-        .map(|(a, b)| StatedUse { edge: EdgeKey::Side(*a.min(b), *a.max(b)), reversed: a > b })
-        .collect()
+    let apart = points.iter().zip(next).filter(|(a, b)| a != b);
+    apart.map(|(a, b)| StatedUse { edge: EdgeKey::Side(*a.min(b), *a.max(b)), reversed: a > b })
 }

@@ -462,6 +462,10 @@ impl Assembly {
         if !chains.is_empty() && chains.iter().all(empty) {
             return Err(Trouble::new(source.id(), missing("bounds", "length")));
         }
+        if stated.again > 0 {
+            let what = StepOutcome::EdgesAgain { uses: stated.again };
+            self.say_of_face(Severity::Note, source.id(), None, what);
+        }
         for Trouble { entity, what } in lost {
             let place = geometry.place_near(entity).or_else(|| geometry.place_near(source.id()));
             let what = StepOutcome::LoopLeftOut(StepCause { entity: Some(entity), trouble: what });

@@ -8,7 +8,8 @@ use super::table::Table;
 use super::text;
 use super::tree::Tree;
 use super::units::Contexts;
-use crate::model::{Diagnostic, Model, Part, PartId, Severity, StepOutcome};
+use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use std::io::Read as _;
 use std::path::Path;
@@ -81,13 +82,19 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
         .map(|plan| reader.part(plan.name, &plan.gathered, plan.colour))
         .collect();
     within(&table, options)?;
-    let mut model = Model { millimetres_per_unit, ..Model::default() };
-    for (part, found) in read {
+    let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };
+    let mut centres = Vec::with_capacity(read.len());
+    for (mut part, mut found) in read {
         let id = Some(PartId::new(model.parts.len()));
+        centres.push(about_its_centre(&mut part, &mut found));
         diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));
         model.parts.push(part);
     }
-    model.instances = tree.instances;
+    for Instance { part, transform, .. } in &mut model.instances {
+        if let Some(centre) = centres[part.index()] {
+            *transform *= DAffine3::from_translation(centre);
+        }
+    }
     diagnostics.extend(tree.diagnostics);
     if !contexts.stated && !model.parts.is_empty() {
         diagnostics.push(of_file(StepOutcome::NoUnit));
@@ -106,6 +113,25 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     model.diagnostics = diagnostics;
     Ok(model)
 }
+
+/// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where its
+/// centre was. Otherwise every surface would be computed in numbers that have few digits for it.
+fn about_its_centre(part: &mut Part, found: &mut Vec<Diagnostic>) -> Option<DVec3> {
+    let [low, high] = part.control_box();
+    let (centre, size_mm) = (0.5 * low + 0.5 * high, (high - low).length());
+    let distance_mm = centre.length();
+    if !(size_mm > 0.0 && distance_mm.is_finite() && distance_mm > FAR * size_mm) {
+        return None;
+    }
+    part.translate(-centre);
+    found.iter_mut().filter_map(|told| told.place.as_mut()).for_each(|place| *place -= centre);
+    found.push(Diagnostic::new(Severity::Note, StepOutcome::FarPart { distance_mm, size_mm }));
+    Some(centre)
+}
+
+/// Distance from the origin, in diagonals of a part, beyond which its coordinates become relative to its centre: double
+/// precision has twelve digits for it there.
+const FAR: f64 = 4096.0;
 
 /// Fails once reading takes more memory than `options` allow.
 fn within(table: &Table, options: &StepOptions) -> Result<(), StepError> {

@@ -45,7 +45,7 @@ const ROUNDING: f64 = 1e-9;
 const NO_AREA: f64 = 1e-9;
 
 pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &PrepareBudget) -> PartOutcome {
-    let (low, high) = topology::control_box(stated);
+    let [low, high] = stated.control_box();
     let size = (high - low).length();
     let (trimmed, mut free) = free_edges::free_faces(stated, size);
     let mut healings = Vec::new();

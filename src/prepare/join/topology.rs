@@ -5,14 +5,13 @@ use super::images::EdgeImages;
 use super::prepared::TileUse;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use super::sample_images;
-use crate::model::{CurveKind, Edge, FaceError, FaceId, FreeTrims, Loop, Part, RowId, SurfaceKind, TileId};
+use crate::model::{CurveKind, Edge, FaceError, FaceId, Part, RowId, SurfaceKind, TileId};
 use crate::prepare::report::guard::guarded;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
 use crate::prepare::uv::uv_curve::SAME_SHARE;
 use crate::prepare::wires::chain::Chain;
-use glam::DVec3;
 
 /// How the loops of a face were closed.
 #[derive(Clone, Debug, PartialEq)]
@@ -298,33 +297,4 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
         uses: Vec::new(),
         images: EdgeImages::default(),
     }
-}
-
-/// Box of a part's vertices and control points, and of surface points of faces without edges. A size, not a bound.
-pub(crate) fn control_box(part: &Part) -> (DVec3, DVec3) {
-    let mut low = DVec3::INFINITY;
-    let mut high = DVec3::NEG_INFINITY;
-    let mut add = |p: DVec3| {
-        low = low.min(p);
-        high = high.max(p);
-    };
-    part.vertices.iter().for_each(|&p| add(p));
-    part.edges.iter().flat_map(|e| &e.curve.points).for_each(|&p| add(p));
-    for face in &part.faces {
-        if face.loops.iter().any(|l| matches!(l, Loop::Edges(_))) {
-            continue;
-        }
-        let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
-        if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
-            // Where the surface is infinite, its trims bound it.
-            let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
-            (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
-        }
-        if [u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
-            let share = |k: u32| f64::from(k) / 8.0;
-            let uv = (0..=8).flat_map(|i| (0..=8).map(move |j| (share(i), share(j))));
-            uv.for_each(|(s, t)| add(face.surface.point(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t)));
-        }
-    }
-    (low, high)
 }

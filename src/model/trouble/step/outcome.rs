@@ -109,6 +109,18 @@ pub enum StepOutcome {
         /// How many.
         faces: usize,
     },
+    /// The loops of a face list uses of edges again, which were left out.
+    EdgesAgain {
+        /// How many.
+        uses: usize,
+    },
+    /// A part is so far from the origin that its coordinates were made relative to its centre; its instances place it.
+    FarPart {
+        /// Distance of its centre, millimetres.
+        distance_mm: f64,
+        /// Diagonal of its box, millimetres.
+        size_mm: f64,
+    },
     /// An occurrence has no transformation and is placed at the origin.
     AtOrigin,
     /// An occurrence was left out.
@@ -189,6 +201,8 @@ codes!(StepOutcome {
     Self::AssemblyCycle { .. } => "step-assembly-cycle",
     Self::Repeated { .. } => "step-repeated-geometry",
     Self::FacesAgain { .. } => "step-faces-listed-again",
+    Self::EdgesAgain { .. } => "step-edges-listed-again",
+    Self::FarPart { .. } => "step-part-far",
     Self::AtOrigin => "step-occurrence-at-origin",
     Self::OccurrenceLeftOut(_) => "step-occurrence-left-out",
     Self::FaceLeftOut(_) => "step-face-left-out",
@@ -271,6 +285,12 @@ impl fmt::Display for StepOutcome {
             Self::FacesAgain { faces } => {
                 write!(f, "{faces} faces that shells list again were left out; this is the first such shell")
             }
+            Self::EdgesAgain { uses } => write!(f, "its loops list {uses} uses of edges again, which were left out"),
+            Self::FarPart { distance_mm, size_mm } => write!(
+                f,
+                "the part is {distance_mm:.3e} mm from the origin and {size_mm:.3e} mm across; its coordinates are \
+                 relative to its centre"
+            ),
             Self::AtOrigin => write!(f, "an occurrence without transformation is placed at the origin"),
             Self::OccurrenceLeftOut(cause) => write!(f, "an occurrence was left out: {cause}"),
             Self::FaceLeftOut(cause) => write!(f, "face left out: {cause}"),

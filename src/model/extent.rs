@@ -1,0 +1,100 @@
+//! A part -> the box around it, and the same part at another place.
+
+use super::{FreeTrims, Loop, Part, Surface};
+use crate::math::boxes::around;
+use glam::DVec3;
+
+impl Part {
+    /// Corners of the box of vertices and control points, and of surface points of faces without edges; `[+∞, -∞]`
+    /// without any. A size, not a bound.
+    pub(crate) fn control_box(&self) -> [DVec3; 2] {
+        let edges = self.edges.iter().flat_map(|edge| &edge.curve.points);
+        let mut surfaces = Vec::new();
+        for face in &self.faces {
+            if face.loops.iter().any(|l| matches!(l, Loop::Edges(_))) {
+                continue;
+            }
+            let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
+            if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
+                // Where the surface is infinite, its trims bound it.
+                let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
+                (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
+            }
+            if [u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
+                let share = |k: u32| f64::from(k) / 8.0;
+                let uv = (0..=8).flat_map(|i| (0..=8).map(move |j| (share(i), share(j))));
+                surfaces.extend(uv.map(|(s, t)| face.surface.point(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t)));
+            }
+        }
+        around(self.vertices.iter().chain(edges).chain(&surfaces).copied())
+    }
+
+    /// Moves all of it.
+    pub(crate) fn translate(&mut self, by: DVec3) {
+        self.vertices.iter_mut().for_each(|point| *point += by);
+        self.edges.iter_mut().flat_map(|edge| &mut edge.curve.points).for_each(|point| *point += by);
+        self.faces.iter_mut().for_each(|face| face.surface.translate(by));
+    }
+}
+
+impl Surface {
+    fn translate(&mut self, by: DVec3) {
+        match self {
+            Self::Plane { frame }
+            | Self::Cylinder { frame, .. }
+            | Self::Cone { frame, .. }
+            | Self::Sphere { frame, .. }
+            | Self::Torus { frame, .. } => frame.origin += by,
+            Self::Extrusion { curve, .. } => curve.points.iter_mut().for_each(|point| *point += by),
+            Self::Revolution { curve, frame } => {
+                curve.points.iter_mut().for_each(|point| *point += by);
+                frame.origin += by;
+            }
+            Self::Nurbs(nurbs) => nurbs.points.iter_mut().for_each(|point| *point += by),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Frame3, NurbsCurve3, NurbsSurface, SurfaceKind};
+
+    /// One of each kind.
+    fn surfaces() -> Vec<Surface> {
+        let frame = Frame3 { origin: DVec3::new(1.0, 2.0, 3.0), ..Frame3::WORLD };
+        let curve = NurbsCurve3::line(DVec3::new(4.0, 0.0, 1.0), DVec3::new(5.0, 1.0, 2.0));
+        let nurbs = NurbsSurface {
+            degree_u: 1,
+            degree_v: 1,
+            knots_u: vec![0.0, 0.0, 1.0, 1.0],
+            knots_v: vec![0.0, 0.0, 1.0, 1.0],
+            points: vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE],
+            weights: vec![1.0, 2.0, 3.0, 4.0],
+        };
+        vec![
+            Surface::Plane { frame },
+            Surface::Cylinder { frame, radius: 2.0 },
+            Surface::Cone { frame, radius: 2.0, half_angle: 0.3 },
+            Surface::Sphere { frame, radius: 2.0 },
+            Surface::Torus { frame, major: 3.0, minor: 1.0 },
+            Surface::Extrusion { curve: curve.clone(), direction: DVec3::Y },
+            Surface::Revolution { curve, frame },
+            Surface::Nurbs(nurbs),
+        ]
+    }
+
+    #[test]
+    fn surfaces_of_all_kinds_move() {
+        let by = DVec3::new(-7.0, 11.0, 0.5);
+        assert_eq!(surfaces().iter().map(Surface::kind).collect::<Vec<_>>(), SurfaceKind::ALL);
+        for surface in surfaces() {
+            let mut moved = surface.clone();
+            moved.translate(by);
+            for (u, v) in [(0.1, 0.2), (0.7, 0.9)] {
+                let off = moved.point(u, v).distance(surface.point(u, v) + by);
+                assert!(off < 1e-13, "{:?}: {off:e}", surface.kind());
+            }
+        }
+    }
+}
