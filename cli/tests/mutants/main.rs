@@ -1,6 +1,6 @@
 //! Mutated CAD files (syntax, references, numbers, lists, units, places) -> the command line must write a mesh, with
-//! diagnostics for everything lost, or print one error; within ten seconds, and within four times the memory of the
-//! intact file.
+//! diagnostics for everything lost, or print one error; within ten seconds, within eight times the memory of the intact
+//! file, and within a gigabyte.
 //!
 //! `TRIMTESS_MUTANTS` is the number of mutants per file (default 1), `TRIMTESS_MUTANTS_SEED` shifts the random seed,
 //! and only mutants of the operator `TRIMTESS_MUTANTS_OF` run if it is set.
@@ -28,7 +28,9 @@ use std::time::{Duration, Instant};
 /// Memory that every mutant may take. For small files the program itself dominates, and a mutant may need a finer mesh.
 const FLOOR: u64 = 64 << 20;
 /// Memory that a mutant may take, as a multiple of the intact file's.
-const TIMES: u64 = 4;
+const TIMES: u64 = 8;
+/// Memory that no mutant may exceed.
+const MOST: u64 = 1 << 30;
 /// Processor time that a mutant may take.
 const TIME: Duration = Duration::from_secs(10);
 
@@ -63,7 +65,7 @@ fn mutants_of(path: &Path, folder: &Path, count: u64, shift: u64, found: &Mutex<
         let mutant = mutation.of(&bytes, &mut random);
         let file = folder.join(format!("{number}_{mutation:?}.step"));
         fs::write(&file, mutant).expect("a writable mutant");
-        let limits = Limits { time: TIME, memory: FLOOR.max(TIMES * whole.peak) };
+        let limits = Limits { time: TIME, memory: FLOOR.max(TIMES * whole.peak).min(MOST) };
         let outcome = run(&file, &folder.join(format!("out{number}")), &limits);
         let mut found = found.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         match outcome {

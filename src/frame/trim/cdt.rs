@@ -57,6 +57,10 @@ const MAX_ROUNDS: usize = 12;
 const CROSSINGS_PER_SEGMENT: usize = 1;
 const FEW_CROSSINGS: usize = 1024;
 
+/// Once segments are known to cross, one of the longest that crosses more edges of the triangulation than this is routed
+/// along edges nearby: inserting it costs the square of their number, in each round.
+const MOST_EDGES: usize = 1024;
+
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
 
@@ -80,29 +84,35 @@ pub(crate) fn triangulate(
     }
     let (whole, real) = (parts.len(), positions.len());
     let most = FEW_CROSSINGS + CROSSINGS_PER_SEGMENT * whole;
-    let (mut rounds, mut crossings, mut led) = (1, 0, 0);
+    let (mut rounds, mut crossings) = (1, 0);
+    // Parts to route along edges nearby.
+    let mut long: Vec<SegmentPart> = Vec::new();
     let mut bare = Cdt::default();
     let cdt = loop {
         bare.insert(&positions)?;
         let last = rounds == MAX_ROUNDS || crossings >= most;
         // If nothing crosses, the first round is the last.
         let mut cdt = if rounds == 1 || last { std::mem::take(&mut bare) } else { bare.clone() };
+        if rounds > 1 {
+            let least = longest(&positions, &parts);
+            let is_long =
+                |part: &mut SegmentPart| length(&positions, part) >= least && cdt.crosses(part.ends, MOST_EDGES);
+            long.extend(parts.extract_if(.., is_long));
+        }
         let conflicts = add_constraints(&mut cdt, &mut parts, if last { 0 } else { most }, &mut crossings);
         if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
             return Err(Refused);
         }
-        if last {
-            led = conflicts.len() as u32;
-            parts.extend(conflicts.iter().flat_map(|(part, _)| cdt.lead(part)));
-        }
         if last || conflicts.is_empty() {
+            long.extend(conflicts.iter().map(|(part, _)| *part));
+            parts.extend(long.iter().flat_map(|part| cdt.lead(part)));
             break cdt;
         }
         parts.extend(conflicts.iter().map(|(part, _)| *part));
         split(&mut positions, &mut parts, &conflicts);
         rounds += 1;
     };
-    let mut region = CdtRegion { led, ..label(&cdt, &parts, segments.len()) };
+    let mut region = CdtRegion { led: long.len() as u32, ..label(&cdt, &parts, segments.len()) };
     region.crossings.extend(positions[real..].iter().map(|p| DVec2::new(p.x, p.y)));
     classes.name_corners(&mut region, &cdt, &parts, segments, sites.len());
     Ok(region)
@@ -115,6 +125,21 @@ struct SegmentPart {
     weight: i32,
     /// Index of the segment.
     owner: u32,
+}
+
+fn length(positions: &[Point2<f64>], part: &SegmentPart) -> f64 {
+    let [a, b] = part.ends.map(|v| positions[v as usize]);
+    (b.x - a.x).hypot(b.y - a.y)
+}
+
+/// The length that one in 1024 parts has, and 16 more.
+fn longest(positions: &[Point2<f64>], parts: &[SegmentPart]) -> f64 {
+    let mut lengths: Vec<f64> = parts.iter().map(|part| length(positions, part)).collect();
+    let few = 16 + lengths.len() / 1024;
+    if few >= lengths.len() {
+        return 0.0;
+    }
+    *lengths.select_nth_unstable_by(few, |a, b| b.total_cmp(a)).1
 }
 
 fn snapped(p: DVec2) -> Point2<f64> {
@@ -171,6 +196,12 @@ impl Cdt {
 
     fn edge(&self, ends: [u32; 2]) -> Option<EdgeHandle<'_>> {
         self.spade.get_edge_from_neighbors(self.vertex(ends[0]), self.vertex(ends[1]))
+    }
+
+    /// Whether a line between two vertices meets more than `most` edges and vertices.
+    fn crosses(&self, ends: [u32; 2], most: usize) -> bool {
+        let [from, to] = ends.map(|v| self.vertex(v));
+        LineIntersectionIterator::new_from_handles(&self.spade, from, to).nth(most).is_some()
     }
 
     /// Routes a part that crosses constraints along edges from its start to its end, by the nearer end of each edge
