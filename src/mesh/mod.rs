@@ -13,6 +13,12 @@ pub use scene::{Scene, SceneInstance, ScenePart};
 mod sink;
 pub use sink::{MemorySink, MeshSink, SinkError};
 
+mod frame_view;
+pub use frame_view::{BatchView, FrameView, TileView, Triangles};
+
+mod packed;
+pub use packed::{PackedFrame, PartMesh};
+
 mod cause;
 pub use cause::Cause;
 

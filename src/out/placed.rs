@@ -1,6 +1,6 @@
 //! A frame's batches to placed batches: each instance's triangles in world coordinates.
 
-use crate::mesh::{Batch, MemorySink, SceneInstance, TileMesh};
+use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};
 use crate::model::PartId;
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -15,12 +15,12 @@ pub(super) fn instance_name<'a>(part: &'a str, instance: &'a SceneInstance) -> &
 }
 
 /// Groups batches by part, keeping their order.
-pub(super) fn batches_by_part(frame: &MemorySink) -> Vec<Vec<&Batch>> {
+pub(super) fn batches_by_part<'a>(frame: &'a FrameView<'a>) -> Vec<Vec<&'a BatchView<'a>>> {
     by_part(frame, &frame.batches, |batch| batch.part)
 }
 
 /// Groups items by part, keeping their order. Items of unknown parts are dropped.
-pub(super) fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
+pub(super) fn by_part<'a, T>(frame: &FrameView<'_>, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
     let mut parts: Vec<Vec<&T>> = (0..frame.scene.parts.len()).map(|_| Vec::new()).collect();
     for item in items {
         if let Some(of_part) = parts.get_mut(part(item).index()) {
@@ -32,9 +32,9 @@ pub(super) fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&
 
 /// Pairs each instance with the batches of its part. Instances of unknown parts are skipped.
 pub(super) fn placed<'a>(
-    frame: &'a MemorySink,
-    by_part: &'a [Vec<&'a Batch>],
-) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a Batch])> {
+    frame: &'a FrameView<'a>,
+    by_part: &'a [Vec<&'a BatchView<'a>>],
+) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a BatchView<'a>])> {
     frame.scene.instances.iter().filter_map(|instance| Some((instance, by_part.get(instance.part.index())?.as_slice())))
 }
 
@@ -74,8 +74,11 @@ impl Placement {
 
 /// The triangles of `mesh` whose corners are three different points of `rounded`. Triangles with a missing vertex are
 /// skipped.
-pub(super) fn distinct<'a, P: PartialEq>(mesh: &'a TileMesh, rounded: &'a [P]) -> impl Iterator<Item = [u32; 3]> + 'a {
-    mesh.triangles.iter().copied().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
+pub(super) fn distinct<'a, P: PartialEq>(
+    mesh: &TileView<'a>,
+    rounded: &'a [P],
+) -> impl Iterator<Item = [u32; 3]> + use<'a, P> {
+    mesh.triangles.iter().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
         [Some(a), Some(b), Some(c)] => a != b && b != c && c != a,
         _ => false,
     })

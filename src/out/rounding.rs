@@ -8,7 +8,7 @@ use super::Format;
 use super::node_place::{NodePlace, local, moved};
 use super::placed::{Placement, batches_by_part, distinct, placed};
 use super::single::{BeyondSingle, single};
-use crate::mesh::{Batch, MemorySink, SceneInstance};
+use crate::mesh::{BatchView, FrameView, SceneInstance};
 use crate::model::FaceId;
 use glam::{DAffine3, DVec3};
 use std::{error, fmt, io};
@@ -74,7 +74,8 @@ impl Rounding {
     ///
     /// # Errors
     /// If a position overflows the format's single precision.
-    pub fn of(frame: &MemorySink, format: Format, most: f64) -> Result<Self, BeyondSingle> {
+    pub fn of<'a>(frame: impl Into<FrameView<'a>>, format: Format, most: f64) -> Result<Self, BeyondSingle> {
+        let frame = &frame.into();
         match format {
             #[cfg(feature = "glb")]
             Format::Glb => Self::of_nodes(frame, most),
@@ -97,7 +98,7 @@ impl Rounding {
 
     /// Points relative to the centres of parts, in nodes.
     #[cfg(feature = "glb")]
-    fn of_nodes(frame: &MemorySink, most: f64) -> Result<Self, BeyondSingle> {
+    fn of_nodes(frame: &FrameView<'_>, most: f64) -> Result<Self, BeyondSingle> {
         let mut tallies = Vec::with_capacity(frame.scene.parts.len());
         for (part, batches) in frame.scene.parts.iter().zip(batches_by_part(frame)) {
             tallies.push(RoundingCount::of(&batches, |point| {
@@ -118,7 +119,7 @@ impl Rounding {
     }
 
     /// Points in world coordinates.
-    fn of_placed(frame: &MemorySink, as_single: bool) -> Result<Self, BeyondSingle> {
+    fn of_placed(frame: &FrameView<'_>, as_single: bool) -> Result<Self, BeyondSingle> {
         let mut out = Self::default();
         let by_part = batches_by_part(frame);
         for (instance, batches) in placed(frame, &by_part) {
@@ -152,7 +153,7 @@ impl Rounding {
 impl RoundingCount {
     /// Rounds all points by `round`, which returns the rounded point and the distance.
     fn of<P: PartialEq>(
-        batches: &[&Batch],
+        batches: &[&BatchView<'_>],
         round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
     ) -> Result<Self, BeyondSingle> {
         let mut tally = Self::default();
@@ -160,7 +161,7 @@ impl RoundingCount {
         let (mut faces, mut kept_faces) = (Vec::new(), Vec::new());
         for batch in batches {
             rounded.clear();
-            for &point in &batch.mesh.positions {
+            for &point in batch.mesh.positions {
                 let (position, moved) = round(point)?;
                 if moved > tally.moved {
                     (tally.moved, tally.place) = (moved, point);
