@@ -19,6 +19,12 @@ pub use frame_view::{BatchView, FrameView, TileView, Triangles};
 mod packed;
 pub use packed::{PackedFrame, PartMesh};
 
+mod placement;
+pub(crate) use placement::Placement;
+
+mod flat;
+pub use flat::{FlatMesh, TooManyVertices};
+
 mod cause;
 pub use cause::Cause;
 

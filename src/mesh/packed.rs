@@ -48,6 +48,16 @@ pub struct PackedFrame {
     pub edge_lines: Vec<EdgeLine>,
 }
 
+impl PackedFrame {
+    /// Edge polylines of a part, ascending by edge.
+    #[must_use]
+    pub fn edge_lines_of(&self, part: PartId) -> &[EdgeLine] {
+        let start = self.edge_lines.partition_point(|line| line.part < part);
+        let of_part = &self.edge_lines[start..];
+        &of_part[..of_part.partition_point(|line| line.part == part)]
+    }
+}
+
 impl PartMesh {
     /// Appends a tile. Fails if vertices are too many for 32-bit indices.
     fn push(&mut self, face: FaceId, tile: TileId, mesh: TileMesh) -> Result<(), std::io::Error> {

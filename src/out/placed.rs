@@ -1,8 +1,8 @@
 //! A frame's batches to placed batches: each instance's triangles in world coordinates.
 
+pub(super) use crate::mesh::Placement;
 use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};
 use crate::model::PartId;
-use glam::{DAffine3, DMat3, DVec3};
 
 /// Maximum length of the name of an instance in a file, bytes: an assembly of 100 000 parts may state 20 KB for each.
 const MAX_NAME: usize = 100;
@@ -36,40 +36,6 @@ pub(super) fn placed<'a>(
     by_part: &'a [Vec<&'a BatchView<'a>>],
 ) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a BatchView<'a>])> {
     frame.scene.instances.iter().filter_map(|instance| Some((instance, by_part.get(instance.part.index())?.as_slice())))
-}
-
-/// Part to world, for positions, normals and windings.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Placement {
-    transform: DAffine3,
-    /// The inverse transpose up to scale (the cofactor matrix, negated if mirrored). Outward normals stay outward.
-    normals: DMat3,
-    mirrored: bool,
-}
-
-impl Placement {
-    pub(super) fn new(transform: &DAffine3) -> Self {
-        let m = transform.matrix3;
-        let mirrored = m.determinant() < 0.0;
-        let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-        let normals = if mirrored { -cofactors } else { cofactors };
-        Self { transform: *transform, normals, mirrored }
-    }
-
-    /// The position in the world. Depends only on the bits of `point`: equal points stay equal. Never -0.0.
-    pub(super) fn position(&self, point: DVec3) -> DVec3 {
-        self.transform.transform_point3(point) + DVec3::ZERO
-    }
-
-    /// The unit normal in the world; +z where the part's normal is zero.
-    pub(super) fn normal(&self, normal: glam::Vec3) -> DVec3 {
-        (self.normals * normal.as_dvec3()).normalize_or(DVec3::Z)
-    }
-
-    /// Orders the corners counter-clockwise seen from outside.
-    pub(super) fn winding(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
-        if self.mirrored { [a, c, b] } else { [a, b, c] }
-    }
 }
 
 /// The triangles of `mesh` whose corners are three different points of `rounded`. Triangles with a missing vertex are

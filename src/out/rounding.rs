@@ -69,6 +69,9 @@ struct RoundingCount {
 }
 
 impl Rounding {
+    /// Share of the chord tolerance that the program and the Python package let rounding cost.
+    pub const SHARE: f64 = 0.1;
+
     /// Measures what writing `frame` as `format` costs. `most` is the limit that the file is written with, infinite for
     /// no limit: nodes of a GLB depend on it.
     ///
@@ -94,6 +97,16 @@ impl Rounding {
     pub fn within(&self, most: f64) -> Result<(), RoundedTooFar> {
         let Self { moved, place, .. } = *self;
         if moved <= most { Ok(()) } else { Err(RoundedTooFar { moved, most, place }) }
+    }
+
+    /// Whether `frame` would be written within `most` if its scene were moved by `by`.
+    #[must_use]
+    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, format: Format, most: f64) -> bool {
+        let frame = frame.into();
+        let mut scene = frame.scene.clone();
+        scene.translate(by);
+        let moved = FrameView { scene: &scene, ..frame };
+        Self::of(&moved, format, most).is_ok_and(|rounding| rounding.within(most).is_ok())
     }
 
     /// Points relative to the centres of parts, in nodes.

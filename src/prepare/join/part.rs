@@ -44,7 +44,12 @@ const ROUNDING: f64 = 1e-9;
 /// A face whose area is at most this share of its squared size has no area.
 const NO_AREA: f64 = 1e-9;
 
-pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &PrepareBudget) -> PartOutcome {
+pub(crate) fn prepare_part(
+    id: PartId,
+    stated: &Part,
+    border_tolerance: f64,
+    budget: &PrepareBudget<'_>,
+) -> PartOutcome {
     let (low, high) = topology::control_box(stated);
     let size = (high - low).length();
     let (trimmed, mut free) = free_edges::free_faces(stated, size);
@@ -126,7 +131,7 @@ struct Orientations {
 
 impl PartPreparation<'_> {
     /// Drafts each face on its own. `None` for faces lost earlier, which have a diagnostic, or past the budget.
-    fn draft(&self, budget: &PrepareBudget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
+    fn draft(&self, budget: &PrepareBudget<'_>) -> Vec<Option<Result<FaceDraft, FaceError>>> {
         let part = &*self.part;
         let shared = boundary::shared_edges(part, &self.free);
         let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
@@ -134,7 +139,9 @@ impl PartPreparation<'_> {
             let work = || {
                 span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), self.size, &shared, &budget.room)))
             };
-            let drafted = (!f.lost && !budget.exceeded()).then(work)?;
+            let drafted = (!f.lost && !budget.exceeded()).then(work);
+            budget.advance();
+            let drafted = drafted?;
             drafted.iter().for_each(|draft| budget.spend(draft));
             Some(drafted)
         };
