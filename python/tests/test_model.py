@@ -35,8 +35,9 @@ def test_colours_are_those_of_the_file():
     model = trimtess.read(SMALL)
     colours = {part.colour for part in model.parts} | {i.colour for i in model.instances}
     colours |= {face.colour for part in model.parts for face in part.faces}
-    assert any(c is not None and c[0] > 0.9 and c[2] < 0.1 for c in colours), "red"
-    assert any(c is not None and c[2] > 0.9 and c[0] < 0.1 for c in colours), "blue"
+    expected = [(0.866666674600000, 0.321568638100000, 0.156862750600000), (0.231372550100000, 0.380392164000000, 0.705882370500000)]
+    for rgb in expected:
+        assert any(c is not None and np.allclose(c[:3], rgb, atol=1e-6) and c[3] == 1 for c in colours), rgb
 
 
 def test_instances_have_a_part_and_a_transform():
@@ -50,21 +51,27 @@ def test_instances_have_a_part_and_a_transform():
 
 
 def test_units_are_told():
-    inches = SMALL.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)")
-    assert trimtess.read(SMALL).millimetres_per_unit == 1
-    assert trimtess.read(inches.encode()).millimetres_per_unit == 1000
+    metres = SMALL.read_text()
+    centimetres = metres.replace("SI_UNIT( $, .METRE. )", "SI_UNIT( .CENTI., .METRE. )")
+    assert trimtess.read(metres.encode()).millimetres_per_unit == 1000
+    assert trimtess.read(centimetres.encode()).millimetres_per_unit == 10
+    sizes = [trimtess.read(text.encode()).prepare().diagonal for text in (metres, centimetres)]
+    assert np.isclose(sizes[0], 100 * sizes[1])
 
 
 def test_diagnostics_are_data():
-    broken = SMALL.read_text().replace("CYLINDRICAL_SURFACE", "CYLINDRICAL_SURFAC")
-    model = trimtess.read(broken.encode())
-    assert model.diagnostics
-    told = [told for told in model.diagnostics if told.face is not None][0]
-    assert told.severity in {"warning", "error"} and told.is_fault and told.entity
-    assert told.code in repr(told) and told.message in repr(told)
-    mesh = model.prepare().tessellate()
-    assert mesh.status == 3 and any(told.is_fault for told in mesh.diagnostics)
+    broken = SMALL.read_text().replace("CYLINDRICAL_SURFACE(", "CYLINDRICAL_SURFAC(")
+    prepared = trimtess.read(broken.encode()).prepare()
+    told = [told for told in prepared.diagnostics if told.face is not None][0]
+    assert told.severity == "warning" and told.is_fault and told.entity == 54 and "#103" in told.message
+    assert told.code in repr(told) and told.message in repr(told) and f"face={told.face}" in repr(told)
+    mesh = prepared.tessellate()
+    assert mesh.status == 3 and told.code in {told.code for told in mesh.diagnostics if told.is_fault}
     assert trimtess.read(SMALL).prepare().tessellate().status == 0
+
+    no_unit = SMALL.read_text().replace("GLOBAL_UNIT_ASSIGNED_CONTEXT(", "GLOBAL_UNIT(")
+    codes = {told.code: told for told in trimtess.read(no_unit.encode()).diagnostics}
+    assert codes["step-no-unit"].severity == "warning" and not codes["step-no-unit"].is_fault
 
 
 def test_supplemental_geometry_is_read_if_asked_for():

@@ -74,7 +74,7 @@ def test_other_threads_run_meanwhile(large):
     done = threading.Event()
 
     def work():
-        large.tessellate(chord_rel=1e-6, angle=2, workers=1)
+        large.tessellate(chord_rel=1e-6, angle=0.5, workers=1)
         done.set()
 
     thread = threading.Thread(target=work)
@@ -85,7 +85,7 @@ def test_other_threads_run_meanwhile(large):
         ticks, longest, last = ticks + 1, max(longest, now - last), now
         time.sleep(0.001)
     thread.join()
-    assert ticks > 50, "the lock is free while the mesh is made"
+    assert ticks > 20, "the lock is free while the mesh is made"
     assert longest < 1
 
 
