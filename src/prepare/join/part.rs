@@ -501,6 +501,8 @@ impl PartPreparation<'_> {
 mod tests {
     use super::super::limits::PrepareLimits;
     use super::*;
+    use crate::control::Control;
+    use crate::model::Model;
     use crate::model::shapes;
     use crate::prepare::tiles::draft::DraftAlong;
 
@@ -516,7 +518,9 @@ mod tests {
             part: Cow::Borrowed(&part),
             diagnostics: Vec::new(),
         };
-        let mut faces = maker.fill(maker.draft(&PrepareBudget::new(PrepareLimits::DEFAULT)));
+        let control = Control::default();
+        let budget = PrepareBudget::new(PrepareLimits::DEFAULT, &Model::default(), &control);
+        let mut faces = maker.fill(maker.draft(&budget));
         let directed = maker.direct(&mut faces);
         let broken = faces.drafts[2].as_mut().expect("a draft");
         broken.tiles[0].loops[0][0].along = DraftAlong::Border(1000);
