@@ -55,6 +55,9 @@ pub use glam;
 #[doc(hidden)]
 pub mod math;
 
+/// Progress of long work, and a way to stop it.
+pub mod control;
+
 /// The input model: knots, curves, surfaces, trim loops, parts, instances.
 pub mod model;
 

@@ -5,15 +5,16 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each folder of `src/` and the folders it may name, in the order of the data flow.
-const MAY_USE: [(&str, &[&str]); 11] = [
+const MAY_USE: [(&str, &[&str]); 12] = [
     ("math", &[]),
+    ("control", &[]),
     ("view", &[]),
     ("model", &["math"]),
-    ("import", &["math", "model"]),
+    ("import", &["math", "control", "model"]),
     ("mesh", &["math", "model"]),
-    ("prepare", &["math", "model", "mesh"]),
+    ("prepare", &["math", "control", "model", "mesh"]),
     ("frame", &["math", "view", "model", "mesh", "prepare"]),
-    ("parallel", &["math", "view", "model", "mesh", "prepare", "frame"]),
+    ("parallel", &["math", "control", "view", "model", "mesh", "prepare", "frame"]),
     ("audit", &["math", "model", "mesh", "prepare", "frame"]),
     ("draw", &["model", "mesh", "prepare", "frame"]),
     ("out", &["view", "model", "mesh"]),

@@ -1,17 +1,9 @@
-//! Faces whose loops do not bound a simple region -> slivers and rewound area per face, and warnings where they are
-//! visible.
+//! Faces whose loops do not bound a simple region -> slivers and rewound area per placed face.
 
-use crate::lost::{entity_of, tile_centre};
 use serde::Serialize;
-use std::collections::BTreeMap;
-use trimtess::mesh::{MemorySink, Scene};
-use trimtess::model::{Diagnostic, FaceId, PartId, Severity, TileTrouble};
+use trimtess::mesh::Scene;
+use trimtess::model::PartId;
 use trimtess::parallel::{FaceFill, FrameReport};
-use trimtess::prepare::Prepared;
-
-/// Fraction of a face's area that may have a winding number other than 1 without a warning. Noise in boundaries stays
-/// far below.
-const TOLERATED: f64 = 1e-4;
 
 /// A face with slivers or rewound area. `face` is numbered across all instances, like `face_id` in a PLY file.
 #[derive(Clone, Debug, Serialize)]
@@ -36,36 +28,14 @@ pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
     placed.collect()
 }
 
-/// Adds a warning for each face with rewound area above [`TOLERATED`].
-pub(crate) fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &MemorySink, prepared: &Prepared) {
-    let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0);
-    let mut areas: BTreeMap<(PartId, FaceId), f64> = rewound().map(|fill| ((fill.part, fill.face), 0.0)).collect();
-    for batch in &frame.batches {
-        let Some(area) = areas.get_mut(&(batch.part, batch.face)) else { continue };
-        let at = |corner: u32| batch.mesh.positions[corner as usize];
-        let triangles = batch.mesh.triangles.iter().map(|corners| corners.map(at));
-        *area += triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum::<f64>();
-    }
-    let visible = rewound().map(|fill| (fill, areas[&(fill.part, fill.face)]));
-    all.extend(visible.filter(|(fill, area)| fill.rewound > TOLERATED * area).map(|(fill, area_mm2)| {
-        let kind = TileTrouble::Rewound { rewound_mm2: fill.rewound, area_mm2 };
-        Diagnostic {
-            part: Some(fill.part),
-            face: Some(fill.face),
-            entity: entity_of(prepared, fill.part, fill.face),
-            place: tile_centre(prepared, fill.part, fill.face),
-            ..Diagnostic::new(Severity::Warning, kind)
-        }
-    }));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::report::Report;
     use std::sync::Arc;
     use trimtess::frame::{Tolerance, plan};
-    use trimtess::model::shapes;
+    use trimtess::mesh::MemorySink;
+    use trimtess::model::{FaceId, Severity, shapes};
     use trimtess::parallel::serial;
     use trimtess::prepare::{PrepareOptions, prepare};
 
@@ -89,6 +59,11 @@ mod tests {
         let faces: Vec<(u64, u32)> = report.fills.iter().map(|fill| (fill.face, fill.slivers)).collect();
         assert_eq!(faces, [(1, 3), (2, 0), (4, 2), (7, 3), (8, 0), (10, 2)]);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face, e.place.is_some())).collect();
-        assert_eq!(told, [("warning", Some(4), true), ("warning", Some(10), true)], "{:?}", report.diagnostics);
+        assert_eq!(
+            told,
+            [(Severity::Warning, Some(4), true), (Severity::Warning, Some(10), true)],
+            "{:?}",
+            report.diagnostics
+        );
     }
 }

@@ -6,7 +6,6 @@ use crate::limits::unprepared;
 use crate::outputs::{Named, Outputs};
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
-use crate::report::name;
 use crate::{AsJson, Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -113,7 +112,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Re
         .diagnostics
         .iter()
         .map(|d| DiagnosticRow {
-            severity: name(d.severity),
+            severity: d.severity.name(),
             part: d.part.map(|part| part.0),
             face: d.face.map(|face| face.0),
             entity: d.entity,

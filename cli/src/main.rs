@@ -9,7 +9,6 @@ mod input;
 mod laps;
 mod limits;
 mod logging;
-mod lost;
 mod memory;
 mod outputs;
 mod patches;
@@ -31,7 +30,7 @@ use std::fmt;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::exit;
-use trimtess::model::{Diagnostic, Severity};
+use trimtess::model::Diagnostic;
 use trimtess::prepare::{PrepareOptions, Prepared};
 
 /// Reading and preparing make millions of small allocations; the system's allocator would take a tenth of the time.
@@ -164,12 +163,11 @@ impl Done {
         let faceless = prepared.scene.instances.iter().all(|instance| {
             prepared.scene.parts.get(instance.part.index()).is_none_or(|part| part.face_colours.is_empty())
         });
-        let counts = |told: &Diagnostic| match told.severity {
-            Severity::Error => true,
-            Severity::Warning => told.face.is_some(),
-            Severity::Note => false,
-        };
-        if faceless || prepared.diagnostics.iter().any(counts) { Self::WithDiagnostics } else { Self::Clean }
+        if faceless || prepared.diagnostics.iter().any(Diagnostic::is_fault) {
+            Self::WithDiagnostics
+        } else {
+            Self::Clean
+        }
     }
 
     fn status(self) -> i32 {

@@ -7,9 +7,6 @@ use trimtess::glam::DVec3;
 use trimtess::out::wgpu::{ColourBy, RenderOptions};
 use trimtess::view::{Camera, View, ViewPoint};
 
-/// Angle tolerance in pictures, degrees. Normals are exact at vertices; this bounds the error of interpolating them.
-pub(crate) const ANGLE: f64 = 30.0;
-
 /// Refuses an output that is not called `.png`.
 pub(crate) fn require_png(output: &Path) -> Result<(), Failure> {
     if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
@@ -71,13 +68,7 @@ impl PictureArgs {
 
     /// The view that the frame is planned for.
     pub(crate) fn view(&self, camera: &Camera, size: (u32, u32)) -> View {
-        View {
-            camera: *camera,
-            size,
-            deviation_px: self.deviation_px,
-            size_px: self.size_px,
-            angle: ANGLE.to_radians(),
-        }
+        View { camera: *camera, size, deviation_px: self.deviation_px, size_px: self.size_px, angle: View::ANGLE }
     }
 }
 

@@ -4,21 +4,20 @@ use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::outputs::{Named, Outputs};
-use crate::picture::{ANGLE, PictureArgs, require_png};
+use crate::picture::{PictureArgs, require_png};
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
 use crate::tessellate::{make, size};
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::frame::{self, Tolerance};
+use trimtess::control::Control;
+use trimtess::frame;
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::Renderer;
+use trimtess::parallel::{self, SessionOptions};
 use trimtess::prepare::{Prepared, prepare};
 use trimtess::view::Camera;
-
-/// Chord tolerance of the coarse frame that the camera is fitted to, as a fraction of the diagonal.
-const SCOUT_CHORD_REL: f64 = 1e-2;
 
 /// `trimtess render`
 #[derive(clap::Args)]
@@ -95,15 +94,8 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
 
 /// Fits the camera to a coarse frame.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
-    let tolerance = Tolerance { chord: SCOUT_CHORD_REL * prepared.diagonal, angle: ANGLE.to_radians(), max_edge: None };
-    let plan = Arc::new(frame::plan_within(prepared, &tolerance, &common.limits.plan()));
-    let mut scout = MemorySink::default();
-    make(prepared, &plan, common, false, &mut scout)?;
-    let points = scout.scene.instances.iter().flat_map(|instance| {
-        // Batches come sorted by part.
-        let from = scout.batches.partition_point(|batch| batch.part < instance.part);
-        let of_part = scout.batches[from..].iter().take_while(|batch| batch.part == instance.part);
-        of_part.flat_map(|batch| &batch.mesh.positions).map(|&point| instance.transform.transform_point3(point))
-    });
+    let options = SessionOptions::DEFAULT.with_workers(common.workers());
+    let points = parallel::coarse_points(prepared, &options, &common.limits.plan(), &Control::default());
+    let points = points.map_err(|e| Failure::Cannot(e.to_string()))?;
     Ok(args.picture.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))
 }

@@ -2,7 +2,6 @@
 
 use crate::closedness::{self, Closedness};
 use crate::fills::{self, Fill};
-use crate::lost::{add_degraded, add_lost_lines, add_unexplained};
 use crate::memory::peak_memory;
 use crate::outputs::Outputs;
 use crate::rounded::{ReadBackRow, words};
@@ -35,7 +34,8 @@ pub(crate) struct Seconds {
 /// A reported diagnostic. `face` is numbered across all instances, like `face_id` in a PLY file.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Entry {
-    pub(crate) severity: &'static str,
+    #[serde(serialize_with = "by_name")]
+    pub(crate) severity: Severity,
     pub(crate) face: Option<u64>,
     pub(crate) entity: Option<u64>,
     /// Position in part coordinates, millimetres.
@@ -118,11 +118,6 @@ impl Report {
             *vertices += batch.mesh.positions.len() as u64;
             meshed[batch.part.index()][batch.face.index()] |= !batch.mesh.triangles.is_empty();
         }
-        let mut all: Vec<Diagnostic> = prepared.diagnostics.clone();
-        add_degraded(&mut all, made, &meshed, prepared);
-        add_lost_lines(&mut all, made, prepared);
-        fills::add_rewound(&mut all, made, frame, prepared);
-        add_unexplained(&mut all, &meshed, prepared);
         let mut report = Self { parts: scene.parts.len(), instances: scene.instances.len(), ..Self::default() };
         for instance in &scene.instances {
             let part = instance.part.index();
@@ -137,7 +132,7 @@ impl Report {
             });
             report.ladder.add(Rung::Normal, normal);
         }
-        report.diagnostics = placed(&all, scene);
+        report.diagnostics = placed(&made.diagnostics(frame, prepared), scene);
         report.fills = fills::placed(made, scene);
         report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
         report
@@ -145,11 +140,7 @@ impl Report {
 
     /// `WithDiagnostics` if there is an error, a warning about a face, or no face at all.
     pub(crate) fn done(&self) -> Done {
-        let counts = |entry: &Entry| match entry.severity {
-            "error" => true,
-            "warning" => entry.face.is_some(),
-            _ => false,
-        };
+        let counts = |entry: &Entry| entry.severity.is_fault(entry.face.is_some());
         if self.faces == 0 || self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
     }
 
@@ -160,7 +151,7 @@ impl Report {
 
     /// Adds a diagnostic that only the program reports. `face` is numbered across all instances.
     pub(crate) fn add(&mut self, severity: Severity, face: Option<u64>, code: &'static str, reason: String) {
-        self.diagnostics.push(Entry { severity: name(severity), face, entity: None, place: None, code, reason });
+        self.diagnostics.push(Entry { severity, face, entity: None, place: None, code, reason });
     }
 
     /// Adds the results of the audit.
@@ -191,8 +182,7 @@ impl Report {
     ) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
         // Worst first, otherwise in the order of arrival.
-        self.diagnostics
-            .sort_by_key(|entry| ["error", "warning"].iter().position(|&s| s == entry.severity).unwrap_or(2));
+        self.diagnostics.sort_by_key(|entry| std::cmp::Reverse(entry.severity));
         if !common.quiet {
             // A closed standard error is not an error.
             let _ = std::io::stderr().write_all(self.told_diagnostics(common.verbose > 0).as_bytes());
@@ -214,7 +204,7 @@ impl Report {
     fn told_diagnostics(&self, all: bool) -> String {
         let mut text = String::new();
         let (notes, rest): (Vec<&Entry>, Vec<&Entry>) =
-            self.diagnostics.iter().partition(|e| e.severity == name(Severity::Note));
+            self.diagnostics.iter().partition(|e| e.severity == Severity::Note);
         let told = if all { self.diagnostics.len() } else { PRINTED };
         for entry in rest.iter().chain(if all { notes.iter() } else { [].iter() }).take(told) {
             let _ = writeln!(text, "{entry}");
@@ -289,7 +279,7 @@ impl Report {
 
 impl std::fmt::Display for Entry {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.severity)?;
+        f.write_str(self.severity.name())?;
         if let Some(face) = self.face {
             write!(f, ": face {face}")?;
         }
@@ -309,13 +299,10 @@ fn by_rung<S: serde::Serializer>(ladder: &Ladder, serializer: S) -> Result<S::Ok
     serializer.collect_map(Rung::ALL.map(|rung| (rung.to_string().replace(' ', "_"), ladder.count(rung))))
 }
 
-/// Name of the severity in reports.
-pub(crate) fn name(severity: Severity) -> &'static str {
-    match severity {
-        Severity::Note => "note",
-        Severity::Warning => "warning",
-        Severity::Error => "error",
-    }
+/// Serializes a severity as its name.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn by_name<S: serde::Serializer>(severity: &Severity, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(severity.name())
 }
 
 /// Repeats diagnostics of faces per instance, with the face's number in the scene. Worst first, then in the order of
@@ -327,7 +314,7 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
     for diagnostic in sorted {
         let entity = Some(diagnostic.entity).filter(|&entity| entity != 0);
         let entry = |face| Entry {
-            severity: name(diagnostic.severity),
+            severity: diagnostic.severity,
             face,
             entity,
             place: diagnostic.place.map(|p| p.to_array()),
@@ -443,8 +430,12 @@ mod tests {
         made.degraded = degraded;
         let report = Report::of(&frame(), &Prepared::default(), &made);
         let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
-        let told: [Vec<&str>; 3] = [of(0), of(1), of(2)];
-        assert_eq!(told, [vec!["warning"], vec!["warning"], vec![]], "an empty tile of a meshed face is not reported");
+        let told: [Vec<Severity>; 3] = [of(0), of(1), of(2)];
+        assert_eq!(
+            told,
+            [vec![Severity::Warning], vec![Severity::Warning], vec![]],
+            "an empty tile of a meshed face is not reported"
+        );
     }
 
     #[test]
@@ -506,7 +497,7 @@ mod tests {
         assert_eq!(made.degraded.len(), 1, "the tile reports it, too");
         let report = Report::of(&sink, &prepared, &made);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face)).collect();
-        assert_eq!(told, [("warning", Some(0)); 2], "{:?}", report.diagnostics);
+        assert_eq!(told, [(Severity::Warning, Some(0)); 2], "{:?}", report.diagnostics);
         let reasons = [0, 1].map(|k| &report.diagnostics[k].reason);
         assert!(reasons[0].contains("crosses") && reasons[1].starts_with("9.000e0 mm²"), "{reasons:?}");
     }

@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::report::Report;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,9 +10,6 @@ use trimtess::mesh::{MemorySink, SinkError};
 use trimtess::model::Severity;
 use trimtess::out::{BeyondSingle, Format, RoundedTooFar, Rounding, read_back};
 use trimtess::prepare::Prepared;
-
-/// The share of the chord tolerance that rounding may cost.
-const SHARE: f64 = 0.1;
 
 /// What the written file holds.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -26,22 +23,20 @@ pub(crate) struct ReadBackRow {
 
 /// The largest distance that rounding may move a vertex at this chord tolerance.
 pub(crate) fn most(chord: f64) -> f64 {
-    SHARE * chord
+    Rounding::SHARE * chord
 }
 
 /// Moves the centre of the scene's box to the origin. Returns the offset from the moved scene to the model.
 pub(crate) fn recenter(frame: &mut MemorySink, prepared: &Prepared) -> DVec3 {
-    let offset = prepared.bounds.map_or(DVec3::ZERO, |[low, high]| 0.5 * low + 0.5 * high);
-    for instance in &mut frame.scene.instances {
-        instance.transform = DAffine3::from_translation(-offset) * instance.transform;
-    }
+    let offset = prepared.centre();
+    frame.scene.translate(-offset);
     offset
 }
 
 /// The message of a file that was not written. Names what helps if rounding costs too much.
 pub(crate) fn unwritten(
     error: &SinkError,
-    (frame, recentred): (&mut MemorySink, bool),
+    (frame, recentred): (&MemorySink, bool),
     prepared: &Prepared,
     (format, most): (Format, f64),
 ) -> Failure {
@@ -50,15 +45,13 @@ pub(crate) fn unwritten(
         Some(cause) if cause.is::<BeyondSingle>() => "",
         _ => return Failure::Cannot(error.to_string()),
     };
-    let fits = |frame: &MemorySink, format| {
-        Rounding::of(frame, format, most).is_ok_and(|rounding| rounding.within(most).is_ok())
-    };
-    let single = !matches!(format, Format::Ply | Format::Obj);
-    let finer = if single && fits(frame, Format::Ply) { ", or write .ply, which has double precision" } else { "" };
-    // Nothing is written any more, so the frame may change.
-    let moved = !recentred && recenter(frame, prepared) != DVec3::ZERO;
-    let helps = moved && fits(frame, format);
+    let fits = |by, format| Rounding::fits_moved(frame, by, format, most);
+    let centre = prepared.centre();
+    let helps = !recentred && centre != DVec3::ZERO && fits(-centre, format);
     let recenter = if helps { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };
+    let single = !matches!(format, Format::Ply | Format::Obj);
+    let finer =
+        if single && fits(DVec3::ZERO, Format::Ply) { ", or write .ply, which has double precision" } else { "" };
     Failure::Cannot(format!("{error}{why}; {recenter}{finer}"))
 }
 

@@ -11,11 +11,12 @@ use crate::rounded;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::audit::{self, DeviationReport};
+use trimtess::audit;
+use trimtess::control::Control;
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{MemorySink, MeshFacts, ScenePart, check_scene};
+use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::out::{self, Format};
-use trimtess::parallel::{FrameReport, Session, SessionOptions, balance, serial};
+use trimtess::parallel::{self, FrameReport, SessionOptions, balance};
 use trimtess::prepare::{Prepared, Shells, prepare};
 
 /// Default chord tolerance as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is visibly a
@@ -154,7 +155,7 @@ pub(crate) fn run(
         .in_scope(|| out::save_pending(&frame, &args.output, format, most, &mut outputs.files));
     let (rounding, pending) = match written {
         Ok(written) => written,
-        Err(e) => return Err(rounded::unwritten(&e, (&mut frame, args.recenter), &prepared, (format, most))),
+        Err(e) => return Err(rounded::unwritten(&e, (&frame, args.recenter), &prepared, (format, most))),
     };
     rounded::tell(&rounding, &mut report);
     let write = laps.lap();
@@ -185,16 +186,9 @@ pub(crate) fn make(
     edge_lines: bool,
     sink: &mut MemorySink,
 ) -> Result<FrameReport, Failure> {
-    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let made = if common.workers() == 1 {
-        // This thread would only wait for the single worker.
-        serial(prepared, plan, edge_lines, sink)
-    } else {
-        let options = SessionOptions::DEFAULT.with_workers(common.workers()).with_edge_lines(edge_lines);
-        let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
-        session.frame(plan, sink)
-    };
-    let made = made.map_err(|e| cannot(&e))?;
+    let options = SessionOptions::DEFAULT.with_workers(common.workers()).with_edge_lines(edge_lines);
+    let made = parallel::tessellate(prepared, plan, &options, &Control::default(), sink);
+    let made = made.map_err(|e| Failure::Cannot(e.to_string()))?;
     tracing::info!(
         triangles = made.triangles,
         batches = made.batches,
@@ -207,68 +201,30 @@ pub(crate) fn make(
     Ok(made)
 }
 
-/// Fraction of the chord tolerance that edge polylines may reach. Edges are refined by an upper bound on the deviation,
-/// so only rounding needs an allowance.
-const EDGE_LIMIT: f64 = 1.05;
-
 /// Runs `check_scene` and the audit, and adds their results and errors to the report.
 fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
     let facts = check_scene(frame);
     report.open_edges = Some(facts.total.open_edges);
     report.unbalanced_edges = Some(facts.total.unbalanced_edges);
-    if !facts.total.is_well_formed() {
-        report.add_error(format!("the mesh is malformed: {}", facts.total));
-    }
     tracing::info!("{}", facts.total);
     report.defects = Some(facts.total.defects);
     let parts = frame.scene.parts.iter().zip(&facts.parts);
-    let closedness = (0..).zip(parts.clone()).map(|(k, (part, mesh))| Closedness::of(k, part, mesh));
+    let closedness = (0..).zip(parts).map(|(k, (part, mesh))| Closedness::of(k, part, mesh));
     report.closedness = Some(closedness.collect());
-    for (number, ((part, mesh), shells)) in parts.zip(shells).enumerate() {
-        part_faults(part, mesh, shells).for_each(|fault| report.add_error(format!("part {number}: {fault}")));
-    }
+    audit::mesh_faults(&frame.scene, &facts, shells).into_iter().for_each(|fault| report.add_error(fault));
     let deviation = audit::deviation(prepared, frame, chord);
-    deviation_faults(&deviation).for_each(|fault| report.add_error(fault));
+    deviation.faults().for_each(|fault| report.add_error(fault));
     tracing::info!("{deviation}");
     let economy = audit::economy(prepared, frame, chord);
     tracing::info!("{economy}");
     report.book(deviation, economy);
 }
 
-/// Faults of a part's mesh, given the edges and shells of the file.
-fn part_faults(part: &ScenePart, mesh: &MeshFacts, shells: &Shells) -> impl Iterator<Item = String> {
-    let cracked = (mesh.defects > 0).then(|| {
-        let (count, length) = (mesh.defects, mesh.defect_length);
-        let file = if part.closed { "closed in the file" } else { "open elsewhere in the file" };
-        format!("{file}, but its mesh has {count} unbalanced edges ({length:.3e} mm)")
-    });
-    let solid = shells.open == 0;
-    let expected = (shells.voids + shells.undirected) as u64;
-    let inverted = (solid && mesh.negative_components > expected).then(|| {
-        let (count, voids) = (mesh.negative_components, shells.voids);
-        format!("{count} components of its mesh have negative volume, but the file has {voids} voids: inside out")
-    });
-    cracked.into_iter().chain(inverted)
-}
-
-/// Violations of the tolerance.
-fn deviation_faults(deviation: &DeviationReport) -> impl Iterator<Item = String> {
-    let (surfaces, edges) = (deviation.beyond_gap, deviation.edges);
-    let off = (surfaces.p999 > 1.0).then(|| {
-        let (over, samples, worst) = (surfaces.over, surfaces.samples, surfaces.worst);
-        format!("{over} of {samples} mesh samples exceed the chord tolerance, the worst by a factor of {worst:.3}")
-    });
-    let edges_off = (edges.worst > EDGE_LIMIT).then(|| {
-        let (over, samples, worst) = (edges.over, edges.samples, edges.worst);
-        format!("{over} of {samples} samples of edges exceed the chord tolerance, the worst by a factor of {worst:.3}")
-    });
-    off.into_iter().chain(edges_off)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use trimtess::model::shapes;
+    use trimtess::parallel::Session;
     use trimtess::prepare::PrepareOptions;
 
     /// Errors that `check` reports for a shape after `tamper` changed its mesh or shells.

@@ -4,7 +4,7 @@ use super::edges;
 use super::foot::{parameter_box, search_surface, walk_surface};
 use super::report::{DeviationReport, EdgePlace, Place};
 use super::tally::Tally;
-use crate::mesh::{Batch, MemorySink, Origin, TileMesh};
+use crate::mesh::{BatchView, FrameView, Origin, TileView};
 use crate::model::{FaceId, PartId, SurfaceKind};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BezierPatches, PreparedFace};
@@ -36,7 +36,11 @@ const SEARCHES: u32 = 50_000;
 ///
 /// Cost: about 1 s per two million samples; O(faces) memory.
 #[must_use]
-pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> DeviationReport {
+pub fn deviation<'a>(prepared: &Prepared, mesh: impl Into<FrameView<'a>>, chord: f64) -> DeviationReport {
+    measure(prepared, &mesh.into(), chord)
+}
+
+fn measure(prepared: &Prepared, mesh: &FrameView<'_>, chord: f64) -> DeviationReport {
     let triangles: u64 = mesh.batches.iter().map(|b| b.mesh.triangles.len() as u64).sum();
     let size: f64 = mesh.batches.iter().map(|b| squared_sizes(&b.mesh).sum::<f64>()).sum();
     let patterns = STEPS.map(pattern);
@@ -75,8 +79,9 @@ pub fn deviation(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> Deviatio
 }
 
 /// Squared length of each triangle's longest side.
-fn squared_sizes(mesh: &TileMesh) -> impl Iterator<Item = f64> {
-    mesh.triangles.iter().map(|t| squared_size(t.map(|v| mesh.positions[v as usize])))
+fn squared_sizes<'a>(mesh: &TileView<'a>) -> impl Iterator<Item = f64> + use<'a> {
+    let positions = mesh.positions;
+    mesh.triangles.iter().map(move |t| squared_size(t.map(|v| positions[v as usize])))
 }
 
 fn squared_size([a, b, c]: [DVec3; 3]) -> f64 {
@@ -123,7 +128,7 @@ struct Audit<'a> {
 
 impl Audit<'_> {
     /// Measures a batch of `face`, whose edges and vertices may be up to `file_gap` away from its surface.
-    fn batch(&mut self, batch: &Batch, face: &PreparedFace, file_gap: f64) {
+    fn batch(&mut self, batch: &BatchView<'_>, face: &PreparedFace, file_gap: f64) {
         let mesh = &batch.mesh;
         let mut uvs = std::mem::take(&mut self.uvs);
         uvs.clear();

@@ -1,7 +1,7 @@
 //! Triangles made -> triangles that a uniform lattice needs for the same tolerance, per tile, by trying lattices out.
 
 use super::foot::walk_surface;
-use crate::mesh::{Batch, MemorySink};
+use crate::mesh::{BatchView, FrameView};
 use crate::model::{FaceId, PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BezierPatches, PreparedFace, Tile};
@@ -116,8 +116,12 @@ impl fmt::Display for EconomyReport {
 /// comparison ignores the angle tolerance, so meshes made for one look less economical. Cost: milliseconds per tile, up
 /// to a second.
 #[must_use]
-pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyReport {
-    let curved: Vec<(&Batch, &PreparedFace, &Tile)> = mesh
+pub fn economy<'a>(prepared: &Prepared, mesh: impl Into<FrameView<'a>>, chord: f64) -> EconomyReport {
+    try_out(prepared, &mesh.into(), chord)
+}
+
+fn try_out(prepared: &Prepared, mesh: &FrameView<'_>, chord: f64) -> EconomyReport {
+    let curved: Vec<(&BatchView<'_>, &PreparedFace, &Tile)> = mesh
         .batches
         .iter()
         .filter(|batch| !batch.mesh.triangles.is_empty())
@@ -128,7 +132,7 @@ pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyRep
         .filter(|(_, face, _)| face.kind != SurfaceKind::Plane)
         .collect();
     let scales = prepared.scene.largest_scales();
-    let least = |batch: &Batch, face: &PreparedFace, tile: &Tile| {
+    let least = |batch: &BatchView<'_>, face: &PreparedFace, tile: &Tile| {
         let chord = chord / scales.get(batch.part.index()).copied().unwrap_or(1.0);
         (2.0 * f64::from(least_cells(&face.patches, tile, batch, chord)) * kept(batch, face, tile)).max(2.0)
     };
@@ -150,10 +154,10 @@ pub fn economy(prepared: &Prepared, mesh: &MemorySink, chord: f64) -> EconomyRep
 }
 
 /// Triangles left after removing every inner vertex, by Euler's formula.
-fn boundary(batch: &Batch) -> f64 {
+fn boundary(batch: &BatchView<'_>) -> f64 {
     let mesh = &batch.mesh;
     let mut uses: HashMap<[u32; 2], u32> = HashMap::new();
-    for t in &mesh.triangles {
+    for t in mesh.triangles.iter() {
         for k in 0..3 {
             let (a, b) = (t[k], t[(k + 1) % 3]);
             *uses.entry([a.min(b), a.max(b)]).or_default() += 1;
@@ -162,12 +166,12 @@ fn boundary(batch: &Batch) -> f64 {
     let mut inside = vec![true; mesh.positions.len()];
     let once = uses.into_iter().filter(|(_, count)| *count == 1).map(|(edge, _)| edge);
     once.flatten().for_each(|vertex| inside[vertex as usize] = false);
-    let used: HashSet<u32> = mesh.triangles.iter().flatten().copied().filter(|&v| inside[v as usize]).collect();
+    let used: HashSet<u32> = mesh.triangles.iter().flatten().filter(|&v| inside[v as usize]).collect();
     mesh.triangles.len() as f64 - 2.0 * used.len() as f64
 }
 
 /// Fraction of the tile's rectangle that its triangles cover.
-fn kept(batch: &Batch, face: &PreparedFace, tile: &Tile) -> f64 {
+fn kept(batch: &BatchView<'_>, face: &PreparedFace, tile: &Tile) -> f64 {
     let mesh = &batch.mesh;
     let place = |vertex: u32| {
         let uv = mesh.uvs[vertex as usize].as_dvec2();
@@ -185,7 +189,7 @@ fn kept(batch: &Batch, face: &PreparedFace, tile: &Tile) -> f64 {
 }
 
 /// Number of cells of the smallest uniform lattice that passes, at most the number of triangles made.
-fn least_cells(patches: &BezierPatches, tile: &Tile, batch: &Batch, chord: f64) -> u32 {
+fn least_cells(patches: &BezierPatches, tile: &Tile, batch: &BatchView<'_>, chord: f64) -> u32 {
     let mut best = u32::try_from(batch.mesh.triangles.len()).unwrap_or(u32::MAX).max(1);
     let mut across = 1;
     while across <= best {

@@ -3,7 +3,7 @@
 use super::foot::{search_curve, walk_curve};
 use super::report::EdgePlace;
 use super::tally::Tally;
-use crate::mesh::MemorySink;
+use crate::mesh::FrameView;
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BezierSpline3, EdgeShape, PreparedEdge};
 use glam::DVec3;
@@ -17,10 +17,10 @@ const STARTS: u32 = 32;
 const ON_CURVE: f64 = 1e-3;
 
 /// Measures all edges: ratios of distances to the chord tolerance of their part, and the worst place of each edge.
-pub(super) fn measure(prepared: &Prepared, mesh: &MemorySink, chords: &[f64]) -> (Tally, Vec<EdgePlace>) {
+pub(super) fn measure(prepared: &Prepared, mesh: &FrameView<'_>, chords: &[f64]) -> (Tally, Vec<EdgePlace>) {
     let mut tally = Tally::default();
     let mut places = Vec::new();
-    for line in &mesh.edge_lines {
+    for line in mesh.edge_lines {
         let edge = prepared.parts.get(line.part.index()).and_then(|part| part.edges.get(line.edge.index()));
         let (Some(edge), Some(&chord)) = (edge, chords.get(line.part.index())) else { continue };
         let EdgeShape::Curve(curve) = &edge.shape else { continue };

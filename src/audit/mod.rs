@@ -11,6 +11,9 @@ pub use tally::Spread;
 mod report;
 pub use report::{DeviationReport, EdgePlace, Place};
 
+mod faults;
+pub use faults::mesh_faults;
+
 mod edges;
 
 mod deviation;

@@ -4,7 +4,7 @@
 //! `--check` and the examples share this check.
 
 use super::cause::{ExpectedUnbalanced, bits};
-use super::{Batch, Cause, EdgeLine, MemorySink, SceneInstance};
+use super::{Batch, BatchView, Cause, EdgeLine, FrameView, SceneInstance};
 use crate::math::BitMix;
 use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
@@ -184,13 +184,17 @@ pub struct SceneFacts {
 ///
 /// Needs the frame's edge lines to find the [`Cause`] of unbalanced edges. Without them, all count as defects.
 #[must_use]
-pub fn check_scene(frame: &MemorySink) -> SceneFacts {
+pub fn check_scene<'a>(frame: impl Into<FrameView<'a>>) -> SceneFacts {
+    facts_of(&frame.into())
+}
+
+fn facts_of(frame: &FrameView<'_>) -> SceneFacts {
     let mut facts = SceneFacts::default();
     let mut missing = vec![0_u64; frame.scene.parts.len()];
-    let mut batches: Vec<Vec<&Batch>> = vec![Vec::new(); frame.scene.parts.len()];
+    let mut batches: Vec<Vec<BatchView<'_>>> = vec![Vec::new(); frame.scene.parts.len()];
     for batch in &frame.batches {
         if let Some(of_part) = batches.get_mut(batch.part.index()) {
-            of_part.push(batch);
+            of_part.push(*batch);
         }
     }
     for (index, (part, batches)) in frame.scene.parts.iter().zip(batches).enumerate() {
@@ -224,10 +228,10 @@ pub fn check_scene(frame: &MemorySink) -> SceneFacts {
 /// Checks the batches of one part, in its coordinates. Counts every unbalanced edge as a defect.
 #[must_use]
 pub fn check_part<'a>(batches: impl IntoIterator<Item = &'a Batch>) -> MeshFacts {
-    check_batches(batches, &ExpectedUnbalanced::default())
+    check_batches(batches.into_iter().map(BatchView::from), &ExpectedUnbalanced::default())
 }
 
-fn check_batches<'a>(batches: impl IntoIterator<Item = &'a Batch>, excused: &ExpectedUnbalanced) -> MeshFacts {
+fn check_batches<'a>(batches: impl IntoIterator<Item = BatchView<'a>>, excused: &ExpectedUnbalanced) -> MeshFacts {
     let mut facts = MeshFacts::default();
     let soup = Soup::weld(batches, &mut facts);
     facts.vertices = soup.points.len() as u64;
@@ -241,16 +245,16 @@ struct Soup<'a> {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// (first triangle, batch), ascending, to find a triangle's batch.
-    owners: Vec<(usize, &'a Batch)>,
+    owners: Vec<(usize, BatchView<'a>)>,
 }
 
 impl<'a> Soup<'a> {
-    fn weld(batches: impl IntoIterator<Item = &'a Batch>, facts: &mut MeshFacts) -> Self {
+    fn weld(batches: impl IntoIterator<Item = BatchView<'a>>, facts: &mut MeshFacts) -> Self {
         let mut soup = Self { points: Vec::new(), triangles: Vec::new(), owners: Vec::new() };
         let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
         let mut ids = Vec::new();
         for batch in batches {
-            let mesh = &batch.mesh;
+            let mesh = batch.mesh;
             let broken_normal = |k: usize| mesh.normals.get(k).is_some_and(|normal| !normal.is_finite());
             let broken = |&(k, point): &(usize, &DVec3)| !point.is_finite() || broken_normal(k);
             facts.non_finite += mesh.positions.iter().enumerate().filter(broken).count() as u64;
@@ -264,7 +268,7 @@ impl<'a> Soup<'a> {
             }));
             soup.owners.push((soup.triangles.len(), batch));
             facts.triangles += mesh.triangles.len() as u64;
-            for corners in &mesh.triangles {
+            for corners in mesh.triangles.iter() {
                 let [Some(&a), Some(&b), Some(&c)] = corners.map(|corner| ids.get(corner as usize)) else {
                     facts.bad_indices += 1;
                     continue;
@@ -377,7 +381,7 @@ impl<'a> Soup<'a> {
         facts.examples = unbalanced.iter().take(EXAMPLES).filter_map(example).collect();
     }
 
-    fn owner(&self, triangle: usize) -> Option<&'a Batch> {
+    fn owner(&self, triangle: usize) -> Option<BatchView<'a>> {
         let after = self.owners.partition_point(|(first, _)| *first <= triangle);
         self.owners[..after].last().map(|(_, batch)| *batch)
     }

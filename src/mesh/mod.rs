@@ -13,6 +13,18 @@ pub use scene::{Scene, SceneInstance, ScenePart};
 mod sink;
 pub use sink::{MemorySink, MeshSink, SinkError};
 
+mod frame_view;
+pub use frame_view::{BatchView, FrameView, TileView, Triangles};
+
+mod packed;
+pub use packed::{PackedFrame, PartMesh};
+
+mod placement;
+pub(crate) use placement::Placement;
+
+mod flat;
+pub use flat::{FlatMesh, TooManyVertices};
+
 mod cause;
 pub use cause::Cause;
 

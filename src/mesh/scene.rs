@@ -64,6 +64,13 @@ impl SceneInstance {
 }
 
 impl Scene {
+    /// Moves all instances.
+    pub fn translate(&mut self, by: DVec3) {
+        for instance in &mut self.instances {
+            instance.transform = DAffine3::from_translation(by) * instance.transform;
+        }
+    }
+
     /// The largest scale at which each part is placed. 1 for unplaced parts, and where that is not positive and finite.
     #[must_use]
     pub fn largest_scales(&self) -> Vec<f64> {

@@ -16,6 +16,29 @@ pub enum Severity {
     Error,
 }
 
+impl Severity {
+    /// The severity in one word.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+
+    /// Whether a diagnostic of this severity means that the mesh is not what the file states: an error does, a warning
+    /// if it concerns a face. The program ends with status 3 then.
+    #[must_use]
+    pub fn is_fault(self, of_face: bool) -> bool {
+        match self {
+            Self::Error => true,
+            Self::Warning => of_face,
+            Self::Note => false,
+        }
+    }
+}
+
 /// Reports something that was not understood, repaired or lost.
 ///
 /// ```
@@ -50,6 +73,12 @@ impl Diagnostic {
     #[must_use]
     pub fn new(severity: Severity, kind: impl Into<DiagnosticKind>) -> Self {
         Self { severity, part: None, face: None, edge: None, entity: 0, place: None, kind: kind.into() }
+    }
+
+    /// Whether the mesh is not what the file states ([`Severity::is_fault`]).
+    #[must_use]
+    pub fn is_fault(&self) -> bool {
+        self.severity.is_fault(self.face.is_some())
     }
 }
 

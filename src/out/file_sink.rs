@@ -3,14 +3,14 @@
 use super::pending::{Outputs, PendingFile};
 use super::rounding::Rounding;
 use super::{Format, UnknownFormat};
-use crate::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshSink, Scene, SinkError};
 use std::path::{Path, PathBuf};
 
 /// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost.
 ///
 /// # Errors
 /// If the file cannot be created, written or renamed. An existing file at `path` is then unchanged.
-pub fn save(frame: &MemorySink, path: &Path, format: Format) -> Result<Rounding, SinkError> {
+pub fn save<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format) -> Result<Rounding, SinkError> {
     save_within(frame, path, format, f64::INFINITY)
 }
 
@@ -18,7 +18,12 @@ pub fn save(frame: &MemorySink, path: &Path, format: Format) -> Result<Rounding,
 ///
 /// # Errors
 /// As [`save`]; and [`RoundedTooFar`](super::RoundedTooFar) as the cause, before the file is created.
-pub fn save_within(frame: &MemorySink, path: &Path, format: Format, most: f64) -> Result<Rounding, SinkError> {
+pub fn save_within<'a>(
+    frame: impl Into<FrameView<'a>>,
+    path: &Path,
+    format: Format,
+    most: f64,
+) -> Result<Rounding, SinkError> {
     let mut outputs = Outputs::default();
     let (rounding, _) = save_pending(frame, path, format, most, &mut outputs)?;
     outputs.publish()?;
@@ -29,17 +34,18 @@ pub fn save_within(frame: &MemorySink, path: &Path, format: Format, most: f64) -
 ///
 /// # Errors
 /// As [`save_within`].
-pub fn save_pending(
-    frame: &MemorySink,
+pub fn save_pending<'a>(
+    frame: impl Into<FrameView<'a>>,
     path: &Path,
     format: Format,
     most: f64,
     outputs: &mut Outputs,
 ) -> Result<(Rounding, PathBuf), SinkError> {
     let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
-    let rounding = Rounding::of(frame, format, most).map_err(|beyond| context(beyond.into()))?;
+    let frame = frame.into();
+    let rounding = Rounding::of(&frame, format, most).map_err(|beyond| context(beyond.into()))?;
     rounding.within(most).map_err(|too_far| context(too_far.into()))?;
-    let temporary = outputs.write(path, |mut file| format.write(frame, most, &mut file))?;
+    let temporary = outputs.write(path, |mut file| format.write(&frame, most, &mut file))?;
     Ok((rounding, temporary))
 }
 
@@ -91,7 +97,7 @@ impl MeshSink for FileSink {
             Some(pending) => pending,
             None => PendingFile::create(&self.path)?,
         };
-        pending.publish(|file| self.format.write(&self.frame, f64::INFINITY, file))?;
+        pending.publish(|file| self.format.write(&(&self.frame).into(), f64::INFINITY, file))?;
         self.frame = MemorySink::default();
         Ok(())
     }

@@ -3,7 +3,7 @@
 #[cfg(feature = "glb")]
 use super::glb::write_glb_within;
 use super::{write_obj, write_ply, write_stl};
-use crate::mesh::MemorySink;
+use crate::mesh::FrameView;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
@@ -44,7 +44,7 @@ impl Format {
 
     /// Writes `frame`. `most` is the largest distance in millimetres that rounding may move a node of a GLB by: nodes
     /// beyond are nested, so that their translations add up to more digits.
-    pub(super) fn write(self, frame: &MemorySink, most: f64, file: &mut impl Write) -> io::Result<()> {
+    pub(super) fn write(self, frame: &FrameView<'_>, most: f64, file: &mut impl Write) -> io::Result<()> {
         #[cfg(not(feature = "glb"))]
         let _ = most;
         match self {

@@ -9,7 +9,7 @@ use super::colour;
 use super::node_place::{NodePlace, local};
 use super::placed::{batches_by_part, by_part, distinct, instance_name};
 use super::single::BeyondSingle;
-use crate::mesh::{Batch, EdgeLine, MemorySink, ScenePart};
+use crate::mesh::{BatchView, EdgeLine, FrameView, ScenePart};
 use crate::model::Colour;
 use glam::{DVec3, Vec3};
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
@@ -37,17 +37,17 @@ const SHORT_VERTICES: usize = 65_535;
 /// # Errors
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
 /// written then.
-pub fn write_glb(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
-    write_glb_within(frame, f64::INFINITY, file)
+pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
+    write_glb_within(&frame.into(), f64::INFINITY, file)
 }
 
 /// As [`write_glb`]. A node whose translation is rounded by more than half of `most` millimetres is put into others, and
 /// the translations add up to the place.
-pub(super) fn write_glb_within(frame: &MemorySink, most: f64, file: &mut impl Write) -> io::Result<()> {
+pub(super) fn write_glb_within(frame: &FrameView<'_>, most: f64, file: &mut impl Write) -> io::Result<()> {
     let mut glb = Glb::default();
     let mut shapes = Vec::new();
     for ((part, batches), lines) in
-        frame.scene.parts.iter().zip(batches_by_part(frame)).zip(by_part(frame, &frame.edge_lines, |line| line.part))
+        frame.scene.parts.iter().zip(batches_by_part(frame)).zip(by_part(frame, frame.edge_lines, |line| line.part))
     {
         shapes.push(glb.shape(part, &batches, &lines)?);
     }
@@ -102,11 +102,11 @@ struct Glb {
 }
 
 impl Glb {
-    fn shape(&mut self, part: &ScenePart, batches: &[&Batch], lines: &[&EdgeLine]) -> io::Result<PartShape> {
+    fn shape(&mut self, part: &ScenePart, batches: &[&BatchView<'_>], lines: &[&EdgeLine]) -> io::Result<PartShape> {
         let round = |points: &[DVec3]| -> Result<Vec<Vec3>, BeyondSingle> {
             points.iter().map(|&point| local(part, point)).collect()
         };
-        let mut groups: Vec<(Option<Colour>, Vec<&Batch>)> = Vec::new();
+        let mut groups: Vec<(Option<Colour>, Vec<&BatchView<'_>>)> = Vec::new();
         let mut of_colour = HashMap::new();
         for batch in batches {
             let colour = part.face_colours.get(batch.face.index()).copied().flatten();
@@ -122,7 +122,7 @@ impl Glb {
             let mut normals = Vec::new();
             for batch in batches {
                 let base = vertices.positions.len() as u32;
-                let rounded = round(&batch.mesh.positions)?;
+                let rounded = round(batch.mesh.positions)?;
                 let kept = vertices.indices.len();
                 vertices.indices.extend(distinct(&batch.mesh, &rounded).flatten().map(|corner| base + corner));
                 if vertices.indices.len() > kept {

@@ -1,7 +1,7 @@
 //! A frame to Wavefront OBJ: text, millimetres, world coordinates at full f64 precision.
 
 use super::placed::{Placement, batches_by_part, distinct, instance_name, placed};
-use crate::mesh::{MemorySink, Scene, SceneInstance};
+use crate::mesh::{FrameView, Scene, SceneInstance};
 use glam::DVec3;
 use std::fmt::Write as _;
 use std::io::{self, Write};
@@ -13,7 +13,8 @@ use std::io::{self, Write};
 ///
 /// # Errors
 /// I/O errors of `file`.
-pub fn write_obj(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
+pub fn write_obj<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
+    let frame = &frame.into();
     let by_part = batches_by_part(frame);
     writeln!(file, "# {}: millimetres, written by trimtess", word(&frame.scene.name))?;
     let mut text = String::new();
@@ -21,7 +22,7 @@ pub fn write_obj(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     let mut first = 1_u64;
     for (instance, batches) in placed(frame, &by_part) {
         let placement = Placement::new(&instance.transform);
-        writeln!(file, "o {}", object_name(&frame.scene, instance))?;
+        writeln!(file, "o {}", object_name(frame.scene, instance))?;
         let mut face = None;
         for batch in batches {
             text.clear();

@@ -1,8 +1,8 @@
 //! A frame's batches to placed batches: each instance's triangles in world coordinates.
 
-use crate::mesh::{Batch, MemorySink, SceneInstance, TileMesh};
+pub(super) use crate::mesh::Placement;
+use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};
 use crate::model::PartId;
-use glam::{DAffine3, DMat3, DVec3};
 
 /// Maximum length of the name of an instance in a file, bytes: an assembly of 100 000 parts may state 20 KB for each.
 const MAX_NAME: usize = 100;
@@ -15,12 +15,12 @@ pub(super) fn instance_name<'a>(part: &'a str, instance: &'a SceneInstance) -> &
 }
 
 /// Groups batches by part, keeping their order.
-pub(super) fn batches_by_part(frame: &MemorySink) -> Vec<Vec<&Batch>> {
+pub(super) fn batches_by_part<'a>(frame: &'a FrameView<'a>) -> Vec<Vec<&'a BatchView<'a>>> {
     by_part(frame, &frame.batches, |batch| batch.part)
 }
 
 /// Groups items by part, keeping their order. Items of unknown parts are dropped.
-pub(super) fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
+pub(super) fn by_part<'a, T>(frame: &FrameView<'_>, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
     let mut parts: Vec<Vec<&T>> = (0..frame.scene.parts.len()).map(|_| Vec::new()).collect();
     for item in items {
         if let Some(of_part) = parts.get_mut(part(item).index()) {
@@ -32,50 +32,19 @@ pub(super) fn by_part<'a, T>(frame: &MemorySink, items: &'a [T], part: impl Fn(&
 
 /// Pairs each instance with the batches of its part. Instances of unknown parts are skipped.
 pub(super) fn placed<'a>(
-    frame: &'a MemorySink,
-    by_part: &'a [Vec<&'a Batch>],
-) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a Batch])> {
+    frame: &'a FrameView<'a>,
+    by_part: &'a [Vec<&'a BatchView<'a>>],
+) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a BatchView<'a>])> {
     frame.scene.instances.iter().filter_map(|instance| Some((instance, by_part.get(instance.part.index())?.as_slice())))
-}
-
-/// Part to world, for positions, normals and windings.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Placement {
-    transform: DAffine3,
-    /// The inverse transpose up to scale (the cofactor matrix, negated if mirrored). Outward normals stay outward.
-    normals: DMat3,
-    mirrored: bool,
-}
-
-impl Placement {
-    pub(super) fn new(transform: &DAffine3) -> Self {
-        let m = transform.matrix3;
-        let mirrored = m.determinant() < 0.0;
-        let cofactors = DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
-        let normals = if mirrored { -cofactors } else { cofactors };
-        Self { transform: *transform, normals, mirrored }
-    }
-
-    /// The position in the world. Depends only on the bits of `point`: equal points stay equal. Never -0.0.
-    pub(super) fn position(&self, point: DVec3) -> DVec3 {
-        self.transform.transform_point3(point) + DVec3::ZERO
-    }
-
-    /// The unit normal in the world; +z where the part's normal is zero.
-    pub(super) fn normal(&self, normal: glam::Vec3) -> DVec3 {
-        (self.normals * normal.as_dvec3()).normalize_or(DVec3::Z)
-    }
-
-    /// Orders the corners counter-clockwise seen from outside.
-    pub(super) fn winding(&self, [a, b, c]: [u32; 3]) -> [u32; 3] {
-        if self.mirrored { [a, c, b] } else { [a, b, c] }
-    }
 }
 
 /// The triangles of `mesh` whose corners are three different points of `rounded`. Triangles with a missing vertex are
 /// skipped.
-pub(super) fn distinct<'a, P: PartialEq>(mesh: &'a TileMesh, rounded: &'a [P]) -> impl Iterator<Item = [u32; 3]> + 'a {
-    mesh.triangles.iter().copied().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
+pub(super) fn distinct<'a, P: PartialEq>(
+    mesh: &TileView<'a>,
+    rounded: &'a [P],
+) -> impl Iterator<Item = [u32; 3]> + use<'a, P> {
+    mesh.triangles.iter().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
         [Some(a), Some(b), Some(c)] => a != b && b != c && c != a,
         _ => false,
     })

@@ -2,7 +2,7 @@
 //! of each triangle.
 
 use super::placed::{Placement, batches_by_part, distinct, placed};
-use crate::mesh::MemorySink;
+use crate::mesh::FrameView;
 use glam::DVec3;
 use std::io::{self, Write};
 
@@ -11,7 +11,8 @@ use std::io::{self, Write};
 ///
 /// # Errors
 /// I/O errors of `file`, or 2³² vertices or more.
-pub fn write_ply(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
+pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
+    let frame = &frame.into();
     let by_part = batches_by_part(frame);
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
     let mut world: Vec<DVec3> = Vec::new();

@@ -10,7 +10,7 @@ use super::placed::{Placement, batches_by_part, distinct, placed};
 #[cfg(feature = "glb")]
 use super::read_glb::{Numbers, read_glb};
 use super::single::single;
-use crate::mesh::MemorySink;
+use crate::mesh::FrameView;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::io::{self, Read as _};
@@ -32,7 +32,8 @@ pub struct ReadBack {
 /// # Errors
 /// If the file cannot be read or does not have the layout, or has another number of triangles than the frame has after
 /// rounding.
-pub fn read_back(frame: &MemorySink, path: &Path, format: Format) -> io::Result<ReadBack> {
+pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format) -> io::Result<ReadBack> {
+    let frame = &frame.into();
     let mut bytes = Vec::new();
     std::fs::File::open(path)?.read_to_end(&mut bytes)?;
     let found = match format {
@@ -70,7 +71,7 @@ fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<
 }
 
 /// The frame's triangles whose corners stay apart after rounding, in the order of writing, with unrounded corners.
-fn expected(frame: &MemorySink, format: Format) -> io::Result<Vec<FileTriangle>> {
+fn expected(frame: &FrameView<'_>, format: Format) -> io::Result<Vec<FileTriangle>> {
     let by_part = batches_by_part(frame);
     let mut out = Vec::new();
     for (instance, batches) in placed(frame, &by_part) {

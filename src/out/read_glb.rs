@@ -1,7 +1,7 @@
 //! A GLB that [`write_glb`](super::write_glb) wrote, back to triangles in millimetres and +Z up.
 
 use super::bytes::{FileTriangle, bad, bytes_at, vector};
-use crate::mesh::MemorySink;
+use crate::mesh::FrameView;
 use glam::{DMat4, DVec3, Mat4, Vec3};
 use gltf_json::accessor::ComponentType;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
@@ -17,7 +17,7 @@ pub(super) enum Numbers {
 }
 
 /// Reads all triangles, instance by instance. Faces are numbered as in `frame`.
-pub(super) fn read_glb(frame: &MemorySink, bytes: &[u8], numbers: Numbers) -> io::Result<Vec<FileTriangle>> {
+pub(super) fn read_glb(frame: &FrameView<'_>, bytes: &[u8], numbers: Numbers) -> io::Result<Vec<FileTriangle>> {
     let json = u32::from_le_bytes(bytes_at(bytes, 12)?) as usize;
     let length = u32::from_le_bytes(bytes_at(bytes, 8)?) as usize;
     let text = bytes.get(20..20 + json).ok_or_else(|| bad("a GLB shorter than its header says"))?;

@@ -8,7 +8,7 @@ use super::Format;
 use super::node_place::{NodePlace, local, moved};
 use super::placed::{Placement, batches_by_part, distinct, placed};
 use super::single::{BeyondSingle, single};
-use crate::mesh::{Batch, MemorySink, SceneInstance};
+use crate::mesh::{BatchView, FrameView, SceneInstance};
 use crate::model::FaceId;
 use glam::{DAffine3, DVec3};
 use std::{error, fmt, io};
@@ -69,12 +69,16 @@ struct RoundingCount {
 }
 
 impl Rounding {
+    /// Share of the chord tolerance that the program and the Python package let rounding cost.
+    pub const SHARE: f64 = 0.1;
+
     /// Measures what writing `frame` as `format` costs. `most` is the limit that the file is written with, infinite for
     /// no limit: nodes of a GLB depend on it.
     ///
     /// # Errors
     /// If a position overflows the format's single precision.
-    pub fn of(frame: &MemorySink, format: Format, most: f64) -> Result<Self, BeyondSingle> {
+    pub fn of<'a>(frame: impl Into<FrameView<'a>>, format: Format, most: f64) -> Result<Self, BeyondSingle> {
+        let frame = &frame.into();
         match format {
             #[cfg(feature = "glb")]
             Format::Glb => Self::of_nodes(frame, most),
@@ -95,9 +99,19 @@ impl Rounding {
         if moved <= most { Ok(()) } else { Err(RoundedTooFar { moved, most, place }) }
     }
 
+    /// Whether `frame` would be written within `most` if its scene were moved by `by`.
+    #[must_use]
+    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, format: Format, most: f64) -> bool {
+        let frame = frame.into();
+        let mut scene = frame.scene.clone();
+        scene.translate(by);
+        let moved = FrameView { scene: &scene, ..frame };
+        Self::of(&moved, format, most).is_ok_and(|rounding| rounding.within(most).is_ok())
+    }
+
     /// Points relative to the centres of parts, in nodes.
     #[cfg(feature = "glb")]
-    fn of_nodes(frame: &MemorySink, most: f64) -> Result<Self, BeyondSingle> {
+    fn of_nodes(frame: &FrameView<'_>, most: f64) -> Result<Self, BeyondSingle> {
         let mut tallies = Vec::with_capacity(frame.scene.parts.len());
         for (part, batches) in frame.scene.parts.iter().zip(batches_by_part(frame)) {
             tallies.push(RoundingCount::of(&batches, |point| {
@@ -118,7 +132,7 @@ impl Rounding {
     }
 
     /// Points in world coordinates.
-    fn of_placed(frame: &MemorySink, as_single: bool) -> Result<Self, BeyondSingle> {
+    fn of_placed(frame: &FrameView<'_>, as_single: bool) -> Result<Self, BeyondSingle> {
         let mut out = Self::default();
         let by_part = batches_by_part(frame);
         for (instance, batches) in placed(frame, &by_part) {
@@ -152,7 +166,7 @@ impl Rounding {
 impl RoundingCount {
     /// Rounds all points by `round`, which returns the rounded point and the distance.
     fn of<P: PartialEq>(
-        batches: &[&Batch],
+        batches: &[&BatchView<'_>],
         round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
     ) -> Result<Self, BeyondSingle> {
         let mut tally = Self::default();
@@ -160,7 +174,7 @@ impl RoundingCount {
         let (mut faces, mut kept_faces) = (Vec::new(), Vec::new());
         for batch in batches {
             rounded.clear();
-            for &point in &batch.mesh.positions {
+            for &point in batch.mesh.positions {
                 let (position, moved) = round(point)?;
                 if moved > tally.moved {
                     (tally.moved, tally.place) = (moved, point);

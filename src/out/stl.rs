@@ -2,7 +2,7 @@
 
 use super::placed::{Placement, batches_by_part, distinct, placed};
 use super::single::{BeyondSingle, single};
-use crate::mesh::{Batch, MemorySink};
+use crate::mesh::{BatchView, FrameView};
 use glam::Vec3;
 use std::io::{self, Write};
 
@@ -14,7 +14,8 @@ use std::io::{self, Write};
 /// # Errors
 /// I/O errors of `file`. 2³² triangles or more, or a position [beyond single precision](BeyondSingle); nothing is
 /// written then.
-pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
+pub fn write_stl<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
+    let frame = &frame.into();
     let by_part = batches_by_part(frame);
     let mut world = Vec::new();
     let mut triangles = 0_u64;
@@ -53,9 +54,9 @@ pub fn write_stl(frame: &MemorySink, file: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-fn round(batch: &Batch, placement: &Placement, world: &mut Vec<Vec3>) -> Result<(), BeyondSingle> {
+fn round(batch: &BatchView<'_>, placement: &Placement, world: &mut Vec<Vec3>) -> Result<(), BeyondSingle> {
     world.clear();
-    for &point in &batch.mesh.positions {
+    for &point in batch.mesh.positions {
         world.push(single(placement.position(point))?);
     }
     Ok(())

@@ -1,13 +1,13 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order for any number of workers.
 
+use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
-use crate::mesh::{Batch, DrawnTiles, MeshSink, Scene, SinkError, TileMesh};
+use crate::mesh::{Batch, DrawnTiles, MeshSink, Scene, TileMesh};
 use crate::model::{FaceId, PartId, TileId};
 use crossbeam_channel::Receiver;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::time::Duration;
 
 /// Report of a committed frame.
@@ -49,37 +49,6 @@ pub struct FrameReport {
     pub made_in: Duration,
     /// Time from the last delivery to the end of the commit.
     pub committed_in: Duration,
-}
-
-/// Why a frame was not committed. If the sink was fed, [`MeshSink::abort`] was called.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum FrameError {
-    /// The sink refused.
-    Sink(SinkError),
-    /// A worker's thread is gone. The session cannot be used any more.
-    WorkerLost {
-        /// The worker's index.
-        worker: usize,
-    },
-}
-
-impl fmt::Display for FrameError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Sink(error) => error.fmt(f),
-            Self::WorkerLost { worker } => write!(f, "the thread of worker {worker} ended before its frame was made"),
-        }
-    }
-}
-
-impl std::error::Error for FrameError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Sink(error) => Some(error),
-            Self::WorkerLost { .. } => None,
-        }
-    }
 }
 
 /// Takes the delivery of `frame` from each worker in `asked`. Drops late deliveries of earlier frames.

@@ -1,39 +1,17 @@
 //! Threads and queues of a session: sends orders, receives deliveries, returns used buffers to the workers.
 
-use super::commit::{Feed, FrameError, FrameReport, commit, gather};
+use super::commit::{Feed, FrameReport, commit, gather};
 use super::cores::{cores, stay_on};
-use super::handoff::{Delivery, FrameOrder, Hand, Task, queues};
+use super::error::{FrameError, StartError};
+use super::handoff::{Delivery, FrameOrder, Hand, Task, Watch, queues};
 use super::metrics::Laps;
 use super::worker::{Stages, Worker};
 use crate::frame::Reuse;
 use crate::mesh::{Batch, MeshSink, Scene, TileMesh};
 use crossbeam_channel::{Receiver, Sender};
-use std::fmt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
-
-/// Why a session did not start: the operating system refused a thread.
-#[derive(Debug)]
-#[non_exhaustive]
-pub struct StartError {
-    /// The worker whose thread was refused.
-    pub worker: usize,
-    /// The system's error.
-    pub cause: std::io::Error,
-}
-
-impl fmt::Display for StartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot start the thread of worker {}: {}", self.worker, self.cause)
-    }
-}
-
-impl std::error::Error for StartError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.cause)
-    }
-}
 
 /// The work of one frame.
 pub(super) enum Work {
@@ -103,7 +81,13 @@ impl<S: Stages> Crew<S> {
     }
 
     /// Sends the plan to the workers that have something to do. With `timed`, they measure each tile.
-    pub(super) fn give(&mut self, plan: &Arc<S::Plan>, work: Work, timed: bool) -> Result<FrameInFlight, FrameError> {
+    pub(super) fn give(
+        &mut self,
+        plan: &Arc<S::Plan>,
+        work: Work,
+        timed: bool,
+        watch: &Watch,
+    ) -> Result<FrameInFlight, FrameError> {
         let laps = Laps::start();
         let frame = self.next_frame;
         self.next_frame += 1;
@@ -126,6 +110,7 @@ impl<S: Stages> Crew<S> {
                 plan: Arc::clone(plan),
                 task,
                 timed,
+                watch: watch.clone(),
                 spare: std::mem::take(&mut self.spare[worker]),
             };
             self.orders[worker].send(order).map_err(|_| FrameError::WorkerLost { worker })?;
@@ -167,12 +152,15 @@ impl<S: Stages> Crew<S> {
         &mut self,
         plan: &Arc<S::Plan>,
         parts: usize,
-        scene: &Scene,
+        (scene, watch): (&Scene, &Watch),
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next_frame).entered();
-        let mut underway = self.give(plan, Work::All(parts), false)?;
+        let mut underway = self.give(plan, Work::All(parts), false, watch)?;
         let deliveries = self.take(&underway)?;
+        if watch.is_cancelled() {
+            return Err(FrameError::Cancelled);
+        }
         let (report, batches) = commit(deliveries, scene, Feed::All, sink, &mut underway.laps)?;
         self.recycle(batches);
         Ok(report)
@@ -293,7 +281,7 @@ mod tests {
             let (_, mut crew) = start(None, workers);
             for plan in [0.5, 0.25] {
                 let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(plan), 9, &Scene::default(), &mut sink).unwrap();
+                let report = crew.frame(&Arc::new(plan), 9, (&Scene::default(), &Watch::default()), &mut sink).unwrap();
                 assert_eq!((report.batches, report.triangles), (TILES as usize, u64::from(TILES)));
                 assert_eq!(report.workers.len(), workers as usize);
                 assert!(sink.batches.is_sorted_by_key(|b| (b.part, b.tile)));
@@ -312,7 +300,7 @@ mod tests {
             let (fake, mut crew) = start(Some(11), workers);
             for frame in 1..=3 {
                 let mut sink = MemorySink::default();
-                let report = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut sink).unwrap();
+                let report = crew.frame(&Arc::new(1.0), 9, (&Scene::default(), &Watch::default()), &mut sink).unwrap();
                 assert_eq!(report.batches, TILES as usize - 1);
                 assert_eq!(fake.made.load(Ordering::Relaxed), frame * TILES);
                 let [bad] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
@@ -371,11 +359,12 @@ mod tests {
         let calls = 2 + 2 * TILES as usize;
         for at in [1, 2, TILES as usize + 2, calls] {
             let mut sink = Refusing { at, calls: 0, aborts: 0, ends: 0 };
-            let error = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut sink).unwrap_err();
+            let error = crew.frame(&Arc::new(1.0), 9, (&Scene::default(), &Watch::default()), &mut sink).unwrap_err();
             assert_eq!(error.to_string(), "disk: full");
             assert_eq!((sink.calls, sink.aborts, sink.ends), (at, 1, usize::from(at == calls)));
         }
-        let report = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut MemorySink::default()).unwrap();
+        let report =
+            crew.frame(&Arc::new(1.0), 9, (&Scene::default(), &Watch::default()), &mut MemorySink::default()).unwrap();
         assert_eq!((report.frame, report.batches), (4, TILES as usize));
     }
 
@@ -384,7 +373,9 @@ mod tests {
         let (fake, mut crew) = start(None, 2);
         // Hanging up its orders ends the worker's thread, as a crash outside a tile would.
         crew.hang_up_on(1);
-        let error = crew.frame(&Arc::new(1.0), 9, &Scene::default(), &mut MemorySink::default()).unwrap_err();
+        let error = crew
+            .frame(&Arc::new(1.0), 9, (&Scene::default(), &Watch::default()), &mut MemorySink::default())
+            .unwrap_err();
         assert!(matches!(error, FrameError::WorkerLost { worker: 1 }), "{error}");
         drop(crew);
         assert_eq!(Arc::strong_count(&fake), 1, "a worker outlived its session");

@@ -1,11 +1,13 @@
 //! Messages between threads: orders to the workers, deliveries to the render thread.
 
 use super::metrics::WorkerMetrics;
+use crate::control::{Control, Stage};
 use crate::frame::{Degradation, Rung};
 use crate::mesh::{Batch, EdgeLine, TileMesh};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crossbeam_channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// Capacity of a worker's order queue: the frame that it makes next.
@@ -49,6 +51,32 @@ pub(super) enum Task {
     Some(Hand),
 }
 
+/// What workers tell the caller of a frame, and hear from it, between tiles.
+#[derive(Clone, Default)]
+pub(super) struct Watch {
+    control: Control,
+    /// Tiles made by all workers, and all tiles.
+    made: Arc<AtomicU64>,
+    tiles: u64,
+}
+
+impl Watch {
+    pub(super) fn new(control: &Control, tiles: u64) -> Self {
+        control.report(Stage::Tessellate, 0, tiles);
+        Self { control: control.clone(), made: Arc::default(), tiles }
+    }
+
+    pub(super) fn is_cancelled(&self) -> bool {
+        self.control.is_cancelled()
+    }
+
+    /// Counts a tile.
+    pub(super) fn advance(&self) {
+        let made = self.made.fetch_add(1, Ordering::Relaxed) + 1;
+        self.control.report(Stage::Tessellate, made, self.tiles);
+    }
+}
+
 /// Message from the master to a worker: make these tiles by this plan.
 pub(super) struct FrameOrder<P> {
     /// Number of the frame, ascending.
@@ -59,6 +87,8 @@ pub(super) struct FrameOrder<P> {
     pub(super) task: Task,
     /// Whether to measure the time of each tile.
     pub(super) timed: bool,
+    /// The caller's control.
+    pub(super) watch: Watch,
     /// Used buffers to make tiles in.
     pub(super) spare: Vec<TileMesh>,
 }

@@ -1,12 +1,14 @@
 //! Prepared model -> a session: deals tiles to workers, broadcasts plans, commits frames on the caller's thread.
 
-use super::commit::{Feed, FrameError, FrameReport, commit};
-use super::crew::{Crew, FrameInFlight, StartError, Work};
-use super::handoff::Hand;
+use super::commit::{Feed, FrameReport, commit};
+use super::crew::{Crew, FrameInFlight, Work};
+use super::error::{FrameError, StartError};
+use super::handoff::{Hand, Watch};
 use super::metrics::Laps;
 use super::owners::{Owners, hands};
 use super::residency::{Due, Residency};
 use super::worker::{Stages, Worker};
+use crate::control::Control;
 use crate::frame::internals::{
     Levels, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile, update_tile,
 };
@@ -309,8 +311,23 @@ impl Session {
     /// # Errors
     /// When the sink refuses: `abort` was called, the session can go on. When a worker is lost: the session is over.
     pub fn frame(&mut self, plan: &Arc<Plan>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+        self.frame_controlled(plan, &Control::default(), sink)
+    }
+
+    /// As [`frame`](Self::frame), with progress and cancellation between tiles.
+    ///
+    /// # Errors
+    /// As [`frame`](Self::frame). When cancelled, before the sink is touched: the session can go on.
+    pub fn frame_controlled(
+        &mut self,
+        plan: &Arc<Plan>,
+        control: &Control,
+        sink: &mut dyn MeshSink,
+    ) -> Result<FrameReport, FrameError> {
         self.forget();
-        self.crew.frame(plan, self.model.parts.len(), &self.model, sink)
+        let parts = self.model.parts.len();
+        let watch = Watch::new(control, tiles_of(&self.prepared, parts));
+        self.crew.frame(plan, parts, (&self.model, &watch), sink)
     }
 
     /// Updates `sink` for all of these views together: one picture, both eyes, shadow maps. `sink` must be the one of
@@ -358,8 +375,11 @@ impl Session {
         let planned_in = laps.lap();
         let hands = self.owners.share(&self.prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
-        let underway =
-            if idle { None } else { Some(self.crew.give(&plan, Work::Some(hands), self.owners.wants_times())?) };
+        let underway = if idle {
+            None
+        } else {
+            Some(self.crew.give(&plan, Work::Some(hands), self.owners.wants_times(), &Watch::default())?)
+        };
         live.begun = Some(PendingFrame { plan, due, underway, planned_in, deferred });
         Ok(())
     }
@@ -442,13 +462,56 @@ pub fn serial(
     edge_lines: bool,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
+    serial_controlled(prepared, plan, edge_lines, &Control::default(), sink)
+}
+
+/// As [`serial`], with progress and cancellation between tiles.
+///
+/// # Errors
+/// As [`serial`]. When cancelled, before the sink is touched.
+pub fn serial_controlled(
+    prepared: &Arc<Prepared>,
+    plan: &Plan,
+    edge_lines: bool,
+    control: &Control,
+    sink: &mut dyn MeshSink,
+) -> Result<FrameReport, FrameError> {
     let mut laps = Laps::start();
+    let watch = Watch::new(control, tiles_of(prepared, prepared.parts.len()));
     let deliveries = hands(prepared, 1, edge_lines)
         .into_iter()
         .map(|hand| {
             let mut worker = Worker::new(0, Arc::clone(prepared), hand, Reuse::NONE, Arc::default());
-            worker.make_all(0, plan, prepared.parts.len())
+            worker.make_all(0, plan, prepared.parts.len(), &watch)
         })
         .collect();
+    if watch.is_cancelled() {
+        return Err(FrameError::Cancelled);
+    }
     Ok(commit(deliveries, &prepared.scene, Feed::All, sink, &mut laps)?.0)
+}
+
+/// Tiles of the first `parts` parts.
+fn tiles_of(prepared: &Prepared, parts: usize) -> u64 {
+    prepared.parts.iter().take(parts).map(|part| part.tiles.len() as u64).sum()
+}
+
+/// Tessellates the whole model by `plan`, once. A single worker works on the caller's thread. The sink gets the same
+/// calls for any number of workers.
+///
+/// # Errors
+/// As [`Session::start`] and [`Session::frame_controlled`].
+pub fn tessellate(
+    prepared: &Arc<Prepared>,
+    plan: &Arc<Plan>,
+    options: &SessionOptions,
+    control: &Control,
+    sink: &mut dyn MeshSink,
+) -> Result<FrameReport, FrameError> {
+    if options.workers == 1 {
+        // Another thread would only be waited for.
+        return serial_controlled(prepared, plan, options.edge_lines, control, sink);
+    }
+    let mut session = Session::start(Arc::clone(prepared), options).map_err(FrameError::Start)?;
+    session.frame_controlled(plan, control, sink)
 }

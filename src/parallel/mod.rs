@@ -11,8 +11,13 @@ pub use metrics::{WorkerMetrics, balance};
 mod handoff;
 pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
+mod error;
+pub use error::{FrameError, StartError};
+
 mod commit;
-pub use commit::{FrameError, FrameReport};
+pub use commit::FrameReport;
+
+mod diagnose;
 
 mod residency;
 
@@ -21,10 +26,12 @@ mod owners;
 mod worker;
 
 mod crew;
-pub use crew::StartError;
 
 mod master;
-pub use master::{Session, SessionOptions, serial};
+pub use master::{Session, SessionOptions, serial, serial_controlled, tessellate};
+
+mod coarse_points;
+pub use coarse_points::coarse_points;
 
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]

@@ -1,7 +1,7 @@
 //! Own tiles and a plan -> one delivery per frame. A worker owns its tiles, scratch and caches, and shares no mutable
 //! data: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, FrameOrder, Hand, LostLine, Task, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, FrameOrder, Hand, LostLine, Task, Watch, WorkerEnd};
 use super::metrics::{Laps, Processor};
 use crate::frame::internals::TileOutcome;
 use crate::frame::{Reuse, Rung};
@@ -75,11 +75,11 @@ impl<S: Stages> Worker<S> {
     /// A panic in a tile is a defect of this crate and costs the inside of that tile: its boundary is filled, and it is
     /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with the panic's message. A panic in an
     /// edge costs its polyline, see [`LostLine`].
-    pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan, parts: usize) -> Delivery {
+    pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan, parts: usize, watch: &Watch) -> Delivery {
         let hand = std::mem::take(&mut self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
-        let mut delivery = self.make(frame, plan, &hand.tiles[..tiles], &hand.edges[..edges], None);
+        let mut delivery = self.make((frame, watch), plan, &hand.tiles[..tiles], &hand.edges[..edges], None);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
         self.hand = hand;
         delivery
@@ -89,7 +89,7 @@ impl<S: Stages> Worker<S> {
     /// whether to measure each tile. Batches without triangles are delivered too.
     fn make(
         &mut self,
-        frame: u64,
+        (frame, watch): (u64, &Watch),
         plan: &S::Plan,
         tiles: &[(PartId, TileId, FaceId)],
         edges: &[(PartId, EdgeId)],
@@ -100,7 +100,7 @@ impl<S: Stages> Worker<S> {
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
         for &(part, tile, face) in tiles {
-            if frame < self.wanted_from.load(Ordering::Relaxed) {
+            if frame < self.wanted_from.load(Ordering::Relaxed) || watch.is_cancelled() {
                 return delivery;
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
@@ -129,6 +129,7 @@ impl<S: Stages> Worker<S> {
                 self.forget((part, tile));
             }
             take(&mut delivery, part, tile, outcome);
+            watch.advance();
             if let Some(mut clock) = clock {
                 delivery.times.push((part, tile, clock.lap()));
             }
@@ -156,17 +157,17 @@ impl<S: Stages> Worker<S> {
 
     /// Serves orders until the master or the render thread hangs up.
     pub(super) fn serve(mut self, end: &WorkerEnd<S::Plan>) {
-        while let Ok(FrameOrder { frame, plan, task, timed, spare }) = end.orders.recv() {
+        while let Ok(FrameOrder { frame, plan, task, timed, watch, spare }) = end.orders.recv() {
             spare.into_iter().for_each(|mesh| S::reuse(&mut self.scratch, mesh));
             let delivery = match task {
-                Task::All(parts) => self.make_all(frame, &plan, parts),
+                Task::All(parts) => self.make_all(frame, &plan, parts, &watch),
                 Task::Some(hand) => {
                     if hand.gone.all {
                         self.memories = HashMap::default();
                         self.kept = 0;
                     }
                     hand.gone.tiles.iter().for_each(|&tile| self.forget(tile));
-                    self.make(frame, &plan, &hand.tiles, &hand.edges, Some(timed))
+                    self.make((frame, &watch), &plan, &hand.tiles, &hand.edges, Some(timed))
                 }
             };
             // Dropped before the delivery is sent, so that the master can reuse the plan's memory for the next one.

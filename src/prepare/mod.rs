@@ -27,7 +27,7 @@ pub use join::prepared::Prepared;
 pub use join::shells::Shells;
 
 mod whole;
-pub use whole::prepare::{PrepareOptions, prepare};
+pub use whole::prepare::{PrepareOptions, prepare, prepare_controlled};
 
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]

@@ -148,3 +148,9 @@ pub struct View {
     /// Maximum turn of the normal across a cell and of the tangent along a segment, radians.
     pub angle: f64,
 }
+
+impl View {
+    /// Angle tolerance that suits pictures: 30 degrees, in radians. Normals are exact at vertices; this bounds the error
+    /// of interpolating them.
+    pub const ANGLE: f64 = 30.0_f64.to_radians();
+}

@@ -65,4 +65,4 @@ mod body;
 mod part;
 
 mod read;
-pub use read::{read, read_file};
+pub use read::{read, read_controlled, read_file, read_file_controlled};

@@ -144,6 +144,8 @@ pub enum StepError {
         /// The limit: so many per byte of the file, and a constant.
         limit: u64,
     },
+    /// The work was [cancelled](crate::control::Control::cancel).
+    Cancelled,
     /// The bytes are not Part 21 text.
     NotStep {
         /// What the bytes look like, and what to do about it.
@@ -181,6 +183,7 @@ impl fmt::Display for StepError {
                 "#{entity}: assemblies nested in each other place more than {limit} parts and assemblies, the limit \
                  for a file of its size"
             ),
+            Self::Cancelled => f.write_str("reading was cancelled"),
             Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
             Self::Syntax { message, repairs } => write!(
                 f,

@@ -8,17 +8,27 @@ use super::table::Table;
 use super::text;
 use super::tree::Tree;
 use super::units::Contexts;
+use crate::control::{Control, Stage};
 use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use std::io::Read as _;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Reads a STEP file. The model's name is the file's, without extension.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Io`] if the file cannot be read.
 pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError> {
+    read_file_controlled(path, options, &Control::default())
+}
+
+/// As [`read_file`], with progress and cancellation.
+///
+/// # Errors
+/// As [`read_file`] and [`read_controlled`].
+pub fn read_file_controlled(path: &Path, options: &StepOptions, control: &Control) -> Result<Model, StepError> {
     let io = |error| StepError::Io { path: path.to_owned(), error };
     let file = std::fs::File::open(path).map_err(io)?;
     let bytes = file.metadata().map_err(io)?.len();
@@ -33,7 +43,7 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
     let rest = usize::try_from(bytes.min(most)).unwrap_or(usize::MAX).saturating_sub(text.len());
     text.try_reserve_exact(rest).map_err(|error| io(error.into()))?;
     file.read_to_end(&mut text).map_err(io)?;
-    let mut model = read(&text, options)?;
+    let mut model = read_controlled(&text, options, control)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)
 }
@@ -58,6 +68,14 @@ fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 /// # Errors
 /// If the bytes are not STEP text, their syntax is beyond repair, or a limit of `options` is exceeded.
 pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
+    read_controlled(bytes, options, &Control::default())
+}
+
+/// As [`read`], with progress and cancellation between parts. The syntax is parsed before the first part.
+///
+/// # Errors
+/// As [`read`], and [`StepError::Cancelled`].
+pub fn read_controlled(bytes: &[u8], options: &StepOptions, control: &Control) -> Result<Model, StepError> {
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
     let table = text::parse(bytes, options, &mut diagnostics)?;
@@ -77,10 +95,18 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     // A file may mix units; the model states those of the first part.
     let first = tree.planned.first().and_then(|plan| plan.gathered.units());
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
-    let read: Vec<(Part, Vec<Diagnostic>)> = std::mem::take(&mut tree.planned)
+    let planned = std::mem::take(&mut tree.planned);
+    let (total, done) = (planned.len() as u64, AtomicU64::new(0));
+    control.report(Stage::Read, 0, total);
+    let read: Option<Vec<(Part, Vec<Diagnostic>)>> = planned
         .into_par_iter()
-        .map(|plan| reader.part(plan.name, &plan.gathered, plan.colour))
+        .map(|plan| {
+            let part = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour))?;
+            control.report(Stage::Read, done.fetch_add(1, Ordering::Relaxed) + 1, total);
+            Some(part)
+        })
         .collect();
+    let read = read.filter(|_| !control.is_cancelled()).ok_or(StepError::Cancelled)?;
     within(&table, options)?;
     let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };
     let mut centres = Vec::with_capacity(read.len());

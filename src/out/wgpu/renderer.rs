@@ -7,7 +7,7 @@ use super::gpu::Gpu;
 use super::live::{DrawStats, LiveScene};
 use super::target::{texture, whole};
 use super::{Image, RenderOptions};
-use crate::mesh::{MemorySink, MeshSink, SinkError};
+use crate::mesh::{FrameView, MemorySink, MeshSink, SinkError};
 use crate::out::placed::{Placement, batches_by_part, placed};
 use crate::view::ViewPoint;
 use ::wgpu::TextureUsages;
@@ -83,10 +83,11 @@ impl Renderer {
         sent.map_err(|error| RenderError::Device(error.cause.to_string()))?;
         let aspect = f64::from(options.size.0) / f64::from(options.size.1.max(1));
         let camera = options.camera.unwrap_or_else(|| {
-            let batches = batches_by_part(frame);
-            let points = placed(frame, &batches).flat_map(|(instance, batches)| {
+            let whole = FrameView::from(frame);
+            let batches = batches_by_part(&whole);
+            let points = placed(&whole, &batches).flat_map(|(instance, batches)| {
                 let placement = Placement::new(&instance.transform);
-                let points = batches.iter().flat_map(|batch| &batch.mesh.positions);
+                let points = batches.iter().flat_map(|batch| batch.mesh.positions);
                 points.map(move |&point| placement.position(point))
             });
             ViewPoint::ISO.fit(points, aspect)

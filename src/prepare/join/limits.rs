@@ -1,6 +1,7 @@
 //! Limits on the cost of preparing a model, checked face by face during the work.
 
 use super::memory;
+use crate::control::{Control, Stage};
 use crate::model::{Model, Surface};
 use crate::prepare::report::room::Room;
 use crate::prepare::tiles::draft::FaceDraft;
@@ -60,6 +61,8 @@ pub enum PrepareError {
         /// Knot spans of all surfaces.
         patches: u64,
     },
+    /// The work was [cancelled](Control::cancel).
+    Cancelled,
 }
 
 impl fmt::Display for PrepareError {
@@ -74,6 +77,7 @@ impl fmt::Display for PrepareError {
                 "preparing the model (up to {patches} Bézier patches) needs more memory than the limit of {limit} \
                  bytes (PrepareLimits::bytes)"
             ),
+            Self::Cancelled => f.write_str("preparing was cancelled"),
         }
     }
 }
@@ -85,16 +89,23 @@ fn with_slack(bytes: usize) -> usize {
     bytes.saturating_add(bytes / 2)
 }
 
-/// Patches and bytes spent so far by all threads.
-pub(crate) struct PrepareBudget {
+/// Patches and bytes spent so far by all threads, and whether to go on.
+pub(crate) struct PrepareBudget<'a> {
     limits: PrepareLimits,
     patches: AtomicU64,
+    control: &'a Control,
+    /// Faces drafted, and all faces.
+    drafted: AtomicU64,
+    faces: u64,
     pub(crate) room: Room,
 }
 
-impl PrepareBudget {
-    pub(crate) fn new(limits: PrepareLimits) -> Self {
-        Self { limits, patches: AtomicU64::new(0), room: Room::new(limits.bytes) }
+impl<'a> PrepareBudget<'a> {
+    pub(crate) fn new(limits: PrepareLimits, model: &Model, control: &'a Control) -> Self {
+        let faces = model.parts.iter().map(|part| part.faces.len() as u64).sum();
+        control.report(Stage::Prepare, 0, faces);
+        let (patches, drafted) = (AtomicU64::new(0), AtomicU64::new(0));
+        Self { limits, patches, control, drafted, faces, room: Room::new(limits.bytes) }
     }
 
     /// Adds the cost of a model, which is held until all of it is prepared.
@@ -109,13 +120,24 @@ impl PrepareBudget {
         self.room.spend(with_slack(memory::of_draft(draft)));
     }
 
-    /// Whether a limit is exceeded. The remaining faces can then be skipped.
-    pub(crate) fn exceeded(&self) -> bool {
-        self.patches.load(Ordering::Relaxed) > self.limits.patches || self.room.exceeded()
+    /// Counts a face that was drafted, or cannot be.
+    pub(crate) fn advance(&self) {
+        let drafted = self.drafted.fetch_add(1, Ordering::Relaxed) + 1;
+        self.control.report(Stage::Prepare, drafted, self.faces);
     }
 
-    /// The error for `model` once a limit is exceeded.
+    /// Whether a limit is exceeded, or the work is cancelled. The remaining faces can then be skipped.
+    pub(crate) fn exceeded(&self) -> bool {
+        self.control.is_cancelled()
+            || self.patches.load(Ordering::Relaxed) > self.limits.patches
+            || self.room.exceeded()
+    }
+
+    /// The error for `model` once a limit is exceeded or the work is cancelled.
     pub(crate) fn error(&self, model: &Model) -> PrepareError {
+        if self.control.is_cancelled() {
+            return PrepareError::Cancelled;
+        }
         let faces = model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost && face.refused.is_none());
         let needed = faces.map(|face| spans_of(&face.surface)).sum();
         if self.patches.load(Ordering::Relaxed) > self.limits.patches {

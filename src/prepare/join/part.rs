@@ -44,7 +44,12 @@ const ROUNDING: f64 = 1e-9;
 /// A face whose area is at most this share of its squared size has no area.
 const NO_AREA: f64 = 1e-9;
 
-pub(crate) fn prepare_part(id: PartId, stated: &Part, border_tolerance: f64, budget: &PrepareBudget) -> PartOutcome {
+pub(crate) fn prepare_part(
+    id: PartId,
+    stated: &Part,
+    border_tolerance: f64,
+    budget: &PrepareBudget<'_>,
+) -> PartOutcome {
     let [low, high] = stated.control_box();
     let size = (high - low).length();
     let (trimmed, mut free) = free_edges::free_faces(stated, size);
@@ -126,7 +131,7 @@ struct Orientations {
 
 impl PartPreparation<'_> {
     /// Drafts each face on its own. `None` for faces lost earlier, which have a diagnostic, or past the budget.
-    fn draft(&self, budget: &PrepareBudget) -> Vec<Option<Result<FaceDraft, FaceError>>> {
+    fn draft(&self, budget: &PrepareBudget<'_>) -> Vec<Option<Result<FaceDraft, FaceError>>> {
         let part = &*self.part;
         let shared = boundary::shared_edges(part, &self.free);
         let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
@@ -134,7 +139,9 @@ impl PartPreparation<'_> {
             let work = || {
                 span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), self.size, &shared, &budget.room)))
             };
-            let drafted = (!f.lost && !budget.exceeded()).then(work)?;
+            let drafted = (!f.lost && !budget.exceeded()).then(work);
+            budget.advance();
+            let drafted = drafted?;
             drafted.iter().for_each(|draft| budget.spend(draft));
             Some(drafted)
         };
@@ -494,6 +501,8 @@ impl PartPreparation<'_> {
 mod tests {
     use super::super::limits::PrepareLimits;
     use super::*;
+    use crate::control::Control;
+    use crate::model::Model;
     use crate::model::shapes;
     use crate::prepare::tiles::draft::DraftAlong;
 
@@ -509,7 +518,9 @@ mod tests {
             part: Cow::Borrowed(&part),
             diagnostics: Vec::new(),
         };
-        let mut faces = maker.fill(maker.draft(&PrepareBudget::new(PrepareLimits::DEFAULT)));
+        let control = Control::default();
+        let budget = PrepareBudget::new(PrepareLimits::DEFAULT, &Model::default(), &control);
+        let mut faces = maker.fill(maker.draft(&budget));
         let directed = maker.direct(&mut faces);
         let broken = faces.drafts[2].as_mut().expect("a draft");
         broken.tiles[0].loops[0][0].along = DraftAlong::Border(1000);

@@ -159,6 +159,14 @@ pub struct Prepared {
 }
 
 impl Prepared {
+    /// Centre of [`bounds`](Self::bounds); the origin if there are none.
+    #[must_use]
+    pub fn centre(&self) -> DVec3 {
+        self.bounds.map_or(DVec3::ZERO, |[low, high]| 0.5 * low + 0.5 * high)
+    }
+}
+
+impl Prepared {
     /// All tiles, each with its part and its index in that.
     pub fn tiles(&self) -> impl Iterator<Item = (PartId, TileId, &Tile)> {
         self.parts.iter().enumerate().flat_map(|(p, part)| {

@@ -1,8 +1,9 @@
 //! Model -> prepared model: its parts in parallel, then the scene, the box and the weights of tiles.
 
 use super::{extent, weight};
+use crate::control::Control;
 use crate::mesh::{Scene, SceneInstance, ScenePart};
-use crate::model::{Diagnostic, DiagnosticKind, FaceId, Model, Part, PartId, Severity};
+use crate::model::{Diagnostic, DiagnosticKind, FaceId, Instance, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
 use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
 use crate::prepare::join::part::{PartOutcome, prepare_part};
@@ -65,34 +66,59 @@ impl Default for PrepareOptions {
 ///
 /// # Errors
 /// If the model exceeds [`PrepareOptions::limits`]. Work stops as soon as it does.
-pub fn prepare(model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
+pub fn prepare(mut model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
+    let diagnostics = std::mem::take(&mut model.diagnostics);
+    prepare_in_pool(&model, diagnostics, options, &Control::default())
+}
+
+/// As [`prepare`], with progress and cancellation between faces, and from a model that is kept.
+///
+/// # Errors
+/// As [`prepare`], and [`PrepareError::Cancelled`].
+pub fn prepare_controlled(
+    model: &Model,
+    options: &PrepareOptions,
+    control: &Control,
+) -> Result<Prepared, PrepareError> {
+    prepare_in_pool(model, model.diagnostics.clone(), options, control)
+}
+
+/// Prepares in a pool of its own if the options name a number of threads. `diagnostics` are those of reading.
+fn prepare_in_pool(
+    model: &Model,
+    diagnostics: Vec<Diagnostic>,
+    options: &PrepareOptions,
+    control: &Control,
+) -> Result<Prepared, PrepareError> {
     let pool = options.threads.and_then(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().ok());
     match pool {
-        Some(pool) => pool.install(|| prepare_all(model, options)),
-        None => prepare_all(model, options),
+        Some(pool) => pool.install(|| prepare_all(model, diagnostics, options, control)),
+        None => prepare_all(model, diagnostics, options, control),
     }
 }
 
-fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
-    let budget = PrepareBudget::new(options.limits);
+fn prepare_all(
+    model: &Model,
+    mut diagnostics: Vec<Diagnostic>,
+    options: &PrepareOptions,
+    control: &Control,
+) -> Result<Prepared, PrepareError> {
+    let budget = PrepareBudget::new(options.limits, model, control);
     let parts = model.parts.len();
-    let (known, unknown): (Vec<_>, Vec<_>) =
-        std::mem::take(&mut model.instances).into_iter().partition(|i| i.part.index() < parts);
-    model.instances = known;
-    model.diagnostics.extend(unknown.into_iter().map(|i| {
+    let unknown = model.instances.iter().filter(|i| i.part.index() >= parts);
+    diagnostics.extend(unknown.map(|i| {
         let kind = DiagnosticKind::NoPart { instance: i.name.to_string(), part: i.part, parts };
         Diagnostic::new(Severity::Error, kind)
     }));
-    budget.hold(&model);
+    budget.hold(model);
     if budget.exceeded() {
-        return Err(budget.error(&model));
+        return Err(budget.error(model));
     }
     let of_part = |(k, part): (usize, &Part)| prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
     let done: Vec<PartOutcome> = model.parts.par_iter().enumerate().map(of_part).collect();
     if budget.exceeded() {
-        return Err(budget.error(&model));
+        return Err(budget.error(model));
     }
-    let mut diagnostics = std::mem::take(&mut model.diagnostics);
     let mut parts = Vec::with_capacity(done.len());
     let mut facts = Vec::with_capacity(done.len());
     for part in done {
@@ -101,7 +127,7 @@ fn prepare_all(mut model: Model, options: &PrepareOptions) -> Result<Prepared, P
         facts.push((part.without_area, part.closedness));
     }
     let clouds: Vec<_> = parts.par_iter().map(|part| extent::cloud(part)).collect();
-    let scene = scene(&model, &clouds, facts);
+    let scene = scene(model, &clouds, facts);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
     let scales = scene.largest_scales();
@@ -136,20 +162,12 @@ fn scene(model: &Model, clouds: &[Vec<DVec3>], facts: Vec<(Vec<FaceId>, Closedne
         })
         .collect();
     let mut first_face = 0;
-    let instances = model
-        .instances
-        .iter()
-        .map(|i| {
-            let first = first_face;
-            first_face += u32::try_from(model.parts[i.part.index()].faces.len()).unwrap_or(0);
-            SceneInstance {
-                part: i.part,
-                transform: i.transform,
-                colour: i.colour,
-                name: i.name.clone(),
-                first_face: first,
-            }
-        })
-        .collect();
+    let place = |i: &Instance| {
+        let faces = model.parts.get(i.part.index())?.faces.len();
+        let (first, name) = (first_face, i.name.clone());
+        first_face += u32::try_from(faces).unwrap_or(0);
+        Some(SceneInstance { part: i.part, transform: i.transform, colour: i.colour, name, first_face: first })
+    };
+    let instances = model.instances.iter().filter_map(place).collect();
     Scene { name: model.name.clone(), parts, instances }
 }

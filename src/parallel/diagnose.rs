@@ -1,15 +1,42 @@
-//! What a frame tells of its tiles and edges -> diagnostics of faces. No face without triangles goes unexplained.
+//! What a frame reports of its tiles and edges -> diagnostics of faces. No face without triangles goes unexplained.
 
+use super::commit::FrameReport;
+use super::handoff::DegradedTile;
+use crate::frame::Degradation;
+use crate::mesh::FrameView;
+use crate::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, TileTrouble};
+use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedFace;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashSet};
-use trimtess::frame::Degradation;
-use trimtess::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, TileTrouble};
-use trimtess::parallel::{DegradedTile, FrameReport};
-use trimtess::prepare::Prepared;
-use trimtess::prepare::internals::PreparedFace;
+
+/// Fraction of a face's area that may have a winding number other than 1 without a warning. Noise in boundaries stays
+/// far below.
+const TOLERATED: f64 = 1e-4;
+
+impl FrameReport {
+    /// All diagnostics of a whole frame: those of reading and preparing, then those of its faces and edges. Every face
+    /// without triangles has one, or is in [`ScenePart::without_area`](crate::mesh::ScenePart::without_area). Each part
+    /// counts once. O(triangles of faces with [`fills`](Self::fills)).
+    #[must_use]
+    pub fn diagnostics<'a>(&self, frame: impl Into<FrameView<'a>>, prepared: &Prepared) -> Vec<Diagnostic> {
+        let frame = &frame.into();
+        let parts = &frame.scene.parts;
+        let mut meshed: Vec<Vec<bool>> = parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
+        for batch in &frame.batches {
+            meshed[batch.part.index()][batch.face.index()] |= !batch.mesh.triangles.is_empty();
+        }
+        let mut all = prepared.diagnostics.clone();
+        add_degraded(&mut all, self, &meshed, prepared);
+        add_lost_lines(&mut all, self, prepared);
+        add_rewound(&mut all, self, frame, prepared);
+        add_unexplained(&mut all, &meshed, prepared);
+        all
+    }
+}
 
 /// Adds one diagnostic per face and severity, with the trouble of the first tile and the number of the others.
-pub(crate) fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<bool>], prepared: &Prepared) {
+fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<bool>], prepared: &Prepared) {
     let mut told: BTreeMap<(PartId, FaceId, Severity), (&DegradedTile, u32)> = BTreeMap::new();
     for tile in &made.degraded {
         let lost = !meshed[tile.part.index()][tile.face.index()];
@@ -52,18 +79,18 @@ fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFa
 }
 
 /// A point near the middle of a face's first tile, part coordinates.
-pub(crate) fn tile_centre(prepared: &Prepared, part: PartId, face: FaceId) -> Option<DVec3> {
+fn tile_centre(prepared: &Prepared, part: PartId, face: FaceId) -> Option<DVec3> {
     let tile = row_of(prepared, part, face)?.tiles.start;
     Some(prepared.parts[part.index()].tiles.get(tile as usize)?.centre)
 }
 
 /// Entity number of a prepared face; 0 if unknown.
-pub(crate) fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
+fn entity_of(prepared: &Prepared, part: PartId, face: FaceId) -> u64 {
     row_of(prepared, part, face).map_or(0, |row| row.entity)
 }
 
 /// Adds an error per edge without a polyline, at the first face that uses it.
-pub(crate) fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prepared) {
+fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prepared) {
     for lost in &made.lost_lines {
         let rows = prepared.parts.get(lost.part.index());
         let edge = rows.and_then(|rows| rows.edges.get(lost.edge.index()));
@@ -86,7 +113,7 @@ const NO_AREA: [&str; 3] = ["face-without-area", "face-thin", "trims-keep-nothin
 
 /// Adds an error for each face without triangles that no stage explained. A note explains a face only if it
 /// says that the face has no area.
-pub(crate) fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
+fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
     let told = all.iter().filter_map(|d| Some((d.severity, &d.kind, d.part.zip(d.face)?)));
     let explains = |severity, kind: &DiagnosticKind, (part, face)| {
         severity > Severity::Note || NO_AREA.contains(&kind.code()) || has_no_area(prepared, part, face)
@@ -104,4 +131,27 @@ pub(crate) fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], p
             }
         }
     }
+}
+
+/// Adds a warning for each face with rewound area above [`TOLERATED`].
+fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &FrameView<'_>, prepared: &Prepared) {
+    let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0);
+    let mut areas: BTreeMap<(PartId, FaceId), f64> = rewound().map(|fill| ((fill.part, fill.face), 0.0)).collect();
+    for batch in &frame.batches {
+        let Some(area) = areas.get_mut(&(batch.part, batch.face)) else { continue };
+        let at = |corner: u32| batch.mesh.positions[corner as usize];
+        let triangles = batch.mesh.triangles.iter().map(|corners| corners.map(at));
+        *area += triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum::<f64>();
+    }
+    let visible = rewound().map(|fill| (fill, areas[&(fill.part, fill.face)]));
+    all.extend(visible.filter(|(fill, area)| fill.rewound > TOLERATED * area).map(|(fill, area_mm2)| {
+        let kind = TileTrouble::Rewound { rewound_mm2: fill.rewound, area_mm2 };
+        Diagnostic {
+            part: Some(fill.part),
+            face: Some(fill.face),
+            entity: entity_of(prepared, fill.part, fill.face),
+            place: tile_centre(prepared, fill.part, fill.face),
+            ..Diagnostic::new(Severity::Warning, kind)
+        }
+    }));
 }

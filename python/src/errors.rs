@@ -1,0 +1,167 @@
+//! Errors of the library -> exceptions of `trimtess.errors`, with fields.
+
+use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyDict};
+use trimtess::frame::Shortfall;
+use trimtess::import::step::StepError;
+use trimtess::mesh::SinkError;
+use trimtess::out::{BeyondSingle, RoundedTooFar, UnknownFormat};
+use trimtess::parallel::FrameError;
+use trimtess::prepare::PrepareError;
+
+/// An exception of the class `name` of `trimtess.errors`.
+pub(crate) fn error(py: Python<'_>, name: &str, message: String, fields: &Bound<'_, PyDict>) -> PyErr {
+    let made = || py.import("trimtess.errors")?.getattr(name)?.call((message,), Some(fields));
+    made().map_or_else(|failure| failure, PyErr::from_value)
+}
+
+/// A refused argument.
+pub(crate) fn out_of_range(py: Python<'_>, name: &str, value: impl ToString, expected: &str) -> PyErr {
+    let value = value.to_string();
+    let message = format!("{name} is {value}, not {expected}");
+    let fields = [("name", name), ("value", &value), ("expected", expected)].into_py_dict(py);
+    fields.map_or_else(|failure| failure, |fields| error(py, "RangeError", message, &fields))
+}
+
+/// Checks that a number is finite and above 0.
+pub(crate) fn positive(py: Python<'_>, name: &str, value: Option<f64>) -> PyResult<Option<f64>> {
+    match value {
+        Some(number) if !(number.is_finite() && number > 0.0) => {
+            Err(out_of_range(py, name, number, "a finite number above 0"))
+        }
+        other => Ok(other),
+    }
+}
+
+/// A limit that is exceeded: the name of the argument to raise, what is needed if that was counted, and the limit.
+fn limit(py: Python<'_>, name: &str, (needed, limit): (Option<u64>, u64), message: &str) -> PyErr {
+    let fields = PyDict::new(py);
+    let set = || {
+        fields.set_item("name", name)?;
+        fields.set_item("needed", needed)?;
+        fields.set_item("limit", limit)
+    };
+    let message = format!("{message}; pass a larger {name} to continue");
+    set().map_or_else(|failure| failure, |()| error(py, "LimitError", message, &fields))
+}
+
+/// What went wrong, for a person to report.
+pub(crate) fn internal(py: Python<'_>, message: String) -> PyErr {
+    error(py, "InternalError", message, &PyDict::new(py))
+}
+
+/// Work ends with this only after [`Control::cancel`](trimtess::control::Control::cancel), which has its own exception.
+fn cancelled(py: Python<'_>) -> PyErr {
+    internal(py, "the work was cancelled".to_owned())
+}
+
+/// The number and the words of a system's error; `None` and the message for others.
+fn of_system(py: Python<'_>, error: &std::io::Error) -> (Option<i32>, String) {
+    let number = error.raw_os_error();
+    let words =
+        number.and_then(|number| py.import("os").ok()?.call_method1("strerror", (number,)).ok()?.extract().ok());
+    (number, words.unwrap_or_else(|| error.to_string()))
+}
+
+/// Why a file cannot be read. `source` is its path, if it has one.
+pub(crate) fn unread(py: Python<'_>, failure: &StepError, source: Option<&str>) -> PyErr {
+    let message = match (failure, source) {
+        (StepError::Io { .. }, _) | (_, None) => failure.to_string(),
+        (_, Some(path)) => format!("{path}: {failure}"),
+    };
+    let (kind, system) = match failure {
+        StepError::TooLarge { bytes, limit: most } => {
+            return limit(py, "max_bytes", (Some(*bytes), *most), &message);
+        }
+        StepError::TooMuchMemory { needed, limit: most } => {
+            return limit(py, "max_memory", (Some(*needed), *most), &message);
+        }
+        StepError::TooManyEntities { entities, limit: most } => {
+            return limit(py, "max_entities", (Some(*entities), *most), &message);
+        }
+        StepError::TooManyInstances { limit: most } => {
+            return limit(py, "max_instances", (None, *most), &message);
+        }
+        StepError::Cancelled => return cancelled(py),
+        StepError::Io { error, .. } => ("io", Some(of_system(py, error))),
+        StepError::NotStep { .. } => ("not-step", None),
+        StepError::Syntax { .. } => ("syntax", None),
+        _ => ("refused", None),
+    };
+    let fields = PyDict::new(py);
+    let set = || {
+        fields.set_item("kind", kind)?;
+        fields.set_item("path", source)?;
+        let (number, words) = system.map_or((None, None), |(number, words)| (number, Some(words)));
+        fields.set_item("errno", number)?;
+        fields.set_item("strerror", words)
+    };
+    set().map_or_else(|failure| failure, |()| error(py, "ReadError", message, &fields))
+}
+
+/// Why a model cannot be prepared.
+pub(crate) fn unprepared(py: Python<'_>, failure: &PrepareError) -> PyErr {
+    match failure {
+        PrepareError::TooManyPatches { limit: most, needed } => {
+            limit(py, "max_patches", (Some(*needed), *most), &failure.to_string())
+        }
+        PrepareError::TooMuchMemory { limit: most, .. } => limit(py, "max_memory", (None, *most), &failure.to_string()),
+        PrepareError::Cancelled => cancelled(py),
+        _ => error(py, "PrepareError", failure.to_string(), &PyDict::new(py)),
+    }
+}
+
+/// Why the mesh would be coarser than asked.
+pub(crate) fn short(py: Python<'_>, failure: &Shortfall) -> PyErr {
+    if failure.unusable {
+        return out_of_range(py, "the tolerance", failure, "one that a mesh of this model can meet");
+    }
+    let (name, numbers) = if failure.density < 1.0 {
+        let by_memory = failure.limits.bytes / trimtess::frame::BYTES_PER_TRIANGLE < failure.limits.triangles;
+        let name = if by_memory { "max_memory" } else { "max_triangles" };
+        (name, (Some(failure.needed), failure.limits.triangles))
+    } else {
+        ("max_tile_triangles", (None, failure.limits.triangles_per_tile))
+    };
+    limit(py, name, numbers, &format!("{failure}; use a larger tolerance, pass coarsen=True"))
+}
+
+/// Why there is no mesh.
+pub(crate) fn unmade(py: Python<'_>, failure: &FrameError) -> PyErr {
+    match failure {
+        FrameError::Cancelled => cancelled(py),
+        _ => error(py, "TessellateError", failure.to_string(), &PyDict::new(py)),
+    }
+}
+
+/// Why a path names no format.
+pub(crate) fn unknown_format(py: Python<'_>, failure: &UnknownFormat) -> PyErr {
+    let fields = [("extension", &failure.extension)].into_py_dict(py);
+    fields.map_or_else(|failure| failure, |fields| error(py, "FormatError", failure.to_string(), &fields))
+}
+
+/// Why a file is not written. `recenter` says whether moving the scene to the origin would help.
+pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, recenter: impl FnOnce() -> bool) -> PyErr {
+    let cause = failure.cause.get_ref();
+    let rounded = cause.and_then(|cause| cause.downcast_ref::<RoundedTooFar>());
+    let beyond = cause.is_some_and(|cause| cause.is::<BeyondSingle>());
+    let fields = PyDict::new(py);
+    let mut message = failure.to_string();
+    let set = || {
+        fields.set_item("path", path)?;
+        if rounded.is_none() && !beyond {
+            let (number, words) = of_system(py, &failure.cause);
+            fields.set_item("errno", number)?;
+            return fields.set_item("strerror", words);
+        }
+        let recenter = recenter();
+        message += if recenter { "; pass recenter=True" } else { "; use a larger tolerance" };
+        message += ", or save as .ply, which is exact";
+        fields.set_item("recenter_helps", recenter)?;
+        fields.set_item("moved", rounded.map(|far| far.moved))?;
+        fields.set_item("allowed", rounded.map(|far| far.most))?;
+        fields.set_item("place", rounded.map(|far| far.place.to_array()))
+    };
+    let name = if rounded.is_some() || beyond { "RoundingError" } else { "SaveError" };
+    set().map_or_else(|failure| failure, |()| error(py, name, message, &fields))
+}

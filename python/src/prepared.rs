@@ -1,0 +1,182 @@
+//! A prepared model -> meshes and pictures.
+
+use crate::diagnostic::{self, Diagnostic};
+use crate::errors;
+use crate::job::Job;
+use crate::mesh::Mesh;
+use pyo3::prelude::*;
+use std::sync::{Arc, OnceLock};
+use trimtess::frame::{PlanLimits, Tolerance, plan_within};
+use trimtess::mesh::PackedFrame;
+use trimtess::parallel::{SessionOptions, tessellate};
+use trimtess::prepare::{self, Shells};
+
+/// Default chord tolerance as a fraction of the model's diagonal, and angle in degrees. Those of the program.
+const DEFAULT: (f64, f64) = (1e-3, 20.0);
+
+/// A model that is ready for tessellation.
+#[pyclass(frozen, module = "trimtess")]
+pub(crate) struct Prepared {
+    pub(crate) prepared: Arc<prepare::Prepared>,
+    /// Shells of each part as the file states them.
+    pub(crate) shells: Arc<Vec<Shells>>,
+    /// Memory of each stage at most, bytes.
+    pub(crate) max_memory: u64,
+}
+
+impl Prepared {
+    /// Limits of meshes.
+    pub(crate) fn limits(&self, max_memory: Option<u64>) -> PlanLimits {
+        PlanLimits::DEFAULT.with_bytes(max_memory.unwrap_or(self.max_memory))
+    }
+}
+
+#[pymethods]
+impl Prepared {
+    /// Name of the model.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.prepared.scene.name
+    }
+
+    /// Lower and upper corner of the box around the trimmed, placed model, millimetres; None if it is empty.
+    #[getter]
+    #[allow(clippy::type_complexity, reason = "two corners")]
+    fn bounds(&self) -> Option<((f64, f64, f64), (f64, f64, f64))> {
+        self.prepared.bounds.map(|[low, high]| (low.into(), high.into()))
+    }
+
+    /// Diagonal of that box, millimetres.
+    #[getter]
+    fn diagonal(&self) -> f64 {
+        self.prepared.diagonal
+    }
+
+    /// What reading and preparing repaired, approximated or lost.
+    #[getter]
+    fn diagnostics(&self) -> Vec<Diagnostic> {
+        diagnostic::list(&self.prepared.diagnostics)
+    }
+
+    /// Tessellates the model within a tolerance.
+    #[pyo3(signature = (*, chord=None, chord_rel=None, angle=None, max_edge=None, max_memory=None, max_triangles=None,
+                        max_tile_triangles=None, coarsen=false, workers=None, progress=None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn tessellate(
+        &self,
+        py: Python<'_>,
+        chord: Option<f64>,
+        chord_rel: Option<f64>,
+        angle: Option<f64>,
+        max_edge: Option<f64>,
+        max_memory: Option<u64>,
+        max_triangles: Option<u64>,
+        max_tile_triangles: Option<u64>,
+        coarsen: bool,
+        workers: Option<usize>,
+        progress: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Mesh> {
+        let chord = errors::positive(py, "chord", chord)?;
+        let chord_rel = errors::positive(py, "chord_rel", chord_rel)?;
+        let angle = errors::positive(py, "angle", angle)?.unwrap_or(DEFAULT.1);
+        let max_edge = errors::positive(py, "max_edge", max_edge)?;
+        if let (Some(chord), Some(_)) = (chord, chord_rel) {
+            return Err(errors::out_of_range(py, "chord", chord, "None, as chord_rel is given"));
+        }
+        let chord = chord.unwrap_or(chord_rel.unwrap_or(DEFAULT.0) * self.prepared.diagonal);
+        let tolerance = Tolerance { chord, angle: angle.to_radians(), max_edge };
+        let limits = self.limits(max_memory);
+        let limits = limits
+            .with_triangles(max_triangles.unwrap_or(limits.triangles))
+            .with_triangles_per_tile(max_tile_triangles.unwrap_or(limits.triangles_per_tile));
+        let workers = workers.unwrap_or(0);
+        let job = Job { py, stage: "tessellate", progress, workers: 1 };
+        let made = job.run(|control| {
+            let plan = Arc::new(plan_within(&self.prepared, &tolerance, &limits));
+            if let Some(short) = plan.shortfall.as_ref().filter(|short| short.by_limits() && !coarsen) {
+                return Err(short.clone());
+            }
+            let options = SessionOptions::DEFAULT.with_workers(workers);
+            let mut frame = PackedFrame::default();
+            let made = tessellate(&self.prepared, &plan, &options, control, &mut frame);
+            Ok(made.map(|report| {
+                let diagnostics = report.diagnostics(&frame, &self.prepared);
+                (frame, diagnostics, plan.shortfall.as_ref().map(ToString::to_string))
+            }))
+        })?;
+        let made = made.map_err(|short| errors::short(py, &short))?;
+        let (frame, diagnostics, shortfall) = made.map_err(|failure| errors::unmade(py, &failure))?;
+        Ok(Mesh {
+            frame: Arc::new(frame),
+            prepared: Arc::clone(&self.prepared),
+            shells: Arc::clone(&self.shells),
+            diagnostics: Arc::new(diagnostics),
+            shortfall,
+            tolerance,
+            flat: OnceLock::new(),
+        })
+    }
+
+    /// Draws the model within a screen-space error.
+    #[cfg(feature = "wgpu")]
+    #[pyo3(signature = (width=1280, height=960, *, view="iso", deviation_px=0.5, size_px=None, orthographic=false,
+                        color_by="model", wireframe=false, lattice=false, edges=false, backfaces=false, workers=None,
+                        progress=None))]
+    #[allow(clippy::too_many_arguments, clippy::fn_params_excessive_bools, reason = "keywords of Python")]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        width: u32,
+        height: u32,
+        view: &str,
+        deviation_px: f64,
+        size_px: Option<f64>,
+        orthographic: bool,
+        color_by: &str,
+        wireframe: bool,
+        lattice: bool,
+        edges: bool,
+        backfaces: bool,
+        workers: Option<usize>,
+        progress: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let options = crate::picture::options(py, (width, height), color_by)?
+            .with_wireframe(wireframe)
+            .with_lattice(lattice)
+            .with_edges(edges)
+            .with_backfaces(backfaces);
+        let deviation_px = errors::positive(py, "deviation_px", Some(deviation_px))?.unwrap_or(0.5);
+        let size_px = errors::positive(py, "size_px", size_px)?;
+        let from = crate::picture::view_point(py, view)?;
+        let aim = crate::picture::Aim { from, orthographic, deviation_px, size_px, workers: workers.unwrap_or(0) };
+        let job = Job { py, stage: "render", progress, workers: 1 };
+        let image = crate::picture::draw(&job, &self.prepared, &aim, options, self.limits(None))?;
+        crate::picture::pixels(py, image)
+    }
+
+    fn __repr__(&self) -> String {
+        let scene = &self.prepared.scene;
+        let (parts, instances) = (scene.parts.len(), scene.instances.len());
+        let diagonal = self.prepared.diagonal;
+        format!("<Prepared {:?}: {parts} parts, {instances} instances, diagonal {diagonal:.6} mm>", scene.name)
+    }
+
+    fn _repr_html_(&self) -> String {
+        let scene = &self.prepared.scene;
+        let facts = [
+            ("parts", scene.parts.len().to_string()),
+            ("instances", scene.instances.len().to_string()),
+            ("faces", scene.parts.iter().map(|part| part.face_colours.len()).sum::<usize>().to_string()),
+            ("closed parts", scene.parts.iter().filter(|part| part.closed).count().to_string()),
+            ("diagonal", format!("{:.6} mm", self.prepared.diagonal)),
+            ("diagnostics", diagnostic::counts(&self.prepared.diagnostics)),
+        ];
+        diagnostic::html(&format!("Prepared {}", scene.name), &facts)
+    }
+
+    /// A picture, where there is an adapter.
+    #[cfg(feature = "wgpu")]
+    fn _repr_png_(&self, py: Python<'_>) -> PyResult<Option<Vec<u8>>> {
+        crate::picture::png(py, &self.prepared, self.limits(None))
+    }
+}

@@ -1,0 +1,69 @@
+//! A path or bytes -> a model.
+
+use crate::errors;
+use crate::job::Job;
+use crate::model::Model;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use std::path::PathBuf;
+use std::sync::Arc;
+use trimtess::import::step::{StepOptions, read_controlled, read_file_controlled};
+
+/// Where a model is read from.
+enum Source {
+    Path(PathBuf),
+    Bytes(PyBackedBytes),
+}
+
+impl Source {
+    fn of(source: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(bytes) = source.extract::<PyBackedBytes>() {
+            return Ok(Self::Bytes(bytes));
+        }
+        let path = source.extract::<PathBuf>();
+        path.map(Self::Path).map_err(|_| PyTypeError::new_err("source must be a path, bytes or bytearray"))
+    }
+}
+
+/// Reads a STEP file.
+#[pyfunction]
+#[pyo3(signature = (source, *, name=None, max_memory=None, max_bytes=None, max_entities=None, max_instances=None,
+                    supplemental=false, workers=None, progress=None))]
+#[allow(clippy::too_many_arguments, reason = "keywords of Python")]
+pub(crate) fn read(
+    source: &Bound<'_, PyAny>,
+    name: Option<String>,
+    max_memory: Option<u64>,
+    max_bytes: Option<u64>,
+    max_entities: Option<u64>,
+    max_instances: Option<u64>,
+    supplemental: bool,
+    workers: Option<usize>,
+    progress: Option<Bound<'_, PyAny>>,
+) -> PyResult<Model> {
+    let py = source.py();
+    let defaults = StepOptions::DEFAULT;
+    let max_memory = max_memory.unwrap_or(defaults.max_memory);
+    let options = StepOptions::DEFAULT
+        .with_max_memory(max_memory)
+        .with_max_bytes(max_bytes.unwrap_or(defaults.max_bytes))
+        .with_max_entities(max_entities.unwrap_or(defaults.max_entities))
+        .with_max_instances(max_instances.unwrap_or(defaults.max_instances))
+        .with_supplemental(supplemental);
+    let source = Source::of(source)?;
+    let job = Job { py, stage: "read", progress, workers: workers.unwrap_or(0) };
+    let read = job.run(|control| match &source {
+        Source::Path(path) => read_file_controlled(path, &options, control),
+        Source::Bytes(bytes) => read_controlled(bytes, &options, control),
+    })?;
+    let path = match &source {
+        Source::Path(path) => Some(path.display().to_string()),
+        Source::Bytes(_) => None,
+    };
+    let mut model = read.map_err(|failure| errors::unread(py, &failure, path.as_deref()))?;
+    if let Some(name) = name {
+        model.name = name;
+    }
+    Ok(Model { model: Arc::new(model), max_memory })
+}

@@ -1,0 +1,152 @@
+//! A sink that keeps the last frame as one set of arrays per part, as programs outside Rust and graphics buffers want
+//! them.
+
+use super::frame_view::{BatchView, FrameView, TileView};
+use super::{Batch, EdgeLine, MeshSink, Origin, Scene, SinkError, TileMesh};
+use crate::model::{FaceId, PartId, TileId};
+use glam::{DVec3, Vec2, Vec3};
+
+/// The mesh of one part: the tiles' lists, one after the other.
+///
+/// `positions`, `normals`, `uvs` and `origins` have a row per vertex, `triangles` and `face_ids` a row per triangle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PartMesh {
+    /// Positions, millimetres, part coordinates. Tiles do not share vertices; equal points have equal bits.
+    pub positions: Vec<DVec3>,
+    /// Unit normals that point outwards.
+    pub normals: Vec<Vec3>,
+    /// Parameters of each vertex, in the natural parametrisation of its face's surface.
+    pub uvs: Vec<Vec2>,
+    /// Where each vertex came from.
+    pub origins: Vec<Origin>,
+    /// Indices into `positions`, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Face of each triangle, as index within the part.
+    pub face_ids: Vec<u32>,
+    tiles: Vec<TileRow>,
+}
+
+/// Where a tile's lists end. They begin where those of the tile before end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TileRow {
+    face: FaceId,
+    tile: TileId,
+    vertices: usize,
+    triangles: usize,
+}
+
+/// A sink that keeps the last frame in memory, as arrays per part. Takes whole frames only.
+///
+/// Needs no more memory than [`MemorySink`](super::MemorySink): tiles are released as they are copied.
+#[derive(Clone, Debug, Default)]
+pub struct PackedFrame {
+    /// The scene of the frame.
+    pub scene: Scene,
+    /// The mesh of each part of the scene.
+    pub parts: Vec<PartMesh>,
+    /// Edge polylines, sorted by (part, edge).
+    pub edge_lines: Vec<EdgeLine>,
+}
+
+impl PackedFrame {
+    /// Edge polylines of a part, ascending by edge.
+    #[must_use]
+    pub fn edge_lines_of(&self, part: PartId) -> &[EdgeLine] {
+        let start = self.edge_lines.partition_point(|line| line.part < part);
+        let of_part = &self.edge_lines[start..];
+        &of_part[..of_part.partition_point(|line| line.part == part)]
+    }
+}
+
+impl PartMesh {
+    /// Appends a tile. Fails if vertices are too many for 32-bit indices.
+    fn push(&mut self, face: FaceId, tile: TileId, mesh: TileMesh) -> Result<(), std::io::Error> {
+        let TileMesh { positions, normals, uvs, origins, triangles, .. } = mesh;
+        let after = self.positions.len() + positions.len();
+        let (Ok(first), true) = (u32::try_from(self.positions.len()), u32::try_from(after).is_ok()) else {
+            return Err(std::io::Error::other(format!("{after} vertices exceed 32-bit indices")));
+        };
+        self.face_ids.resize(self.face_ids.len() + triangles.len(), face.0);
+        self.triangles.extend(triangles.iter().map(|corners| corners.map(|corner| corner.wrapping_add(first))));
+        drop(triangles);
+        extend(&mut self.positions, positions);
+        extend(&mut self.normals, normals);
+        extend(&mut self.uvs, uvs);
+        extend(&mut self.origins, origins);
+        self.tiles.push(TileRow { face, tile, vertices: after, triangles: self.triangles.len() });
+        Ok(())
+    }
+
+    /// The batches of this part, in the order in which they came.
+    fn batches(&self, part: PartId) -> impl Iterator<Item = BatchView<'_>> {
+        let mut start = (0, 0);
+        self.tiles.iter().map(move |&TileRow { face, tile, vertices, triangles }| {
+            let (rows, corners) = (start.0..vertices, start.1..triangles);
+            start = (vertices, triangles);
+            let mesh = TileView {
+                positions: &self.positions[rows.clone()],
+                // Tiles of hand-made sinks may lack what checks do not need.
+                normals: self.normals.get(rows.clone()).unwrap_or_default(),
+                uvs: self.uvs.get(rows.clone()).unwrap_or_default(),
+                origins: self.origins.get(rows.clone()).unwrap_or_default(),
+                ..TileView::default()
+            };
+            #[allow(clippy::cast_possible_truncation, reason = "`push` checked it")]
+            let mesh = mesh.within(&self.triangles[corners], rows.start as u32);
+            BatchView { part, face, tile, mesh }
+        })
+    }
+}
+
+/// Appends `from` and frees it.
+fn extend<T: Copy>(to: &mut Vec<T>, from: Vec<T>) {
+    to.extend_from_slice(&from);
+}
+
+impl<'a> From<&'a PackedFrame> for FrameView<'a> {
+    fn from(frame: &'a PackedFrame) -> Self {
+        let parts = frame.parts.iter().enumerate();
+        let batches = parts.flat_map(|(part, mesh)| mesh.batches(PartId::new(part))).collect();
+        Self { scene: &frame.scene, batches, edge_lines: &frame.edge_lines }
+    }
+}
+
+impl MeshSink for PackedFrame {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        let parts = vec![PartMesh::default(); scene.parts.len()];
+        *self = Self { scene: scene.clone(), parts, edge_lines: Vec::new() };
+        Ok(())
+    }
+
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        let Batch { part, face, tile, .. } = *batch;
+        let mesh = std::mem::take(&mut batch.mesh);
+        let known = self.parts.get_mut(part.index());
+        known.map_or(Ok(()), |known| known.push(face, tile, mesh)).map_err(|cause| {
+            let context = format!("part {} of {:?}", part.0, self.scene.name);
+            SinkError { context, cause }
+        })
+    }
+
+    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
+        self.edge_lines.push(line);
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        for PartMesh { positions, normals, uvs, origins, triangles, face_ids, tiles } in &mut self.parts {
+            positions.shrink_to_fit();
+            normals.shrink_to_fit();
+            uvs.shrink_to_fit();
+            origins.shrink_to_fit();
+            triangles.shrink_to_fit();
+            face_ids.shrink_to_fit();
+            tiles.shrink_to_fit();
+        }
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        *self = Self::default();
+    }
+}

@@ -1,0 +1,64 @@
+//! Why a session does not start, or a frame is not made.
+
+use crate::mesh::SinkError;
+use std::fmt;
+
+/// Why a session did not start: the operating system refused a thread.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct StartError {
+    /// The worker whose thread was refused.
+    pub worker: usize,
+    /// The system's error.
+    pub cause: std::io::Error,
+}
+
+impl fmt::Display for StartError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot start the thread of worker {}: {}", self.worker, self.cause)
+    }
+}
+
+impl std::error::Error for StartError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.cause)
+    }
+}
+
+/// Why a frame was not committed. If the sink was fed, [`MeshSink::abort`](crate::mesh::MeshSink::abort) was called.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// The system refused a thread.
+    Start(StartError),
+    /// The sink refused.
+    Sink(SinkError),
+    /// A worker's thread is gone. The session cannot be used any more.
+    WorkerLost {
+        /// The worker's index.
+        worker: usize,
+    },
+    /// The work was [cancelled](crate::control::Control::cancel).
+    Cancelled,
+}
+
+impl fmt::Display for FrameError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start(error) => error.fmt(f),
+            Self::Sink(error) => error.fmt(f),
+            Self::WorkerLost { worker } => write!(f, "the thread of worker {worker} ended before its frame was made"),
+            Self::Cancelled => f.write_str("tessellating was cancelled"),
+        }
+    }
+}
+
+impl std::error::Error for FrameError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Start(error) => Some(error),
+            Self::Sink(error) => Some(error),
+            Self::WorkerLost { .. } | Self::Cancelled => None,
+        }
+    }
+}
