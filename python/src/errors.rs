@@ -140,8 +140,8 @@ pub(crate) fn unknown_format(py: Python<'_>, failure: &UnknownFormat) -> PyErr {
     fields.map_or_else(|failure| failure, |fields| error(py, "FormatError", failure.to_string(), &fields))
 }
 
-/// Why a file is not written. `recenter` says whether moving the scene to the origin would help.
-pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, recenter: impl FnOnce() -> bool) -> PyErr {
+/// Why a file is not written. `helps` says whether moving the scene to the origin would help, and whether a PLY would.
+pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, helps: impl FnOnce() -> [bool; 2]) -> PyErr {
     let cause = failure.cause.get_ref();
     let rounded = cause.and_then(|cause| cause.downcast_ref::<RoundedTooFar>());
     let beyond = cause.is_some_and(|cause| cause.is::<BeyondSingle>());
@@ -154,9 +154,9 @@ pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, recenter:
             fields.set_item("errno", number)?;
             return fields.set_item("strerror", words);
         }
-        let recenter = recenter();
+        let [recenter, ply] = helps();
         message += if recenter { "; pass recenter=True" } else { "; use a larger tolerance" };
-        message += ", or save as .ply, which is exact";
+        message += if ply { ", or save as .ply, which has double precision" } else { "" };
         fields.set_item("recenter_helps", recenter)?;
         fields.set_item("moved", rounded.map(|far| far.moved))?;
         fields.set_item("allowed", rounded.map(|far| far.most))?;

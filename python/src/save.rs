@@ -62,7 +62,8 @@ pub(crate) fn save(
         Ok(rounding)
     })?;
     let text = path.display().to_string();
-    let helps = || !recenter && centre != DVec3::ZERO && Rounding::fits_moved(&**frame, -centre, format, most);
+    let fits = |by, format| Rounding::fits_moved(&**frame, by, format, most);
+    let helps = || [!recenter && centre != DVec3::ZERO && fits(-centre, format), fits(-offset, Format::Ply)];
     let rounding = saved.map_err(|failure| errors::unsaved(job.py, &failure, &text, helps))?;
     Ok(Saved {
         path: text,
