@@ -6,8 +6,8 @@ usage: python compare_cascadio.py FOLDER... [--chord-rel 1e-3] [--angle 20] [--r
 For each file both convert STEP to a GLB, with the same chord (millimetres) and angle, each in the same process, file
 after file, best of the rounds. Then both files are read by trimesh and compared: triangles; parts (meshes of the GLB)
 that are closed, edge uses cancelling over positions compared bit by bit. With --judge, a program that is called as
-`JUDGE MESH MODEL --tol MM --scale S` and prints JSON measures both against the exact surfaces: the GLB of cascadio, which
-keeps +Z up, in metres, and a PLY of trimtess, whose GLB has +Y up as glTF asks for.
+`JUDGE MESH MODEL --tol MM --scale S` and prints JSON measures both against the exact surfaces: the GLB of cascadio,
+which keeps +Z up, in metres, and a PLY of trimtess, whose GLB has +Y up as glTF asks for.
 
 Needs cascadio and trimesh.
 """
@@ -139,7 +139,8 @@ def main() -> None:
     both = [row for row in rows if all(row[name]["seconds"] for name in ("trimtess", "cascadio"))]
     print(f"{len(rows)} files, {len(both)} converted by both")
     for name in ("trimtess", "cascadio"):
-        total = {key: sum(row[name].get(key, 0) for row in both) for key in ("seconds", "triangles", "bodies", "closed")}
+        keys = ("seconds", "triangles", "bodies", "closed")
+        total = {key: sum(row[name].get(key, 0) for row in both) for key in keys}
         measured = [row[name]["deviation"] for row in both if "deviation" in row[name]]
         within = sum(deviation <= 1.05 for deviation in measured)
         print(

@@ -59,7 +59,10 @@ macro_rules! rows {
                 #[cfg(target_endian = "big")]
                 const TYPE: &'static str = concat!(">", $kind);
             }
-            const _: () = assert!(size_of::<$row>() == size_of::<$number>() * match $columns { Some(n) => n, None => 1 });
+            const _: () = {
+                let columns = match $columns { Some(columns) => columns, None => 1 };
+                assert!(size_of::<$row>() == size_of::<$number>() * columns);
+            };
         )*
     };
 }

@@ -51,10 +51,11 @@ pub(crate) struct Job<'py> {
 }
 
 impl Job<'_> {
-    /// Runs `work` in a pool of threads of its own, so that nothing outlives the call: a process may fork between calls.
+    /// Runs `work` in a pool of threads of its own, so that nothing outlives the call: a process may fork between
+    /// calls.
     ///
-    /// If a signal handler or `progress` raises, the work is cancelled, and the exception is returned once it has ended.
-    /// A panic becomes an exception.
+    /// If a signal handler or `progress` raises, the work is cancelled, and the exception is returned once it has
+    /// ended. A panic becomes an exception.
     pub(crate) fn run<T: Send>(&self, work: impl FnOnce(&Control) -> T + Send) -> PyResult<T> {
         let (ended, counts) = (Ended::default(), Arc::<Counts>::default());
         let observed = Arc::clone(&counts);

@@ -76,7 +76,18 @@ impl Model {
         diagnostic::list(&self.model.diagnostics)
     }
 
-    /// Prepares the model for tessellation, once for all tolerances.
+    /// Prepares the model for tessellation, once for all tolerances. The model stays as it is.
+    ///
+    /// Args:
+    ///     max_memory: Memory at most, bytes; that of `read` if None.
+    ///     max_patches: Bézier patches at most (default 16 million).
+    ///     border_tolerance: Distance up to which borders of faces without edges are sewn, as a fraction of the part's
+    ///         diagonal, from 0 to 1 (default 1e-6).
+    ///     workers: Threads at most; one per core if None or 0.
+    ///     progress: Called as `progress("prepare", done, total)` with faces, on this thread.
+    ///
+    /// Raises:
+    ///     LimitError: A limit is exceeded.
     #[pyo3(signature = (*, max_memory=None, max_patches=None, border_tolerance=None, workers=None, progress=None))]
     fn prepare(
         &self,

@@ -5,6 +5,7 @@ use crate::job::Job;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
+use trimtess::control::Control;
 use trimtess::frame::{PlanLimits, Shortfall, plan_for_view_within};
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::{Image, RenderError, RenderOptions, Renderer};
@@ -63,7 +64,8 @@ pub(crate) fn draw(
         // First, because it is quick and fails early.
         let renderer = Renderer::new().map_err(|e| Failure::NoAdapter(e.to_string()))?;
         let session = SessionOptions::DEFAULT.with_workers(aim.workers).with_edge_lines(options.edges);
-        let points = coarse_points(prepared, &session, &limits, control).map_err(Failure::Frame)?;
+        // Too quick to report, and its tiles would be counted twice.
+        let points = coarse_points(prepared, &session, &limits, &Control::default()).map_err(Failure::Frame)?;
         let aspect = f64::from(options.size.0) / f64::from(options.size.1);
         let camera =
             if aim.orthographic { aim.from.fit_orthographic(points, aspect) } else { aim.from.fit(points, aspect) };

@@ -58,7 +58,23 @@ impl Prepared {
         diagnostic::list(&self.prepared.diagnostics)
     }
 
-    /// Tessellates the model within a tolerance.
+    /// Tessellates the model within a tolerance. The mesh is the same for any number of workers.
+    ///
+    /// Args:
+    ///     chord: Largest distance between triangles and surface, millimetres.
+    ///     chord_rel: The same as a fraction of the diagonal (default 1e-3). Not with `chord`.
+    ///     angle: Largest angle by which the normal turns across a lattice cell, degrees (default 20).
+    ///     max_edge: Longest side of a lattice cell and segment of an edge, millimetres; no limit if None.
+    ///     max_memory: Memory at most, bytes; that of `prepare` and `read` if None.
+    ///     max_triangles: Triangles at most, each part once (default 64 million).
+    ///     max_tile_triangles: Triangles of a piece of a face at most (default 8 million).
+    ///     coarsen: Whether to make a coarser mesh where a limit is exceeded, and say so in `Mesh.shortfall`.
+    ///     workers: Threads at most; one per core if None or 0.
+    ///     progress: Called as `progress("tessellate", done, total)` with pieces of faces, on this thread.
+    ///
+    /// Raises:
+    ///     RangeError: A tolerance is not a finite number above 0, or too small for the model.
+    ///     LimitError: A limit is exceeded.
     #[pyo3(signature = (*, chord=None, chord_rel=None, angle=None, max_edge=None, max_memory=None, max_triangles=None,
                         max_tile_triangles=None, coarsen=false, workers=None, progress=None))]
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -117,7 +133,29 @@ impl Prepared {
         })
     }
 
-    /// Draws the model within a screen-space error.
+    /// Draws the model within a screen-space error, as a (height, width, 4) array of bytes: red, green, blue (sRGB) and
+    /// opacity, from the top left.
+    ///
+    /// Args:
+    ///     width: Pixels, 1 to 32768 as far as the adapter allows.
+    ///     height: Pixels, as `width`.
+    ///     view: "iso", "front", "back", "left", "right", "top", "bottom", or "yaw,pitch,distance" in degrees and
+    ///         multiples of the distance at which the model just fits.
+    ///     deviation_px: Largest screen-space error, pixels.
+    ///     size_px: Longest side of a lattice cell on the screen, pixels; no limit if None.
+    ///     orthographic: Whether the camera is orthographic.
+    ///     color_by: "model", "part", "face", "tile", "worker" or "rate".
+    ///     wireframe: Whether to draw the edges of triangles.
+    ///     lattice: Whether to draw the lattice lines of tiles.
+    ///     edges: Whether to draw the edges of the model.
+    ///     backfaces: Whether to draw back-facing surfaces in magenta.
+    ///     workers: Threads at most; one per core if None or 0.
+    ///     progress: Called as `progress("render", done, total)` with pieces of faces, on this thread.
+    ///
+    /// Raises:
+    ///     NoAdapterError: There is no graphics adapter.
+    ///     RenderError: The picture is larger than the adapter allows, or the device fails.
+    ///     RangeError: An argument is out of range.
     #[cfg(feature = "wgpu")]
     #[pyo3(signature = (width=1280, height=960, *, view="iso", deviation_px=0.5, size_px=None, orthographic=false,
                         color_by="model", wireframe=false, lattice=false, edges=false, backfaces=false, workers=None,

@@ -27,6 +27,24 @@ impl Source {
 }
 
 /// Reads a STEP file.
+///
+/// What cannot be read is left out and told in `Model.diagnostics`; the rest is read all the same.
+///
+/// Args:
+///     source: A path, or the content of a file as bytes or bytearray.
+///     name: Name of the model; that of the file without its ending if None.
+///     max_memory: Memory of reading at most, bytes (default 16 GiB), estimated before it is taken. Holds for later
+///         stages that are given none.
+///     max_bytes: Length of the file at most, bytes (default 2 GiB).
+///     max_entities: Instances (`#n=`) in the file at most (default 50 million).
+///     max_instances: Placed parts and assemblies at most (default 1 million).
+///     supplemental: Whether to read construction geometry that has bounds.
+///     workers: Threads at most; one per core if None or 0.
+///     progress: Called as `progress("read", done, total)` with parts, on this thread.
+///
+/// Raises:
+///     ReadError: The file cannot be read at all.
+///     LimitError: A limit is exceeded.
 #[pyfunction]
 #[pyo3(signature = (source, *, name=None, max_memory=None, max_bytes=None, max_entities=None, max_instances=None,
                     supplemental=false, workers=None, progress=None))]

@@ -3,7 +3,7 @@
 import pickle
 
 import pytest
-from conftest import LARGE, SHARED, SMALL
+from files import LARGE, SHARED, SMALL
 
 import trimtess
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from conftest import LARGE, SMALL
+from files import LARGE, SMALL
 
 import trimtess
 
@@ -49,12 +49,10 @@ def test_volume_and_area_are_those_of_the_shapes(prepared):
     side = cube.volume ** (1 / 3)
     assert cube.area == pytest.approx(6 * side**2, rel=1e-9)
     cylinder = max(parts, key=lambda part: part.triangles)
-    # Of all cylinders with this area and volume, the file's has whole numbers.
-    radius = next(
-        r / 2 for r in range(1, 400) if math.isclose(2 * math.pi * (r / 2) ** 2 + 4 * cylinder.volume / r, cylinder.area, rel_tol=1e-4)
-    )
-    height = cylinder.volume / (math.pi * radius**2)
-    assert height == pytest.approx(round(height * 2) / 2, rel=1e-3)
+    # A cylinder of radius r has the area 2 π r² + 2 V / r. The file's radius is 5 mm.
+    radius = 5
+    assert 2 * math.pi * radius**2 + 2 * cylinder.volume / radius == pytest.approx(cylinder.area, rel=1e-3)
+    assert side == pytest.approx(round(side, 3), rel=1e-6)
 
 
 def test_the_tolerance_rules_the_number_of_triangles(large):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import LARGE, SMALL
+from files import LARGE, SMALL
 
 import trimtess
 
@@ -35,8 +35,8 @@ def test_colours_are_those_of_the_file():
     model = trimtess.read(SMALL)
     colours = {part.colour for part in model.parts} | {i.colour for i in model.instances}
     colours |= {face.colour for part in model.parts for face in part.faces}
-    expected = [(0.866666674600000, 0.321568638100000, 0.156862750600000), (0.231372550100000, 0.380392164000000, 0.705882370500000)]
-    for rgb in expected:
+    red, blue = (0.8666666746, 0.3215686381, 0.1568627506), (0.2313725501, 0.380392164, 0.7058823705)
+    for rgb in (red, blue):
         assert any(c is not None and np.allclose(c[:3], rgb, atol=1e-6) and c[3] == 1 for c in colours), rgb
 
 

@@ -1,7 +1,7 @@
 """The notebook runs from the first cell to the last."""
 
 import pytest
-from conftest import ROOT
+from files import ROOT
 
 nbformat = pytest.importorskip("nbformat")
 nbclient = pytest.importorskip("nbclient")

@@ -26,7 +26,8 @@ def test_colours_of_the_model_are_in_the_picture(picture):
 
 
 def test_views_and_colours_change_the_picture(prepared, picture):
-    for arguments in [{"view": "top"}, {"view": "30,20,1.5"}, {"color_by": "face"}, {"edges": True}, {"wireframe": True}]:
+    views = [{"view": "top"}, {"view": "30,20,1.5"}, {"orthographic": True}]
+    for arguments in [*views, {"color_by": "face"}, {"edges": True}, {"wireframe": True}]:
         assert not np.array_equal(prepared.render(320, 240, **arguments), picture), arguments
 
 

@@ -7,7 +7,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from conftest import LARGE, SHARED, SMALL, corpus
+from files import LARGE, SHARED, SMALL, corpus
 
 import trimtess
 

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import LARGE, SMALL
+from files import LARGE, SMALL
 
 import trimtess
 

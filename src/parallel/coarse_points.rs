@@ -13,8 +13,8 @@ use std::sync::Arc;
 /// Chord tolerance, as a fraction of the diagonal.
 const CHORD_REL: f64 = 1e-2;
 
-/// The vertices of a coarse mesh of the placed model, millimetres. A camera that is fitted to them sees all of the model
-/// up to a hundredth of its size.
+/// The vertices of a coarse mesh of the placed model, millimetres. A camera that is fitted to them sees all of the
+/// model up to a hundredth of its size.
 ///
 /// # Errors
 /// As [`tessellate`].

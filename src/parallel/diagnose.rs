@@ -15,16 +15,18 @@ use std::collections::{BTreeMap, HashSet};
 const TOLERATED: f64 = 1e-4;
 
 impl FrameReport {
-    /// All diagnostics of a whole frame: those of reading and preparing, then those of its faces and edges. Every face
-    /// without triangles has one, or is in [`ScenePart::without_area`](crate::mesh::ScenePart::without_area). Each part
-    /// counts once. O(triangles of faces with [`fills`](Self::fills)).
+    /// All diagnostics of `frame`, which this report is of: those of reading and preparing, then those of its faces and
+    /// edges. Every face without triangles has one, or is in
+    /// [`ScenePart::without_area`](crate::mesh::ScenePart::without_area). Each part counts once. O(triangles of faces
+    /// with [`fills`](Self::fills)).
     #[must_use]
     pub fn diagnostics<'a>(&self, frame: impl Into<FrameView<'a>>, prepared: &Prepared) -> Vec<Diagnostic> {
         let frame = &frame.into();
         let parts = &frame.scene.parts;
         let mut meshed: Vec<Vec<bool>> = parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
         for batch in &frame.batches {
-            meshed[batch.part.index()][batch.face.index()] |= !batch.mesh.triangles.is_empty();
+            let known = meshed.get_mut(batch.part.index()).and_then(|faces| faces.get_mut(batch.face.index()));
+            known.into_iter().for_each(|meshed| *meshed |= !batch.mesh.triangles.is_empty());
         }
         let mut all = prepared.diagnostics.clone();
         add_degraded(&mut all, self, &meshed, prepared);
@@ -39,7 +41,8 @@ impl FrameReport {
 fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<bool>], prepared: &Prepared) {
     let mut told: BTreeMap<(PartId, FaceId, Severity), (&DegradedTile, u32)> = BTreeMap::new();
     for tile in &made.degraded {
-        let lost = !meshed[tile.part.index()][tile.face.index()];
+        let lost =
+            !meshed.get(tile.part.index()).and_then(|faces| faces.get(tile.face.index())).is_some_and(|face| *face);
         let severity = match &tile.degradation {
             // Prepare reports the same crossing.
             Degradation::NotSimple { .. } if row_of(prepared, tile.part, tile.face).is_some_and(|row| row.crosses) => {

@@ -5,8 +5,8 @@
 >>> mesh.positions.shape, mesh.triangles.shape
 >>> mesh.save("part.glb")
 
-Lengths are millimetres and angles degrees. Everything that takes time releases the interpreter's lock, calls ``progress``
-about 20 times a second, and ends with ``KeyboardInterrupt`` on Ctrl-C.
+Lengths are millimetres and angles degrees. Everything that takes time releases the interpreter's lock, calls
+``progress`` about 20 times a second, and ends with ``KeyboardInterrupt`` on Ctrl-C.
 """
 
 from ._trimtess import (

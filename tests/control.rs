@@ -1,0 +1,165 @@
+//! Progress of long work, and work that is stopped.
+#![cfg(feature = "step")]
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use trimtess::control::{Control, Progress, Stage};
+use trimtess::frame::{Plan, Tolerance, plan};
+use trimtess::import::step::{StepError, StepOptions, read_controlled};
+use trimtess::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use trimtess::model::Model;
+use trimtess::parallel::{FrameError, Session, SessionOptions, serial_controlled, tessellate};
+use trimtess::prepare::{PrepareError, PrepareOptions, Prepared, prepare, prepare_controlled};
+
+fn text() -> Vec<u8> {
+    std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/nist_ctc05.step")).unwrap()
+}
+
+fn model() -> Model {
+    read_controlled(&text(), &StepOptions::DEFAULT, &Control::default()).unwrap()
+}
+
+fn planned() -> (Arc<Prepared>, Arc<Plan>) {
+    let prepared = Arc::new(prepare(model(), &PrepareOptions::DEFAULT).unwrap());
+    let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 0.35, max_edge: None };
+    let plan = Arc::new(plan(&prepared, &tolerance));
+    (prepared, plan)
+}
+
+/// A control that remembers all progress.
+fn watched() -> (Control, Arc<Mutex<Vec<Progress>>>) {
+    let heard = Arc::<Mutex<Vec<Progress>>>::default();
+    let writer = Arc::clone(&heard);
+    (Control::observed_by(move |progress| writer.lock().unwrap().push(progress)), heard)
+}
+
+/// A control that asks to stop once `after` units are done.
+fn stopped(after: u64) -> Control {
+    let own = Arc::<Mutex<Option<Control>>>::default();
+    let reader = Arc::clone(&own);
+    let control = Control::observed_by(move |progress| {
+        if progress.done >= after {
+            reader.lock().unwrap().iter().for_each(Control::cancel);
+        }
+    });
+    *own.lock().unwrap() = Some(control.clone());
+    control
+}
+
+/// Asserts that every number from 0 to the total was heard once.
+fn assert_complete(heard: &Mutex<Vec<Progress>>, stage: Stage, total: u64) {
+    let heard = heard.lock().unwrap();
+    let mut counts: Vec<u64> = heard.iter().map(|progress| progress.done).collect();
+    counts.sort_unstable();
+    assert!(counts.iter().copied().eq(0..=total), "{counts:?}");
+    assert!(heard.iter().all(|progress| (progress.stage, progress.total) == (stage, total)));
+}
+
+#[test]
+fn every_part_face_and_tile_is_counted_once() {
+    let (control, heard) = watched();
+    let model = read_controlled(&text(), &StepOptions::DEFAULT, &control).unwrap();
+    assert_complete(&heard, Stage::Read, model.parts.len() as u64);
+
+    let (control, heard) = watched();
+    let prepared = prepare_controlled(&model, &PrepareOptions::DEFAULT, &control).unwrap();
+    assert_complete(&heard, Stage::Prepare, model.parts.iter().map(|part| part.faces.len() as u64).sum());
+
+    let (prepared, plan) = (Arc::new(prepared), planned().1);
+    let tiles = prepared.parts.iter().map(|part| part.tiles.len() as u64).sum();
+    for workers in [1, 3] {
+        let (control, heard) = watched();
+        let options = SessionOptions::DEFAULT.with_workers(workers);
+        tessellate(&prepared, &plan, &options, &control, &mut MemorySink::default()).unwrap();
+        assert_complete(&heard, Stage::Tessellate, tiles);
+    }
+}
+
+#[test]
+fn a_model_that_is_kept_is_prepared_as_one_that_is_given_away() {
+    let kept = model();
+    let of_kept = prepare_controlled(&kept, &PrepareOptions::DEFAULT, &Control::default()).unwrap();
+    let given = prepare(kept, &PrepareOptions::DEFAULT).unwrap();
+    assert_eq!(format!("{:?}", of_kept.scene), format!("{:?}", given.scene));
+    assert_eq!(of_kept.diagnostics, given.diagnostics);
+    assert_eq!((of_kept.bounds, of_kept.diagonal), (given.bounds, given.diagonal));
+}
+
+#[test]
+fn cancelled_work_ends_with_an_error() {
+    let read = read_controlled(&text(), &StepOptions::DEFAULT, &stopped(0));
+    assert!(matches!(read, Err(StepError::Cancelled)));
+    for after in [0, 1, 40] {
+        let prepared = prepare_controlled(&model(), &PrepareOptions::DEFAULT, &stopped(after));
+        assert_eq!(prepared.err(), Some(PrepareError::Cancelled), "after {after} faces");
+    }
+}
+
+/// Fails when it is touched.
+struct Untouchable;
+
+impl MeshSink for Untouchable {
+    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+        panic!("a cancelled frame reached the sink")
+    }
+
+    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
+        panic!("a cancelled frame reached the sink")
+    }
+
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        panic!("a cancelled frame reached the sink")
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        panic!("a cancelled frame reached the sink")
+    }
+
+    fn abort(&mut self) {
+        panic!("a cancelled frame reached the sink")
+    }
+}
+
+#[test]
+fn a_cancelled_frame_touches_no_sink() {
+    let (prepared, plan) = planned();
+    for after in [0, 1, 5] {
+        let ended = serial_controlled(&prepared, &plan, true, &stopped(after), &mut Untouchable);
+        assert!(matches!(ended, Err(FrameError::Cancelled)), "after {after} tiles");
+    }
+}
+
+#[test]
+fn one_worker_stops_after_the_tile_in_hand() {
+    let (prepared, plan) = planned();
+    let (own, made) = (Arc::<Mutex<Option<Control>>>::default(), Arc::<AtomicU64>::default());
+    let (reader, count) = (Arc::clone(&own), Arc::clone(&made));
+    let control = Control::observed_by(move |progress| {
+        count.fetch_max(progress.done, Ordering::Relaxed);
+        if progress.done == 5 {
+            reader.lock().unwrap().iter().for_each(Control::cancel);
+        }
+    });
+    *own.lock().unwrap() = Some(control.clone());
+    let ended = serial_controlled(&prepared, &plan, true, &control, &mut Untouchable);
+    assert!(matches!(ended, Err(FrameError::Cancelled)));
+    assert_eq!(made.load(Ordering::Relaxed), 5);
+}
+
+#[test]
+fn a_session_goes_on_after_a_cancelled_frame() {
+    let (prepared, plan) = planned();
+    let options = SessionOptions::DEFAULT.with_workers(2);
+    let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
+    for after in [0, 1, 30] {
+        let ended = session.frame_controlled(&plan, &stopped(after), &mut Untouchable);
+        assert!(matches!(ended, Err(FrameError::Cancelled)), "after {after} tiles");
+    }
+    let (mut after, mut fresh) = (MemorySink::default(), MemorySink::default());
+    session.frame(&plan, &mut after).unwrap();
+    serial_controlled(&prepared, &plan, true, &Control::default(), &mut fresh).unwrap();
+    assert_eq!(after.batches.len(), fresh.batches.len());
+    let meshes = |frame: MemorySink| frame.batches.into_iter().map(|batch| batch.mesh).collect::<Vec<_>>();
+    assert!(meshes(after) == meshes(fresh));
+}
