@@ -1,0 +1,159 @@
+"""One file to one result: what the process of a source does.
+
+The result depends on the input's bytes, the options and the version of trimtess alone, so that it can be named by
+their hash. Seconds and memory tell what its making cost.
+"""
+
+from __future__ import annotations
+
+import collections
+import hashlib
+import os
+import pathlib
+import time
+from typing import Callable, Dict, Optional
+
+import trimtess
+
+from .errors import FULL
+from .options import Options, result_key
+from .store import Store, describe
+
+#: Statuses of a result that is stored: the same for every run over the same input.
+STORED = ("whole", "partial", "refused")
+
+
+class Stopwatch:
+    """Seconds per stage."""
+
+    def __init__(self) -> None:
+        self.seconds: Dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self._last = now
+
+
+def convert(job: dict) -> dict:
+    """Converts a file and stores its result. Returns the outcome as JSON data.
+
+    `job`: `path` of a local file, `out` folder, `run`, `options` (canonical), `max_memory` in bytes, `workers`.
+    The outcome has a `status`:
+
+    * `whole`, `partial` (a face has a warning or error, or there is none), `refused` (cannot be read): stored,
+    * `limit`: needs more memory than `max_memory`,
+    * `unreadable`: the file cannot be opened,
+    * `full`: there is no room for the outputs,
+    * `crashed`: another error of the system.
+
+    Raises for what is a fault of the program, and `MemoryError`: `server.death` turns both into outcomes.
+    """
+    watch = Stopwatch()
+    try:
+        data = pathlib.Path(job["path"]).read_bytes()
+    except OSError as error:
+        return {"status": "unreadable", "message": error.strerror or str(error)}
+    sha256 = hashlib.sha256(data).hexdigest()
+    key = result_key(sha256, job["options"], trimtess.__version__)
+    watch.lap("hash")
+    identity = {"sha256": sha256, "key": key}
+    store = Store(job["out"])
+    stored = store.find(key)
+    if stored is not None:
+        return {**stored, **identity, "reused": True}
+    try:
+        with store.writing(job["run"]) as scratch:
+            result = make(data, Options.from_canonical(job["options"]), job, scratch, watch)
+            result["outputs"] = [
+                describe(path, str(store.folder(key).relative_to(store.out))) for path in sorted(scratch.iterdir())
+            ]
+            watch.lap("write")
+            result["seconds"] = watch.seconds
+            result["peak_memory"] = peak_memory()
+            result["cores"] = job["workers"]
+            if result["status"] in STORED:
+                result = store.publish(scratch, key, result)
+            return {**result, **identity, "reused": False}
+    except OSError as error:
+        status = "full" if error.errno in FULL else "crashed"
+        return {**identity, "status": status, "message": f"{type(error).__name__}: {error.strerror or error}"}
+
+
+def make(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch: Stopwatch) -> dict:
+    """Reads, prepares, tessellates, checks and writes. Returns a result without outputs and costs."""
+    result: dict = {"message": None}
+    told: list = []
+    workers: Optional[int] = job["workers"]
+    try:
+        model = trimtess.read(
+            data, max_memory=job["max_memory"], supplemental=options.supplemental, workers=workers
+        )
+        watch.lap("read")
+        prepared = model.prepare(workers=workers)
+        watch.lap("prepare")
+        mesh = prepared.tessellate(**options.tolerance(), workers=workers)
+        watch.lap("tessellate")
+        check = mesh.check()
+        watch.lap("check")
+        told = list(mesh.diagnostics)
+        result.update(
+            parts=len(model.parts), faces=check.faces, triangles=check.triangles, area_mm2=check.area,
+            volume_mm3=check.volume, closed=check.closed,
+        )
+        write(mesh, prepared, options, scratch)
+        watch.lap("write")
+    except trimtess.LimitError as error:
+        return {"status": "limit", "message": one_line(error)}
+    except trimtess.Error as error:
+        if is_full(error):
+            return {"status": "full", "message": one_line(error)}
+        # Outputs of a file are all there or none is.
+        for path in scratch.iterdir():
+            path.unlink()
+        result.update(status="refused", message=one_line(error))
+    else:
+        result["status"] = "partial" if mesh.status == 3 else "whole"
+    result["diagnostics"] = dict(collections.Counter(told_kind.code for told_kind in told))
+    return result
+
+
+def write(mesh: "trimtess.Mesh", prepared: "trimtess.Prepared", options: Options, scratch: pathlib.Path) -> None:
+    """Writes every format to its file."""
+    for name in options.formats:
+        if name == "png":
+            # Imported here: a run without pictures needs neither.
+            from PIL import Image
+
+            width, height = options.size
+            Image.fromarray(prepared.render(width=width, height=height)).save(scratch / "picture.png")
+        else:
+            mesh.save(scratch / f"mesh.{name}", recenter=options.recenter)
+
+
+def is_full(error: BaseException) -> bool:
+    """Whether a full disk caused the error."""
+    cause: Optional[BaseException] = error
+    while cause is not None:
+        if getattr(cause, "errno", None) in FULL:
+            return True
+        cause = cause.__cause__
+    return any(os.strerror(number) in str(error) for number in FULL)
+
+
+def one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def peak_memory() -> Optional[int]:
+    """Peak resident memory of this process, bytes. `None` where /proc is missing."""
+    with open("/proc/self/status") as status:
+        for line in status:
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024
+    return None
+
+
+#: The function that a server calls for a job.
+Convert = Callable[[dict], dict]
