@@ -10,8 +10,10 @@ from typing import List
 
 import pytest
 
-for needed in ("ray", "pyarrow", "fsspec", "rich"):
-    pytest.importorskip(needed, reason="the extra `batch` is not installed")
+for needed in ("ray", "pyarrow", "fsspec", "rich", "psutil"):
+    pytest.importorskip(needed, reason=f"{needed} is not installed: pip install 'trimtess[batch,test]'")
+
+pytest.register_assert_rewrite("chaos")
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 

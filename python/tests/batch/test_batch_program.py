@@ -1,6 +1,5 @@
 """The program as a user runs it: what it prints, and its exit status. Each starts a real Ray on this machine."""
 
-import os
 import pathlib
 import shutil
 import signal
@@ -8,23 +7,14 @@ import socket
 import subprocess
 import time
 
+import chaos
 import pytest
 from conftest import batch, command
 from trimtess.batch.catalogue import read
-from trimtess.batch.cluster import FOLDER
 
 
 def status_of(out: pathlib.Path):
     return {pathlib.Path(row["path"]).name: row["status"] for row in read(out)[1].to_pylist()}
-
-
-def nothing_is_left(out: pathlib.Path) -> bool:
-    hidden = [path for path in out.rglob("*") if path.name.startswith(".") or path.name.endswith(".part")]
-    return not hidden and set(os.listdir(out)) <= {"objects", "catalogue"}
-
-
-def ray_folders():
-    return {path.name for path in pathlib.Path("/tmp").glob(FOLDER + "*")}
 
 
 def test_files_are_converted_once_and_reported(data, tmp_path):
@@ -33,7 +23,7 @@ def test_files_are_converted_once_and_reported(data, tmp_path):
     shutil.copy(data / "nist_ctc05.step", inputs)
     shutil.copy(data / "red_cube_blue_cylinder.step", inputs)
     (inputs / "no.step").write_text("no STEP")
-    before = ray_folders()
+    before = chaos.ray_folders()
     first = batch("convert", inputs, "--out", out, "--formats", "glb,stl", "--cores", 2)
     assert first.returncode == 3, first.stderr
     assert first.stdout.startswith("3 of 3 files converted in ") and first.stdout.endswith("1 refused\n")
@@ -52,7 +42,7 @@ def test_files_are_converted_once_and_reported(data, tmp_path):
     assert "1 of 3 files converted" in changed.stdout
     rows = {pathlib.Path(row["path"]).name: row for row in read(out)[1].to_pylist()}
     assert len(rows) == 3 and rows["no.step"]["reused"] and rows["no.step"]["outputs"] == cube["outputs"]
-    assert nothing_is_left(out) and ray_folders() == before
+    assert chaos.leftovers(out, before) == []
 
     report = batch("report", out, "--plot", tmp_path / "plot.png")
     assert report.returncode == 0 and "3 files: " in report.stdout and "slowest:" in report.stdout
@@ -78,7 +68,7 @@ def test_an_interrupted_run_keeps_what_is_done(data, tmp_path):
     for number in range(60):
         text = (data / "nist_ctc05.step").read_bytes()
         (inputs / f"{number}.step").write_bytes(text + b"/* %d */\n" % number)
-    before = ray_folders()
+    before = chaos.ray_folders()
     running = subprocess.Popen(command("convert", inputs, "--out", out, "--cores", 1), stderr=subprocess.PIPE)
     while len(list(out.glob("objects/*/*"))) < 3:
         assert running.poll() is None
@@ -88,7 +78,7 @@ def test_an_interrupted_run_keeps_what_is_done(data, tmp_path):
     assert running.returncode == 130
     assert told.decode().splitlines()[-1] == "trimtess-batch: stopped; run the same command again to continue"
     made = {path.name: path.stat().st_mtime_ns for path in out.glob("objects/*/*")}
-    assert nothing_is_left(out) and ray_folders() == before and 3 <= len(made) < 60
+    assert chaos.leftovers(out, before) == [] and 3 <= len(made) < 60
     done = batch("convert", inputs, "--out", out, "--cores", 2)
     assert done.returncode in (0, 3) and len(status_of(out)) == 60
     assert {name: (out / "objects" / name[:2] / name).stat().st_mtime_ns for name in made} == made

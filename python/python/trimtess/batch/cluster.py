@@ -8,12 +8,12 @@ import logging
 import os
 import pathlib
 import secrets
-import shutil
 import socket
 import tempfile
 from typing import Iterator, Optional
 
 from .errors import BatchError, UsageError
+from .store import remove_tree
 
 #: Ray's least. Results are small dictionaries, so more would only take memory.
 OBJECT_STORE = 80 << 20
@@ -54,6 +54,9 @@ def connected(address: Optional[str], cores: Optional[int], folder: Optional[str
     except ImportError as error:
         raise BatchError(f"Ray is not installed ({error}): pip install 'trimtess[batch]'") from error
     quiet = {"log_to_driver": False, "logging_level": logging.CRITICAL, "configure_logging": False}
+    # Ray prints a paragraph for each worker that dies. That is told by rows here.
+    silence = contextlib.ExitStack()
+    silence.enter_context(contextlib.redirect_stdout(silence.enter_context(open(os.devnull, "w"))))
     try:
         if address is None:
             start_embedded(ray, cores, folder, quiet)
@@ -64,8 +67,8 @@ def connected(address: Optional[str], cores: Optional[int], folder: Optional[str
     finally:
         if ray.is_initialized():
             ray.shutdown()
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
+        silence.close()
+        remove_folder(folder)
 
 
 def start_embedded(ray, cores: Optional[int], folder: Optional[str], quiet: dict) -> None:
@@ -122,9 +125,10 @@ def new_folder() -> str:
 
 
 def remove_folder(folder: Optional[str]) -> None:
-    """Removes what an embedded Ray left that was killed. `folder`: as `new_folder` made it."""
+    """Removes what an embedded Ray wrote. `folder`: as `new_folder` made it. Processes of a Ray whose driver was killed
+    end within seconds; some of its agents within two minutes, but those write no new files."""
     if folder and pathlib.Path(folder).name.startswith(FOLDER):
-        shutil.rmtree(folder, ignore_errors=True)
+        remove_tree(folder)
 
 
 def usable_cores() -> int:

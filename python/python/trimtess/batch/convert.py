@@ -11,7 +11,7 @@ import hashlib
 import os
 import pathlib
 import time
-from typing import Callable, Dict, Optional
+from typing import Callable, Dict, Iterator, Optional
 
 import trimtess
 
@@ -42,7 +42,7 @@ def convert(job: dict) -> dict:
     `job`: `path` of a local file, `out` folder, `run`, `options` (canonical), `max_memory` in bytes, `workers`.
     The outcome has a `status`:
 
-    * `whole`, `partial` (a face has a warning or error, or there is none), `refused` (cannot be read): stored,
+    * `whole`, `partial` (a face has a warning or error, there is none, or the check failed), `refused`: stored,
     * `limit`: needs more memory than `max_memory`,
     * `unreadable`: the file cannot be opened,
     * `full`: there is no room for the outputs,
@@ -66,70 +66,83 @@ def convert(job: dict) -> dict:
     try:
         with store.writing(job["run"]) as scratch:
             result = make(data, Options.from_canonical(job["options"]), job, scratch, watch)
-            result["outputs"] = [
-                describe(path, str(store.folder(key).relative_to(store.out))) for path in sorted(scratch.iterdir())
-            ]
-            watch.lap("write")
-            result["seconds"] = watch.seconds
-            result["peak_memory"] = peak_memory()
-            result["cores"] = job["workers"]
             if result["status"] in STORED:
-                result = store.publish(scratch, key, result)
+                folder = str(store.folder(key).relative_to(store.out))
+                outputs = [describe(path, folder) for path in sorted(scratch.iterdir())]
+                watch.lap("write")
+                costs = {"seconds": watch.seconds, "peak_memory": peak_memory(), "cores": job["workers"]}
+                result = store.publish(scratch, key, {**result, **costs, "outputs": outputs})
             return {**result, **identity, "reused": False}
     except OSError as error:
         status = "full" if error.errno in FULL else "crashed"
         return {**identity, "status": status, "message": f"{type(error).__name__}: {error.strerror or error}"}
 
 
+#: Errors that the file and the options cause, the same in every run.
+REFUSED = (
+    trimtess.ReadError,
+    trimtess.PrepareError,
+    trimtess.TessellateError,
+    trimtess.RoundingError,
+    trimtess.RangeError,
+)
+
+
 def make(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch: Stopwatch) -> dict:
     """Reads, prepares, tessellates, checks and writes. Returns a result without outputs and costs."""
-    result: dict = {"message": None}
-    told: list = []
-    workers: Optional[int] = job["workers"]
     try:
-        model = trimtess.read(
-            data, max_memory=job["max_memory"], supplemental=options.supplemental, workers=workers
-        )
-        watch.lap("read")
-        prepared = model.prepare(workers=workers)
-        watch.lap("prepare")
-        mesh = prepared.tessellate(**options.tolerance(), workers=workers)
-        watch.lap("tessellate")
-        check = mesh.check()
-        watch.lap("check")
-        told = list(mesh.diagnostics)
-        result.update(
-            parts=len(model.parts), faces=check.faces, triangles=check.triangles, area_mm2=check.area,
-            volume_mm3=check.volume, closed=check.closed,
-        )
-        write(mesh, prepared, options, scratch)
-        watch.lap("write")
+        return {"message": None, **measure(data, options, job, scratch, watch)}
     except trimtess.LimitError as error:
         return {"status": "limit", "message": one_line(error)}
-    except trimtess.Error as error:
-        if is_full(error):
-            return {"status": "full", "message": one_line(error)}
-        # Outputs of a file are all there or none is.
+    except REFUSED as error:
+        # The outputs of a file are all there or none is.
         for path in scratch.iterdir():
             path.unlink()
-        result.update(status="refused", message=one_line(error))
-    else:
-        result["status"] = "partial" if mesh.status == 3 else "whole"
-    result["diagnostics"] = dict(collections.Counter(told_kind.code for told_kind in told))
-    return result
+        return {"status": "refused", "message": one_line(error)}
+    except trimtess.SaveError as error:
+        if not is_full(error):
+            raise
+        return {"status": "full", "message": one_line(error)}
 
 
-def write(mesh: "trimtess.Mesh", prepared: "trimtess.Prepared", options: Options, scratch: pathlib.Path) -> None:
-    """Writes every format to its file."""
+def measure(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch: Stopwatch) -> dict:
+    """Makes and writes the mesh. Returns what the catalogue says of it."""
+    workers: int = job["workers"]
+    model = trimtess.read(data, max_memory=job["max_memory"], supplemental=options.supplemental, workers=workers)
+    watch.lap("read")
+    prepared = model.prepare(workers=workers)
+    watch.lap("prepare")
+    mesh = prepared.tessellate(**options.tolerance(), workers=workers)
+    watch.lap("tessellate")
+    check = mesh.check()
+    watch.lap("check")
+    statuses = {mesh.status, *write(mesh, prepared, options, workers, scratch)}
+    watch.lap("write")
+    codes = [diagnostic.code for diagnostic in mesh.diagnostics] + ["check-failed"] * len(check.faults)
+    return {
+        "status": "partial" if 3 in statuses or check.faults else "whole",
+        "diagnostics": dict(sorted(collections.Counter(codes).items())),
+        "parts": len(mesh.parts),
+        "faces": mesh.face_count,
+        "triangles": check.triangles,
+        "area_mm2": check.area,
+        "volume_mm3": check.volume,
+        "closed": check.closed,
+    }
+
+
+def write(
+    mesh: "trimtess.Mesh", prepared: "trimtess.Prepared", options: Options, workers: int, scratch: pathlib.Path
+) -> Iterator[int]:
+    """Writes every format to its file. Yields the statuses of meshes, which are 3 if faces were rounded away."""
     for name in options.formats:
         if name == "png":
-            # Imported here: a run without pictures needs neither.
+            # Imported here: a run without pictures needs it not.
             from PIL import Image
 
-            width, height = options.size
-            Image.fromarray(prepared.render(width=width, height=height)).save(scratch / "picture.png")
+            Image.fromarray(prepared.render(*options.size, workers=workers)).save(scratch / "picture.png")
         else:
-            mesh.save(scratch / f"mesh.{name}", recenter=options.recenter)
+            yield mesh.save(scratch / f"mesh.{name}", recenter=options.recenter).status
 
 
 def is_full(error: BaseException) -> bool:

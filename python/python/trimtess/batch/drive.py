@@ -23,7 +23,7 @@ from . import cluster as clusters
 from . import sources, task
 from .catalogue import Catalogue, failure, row
 from .convert import STORED
-from .errors import BatchError, DiskFull, Interrupted
+from .errors import FULL, BatchError, DiskFull, Interrupted
 from .options import Options
 from .plan import MIB, Bundle, Limits, Plan, Work, predict
 from .progress import Meter
@@ -183,10 +183,10 @@ class Driver:
                 if len(self.rows) >= FLUSH_ROWS or time.monotonic() - self.flushed >= FLUSH_SECONDS:
                     self.flush()
         finally:
-            self.flush()
             self.cancel()
             for number, handler in before.items():
                 signal.signal(number, handler)
+            self.flush()
         return time.monotonic() - start
 
     def interrupt(self, number: int, _frame: object) -> None:
@@ -230,11 +230,8 @@ class Driver:
         bundle = self.flying.pop(ref)
         try:
             answer = self.ray.get(ref)
-        except self.ray.exceptions.RayTaskError as error:
-            if isinstance(error.cause, BatchError):
-                raise error.cause from None
-            raise BatchError(f"a worker failed: {clusters.first_line(error.cause)}") from error
         except self.ray.exceptions.RayError as error:
+            self.stop_if_hopeless(getattr(error, "cause", None))
             message = f"lost with its worker {bundle.works[0].losses + 1} times: {clusters.first_line(error)}"
             for work in self.plan.lost(bundle):
                 self.record(work, {"status": "lost", "message": message}, bundle, None)
@@ -247,6 +244,15 @@ class Driver:
                 work, outcome["status"], bundle.memory, answer["node"]
             ):
                 self.record(work, outcome, bundle, answer["host"])
+
+    def stop_if_hopeless(self, cause: Optional[BaseException]) -> None:
+        """Raises for causes of a failed task that every further task would meet."""
+        if isinstance(cause, BatchError):
+            raise cause
+        if isinstance(cause, ImportError):
+            raise BatchError(f"a worker cannot import what it needs: {clusters.first_line(cause)}")
+        if isinstance(cause, OSError) and cause.errno in FULL:
+            raise DiskFull(self.job["out"], cause.strerror)
 
     def record(self, work: Work, outcome: dict, bundle: Bundle, host: Optional[str]) -> None:
         """Notes the row of a file that is done."""

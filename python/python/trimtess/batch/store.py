@@ -72,15 +72,19 @@ class Store:
         self.clear()
         self.scratch(run).mkdir(parents=True)
 
-    def clear(self, patience: float = 10.0) -> None:
-        """Removes all scratch folders. Tries for `patience` seconds, because workers that end may still write."""
-        top = self.out / ".tmp"
-        until = time.monotonic() + patience
-        while top.exists():
-            shutil.rmtree(top, ignore_errors=True)
-            if not top.exists() or time.monotonic() > until:
-                return
-            time.sleep(0.05)
+    def clear(self) -> None:
+        """Removes all scratch folders."""
+        remove_tree(self.out / ".tmp")
+
+
+def remove_tree(folder: "os.PathLike[str] | str", patience: float = 10.0) -> None:
+    """Removes a folder that processes which are about to end may still write to: tries for `patience` seconds."""
+    until = time.monotonic() + patience
+    while os.path.exists(folder):
+        shutil.rmtree(folder, ignore_errors=True)
+        if not os.path.exists(folder) or time.monotonic() > until:
+            return
+        time.sleep(0.05)
 
 
 def describe(path: pathlib.Path, relative_to: str) -> dict:

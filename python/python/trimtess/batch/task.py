@@ -60,7 +60,8 @@ class Server:
             return None
         process, self._process = self._process, None
         process.kill()
-        process.stdin.close()
+        with contextlib.suppress(BrokenPipeError):  # What was not read is still to be written.
+            process.stdin.close()
         process.stdout.close()
         return process.wait()
 
