@@ -106,8 +106,8 @@ def test_a_full_disk_stops_the_run_and_costs_nothing(archive, reference, tmp_pat
     chaos.compare(reference, out)
 
 
-def test_poison_costs_its_own_row(archive, tmp_path):
-    """A file over its time and one over its memory, between others."""
+def test_limits_cost_rows_that_can_be_tried_again(archive, tmp_path):
+    """Files over their memory, then over their time, are tried again with more of both."""
     folder = tmp_path / "in"
     variations.write([archive / "twin1.step"], folder, 6, seed=3, broken=0.0)
     out = tmp_path / "out"

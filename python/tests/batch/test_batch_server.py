@@ -43,7 +43,7 @@ def test_a_job_is_killed_after_its_time(server):
 
 def test_the_system_enforces_the_memory_limit(server):
     assert ask(server, f"allocate {100 * MIB}", memory=200 * MIB)["status"] == "whole"
-    outcome = ask(server, f"allocate {300 * MIB}", memory=200 * MIB)
+    outcome = ask(server, f"allocate {400 * MIB}", memory=200 * MIB)
     assert outcome["status"] == "limit" and outcome["message"] == "MemoryError"
     assert outcome["peak_memory"] < 200 * MIB
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import collections
 import hashlib
-import os
 import pathlib
 import time
 from typing import Callable, Dict, Iterator, Optional
@@ -78,14 +77,8 @@ def convert(job: dict) -> dict:
         return {**identity, "status": status, "message": f"{type(error).__name__}: {error.strerror or error}"}
 
 
-#: Errors that the file and the options cause, the same in every run.
-REFUSED = (
-    trimtess.ReadError,
-    trimtess.PrepareError,
-    trimtess.TessellateError,
-    trimtess.RoundingError,
-    trimtess.RangeError,
-)
+#: Errors that the file and the options cause, the same in every run. Others may be the machine's.
+REFUSED = (trimtess.ReadError, trimtess.PrepareError, trimtess.RoundingError, trimtess.RangeError)
 
 
 def make(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch: Stopwatch) -> dict:
@@ -99,10 +92,6 @@ def make(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch:
         for path in scratch.iterdir():
             path.unlink()
         return {"status": "refused", "message": one_line(error)}
-    except trimtess.SaveError as error:
-        if not is_full(error):
-            raise
-        return {"status": "full", "message": one_line(error)}
 
 
 def measure(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch: Stopwatch) -> dict:
@@ -143,16 +132,6 @@ def write(
             Image.fromarray(prepared.render(*options.size, workers=workers)).save(scratch / "picture.png")
         else:
             yield mesh.save(scratch / f"mesh.{name}", recenter=options.recenter).status
-
-
-def is_full(error: BaseException) -> bool:
-    """Whether a full disk caused the error."""
-    cause: Optional[BaseException] = error
-    while cause is not None:
-        if getattr(cause, "errno", None) in FULL:
-            return True
-        cause = cause.__cause__
-    return any(os.strerror(number) in str(error) for number in FULL)
 
 
 def one_line(error: BaseException) -> str:

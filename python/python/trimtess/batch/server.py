@@ -26,6 +26,9 @@ from .convert import Convert, convert
 #: Bytes of a child's standard error that a message is taken from.
 TAIL = 4096
 
+#: Memory for threads in addition to that for data: stacks count in full, whether they are used or not.
+MEMORY_FOR_THREADS, MEMORY_PER_WORKER = 64 << 20, 32 << 20
+
 #: What is printed when memory runs out: by Rust before it aborts, by Python, the system and C++.
 NO_MEMORY = ("memory allocation of", "MemoryError", "Cannot allocate memory", "std::bad_alloc")
 
@@ -137,7 +140,7 @@ def become_child(job: dict, work: Convert, results: int, life: int, log: int) ->
         threading.Thread(target=die_with_server, args=(life,), daemon=True).start()
         os.dup2(log, 1)
         os.dup2(log, 2)
-        limit(job["max_memory"])
+        limit(job["max_memory"] + MEMORY_FOR_THREADS + MEMORY_PER_WORKER * job["workers"])
         os.environ["RAYON_NUM_THREADS"] = str(job["workers"])
         answer = json.dumps(work(job)).encode()
         while answer:
@@ -156,11 +159,11 @@ def die_with_server(life: int) -> None:
     os._exit(1)
 
 
-def limit(max_memory: int) -> None:
-    """Limits the memory that this process can write to what it has now and `max_memory` bytes more. No core dumps."""
+def limit(memory: int) -> None:
+    """Limits the memory that this process can write to what it has now and `memory` bytes more. No core dumps."""
     with open("/proc/self/status") as status:
         data = next(int(line.split()[1]) * 1024 for line in status if line.startswith("VmData:"))
-    resource.setrlimit(resource.RLIMIT_DATA, (data + max_memory, data + max_memory))
+    resource.setrlimit(resource.RLIMIT_DATA, (data + memory, data + memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
