@@ -90,7 +90,9 @@ def simulate(files: Files, cores: int, model: Model) -> Dict[str, float]:
             start = max(max(time for time, _ in taken), driver + model.latency)
             seconds = sum(files.seconds[work.source.path] for work in bundle.works) / len(taken)
             # All bytes that were asked for before have to be moved first.
-            storage = max(storage, start) + sum(files.bytes[work.source.path] for work in bundle.works) / model.bandwidth
+            storage = (
+                max(storage, start) + sum(files.bytes[work.source.path] for work in bundle.works) / model.bandwidth
+            )
             end = max(start + seconds, storage)
             busy += seconds * len(taken)
             for _, core in taken:

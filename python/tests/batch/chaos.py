@@ -14,8 +14,10 @@ from typing import Counter, Dict, List, Set
 
 import psutil
 import pyarrow.parquet
-from conftest import command
+
 from trimtess.batch.cluster import FOLDER
+
+from .running import command
 
 #: Columns that say what a file cost and where, which differ between runs.
 COSTS = ("seconds", "peak_memory", "memory_limit", "attempts", "host", "started", "finished", "run", "reused", "cores")

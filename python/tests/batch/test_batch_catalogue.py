@@ -5,8 +5,6 @@ import pathlib
 import subprocess
 import sys
 
-import pyarrow
-import pyarrow.parquet
 import pytest
 
 import trimtess

@@ -10,13 +10,15 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from conftest import batch
+
 from trimtess.batch import task
 from trimtess.batch.catalogue import read
 from trimtess.batch.drive import Driver
 from trimtess.batch.errors import BatchError
 from trimtess.batch.plan import Bundle, Work
 from trimtess.batch.sources import Source
+
+from .running import batch
 
 
 def unused_port() -> int:

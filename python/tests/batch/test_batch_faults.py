@@ -10,10 +10,10 @@ from typing import Set
 
 import pytest
 
-import chaos
-import variations
-from conftest import batch
 from trimtess.batch.catalogue import read
+
+from . import chaos, variations
+from .running import batch
 
 #: Number of files of the long test, which this variable turns on: 2000 take ten minutes on two cores.
 MANY = int(os.environ.get("TRIMTESS_BATCH_MANY", "0"))
@@ -126,7 +126,9 @@ def test_attacks_cost_their_own_rows(shared, tmp_path, ray_folders):
     out = tmp_path / "out"
     done = batch("convert", shared / "attack", "--out", out, "--time-limit", 60, "--max-memory", 2048)
     assert done.returncode == 3, done.stderr
-    assert len(read(out)[1]) == len(list((shared / "attack").glob("*.step"))) and chaos.leftovers(out, ray_folders) == []
+    assert (
+        len(read(out)[1]) == len(list((shared / "attack").glob("*.step"))) and chaos.leftovers(out, ray_folders) == []
+    )
 
 
 @pytest.mark.skipif(not MANY, reason="TRIMTESS_BATCH_MANY is not set to a number of files")

@@ -7,10 +7,12 @@ import socket
 import subprocess
 import time
 
-import chaos
 import pytest
-from conftest import batch, command
+
 from trimtess.batch.catalogue import read
+
+from . import chaos
+from .running import batch, command
 
 
 def status_of(out: pathlib.Path):

@@ -9,7 +9,9 @@ from typing import Callable, List, Sequence
 
 #: A point with three coordinates. Images of edges in parameters have two and must stay.
 NUMBER = rb"[-+0-9.Ee]+"
-POINT = re.compile(rb"(CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\()\s*(%s)\s*,\s*(%s)\s*,\s*(%s)\s*(\)\s*\))" % ((NUMBER,) * 3))
+POINT = re.compile(
+    rb"(CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\()\s*(%s)\s*,\s*(%s)\s*,\s*(%s)\s*(\)\s*\))" % ((NUMBER,) * 3)
+)
 
 #: A product's identifier and name.
 PRODUCT = re.compile(rb"(\bPRODUCT\s*\(\s*')([^']*)(')")
@@ -58,7 +60,9 @@ def renumbered(data: bytes, chance: random.Random) -> bytes:
 
 def no_step(_data: bytes, chance: random.Random) -> bytes:
     """Something else: nothing, noise, or text."""
-    return chance.choice([b"", chance.randbytes(chance.randrange(1, 5000)), b"solid ascii\nendsolid ascii\n", b"\0" * 999])
+    return chance.choice(
+        [b"", chance.randbytes(chance.randrange(1, 5000)), b"solid ascii\nendsolid ascii\n", b"\0" * 999]
+    )
 
 
 SOUND: List[Callable[[bytes, random.Random], bytes]] = [moved, moved, renamed]

@@ -24,7 +24,7 @@ import pyarrow.parquet
 import trimtess
 
 from .errors import FULL, BatchError, DiskFull
-from .options import LAYOUT
+from .options import LAYOUT, Json
 
 #: Stages of a file, in order: columns `seconds_…`.
 STAGES = ("fetch", "hash", "read", "prepare", "tessellate", "check", "write")
@@ -36,36 +36,36 @@ TEXT, COUNT, NUMBER = pyarrow.string(), pyarrow.int64(), pyarrow.float64()
 OUTPUT = pyarrow.struct([("format", TEXT), ("path", TEXT), ("bytes", COUNT), ("sha256", TEXT)])
 TIME = pyarrow.timestamp("us", tz="UTC")
 
-SCHEMA = pyarrow.schema(
-    [
-        pyarrow.field("path", TEXT, nullable=False),
-        ("size", COUNT),
-        ("stamp", TEXT),
-        ("sha256", TEXT),
-        ("key", TEXT),
-        pyarrow.field("status", TEXT, nullable=False),
-        ("message", TEXT),
-        ("outputs", pyarrow.list_(OUTPUT)),
-        ("diagnostics", pyarrow.map_(TEXT, COUNT)),
-        ("parts", COUNT),
-        ("faces", COUNT),
-        ("triangles", COUNT),
-        ("area_mm2", NUMBER),
-        ("volume_mm3", NUMBER),
-        ("closed", pyarrow.bool_()),
-        *((f"seconds_{stage}", NUMBER) for stage in STAGES),
-        ("seconds", NUMBER),
-        ("peak_memory", COUNT),
-        ("memory_limit", COUNT),
-        ("cores", COUNT),
-        ("attempts", COUNT),
-        ("reused", pyarrow.bool_()),
-        ("host", TEXT),
-        ("started", TIME),
-        ("finished", TIME),
-        ("run", TEXT),
-    ]
-)
+COLUMNS = [
+    ("path", TEXT),
+    ("size", COUNT),
+    ("stamp", TEXT),
+    ("sha256", TEXT),
+    ("key", TEXT),
+    ("status", TEXT),
+    ("message", TEXT),
+    ("outputs", pyarrow.list_(OUTPUT)),
+    ("diagnostics", pyarrow.map_(TEXT, COUNT)),
+    ("parts", COUNT),
+    ("faces", COUNT),
+    ("triangles", COUNT),
+    ("area_mm2", NUMBER),
+    ("volume_mm3", NUMBER),
+    ("closed", pyarrow.bool_()),
+    *((f"seconds_{stage}", NUMBER) for stage in STAGES),
+    ("seconds", NUMBER),
+    ("peak_memory", COUNT),
+    ("memory_limit", COUNT),
+    ("cores", COUNT),
+    ("attempts", COUNT),
+    ("reused", pyarrow.bool_()),
+    ("host", TEXT),
+    ("started", TIME),
+    ("finished", TIME),
+    ("run", TEXT),
+]
+
+SCHEMA = pyarrow.schema([pyarrow.field(name, kind, nullable=name not in ("path", "status")) for name, kind in COLUMNS])
 
 HEAD, LOCK = "_catalogue.json", "_lock"
 
@@ -81,7 +81,7 @@ class Catalogue:
         self._next = 1 + max((number(path) for path in segments(folder)), default=0)
 
     @classmethod
-    def open(cls, out: pathlib.Path, options: dict) -> "Catalogue":
+    def open(cls, out: pathlib.Path, options: Json) -> "Catalogue":
         """Opens or creates the catalogue in an output folder for a run with these options.
 
         Raises `BatchError` if another run writes to it, or if it belongs to another version or other options.
@@ -108,12 +108,12 @@ class Catalogue:
         self.note({})
         os.close(self._lock)
 
-    def note(self, what: dict) -> None:
+    def note(self, what: Json) -> None:
         """Writes what the lock says of its holder: `pid`, `host`, and what to clean up if it is killed."""
         os.ftruncate(self._lock, 0)
         os.pwrite(self._lock, json.dumps(what).encode(), 0)
 
-    def append(self, rows: List[dict]) -> None:
+    def append(self, rows: List[Json]) -> None:
         """Adds a segment. Raises `DiskFull` and leaves the catalogue as it was if there is no room."""
         if rows:
             path = self.folder / f"rows-{self._next:08}.parquet"
@@ -139,13 +139,13 @@ class Catalogue:
         except OSError as error:
             raise failure(self.folder, error) from error
 
-    def known(self) -> Dict[str, dict]:
+    def known(self) -> Dict[str, Json]:
         """Size, stamp and status of each path that has a row."""
         columns = ["path", "size", "stamp", "status"]
         return {row["path"]: row for batch in tables(self.folder, columns) for row in batch.to_pylist()}
 
 
-def read(place: "os.PathLike[str] | str") -> "tuple[dict, pyarrow.Table]":
+def read(place: "os.PathLike[str] | str") -> "tuple[Json, pyarrow.Table]":
     """Head and rows of a catalogue: of its folder, or of the output folder that has it. Needs no lock.
 
     Raises `BatchError` if there is none, or it has another layout.
@@ -196,15 +196,16 @@ def take_lock(folder: pathlib.Path) -> int:
     return lock
 
 
-def holder_of(lock: int) -> dict:
+def holder_of(lock: int) -> Json:
     """What the lock says of the run that holds it, or that held it and was killed."""
     try:
-        return json.loads(os.pread(lock, 1 << 16, 0) or b"{}")
+        note: Json = json.loads(os.pread(lock, 1 << 16, 0) or b"{}")
+        return note
     except ValueError:
         return {}
 
 
-def check_head(folder: pathlib.Path, wanted: dict) -> None:
+def check_head(folder: pathlib.Path, wanted: Json) -> None:
     """Raises if a catalogue's rows cannot go with those of this run."""
     try:
         head = json.loads((folder / HEAD).read_text())
@@ -248,7 +249,7 @@ def failure(folder: pathlib.Path, error: OSError) -> BatchError:
     return DiskFull(str(folder), reason) if error.errno in FULL else BatchError(f"{folder}: {reason}")
 
 
-def row(source_path: str, size: Optional[int], stamp: str, outcome: dict, extra: dict) -> dict:
+def row(source_path: str, size: Optional[int], stamp: str, outcome: Json, extra: Json) -> Json:
     """The row of a source. `outcome`: from `task.run_bundle`. `extra`: attempts, host, run, memory_limit."""
     seconds = outcome.get("seconds", {})
     names: Iterable[str] = ("sha256", "key", "status", "message", "outputs", "parts", "faces", "triangles", "area_mm2")

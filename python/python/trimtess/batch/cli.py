@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from typing import List, Optional
+from typing import List, Optional, Tuple
 
 import trimtess
 
@@ -38,7 +38,7 @@ def count_or_zero(text: str) -> int:
     return number
 
 
-def formats(text: str) -> tuple:
+def formats(text: str) -> Tuple[str, ...]:
     names = [name.strip() for name in text.split(",")]
     unknown = [name for name in names if name not in FORMATS]
     if unknown:
@@ -46,7 +46,7 @@ def formats(text: str) -> tuple:
     return tuple(sorted(set(names)))
 
 
-def size(text: str) -> tuple:
+def size(text: str) -> Tuple[int, int]:
     sides = text.split("x")
     if len(sides) != 2 or not all(side.isdigit() and 0 < int(side) <= 16384 for side in sides):
         raise argparse.ArgumentTypeError(f"{text} is not WIDTHxHEIGHT, like 800x600")
@@ -67,7 +67,9 @@ def parser() -> argparse.ArgumentParser:
 
 def add_convert(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "sources", nargs="+", metavar="SOURCE",
+        "sources",
+        nargs="+",
+        metavar="SOURCE",
         help="file, folder, glob, URL (s3://, gs://, file://), or a manifest: CSV or Parquet with a column `path`",
     )
     command.add_argument("--out", required=True, metavar="FOLDER", help="output folder, seen by all workers")
@@ -79,7 +81,9 @@ def add_convert(command: argparse.ArgumentParser) -> None:
     command.add_argument("--max-edge", type=positive, metavar="MM", help="longest cell side and edge segment")
     command.add_argument("--recenter", action="store_true", help="move the centre of each scene to the origin")
     command.add_argument("--supplemental", action="store_true", help="read supplemental geometry too")
-    command.add_argument("--size", type=size, default=Options.size, metavar="WxH", help="of pictures (default: 800x600)")
+    command.add_argument(
+        "--size", type=size, default=Options.size, metavar="WxH", help="of pictures (default: 800x600)"
+    )
     run = command.add_argument_group("where and how")
     run.add_argument("--address", help="a Ray cluster: ray://HOST:PORT, HOST:PORT or auto (default: start Ray here)")
     run.add_argument("--cores", type=count, metavar="N", help="cores of the Ray that is started here (default: all)")

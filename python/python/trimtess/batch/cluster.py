@@ -10,9 +10,10 @@ import pathlib
 import secrets
 import socket
 import tempfile
-from typing import Iterator, Optional
+from typing import Any, Iterable, Iterator, Optional
 
 from .errors import BatchError, UsageError
+from .options import Json
 from .store import remove_tree
 
 #: Ray's least. Results are small dictionaries, so more would only take memory.
@@ -68,10 +69,10 @@ def connected(address: Optional[str], cores: Optional[int], folder: Optional[str
         if ray.is_initialized():
             ray.shutdown()
         silence.close()
-        remove_folder(folder)
+        remove_folders([folder] if folder else [])
 
 
-def start_embedded(ray, cores: Optional[int], folder: Optional[str], quiet: dict) -> None:
+def start_embedded(ray: Any, cores: Optional[int], folder: Optional[str], quiet: Json) -> None:
     """Starts Ray on this machine."""
     try:
         ray.init(
@@ -85,7 +86,7 @@ def start_embedded(ray, cores: Optional[int], folder: Optional[str], quiet: dict
         raise BatchError(f"Ray does not start on this machine: {first_line(error)}") from error
 
 
-def connect(ray, address: str, quiet: dict) -> None:
+def connect(ray: Any, address: str, quiet: Json) -> None:
     """Connects to a cluster."""
     if address.startswith("ray://"):
         quiet = {"logging_level": logging.CRITICAL}
@@ -110,7 +111,7 @@ def check_answers(address: str) -> None:
         raise BatchError(f"{address}: {getattr(error, 'strerror', None) or error}") from error
 
 
-def survey(ray) -> Cluster:
+def survey(ray: Any) -> Cluster:
     """What the cluster has."""
     nodes = [node["Resources"] for node in ray.nodes() if node["Alive"]]
     cores = [int(node.get("CPU", 0)) for node in nodes]
@@ -124,11 +125,12 @@ def new_folder() -> str:
     return tempfile.mkdtemp(prefix=FOLDER)
 
 
-def remove_folder(folder: Optional[str]) -> None:
-    """Removes what an embedded Ray wrote. `folder`: as `new_folder` made it. Processes of a Ray whose driver was killed
-    end within seconds; some of its agents within two minutes, but those write no new files."""
-    if folder and pathlib.Path(folder).name.startswith(FOLDER):
-        remove_tree(folder)
+def remove_folders(folders: Iterable[str]) -> None:
+    """Removes what embedded Rays wrote. `folders`: as `new_folder` made them. The processes of a Ray whose driver was
+    killed end within seconds; some of its agents within two minutes, but those write no new files."""
+    for folder in folders:
+        if pathlib.Path(folder).name.startswith(FOLDER):
+            remove_tree(folder)
 
 
 def usable_cores() -> int:

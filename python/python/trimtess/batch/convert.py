@@ -15,7 +15,7 @@ from typing import Callable, Dict, Iterator, Optional
 import trimtess
 
 from .errors import FULL
-from .options import Options, result_key
+from .options import Json, Options, result_key
 from .store import Store, describe
 
 #: Statuses of a result that is stored: the same for every run over the same input.
@@ -35,7 +35,7 @@ class Stopwatch:
         self._last = now
 
 
-def convert(job: dict) -> dict:
+def convert(job: Json) -> Json:
     """Converts a file and stores its result. Returns the outcome as JSON data.
 
     `job`: `path` of a local file, `out` folder, `run`, `options` (canonical), `max_memory` in bytes, `workers`.
@@ -81,7 +81,7 @@ def convert(job: dict) -> dict:
 REFUSED = (trimtess.ReadError, trimtess.PrepareError, trimtess.RoundingError, trimtess.RangeError)
 
 
-def make(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch: Stopwatch) -> dict:
+def make(data: bytes, options: Options, job: Json, scratch: pathlib.Path, watch: Stopwatch) -> Json:
     """Reads, prepares, tessellates, checks and writes. Returns a result without outputs and costs."""
     try:
         return {"message": None, **measure(data, options, job, scratch, watch)}
@@ -94,7 +94,7 @@ def make(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch:
         return {"status": "refused", "message": one_line(error)}
 
 
-def measure(data: bytes, options: Options, job: dict, scratch: pathlib.Path, watch: Stopwatch) -> dict:
+def measure(data: bytes, options: Options, job: Json, scratch: pathlib.Path, watch: Stopwatch) -> Json:
     """Makes and writes the mesh. Returns what the catalogue says of it."""
     workers: int = job["workers"]
     model = trimtess.read(data, max_memory=job["max_memory"], supplemental=options.supplemental, workers=workers)
@@ -148,4 +148,4 @@ def peak_memory() -> Optional[int]:
 
 
 #: The function that a server calls for a job.
-Convert = Callable[[dict], dict]
+Convert = Callable[[Json], Json]

@@ -15,7 +15,7 @@ import signal
 import socket
 import time
 import uuid
-from typing import Counter, Dict, Iterable, List, Optional
+from typing import Any, Counter, Dict, Iterable, List, Optional
 
 import trimtess
 
@@ -24,7 +24,7 @@ from . import sources, task
 from .catalogue import Catalogue, failure, row
 from .convert import STORED
 from .errors import FULL, BatchError, DiskFull, Interrupted
-from .options import Options
+from .options import Json, Options
 from .plan import MIB, Bundle, Limits, Plan, Work, predict
 from .progress import Meter
 from .store import Store
@@ -82,16 +82,19 @@ def convert(arguments: Iterable[str], out: "os.PathLike[str] | str", options: Op
         known = len(found) - len(todo)
         seconds = 0.0
         store = Store(out)
-        clean_up_after(catalogue.killed)
+        left = left_behind(catalogue.killed)
+        clusters.remove_folders(left)
         try:
             store.start(run)
         except OSError as error:
             raise failure(out, error) from error
         try:
             if todo:
-                seconds = convert_all(todo, out, run, options, settings, catalogue, statuses)
+                seconds = convert_all(todo, out, run, options, settings, catalogue, statuses, left)
         finally:
             store.clear()
+            # Again: a worker that was just starting when its driver was killed makes Ray's folder anew.
+            clusters.remove_folders(left)
         return Summary(len(found), known, dict(statuses), seconds)
 
 
@@ -118,10 +121,9 @@ def outstanding(
     return todo
 
 
-def clean_up_after(killed: dict) -> None:
-    """Removes what a run on this host left outside the output folder when it was killed."""
-    if killed.get("host") == socket.gethostname():
-        clusters.remove_folder(killed.get("ray"))
+def left_behind(killed: Json) -> List[str]:
+    """Folders of Ray that a run on this host left when it was killed."""
+    return killed.get("ray", []) if killed.get("host") == socket.gethostname() else []
 
 
 def convert_all(
@@ -132,10 +134,11 @@ def convert_all(
     settings: Settings,
     catalogue: Catalogue,
     statuses: Counter[str],
+    left: List[str],
 ) -> float:
-    """Converts sources on Ray. Returns seconds."""
+    """Converts sources on Ray. Returns seconds. `left`: folders that the next run removes if this one is killed."""
     folder = clusters.new_folder() if settings.address is None else None
-    catalogue.note({"pid": os.getpid(), "host": socket.gethostname(), "ray": folder})
+    catalogue.note({"pid": os.getpid(), "host": socket.gethostname(), "ray": [*left, *filter(None, [folder])]})
     with clusters.connected(settings.address, settings.cores, folder) as cluster:
         plan = Plan(todo, limits(settings, cluster))
         job = {"out": str(out), "run": run, "options": options.canonical(), "seconds": settings.seconds}
@@ -158,14 +161,14 @@ def limits(settings: Settings, cluster: clusters.Cluster) -> Limits:
 class Driver:
     """One run over a plan."""
 
-    def __init__(self, plan: Plan, job: dict, catalogue: Catalogue, statuses: Counter[str], meter: Meter) -> None:
+    def __init__(self, plan: Plan, job: Json, catalogue: Catalogue, statuses: Counter[str], meter: Meter) -> None:
         import ray
 
-        self.ray = ray
+        self.ray: Any = ray
         self.remote = ray.remote(max_retries=0)(task.run_bundle)
         self.plan, self.job, self.catalogue, self.statuses, self.meter = plan, job, catalogue, statuses, meter
         self.flying: Dict[object, Bundle] = {}
-        self.rows: List[dict] = []
+        self.rows: List[Json] = []
         self.flushed = time.monotonic()
         self.stop: Optional[int] = None
 
@@ -206,7 +209,7 @@ class Driver:
             asked = {"num_cpus": bundle.cores, "memory": bundle.memory, **self.elsewhere(bundle)}
             self.flying[self.remote.options(**asked).remote(data)] = bundle
 
-    def elsewhere(self, bundle: Bundle) -> dict:
+    def elsewhere(self, bundle: Bundle) -> Json:
         """Options that place a retry on another node than the one where it failed, if there is one."""
         failed = {work.node for work in bundle.works} - {None}
         if not failed:
@@ -252,9 +255,9 @@ class Driver:
         if isinstance(cause, ImportError):
             raise BatchError(f"a worker cannot import what it needs: {clusters.first_line(cause)}")
         if isinstance(cause, OSError) and cause.errno in FULL:
-            raise DiskFull(self.job["out"], cause.strerror)
+            raise DiskFull(self.job["out"], cause.strerror or str(cause))
 
-    def record(self, work: Work, outcome: dict, bundle: Bundle, host: Optional[str]) -> None:
+    def record(self, work: Work, outcome: Json, bundle: Bundle, host: Optional[str]) -> None:
         """Notes the row of a file that is done."""
         attempts = work.attempts + work.losses + (outcome["status"] in STORED)
         extra = {"attempts": attempts, "host": host, "run": self.job["run"], "memory_limit": bundle.memory}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from typing import Any, Tuple
 
 #: Exit statuses of the program.
 WHOLE, CANNOT, USAGE, PARTIAL = 0, 1, 2, 3
@@ -31,7 +32,7 @@ class DiskFull(BatchError):
         self.folder = folder
         self.reason = reason
 
-    def __reduce__(self):  # Exceptions cross processes by their arguments.
+    def __reduce__(self) -> Tuple[Any, ...]:  # Exceptions cross processes by their arguments.
         return DiskFull, (self.folder, self.reason)
 
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from typing import Optional, Tuple
+from typing import Any, Dict, Optional, Tuple
+
+#: An object as JSON has it: jobs, outcomes, rows and heads, which cross processes.
+Json = Dict[str, Any]
 
 #: Version of results and of the catalogue. Raise it when their layout or meaning changes.
 LAYOUT = 1
@@ -35,24 +38,24 @@ class Options:
     #: Read supplemental geometry too.
     supplemental: bool = False
 
-    def canonical(self) -> dict:
+    def canonical(self) -> Json:
         """The options that count, as JSON data. Equal for options that make equal outputs."""
-        data = dataclasses.asdict(self)
+        data: Json = dataclasses.asdict(self)
         data["formats"] = sorted(set(self.formats))
         data["size"] = list(self.size) if "png" in self.formats else None
         return data
 
     @classmethod
-    def from_canonical(cls, data: dict) -> "Options":
+    def from_canonical(cls, data: Json) -> "Options":
         size = tuple(data["size"]) if data["size"] else cls.size
         return cls(**{**data, "formats": tuple(data["formats"]), "size": size})
 
-    def tolerance(self) -> dict:
+    def tolerance(self) -> Json:
         """Arguments of `Prepared.tessellate`."""
         return {"chord": self.chord, "chord_rel": self.chord_rel, "angle": self.angle, "max_edge": self.max_edge}
 
 
-def result_key(sha256: str, options: dict, version: str) -> str:
+def result_key(sha256: str, options: Json, version: str) -> str:
     """Name of the result of an input: 64 hex digits.
 
     `sha256`: of the input, in hex. `options`: from `Options.canonical`. `version`: of trimtess.

@@ -145,7 +145,7 @@ class Plan:
 
     def lost(self, bundle: Bundle) -> List[Work]:
         """Puts back the files of a bundle whose worker was lost. Returns those that were lost too often."""
-        gone = []
+        gone: List[Work] = []
         for work in bundle.works:
             work.losses += 1
             (gone if work.losses > MOST_LOSSES else self.again).append(work)

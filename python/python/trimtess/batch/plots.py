@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+from typing import Any
 
 import pyarrow
 
@@ -12,8 +13,14 @@ from .report import throughput
 
 #: Colour of each status, worst last.
 COLOURS = {
-    "whole": "#4c78a8", "partial": "#f2a541", "refused": "#8c8c8c", "limit": "#b279a2", "timeout": "#e45756",
-    "crashed": "#9d1c20", "unreadable": "#72614f", "lost": "#000000",
+    "whole": "#4c78a8",
+    "partial": "#f2a541",
+    "refused": "#8c8c8c",
+    "limit": "#b279a2",
+    "timeout": "#e45756",
+    "crashed": "#9d1c20",
+    "unreadable": "#72614f",
+    "lost": "#000000",
 }
 
 
@@ -34,14 +41,14 @@ def plot(table: pyarrow.Table, path: str) -> None:
         raise BatchError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
 
 
-def plot_throughput(axes, table: pyarrow.Table) -> None:
+def plot_throughput(axes: Any, table: pyarrow.Table) -> None:
     ends, counts = throughput(table, 60)
     if ends:
         axes.step([0.0, *ends], [0.0, *(count / ends[0] for count in counts)], where="pre", color=COLOURS["whole"])
     axes.set(title="throughput", xlabel="seconds", ylabel="files a second", ylim=(0, None))
 
 
-def plot_statuses(axes, table: pyarrow.Table) -> None:
+def plot_statuses(axes: Any, table: pyarrow.Table) -> None:
     counts = collections.Counter(table["status"].to_pylist())
     names = [name for name in COLOURS if counts[name]][::-1]
     bars = axes.barh(names, [counts[name] for name in names], color=[COLOURS[name] for name in names])
@@ -50,7 +57,7 @@ def plot_statuses(axes, table: pyarrow.Table) -> None:
     axes.set(title="files by status", xlabel="files")
 
 
-def over_size(axes, table: pyarrow.Table, column: str, unit: float, label: str) -> None:
+def over_size(axes: Any, table: pyarrow.Table, column: str, unit: float, label: str) -> None:
     """A dot per file, coloured by status."""
     rows = table.select(["size", column, "status"]).to_pylist()
     for status, colour in COLOURS.items():
@@ -63,7 +70,7 @@ def over_size(axes, table: pyarrow.Table, column: str, unit: float, label: str) 
         axes.legend(fontsize="small")
 
 
-def draw_asked(axes) -> None:
+def draw_asked(axes: Any) -> None:
     """What a first attempt asks for."""
     first, last = axes.get_xlim()
     sizes = [first * (last / first) ** (step / 50) for step in range(51)]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import collections
 import datetime
-from typing import TYPE_CHECKING, Iterable, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, List, Optional, Tuple
 
 import pyarrow
 import pyarrow.compute as compute
 
 from .catalogue import STAGES, STATUSES, read
+from .options import Json
 from .plan import MIB
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ INTERVALS = 24
 SHADES = " ▁▂▃▄▅▆▇█"
 
 
-def load(place: str) -> Tuple[dict, pyarrow.Table]:
+def load(place: str) -> Tuple[Json, pyarrow.Table]:
     """Head and rows of a catalogue. Raises `BatchError` if there is none."""
     return read(place)
 
@@ -35,11 +36,11 @@ def summary_line(summary: "Summary") -> str:
     return f"{done} of {summary.files} files converted{speed}{known}: {by_count(summary.statuses)}"
 
 
-def by_count(statuses: dict) -> str:
+def by_count(statuses: Dict[str, int]) -> str:
     return ", ".join(f"{statuses[status]} {status}" for status in STATUSES if statuses.get(status))
 
 
-def text(head: dict, table: pyarrow.Table, top: int) -> str:
+def text(head: Json, table: pyarrow.Table, top: int) -> str:
     """The report."""
     options = ", ".join(f"{name} {value}" for name, value in head["options"].items() if value not in (None, False))
     lines = [f"trimtess {head['version']}: {options}", ""]
@@ -53,7 +54,7 @@ def text(head: dict, table: pyarrow.Table, top: int) -> str:
 
 
 def totals(table: pyarrow.Table) -> List[str]:
-    counts = dict(collections.Counter(table["status"].to_pylist()))
+    counts = collections.Counter(str(status) for status in table["status"].to_pylist())
     lines = [f"{len(table)} files: {by_count(counts) or 'none'}"]
     size, triangles = total(table["size"]), total(table["triangles"])
     closed = total(compute.cast(table["closed"], pyarrow.int64()))
@@ -68,7 +69,7 @@ def totals(table: pyarrow.Table) -> List[str]:
     return lines
 
 
-def total(column: pyarrow.ChunkedArray) -> float:
+def total(column: Any) -> float:
     return compute.sum(column).as_py() or 0
 
 
@@ -101,7 +102,7 @@ def throughput_lines(table: pyarrow.Table) -> List[str]:
     ]
 
 
-def ranked(title: str, table: pyarrow.Table, column: str, top: int, words) -> List[str]:
+def ranked(title: str, table: pyarrow.Table, column: str, top: int, words: Callable[[float], str]) -> List[str]:
     """The files with the largest values of a column."""
     known = table.filter(compute.is_valid(table[column])).sort_by([(column, "descending"), ("path", "ascending")])
     rows = known.slice(0, top).select([column, "size", "status", "path"]).to_pylist()
@@ -141,5 +142,5 @@ def kinds(table: pyarrow.Table, top: int) -> List[str]:
     return ["", "diagnostics by kind:", *lines] if lines else []
 
 
-def pairs(found: Optional[Iterable]) -> Iterable[Tuple[str, int]]:
+def pairs(found: Optional[Iterable[Tuple[str, int]]]) -> Iterable[Tuple[str, int]]:
     return found or ()

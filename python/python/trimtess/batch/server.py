@@ -22,6 +22,7 @@ import traceback
 from typing import Optional
 
 from .convert import Convert, convert
+from .options import Json
 
 #: Bytes of a child's standard error that a message is taken from.
 TAIL = 4096
@@ -40,13 +41,14 @@ class Jobs:
         self.descriptor = descriptor
         self._bytes = b""
 
-    def next(self) -> Optional[dict]:
+    def next(self) -> Optional[Json]:
         """The next job; `None` at the end of the input."""
         while b"\n" not in self._bytes:
             if not self.fill():
                 return None
         line, self._bytes = self._bytes.split(b"\n", 1)
-        return json.loads(line)
+        job: Json = json.loads(line)
+        return job
 
     def fill(self) -> bool:
         """Reads what is there. False at the end of the input."""
@@ -58,7 +60,7 @@ class Jobs:
 class Child:
     """A forked process with limits, at work on one job."""
 
-    def __init__(self, job: dict, work: Convert) -> None:
+    def __init__(self, job: Json, work: Convert) -> None:
         self.job = job
         self.started = time.monotonic()
         self.timed_out = False
@@ -106,7 +108,7 @@ class Child:
     def kill(self) -> None:
         signal.pidfd_send_signal(self.exit, signal.SIGKILL)
 
-    def outcome(self) -> dict:
+    def outcome(self) -> Json:
         """What became of the job. The process has ended."""
         self.drain()
         _, status, usage = os.wait4(self.pid, 0)
@@ -123,7 +125,7 @@ class Child:
         return {**death(os.waitstatus_to_exitcode(status), tail), **costs}
 
 
-def death(code: int, tail: str) -> dict:
+def death(code: int, tail: str) -> Json:
     """Status and message of a process that ended without an answer."""
     lines = [line.strip() for line in tail.splitlines() if line.strip()]
     memory = next((line for line in lines if any(words in line for words in NO_MEMORY)), None)
@@ -133,7 +135,7 @@ def death(code: int, tail: str) -> dict:
     return {"status": "crashed", "message": f"{how}: {lines[-1]}" if lines else how}
 
 
-def become_child(job: dict, work: Convert, results: int, life: int, log: int) -> None:
+def become_child(job: Json, work: Convert, results: int, life: int, log: int) -> None:
     """Runs a job in the forked process. Never returns."""
     code = 1
     try:

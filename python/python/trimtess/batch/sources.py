@@ -6,11 +6,12 @@ import dataclasses
 import datetime
 import os
 import pathlib
-from typing import Dict, Iterable, List, Optional
+from typing import Any, Dict, Iterable, List, Optional, Tuple
 
 import fsspec
 
 from .errors import BatchError
+from .options import Json
 
 #: Endings of the files that folders are searched for. A file that is named is taken whatever its ending.
 ENDINGS = (".stp", ".step", ".p21")
@@ -76,17 +77,19 @@ def expand(argument: str) -> List[Source]:
     return sorted(sources, key=lambda source: source.path)
 
 
-def open_system(argument: str):
+def open_system(argument: str) -> Tuple[Any, str]:
     """The file system of a path or URL, and the name in it."""
     try:
-        return fsspec.core.url_to_fs(argument)
+        system, name = fsspec.core.url_to_fs(argument)
+        return system, name
     except (ValueError, ImportError) as error:
         raise BatchError(f"{argument}: {' '.join(str(error).split())}") from error
 
 
-def info_of(system, name: str) -> Optional[dict]:
+def info_of(system: Any, name: str) -> Optional[Json]:
     try:
-        return system.info(name)
+        info: Json = system.info(name)
+        return info
     except FileNotFoundError:
         return None
 
@@ -95,11 +98,11 @@ def has_magic(argument: str) -> bool:
     return any(sign in argument for sign in "*?[")
 
 
-def is_local(system) -> bool:
+def is_local(system: Any) -> bool:
     return "file" in ([system.protocol] if isinstance(system.protocol, str) else system.protocol)
 
 
-def of(system, info: dict) -> Source:
+def of(system: Any, info: Json) -> Source:
     """The source that a file system's entry describes."""
     path = info["name"] if is_local(system) else system.unstrip_protocol(info["name"])
     stamp = next((info[key] for key in ("ETag", "etag", "mtime", "LastModified", "updated") if key in info), "")
@@ -108,7 +111,7 @@ def of(system, info: dict) -> Source:
     return Source(path, info["size"], str(stamp))
 
 
-def manifest(system, name: str, argument: str) -> List[Source]:
+def manifest(system: Any, name: str, argument: str) -> List[Source]:
     """The sources that a CSV file (with a header) or a Parquet file lists. Relative paths start at its folder."""
     import pyarrow.csv
     import pyarrow.parquet

@@ -19,6 +19,8 @@ import tempfile
 import time
 from typing import Iterator, Optional
 
+from .options import Json
+
 RESULT = "result.json"
 
 
@@ -31,10 +33,11 @@ class Store:
     def folder(self, key: str) -> pathlib.Path:
         return self.out / "objects" / key[:2] / key
 
-    def find(self, key: str) -> Optional[dict]:
+    def find(self, key: str) -> Optional[Json]:
         """The stored result, or `None`."""
         try:
-            return json.loads((self.folder(key) / RESULT).read_text())
+            stored: Json = json.loads((self.folder(key) / RESULT).read_text())
+            return stored
         except FileNotFoundError:
             return None
 
@@ -47,7 +50,7 @@ class Store:
         finally:
             shutil.rmtree(scratch, ignore_errors=True)
 
-    def publish(self, scratch: pathlib.Path, key: str, result: dict) -> dict:
+    def publish(self, scratch: pathlib.Path, key: str, result: Json) -> Json:
         """Gives the outputs in `scratch` their name. Returns the stored result: that of another process if it was
         first."""
         (scratch / RESULT).write_text(json.dumps(result, sort_keys=True))
@@ -87,7 +90,7 @@ def remove_tree(folder: "os.PathLike[str] | str", patience: float = 10.0) -> Non
         time.sleep(0.05)
 
 
-def describe(path: pathlib.Path, relative_to: str) -> dict:
+def describe(path: pathlib.Path, relative_to: str) -> Json:
     """An output as the catalogue lists it: format, path within the output folder, bytes, SHA-256."""
     with open(path, "rb") as file:
         digest = hashlib.sha256()

@@ -19,6 +19,7 @@ from typing import Iterator, List, Optional, Tuple
 import trimtess
 
 from .errors import FULL, BatchError, DiskFull
+from .options import Json
 
 #: Seconds that a server may take longer than the time limit of a file before it counts as stuck.
 PATIENCE = 60.0
@@ -31,11 +32,12 @@ class Server:
     """The client's side of a server. Kept between bundles: starting one costs as much as tens of small files."""
 
     def __init__(self) -> None:
-        self._process: Optional[subprocess.Popen] = None
+        self._process: Optional[subprocess.Popen[bytes]] = None
 
-    def convert(self, job: dict) -> dict:
+    def convert(self, job: Json) -> Json:
         """The outcome of a job. A server that was lost is started again for the next."""
         process = self._process or self._start()
+        assert process.stdin and process.stdout, "both are pipes"
         try:
             process.stdin.write(json.dumps(job).encode() + b"\n")
             process.stdin.flush()
@@ -44,11 +46,12 @@ class Server:
         except BrokenPipeError:
             answer = b""
         if answer:
-            return json.loads(answer)
+            outcome: Json = json.loads(answer)
+            return outcome
         code = self.stop()
         return {"status": "crashed", "message": f"the process that starts conversions was lost (status {code})"}
 
-    def _start(self) -> subprocess.Popen:
+    def _start(self) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "trimtess.batch.server"]
         environment = {**os.environ, **ONE_THREAD}
         self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
@@ -60,6 +63,7 @@ class Server:
             return None
         process, self._process = self._process, None
         process.kill()
+        assert process.stdin and process.stdout, "both are pipes"
         with contextlib.suppress(BrokenPipeError):  # What was not read is still to be written.
             process.stdin.close()
         process.stdout.close()
@@ -70,7 +74,7 @@ class Server:
 SERVER = Server()
 
 
-def run_bundle(bundle: dict) -> dict:
+def run_bundle(bundle: Json) -> Json:
     """Converts the files of a bundle, one after the other.
 
     `bundle`: from `plan.Bundle.job`. Returns `outcomes`, one per file in order, and the costs of the bundle: `host`,
@@ -91,14 +95,14 @@ def run_bundle(bundle: dict) -> dict:
     return {"outcomes": outcomes, "seconds": time.perf_counter() - start, **place()}
 
 
-def place() -> dict:
+def place() -> Json:
     """Host and Ray node of this process. Outside Ray there is no node."""
     ray = sys.modules.get("ray")
     node = ray.get_runtime_context().get_node_id() if ray is not None and ray.is_initialized() else None
     return {"host": socket.gethostname(), "node": node}
 
 
-def check_worker(bundle: dict) -> None:
+def check_worker(bundle: Json) -> None:
     """Raises if this worker has another version of trimtess than the driver, or does not see the output folder."""
     if trimtess.__version__ != bundle["version"]:
         versions = f"trimtess {trimtess.__version__}, the driver has {bundle['version']}"
@@ -109,10 +113,10 @@ def check_worker(bundle: dict) -> None:
 
 
 #: A file on this worker: path, local path, outcome if it could not be fetched, seconds that fetching took.
-Fetched = Tuple[str, str, Optional[dict], float]
+Fetched = Tuple[str, str, Optional[Json], float]
 
 
-def fetched(bundle: dict) -> Iterator[Fetched]:
+def fetched(bundle: Json) -> Iterator[Fetched]:
     """The files of a bundle. URLs are downloaded, one ahead of the file in work.
 
     A download is removed when the next file is asked for.
@@ -150,7 +154,7 @@ def fetch(path: str, target: pathlib.Path) -> Fetched:
         system.get_file(name, str(target))
     except Exception as error:  # Each storage has exceptions of its own.
         if isinstance(error, OSError) and error.errno in FULL:
-            raise DiskFull(str(target.parent), error.strerror) from error
+            raise DiskFull(str(target.parent), error.strerror or str(error)) from error
         reason = " ".join(str(error).split()) or "cannot be fetched"
         outcome = {"status": "unreadable", "message": f"{type(error).__name__}: {reason}"}
     return path, str(target), outcome, time.perf_counter() - start
