@@ -56,7 +56,7 @@ def server_alone(paths: List[str], folder: pathlib.Path) -> Dict[str, float]:
     job.update(seconds=600.0, max_memory=4096 * MIB, workers=1)
     import trimtess
 
-    bundle = {"paths": paths, "version": trimtess.__version__, "job": job}
+    bundle = {"paths": paths, "version": trimtess.__version__, "patience": 1e9, "job": job}
     result = timed(lambda: task.run_bundle(bundle))
     task.SERVER.stop()
     store.clear()

@@ -8,13 +8,13 @@ It runs the planner of the batch itself (`trimtess.batch.plan`) against a model 
    Times are those of the cores that measured them, with one file per core, and include forking, hashing and writing.
 2. Nodes of `--cores-per-node` cores. Memory does not limit how many files run at once (docs/batch.md says what a core
    needs for that).
-3. The driver is one thread. It spends `--submit` to send a bundle, `--receive` to take one back, and `--row` per file
-   for its row. It keeps two bundles per core under way, and sends the next when one comes back.
+3. The driver is one thread. It spends `--submit` to send a bundle, `--receive` to take one back, `--wait` per bundle
+   under way each time that it takes one back, and `--row` per file for its row. It keeps two bundles per core under way, and sends the next when one comes back.
 4. A bundle that was sent waits `--latency` for its worker, unless an earlier one is still in work there. Ray gives it
    to the core that is free first.
 5. Every core spends `--start` once before its first file: starting the worker and the server.
-6. Storage moves `--bandwidth` bytes a second over all nodes, inputs and outputs together, shared equally. A file
-   starts when its bytes could have arrived at that rate in the order of starts; reading by itself is in its time.
+6. Storage moves `--bandwidth` bytes a second over all nodes, inputs and outputs together, shared equally by all cores:
+   a bundle takes at least as long as its bytes take at its cores' share.
 7. No faults, and no other load.
 
 Defaults of 3 to 5 were measured on 2 cores; docs/batch.md has the numbers and the check of 1 and 2 simulated cores
@@ -27,6 +27,7 @@ import argparse
 import dataclasses
 import heapq
 import json
+import math
 import pathlib
 import random
 import sys
@@ -44,6 +45,7 @@ class Model:
 
     submit: float
     receive: float
+    wait: float
     row: float
     latency: float
     start: float
@@ -78,8 +80,8 @@ def simulate(files: Files, cores: int, model: Model) -> Dict[str, float]:
     plan = Plan(files.sources, limits)
     free = [(model.start, core) for core in range(cores)]
     heapq.heapify(free)
-    flying: List[Tuple[float, int, float, Bundle]] = []
-    driver = storage = busy = driving = 0.0
+    flying: List[Tuple[float, int, float, int, Bundle]] = []
+    driver = busy = driving = 0.0
     bundles = 0
     while plan or flying:
         while plan and len(flying) < AHEAD * cores:
@@ -88,22 +90,22 @@ def simulate(files: Files, cores: int, model: Model) -> Dict[str, float]:
             driving += model.submit
             taken = [heapq.heappop(free) for _ in range(min(bundle.cores, cores))]
             start = max(max(time for time, _ in taken), driver + model.latency)
-            seconds = sum(files.seconds[work.source.path] for work in bundle.works) / len(taken)
-            # All bytes that were asked for before have to be moved first.
-            storage = (
-                max(storage, start) + sum(files.bytes[work.source.path] for work in bundle.works) / model.bandwidth
-            )
-            end = max(start + seconds, storage)
+            seconds = moved = done = 0
+            while done < len(bundle.works) and seconds <= bundle.patience:
+                path = bundle.works[done].source.path
+                seconds, moved, done = seconds + files.seconds[path] / len(taken), moved + files.bytes[path], done + 1
+            end = start + max(seconds, moved * cores / (len(taken) * model.bandwidth))
             busy += seconds * len(taken)
             for _, core in taken:
                 heapq.heappush(free, (end, core))
             bundles += 1
-            heapq.heappush(flying, (end, bundles, seconds, bundle))
-        end, _, seconds, bundle = heapq.heappop(flying)
-        spent = model.receive + model.row * len(bundle.works)
+            heapq.heappush(flying, (end, bundles, seconds, done, bundle))
+        end, _, seconds, done, bundle = heapq.heappop(flying)
+        spent = model.receive + model.wait * len(flying) + model.row * done
         driver = max(driver, end) + spent
         driving += spent
-        plan.learn(bundle, seconds)
+        plan.learn(bundle, done, seconds)
+        plan.give_back(bundle.works[done:])
     return {
         "cores": cores,
         "seconds": driver,
@@ -140,18 +142,19 @@ def main() -> int:
     parser.add_argument("--files", type=int, default=100_000, help="0: those of the catalogue (default: %(default)s)")
     parser.add_argument("--cores", default="1,2,4,8,16,32,64,128,256,512,1000,2000,4000")
     parser.add_argument("--seed", type=int, default=14)
-    parser.add_argument("--submit", type=float, default=0.0006, metavar="S")
-    parser.add_argument("--receive", type=float, default=0.0005, metavar="S")
-    parser.add_argument("--row", type=float, default=0.00003, metavar="S")
-    parser.add_argument("--latency", type=float, default=0.002, metavar="S")
+    parser.add_argument("--submit", type=float, default=0.0003, metavar="S")
+    parser.add_argument("--receive", type=float, default=0.0006, metavar="S")
+    parser.add_argument("--wait", type=float, default=6e-7, metavar="S")
+    parser.add_argument("--row", type=float, default=4e-5, metavar="S")
+    parser.add_argument("--latency", type=float, default=0.003, metavar="S")
     parser.add_argument("--start", type=float, default=1.5, metavar="S")
-    parser.add_argument("--bandwidth", type=float, default=2e9, metavar="BYTES")
+    parser.add_argument("--bandwidth", type=float, default=math.inf, metavar="BYTES", help="(default: no limit)")
     parser.add_argument("--cores-per-node", type=int, default=32)
     parser.add_argument("--plot", metavar="OUT.png")
     parser.add_argument("--rows", metavar="OUT.json")
     args = parser.parse_args()
     files = draw(args.catalogue, args.files, args.seed)
-    names = ("submit", "receive", "row", "latency", "start", "bandwidth", "cores_per_node")
+    names = ("submit", "receive", "wait", "row", "latency", "start", "bandwidth", "cores_per_node")
     model = Model(**{name: getattr(args, name) for name in names})
     results = [simulate(files, int(cores), model) for cores in args.cores.split(",")]
     print("| cores | seconds | files/s | cores in files | driver busy | files per bundle |")

@@ -7,6 +7,7 @@ import pytest
 
 import trimtess
 from trimtess.batch import convert as converting
+from trimtess.batch import task
 from trimtess.batch.errors import FULL
 from trimtess.batch.options import Options, result_key
 from trimtess.batch.store import Store
@@ -58,6 +59,11 @@ def test_a_file_that_is_no_step_is_refused_and_stored_without_outputs(job, tmp_p
     assert "\n" not in outcome["message"] and converting.convert({**job, "path": str(tmp_path / "no.step")})["reused"]
 
 
+def test_messages_do_not_name_the_scratch_folder(job, shared):
+    outcome = converting.convert({**job, "path": str(shared / "attack" / "shift_1e15.step")})
+    assert outcome["status"] == "refused" and outcome["message"].startswith("cannot write mesh.glb: ")
+
+
 def test_a_limit_is_not_stored(job, data):
     outcome = converting.convert({**job, "path": str(data / "nist_ctc05.step"), "max_memory": 1000})
     assert outcome["status"] == "limit" and outcome["message"]
@@ -77,6 +83,14 @@ def test_a_full_disk_is_told_apart(job, data, monkeypatch, number):
     monkeypatch.setattr(converting, "write", fail)
     outcome = converting.convert({**job, "path": str(data / "red_cube_blue_cylinder.step")})
     assert outcome["status"] == "full" and "no room" in outcome["message"]
+
+
+def test_a_worker_gives_files_back_when_its_patience_ends(job, data):
+    cube = str(data / "red_cube_blue_cylinder.step")
+    bundle = {"paths": [cube] * 5, "version": trimtess.__version__, "patience": 0.0, "job": {**job, "seconds": 60.0}}
+    assert len(task.run_bundle(bundle)["outcomes"]) == 1
+    assert len(task.run_bundle({**bundle, "patience": 60.0})["outcomes"]) == 5
+    task.SERVER.stop()
 
 
 def test_keys_differ_by_content_options_and_version():

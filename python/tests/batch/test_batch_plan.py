@@ -56,14 +56,15 @@ def test_bundles_follow_measured_speed():
     slow = Plan(files(*[1000] * 5000), LIMITS)
     for _ in range(60):
         bundle = slow.next(2)
-        slow.learn(bundle, 10 * sum(plan.predict(work.source) for work in bundle.works))
+        slow.learn(bundle, len(bundle.works), 10 * sum(plan.predict(work.source) for work in bundle.works))
     assert slow.speed == pytest.approx(10.0, rel=0.05)
     assert len(slow.next(2).works) <= plan.LONGEST_BUNDLE / (9 * plan.SECONDS_PER_FILE)
 
 
 def test_a_hanging_file_does_not_make_every_bundle_small():
     hung = Plan(files(*[1000] * 100), LIMITS)
-    hung.learn(hung.next(2), 600.0)
+    bundle = hung.next(2)
+    hung.learn(bundle, len(bundle.works), 600.0)
     assert hung.speed < 2.0
 
 
@@ -86,6 +87,15 @@ def test_a_file_over_its_first_limit_gets_all_memory_once():
     second = dealt.next(1)
     assert second.memory == LIMITS.max_memory
     assert not dealt.failed(second.works[0], "limit", second.memory, None)
+
+
+def test_files_that_a_worker_gives_back_are_dealt_again():
+    dealt = Plan(files(*[1000] * 1000), LIMITS)
+    before, bundle = dealt.seconds_left, dealt.next(2)
+    dealt.give_back(bundle.works[3:])
+    assert dealt.next(2).works[0] is bundle.works[3]
+    rest = sum(len(bundle.works) for bundle in bundles(dealt, 2))
+    assert rest < 1000 and dealt.seconds_left < 1e-9 < before
 
 
 def test_files_lost_with_their_worker_come_back_one_by_one():

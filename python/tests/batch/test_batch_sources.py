@@ -110,6 +110,7 @@ def test_a_worker_fetches_objects_and_removes_them(bucket, tmp_path):
     bucket.pipe({"parts/a.step": b"first", "parts/b.step": b"second"})
     (tmp_path / ".tmp" / "run").mkdir(parents=True)
     bundle = {
+        "patience": 9.0,
         "paths": ["s3://parts/a.step", "s3://parts/gone.step", "s3://parts/b.step"],
         "job": {"out": str(tmp_path), "run": "run"},
     }

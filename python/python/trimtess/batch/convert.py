@@ -91,7 +91,8 @@ def make(data: bytes, options: Options, job: Json, scratch: pathlib.Path, watch:
         # The outputs of a file are all there or none is.
         for path in scratch.iterdir():
             path.unlink()
-        return {"status": "refused", "message": one_line(error)}
+        # The folder has another name each time.
+        return {"status": "refused", "message": one_line(error).replace(f"{scratch}/", "")}
 
 
 def measure(data: bytes, options: Options, job: Json, scratch: pathlib.Path, watch: Stopwatch) -> Json:

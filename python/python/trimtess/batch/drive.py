@@ -204,6 +204,7 @@ class Driver:
             data = {
                 "paths": [work.source.path for work in bundle.works],
                 "version": trimtess.__version__,
+                "patience": bundle.patience,
                 "job": job,
             }
             asked = {"num_cpus": bundle.cores, "memory": bundle.memory, **self.elsewhere(bundle)}
@@ -239,7 +240,9 @@ class Driver:
             for work in self.plan.lost(bundle):
                 self.record(work, {"status": "lost", "message": message}, bundle, None)
             return
-        self.plan.learn(bundle, answer["seconds"])
+        done = len(answer["outcomes"])
+        self.plan.learn(bundle, done, answer["seconds"])
+        self.plan.give_back(bundle.works[done:])
         for work, outcome in zip(bundle.works, answer["outcomes"]):
             if outcome["status"] == "full":
                 raise DiskFull(self.job["out"], outcome["message"])

@@ -61,6 +61,11 @@ class Bundle:
     #: Predicted seconds.
     seconds: float
 
+    @property
+    def patience(self) -> float:
+        """Seconds after which a worker starts no further file of the bundle, but gives the rest back."""
+        return 2 * max(SHORTEST_BUNDLE, self.seconds)
+
 
 @dataclasses.dataclass
 class Limits:
@@ -113,9 +118,14 @@ class Plan:
         seconds = sum(predict(work.source) for work in works) * self.speed
         return Bundle(works, max(map(self.memory, works)), max(map(self.cores, works)), seconds)
 
-    def learn(self, bundle: Bundle, seconds: float) -> None:
-        """Takes the measured time of a bundle into account."""
-        predicted = sum(predict(work.source) for work in bundle.works)
+    def give_back(self, works: List[Work]) -> None:
+        """Takes files back that a worker did not start."""
+        self.waiting.extendleft(reversed(works))
+        self.seconds_left += sum(predict(work.source) for work in works)
+
+    def learn(self, bundle: Bundle, done: int, seconds: float) -> None:
+        """Takes the measured time of the first `done` files of a bundle into account."""
+        predicted = sum(predict(work.source) for work in bundle.works[:done])
         # One bundle moves the mean by a factor of ten at most: a hanging file says nothing about others.
         ratio = min(10.0, max(0.1, seconds * bundle.cores / predicted / self.speed)) * self.speed
         self.speed += LEARNING * (ratio - self.speed)

@@ -77,8 +77,9 @@ SERVER = Server()
 def run_bundle(bundle: Json) -> Json:
     """Converts the files of a bundle, one after the other.
 
-    `bundle`: from `plan.Bundle.job`. Returns `outcomes`, one per file in order, and the costs of the bundle: `host`,
-    `node`, `seconds`. Raises `BatchError` if the worker cannot do any file.
+    `bundle`: `paths`, `version` of the driver, `patience` in seconds, and what jobs have in common as `job`. Returns
+    `outcomes`, one per file in order, and `host`, `node` and `seconds` of the bundle. There are fewer outcomes than files
+    if the patience ended or the disk is full. Raises `BatchError` if the worker cannot do any file.
     """
     start = time.perf_counter()
     check_worker(bundle)
@@ -90,7 +91,7 @@ def run_bundle(bundle: Json) -> Json:
         if seconds:
             outcome["seconds"] = {"fetch": seconds, **outcome.get("seconds", {})}
         outcomes.append(outcome)
-        if outcome["status"] == "full":
+        if outcome["status"] == "full" or time.perf_counter() - start > bundle["patience"]:
             break
     return {"outcomes": outcomes, "seconds": time.perf_counter() - start, **place()}
 
