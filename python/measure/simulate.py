@@ -62,8 +62,8 @@ class Files:
     bytes: Dict[str, int]
 
 
-def draw(place: str, count: int, seed: int) -> Files:
-    """Draws files from a catalogue's rows. `count` 0: each row once."""
+def draw(place: str, count: int, seed: int, slower: float) -> Files:
+    """Draws files from a catalogue's rows. `count` 0: each row once. Seconds are multiplied by `slower`."""
     columns = ["size", "seconds", "outputs"]
     rows = [row for row in read(place)[1].select(columns).to_pylist() if row["size"] is not None and row["seconds"]]
     chance = random.Random(seed)
@@ -71,7 +71,7 @@ def draw(place: str, count: int, seed: int) -> Files:
     sources = [Source(f"{number:08}", row["size"], "") for number, row in enumerate(drawn)]
     moved = [row["size"] + sum(output["bytes"] for output in row["outputs"] or ()) for row in drawn]
     names = [source.path for source in sources]
-    return Files(sources, dict(zip(names, (row["seconds"] for row in drawn))), dict(zip(names, moved)))
+    return Files(sources, dict(zip(names, (slower * row["seconds"] for row in drawn))), dict(zip(names, moved)))
 
 
 def simulate(files: Files, cores: int, model: Model) -> Dict[str, float]:
@@ -141,6 +141,7 @@ def main() -> int:
     parser.add_argument("catalogue")
     parser.add_argument("--files", type=int, default=100_000, help="0: those of the catalogue (default: %(default)s)")
     parser.add_argument("--cores", default="1,2,4,8,16,32,64,128,256,512,1000,2000,4000")
+    parser.add_argument("--slower", type=float, default=1.0, help="multiplies the seconds of files (default: 1)")
     parser.add_argument("--seed", type=int, default=14)
     parser.add_argument("--submit", type=float, default=0.0003, metavar="S")
     parser.add_argument("--receive", type=float, default=0.0006, metavar="S")
@@ -153,7 +154,7 @@ def main() -> int:
     parser.add_argument("--plot", metavar="OUT.png")
     parser.add_argument("--rows", metavar="OUT.json")
     args = parser.parse_args()
-    files = draw(args.catalogue, args.files, args.seed)
+    files = draw(args.catalogue, args.files, args.seed, args.slower)
     names = ("submit", "receive", "wait", "row", "latency", "start", "bandwidth", "cores_per_node")
     model = Model(**{name: getattr(args, name) for name in names})
     results = [simulate(files, int(cores), model) for cores in args.cores.split(",")]

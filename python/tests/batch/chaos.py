@@ -116,20 +116,20 @@ def run_under_fire(
                 break
             if results > start and time.monotonic() > next_kill:
                 next_kill = time.monotonic() + chance.expovariate(1.0 / pause)
-                killed[kill_one(driver, chance)] += 1
+                killed.update(kill_one(driver, chance))
         if running.wait() >= 0:
             assert running.returncode in (0, 3), running.returncode
             return killed
 
 
-def kill_one(driver: psutil.Process, chance: random.Random) -> str:
-    """Kills a process of the run and says of which kind it was."""
+def kill_one(driver: psutil.Process, chance: random.Random) -> List[str]:
+    """Kills a process of the run, if there is one, and says of which kind it was."""
     try:
         target, kind = chance.choice(victims(driver))
         target.kill()
-        return kind
+        return [kind]
     except (IndexError, psutil.Error):
-        return "none"
+        return []
 
 
 def count_results(out: pathlib.Path) -> int:

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from trimtess.batch import task
+from trimtess.batch import drive, task
 from trimtess.batch.catalogue import read
 from trimtess.batch.drive import Driver
 from trimtess.batch.errors import BatchError
@@ -77,6 +77,18 @@ def test_a_worker_that_does_not_see_the_output_folder_stops_the_run(tmp_path):
     bundle = {"version": task.trimtess.__version__, "paths": [], "job": {"out": str(tmp_path / "gone"), "run": "run"}}
     with pytest.raises(BatchError, match="does not see .*: --out must be a shared folder"):
         task.run_bundle(bundle)
+
+
+def test_a_run_gives_up_once_no_node_is_left():
+    cores = {"CPU": 4.0}
+    driver = SimpleNamespace(ray=SimpleNamespace(cluster_resources=lambda: cores), seen=time.monotonic() - 1000.0)
+    assert Driver.count_slots(driver) == 4
+    driver.seen = time.monotonic() - drive.LOST_SECONDS / 2
+    cores.clear()
+    assert Driver.count_slots(driver) == 1
+    driver.seen = time.monotonic() - drive.LOST_SECONDS - 1
+    with pytest.raises(BatchError, match="Ray lost all of its nodes; run the same command again to continue"):
+        Driver.count_slots(driver)
 
 
 def test_a_retry_goes_to_another_node():

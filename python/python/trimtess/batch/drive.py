@@ -35,6 +35,9 @@ FLUSH_SECONDS, FLUSH_ROWS = 5.0, 2000
 #: Memory that a file may take unless the caller says: what 50 MB of STEP need.
 DEFAULT_MEMORY = 4096 * MIB
 
+#: Seconds without any node after which a run gives up.
+LOST_SECONDS = 30.0
+
 #: Bundles under way, per core: one in work and one that waits for the worker.
 AHEAD = 2
 
@@ -169,7 +172,7 @@ class Driver:
         self.plan, self.job, self.catalogue, self.statuses, self.meter = plan, job, catalogue, statuses, meter
         self.flying: Dict[object, Bundle] = {}
         self.rows: List[Json] = []
-        self.flushed = time.monotonic()
+        self.flushed = self.seen = time.monotonic()
         self.stop: Optional[int] = None
 
     def run(self) -> float:
@@ -196,8 +199,8 @@ class Driver:
         self.stop = number
 
     def launch(self) -> None:
-        """Keeps the cluster busy. The number of cores is asked for again: clusters grow and shrink."""
-        slots = max(1, int(self.ray.cluster_resources().get("CPU", 1)))
+        """Keeps the cluster busy."""
+        slots = self.count_slots()
         while self.plan and len(self.flying) < AHEAD * slots:
             bundle = self.plan.next(slots)
             job = {**self.job, "max_memory": bundle.memory, "workers": bundle.cores}
@@ -209,6 +212,15 @@ class Driver:
             }
             asked = {"num_cpus": bundle.cores, "memory": bundle.memory, **self.elsewhere(bundle)}
             self.flying[self.remote.options(**asked).remote(data)] = bundle
+
+    def count_slots(self) -> int:
+        """Cores of the cluster, which may grow and shrink. Raises once there have been none for a while."""
+        slots = int(self.ray.cluster_resources().get("CPU", 0))
+        if slots > 0:
+            self.seen = time.monotonic()
+        elif time.monotonic() - self.seen > LOST_SECONDS:
+            raise BatchError("Ray lost all of its nodes; run the same command again to continue")
+        return max(1, slots)
 
     def elsewhere(self, bundle: Bundle) -> Json:
         """Options that place a retry on another node than the one where it failed, if there is one."""
