@@ -57,6 +57,7 @@ def server_alone(paths: List[str], folder: pathlib.Path) -> Dict[str, float]:
     import trimtess
 
     bundle = {"paths": paths, "version": trimtess.__version__, "patience": 1e9, "job": job}
+
     def work() -> None:
         task.run_bundle(bundle)
         # Its processor time counts once it has ended.
@@ -100,7 +101,9 @@ def main() -> int:
         for name, way in ways.items():
             with tempfile.TemporaryDirectory() as folder:
                 rows[name].append(way(pathlib.Path(folder)))
-    print("| way | wall s | first to last file s | processor s | files/s | files/s per core | in files, share of cores |")
+    print(
+        "| way | wall s | first to last file s | processor s | files/s | files/s per core | in files, share of cores |"
+    )
     print("|---|---|---|---|---|---|---|")
     for name, measured in rows.items():
         best = min(measured, key=lambda row: row.get("work", row["wall"]))

@@ -6,10 +6,10 @@ It runs the planner of the batch itself (`trimtess.batch.plan`) against a model 
 
 1. Files: `--files` of them, drawn with replacement from the catalogue's rows with their sizes and seconds (seeded).
    Times are those of the cores that measured them, with one file per core, and include forking, hashing and writing.
-2. Nodes of `--cores-per-node` cores. Memory does not limit how many files run at once (docs/batch.md says what a core
-   needs for that).
+2. Nodes of `--cores-per-node` cores. Memory does not limit how many files run at once.
 3. The driver is one thread. It spends `--submit` to send a bundle, `--receive` to take one back, `--wait` per bundle
-   under way each time that it takes one back, and `--row` per file for its row. It keeps two bundles per core under way, and sends the next when one comes back.
+   under way each time that it takes one back, and `--row` per file for its row. It keeps two bundles per core under
+   way, and sends the next when one comes back.
 4. A bundle that was sent waits `--latency` for its worker, unless an earlier one is still in work there. Ray gives it
    to the core that is free first.
 5. Every core spends `--start` once before its first file: starting the worker and the server.

@@ -6,8 +6,8 @@
 
 A segment is written under a hidden name, flushed to the disk and renamed, so it is whole or absent. Appending never
 touches what is there. `remove`, for files that changed, replaces one segment after the other in the same way. So a
-path has at most one row at any moment, and readers need nothing but Parquet: names that start with `_` or `.` are not
-data to pyarrow, Spark and DuckDB's globs.
+path has at most one row at any moment, and readers need nothing but Parquet: pyarrow takes names that start
+with `_` or `.` for no data.
 """
 
 from __future__ import annotations

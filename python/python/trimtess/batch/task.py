@@ -78,8 +78,8 @@ def run_bundle(bundle: Json) -> Json:
     """Converts the files of a bundle, one after the other.
 
     `bundle`: `paths`, `version` of the driver, `patience` in seconds, and what jobs have in common as `job`. Returns
-    `outcomes`, one per file in order, and `host`, `node` and `seconds` of the bundle. There are fewer outcomes than files
-    if the patience ended or the disk is full. Raises `BatchError` if the worker cannot do any file.
+    `outcomes`, one per file in order, and `host`, `node` and `seconds` of the bundle. There are fewer outcomes than
+    files if the patience ended or the disk is full. Raises `BatchError` if the worker cannot do any file.
     """
     start = time.perf_counter()
     check_worker(bundle)
