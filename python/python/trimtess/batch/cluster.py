@@ -83,7 +83,7 @@ def start_embedded(ray: Any, cores: Optional[int], folder: Optional[str], quiet:
             **quiet,
         )
     except Exception as error:  # Ray raises many kinds here.
-        raise BatchError(f"Ray does not start on this machine: {first_line(error)}") from error
+        raise BatchError(f"Ray does not start on this machine: {one_line(error)}") from error
 
 
 def connect(ray: Any, address: str, quiet: Json) -> None:
@@ -93,9 +93,9 @@ def connect(ray: Any, address: str, quiet: Json) -> None:
     try:
         ray.init(address=address, **quiet)
     except ImportError as error:
-        raise BatchError(f"{address}: {first_line(error)}; pip install 'ray[client]'") from error
+        raise BatchError(f"{address}: {one_line(error)}; pip install 'ray[client]'") from error
     except Exception as error:  # Ray raises many kinds here.
-        raise BatchError(f"{address}: cannot connect: {first_line(error)}") from error
+        raise BatchError(f"{address}: cannot connect: {one_line(error)}") from error
 
 
 def check_answers(address: str) -> None:
@@ -138,6 +138,7 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0))
 
 
-def first_line(error: BaseException) -> str:
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[0] if lines else type(error).__name__
+def one_line(error: BaseException) -> str:
+    """The first line of a message; the last one of a traceback."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()] or [type(error).__name__]
+    return lines[-1] if any(line.startswith("Traceback") for line in lines) else lines[0]

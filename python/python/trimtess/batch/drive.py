@@ -248,7 +248,7 @@ class Driver:
             answer = self.ray.get(ref)
         except self.ray.exceptions.RayError as error:
             self.stop_if_hopeless(getattr(error, "cause", None))
-            message = f"lost with its worker {bundle.works[0].losses + 1} times: {clusters.first_line(error)}"
+            message = f"lost with its worker {bundle.works[0].losses + 1} times: {clusters.one_line(error)}"
             for work in self.plan.lost(bundle):
                 self.record(work, {"status": "lost", "message": message}, bundle, None)
             return
@@ -268,7 +268,7 @@ class Driver:
         if isinstance(cause, BatchError):
             raise cause
         if isinstance(cause, ImportError):
-            raise BatchError(f"a worker cannot import what it needs: {clusters.first_line(cause)}")
+            raise BatchError(f"a worker cannot import what it needs: {clusters.one_line(cause)}")
         if isinstance(cause, OSError) and cause.errno in FULL:
             raise DiskFull(self.job["out"], cause.strerror or str(cause))
 
