@@ -11,17 +11,27 @@ if importlib.util.find_spec("mypy") is None:
     pytest.skip("mypy is not installed", allow_module_level=True)
 
 
+#: Says which libraries of the batch have no types.
+CONFIG = pathlib.Path(__file__).resolve().parents[1] / "pyproject.toml"
+
+
 def run(*command):
     return subprocess.run([sys.executable, "-m", *command], capture_output=True, text=True, check=False)
 
 
 def test_stubs_equal_the_compiled_module():
-    told = run("mypy.stubtest", "trimtess", "--ignore-missing-stub")
+    told = run("mypy.stubtest", "trimtess", "--ignore-missing-stub", "--mypy-config-file", str(CONFIG))
     assert told.returncode == 0, told.stdout + told.stderr
 
 
 def test_the_package_passes_mypy():
     told = run("mypy", "--strict", "-m", "trimtess", "-m", "trimtess.errors")
+    assert told.returncode == 0, told.stdout + told.stderr
+
+
+def test_the_batch_passes_mypy():
+    pytest.importorskip("ray", reason="the extra `batch` is not installed")
+    told = run("mypy", "--strict", "--config-file", str(CONFIG), "-p", "trimtess.batch")
     assert told.returncode == 0, told.stdout + told.stderr
 
 

@@ -1,0 +1,144 @@
+"""Ray: starts one on this machine, or connects to a cluster, and says what it has."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import logging
+import os
+import pathlib
+import secrets
+import socket
+import tempfile
+from typing import Any, Iterable, Iterator, Optional
+
+from .errors import BatchError, UsageError
+from .options import Json
+from .store import remove_tree
+
+#: Ray's least. Results are small dictionaries, so more would only take memory.
+OBJECT_STORE = 80 << 20
+
+#: Seconds to wait for a cluster to answer.
+CONNECT_SECONDS = 5.0
+
+#: Start of the names of folders that an embedded Ray writes to.
+FOLDER = "trimtess-ray-"
+
+
+@dataclasses.dataclass
+class Cluster:
+    """A cluster that answers."""
+
+    #: Cores of all nodes, and of the largest.
+    cores: int
+    cores_of_largest: int
+    #: Bytes that tasks may ask for on the node that has most.
+    memory_of_largest: int
+
+
+@contextlib.contextmanager
+def connected(address: Optional[str], cores: Optional[int], folder: Optional[str]) -> Iterator[Cluster]:
+    """Ray, for the length of a block. `address` `None`: one of our own, on `cores` cores, that writes to `folder`.
+
+    Raises `BatchError` if the address does not answer, or Ray is not installed.
+    """
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    if address is None:
+        # A token of its own: nobody else can give it work. Ray would write one to the home folder. It reads these
+        # variables when it is imported.
+        os.environ.update(RAY_AUTH_MODE="token", RAY_AUTH_TOKEN=secrets.token_hex(32))
+        # Ray would connect to the cluster that this variable names.
+        os.environ.pop("RAY_ADDRESS", None)
+    try:
+        import ray
+    except ImportError as error:
+        raise BatchError(f"Ray is not installed ({error}): pip install 'trimtess[batch]'") from error
+    quiet = {"log_to_driver": False, "logging_level": logging.CRITICAL, "configure_logging": False}
+    # Ray prints a paragraph for each worker that dies. That is told by rows here.
+    silence = contextlib.ExitStack()
+    silence.enter_context(contextlib.redirect_stdout(silence.enter_context(open(os.devnull, "w"))))
+    try:
+        if address is None:
+            start_embedded(ray, cores, folder, quiet)
+        else:
+            check_answers(address)
+            connect(ray, address, quiet)
+        yield survey(ray)
+    finally:
+        if ray.is_initialized():
+            ray.shutdown()
+        silence.close()
+        remove_folders([folder] if folder else [])
+
+
+def start_embedded(ray: Any, cores: Optional[int], folder: Optional[str], quiet: Json) -> None:
+    """Starts Ray on this machine."""
+    try:
+        ray.init(
+            num_cpus=cores or usable_cores(),
+            include_dashboard=False,
+            object_store_memory=OBJECT_STORE,
+            _temp_dir=folder,
+            **quiet,
+        )
+    except Exception as error:  # Ray raises many kinds here.
+        raise BatchError(f"Ray does not start on this machine: {one_line(error)}") from error
+
+
+def connect(ray: Any, address: str, quiet: Json) -> None:
+    """Connects to a cluster."""
+    if address.startswith("ray://"):
+        quiet = {"logging_level": logging.CRITICAL}
+    try:
+        ray.init(address=address, **quiet)
+    except ImportError as error:
+        raise BatchError(f"{address}: {one_line(error)}; pip install 'ray[client]'") from error
+    except Exception as error:  # Ray raises many kinds here.
+        raise BatchError(f"{address}: cannot connect: {one_line(error)}") from error
+
+
+def check_answers(address: str) -> None:
+    """Raises unless something listens at HOST:PORT or ray://HOST:PORT. Ray itself would try for minutes."""
+    if address == "auto":
+        return
+    host, _, port = address.rpartition("://")[2].rpartition(":")
+    if not host or not port.isdigit():
+        raise UsageError(f"--address {address}: not ray://HOST:PORT, HOST:PORT or auto")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), CONNECT_SECONDS).close()
+    except (OSError, OverflowError) as error:
+        raise BatchError(f"{address}: {getattr(error, 'strerror', None) or error}") from error
+
+
+def survey(ray: Any) -> Cluster:
+    """What the cluster has."""
+    nodes = [node["Resources"] for node in ray.nodes() if node["Alive"]]
+    cores = [int(node.get("CPU", 0)) for node in nodes]
+    if not sum(cores):
+        raise BatchError("the cluster has no cores")
+    return Cluster(sum(cores), max(cores), int(max(node.get("memory", 0) for node in nodes)))
+
+
+def new_folder() -> str:
+    """A folder for an embedded Ray. Its path is short: sockets are in it."""
+    return tempfile.mkdtemp(prefix=FOLDER)
+
+
+def remove_folders(folders: Iterable[str]) -> None:
+    """Removes what embedded Rays wrote. `folders`: as `new_folder` made them. The processes of a Ray whose driver was
+    killed end within seconds; some of its agents within two minutes, but those write no new files."""
+    for folder in folders:
+        if pathlib.Path(folder).name.startswith(FOLDER):
+            remove_tree(folder)
+
+
+def usable_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def one_line(error: BaseException) -> str:
+    """The first line of a message; the last one of a traceback."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()] or [type(error).__name__]
+    return lines[-1] if any(line.startswith("Traceback") for line in lines) else lines[0]

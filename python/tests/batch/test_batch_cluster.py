@@ -1,0 +1,106 @@
+"""Runs on a Ray cluster that is there already."""
+
+import os
+import pathlib
+import secrets
+import socket
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from trimtess.batch import drive, task
+from trimtess.batch.catalogue import read
+from trimtess.batch.drive import Driver
+from trimtess.batch.errors import BatchError
+from trimtess.batch.plan import Bundle, Work
+from trimtess.batch.sources import Source
+
+from .running import batch
+
+
+def unused_port() -> int:
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        return unused.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    """Ports of a cluster of one node on this machine, for drivers in it and for clients."""
+    pytest.importorskip("grpc", reason="ray[client] is not installed")
+    port, clients = unused_port(), unused_port()
+    environment = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
+    started = {**os.environ, **environment}
+    # Sockets are in the folder: its path must be short.
+    folder = pathlib.Path("/tmp") / f"b{secrets.token_hex(3)}"
+    command = [sys.executable, "-m", "ray.scripts.scripts", "start", "--head", "--block", "--num-cpus=1"]
+    command += [f"--port={port}", f"--ray-client-server-port={clients}", "--object-store-memory=80000000"]
+    command += ["--include-dashboard=false", f"--temp-dir={folder}"]
+    command += ["--node-ip-address=127.0.0.1", "--min-worker-port=0", "--max-worker-port=0"]
+    head = subprocess.Popen(command, env=started, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    until = time.monotonic() + 60
+    while not (answers(port) and answers(clients)):
+        assert head.poll() is None and time.monotonic() < until
+        time.sleep(0.2)
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in environment.items():
+            patch.setenv(name, value)
+        yield {"host": f"127.0.0.1:{port}", "client": f"ray://127.0.0.1:{clients}"}
+    head.terminate()
+    head.wait(timeout=30)
+    subprocess.run(["rm", "-rf", str(folder)], check=True)
+
+
+def answers(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+@pytest.mark.parametrize("way", ["client", "host"])
+def test_files_are_converted_on_a_cluster(cluster, data, tmp_path, way):
+    done = batch("convert", data, "--out", tmp_path / "out", "-q", "--address", cluster[way])
+    if "Starting Ray client server failed" in done.stderr:
+        pytest.skip("Ray's client server started no process for this client")
+    assert done.returncode in (0, 3), done.stderr
+    assert sorted(os.listdir(tmp_path / "out")) == ["catalogue", "objects"]
+    assert {row["status"] for row in read(tmp_path / "out")[1].to_pylist()} <= {"whole", "partial"}
+
+
+def test_a_worker_with_another_version_stops_the_run(tmp_path):
+    bundle = {"version": "0.0.0-other", "paths": [], "job": {"out": str(tmp_path), "run": "run"}}
+    with pytest.raises(BatchError, match="has trimtess .*, the driver has 0.0.0-other"):
+        task.run_bundle(bundle)
+
+
+def test_a_worker_that_does_not_see_the_output_folder_stops_the_run(tmp_path):
+    bundle = {"version": task.trimtess.__version__, "paths": [], "job": {"out": str(tmp_path / "gone"), "run": "run"}}
+    with pytest.raises(BatchError, match="does not see .*: --out must be a shared folder"):
+        task.run_bundle(bundle)
+
+
+def test_a_run_gives_up_once_no_node_is_left():
+    cores = {"CPU": 4.0}
+    driver = SimpleNamespace(ray=SimpleNamespace(cluster_resources=lambda: cores), seen=time.monotonic() - 1000.0)
+    assert Driver.count_slots(driver) == 4
+    driver.seen = time.monotonic() - drive.LOST_SECONDS / 2
+    cores.clear()
+    assert Driver.count_slots(driver) == 1
+    driver.seen = time.monotonic() - drive.LOST_SECONDS - 1
+    with pytest.raises(BatchError, match="Ray lost all of its nodes; run the same command again to continue"):
+        Driver.count_slots(driver)
+
+
+def test_a_retry_goes_to_another_node():
+    nodes = [{"NodeID": f"{number:056}", "Alive": number != 2} for number in range(3)]
+    driver = SimpleNamespace(ray=SimpleNamespace(nodes=lambda: nodes))
+    work = Work(Source("/a.step", 1, ""))
+    bundle = Bundle([work], 1, 1, 1.0)
+    assert Driver.elsewhere(driver, bundle) == {}
+    work.node = nodes[0]["NodeID"]
+    strategy = Driver.elsewhere(driver, bundle)["scheduling_strategy"]
+    assert strategy.node_id == nodes[1]["NodeID"] and strategy.soft
+    nodes[1]["Alive"] = False
+    assert Driver.elsewhere(driver, bundle) == {}
