@@ -29,8 +29,11 @@ impl Part {
         around(self.vertices.iter().chain(edges).chain(&surfaces).copied())
     }
 
-    /// Moves all of it.
-    pub(crate) fn translate(&mut self, by: DVec3) {
+    /// Moves vertices, edges and surfaces by `by`, millimetres.
+    ///
+    /// For parts far from the origin, whose instances then carry the distance: in coordinates of 1e12 mm every point
+    /// that is computed is off by 1e-4 mm. The STEP reader does so by itself.
+    pub fn translate(&mut self, by: DVec3) {
         self.vertices.iter_mut().for_each(|point| *point += by);
         self.edges.iter_mut().flat_map(|edge| &mut edge.curve.points).for_each(|point| *point += by);
         self.faces.iter_mut().for_each(|face| face.surface.translate(by));
