@@ -55,14 +55,14 @@ fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> EdgeSum {
     rest
 }
 
-/// Layers beyond [`FEW_LAYERS`] plus this many for each segment are dropped and closed instead. A loop that runs around n
-/// times has n layers on each of its triangles, but as many triangles as segments can fill it.
-const MOST_LAYERS: u64 = 4;
+/// Layers beyond [`FEW_LAYERS`] plus this many for each segment and layered triangle are dropped and closed instead. A
+/// loop that runs around n times has n layers on each of its triangles, but as many triangles as segments can fill it.
+const MOST_LAYERS: u64 = 16;
 const FEW_LAYERS: u64 = 1024;
 
 /// Drops layers that exceed the limit.
 fn limit_layers(input: &TrimInput<'_>, out: &mut TrimOutput) {
-    let mut left = FEW_LAYERS + MOST_LAYERS * input.points.len() as u64;
+    let mut left = FEW_LAYERS + MOST_LAYERS * (input.points.len() + out.layers.len()) as u64;
     out.layers.retain(|&(_, times)| {
         let rest = left.checked_sub(times.unsigned_abs().into());
         left = rest.unwrap_or(left);
