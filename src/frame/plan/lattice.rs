@@ -267,7 +267,7 @@ fn spread(
     split: bool,
     tolerance: &Tolerance,
     factor: f64,
-    mut most_cells: u64,
+    most_cells: u64,
     mut before: Option<&dyn FollowLines>,
 ) -> (TileLattice, DensityMet) {
     let Under { face, tile, strips: [su, sv], .. } = under;
@@ -284,7 +284,7 @@ fn spread(
         }
     }
     let mut kept = DensityMet { lines: !noisy, cells: true };
-    let mut round = 0;
+    let (mut round, mut beyond) = (0, false);
     loop {
         let (u, v) = (Density { breaks: breaks_u, rates: &ru }, Density { breaks: breaks_v, rates: &rv });
         let follow = |axis: usize| {
@@ -294,11 +294,10 @@ fn spread(
         let (us, kept_u) = lines(&u, tile.min.x, tile.max.x, &creases[0], follow(0));
         let (vs, kept_v) = lines(&v, tile.min.y, tile.max.y, &creases[1], follow(1));
         let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
-        if !(kept_u && kept_v) {
-            most_cells = most_cells.min(CELLS_BEYOND_LINES);
-        }
+        beyond |= !(kept_u && kept_v);
+        let most = if beyond { most_cells.min(CELLS_BEYOND_LINES) } else { most_cells };
         // By how much u and v are too dense. A direction with one cell cannot become coarser.
-        let over = nu * nv / most_cells as f64;
+        let over = nu * nv / most as f64;
         let share = |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);
         let (too_u, too_v) = (share(nu, nv), share(nv, nu));
         let fits = too_u <= 1.0 && too_v <= 1.0;
@@ -310,7 +309,7 @@ fn spread(
         if fits || round == COARSER {
             return (TileLattice { us, vs, chord: tolerance.chord }, kept);
         }
-        kept.cells &= over <= 1.0;
+        kept.cells &= nu * nv <= most_cells as f64;
         kept.lines &= nu.max(nv) <= LINES_OF_TILE;
         round += 1;
         let (by_u, by_v) =
