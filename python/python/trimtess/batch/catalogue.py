@@ -148,7 +148,7 @@ class Catalogue:
 def read(place: "os.PathLike[str] | str") -> "tuple[Json, pyarrow.Table]":
     """Head and rows of a catalogue: of its folder, or of the output folder that has it. Needs no lock.
 
-    Raises `BatchError` if there is none, or it has another layout.
+    Raises `BatchError` if the folder has no catalogue, or one of another layout.
     """
     folder = pathlib.Path(place)
     if (folder / "catalogue" / HEAD).exists():

@@ -24,7 +24,7 @@ SHADES = " ▁▂▃▄▅▆▇█"
 
 
 def load(place: str) -> Tuple[Json, pyarrow.Table]:
-    """Head and rows of a catalogue. Raises `BatchError` if there is none."""
+    """Head and rows of a catalogue. Raises `BatchError` if the folder has no catalogue."""
     return read(place)
 
 
