@@ -1,6 +1,6 @@
 //! A part -> the box around it, and the same part at another place.
 
-use super::{FreeTrims, Loop, Part, Surface};
+use super::{Face, FreeTrims, Loop, Part, Surface};
 use crate::math::boxes::around;
 use glam::DVec3;
 
@@ -9,24 +9,8 @@ impl Part {
     /// without any. A size, not a bound.
     pub(crate) fn control_box(&self) -> [DVec3; 2] {
         let edges = self.edges.iter().flat_map(|edge| &edge.curve.points);
-        let mut surfaces = Vec::new();
-        for face in &self.faces {
-            if face.loops.iter().any(|l| matches!(l, Loop::Edges(_))) {
-                continue;
-            }
-            let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
-            if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
-                // Where the surface is infinite, its trims bound it.
-                let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
-                (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
-            }
-            if [u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
-                let share = |k: u32| f64::from(k) / 8.0;
-                let uv = (0..=8).flat_map(|i| (0..=8).map(move |j| (share(i), share(j))));
-                surfaces.extend(uv.map(|(s, t)| face.surface.point(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t)));
-            }
-        }
-        around(self.vertices.iter().chain(edges).chain(&surfaces).copied())
+        let alone = self.faces.iter().filter(|face| !face.loops.iter().any(|l| matches!(l, Loop::Edges(_))));
+        around(self.vertices.iter().chain(edges).copied().chain(alone.flat_map(samples)))
     }
 
     /// Moves vertices, edges and surfaces by `by`, millimetres.
@@ -38,6 +22,20 @@ impl Part {
         self.edges.iter_mut().flat_map(|edge| &mut edge.curve.points).for_each(|point| *point += by);
         self.faces.iter_mut().for_each(|face| face.surface.translate(by));
     }
+}
+
+/// Points of a face's surface, all over the domain that it or its trims bound; none if neither does.
+fn samples(face: &Face) -> impl Iterator<Item = DVec3> {
+    let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
+    if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
+        // Where the surface is infinite, its trims bound it.
+        let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
+        (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
+    }
+    let bounded = [u0, u1, v0, v1].iter().all(|x| x.is_finite());
+    let share = |k: u32| f64::from(k) / 8.0;
+    let uv = (0..=8).flat_map(move |i| (0..=8).map(move |j| (share(i), share(j)))).filter(move |_| bounded);
+    uv.map(move |(s, t)| face.surface.point(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t))
 }
 
 impl Surface {

@@ -249,11 +249,11 @@ impl Geometry<'_> {
 /// The first of each of the items that are equal, in order, and how many others there are. ISO 10303-42 allows none in
 /// a path: each would be a way around the face, paid for as often as it is listed.
 fn unique<T: Copy + Eq + Hash>(items: impl Iterator<Item = T>) -> (impl Iterator<Item = T>, usize) {
-    let all: Vec<T> = items.collect();
-    let mut seen = HashSet::with_capacity(all.len());
-    let first: Vec<T> = all.iter().copied().filter(|item| seen.insert(*item)).collect();
-    let again = all.len() - first.len();
-    (first.into_iter(), again)
+    let mut all: Vec<T> = items.collect();
+    let (listed, mut seen) = (all.len(), HashSet::with_capacity(all.len()));
+    all.retain(|item| seen.insert(*item));
+    let again = listed - all.len();
+    (all.into_iter(), again)
 }
 
 /// The sides of a polygon, without those between equal points.
