@@ -57,9 +57,9 @@ const MAX_ROUNDS: usize = 12;
 const CROSSINGS_PER_SEGMENT: usize = 1;
 const FEW_CROSSINGS: usize = 1024;
 
-/// Once segments are known to cross, one of the longest that crosses more edges of the triangulation than this is routed
-/// along edges nearby: inserting it costs the square of their number, in each round.
-const MOST_EDGES: usize = 1024;
+/// If segments cross, one that meets more edges of the triangulation than this is routed along edges nearby: inserting it
+/// can cost the cube of their number (33 s for a few that met up to 5 000).
+const MOST_EDGES: usize = 512;
 
 /// Smallest magnitude `spade` accepts, other than zero.
 const SMALLEST: f64 = 1.8e-43;
@@ -93,13 +93,16 @@ pub(crate) fn triangulate(
         let last = rounds == MAX_ROUNDS || crossings >= most;
         // If nothing crosses, the first round is the last.
         let mut cdt = if rounds == 1 || last { std::mem::take(&mut bare) } else { bare.clone() };
-        if rounds > 1 {
-            let least = longest(&positions, &parts);
-            let is_long =
-                |part: &mut SegmentPart| length(&positions, part) >= least && cdt.crosses(part.ends, MOST_EDGES);
-            long.extend(parts.extract_if(.., is_long));
+        let most_now = if last { 0 } else { most };
+        let mut added = add_constraints(&mut cdt, &parts, MOST_EDGES, most_now, &mut crossings);
+        if rounds == 1 && added.conflicts.is_empty() {
+            let rest = add_constraints(&mut cdt, &added.long, usize::MAX, most_now, &mut crossings);
+            added.parts.extend(rest.parts);
+            added = Added { parts: added.parts, ..rest };
         }
-        let conflicts = add_constraints(&mut cdt, &mut parts, if last { 0 } else { most }, &mut crossings);
+        let conflicts = added.conflicts;
+        parts = added.parts;
+        long.extend(added.long);
         if at_crossings == AtCrossings::Refuse && (!conflicts.is_empty() || parts.len() != whole) {
             return Err(Refused);
         }
@@ -125,21 +128,6 @@ struct SegmentPart {
     weight: i32,
     /// Index of the segment.
     owner: u32,
-}
-
-fn length(positions: &[Point2<f64>], part: &SegmentPart) -> f64 {
-    let [a, b] = part.ends.map(|v| positions[v as usize]);
-    (b.x - a.x).hypot(b.y - a.y)
-}
-
-/// The length that one in 1024 parts has, and 16 more.
-fn longest(positions: &[Point2<f64>], parts: &[SegmentPart]) -> f64 {
-    let mut lengths: Vec<f64> = parts.iter().map(|part| length(positions, part)).collect();
-    let few = 16 + lengths.len() / 1024;
-    if few >= lengths.len() {
-        return 0.0;
-    }
-    *lengths.select_nth_unstable_by(few, |a, b| b.total_cmp(a)).1
 }
 
 fn snapped(p: DVec2) -> Point2<f64> {
@@ -199,7 +187,7 @@ impl Cdt {
     }
 
     /// Whether a line between two vertices meets more than `most` edges and vertices.
-    fn crosses(&self, ends: [u32; 2], most: usize) -> bool {
+    fn meets(&self, ends: [u32; 2], most: usize) -> bool {
         let [from, to] = ends.map(|v| self.vertex(v));
         LineIntersectionIterator::new_from_handles(&self.spade, from, to).nth(most).is_some()
     }
@@ -247,18 +235,33 @@ fn ends(edge: EdgeHandle<'_>) -> [u32; 2] {
     [index(edge.from()), index(edge.to())]
 }
 
-/// Makes every part an edge, and splits parts that pass through vertices. Takes out parts that cross constraints and
-/// returns them, with the constraint edges that each crosses. Adds these to `crossings`, and stops listing them once it
+/// Result of [`add_constraints`].
+struct Added {
+    /// Parts that are edges now.
+    parts: Vec<SegmentPart>,
+    /// Parts that cross constraints, with the constraint edges that each crosses.
+    conflicts: Vec<(SegmentPart, Vec<[u32; 2]>)>,
+    /// Parts left out because they meet too many edges.
+    long: Vec<SegmentPart>,
+}
+
+/// Makes parts edges, and splits those that pass through vertices. Leaves out parts that cross constraints, and parts
+/// that meet more than `most_edges` edges. Adds the edges of the conflicts to `crossings`, and stops listing them once it
 /// reaches `most`.
 fn add_constraints(
     cdt: &mut Cdt,
-    parts: &mut Vec<SegmentPart>,
+    parts: &[SegmentPart],
+    most_edges: usize,
     most: usize,
     crossings: &mut usize,
-) -> Vec<(SegmentPart, Vec<[u32; 2]>)> {
-    let mut conflicts = Vec::new();
-    let mut done = Vec::with_capacity(parts.len());
-    for &part in parts.iter() {
+) -> Added {
+    let mut added = Added { parts: Vec::with_capacity(parts.len()), conflicts: Vec::new(), long: Vec::new() };
+    let some_are_long = cdt.spade.num_undirected_edges() > most_edges;
+    for &part in parts {
+        if some_are_long && cdt.meets(part.ends, most_edges) {
+            added.long.push(part);
+            continue;
+        }
         let [a, b] = part.ends.map(|v| cdt.vertex(v));
         let chain = cdt.spade.try_add_constraint(a, b);
         if chain.is_empty() {
@@ -267,15 +270,14 @@ fn add_constraints(
                 crossed.extend(cdt.spade.get_conflicting_edges_between_vertices(a, b).map(ends));
                 *crossings += crossed.len();
             }
-            conflicts.push((part, crossed));
+            added.conflicts.push((part, crossed));
             continue;
         }
-        for edge in chain {
-            done.push(SegmentPart { ends: ends(cdt.spade.directed_edge(edge)), ..part });
-        }
+        added
+            .parts
+            .extend(chain.into_iter().map(|edge| SegmentPart { ends: ends(cdt.spade.directed_edge(edge)), ..part }));
     }
-    *parts = done;
-    conflicts
+    added
 }
 
 /// Crossings lie on multiples of this, in cells. A vertex on the same multiple is used instead, so that lines that run
@@ -553,6 +555,23 @@ mod tests {
         let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
         assert!(region.crossings.len() < 100, "{}", region.crossings.len());
         assert_eq!(region.split, count);
+    }
+
+    #[test]
+    fn segments_that_meet_many_edges_are_routed_only_if_others_cross() {
+        // A line through a strip of points, and two squares that may overlap.
+        for (other, led) in [(square(5.0, 7.0), 0), (square(4.0, 6.0), 1)] {
+            let count = 2 * MOST_EDGES as u32;
+            let strip = (0..=count).map(|k| DVec2::new(f64::from(k), if k % 2 == 0 { 1.0 } else { -1.0 }));
+            let ends = [DVec2::new(-1.0, 0.0), DVec2::new(f64::from(count) + 1.0, 0.0)];
+            let mut sites: Vec<DVec2> = ends.into_iter().chain(strip).collect();
+            let first = sites.len() as u32;
+            sites.extend(square(3.0, 5.0).iter().chain(&other).map(|&p| p + DVec2::splat(10.0)));
+            let mut segments = vec![Segment { ends: [0, 1], weight: 1 }, Segment { ends: [1, 0], weight: 1 }];
+            segments.extend(ring(first, 4).chain(ring(first + 4, 4)));
+            let region = triangulate(&sites, &segments, AtCrossings::Split).expect("finite coordinates");
+            assert_eq!(region.led, 2 * led, "both ways along the line");
+        }
     }
 
     #[test]
