@@ -2,8 +2,12 @@
 
 import hashlib
 import os
+import signal
 import stat
 import subprocess
+import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -133,3 +137,24 @@ def test_paths_may_be_strings_and_path_like(prepared, tmp_path):
     mesh = prepared.tessellate()
     assert mesh.save(str(tmp_path / "a.stl")).path == str(tmp_path / "a.stl")
     assert mesh.save(tmp_path / "b.STL").triangles == mesh.triangle_count
+
+
+def test_a_handler_of_sigterm_leaves_no_temporary_file(large, tmp_path):
+    mesh = large.tessellate(chord_rel=1e-5, angle=2)
+
+    def interrupt():
+        while not list(tmp_path.glob(".*.part")):
+            time.sleep(0.001)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    before = signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    try:
+        watcher = threading.Thread(target=interrupt, daemon=True)
+        watcher.start()
+        with pytest.raises(SystemExit):
+            mesh.save(tmp_path / "mesh.obj")
+            # A fast machine may write the file before the signal is seen.
+            time.sleep(1)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert set(os.listdir(tmp_path)) <= {"mesh.obj"}

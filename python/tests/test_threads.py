@@ -48,8 +48,16 @@ def test_an_exception_of_progress_ends_the_work(large):
     assert time.monotonic() - start < 60
 
 
+@pytest.fixture
+def interruptible():
+    """SIGINT raises KeyboardInterrupt, which it does not in what a shell runs in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("stage", ["prepare", "tessellate"])
-def test_ctrl_c_is_honoured_between_faces_and_tiles(stage, large):
+def test_ctrl_c_is_honoured_between_faces_and_tiles(stage, large, interruptible):
     counts = []
 
     def progress(_, done, total):

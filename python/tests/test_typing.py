@@ -20,7 +20,7 @@ def run(*command):
 
 
 def test_stubs_equal_the_compiled_module():
-    told = run("mypy.stubtest", "trimtess", "--ignore-missing-stub", "--mypy-config-file", str(CONFIG))
+    told = run("mypy.stubtest", "trimtess._trimtess")
     assert told.returncode == 0, told.stdout + told.stderr
 
 

@@ -4,6 +4,27 @@ from typing import Any, Callable, Dict, List, Optional, Tuple, Union, final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "__version__",
+    "read",
+    "Buffer",
+    "Diagnostic",
+    "Model",
+    "Part",
+    "Face",
+    "Edge",
+    "Instance",
+    "Prepared",
+    "Mesh",
+    "MeshPart",
+    "Flat",
+    "Check",
+    "PartCheck",
+    "Deviation",
+    "Spread",
+    "Saved",
+]
+
 __version__: str
 
 _Rgba = Tuple[float, float, float, float]

@@ -30,10 +30,11 @@ def unused_port() -> int:
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
     """Ports of a cluster of one node on this machine, for drivers in it and for clients."""
-    pytest.importorskip("grpc", reason="ray[client] is not installed")
     port, clients = unused_port(), unused_port()
     environment = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"}
-    started = {**os.environ, **environment}
+    # Ray's proxy for clients forks while threads of its gRPC run. gRPC's handlers of forks then crash some children
+    # before they become servers (ray-project/ray#63202).
+    started = {**os.environ, **environment, "GRPC_ENABLE_FORK_SUPPORT": "0"}
     # Sockets are in the folder: its path must be short.
     folder = pathlib.Path("/tmp") / f"b{secrets.token_hex(3)}"
     command = [sys.executable, "-m", "ray.scripts.scripts", "start", "--head", "--block", "--num-cpus=1"]
@@ -62,8 +63,6 @@ def answers(port: int) -> bool:
 @pytest.mark.parametrize("way", ["client", "host"])
 def test_files_are_converted_on_a_cluster(cluster, data, tmp_path, way):
     done = batch("convert", data, "--out", tmp_path / "out", "-q", "--address", cluster[way])
-    if "Starting Ray client server failed" in done.stderr:
-        pytest.skip("Ray's client server started no process for this client")
     assert done.returncode in (0, 3), done.stderr
     assert sorted(os.listdir(tmp_path / "out")) == ["catalogue", "objects"]
     assert {row["status"] for row in read(tmp_path / "out")[1].to_pylist()} <= {"whole", "partial"}

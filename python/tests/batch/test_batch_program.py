@@ -1,5 +1,6 @@
 """The program as a user runs it: what it prints, and its exit status. Each starts a real Ray on this machine."""
 
+import os
 import pathlib
 import shutil
 import signal
@@ -7,8 +8,11 @@ import socket
 import subprocess
 import time
 
+import numpy as np
 import pytest
+from PIL import Image
 
+import trimtess
 from trimtess.batch.catalogue import read
 
 from . import chaos
@@ -62,6 +66,28 @@ def test_objects_of_a_store_are_converted(bucket, data, tmp_path):
         "s3://parts/no.step": "refused",
     }
     assert all(row["seconds_fetch"] > 0 for row in rows)
+
+
+def test_pictures_appear_with_meshes(prepared, data, tmp_path):
+    try:
+        expected = prepared.render(320, 240)
+    except trimtess.NoAdapterError as error:
+        pytest.skip(str(error))
+    options = ["--formats", "glb,png", "--size", "320x240", "--cores", 1, "-q"]
+    done = batch("convert", data / "red_cube_blue_cylinder.step", "--out", tmp_path / "out", *options)
+    assert done.returncode == 0, done.stderr
+    [row] = read(tmp_path / "out")[1].to_pylist()
+    assert [output["format"] for output in row["outputs"]] == ["glb", "png"] and row["attempts"] == 1
+    with Image.open(tmp_path / "out" / row["outputs"][1]["path"]) as picture:
+        assert np.array_equal(np.asarray(picture), expected)
+
+
+def test_a_machine_that_cannot_draw_is_one_clear_line(data, tmp_path):
+    # Not on this system.
+    undrawable = {**os.environ, "WGPU_BACKEND": "dx12"}
+    done = batch("convert", data, "--out", tmp_path / "out", "--formats", "png", "--cores", 1, "-q", env=undrawable)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert f"worker {socket.gethostname()} cannot draw pictures: " in done.stderr
 
 
 def test_an_interrupted_run_keeps_what_is_done(data, tmp_path):

@@ -48,6 +48,8 @@ def connected(address: Optional[str], cores: Optional[int], folder: Optional[str
         # A token of its own: nobody else can give it work. Ray would write one to the home folder. It reads these
         # variables when it is imported.
         os.environ.update(RAY_AUTH_MODE="token", RAY_AUTH_TOKEN=secrets.token_hex(32))
+        # Ray would start workers before the first task, and wait for ever if one dies then (ray-project/ray#40131).
+        os.environ["RAY_prestart_worker_first_driver"] = "0"
         # Ray would connect to the cluster that this variable names.
         os.environ.pop("RAY_ADDRESS", None)
     try:

@@ -45,6 +45,7 @@ def convert(job: Json) -> Json:
     * `limit`: needs more memory than `max_memory`,
     * `unreadable`: the file cannot be opened,
     * `full`: there is no room for the outputs,
+    * `no-adapter`: pictures are asked for, and this machine cannot draw,
     * `crashed`: another error of the system.
 
     Raises for what is a fault of the program, and `MemoryError`: `server.death` turns both into outcomes.
@@ -72,6 +73,8 @@ def convert(job: Json) -> Json:
                 costs = {"seconds": watch.seconds, "peak_memory": peak_memory(), "cores": job["workers"]}
                 result = store.publish(scratch, key, {**result, **costs, "outputs": outputs})
             return {**result, **identity, "reused": False}
+    except trimtess.NoAdapterError as error:
+        return {**identity, "status": "no-adapter", "message": one_line(error)}
     except OSError as error:
         status = "full" if error.errno in FULL else "crashed"
         return {**identity, "status": status, "message": f"{type(error).__name__}: {error.strerror or error}"}

@@ -87,6 +87,8 @@ def run_bundle(bundle: Json) -> Json:
     for path, local, failure, seconds in fetched(bundle):
         before = time.time()
         outcome = failure or SERVER.convert({**bundle["job"], "path": local})
+        if outcome["status"] == "no-adapter":
+            raise BatchError(f"worker {socket.gethostname()} cannot draw pictures: {outcome['message']}")
         outcome.update(path=path, started=before - seconds, finished=time.time())
         if seconds:
             outcome["seconds"] = {"fetch": seconds, **outcome.get("seconds", {})}
