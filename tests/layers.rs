@@ -13,7 +13,7 @@ const MAY_USE: [(&str, &[&str]); 12] = [
     ("import", &["math", "control", "model"]),
     ("mesh", &["math", "model"]),
     ("prepare", &["math", "control", "model", "mesh"]),
-    ("frame", &["math", "view", "model", "mesh", "prepare"]),
+    ("frame", &["math", "control", "view", "model", "mesh", "prepare"]),
     ("parallel", &["math", "control", "view", "model", "mesh", "prepare", "frame"]),
     ("audit", &["math", "model", "mesh", "prepare", "frame"]),
     ("draw", &["model", "mesh", "prepare", "frame"]),
@@ -23,7 +23,7 @@ const MAY_USE: [(&str, &[&str]); 12] = [
 /// Libraries, and the only folders that may name them. Work stealing would move tiles away from the worker that caches
 /// them, queues belong to the protocol of `parallel`, devices to pictures, windows to the program (`cli/`).
 const CRATE_ONLY_IN: [(&str, &[&str]); 10] = [
-    ("rayon", &["import", "prepare"]),
+    ("rayon", &["import", "prepare", "parallel"]),
     ("crossbeam_channel", &["parallel"]),
     ("core_affinity", &["parallel"]),
     ("cpu_time", &["parallel"]),

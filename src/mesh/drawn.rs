@@ -82,6 +82,12 @@ impl DrawnTiles {
         self.words[row][tile >> 6] |= 1 << (tile & 63);
     }
 
+    /// Sets the bits of tiles `64 k ..` of an instance in a view, lowest bit of each word first.
+    pub(crate) fn set_words(&mut self, view: usize, instance: usize, k: usize, words: &[u64]) {
+        let row = self.row(view, instance);
+        self.words[row][k..k + words.len()].copy_from_slice(words);
+    }
+
     /// The drawn tiles of an instance in a view, ascending. Empty if everything is drawn: there are no rows then.
     pub fn tiles(&self, view: usize, instance: usize) -> impl Iterator<Item = TileId> + '_ {
         let row = if self.is_everything() { 0..0 } else { self.row(view, instance) };

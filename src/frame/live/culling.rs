@@ -6,6 +6,7 @@ use crate::frame::tolerance::part_camera::{PartCamera, PixelScale};
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 /// One instance as one view sees it.
 #[derive(Clone, Debug)]
@@ -53,13 +54,19 @@ impl PartBoxes {
         boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
     }
 
-    /// Calls `each` with the tiles in the view frustum, ascending. `cull_back_faces` skips back-facing tiles of closed
-    /// parts.
-    pub(crate) fn seen_by(&self, sight: &PartCamera, cull_back_faces: bool, mut each: impl FnMut(usize, PixelScale)) {
+    /// Calls `each` with those of `tiles` that are in the view frustum, ascending. `cull_back_faces` skips back-facing
+    /// tiles of closed parts.
+    pub(crate) fn seen_by(
+        &self,
+        sight: &PartCamera,
+        cull_back_faces: bool,
+        tiles: Range<usize>,
+        mut each: impl FnMut(usize, PixelScale),
+    ) {
         if sight.look(&self.whole).is_none() {
             return;
         }
-        for (t, place) in self.tiles.iter().enumerate() {
+        for (t, place) in tiles.clone().zip(&self.tiles[tiles]) {
             let Some(seen) = sight.look(place) else { continue };
             let cone = self.cones.get(t).filter(|_| cull_back_faces);
             if cone.is_none_or(|cone| !sight.sees_back(place, cone.axis, cone.half_angle)) {

@@ -6,5 +6,6 @@ pub(super) mod culling;
 pub(super) mod rate;
 pub(super) mod resync;
 pub(super) mod pages;
+pub(super) mod draft;
 pub(super) mod planner;
 pub(super) mod levels;

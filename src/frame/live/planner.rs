@@ -5,10 +5,15 @@
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
 use super::culling::{InstanceSight, PartBoxes};
+use super::draft::{
+    ANEW, BESIDE_NEW, NewLattice, NewTessellants, PLANNED, PlanDraft, RateChanges, TILES, TessellantUpdate, Touched,
+    UNSEEN, VisibleTiles, WantedRate, rows,
+};
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages};
 use super::rate::{Rate, Step, Terms, band, step};
 use super::resync::{LineHistory, Turns, owner};
+use crate::control::{Alone, Jobs, each_mut, map_chunks};
 use crate::frame::plan::budget::{Budget, cells, predicted};
 use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{lattice, places};
@@ -26,6 +31,7 @@ use crate::prepare::internals::BoundingBox;
 use crate::view::View;
 use glam::DAffine3;
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Split the level of a tile into per-box levels when they differ by more than this factor. Each of them can trigger a
@@ -52,9 +58,6 @@ struct PartRates {
     seen: Vec<PixelScale>,
 }
 
-/// Off-screen, or culled.
-const UNSEEN: PixelScale = PixelScale { most: -1.0, least: -1.0 };
-
 /// Makes the plans of consecutive frames.
 ///
 /// Deterministic: the same options, views and instances, frame by frame, give the same plans, bit for bit.
@@ -69,8 +72,9 @@ pub struct Planner {
     pages: PlanPages,
     changes: PlanChanges,
     limited: Limited,
-    tessellants: Tessellants,
     touched: Touched,
+    /// All tiles, by part and range.
+    rows: Vec<(usize, Range<usize>)>,
     /// Views and placements of the last plan.
     seen: Vec<View>,
     placed: Vec<(PartId, DAffine3)>,
@@ -94,63 +98,6 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
     }
 }
 
-/// Stamp of every edge in [`Touched`].
-const TOUCHED: u8 = 1;
-/// An adjacent lattice changed.
-const BESIDE_NEW: u8 = 2;
-/// All tessellants are replaced.
-const ANEW: u8 = 4;
-
-/// Edges to plan, each once however many tiles request it.
-#[derive(Default)]
-struct Touched {
-    /// By part and edge: 0 if not among `rows`, else [`TOUCHED`] and the reasons.
-    stamps: Vec<Vec<u8>>,
-    rows: Vec<(usize, RowId)>,
-}
-
-impl Touched {
-    fn add(&mut self, part: usize, edge: RowId, why: u8) {
-        let stamp = &mut self.stamps[part][edge.index()];
-        if *stamp == 0 {
-            self.rows.push((part, edge));
-        }
-        *stamp |= TOUCHED | why;
-    }
-
-    /// Calls `each` with every edge and its stamp, and empties the set.
-    fn drain(&mut self, mut each: impl FnMut(usize, RowId, u8)) {
-        for (part, edge) in self.rows.drain(..) {
-            let stamp = std::mem::take(&mut self.stamps[part][edge.index()]);
-            each(part, edge, stamp);
-        }
-    }
-}
-
-/// A tile whose rate should change.
-struct WantedRate {
-    /// How many steps finer it should be. Infinite without a step so far, or if never planned with the current terms.
-    urgency: f64,
-    part: usize,
-    tile: usize,
-    rate: Rate,
-    band: (f64, f64),
-    /// The chord tolerance that the views require, in the part's own millimetres.
-    chord: f64,
-    /// Whether to replace all lines of the tile and of its edges.
-    anew: bool,
-}
-
-/// The plan of the current frame.
-struct PlanDraft<'a> {
-    page: &'a mut Plan,
-    sights: Vec<Vec<InstanceSight>>,
-    wanted: Vec<WantedRate>,
-    /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
-    near: Vec<(usize, usize)>,
-    changes: PlanChanges,
-}
-
 impl Planner {
     /// Starts with the coarsest plan. Cost: a few microseconds per tile and per edge.
     #[must_use]
@@ -158,7 +105,7 @@ impl Planner {
         let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
         let everywhere = |part: &ScenePart| PartTolerance::everywhere(&coarsest, part.radius);
         let asked: Vec<PartTolerance> = prepared.scene.parts.iter().map(everywhere).collect();
-        let plan = plan_parts(&prepared, &asked, &options.limits, 0);
+        let plan = plan_parts(&Alone, &prepared, &asked, &options.limits, 0);
         let parts = prepared.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
             boxes: PartBoxes::of(part),
             tiles: vec![Rate::Even(None); part.tiles.len()],
@@ -178,11 +125,11 @@ impl Planner {
             pages: PlanPages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
             changes: PlanChanges::default(),
             limited: Limited::default(),
-            tessellants: Tessellants::default(),
             touched: Touched {
                 stamps: prepared.parts.iter().map(|part| vec![0; part.edges.len()]).collect(),
                 rows: Vec::new(),
             },
+            rows: rows(&prepared),
             seen: Vec::new(),
             placed: Vec::new(),
             unfinished: true,
@@ -213,6 +160,11 @@ impl Planner {
     /// Cost: about 20 ns per tile, instance and view, and a few microseconds per tile and edge that changes. If nothing
     /// moved, one comparison of the arguments with the last ones.
     pub fn plan(&mut self, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
+        self.plan_on(&Alone, instances, views)
+    }
+
+    /// As [`plan`](Self::plan), on the threads of `jobs`. The plan does not depend on their number.
+    pub fn plan_on(&mut self, jobs: &dyn Jobs, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
         let placed = instances.iter().map(|i| (i.part, i.transform));
         let is_still = self.seen == views && self.placed.iter().copied().eq(placed.clone());
         self.turns.pass(is_still);
@@ -234,12 +186,12 @@ impl Planner {
         let (sights, unusable) = self.sights(instances, views);
         let mut draft =
             PlanDraft { page, sights, wanted: Vec::new(), near: Vec::new(), changes: PlanChanges::default() };
+        self.see(jobs, &mut draft);
         loop {
-            for part in 0..self.parts.len() {
-                self.look(part, &mut draft);
-            }
+            self.look(jobs, &mut draft);
             self.defer(&mut draft);
-            self.apply(&mut draft);
+            self.apply(jobs, &mut draft);
+            self.tessellate(jobs, &mut draft);
             if self.fits() {
                 break;
             }
@@ -292,42 +244,85 @@ impl Planner {
         (sights, unusable)
     }
 
-    /// Finds the drawn tiles of a part, and those of them whose rate should change.
-    fn look(&mut self, p: usize, draft: &mut PlanDraft<'_>) {
-        let PartRates { boxes, tiles, bands, tile_terms, kept, seen, .. } = &mut self.parts[p];
-        seen.fill(UNSEEN);
-        for InstanceSight { view, instance, sight } in &draft.sights[p] {
-            boxes.seen_by(sight, self.options.cull_back_faces, |t, now| {
-                draft.page.drawn.insert(*view, *instance, TileId(t as u32));
-                seen[t] = PixelScale { most: seen[t].most.max(now.most), least: seen[t].least.max(now.least) };
-            });
+    /// Finds the drawn tiles.
+    fn see(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft<'_>) {
+        let mut rows: Vec<VisibleTiles<'_>> = Vec::with_capacity(self.rows.len());
+        let mut boxes: Vec<&PartBoxes> = Vec::with_capacity(self.parts.len());
+        for (part, rates) in self.parts.iter_mut().enumerate() {
+            boxes.push(&rates.boxes);
+            let chunks = rates.seen.chunks_mut(TILES).enumerate();
+            rows.extend(chunks.map(|(k, seen)| VisibleTiles { part, first: k * TILES, seen, drawn: Vec::new() }));
         }
+        let (sights, cull) = (&draft.sights, self.options.cull_back_faces);
+        each_mut(jobs, &mut rows, |_, VisibleTiles { part, first, seen, drawn }| {
+            seen.fill(UNSEEN);
+            let words = seen.len().div_ceil(64);
+            drawn.resize(words * sights[*part].len(), 0);
+            for (InstanceSight { sight, .. }, drawn) in sights[*part].iter().zip(drawn.chunks_mut(words)) {
+                boxes[*part].seen_by(sight, cull, *first..*first + seen.len(), |t, now| {
+                    let k = t - *first;
+                    drawn[k / 64] |= 1 << (k % 64);
+                    seen[k] = PixelScale { most: seen[k].most.max(now.most), least: seen[k].least.max(now.least) };
+                });
+            }
+        });
+        for VisibleTiles { part, first, seen, drawn } in rows {
+            let words = seen.len().div_ceil(64);
+            for (InstanceSight { view, instance, .. }, drawn) in sights[part].iter().zip(drawn.chunks(words)) {
+                draft.page.drawn.set_words(*view, *instance, first / 64, drawn);
+            }
+        }
+    }
+
+    /// Finds the drawn tiles whose rate should change.
+    fn look(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft<'_>) {
+        let sights = &draft.sights;
+        let found = map_chunks(jobs, &self.rows, 1, |rows| {
+            let mut wanted = RateChanges::default();
+            for (part, tiles) in rows {
+                self.look_at(*part, tiles.clone(), &sights[*part], &mut wanted);
+            }
+            wanted
+        });
+        for RateChanges { rates, near, due } in found {
+            draft.wanted.extend(rates);
+            draft.near.extend(near);
+            due.into_iter().for_each(|(p, t)| self.parts[p].kept.due[t] = true);
+        }
+    }
+
+    fn look_at(&self, p: usize, tiles: Range<usize>, sights: &[InstanceSight], wanted: &mut RateChanges) {
+        let PartRates { tiles: rates, bands, tile_terms, kept, seen, .. } = &self.parts[p];
         let part = &self.prepared.parts[p];
-        for (t, &PixelScale { most, least }) in seen.iter().enumerate() {
+        for t in tiles {
+            let PixelScale { most, least } = seen[t];
             if most < 0.0 {
                 continue;
             }
             let due = kept.is_due(&self.turns, part, (p, t), |tile| seen[tile].most >= 0.0);
+            if due {
+                wanted.due.push((p, t));
+            }
             let planned = tile_terms[t] == self.term;
             let (low, high) = bands[t];
             if planned && !due && most >= low && most <= high && most <= APART * least {
                 continue;
             }
-            let before = &tiles[t];
+            let before = &rates[t];
             let even = most <= least * if matches!(before, Rate::Even(_)) { APART } else { TOGETHER };
             let (rate, band) = if even {
                 let step = step(most, before.step(0));
                 (Rate::Even(step), band(step))
             } else {
-                draft.near.push((p, t));
+                wanted.near.push((p, t));
                 let face = &part.faces[part.face_of(&part.tiles[t])];
                 // A plane has one cell at any density. Its edges may bend, but they have their own boxes.
                 let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
                 let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
-                if planned && !due && before.is_each() && holds(boxes(), before, &draft.sights[p]) {
+                if planned && !due && before.is_each() && holds(boxes(), before, sights) {
                     continue;
                 }
-                (Rate::Each(each(boxes(), before, &draft.sights[p])), (0.0, 0.0))
+                (Rate::Each(each(boxes(), before, sights)), (0.0, 0.0))
             };
             if !planned || due || rate != *before {
                 let finer = |to: &Rate, from: &Rate| match (to.finest(), from.finest()) {
@@ -339,7 +334,8 @@ impl Planner {
                     true => finer(&rate, before),
                     false => f64::INFINITY,
                 };
-                draft.wanted.push(WantedRate { urgency, part: p, tile: t, rate, band, chord: 1.0 / most, anew: due });
+                let chord = 1.0 / most;
+                wanted.rates.push(WantedRate { urgency, part: p, tile: t, rate, band, chord, anew: due });
             }
         }
     }
@@ -372,96 +368,135 @@ impl Planner {
         draft.wanted.truncate(kept);
     }
 
-    /// Plans the lattices of the tiles that change, then the tessellants of their edges.
-    fn apply(&mut self, draft: &mut PlanDraft<'_>) {
-        let cells_per_tile = Budget::of(&self.options.limits, 0).cells_per_tile;
-        let mut touched = std::mem::take(&mut self.touched);
-        for WantedRate { part: p, tile: t, rate, band, chord, anew, .. } in draft.wanted.drain(..) {
+    /// Plans the lattices of the tiles that change, and marks their edges.
+    fn apply(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft<'_>) {
+        let page = &*draft.page;
+        let made = map_chunks(jobs, &draft.wanted, PLANNED, |wanted| -> Vec<NewLattice> {
+            wanted.iter().map(|wanted| self.new_lattice(wanted, page)).collect()
+        });
+        let touched = &mut self.touched;
+        for (wanted, NewLattice { made, kept, follows }) in draft.wanted.drain(..).zip(made.into_iter().flatten()) {
+            let WantedRate { part: p, tile: t, rate, band, anew, .. } = wanted;
             let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
-            let (tile, id) = (&part.tiles[t], (PartId::new(p), TileId(t as u32)));
-            let face = &part.faces[part.face_of(tile)];
-            let need = self.terms.need(&rate, places(face, tile).len(), self.prepared.scene.parts[p].radius);
-            let old = &mut draft.page.parts[p].tiles[t];
-            let before = self.turns.follow(&**old, anew || rates.tile_terms[t] != self.term);
-            (rates.kept.tiles[t], rates.kept.due[t]) = (before.is_some(), false);
-            let (mut made, kept) =
-                lattice(face, tile, &need, 1.0, cells_per_tile, before.as_ref().map(|b| b as &dyn FollowLines));
-            let is_plane = face.kind == SurfaceKind::Plane;
-            // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
-            // thin or lost.
-            made.chord = Terms::settled(if is_plane { chord } else { made.chord });
+            let id = (PartId::new(p), TileId(t as u32));
+            (rates.kept.tiles[t], rates.kept.due[t]) = (follows, false);
             mark(&mut self.limited.tiles, id, !kept.cells);
             mark(&mut self.limited.lines, id, !kept.lines);
-            // Triangles measured against a stricter chord still hold. On a plane nothing is measured, so any finite
-            // chord will do.
-            let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
-            let as_before = old.us == made.us && old.vs == made.vs && holds;
-            if !as_before {
+            let why = if made.is_some() { BESIDE_NEW } else { 0 };
+            if let Some(made) = made {
                 rates.cells[t] = cells(&made);
-                *old = Arc::new(made);
+                draft.page.parts[p].tiles[t] = made;
                 draft.changes.lattices.push(id);
                 draft.changes.tiles.push(id);
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, self.term);
             let seen = &rates.seen;
             let with_it = |e: RowId| anew && owner(&part.edges[e.index()], |t| seen[t].most >= 0.0) == Some(t);
-            for u in tile.loops.iter().flatten() {
-                touched.add(p, u.edge, if as_before { 0 } else { BESIDE_NEW } | if with_it(u.edge) { ANEW } else { 0 });
+            for u in part.tiles[t].loops.iter().flatten() {
+                touched.add(p, u.edge, why | if with_it(u.edge) { ANEW } else { 0 });
             }
         }
         for (p, t) in draft.near.drain(..) {
             let uses = self.prepared.parts[p].tiles[t].loops.iter().flatten();
             uses.for_each(|u| touched.add(p, u.edge, 0));
         }
-        touched.drain(|p, e, why| self.tessellate_edge((p, e), why & BESIDE_NEW > 0, why & ANEW > 0, draft));
-        self.touched = touched;
     }
 
-    fn tessellate_edge(&mut self, (p, e): (usize, RowId), beside_new: bool, anew: bool, draft: &mut PlanDraft<'_>) {
-        let (part, rates) = (&self.prepared.parts[p], &mut self.parts[p]);
+    fn new_lattice(&self, wanted: &WantedRate, page: &Plan) -> NewLattice {
+        let WantedRate { part: p, tile: t, rate, chord, anew, .. } = wanted;
+        let (part, rates) = (&self.prepared.parts[*p], &self.parts[*p]);
+        let (tile, old) = (&part.tiles[*t], &page.parts[*p].tiles[*t]);
+        let face = &part.faces[part.face_of(tile)];
+        let need = self.terms.need(rate, places(face, tile).len(), self.prepared.scene.parts[*p].radius);
+        let before = self.turns.follow(&**old, *anew || rates.tile_terms[*t] != self.term);
+        let cells_per_tile = Budget::of(&self.options.limits, 0).cells_per_tile;
+        let (mut made, kept) =
+            lattice(face, tile, &need, 1.0, cells_per_tile, before.as_ref().map(|b| b as &dyn FollowLines));
+        let is_plane = face.kind == SurfaceKind::Plane;
+        // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
+        // thin or lost.
+        made.chord = Terms::settled(if is_plane { *chord } else { made.chord });
+        // Triangles measured against a stricter chord still hold. On a plane nothing is measured, so any finite
+        // chord will do.
+        let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
+        let as_before = old.us == made.us && old.vs == made.vs && holds;
+        NewLattice { made: (!as_before).then(|| Arc::new(made)), kept, follows: before.is_some() }
+    }
+
+    /// Plans the tessellants of the marked edges.
+    fn tessellate(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft<'_>) {
+        let touched = self.touched.take();
+        let (page, sights) = (&*draft.page, &draft.sights);
+        let made = map_chunks(jobs, &touched, PLANNED, |edges| -> Vec<Option<NewTessellants>> {
+            let mut tessellants = Tessellants::default();
+            let of_edge = |&(p, e, why): &(usize, RowId, u8)| {
+                self.new_tessellants((p, e), why, (page, &sights[p]), &mut tessellants)
+            };
+            edges.iter().map(of_edge).collect()
+        });
+        for ((p, e, _), new) in touched.into_iter().zip(made.into_iter().flatten()) {
+            let Some(NewTessellants { rate, made }) = new else { continue };
+            let (rates, k) = (&mut self.parts[p], e.index());
+            rates.edges[k] = rate;
+            let Some(TessellantUpdate { line, kept, follows }) = made else { continue };
+            (rates.kept.edges[k], rates.edge_terms[k]) = (follows, self.term);
+            let id = PartId::new(p);
+            mark(&mut self.limited.edges, (id, e), !kept);
+            if let Some(line) = line {
+                draft.page.parts[p].edges[k] = line;
+                draft.changes.edges.push((id, e));
+                let uses = &self.prepared.parts[p].edges[k].uses;
+                draft.changes.tiles.extend(uses.iter().map(|place| (id, place.tile)));
+            }
+        }
+    }
+
+    /// `None` if the old tessellants hold at the old rate.
+    fn new_tessellants(
+        &self,
+        (p, e): (usize, RowId),
+        why: u8,
+        (page, sights): (&Plan, &[InstanceSight]),
+        tessellants: &mut Tessellants,
+    ) -> Option<NewTessellants> {
+        let (part, rates) = (&self.prepared.parts[p], &self.parts[p]);
         let (edge, k) = (&part.edges[e.index()], e.index());
         let beside = || edge.uses.iter().map(|place| &rates.tiles[place.tile.index()]);
-        let planned = !beside_new && !anew && rates.edge_terms[k] == self.term;
-        let page = &mut draft.page.parts[p];
+        let anew = why & ANEW > 0;
+        let planned = why & BESIDE_NEW == 0 && !anew && rates.edge_terms[k] == self.term;
+        let page = &page.parts[p];
         let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
         if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|place| single(place.tile)) {
-            return;
+            return None;
         }
         let rate = if beside().any(Rate::is_each) {
             let (places, before) = (edge.bounds.places.iter(), &rates.edges[k]);
-            if planned && before.is_each() && holds(places.clone(), before, &draft.sights[p]) {
-                return;
+            if planned && before.is_each() && holds(places.clone(), before, sights) {
+                return None;
             }
-            Rate::Each(each(places, before, &draft.sights[p]))
+            Rate::Each(each(places, before, sights))
         } else {
             Rate::Even(beside().map(Rate::finest).max().flatten())
         };
         if planned && rates.edges[k] == rate {
-            return;
+            return None;
         }
-        let need = self.terms.need(&rate, edge.bounds.places.len(), self.prepared.scene.parts[p].radius);
+        let radius = self.prepared.scene.parts[p].radius;
+        let need = self.terms.need(&rate, edge.bounds.places.len(), radius);
         // If the angle alone decides, as for pins and holes at any distance, another chord gives the same tessellants.
         if let (true, Rate::Even(now), Rate::Even(before)) =
             (planned && need.tolerance.max_edge.is_none(), &rate, &rates.edges[k])
         {
-            let finer = Rate::Even(*now.max(before));
-            let finer = self.terms.need(&finer, 0, self.prepared.scene.parts[p].radius);
+            let finer = self.terms.need(&Rate::Even(*now.max(before)), 0, radius);
             if turns_more_than_bends(edge, &finer.tolerance) {
-                rates.edges[k] = rate;
-                return;
+                return Some(NewTessellants { rate, made: None });
             }
         }
         let before = self.turns.follow(&*page.edges[k], anew || rates.edge_terms[k] != self.term);
-        rates.kept.edges[k] = before.is_some();
         let (line, kept) =
-            self.tessellants.polyline(edge, &page.tiles, &need, 1.0, before.as_ref().map(|b| b as &dyn FollowLines));
-        mark(&mut self.limited.edges, (PartId::new(p), e), !kept);
-        (rates.edges[k], rates.edge_terms[k]) = (rate, self.term);
-        if *page.edges[k] != line {
-            page.edges[k] = Arc::new(line);
-            draft.changes.edges.push((PartId::new(p), e));
-            draft.changes.tiles.extend(edge.uses.iter().map(|place| (PartId::new(p), place.tile)));
-        }
+            tessellants.polyline(edge, &page.tiles, &need, 1.0, before.as_ref().map(|b| b as &dyn FollowLines));
+        let line = (*page.edges[k] != line).then(|| Arc::new(line));
+        Some(NewTessellants { rate, made: Some(TessellantUpdate { line, kept, follows: before.is_some() }) })
     }
 
     /// Whether the drawn tiles are within the limits. If not, makes the terms one step coarser.

@@ -60,20 +60,17 @@ impl LineHistory {
         Self { tiles: vec![false; tiles], edges: vec![false; edges], due: vec![false; tiles] }
     }
 
-    /// Whether a drawn tile has to be resynchronised. Stays true until it is done.
+    /// Whether a drawn tile has to be resynchronised. If so, its `due` is to be set until it is done.
     pub(crate) fn is_due(
-        &mut self,
+        &self,
         turns: &Turns,
         part: &PreparedPart,
         (p, t): (usize, usize),
         is_drawn: impl Fn(usize) -> bool,
     ) -> bool {
-        if turns.has(p, t) && !self.due[t] {
-            let mut uses = part.tiles[t].loops.iter().flatten().map(|u| u.edge.index());
-            let edges = &self.edges;
-            self.due[t] = self.tiles[t] || uses.any(|e| edges[e] && owner(&part.edges[e], &is_drawn) == Some(t));
-        }
-        self.due[t]
+        let mut uses = part.tiles[t].loops.iter().flatten().map(|u| u.edge.index());
+        let mut owns = || uses.any(|e| self.edges[e] && owner(&part.edges[e], &is_drawn) == Some(t));
+        self.due[t] || turns.has(p, t) && (self.tiles[t] || owns())
     }
 }
 

@@ -3,6 +3,7 @@
 use super::limits::PlanLimits;
 use super::make::plan_parts;
 use super::output::Plan;
+use crate::control::{Alone, Jobs};
 use crate::frame::tolerance::box_tolerance::PartTolerance;
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::frame::tolerance::part_camera::PartCamera;
@@ -37,6 +38,12 @@ pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
 /// As [`plan_for_view`], within the limits of the caller.
 #[must_use]
 pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
+    plan_for_view_on(&Alone, prepared, view, limits)
+}
+
+/// As [`plan_for_view_within`], on the threads of `jobs`. The plan does not depend on their number.
+#[must_use]
+pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
     let lens = view.lens();
     let mut seen: Vec<Vec<PartCamera>> = vec![Vec::new(); prepared.parts.len()];
     for instance in &prepared.scene.instances {
@@ -50,5 +57,5 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
     };
     let mut asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(seen).map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    plan_parts(prepared, &asked, limits, 0)
+    plan_parts(jobs, prepared, &asked, limits, 0)
 }

@@ -1,17 +1,20 @@
 //! The tolerance of each part -> a plan within limits.
 
 use super::budget::{Budget, cells};
-use super::lattice::{lattice, places};
+use super::lattice::{DensityMet, lattice, places};
 use super::limits::{PlanLimits, Shortfall};
-use super::output::{PartPlan, Plan};
+use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use super::tessellants::{Tessellants, bare};
+use crate::control::{Alone, Jobs, map_chunks};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{PreparedPart, of_prepared};
+use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Plans lattice lines and tessellants for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
 ///
@@ -29,19 +32,31 @@ pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
 /// As [`plan`], within the limits of the caller.
 #[must_use]
 pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
+    plan_on(&Alone, prepared, tolerance, limits)
+}
+
+/// As [`plan_within`], on the threads of `jobs`. The plan does not depend on their number.
+#[must_use]
+pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
     let scales = prepared.scene.largest_scales();
     let of_part =
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
     let held_mib = u32::try_from(of_prepared(prepared).div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    plan_parts(prepared, &asked, limits, held_mib)
+    plan_parts(jobs, prepared, &asked, limits, held_mib)
 }
 
 /// Plans all parts, each for its own tolerance in part coordinates.
 ///
 /// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured. `held_mib`:
 /// memory of the prepared model that counts towards the limits, MiB.
-pub(crate) fn plan_parts(prepared: &Prepared, asked: &[PartTolerance], limits: &PlanLimits, held_mib: u32) -> Plan {
+pub(crate) fn plan_parts(
+    jobs: &dyn Jobs,
+    prepared: &Prepared,
+    asked: &[PartTolerance],
+    limits: &PlanLimits,
+    held_mib: u32,
+) -> Plan {
     /// Factor on all densities per round. It about halves the number of cells.
     const LOWER: f64 = 0.75;
     /// Rounds until every tile has one cell and no plan is smaller: a factor of 1e-12.
@@ -53,73 +68,133 @@ pub(crate) fn plan_parts(prepared: &Prepared, asked: &[PartTolerance], limits: &
     let mut round = 0;
     loop {
         shortfall.density = LOWER.powi(round);
-        shortfall.tiles.clear();
-        shortfall.lines.clear();
-        shortfall.edges.clear();
         let mut budget = Budget::of(limits, held_mib);
         if round == LOWEST {
             budget.left = u64::MAX;
         }
-        let parts = prepared.parts.iter().zip(asked).enumerate();
-        let parts: Option<Vec<PartPlan>> = parts
-            .map(|(k, (part, asked))| plan_part(PartId::new(k), part, asked, &mut budget, &mut shortfall))
-            .collect();
-        if let Some(parts) = parts {
+        let density = shortfall.density;
+        let asked = PlanRequest { jobs, prepared, asked, density, cells_per_tile: budget.cells_per_tile };
+        if let Some(parts) = asked.plan(0..prepared.parts.len(), &mut budget, &mut shortfall) {
             return Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() };
         }
         if round == 0 {
-            shortfall.needed = triangles_asked(prepared, asked, limits);
+            shortfall.needed = asked.triangles();
         }
         round += 1;
     }
 }
 
-/// Upper bound on the triangles at full density, each tile within its limit.
-fn triangles_asked(prepared: &Prepared, asked: &[PartTolerance], limits: &PlanLimits) -> u64 {
-    let mut budget = Budget { left: u64::MAX, ..Budget::of(limits, 0) };
-    for (k, (part, asked)) in prepared.parts.iter().zip(asked).enumerate() {
-        // Keeps the plan of one part at a time in memory. The budget does not run out.
-        let _ = plan_part(PartId::new(k), part, asked, &mut budget, &mut Shortfall::none(limits));
-    }
-    2 * (u64::MAX - budget.left)
+/// What to plan, and where.
+#[derive(Clone, Copy)]
+struct PlanRequest<'a> {
+    jobs: &'a dyn Jobs,
+    prepared: &'a Prepared,
+    asked: &'a [PartTolerance],
+    density: f64,
+    cells_per_tile: u64,
 }
 
-/// Plans one part; `None` if the budget does not suffice.
-fn plan_part(
-    id: PartId,
-    part: &PreparedPart,
-    asked: &PartTolerance,
-    budget: &mut Budget,
-    shortfall: &mut Shortfall,
-) -> Option<PartPlan> {
-    let mut need = BoxTolerances::default();
-    let mut tiles = Vec::with_capacity(part.tiles.len());
-    for (k, tile) in part.tiles.iter().enumerate() {
-        let face = &part.faces[part.face_of(tile)];
-        asked.over(places(face, tile), &mut need);
-        let (lattice, kept) = lattice(face, tile, &need, shortfall.density, budget.cells_per_tile, None);
-        budget.spend(cells(&lattice))?;
-        if !kept.cells {
-            shortfall.tiles.push((id, TileId(k as u32)));
+/// Tiles or edges that are planned at a time.
+const CHUNK: usize = 64;
+
+impl PlanRequest<'_> {
+    /// Upper bound on the triangles, each tile within its limit.
+    fn triangles(&self) -> u64 {
+        let mut budget = Budget { left: u64::MAX, cells_per_tile: self.cells_per_tile };
+        for part in 0..self.prepared.parts.len() {
+            // Keeps the plan of one part at a time in memory. The budget does not run out.
+            let _ = self.plan(part..part + 1, &mut budget, &mut Shortfall::none(&PlanLimits::DEFAULT));
         }
-        if !kept.lines {
-            shortfall.lines.push((id, TileId(k as u32)));
-        }
-        tiles.push(Arc::new(lattice));
+        2 * (u64::MAX - budget.left)
     }
-    let mut tessellants = Tessellants::default();
-    let mut edges = Vec::with_capacity(part.edges.len());
-    for (k, edge) in part.edges.iter().enumerate() {
-        let bare = if asked.limits_length() { None } else { bare(edge, &tiles) };
-        let (polyline, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
-            asked.over(edge.bounds.places.iter(), &mut need);
-            tessellants.polyline(edge, &tiles, &need, shortfall.density, None)
-        });
-        budget.spend(polyline.ts.len() as u64)?;
-        if !kept {
-            shortfall.edges.push((id, RowId(k as u32)));
+
+    /// Plans some parts; `None` if the budget does not suffice.
+    fn plan(&self, parts: Range<usize>, budget: &mut Budget, shortfall: &mut Shortfall) -> Option<Vec<PartPlan>> {
+        let Self { jobs, prepared, .. } = *self;
+        let count = |k: usize| (prepared.parts[k].tiles.len(), prepared.parts[k].edges.len());
+        let mut plans: Vec<PartPlan> = parts
+            .clone()
+            .map(|k| PartPlan { tiles: Vec::with_capacity(count(k).0), edges: Vec::with_capacity(count(k).1) })
+            .collect();
+        let spent = SharedBudget { cells: AtomicU64::new(0), left: budget.left };
+
+        let rows = |of: fn((usize, usize)) -> usize| -> Vec<(usize, usize)> {
+            parts.clone().flat_map(|part| (0..of(count(part))).map(move |row| (part, row))).collect()
+        };
+        let tiles = rows(|(tiles, _)| tiles);
+        let lattices = map_chunks(jobs, &tiles, CHUNK, |rows| self.lattices(rows, &spent));
+        (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
+        let mut row = tiles.iter();
+        for chunk in lattices {
+            for ((lattice, kept), &(part, tile)) in chunk?.into_iter().zip(&mut row) {
+                let id = (PartId::new(part), TileId(tile as u32));
+                shortfall.tiles.extend((!kept.cells).then_some(id));
+                shortfall.lines.extend((!kept.lines).then_some(id));
+                plans[part - parts.start].tiles.push(lattice);
+            }
         }
-        edges.push(Arc::new(polyline));
+
+        let edges = rows(|(_, edges)| edges);
+        let of_part = |part: usize| &plans[part - parts.start].tiles[..];
+        let polylines = map_chunks(jobs, &edges, CHUNK, |rows| self.polylines(rows, of_part, &spent));
+        let mut row = edges.iter();
+        for chunk in polylines {
+            for ((polyline, kept), &(part, edge)) in chunk?.into_iter().zip(&mut row) {
+                shortfall.edges.extend((!kept).then_some((PartId::new(part), RowId(edge as u32))));
+                plans[part - parts.start].edges.push(polyline);
+            }
+        }
+        budget.spend(spent.cells.into_inner())?;
+        Some(plans)
     }
-    Some(PartPlan { tiles, edges })
+
+    /// The lattices of some tiles.
+    fn lattices(&self, rows: &[(usize, usize)], spent: &SharedBudget) -> Option<Vec<(Arc<TileLattice>, DensityMet)>> {
+        let mut need = BoxTolerances::default();
+        let of_tile = |&(part, tile): &(usize, usize)| {
+            let (asked, part) = (&self.asked[part], &self.prepared.parts[part]);
+            let tile = &part.tiles[tile];
+            let face = &part.faces[part.face_of(tile)];
+            asked.over(places(face, tile), &mut need);
+            let (lattice, kept) = lattice(face, tile, &need, self.density, self.cells_per_tile, None);
+            spent.add(cells(&lattice))?;
+            Some((Arc::new(lattice), kept))
+        };
+        rows.iter().map(of_tile).collect()
+    }
+
+    /// The tessellants of some edges, beside the lattices of their parts.
+    fn polylines<'a>(
+        &self,
+        rows: &[(usize, usize)],
+        lattices: impl Fn(usize) -> &'a [Arc<TileLattice>],
+        spent: &SharedBudget,
+    ) -> Option<Vec<(Arc<EdgePolyline>, bool)>> {
+        let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
+        let of_edge = |&(part, edge): &(usize, usize)| {
+            let (asked, edge, tiles) = (&self.asked[part], &self.prepared.parts[part].edges[edge], lattices(part));
+            let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
+            let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
+                asked.over(edge.bounds.places.iter(), &mut need);
+                tessellants.polyline(edge, tiles, &need, self.density, None)
+            });
+            spent.add(line.ts.len() as u64)?;
+            Some((Arc::new(line), kept))
+        };
+        rows.iter().map(of_edge).collect()
+    }
+}
+
+/// Cells and tessellants planned so far by all threads, and how many there may be.
+struct SharedBudget {
+    cells: AtomicU64,
+    left: u64,
+}
+
+impl SharedBudget {
+    /// `None` once there are too many. The sum decides, so it does not matter who notices.
+    fn add(&self, cells: u64) -> Option<()> {
+        let before = self.cells.fetch_add(cells, Ordering::Relaxed);
+        (before.checked_add(cells)? <= self.left).then_some(())
+    }
 }

@@ -1,0 +1,127 @@
+//! What a planner's jobs look at and make while a plan is made: ranges of tiles, rates that should change, lattices and
+//! tessellants for them.
+
+use super::culling::InstanceSight;
+use super::pages::PlanChanges;
+use super::rate::Rate;
+use crate::frame::plan::lattice::DensityMet;
+use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
+use crate::frame::tolerance::part_camera::PixelScale;
+use crate::model::RowId;
+use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedPart;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Off-screen, or culled.
+pub(super) const UNSEEN: PixelScale = PixelScale { most: -1.0, least: -1.0 };
+
+/// Stamp of every edge in [`Touched`].
+pub(super) const TOUCHED: u8 = 1;
+/// An adjacent lattice changed.
+pub(super) const BESIDE_NEW: u8 = 2;
+/// All tessellants are replaced.
+pub(super) const ANEW: u8 = 4;
+
+/// Edges to plan, each once however many tiles request it.
+#[derive(Default)]
+pub(super) struct Touched {
+    /// By part and edge: 0 if not among `rows`, else [`TOUCHED`] and the reasons.
+    pub(super) stamps: Vec<Vec<u8>>,
+    pub(super) rows: Vec<(usize, RowId)>,
+}
+
+impl Touched {
+    pub(super) fn add(&mut self, part: usize, edge: RowId, why: u8) {
+        let stamp = &mut self.stamps[part][edge.index()];
+        if *stamp == 0 {
+            self.rows.push((part, edge));
+        }
+        *stamp |= TOUCHED | why;
+    }
+
+    /// Every edge and its stamp; empties the set.
+    pub(super) fn take(&mut self) -> Vec<(usize, RowId, u8)> {
+        let stamps = &mut self.stamps;
+        self.rows.drain(..).map(|(part, e)| (part, e, std::mem::take(&mut stamps[part][e.index()]))).collect()
+    }
+}
+
+/// Tiles that one call of a job looks at.
+pub(super) const TILES: usize = 512;
+/// Tiles and edges that one call of a job plans.
+pub(super) const PLANNED: usize = 32;
+
+/// The tiles of all parts, in ranges of at most [`TILES`].
+pub(super) fn rows(prepared: &Prepared) -> Vec<(usize, Range<usize>)> {
+    let of_part = |(p, part): (usize, &Arc<PreparedPart>)| {
+        let count = part.tiles.len();
+        (0..count).step_by(TILES).map(move |first| (p, first..count.min(first + TILES)))
+    };
+    prepared.parts.iter().enumerate().flat_map(of_part).collect()
+}
+
+/// What the views show of a range of tiles.
+pub(super) struct VisibleTiles<'a> {
+    pub(super) part: usize,
+    pub(super) first: usize,
+    pub(super) seen: &'a mut [PixelScale],
+    /// The drawn tiles: one row of bits per sight of the part.
+    pub(super) drawn: Vec<u64>,
+}
+
+/// Result of looking at tiles: what should change.
+#[derive(Default)]
+pub(super) struct RateChanges {
+    pub(super) rates: Vec<WantedRate>,
+    pub(super) near: Vec<(usize, usize)>,
+    /// Tiles whose turn has come.
+    pub(super) due: Vec<(usize, usize)>,
+}
+
+/// A lattice for a [`WantedRate`].
+pub(super) struct NewLattice {
+    /// `None` if the old one holds.
+    pub(super) made: Option<Arc<TileLattice>>,
+    pub(super) kept: DensityMet,
+    /// Whether its lines follow those of the old one.
+    pub(super) follows: bool,
+}
+
+/// Tessellants for a touched edge, or a rate at which the old ones hold.
+pub(super) struct NewTessellants {
+    pub(super) rate: Rate,
+    pub(super) made: Option<TessellantUpdate>,
+}
+
+pub(super) struct TessellantUpdate {
+    /// `None` if they equal the old ones.
+    pub(super) line: Option<Arc<EdgePolyline>>,
+    pub(super) kept: bool,
+    /// Whether they follow the old ones.
+    pub(super) follows: bool,
+}
+
+/// A tile whose rate should change.
+pub(super) struct WantedRate {
+    /// How many steps finer it should be. Infinite without a step so far, or if never planned with the current terms.
+    pub(super) urgency: f64,
+    pub(super) part: usize,
+    pub(super) tile: usize,
+    pub(super) rate: Rate,
+    pub(super) band: (f64, f64),
+    /// The chord tolerance that the views require, in the part's own millimetres.
+    pub(super) chord: f64,
+    /// Whether to replace all lines of the tile and of its edges.
+    pub(super) anew: bool,
+}
+
+/// The plan of the current frame.
+pub(super) struct PlanDraft<'a> {
+    pub(super) page: &'a mut Plan,
+    pub(super) sights: Vec<Vec<InstanceSight>>,
+    pub(super) wanted: Vec<WantedRate>,
+    /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
+    pub(super) near: Vec<(usize, usize)>,
+    pub(super) changes: PlanChanges,
+}
