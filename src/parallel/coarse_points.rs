@@ -1,7 +1,8 @@
 //! Prepared model -> points all over it, to fit cameras to.
 
 use super::error::FrameError;
-use super::master::{SessionOptions, tessellate};
+use super::once::tessellate;
+use super::options::SessionOptions;
 use crate::control::Control;
 use crate::frame::{self, PlanLimits, Tolerance};
 use crate::mesh::PackedFrame;

@@ -6,7 +6,6 @@ use super::metrics::{Laps, WorkerMetrics};
 use crate::frame::{Ladder, Rung};
 use crate::mesh::{Batch, DrawnTiles, MeshSink, Scene, TileMesh};
 use crate::model::{FaceId, PartId, TileId};
-use crossbeam_channel::Receiver;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
@@ -51,21 +50,6 @@ pub struct FrameReport {
     pub committed_in: Duration,
 }
 
-/// Takes the delivery of `frame` from each worker in `asked`. Drops late deliveries of earlier frames.
-pub(super) fn gather(queues: &[Receiver<Delivery>], asked: &[bool], frame: u64) -> Result<Vec<Delivery>, FrameError> {
-    let mut deliveries = Vec::with_capacity(queues.len());
-    for (worker, queue) in queues.iter().enumerate().filter(|(worker, _)| asked[*worker]) {
-        let delivery = loop {
-            let delivery = queue.recv().map_err(|_| FrameError::WorkerLost { worker })?;
-            if delivery.frame == frame {
-                break delivery;
-            }
-        };
-        deliveries.push(delivery);
-    }
-    Ok(deliveries)
-}
-
 /// How a frame is committed.
 #[derive(Clone, Copy)]
 pub(super) enum Feed<'a> {
@@ -82,20 +66,19 @@ pub(super) enum Feed<'a> {
 }
 
 /// Feeds a complete frame to the sink: `begin`, batches by (part, tile), edge lines by (part, edge), the drawn tiles,
-/// `end`; `abort` after the first refusal. `laps` was started with the order. Also returns the batches.
+/// `end`; `abort` after the first refusal. Also returns the batches.
 pub(super) fn commit(
     deliveries: Vec<Delivery>,
     scene: &Scene,
     feed: Feed<'_>,
     sink: &mut dyn MeshSink,
-    laps: &mut Laps,
 ) -> Result<(FrameReport, Vec<Batch>), FrameError> {
     let _span = tracing::debug_span!("commit").entered();
-    let mut report = FrameReport { made_in: laps.lap(), ..FrameReport::default() };
+    let mut laps = Laps::start();
+    let mut report = FrameReport::default();
     let (mut batches, mut lines, mut rungs) = (Vec::new(), Vec::new(), Vec::new());
     let mut fills = Vec::new();
     for delivery in deliveries {
-        report.frame = delivery.frame;
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
         report.workers.push(delivery.metrics);

@@ -7,15 +7,13 @@ use std::fmt;
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct StartError {
-    /// The worker whose thread was refused.
-    pub worker: usize,
     /// The system's error.
     pub cause: std::io::Error,
 }
 
 impl fmt::Display for StartError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot start the thread of worker {}: {}", self.worker, self.cause)
+        write!(f, "cannot start threads: {}", self.cause)
     }
 }
 
@@ -33,11 +31,8 @@ pub enum FrameError {
     Start(StartError),
     /// The sink refused.
     Sink(SinkError),
-    /// A worker's thread is gone. The session cannot be used any more.
-    WorkerLost {
-        /// The worker's index.
-        worker: usize,
-    },
+    /// An internal error. The session cannot be used any more.
+    Lost,
     /// The work was [cancelled](crate::control::Control::cancel).
     Cancelled,
 }
@@ -47,7 +42,7 @@ impl fmt::Display for FrameError {
         match self {
             Self::Start(error) => error.fmt(f),
             Self::Sink(error) => error.fmt(f),
-            Self::WorkerLost { worker } => write!(f, "the thread of worker {worker} ended before its frame was made"),
+            Self::Lost => f.write_str("an internal error ended the session"),
             Self::Cancelled => f.write_str("tessellating was cancelled"),
         }
     }
@@ -58,7 +53,7 @@ impl std::error::Error for FrameError {
         match self {
             Self::Start(error) => Some(error),
             Self::Sink(error) => Some(error),
-            Self::WorkerLost { .. } | Self::Cancelled => None,
+            Self::Lost | Self::Cancelled => None,
         }
     }
 }

@@ -1,20 +1,13 @@
-//! Messages between threads: orders to the workers, deliveries to the render thread.
+//! What workers are asked for, and what they deliver.
 
 use super::metrics::WorkerMetrics;
 use crate::control::{Control, Stage};
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, TileMesh};
+use crate::mesh::{Batch, EdgeLine};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
-use crossbeam_channel::{Receiver, Sender, bounded};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
-
-/// Capacity of a worker's order queue: the frame that it makes next.
-const ORDERS_AHEAD: usize = 1;
-
-/// Capacity of a worker's delivery queue: the frame that the render thread commits next, and a late one.
-const DELIVERIES_AHEAD: usize = 2;
 
 /// Tiles and edges of one worker: all that it owns, or those to make in a frame. Ascending.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -43,14 +36,6 @@ impl Hand {
     }
 }
 
-/// What an order asks a worker to make.
-pub(super) enum Task {
-    /// Everything it owns of the first `n` parts.
-    All(usize),
-    /// A subset of what it owns, with incremental updates.
-    Some(Hand),
-}
-
 /// What workers tell the caller of a frame, and hear from it, between tiles.
 #[derive(Clone, Default)]
 pub(super) struct Watch {
@@ -66,6 +51,11 @@ impl Watch {
         Self { control: control.clone(), made: Arc::default(), tiles }
     }
 
+    /// Reports no progress.
+    pub(super) fn of(control: &Control) -> Self {
+        Self { control: control.clone(), ..Self::default() }
+    }
+
     pub(super) fn is_cancelled(&self) -> bool {
         self.control.is_cancelled()
     }
@@ -77,30 +67,12 @@ impl Watch {
     }
 }
 
-/// Message from the master to a worker: make these tiles by this plan.
-pub(super) struct FrameOrder<P> {
-    /// Number of the frame, ascending.
-    pub(super) frame: u64,
-    /// The plan, the same for all workers.
-    pub(super) plan: Arc<P>,
-    /// What to make.
-    pub(super) task: Task,
-    /// Whether to measure the time of each tile.
-    pub(super) timed: bool,
-    /// The caller's control.
-    pub(super) watch: Watch,
-    /// Used buffers to make tiles in.
-    pub(super) spare: Vec<TileMesh>,
-}
-
-/// Message from a worker to the render thread: everything that it made for one frame.
+/// Everything that a worker made for one frame.
 #[derive(Default)]
 pub(super) struct Delivery {
-    /// Number of the frame.
-    pub(super) frame: u64,
-    /// Batches, ascending by (part, tile). For [`Task::All`], only those with triangles.
+    /// Batches, ascending by (part, tile). For whole frames, only those with triangles.
     pub(super) batches: Vec<Batch>,
-    /// Time of each tile, if [`FrameOrder::timed`].
+    /// Time of each tile, if they were measured.
     pub(super) times: Vec<(PartId, TileId, Duration)>,
     /// Edge polylines, ascending by (part, edge).
     pub(super) lines: Vec<EdgeLine>,
@@ -170,17 +142,4 @@ pub struct LostLine {
     pub edge: EdgeId,
     /// What happened to it.
     pub why: String,
-}
-
-/// One worker's ends of its own two queues.
-pub(super) struct WorkerEnd<P> {
-    pub(super) orders: Receiver<FrameOrder<P>>,
-    pub(super) deliveries: Sender<Delivery>,
-}
-
-/// The other ends: the master's and the render thread's.
-pub(super) fn queues<P>() -> (Sender<FrameOrder<P>>, WorkerEnd<P>, Receiver<Delivery>) {
-    let (give_order, orders) = bounded(ORDERS_AHEAD);
-    let (deliveries, take_delivery) = bounded(DELIVERIES_AHEAD);
-    (give_order, WorkerEnd { orders, deliveries }, take_delivery)
 }

@@ -23,12 +23,25 @@ mod residency;
 
 mod owners;
 
+mod options;
+pub use options::SessionOptions;
+
+mod threads;
+pub use threads::Threads;
+
+mod flight;
+
 mod worker;
 
 mod crew;
 
-mod master;
-pub use master::{Session, SessionOptions, serial, serial_controlled, tessellate};
+mod engine;
+
+mod once;
+pub use once::{serial, serial_controlled, tessellate, tessellate_on};
+
+mod session;
+pub use session::Session;
 
 mod coarse_points;
 pub use coarse_points::coarse_points;

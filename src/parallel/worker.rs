@@ -1,7 +1,7 @@
 //! Own tiles and a plan -> one delivery per frame. A worker owns its tiles, scratch and caches, and shares no mutable
 //! data: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, FrameOrder, Hand, LostLine, Task, Watch, WorkerEnd};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Watch};
 use super::metrics::{Laps, Processor};
 use crate::frame::internals::TileOutcome;
 use crate::frame::{Reuse, Rung};
@@ -13,7 +13,6 @@ use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The stages that a worker runs. Implemented by [`Prepared`](crate::prepare::Prepared), and by fakes in tests.
 pub(super) trait Stages: Send + Sync + 'static {
@@ -60,14 +59,18 @@ pub(super) struct Worker<S: Stages> {
     memories: ByTile<(S::Cache, usize)>,
     /// Sum of the sizes.
     kept: usize,
-    wanted_from: Arc<AtomicU64>,
 }
 
 impl<S: Stages> Worker<S> {
-    /// Creates worker `number`. It abandons frames before `wanted_from`.
-    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse, wanted_from: Arc<AtomicU64>) -> Self {
+    /// Creates worker `number`.
+    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse) -> Self {
         let (scratch, memories) = (S::Scratch::default(), HashMap::default());
-        Self { number, stages, hand, scratch, reuse, memories, kept: 0, wanted_from }
+        Self { number, stages, hand, scratch, reuse, memories, kept: 0 }
+    }
+
+    /// Gives a used buffer to later tiles.
+    pub(super) fn reuse(&mut self, mesh: TileMesh) {
+        S::reuse(&mut self.scratch, mesh);
     }
 
     /// Makes all tiles and edges of the hand in the first `parts` parts by `plan`, in ascending order.
@@ -75,11 +78,11 @@ impl<S: Stages> Worker<S> {
     /// A panic in a tile is a defect of this crate and costs the inside of that tile: its boundary is filled, and it is
     /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with the panic's message. A panic in an
     /// edge costs its polyline, see [`LostLine`].
-    pub(super) fn make_all(&mut self, frame: u64, plan: &S::Plan, parts: usize, watch: &Watch) -> Delivery {
+    pub(super) fn make_all(&mut self, plan: &S::Plan, parts: usize, watch: &Watch) -> Delivery {
         let hand = std::mem::take(&mut self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
-        let mut delivery = self.make((frame, watch), plan, &hand.tiles[..tiles], &hand.edges[..edges], None);
+        let mut delivery = self.make(watch, plan, &hand.tiles[..tiles], &hand.edges[..edges], None);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
         self.hand = hand;
         delivery
@@ -89,18 +92,18 @@ impl<S: Stages> Worker<S> {
     /// whether to measure each tile. Batches without triangles are delivered too.
     fn make(
         &mut self,
-        (frame, watch): (u64, &Watch),
+        watch: &Watch,
         plan: &S::Plan,
         tiles: &[(PartId, TileId, FaceId)],
         edges: &[(PartId, EdgeId)],
         some: Option<bool>,
     ) -> Delivery {
-        let _span = tracing::debug_span!("worker", number = self.number, frame).entered();
-        let mut delivery = Delivery { frame, ..Delivery::default() };
+        let _span = tracing::debug_span!("worker", number = self.number).entered();
+        let mut delivery = Delivery::default();
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
         for &(part, tile, face) in tiles {
-            if frame < self.wanted_from.load(Ordering::Relaxed) || watch.is_cancelled() {
+            if watch.is_cancelled() {
                 return delivery;
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
@@ -155,27 +158,14 @@ impl<S: Stages> Worker<S> {
         self.kept -= self.memories.remove(&tile).map_or(0, |(_, bytes)| bytes);
     }
 
-    /// Serves orders until the master or the render thread hangs up.
-    pub(super) fn serve(mut self, end: &WorkerEnd<S::Plan>) {
-        while let Ok(FrameOrder { frame, plan, task, timed, watch, spare }) = end.orders.recv() {
-            spare.into_iter().for_each(|mesh| S::reuse(&mut self.scratch, mesh));
-            let delivery = match task {
-                Task::All(parts) => self.make_all(frame, &plan, parts, &watch),
-                Task::Some(hand) => {
-                    if hand.gone.all {
-                        self.memories = HashMap::default();
-                        self.kept = 0;
-                    }
-                    hand.gone.tiles.iter().for_each(|&tile| self.forget(tile));
-                    self.make((frame, &watch), &plan, &hand.tiles, &hand.edges, Some(timed))
-                }
-            };
-            // Dropped before the delivery is sent, so that the master can reuse the plan's memory for the next one.
-            drop(plan);
-            if end.deliveries.send(delivery).is_err() {
-                return;
-            }
+    /// Makes a subset of what it owns, with incremental updates. `timed`: whether to measure each tile.
+    pub(super) fn make_some(&mut self, plan: &S::Plan, hand: &Hand, timed: bool, watch: &Watch) -> Delivery {
+        if hand.gone.all {
+            self.memories = HashMap::default();
+            self.kept = 0;
         }
+        hand.gone.tiles.iter().for_each(|&tile| self.forget(tile));
+        self.make(watch, plan, &hand.tiles, &hand.edges, Some(timed))
     }
 }
 

@@ -3,11 +3,10 @@
 use super::kept::{Counts, ReuseShares};
 use super::uploads::{Size, Uploads};
 use crate::{Common, Failure};
-use cpu_time::ThreadTime;
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, SplitRule, plan_for_view_within};
+use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, SplitRule};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
@@ -105,7 +104,7 @@ pub(super) struct Order<'a> {
 /// Milliseconds of one frame, or of one worker in it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Times {
-    /// From the view to the plan, on the master.
+    /// From the view to the plan.
     pub(super) plan: f64,
     /// From the plan to the last delivery.
     pub(super) make: f64,
@@ -113,8 +112,8 @@ pub(super) struct Times {
     pub(super) commit: f64,
     /// From the view to the end of the commit.
     pub(super) frame: f64,
-    /// Processor time of the calling thread: plan, hand-off and commit.
-    pub(super) caller_cpu: f64,
+    /// Plan and commit.
+    pub(super) around: f64,
     /// Busy time of each worker.
     pub(super) busy: Vec<f64>,
     /// Processor time of each worker.
@@ -122,7 +121,7 @@ pub(super) struct Times {
 }
 
 impl Times {
-    fn of(report: &FrameReport, frame: Duration, caller_cpu: Duration, workers: usize) -> Self {
+    fn of(report: &FrameReport, frame: Duration, workers: usize) -> Self {
         let (mut busy, mut cpu) = (vec![0.0; workers], vec![0.0; workers]);
         for worker in &report.workers {
             busy[worker.worker as usize] = ms(worker.busy());
@@ -133,7 +132,7 @@ impl Times {
             make: ms(report.made_in),
             commit: ms(report.committed_in),
             frame: ms(frame),
-            caller_cpu: ms(caller_cpu),
+            around: ms(report.planned_in + report.committed_in),
             busy,
             cpu,
         }
@@ -145,14 +144,14 @@ impl Times {
         least(&mut self.make, &other.make);
         least(&mut self.commit, &other.commit);
         least(&mut self.frame, &other.frame);
-        least(&mut self.caller_cpu, &other.caller_cpu);
+        least(&mut self.around, &other.around);
         self.busy.iter_mut().zip(&other.busy).for_each(|(a, b)| least(a, b));
         self.cpu.iter_mut().zip(&other.cpu).for_each(|(a, b)| least(a, b));
     }
 
-    /// Estimated frame time on an otherwise idle machine: processor time of the caller plus the maximum of the workers.
+    /// Estimated frame time on an otherwise idle machine: plan, commit, and the longest processor time of a worker.
     pub(super) fn undisturbed(&self) -> f64 {
-        self.caller_cpu + self.cpu.iter().copied().fold(0.0, f64::max)
+        self.around + self.cpu.iter().copied().fold(0.0, f64::max)
     }
 }
 
@@ -202,9 +201,9 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
         session.forget();
         for (k, view) in order.views.iter().enumerate() {
             sink.next_frame();
-            let (begun, cpu) = (Instant::now(), ThreadTime::try_now().ok());
+            let begun = Instant::now();
             let report = if order.coherence == Coherence::Off {
-                anew(&mut session, order.prepared, view, &mut sink, common)?
+                anew(&mut session, view, &mut sink, common)?
             } else {
                 if order.coherence == Coherence::Plan {
                     session.forget();
@@ -212,9 +211,8 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
                 session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?
             };
             let frame = begun.elapsed();
-            let cpu = cpu.and_then(|start| Some(ThreadTime::try_now().ok()?.duration_since(start)));
             session.plan().map_or(Ok(()), |plan| common.limits.check(plan))?;
-            let times = Times::of(&report, frame, cpu.unwrap_or_default(), workers);
+            let times = Times::of(&report, frame, workers);
             report.workers.iter().for_each(|worker| memories[worker.worker as usize] = worker.kept);
             let (tiles, kept) = (report.tiles as u64, memories.iter().sum());
             let made = FrameOutput { tiles, uploaded: sink.uploaded, held: sink.held(), kept };
@@ -256,18 +254,12 @@ fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<Reu
 }
 
 /// Makes a frame that reuses nothing.
-fn anew(
-    session: &mut Session,
-    prepared: &Prepared,
-    view: &View,
-    sink: &mut Uploads,
-    common: &Common,
-) -> Result<FrameReport, Failure> {
+fn anew(session: &mut Session, view: &View, sink: &mut Uploads, common: &Common) -> Result<FrameReport, Failure> {
     let begun = Instant::now();
-    let plan = tracing::debug_span!("plan").in_scope(|| plan_for_view_within(prepared, view, &common.limits.plan()));
+    let plan = tracing::debug_span!("plan").in_scope(|| session.plan_for_view(view, &common.limits.plan()));
     let planned_in = begun.elapsed();
     common.limits.check(&plan)?;
-    let mut report = session.frame(&Arc::new(plan), sink).map_err(|e| Failure::Cannot(e.to_string()))?;
+    let mut report = session.frame(&plan, sink).map_err(|e| Failure::Cannot(e.to_string()))?;
     report.planned_in = planned_in;
     Ok(report)
 }

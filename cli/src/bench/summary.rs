@@ -112,8 +112,8 @@ pub(super) struct Stages {
     pub(super) workers: Vec<Spread>,
     /// Processor time of each worker.
     pub(super) workers_cpu: Vec<Spread>,
-    /// Processor time of the calling thread: plan, hand-off and commit.
-    pub(super) caller_cpu: Spread,
+    /// Plan and commit.
+    pub(super) around: Spread,
 }
 
 impl Run {
@@ -154,7 +154,7 @@ impl Run {
                 commit: all(|t| t.commit),
                 workers: each(|t| &t.busy),
                 workers_cpu: each(|t| &t.cpu),
-                caller_cpu: all(|t| t.caller_cpu),
+                around: all(|t| t.around),
             },
             resident_bytes: flight.resident,
             seconds: flight.seconds,
@@ -254,7 +254,7 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "cpu: processor time of the caller plus the maximum of the workers, as on an otherwise idle machine"
+            "cpu: plan, commit, and the longest processor time of a worker, as on an otherwise idle machine"
         );
         let _ = writeln!(
             text,

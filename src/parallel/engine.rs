@@ -1,0 +1,222 @@
+//! What a frame of views changes in a session: plans, residency, tile caches. The job that makes a frame has all of it,
+//! and gives it back.
+
+use super::commit::{Feed, FrameReport, commit};
+use super::crew::{Crew, Work};
+use super::error::FrameError;
+use super::handoff::{Delivery, Hand, Watch};
+use super::metrics::Laps;
+use super::options::SessionOptions;
+use super::owners::{Owners, hands};
+use super::residency::{Due, Residency};
+use super::worker::Stages;
+use crate::control::{Control, Jobs};
+use crate::frame::internals::{
+    Levels, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile, update_tile,
+};
+use crate::frame::{Plan, PlannerOptions, Reuse};
+use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMesh};
+use crate::model::{EdgeId, PartId, TileId};
+use crate::prepare::Prepared;
+use crate::view::View;
+use std::sync::Arc;
+use std::time::Duration;
+
+impl Stages for Prepared {
+    type Plan = Plan;
+    type Scratch = UpdateScratch;
+    type Cache = TileCache;
+
+    fn reuse(scratch: &mut UpdateScratch, mesh: TileMesh) {
+        scratch.reuse(mesh);
+    }
+
+    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut UpdateScratch) -> TileOutcome {
+        tessellate_tile(self, plan, part, tile, scratch.tile())
+    }
+
+    fn update(
+        &self,
+        plan: &Plan,
+        tile: (PartId, TileId),
+        reuse: Reuse,
+        memory: &mut TileCache,
+        scratch: &mut UpdateScratch,
+    ) -> (TileOutcome, usize) {
+        let outcome = update_tile((self, plan), tile, reuse, memory, scratch);
+        (outcome, memory.bytes())
+    }
+
+    fn fill(&self, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
+        fill_tile(self, plan, part, tile, why)
+    }
+
+    fn edge_line(&self, plan: &Plan, part: PartId, edge: EdgeId) -> EdgeLine {
+        edge_line(self, plan, part, edge)
+    }
+}
+
+/// Workers, and the state between frames.
+pub(super) struct Engine {
+    /// With the parts of all [`Levels`].
+    pub(super) prepared: Arc<Prepared>,
+    pub(super) jobs: Arc<dyn Jobs>,
+    pub(super) levels: Levels,
+    /// As the frame in progress places them, with the LODs that it selects.
+    pub(super) instances: Vec<SceneInstance>,
+    crew: Crew<Prepared>,
+    owners: Owners,
+    edge_lines: bool,
+    planner: PlannerOptions,
+    /// Made with the first frame of views.
+    live: Option<Live>,
+    /// Number of the next frame.
+    next: u64,
+}
+
+/// State between frames of views.
+struct Live {
+    planner: Planner,
+    residency: Residency,
+}
+
+/// A frame of views that is made and not committed.
+pub(super) struct FinishedFrame {
+    pub(super) plan: Arc<Plan>,
+    due: Due,
+    deliveries: Vec<Delivery>,
+    planned_in: Duration,
+    made_in: Duration,
+    deferred: u32,
+}
+
+impl Engine {
+    /// Deals the tiles of `prepared`, which has the parts of all `levels`.
+    pub(super) fn new(prepared: Arc<Prepared>, levels: Levels, jobs: Arc<dyn Jobs>, options: &SessionOptions) -> Self {
+        let workers = if options.workers == 0 { jobs.width() } else { options.workers };
+        let hands = hands(&prepared, workers, options.edge_lines);
+        let owners = Owners::of(&prepared, &hands, options.rebalance_every);
+        let crew = Crew::of(&prepared, hands, options.reuse);
+        let (edge_lines, instances, planner) = (options.edge_lines, Vec::new(), options.planner);
+        Self { prepared, jobs, levels, instances, crew, owners, edge_lines, planner, live: None, next: 0 }
+    }
+
+    pub(super) fn workers(&self) -> usize {
+        self.crew.len()
+    }
+
+    /// Makes a frame of views. `None` if it was cancelled.
+    pub(super) fn make(&mut self, views: &[View], control: &Control) -> Option<FinishedFrame> {
+        let _span = tracing::debug_span!("make").entered();
+        let mut laps = Laps::start();
+        let Self { prepared, jobs, instances, .. } = self;
+        let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
+            planner: Planner::new(Arc::clone(prepared), &self.planner),
+            residency: Residency::new(prepared),
+        });
+        self.levels.assign(instances, views);
+        let plan = Arc::clone(planner.plan_on(&**jobs, instances, views));
+        let changes = planner.changes();
+        residency.outdate(prepared, changes);
+        let deferred = changes.deferred;
+        let mut due = residency.due(prepared, instances, &plan.drawn);
+        if !self.edge_lines {
+            due.edges.clear();
+        }
+        let planned_in = laps.lap();
+        let hands = self.owners.share(prepared, &due);
+        let idle = hands.iter().all(Hand::is_empty);
+        let work = Work::Some(&hands, self.owners.wants_times());
+        let watch = Watch::of(control);
+        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, &plan, &work, &watch) };
+        let frame = FinishedFrame { plan, due, deliveries, planned_in, made_in: laps.lap(), deferred };
+        if watch.is_cancelled() {
+            self.discard(frame);
+            return None;
+        }
+        Some(frame)
+    }
+
+    /// Drops a frame that was not committed. Its changes become part of the next one.
+    pub(super) fn discard(&mut self, frame: FinishedFrame) {
+        // How far the workers got is a matter of timing and must not affect later frames.
+        self.owners.forget(frame.due.tiles.into_iter());
+    }
+
+    /// Makes the next frame of views a whole one.
+    pub(super) fn forget(&mut self) {
+        self.live.iter_mut().for_each(|live| live.residency.forget());
+        self.owners.forget_all();
+    }
+
+    /// Updates `sink`. Without changes, does not touch it.
+    pub(super) fn commit(
+        &mut self,
+        frame: FinishedFrame,
+        scene: &Scene,
+        sink: &mut dyn MeshSink,
+    ) -> Result<FrameReport, FrameError> {
+        let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
+        let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
+        let still = deliveries.is_empty() && !due.whole && due.forgotten.is_empty();
+        if still && residency.shows(&plan.drawn, &scene.instances) {
+            return Ok(FrameReport { frame: self.next, planned_in, deferred, ..FrameReport::default() });
+        }
+        let times = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied());
+        self.owners.book(&self.prepared, times);
+        let batches = deliveries.iter().flat_map(|delivery| &delivery.batches);
+        let triangles: Vec<_> = batches.map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32)).collect();
+        let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
+        let (report, batches) = match commit(deliveries, scene, feed, sink) {
+            Ok(made) => made,
+            Err(error) => {
+                self.forget();
+                return Err(error);
+            }
+        };
+        self.owners.forget(due.forgotten.iter().map(|&(part, tile, _)| (part, tile)));
+        residency.committed(&due, &triangles, &plan.drawn, &scene.instances);
+        self.crew.recycle(batches);
+        Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })
+    }
+
+    /// Makes a whole frame of the parts of `scene`, which are the first ones, and feeds it to the sink.
+    pub(super) fn whole(
+        &mut self,
+        plan: &Plan,
+        (scene, control): (&Scene, &Control),
+        sink: &mut dyn MeshSink,
+    ) -> Result<FrameReport, FrameError> {
+        let _span = tracing::debug_span!("frame", number = self.next).entered();
+        let frame = self.count();
+        let report = whole_frame(&mut self.crew, (&*self.jobs, &self.prepared), plan, (scene, control), sink)?;
+        Ok(FrameReport { frame, ..report })
+    }
+
+    fn count(&mut self) -> u64 {
+        self.next += 1;
+        self.next - 1
+    }
+}
+
+/// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.
+pub(super) fn whole_frame(
+    crew: &mut Crew<Prepared>,
+    (jobs, prepared): (&dyn Jobs, &Prepared),
+    plan: &Plan,
+    (scene, control): (&Scene, &Control),
+    sink: &mut dyn MeshSink,
+) -> Result<FrameReport, FrameError> {
+    let mut laps = Laps::start();
+    let parts = scene.parts.len();
+    let tiles = prepared.parts.iter().take(parts).map(|part| part.tiles.len() as u64).sum();
+    let watch = Watch::new(control, tiles);
+    let deliveries = crew.make(jobs, plan, &Work::All(parts), &watch);
+    if watch.is_cancelled() {
+        return Err(FrameError::Cancelled);
+    }
+    let made_in = laps.lap();
+    let (report, batches) = commit(deliveries, scene, Feed::All, sink)?;
+    crew.recycle(batches);
+    Ok(FrameReport { made_in, ..report })
+}

@@ -1,0 +1,105 @@
+//! Work that runs somewhere else, and its result. Whoever needs the result does the work, if no thread has begun it: so
+//! nobody waits for a thread that is itself waiting.
+
+use crate::control::Jobs;
+use crossbeam_channel::{Receiver, bounded};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
+
+type Job = Box<dyn FnOnce() + Send>;
+
+/// The work until somebody begins it. The lock is held for as long as it takes to see who does.
+type Unclaimed = Arc<Mutex<Option<Job>>>;
+
+/// Work on its way.
+pub(super) struct Flight<T> {
+    unclaimed: Unclaimed,
+    /// `None` if it panicked.
+    result: Receiver<Option<T>>,
+}
+
+impl<T: Send + 'static> Flight<T> {
+    /// Starts `work` on `jobs`.
+    pub(super) fn start(jobs: &dyn Jobs, work: impl FnOnce() -> T + Send + 'static) -> Self {
+        let (send, result) = bounded(1);
+        let job: Job = Box::new(move || {
+            // Nobody may be left to hear of it.
+            let _ = send.send(catch_unwind(AssertUnwindSafe(work)).ok());
+        });
+        let unclaimed = Arc::new(Mutex::new(Some(job)));
+        let theirs = Arc::clone(&unclaimed);
+        jobs.spawn(Box::new(move || claim(&theirs)));
+        Self { unclaimed, result }
+    }
+
+    /// Whether [`land`](Self::land) would return at once.
+    pub(super) fn has_landed(&self) -> bool {
+        !self.result.is_empty()
+    }
+
+    /// The result. Does the work here if no thread has begun it, else waits. `None` if it panicked.
+    pub(super) fn land(self) -> Option<T> {
+        claim(&self.unclaimed);
+        self.result.recv().ok().flatten()
+    }
+}
+
+fn claim(unclaimed: &Unclaimed) {
+    let job = unclaimed.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(job) = job {
+        job();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::threads::Threads;
+    use super::*;
+    use crate::control::Alone;
+
+    /// Keeps jobs, or drops them.
+    struct Holding(Mutex<Vec<Job>>, bool);
+
+    impl Jobs for Holding {
+        fn width(&self) -> usize {
+            1
+        }
+
+        fn spawn(&self, job: Job) {
+            if self.1 {
+                self.0.lock().expect("no panic").push(job);
+            }
+        }
+
+        fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+            (0..count).for_each(job);
+        }
+    }
+
+    #[test]
+    fn work_is_done_once_whoever_begins_it() {
+        for jobs in [&Alone as &dyn Jobs, &Threads::start(2, false).expect("threads")] {
+            assert_eq!(Flight::start(jobs, || 7).land(), Some(7));
+        }
+        for keeps in [true, false] {
+            let jobs = Holding(Mutex::default(), keeps);
+            let flight = Flight::start(&jobs, || 7);
+            assert!(!flight.has_landed());
+            assert_eq!(flight.land(), Some(7));
+            jobs.0.into_inner().expect("no panic").into_iter().for_each(|late| late());
+        }
+    }
+
+    #[test]
+    fn a_job_may_wait_for_one_of_its_own_pool() {
+        let jobs = Arc::new(Threads::start(1, false).expect("a thread"));
+        let inner = Arc::clone(&jobs);
+        assert_eq!(Flight::start(&*jobs, move || Flight::start(&*inner, || 7).land()).land(), Some(Some(7)));
+    }
+
+    #[test]
+    fn a_panic_is_no_result() {
+        let jobs = Threads::start(1, false).expect("a thread");
+        assert_eq!(Flight::start(&jobs, || assert!(std::hint::black_box(false), "told")).land(), None);
+    }
+}

@@ -1,0 +1,77 @@
+//! Prepared model and a plan -> one frame, without a session.
+
+use super::commit::FrameReport;
+use super::crew::Crew;
+use super::engine::whole_frame;
+use super::error::FrameError;
+use super::options::SessionOptions;
+use super::owners::hands;
+use super::threads::Threads;
+use crate::control::{Alone, Control, Jobs};
+use crate::frame::{Plan, Reuse};
+use crate::mesh::MeshSink;
+use crate::prepare::Prepared;
+use std::sync::Arc;
+
+/// Makes the same frame as [`Session::frame`] on the caller's thread alone.
+///
+/// # Errors
+/// When the sink refuses; its `abort` was called.
+pub fn serial(
+    prepared: &Arc<Prepared>,
+    plan: &Plan,
+    edge_lines: bool,
+    sink: &mut dyn MeshSink,
+) -> Result<FrameReport, FrameError> {
+    serial_controlled(prepared, plan, edge_lines, &Control::default(), sink)
+}
+
+/// As [`serial`], with progress and cancellation between tiles.
+///
+/// # Errors
+/// As [`serial`]. When cancelled, before the sink is touched.
+pub fn serial_controlled(
+    prepared: &Arc<Prepared>,
+    plan: &Plan,
+    edge_lines: bool,
+    control: &Control,
+    sink: &mut dyn MeshSink,
+) -> Result<FrameReport, FrameError> {
+    tessellate_on(&Alone, prepared, plan, edge_lines, control, sink)
+}
+
+/// Tessellates the whole model by `plan`, once. A single worker works on the caller's thread. The sink gets the same
+/// calls for any number of workers.
+///
+/// # Errors
+/// When the system refuses a thread, or the sink refuses. When cancelled, before the sink is touched.
+pub fn tessellate(
+    prepared: &Arc<Prepared>,
+    plan: &Plan,
+    options: &SessionOptions,
+    control: &Control,
+    sink: &mut dyn MeshSink,
+) -> Result<FrameReport, FrameError> {
+    if options.workers == 1 {
+        // Another thread would only be waited for.
+        return serial_controlled(prepared, plan, options.edge_lines, control, sink);
+    }
+    let threads = Threads::start(options.workers, options.pin).map_err(FrameError::Start)?;
+    tessellate_on(&threads, prepared, plan, options.edge_lines, control, sink)
+}
+
+/// As [`tessellate`], on the threads of `jobs`: one worker for each.
+///
+/// # Errors
+/// When the sink refuses; its `abort` was called. When cancelled, before the sink is touched.
+pub fn tessellate_on(
+    jobs: &dyn Jobs,
+    prepared: &Arc<Prepared>,
+    plan: &Plan,
+    edge_lines: bool,
+    control: &Control,
+    sink: &mut dyn MeshSink,
+) -> Result<FrameReport, FrameError> {
+    let mut crew = Crew::of(prepared, hands(prepared, jobs.width(), edge_lines), Reuse::NONE);
+    whole_frame(&mut crew, (jobs, prepared), plan, (&prepared.scene, control), sink)
+}

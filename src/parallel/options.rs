@@ -1,0 +1,90 @@
+//! What a session may be told.
+
+use crate::frame::{PlannerOptions, Reuse};
+use std::num::NonZeroU32;
+
+/// Options of a [`Session`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SessionOptions {
+    /// Number of workers; 0 = one per thread. [`Session::start`] starts as many threads, one per core available to the
+    /// process for 0. Workers in excess of the tiles stay idle.
+    pub workers: usize,
+    /// Whether sinks get the polylines of B-rep edges too.
+    pub edge_lines: bool,
+    /// Options of the planner, for frames of views.
+    pub planner: PlannerOptions,
+    /// Maximum number of LODs per instanced part in frames of views ([`Levels`]). 0 is treated as 1.
+    pub levels: usize,
+    /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
+    pub rebalance_every: Option<NonZeroU32>,
+    /// What workers cache per tile for incremental updates in frames of views.
+    ///
+    /// Except with [`Reuse::NONE`], how the inside of a tile is cut into triangles depends on the views before. With
+    /// [`rebalance_every`](Self::rebalance_every) it also depends on measured times and on the number of workers.
+    pub reuse: Reuse,
+    /// Whether to pin each worker to one core, where the system allows it. For machines that do nothing else. Ignored
+    /// without the feature `affinity`.
+    pub pin: bool,
+}
+
+impl SessionOptions {
+    /// One worker per core, edge lines, up to 4 LODs per part, no rebalancing, no pinning.
+    pub const DEFAULT: Self = Self {
+        workers: 0,
+        edge_lines: true,
+        planner: PlannerOptions::DEFAULT,
+        levels: 4,
+        rebalance_every: None,
+        reuse: Reuse::DEFAULT,
+        pin: false,
+    };
+
+    /// Sets [`workers`](Self::workers).
+    #[must_use]
+    pub const fn with_workers(self, workers: usize) -> Self {
+        Self { workers, ..self }
+    }
+
+    /// Sets [`edge_lines`](Self::edge_lines).
+    #[must_use]
+    pub const fn with_edge_lines(self, edge_lines: bool) -> Self {
+        Self { edge_lines, ..self }
+    }
+
+    /// Sets [`levels`](Self::levels).
+    #[must_use]
+    pub const fn with_levels(self, levels: usize) -> Self {
+        Self { levels, ..self }
+    }
+
+    /// Sets [`rebalance_every`](Self::rebalance_every); 0 `frames` disable it.
+    #[must_use]
+    pub const fn with_rebalance_every(self, frames: u32) -> Self {
+        Self { rebalance_every: NonZeroU32::new(frames), ..self }
+    }
+
+    /// Sets [`reuse`](Self::reuse).
+    #[must_use]
+    pub const fn with_reuse(self, reuse: Reuse) -> Self {
+        Self { reuse, ..self }
+    }
+
+    /// Sets [`pin`](Self::pin).
+    #[must_use]
+    pub const fn with_pin(self, pin: bool) -> Self {
+        Self { pin, ..self }
+    }
+
+    /// Sets [`planner`](Self::planner).
+    #[must_use]
+    pub const fn with_planner(self, planner: PlannerOptions) -> Self {
+        Self { planner, ..self }
+    }
+}
+
+impl Default for SessionOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}

@@ -1,0 +1,351 @@
+//! Prepared model -> a session: frames for a plan or for views, made by workers on anybody's threads, committed on the
+//! caller's thread.
+
+use super::commit::FrameReport;
+use super::engine::{Engine, FinishedFrame};
+use super::error::{FrameError, StartError};
+use super::flight::Flight;
+use super::options::SessionOptions;
+use super::threads::Threads;
+use crate::control::{Control, Jobs};
+use crate::frame::internals::Levels;
+use crate::frame::{Plan, PlanLimits, Tolerance, plan_for_view_on, plan_on};
+use crate::mesh::{MeshSink, Scene, SceneInstance};
+use crate::model::PartId;
+use crate::prepare::Prepared;
+use crate::view::View;
+use std::sync::Arc;
+
+/// A prepared model with workers. Sessions are independent of each other, also those of one prepared model.
+///
+/// For a moving camera, [`view`](Self::view) updates a sink frame by frame:
+///
+/// ```no_run
+/// use std::sync::Arc;
+/// use trimtess::{glam::DVec3, mesh::MemorySink, parallel, prepare, view};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let model = trimtess::model::Model::default();
+/// let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
+/// let mut session = parallel::Session::start(prepared, &parallel::SessionOptions::DEFAULT)?;
+/// let projection = view::Projection::Perspective { fov_y: 0.8, near: 1.0 };
+/// let mut view = view::View {
+///     camera: view::Camera::looking_at(DVec3::new(0.0, -300.0, 0.0), DVec3::ZERO, DVec3::Z, projection),
+///     size: (1920, 1080),
+///     deviation_px: 0.5,
+///     size_px: None,
+///     angle: 0.5,
+/// };
+/// let mut sink = MemorySink::default();
+/// for _ in 0..100 {
+///     let report = session.view(&[view], &mut sink)?;
+///     println!("{} tiles rebuilt", report.tiles);
+///     view.camera.eye.y += 1.0;
+/// }
+/// # Ok(())
+/// # }
+/// ```
+///
+/// For a mesh within a tolerance everywhere, [`frame`](Self::frame) tessellates the whole model by a plan:
+///
+/// ```no_run
+/// # use std::sync::Arc;
+/// # use trimtess::{frame, mesh::MemorySink, parallel, prepare};
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let model = trimtess::model::Model::default();
+/// # let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
+/// let tolerance = frame::Tolerance { chord: 0.1, angle: 0.35, max_edge: None };
+/// let mut session = parallel::Session::start(Arc::clone(&prepared), &parallel::SessionOptions::DEFAULT)?;
+/// let mut sink = MemorySink::default();
+/// let report = session.frame(&Arc::new(frame::plan(&prepared, &tolerance)), &mut sink)?;
+/// assert_eq!(report.batches, sink.batches.len());
+/// # Ok(())
+/// # }
+/// ```
+///
+/// Frames run on [`Threads`] of the session's own, or on an engine's pool ([`start_on`](Self::start_on)).
+pub struct Session {
+    /// With the parts of all [`Levels`].
+    prepared: Arc<Prepared>,
+    jobs: Arc<dyn Jobs>,
+    /// Without them.
+    model: Arc<Prepared>,
+    scene: Scene,
+    /// The model's part of each instance.
+    parts: Vec<PartId>,
+    workers: usize,
+    engine: EngineState,
+    /// The plan of the last frame of views that was made.
+    plan: Option<Arc<Plan>>,
+}
+
+/// Where the engine is.
+enum EngineState {
+    /// Here, with a frame that is made and not committed.
+    Idle(Box<Engine>, Option<FinishedFrame>),
+    /// On its way.
+    Busy(Flight<FlightResult>, Control),
+    /// Lost to an internal error.
+    Lost,
+}
+
+/// An engine, and the frame that it made.
+type FlightResult = (Box<Engine>, Option<FinishedFrame>);
+
+impl Session {
+    /// Deals the tiles, and starts threads for them ([`SessionOptions::workers`], [`SessionOptions::pin`]), which end
+    /// when the session is dropped.
+    ///
+    /// # Errors
+    /// When the system refuses a thread.
+    pub fn start(prepared: Arc<Prepared>, options: &SessionOptions) -> Result<Self, StartError> {
+        let threads = Threads::start(options.workers, options.pin)?;
+        Ok(Self::start_on(Arc::new(threads), prepared, options))
+    }
+
+    /// As [`start`](Self::start), on the threads of an engine, or on none ([`Alone`](crate::control::Alone)). Starts no thread.
+    ///
+    /// [`finish`](Self::finish) may be called from within a job: what no thread has begun is made by the caller.
+    #[must_use]
+    pub fn start_on(jobs: Arc<dyn Jobs>, prepared: Arc<Prepared>, options: &SessionOptions) -> Self {
+        let model = prepared;
+        let (prepared, levels) = Levels::of(&model, options.levels);
+        let engine = Engine::new(Arc::clone(&prepared), levels, Arc::clone(&jobs), options);
+        let scene = prepared.scene.clone();
+        let parts = scene.instances.iter().map(|instance| instance.part).collect();
+        let workers = engine.workers();
+        Self {
+            prepared,
+            jobs,
+            model,
+            scene,
+            parts,
+            workers,
+            engine: EngineState::Idle(Box::new(engine), None),
+            plan: None,
+        }
+    }
+
+    /// Number of workers.
+    #[must_use]
+    pub fn workers(&self) -> usize {
+        self.workers
+    }
+
+    /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
+    /// instances. Each instance names the LOD that it used in the last frame.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The plan of the last frame of views that was made; `None` before the first.
+    #[must_use]
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.plan.as_ref()
+    }
+
+    /// The prepared model. Further LODs of a part are parts of their own, after all parts of the model.
+    #[must_use]
+    pub fn prepared(&self) -> &Arc<Prepared> {
+        &self.prepared
+    }
+
+    /// The model's part of instance `row`, whatever its current LOD. `None` if out of range.
+    #[must_use]
+    pub fn part_of(&self, row: usize) -> Option<PartId> {
+        self.parts.get(row).copied()
+    }
+
+    /// A plan for [`frame`](Self::frame), for a tolerance everywhere ([`plan_within`](crate::frame::plan_within())), made on the session's threads.
+    #[must_use]
+    pub fn plan_within(&self, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
+        plan_on(&*self.jobs, &self.model, tolerance, limits)
+    }
+
+    /// A plan for [`frame`](Self::frame), for one view ([`plan_for_view_within`](crate::frame::plan_for_view_within())), made on the session's
+    /// threads.
+    #[must_use]
+    pub fn plan_for_view(&self, view: &View, limits: &PlanLimits) -> Plan {
+        plan_for_view_on(&*self.jobs, &self.model, view, limits)
+    }
+
+    /// Adds an instance of a part of the model, from the next frame of views on. Returns its index, which is the last.
+    /// `None` if there is no such part. Cancels a frame of views that was begun.
+    pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
+        self.model.scene.parts.get(instance.part.index())?;
+        self.cancel();
+        let (engine, _) = self.wait().ok()?;
+        engine.levels.push(instance.part);
+        self.parts.push(instance.part);
+        self.scene.instances.push(instance);
+        self.number_faces();
+        Some(self.scene.instances.len() - 1)
+    }
+
+    /// Removes an instance from the next frame of views on. The indices of later instances decrease by one. `None` if
+    /// out of range. Cancels a frame of views that was begun.
+    pub fn remove_instance(&mut self, row: usize) -> Option<SceneInstance> {
+        let part = self.part_of(row)?;
+        self.cancel();
+        let (engine, _) = self.wait().ok()?;
+        engine.levels.remove(row);
+        self.parts.remove(row);
+        let gone = self.scene.instances.remove(row);
+        self.number_faces();
+        Some(SceneInstance { part, ..gone })
+    }
+
+    /// Moves an instance from the next frame of views on. Returns `false` if out of range.
+    pub fn move_instance(&mut self, row: usize, transform: glam::DAffine3) -> bool {
+        let instance = self.scene.instances.get_mut(row);
+        instance.map(|instance| instance.transform = transform).is_some()
+    }
+
+    fn number_faces(&mut self) {
+        let mut first = 0;
+        for instance in &mut self.scene.instances {
+            instance.first_face = first;
+            first += self.scene.parts[instance.part.index()].face_colours.len() as u32;
+        }
+    }
+
+    /// Tessellates the whole model by `plan` and feeds it to `sink` on this thread. The sink gets the same calls with
+    /// the same bytes for any number of workers and threads, except for
+    /// [`Batch::worker`](crate::mesh::Batch::worker).
+    ///
+    /// Cancels a frame of views that was begun. The next frame of views is a whole one.
+    ///
+    /// # Errors
+    /// When the sink refuses: `abort` was called, the session can go on. After an internal error: the session is over.
+    pub fn frame(&mut self, plan: &Plan, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+        self.frame_controlled(plan, &Control::default(), sink)
+    }
+
+    /// As [`frame`](Self::frame), with progress and cancellation between tiles.
+    ///
+    /// # Errors
+    /// As [`frame`](Self::frame). When cancelled, before the sink is touched: the session can go on.
+    pub fn frame_controlled(
+        &mut self,
+        plan: &Plan,
+        control: &Control,
+        sink: &mut dyn MeshSink,
+    ) -> Result<FrameReport, FrameError> {
+        self.forget();
+        self.wait()?;
+        let EngineState::Idle(engine, _) = &mut self.engine else { return Err(FrameError::Lost) };
+        engine.whole(plan, (&self.model.scene, control), sink)
+    }
+
+    /// Updates `sink` for all of these views together: one picture, both eyes, shadow maps. `sink` must be the one of
+    /// the last frame of views.
+    ///
+    /// The first frame is whole. Later frames send the tiles that changed and [`MeshSink::drawn`]. If nothing changed,
+    /// not even the drawn tiles, the sink gets no calls.
+    ///
+    /// Tiles that leave the view stay resident until they are outdated. Every 64 frames, if more than half of the
+    /// resident triangles are not drawn, tiles that were not drawn in the last 128 frames are evicted.
+    ///
+    /// Drawn tiles have no cracks between them, in every frame. Without [`SessionOptions::rebalance_every`], the sink
+    /// gets the same calls for any number of workers and threads.
+    ///
+    /// # Errors
+    /// As [`frame`](Self::frame).
+    pub fn view(&mut self, views: &[View], sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+        self.begin(views)?;
+        self.finish(sink)
+    }
+
+    /// Begins a frame of views: a job plans and makes it. Cancels an unfinished frame, whose changes become part of this
+    /// one; waits for the end of its tiles in progress, or of its plan.
+    ///
+    /// # Errors
+    /// After an internal error: the session is over.
+    pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
+        let _span = tracing::debug_span!("begin").entered();
+        self.cancel();
+        self.wait()?;
+        let EngineState::Idle(mut engine, _) = std::mem::replace(&mut self.engine, EngineState::Lost) else {
+            return Err(FrameError::Lost);
+        };
+        engine.instances.clone_from(&self.scene.instances);
+        let (control, views) = (Control::default(), views.to_vec());
+        let watched = control.clone();
+        let make = move || {
+            let frame = engine.make(&views, &watched);
+            (engine, frame)
+        };
+        self.engine = EngineState::Busy(Flight::start(&*self.jobs, make), control);
+        Ok(())
+    }
+
+    /// Whether [`finish`](Self::finish) would return without waiting: the frame is made, or none was begun.
+    #[must_use]
+    pub fn is_made(&self) -> bool {
+        match &self.engine {
+            EngineState::Busy(flight, _) => flight.has_landed(),
+            EngineState::Idle(..) | EngineState::Lost => true,
+        }
+    }
+
+    /// Cancels the frame that was begun, if any. Its tiles in progress are made to their end.
+    pub fn cancel(&mut self) {
+        match &mut self.engine {
+            EngineState::Busy(_, control) => control.cancel(),
+            EngineState::Idle(engine, frame) => frame.take().into_iter().for_each(|frame| engine.discard(frame)),
+            EngineState::Lost => {}
+        }
+    }
+
+    /// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun.
+    pub fn forget(&mut self) {
+        self.cancel();
+        if let Ok((engine, _)) = self.wait() {
+            engine.forget();
+        }
+    }
+
+    /// Waits for the frame that was begun and updates `sink` as [`view`](Self::view) does. Without one, does nothing.
+    ///
+    /// # Errors
+    /// As [`frame`](Self::frame).
+    pub fn finish(&mut self, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+        self.wait()?;
+        let EngineState::Idle(engine, frame) = &mut self.engine else { return Err(FrameError::Lost) };
+        match frame.take() {
+            Some(frame) => engine.commit(frame, &self.scene, sink),
+            None => Ok(FrameReport::default()),
+        }
+    }
+
+    /// Waits for the engine. A frame that was cancelled while it was made is discarded.
+    fn wait(&mut self) -> Result<(&mut Engine, &mut Option<FinishedFrame>), FrameError> {
+        if matches!(self.engine, EngineState::Busy(..))
+            && let EngineState::Busy(flight, control) = std::mem::replace(&mut self.engine, EngineState::Lost)
+        {
+            let (mut engine, mut frame) = flight.land().ok_or(FrameError::Lost)?;
+            for (mine, made) in self.scene.instances.iter_mut().zip(&engine.instances) {
+                mine.part = made.part;
+            }
+            if let Some(frame) = &frame {
+                self.plan = Some(Arc::clone(&frame.plan));
+            }
+            if control.is_cancelled() {
+                frame.take().into_iter().for_each(|frame| engine.discard(frame));
+            }
+            self.engine = EngineState::Idle(engine, frame);
+        }
+        match &mut self.engine {
+            EngineState::Idle(engine, frame) => Ok((engine, frame)),
+            EngineState::Busy(..) | EngineState::Lost => Err(FrameError::Lost),
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        // Nothing of the session outlives it.
+        self.cancel();
+        let _ = self.wait();
+    }
+}

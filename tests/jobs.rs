@@ -1,0 +1,171 @@
+//! Contract: sessions on anybody's threads. The same bytes on threads of their own, on an engine's pool, on none, and in any
+//! order; no deadlock from within a job.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod common;
+
+use common::prepared;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, mpsc};
+use std::thread::{self, ThreadId};
+use trimtess::control::{Alone, Jobs};
+use trimtess::frame::{PlanLimits, Tolerance, plan_for_view_within, plan_within};
+use trimtess::glam::DVec3;
+use trimtess::mesh::{Batch, MemorySink};
+use trimtess::parallel::{Session, SessionOptions, Threads};
+use trimtess::prepare::Prepared;
+use trimtess::view::{Camera, Projection, View};
+
+/// An engine's pool: rayon's.
+struct Engine {
+    pool: rayon::ThreadPool,
+    /// The threads that jobs ran on.
+    seen: Arc<Mutex<HashSet<ThreadId>>>,
+}
+
+impl Engine {
+    fn of(threads: usize) -> Self {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        Self { pool, seen: Arc::default() }
+    }
+}
+
+impl Jobs for Engine {
+    fn width(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+        let seen = Arc::clone(&self.seen);
+        self.pool.spawn(move || {
+            seen.lock().unwrap().insert(thread::current().id());
+            job();
+        });
+    }
+
+    fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+        let call = |k| {
+            self.seen.lock().unwrap().insert(thread::current().id());
+            job(k);
+        };
+        self.pool.install(|| (0..count).into_par_iter().for_each(call));
+    }
+}
+
+/// Calls in a shuffled order, one thread for each, and never runs what is spawned.
+struct Shuffled;
+
+impl Jobs for Shuffled {
+    fn width(&self) -> usize {
+        5
+    }
+
+    fn spawn(&self, _: Box<dyn FnOnce() + Send>) {}
+
+    fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by_key(|&k| (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        for wave in order.chunks(3) {
+            thread::scope(|scope| wave.iter().for_each(|&k| drop(scope.spawn(move || job(k)))));
+        }
+    }
+}
+
+fn model() -> Arc<Prepared> {
+    prepared(trimtess_models::by_name("brake-assembly").unwrap())
+}
+
+/// Views from closer and closer, and back.
+fn views(prepared: &Prepared) -> Vec<View> {
+    let [low, high] = prepared.bounds.unwrap();
+    let (middle, size) = (0.5 * (low + high), (high - low).length());
+    let at = |k: u32| {
+        let away = size * (0.4 + 0.3 * (f64::from(k) - 4.0).abs());
+        let eye = middle + away * DVec3::new(1.0, 0.3 * f64::from(k), 0.5).normalize();
+        let projection = Projection::Perspective { fov_y: 0.7, near: 0.01 * size };
+        let camera = Camera::looking_at(eye, middle, DVec3::Z, projection);
+        View { camera, size: (960, 540), deviation_px: 0.5, size_px: None, angle: 0.5 }
+    };
+    (0..8).map(at).collect()
+}
+
+type Frames = Vec<(Vec<Batch>, usize)>;
+
+/// What the sink holds after each frame, without the workers' numbers.
+fn frames(jobs: Arc<dyn Jobs>, workers: usize, prepared: &Arc<Prepared>) -> Frames {
+    let options = SessionOptions::DEFAULT.with_workers(workers);
+    let mut session = Session::start_on(jobs, Arc::clone(prepared), &options);
+    assert!(workers == 0 || session.workers() == workers);
+    let mut sink = MemorySink::default();
+    let held = views(prepared).into_iter().enumerate().map(|(k, view)| {
+        if k % 3 == 2 {
+            // A frame that another one replaces.
+            session.begin(&[view]).unwrap();
+        }
+        session.view(&[view], &mut sink).unwrap();
+        let batches = sink.batches.iter().cloned().map(|batch| Batch { worker: 0, ..batch });
+        (batches.collect(), sink.edge_lines.len())
+    });
+    held.collect()
+}
+
+#[test]
+fn frames_do_not_depend_on_whose_threads_make_them() {
+    let prepared = model();
+    let expected = frames(Arc::new(Alone), 1, &prepared);
+    assert!(expected.windows(2).any(|w| w[0] != w[1]));
+    let pools: [(&str, Arc<dyn Jobs>); 5] = [
+        ("own", Arc::new(Threads::start(3, false).unwrap())),
+        ("an engine's", Arc::new(Engine::of(2))),
+        ("of one", Arc::new(Engine::of(1))),
+        ("shuffled", Arc::new(Shuffled)),
+        ("none", Arc::new(Alone)),
+    ];
+    for (name, jobs) in pools {
+        for workers in [0, 1, 2, 3, 8, 29] {
+            let made = frames(Arc::clone(&jobs), workers, &prepared);
+            assert!(made == expected, "{name}, {workers} workers");
+        }
+    }
+}
+
+#[test]
+fn plans_do_not_depend_on_whose_threads_make_them() {
+    let prepared = model();
+    let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 0.35, max_edge: None };
+    let few = PlanLimits::DEFAULT.with_triangles(3_000);
+    let pools: [Arc<dyn Jobs>; 3] = [Arc::new(Threads::start(3, false).unwrap()), Arc::new(Shuffled), Arc::new(Alone)];
+    for jobs in pools {
+        let session = Session::start_on(jobs, Arc::clone(&prepared), &SessionOptions::DEFAULT);
+        for limits in [PlanLimits::DEFAULT, few] {
+            assert_eq!(session.plan_within(&tolerance, &limits), plan_within(&prepared, &tolerance, &limits));
+            let view = views(&prepared)[3];
+            assert_eq!(session.plan_for_view(&view, &limits), plan_for_view_within(&prepared, &view, &limits));
+        }
+    }
+}
+
+#[test]
+fn a_frame_from_within_a_job_does_not_deadlock() {
+    let prepared = model();
+    let expected = frames(Arc::new(Alone), 1, &prepared);
+    for threads in [1, 2] {
+        let jobs = Arc::new(Engine::of(threads));
+        let (send, made) = mpsc::channel();
+        let (inner, model) = (Arc::clone(&jobs), Arc::clone(&prepared));
+        jobs.spawn(Box::new(move || drop(send.send(frames(inner, 0, &model)))));
+        assert!(made.recv().unwrap() == expected, "{threads} threads");
+    }
+}
+
+#[test]
+fn a_session_on_a_pool_starts_no_thread() {
+    let jobs = Arc::new(Engine::of(2));
+    let own: HashSet<ThreadId> = jobs.pool.broadcast(|_| thread::current().id()).into_iter().collect();
+    frames(Arc::clone(&jobs) as Arc<dyn Jobs>, 0, &model());
+    let mut seen = jobs.seen.lock().unwrap().clone();
+    // What the pool has not begun, the caller does.
+    seen.remove(&thread::current().id());
+    assert!(!seen.is_empty() && seen.is_subset(&own), "{seen:?} of {own:?}");
+}
