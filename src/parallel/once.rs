@@ -13,7 +13,7 @@ use crate::mesh::MeshSink;
 use crate::prepare::Prepared;
 use std::sync::Arc;
 
-/// Makes the same frame as [`Session::frame`] on the caller's thread alone.
+/// Makes the same frame as [`Session::frame`](super::Session::frame) on the caller's thread alone.
 ///
 /// # Errors
 /// When the sink refuses; its `abort` was called.

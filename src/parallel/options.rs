@@ -3,18 +3,18 @@
 use crate::frame::{PlannerOptions, Reuse};
 use std::num::NonZeroU32;
 
-/// Options of a [`Session`].
+/// Options of a [`Session`](super::Session).
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SessionOptions {
-    /// Number of workers; 0 = one per thread. [`Session::start`] starts as many threads, one per core available to the
-    /// process for 0. Workers in excess of the tiles stay idle.
+    /// Number of workers; 0 = one per thread. [`Session::start`](super::Session::start) starts as many threads, one per
+    /// core available to the process for 0. Workers in excess of the tiles stay idle.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too.
     pub edge_lines: bool,
     /// Options of the planner, for frames of views.
     pub planner: PlannerOptions,
-    /// Maximum number of LODs per instanced part in frames of views ([`Levels`]). 0 is treated as 1.
+    /// Maximum number of LODs per instanced part in frames of views (`Levels`). 0 is treated as 1.
     pub levels: usize,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,
