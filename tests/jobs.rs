@@ -1,5 +1,5 @@
-//! Contract: sessions on anybody's threads. The same bytes on threads of their own, on an engine's pool, on none, and in any
-//! order; no deadlock from within a job.
+//! Contract: sessions on anybody's threads. The same bytes on threads of their own, on an engine's pool, on none, and
+//! in any order; no deadlock from within a job.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;

@@ -102,7 +102,8 @@ impl Session {
         Ok(Self::start_on(Arc::new(threads), prepared, options))
     }
 
-    /// As [`start`](Self::start), on the threads of an engine, or on none ([`Alone`](crate::control::Alone)). Starts no thread.
+    /// As [`start`](Self::start), on the threads of an engine, or on none ([`Alone`](crate::control::Alone)). Starts no
+    /// thread.
     ///
     /// [`finish`](Self::finish) may be called from within a job: what no thread has begun is made by the caller.
     #[must_use]
@@ -156,14 +157,15 @@ impl Session {
         self.parts.get(row).copied()
     }
 
-    /// A plan for [`frame`](Self::frame), for a tolerance everywhere ([`plan_within`](crate::frame::plan_within())), made on the session's threads.
+    /// A plan for [`frame`](Self::frame), for a tolerance everywhere ([`plan_within`](crate::frame::plan_within())),
+    /// made on the session's threads.
     #[must_use]
     pub fn plan_within(&self, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
         plan_on(&*self.jobs, &self.model, tolerance, limits)
     }
 
-    /// A plan for [`frame`](Self::frame), for one view ([`plan_for_view_within`](crate::frame::plan_for_view_within())), made on the session's
-    /// threads.
+    /// A plan for [`frame`](Self::frame), for one view
+    /// ([`plan_for_view_within`](crate::frame::plan_for_view_within())), made on the session's threads.
     #[must_use]
     pub fn plan_for_view(&self, view: &View, limits: &PlanLimits) -> Plan {
         plan_for_view_on(&*self.jobs, &self.model, view, limits)
@@ -256,8 +258,8 @@ impl Session {
         self.finish(sink)
     }
 
-    /// Begins a frame of views: a job plans and makes it. Cancels an unfinished frame, whose changes become part of this
-    /// one; waits for the end of its tiles in progress, or of its plan.
+    /// Begins a frame of views: a job plans and makes it. Cancels an unfinished frame, whose changes become part of
+    /// this one; waits for the end of its tiles in progress, or of its plan.
     ///
     /// # Errors
     /// After an internal error: the session is over.
