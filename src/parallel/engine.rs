@@ -114,6 +114,7 @@ impl Engine {
             planner: Planner::new(Arc::clone(prepared), &self.planner),
             residency: Residency::new(prepared),
         });
+        // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
         self.levels.assign(instances, views);
         let plan = Arc::clone(planner.plan_on(&**jobs, instances, views));
         let changes = planner.changes();

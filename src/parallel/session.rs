@@ -83,12 +83,12 @@ enum EngineState {
     /// Here, with a frame that is made and not committed.
     Idle(Box<Engine>, Option<FinishedFrame>),
     /// On its way.
-    Busy(Flight<FlightResult>, Control),
+    Busy(Flight<Option<FlightResult>>, Control),
     /// Lost to an internal error.
     Lost,
 }
 
-/// An engine, and the frame that it made.
+/// An engine, and the frame that it made. `None` instead if the frame before lost the engine.
 type FlightResult = (Box<Engine>, Option<FinishedFrame>);
 
 impl Session {
@@ -258,26 +258,38 @@ impl Session {
         self.finish(sink)
     }
 
-    /// Begins a frame of views: a job plans and makes it. Cancels an unfinished frame, whose changes become part of
-    /// this one; waits for the end of its tiles in progress, or of its plan.
+    /// Begins a frame of views: a job plans and makes it. Returns at once. Cancels an unfinished frame, whose changes
+    /// become part of this one.
     ///
     /// # Errors
     /// After an internal error: the session is over.
     pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
         let _span = tracing::debug_span!("begin").entered();
         self.cancel();
-        self.wait()?;
-        let EngineState::Idle(mut engine, _) = std::mem::replace(&mut self.engine, EngineState::Lost) else {
-            return Err(FrameError::Lost);
-        };
-        engine.instances.clone_from(&self.scene.instances);
         let (control, views) = (Control::default(), views.to_vec());
         let watched = control.clone();
-        let make = move || {
+        let make = move |mut engine: Box<Engine>| {
             let frame = engine.make(&views, &watched);
-            (engine, frame)
+            Some((engine, frame))
         };
-        self.engine = EngineState::Busy(Flight::start(&*self.jobs, make), control);
+        let flight = match std::mem::replace(&mut self.engine, EngineState::Lost) {
+            EngineState::Idle(mut engine, _) => {
+                engine.instances.clone_from(&self.scene.instances);
+                Flight::start(&*self.jobs, move || make(engine))
+            }
+            EngineState::Busy(before, _) => {
+                let mut instances = self.scene.instances.clone();
+                Flight::start(&*self.jobs, move || {
+                    let (mut engine, frame) = before.land()??;
+                    frame.into_iter().for_each(|frame| engine.discard(frame));
+                    select_as(&mut instances, &engine.instances);
+                    engine.instances = instances;
+                    make(engine)
+                })
+            }
+            EngineState::Lost => return Err(FrameError::Lost),
+        };
+        self.engine = EngineState::Busy(flight, control);
         Ok(())
     }
 
@@ -325,10 +337,8 @@ impl Session {
         if matches!(self.engine, EngineState::Busy(..))
             && let EngineState::Busy(flight, control) = std::mem::replace(&mut self.engine, EngineState::Lost)
         {
-            let (mut engine, mut frame) = flight.land().ok_or(FrameError::Lost)?;
-            for (mine, made) in self.scene.instances.iter_mut().zip(&engine.instances) {
-                mine.part = made.part;
-            }
+            let (mut engine, mut frame) = flight.land().flatten().ok_or(FrameError::Lost)?;
+            select_as(&mut self.scene.instances, &engine.instances);
             if let Some(frame) = &frame {
                 self.plan = Some(Arc::clone(&frame.plan));
             }
@@ -342,6 +352,11 @@ impl Session {
             EngineState::Busy(..) | EngineState::Lost => Err(FrameError::Lost),
         }
     }
+}
+
+/// Gives instances the LODs that they have in `others`.
+fn select_as(instances: &mut [SceneInstance], others: &[SceneInstance]) {
+    instances.iter_mut().zip(others).for_each(|(instance, other)| instance.part = other.part);
 }
 
 impl Drop for Session {
