@@ -4,12 +4,12 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
-use trimtess::control::{Control, Progress, Stage};
+use trimtess::control::{Alone, Control, Progress, Stage};
 use trimtess::frame::{Plan, Tolerance, plan};
 use trimtess::import::step::{StepError, StepOptions, read_controlled};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use trimtess::model::Model;
-use trimtess::parallel::{FrameError, Session, SessionOptions, serial_controlled, tessellate};
+use trimtess::parallel::{FrameError, Session, SessionOptions, tessellate, tessellate_on};
 use trimtess::prepare::{PrepareError, PrepareOptions, Prepared, prepare, prepare_controlled};
 
 fn text() -> Vec<u8> {
@@ -125,7 +125,7 @@ impl MeshSink for Untouchable {
 fn a_cancelled_frame_touches_no_sink() {
     let (prepared, plan) = planned();
     for after in [0, 1, 5] {
-        let ended = serial_controlled(&prepared, &plan, true, &stopped(after), &mut Untouchable);
+        let ended = tessellate_on(&Alone, &prepared, &plan, true, &stopped(after), &mut Untouchable);
         assert!(matches!(ended, Err(FrameError::Cancelled)), "after {after} tiles");
     }
 }
@@ -142,7 +142,7 @@ fn one_worker_stops_after_the_tile_in_hand() {
         }
     });
     *own.lock().unwrap() = Some(control.clone());
-    let ended = serial_controlled(&prepared, &plan, true, &control, &mut Untouchable);
+    let ended = tessellate_on(&Alone, &prepared, &plan, true, &control, &mut Untouchable);
     assert!(matches!(ended, Err(FrameError::Cancelled)));
     assert_eq!(made.load(Ordering::Relaxed), 5);
 }
@@ -158,7 +158,7 @@ fn a_session_goes_on_after_a_cancelled_frame() {
     }
     let (mut after, mut fresh) = (MemorySink::default(), MemorySink::default());
     session.frame(&plan, &mut after).unwrap();
-    serial_controlled(&prepared, &plan, true, &Control::default(), &mut fresh).unwrap();
+    tessellate_on(&Alone, &prepared, &plan, true, &Control::default(), &mut fresh).unwrap();
     assert_eq!(after.batches.len(), fresh.batches.len());
     let meshes = |frame: MemorySink| frame.batches.into_iter().map(|batch| batch.mesh).collect::<Vec<_>>();
     assert!(meshes(after) == meshes(fresh));

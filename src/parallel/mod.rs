@@ -38,7 +38,7 @@ mod crew;
 mod engine;
 
 mod once;
-pub use once::{serial, serial_controlled, tessellate, tessellate_on};
+pub use once::{serial, tessellate, tessellate_on};
 
 mod session;
 pub use session::Session;

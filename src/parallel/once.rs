@@ -23,21 +23,7 @@ pub fn serial(
     edge_lines: bool,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
-    serial_controlled(prepared, plan, edge_lines, &Control::default(), sink)
-}
-
-/// As [`serial`], with progress and cancellation between tiles.
-///
-/// # Errors
-/// As [`serial`]. When cancelled, before the sink is touched.
-pub fn serial_controlled(
-    prepared: &Arc<Prepared>,
-    plan: &Plan,
-    edge_lines: bool,
-    control: &Control,
-    sink: &mut dyn MeshSink,
-) -> Result<FrameReport, FrameError> {
-    tessellate_on(&Alone, prepared, plan, edge_lines, control, sink)
+    tessellate_on(&Alone, prepared, plan, edge_lines, &Control::default(), sink)
 }
 
 /// Tessellates the whole model by `plan`, once. A single worker works on the caller's thread. The sink gets the same
@@ -54,7 +40,7 @@ pub fn tessellate(
 ) -> Result<FrameReport, FrameError> {
     if options.workers == 1 {
         // Another thread would only be waited for.
-        return serial_controlled(prepared, plan, options.edge_lines, control, sink);
+        return tessellate_on(&Alone, prepared, plan, options.edge_lines, control, sink);
     }
     let threads = Threads::start(options.workers, options.pin).map_err(FrameError::Start)?;
     tessellate_on(&threads, prepared, plan, options.edge_lines, control, sink)
