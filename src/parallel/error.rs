@@ -32,7 +32,10 @@ pub enum FrameError {
     /// The sink refused.
     Sink(SinkError),
     /// An internal error. The session cannot be used any more.
-    Lost,
+    Lost {
+        /// The message of the panic.
+        why: String,
+    },
     /// The work was [cancelled](crate::control::Control::cancel).
     Cancelled,
 }
@@ -42,7 +45,7 @@ impl fmt::Display for FrameError {
         match self {
             Self::Start(error) => error.fmt(f),
             Self::Sink(error) => error.fmt(f),
-            Self::Lost => f.write_str("an internal error ended the session"),
+            Self::Lost { why } => write!(f, "an internal error ended the session: {why}"),
             Self::Cancelled => f.write_str("tessellating was cancelled"),
         }
     }
@@ -53,7 +56,7 @@ impl std::error::Error for FrameError {
         match self {
             Self::Start(error) => Some(error),
             Self::Sink(error) => Some(error),
-            Self::Lost | Self::Cancelled => None,
+            Self::Lost { .. } | Self::Cancelled => None,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! nobody waits for a thread that is itself waiting.
 
 use crate::control::Jobs;
+use crate::prepare::internals::panic_message;
 use crossbeam_channel::{Receiver, bounded};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,8 +15,8 @@ type Unclaimed = Arc<Mutex<Option<Job>>>;
 /// Work on its way.
 pub(super) struct Flight<T> {
     unclaimed: Unclaimed,
-    /// `None` if it panicked.
-    result: Receiver<Option<T>>,
+    /// The message of a panic instead, if it panicked.
+    result: Receiver<Result<T, String>>,
 }
 
 impl<T: Send + 'static> Flight<T> {
@@ -24,7 +25,7 @@ impl<T: Send + 'static> Flight<T> {
         let (send, result) = bounded(1);
         let job: Job = Box::new(move || {
             // Nobody may be left to hear of it.
-            let _ = send.send(catch_unwind(AssertUnwindSafe(work)).ok());
+            let _ = send.send(catch_unwind(AssertUnwindSafe(work)).map_err(|payload| panic_message(&*payload)));
         });
         let unclaimed = Arc::new(Mutex::new(Some(job)));
         let theirs = Arc::clone(&unclaimed);
@@ -37,10 +38,11 @@ impl<T: Send + 'static> Flight<T> {
         !self.result.is_empty()
     }
 
-    /// The result. Does the work here if no thread has begun it, else waits. `None` if it panicked.
-    pub(super) fn land(self) -> Option<T> {
+    /// The result. Does the work here if no thread has begun it, else waits. The message of a panic instead, if it
+    /// panicked.
+    pub(super) fn land(self) -> Result<T, String> {
         claim(&self.unclaimed);
-        self.result.recv().ok().flatten()
+        self.result.recv().unwrap_or_else(|gone| Err(gone.to_string()))
     }
 }
 
@@ -79,13 +81,13 @@ mod tests {
     #[test]
     fn work_is_done_once_whoever_begins_it() {
         for jobs in [&Alone as &dyn Jobs, &Threads::start(2, false).expect("threads")] {
-            assert_eq!(Flight::start(jobs, || 7).land(), Some(7));
+            assert_eq!(Flight::start(jobs, || 7).land(), Ok(7));
         }
         for keeps in [true, false] {
             let jobs = Holding(Mutex::default(), keeps);
             let flight = Flight::start(&jobs, || 7);
             assert!(!flight.has_landed());
-            assert_eq!(flight.land(), Some(7));
+            assert_eq!(flight.land(), Ok(7));
             jobs.0.into_inner().expect("no panic").into_iter().for_each(|late| late());
         }
     }
@@ -94,12 +96,13 @@ mod tests {
     fn a_job_may_wait_for_one_of_its_own_pool() {
         let jobs = Arc::new(Threads::start(1, false).expect("a thread"));
         let inner = Arc::clone(&jobs);
-        assert_eq!(Flight::start(&*jobs, move || Flight::start(&*inner, || 7).land()).land(), Some(Some(7)));
+        assert_eq!(Flight::start(&*jobs, move || Flight::start(&*inner, || 7).land()).land(), Ok(Ok(7)));
     }
 
     #[test]
-    fn a_panic_is_no_result() {
+    fn a_panic_is_told() {
         let jobs = Threads::start(1, false).expect("a thread");
-        assert_eq!(Flight::start(&jobs, || assert!(std::hint::black_box(false), "told")).land(), None);
+        let landed = Flight::start(&jobs, || assert!(std::hint::black_box(false), "told")).land();
+        assert_eq!(landed, Err("told".into()));
     }
 }

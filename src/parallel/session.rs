@@ -83,12 +83,12 @@ enum EngineState {
     /// Here, with a frame that is made and not committed.
     Idle(Box<Engine>, Option<FinishedFrame>),
     /// On its way.
-    Busy(Flight<Option<FlightResult>>, Control),
-    /// Lost to an internal error.
-    Lost,
+    Busy(Flight<Result<FlightResult, String>>, Control),
+    /// Lost to an internal error, with its message.
+    Lost(String),
 }
 
-/// An engine, and the frame that it made. `None` instead if the frame before lost the engine.
+/// An engine, and the frame that it made. The message instead if the frame before lost the engine.
 type FlightResult = (Box<Engine>, Option<FinishedFrame>);
 
 impl Session {
@@ -234,9 +234,9 @@ impl Session {
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         self.forget();
-        self.wait()?;
-        let EngineState::Idle(engine, _) = &mut self.engine else { return Err(FrameError::Lost) };
-        engine.whole(plan, (&self.model.scene, control), sink)
+        let model = Arc::clone(&self.model);
+        let (engine, _) = self.wait()?;
+        engine.whole(plan, (&model.scene, control), sink)
     }
 
     /// Updates `sink` for all of these views together: one picture, both eyes, shadow maps. `sink` must be the one of
@@ -270,9 +270,9 @@ impl Session {
         let watched = control.clone();
         let make = move |mut engine: Box<Engine>| {
             let frame = engine.make(&views, &watched);
-            Some((engine, frame))
+            Ok((engine, frame))
         };
-        let flight = match std::mem::replace(&mut self.engine, EngineState::Lost) {
+        let flight = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
             EngineState::Idle(mut engine, _) => {
                 engine.instances.clone_from(&self.scene.instances);
                 Flight::start(&*self.jobs, move || make(engine))
@@ -280,14 +280,17 @@ impl Session {
             EngineState::Busy(before, _) => {
                 let mut instances = self.scene.instances.clone();
                 Flight::start(&*self.jobs, move || {
-                    let (mut engine, frame) = before.land()??;
+                    let (mut engine, frame) = before.land().flatten()?;
                     frame.into_iter().for_each(|frame| engine.discard(frame));
                     select_as(&mut instances, &engine.instances);
                     engine.instances = instances;
                     make(engine)
                 })
             }
-            EngineState::Lost => return Err(FrameError::Lost),
+            EngineState::Lost(why) => {
+                self.engine = EngineState::Lost(why.clone());
+                return Err(FrameError::Lost { why });
+            }
         };
         self.engine = EngineState::Busy(flight, control);
         Ok(())
@@ -298,7 +301,7 @@ impl Session {
     pub fn is_made(&self) -> bool {
         match &self.engine {
             EngineState::Busy(flight, _) => flight.has_landed(),
-            EngineState::Idle(..) | EngineState::Lost => true,
+            EngineState::Idle(..) | EngineState::Lost(_) => true,
         }
     }
 
@@ -307,7 +310,7 @@ impl Session {
         match &mut self.engine {
             EngineState::Busy(_, control) => control.cancel(),
             EngineState::Idle(engine, frame) => frame.take().into_iter().for_each(|frame| engine.discard(frame)),
-            EngineState::Lost => {}
+            EngineState::Lost(_) => {}
         }
     }
 
@@ -324,33 +327,40 @@ impl Session {
     /// # Errors
     /// As [`frame`](Self::frame).
     pub fn finish(&mut self, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
-        self.wait()?;
-        let EngineState::Idle(engine, frame) = &mut self.engine else { return Err(FrameError::Lost) };
-        match frame.take() {
-            Some(frame) => engine.commit(frame, &self.scene, sink),
-            None => Ok(FrameReport::default()),
+        let Some(frame) = self.wait()?.1.take() else { return Ok(FrameReport::default()) };
+        match &mut self.engine {
+            EngineState::Idle(engine, _) => engine.commit(frame, &self.scene, sink),
+            EngineState::Busy(..) | EngineState::Lost(_) => Ok(FrameReport::default()),
         }
     }
 
     /// Waits for the engine. A frame that was cancelled while it was made is discarded.
     fn wait(&mut self) -> Result<(&mut Engine, &mut Option<FinishedFrame>), FrameError> {
         if matches!(self.engine, EngineState::Busy(..))
-            && let EngineState::Busy(flight, control) = std::mem::replace(&mut self.engine, EngineState::Lost)
+            && let EngineState::Busy(flight, control) =
+                std::mem::replace(&mut self.engine, EngineState::Lost(String::new()))
         {
-            let (mut engine, mut frame) = flight.land().flatten().ok_or(FrameError::Lost)?;
-            select_as(&mut self.scene.instances, &engine.instances);
-            if let Some(frame) = &frame {
-                self.plan = Some(Arc::clone(&frame.plan));
-            }
-            if control.is_cancelled() {
-                frame.take().into_iter().for_each(|frame| engine.discard(frame));
-            }
-            self.engine = EngineState::Idle(engine, frame);
+            self.engine = match flight.land().flatten() {
+                Ok((engine, frame)) => self.landed(engine, frame, &control),
+                Err(why) => EngineState::Lost(why),
+            };
         }
         match &mut self.engine {
             EngineState::Idle(engine, frame) => Ok((engine, frame)),
-            EngineState::Busy(..) | EngineState::Lost => Err(FrameError::Lost),
+            EngineState::Lost(why) => Err(FrameError::Lost { why: why.clone() }),
+            EngineState::Busy(..) => Err(FrameError::Lost { why: String::new() }),
         }
+    }
+
+    fn landed(&mut self, mut engine: Box<Engine>, frame: Option<FinishedFrame>, control: &Control) -> EngineState {
+        select_as(&mut self.scene.instances, &engine.instances);
+        if let Some(frame) = &frame {
+            self.plan = Some(Arc::clone(&frame.plan));
+        }
+        let (cancelled, frame): (Option<_>, Option<_>) =
+            if control.is_cancelled() { (frame, None) } else { (None, frame) };
+        cancelled.into_iter().for_each(|frame| engine.discard(frame));
+        EngineState::Idle(engine, frame)
     }
 }
 
