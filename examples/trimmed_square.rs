@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let prepared = Arc::new(prepare::prepare(model.finish()?, &prepare::PrepareOptions::DEFAULT)?);
     let plan = frame::plan(&prepared, &Tolerance { chord: 0.01, angle: 0.2, max_edge: None }).require_full()?;
     let mut frame = mesh::MemorySink::default();
-    parallel::serial(&prepared, &plan, false, &mut frame)?;
+    parallel::serial(&prepared, &Arc::new(plan), false, &mut frame)?;
 
     let (area, exact) = (mesh::check_scene(&frame).total.area, 400.0 - 36.0 * PI);
     assert!((area - exact).abs() < 0.01 * 12.0 * PI, "the chord tolerance holds: area {area}, exact {exact}");

@@ -5,7 +5,6 @@
 mod common;
 
 use common::prepared;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread::{self, ThreadId};
@@ -43,32 +42,40 @@ impl Jobs for Engine {
             job();
         });
     }
-
-    fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
-        let call = |k| {
-            self.seen.lock().unwrap().insert(thread::current().id());
-            job(k);
-        };
-        self.pool.install(|| (0..count).into_par_iter().for_each(call));
-    }
 }
 
-/// Calls in a shuffled order, one thread for each, and never runs what is spawned.
-struct Shuffled;
+/// Keeps jobs, and runs some of them in between, in shuffled order: one thread for each.
+#[derive(Default)]
+struct Shuffled(Mutex<Vec<Box<dyn FnOnce() + Send>>>);
 
 impl Jobs for Shuffled {
     fn width(&self) -> usize {
         5
     }
 
-    fn spawn(&self, _: Box<dyn FnOnce() + Send>) {}
-
-    fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
-        let mut order: Vec<usize> = (0..count).collect();
-        order.sort_by_key(|&k| (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        for wave in order.chunks(3) {
-            thread::scope(|scope| wave.iter().for_each(|&k| drop(scope.spawn(move || job(k)))));
+    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+        let mut kept = self.0.lock().unwrap();
+        kept.push(job);
+        if kept.len() == 7 {
+            // The others never run.
+            for k in [5, 1, 3, 0] {
+                thread::spawn(kept.swap_remove(k));
+            }
+            kept.clear();
         }
+    }
+}
+
+/// Runs a job in the call that spawns it.
+struct AtOnce;
+
+impl Jobs for AtOnce {
+    fn width(&self) -> usize {
+        3
+    }
+
+    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+        job();
     }
 }
 
@@ -115,11 +122,12 @@ fn frames_do_not_depend_on_whose_threads_make_them() {
     let prepared = model();
     let expected = frames(Arc::new(Alone), 1, &prepared);
     assert!(expected.windows(2).any(|w| w[0] != w[1]));
-    let pools: [(&str, Arc<dyn Jobs>); 5] = [
+    let pools: [(&str, Arc<dyn Jobs>); 6] = [
         ("own", Arc::new(Threads::start(3, false).unwrap())),
         ("an engine's", Arc::new(Engine::of(2))),
         ("of one", Arc::new(Engine::of(1))),
-        ("shuffled", Arc::new(Shuffled)),
+        ("shuffled", Arc::new(Shuffled::default())),
+        ("at once", Arc::new(AtOnce)),
         ("none", Arc::new(Alone)),
     ];
     for (name, jobs) in pools {
@@ -135,7 +143,8 @@ fn plans_do_not_depend_on_whose_threads_make_them() {
     let prepared = model();
     let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 0.35, max_edge: None };
     let few = PlanLimits::DEFAULT.with_triangles(3_000);
-    let pools: [Arc<dyn Jobs>; 3] = [Arc::new(Threads::start(3, false).unwrap()), Arc::new(Shuffled), Arc::new(Alone)];
+    let pools: [Arc<dyn Jobs>; 3] =
+        [Arc::new(Threads::start(3, false).unwrap()), Arc::new(Shuffled::default()), Arc::new(Alone)];
     for jobs in pools {
         let session = Session::start_on(jobs, Arc::clone(&prepared), &SessionOptions::DEFAULT);
         for limits in [PlanLimits::DEFAULT, few] {
@@ -156,6 +165,32 @@ fn a_frame_from_within_a_job_does_not_deadlock() {
         let (inner, model) = (Arc::clone(&jobs), Arc::clone(&prepared));
         jobs.spawn(Box::new(move || drop(send.send(frames(inner, 0, &model)))));
         assert!(made.recv().unwrap() == expected, "{threads} threads");
+    }
+}
+
+/// Jobs that begin frames, and jobs that finish them, wherever the pool runs them: on top of a job that waits, too.
+#[test]
+fn frames_begun_in_one_job_and_finished_in_another_do_not_deadlock() {
+    let prepared = model();
+    let views = views(&prepared);
+    for threads in [1, 2, 3] {
+        let jobs = Arc::new(Engine::of(threads));
+        let (send, ended) = mpsc::channel();
+        for _ in 0..3 {
+            let session = Session::start_on(jobs.clone(), Arc::clone(&prepared), &SessionOptions::DEFAULT);
+            let passed = Arc::new(Mutex::new((session, MemorySink::default())));
+            for &view in views.iter().cycle().take(16) {
+                let begins = Arc::clone(&passed);
+                jobs.spawn(Box::new(move || begins.lock().unwrap().0.begin(&[view]).unwrap()));
+                let (finishes, send) = (Arc::clone(&passed), send.clone());
+                jobs.spawn(Box::new(move || {
+                    let (session, sink) = &mut *finishes.lock().unwrap();
+                    send.send(session.finish(sink).map(|_| ())).unwrap();
+                }));
+            }
+        }
+        drop(send);
+        assert_eq!(ended.iter().filter(Result::is_ok).count(), 48, "{threads} threads");
     }
 }
 

@@ -7,6 +7,7 @@ mod out_fixture;
 use common::prepared;
 use glam::{DAffine3, DVec3};
 use out_fixture::{box_frame, play};
+use std::sync::Arc;
 use trimtess::audit;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{Batch, FlatMesh, FrameView, MeshSink, PackedFrame, Scene, check_scene};
@@ -51,7 +52,7 @@ fn files_checks_and_audits_are_the_same_from_arrays_per_part() {
     for name in trimtess_models::names().filter(|name| !name.contains("assembly")) {
         let prepared = prepared(trimtess_models::by_name(name).unwrap());
         let chord = 1e-2 * prepared.diagonal;
-        let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+        let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
         let (mut tiles, mut parts) = (MemorySink::default(), PackedFrame::default());
         let made = serial(&prepared, &plan, true, &mut tiles).unwrap();
         serial(&prepared, &plan, true, &mut parts).unwrap();

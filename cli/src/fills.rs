@@ -45,7 +45,7 @@ mod tests {
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
         let mut frame = MemorySink::default();
-        let mut made = serial(&prepared, &plan, false, &mut frame).expect("a frame");
+        let mut made = serial(&prepared, &Arc::new(plan), false, &mut frame).expect("a frame");
         let mut instance = frame.scene.instances[0].clone();
         instance.first_face = 6;
         frame.scene.instances.push(instance);

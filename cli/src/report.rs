@@ -493,7 +493,7 @@ mod tests {
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
         let mut sink = MemorySink::default();
-        let made = trimtess::parallel::serial(&prepared, &plan, false, &mut sink).expect("a frame");
+        let made = trimtess::parallel::serial(&prepared, &Arc::new(plan), false, &mut sink).expect("a frame");
         assert_eq!(made.degraded.len(), 1, "the tile reports it, too");
         let report = Report::of(&sink, &prepared, &made);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face)).collect();

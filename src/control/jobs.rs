@@ -1,10 +1,15 @@
 //! Where work runs: on threads of the library, on an engine's pool, or on the caller's thread alone.
 
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 /// Threads that run work: [`Threads`](crate::parallel::Threads), an engine's pool behind a few lines, or [`Alone`].
 ///
-/// Results never depend on the number of threads, nor on when and in which order jobs run.
+/// Results never depend on the number of threads, nor on when and in which order jobs run. A job waits at most for one
+/// that runs on another thread, and runs no other job meanwhile. So a pool of one thread suffices, and pools may run
+/// jobs while a job of the caller's waits.
 pub trait Jobs: Send + Sync {
     /// How many jobs can run at the same time, at least 1.
     fn width(&self) -> usize;
@@ -12,10 +17,6 @@ pub trait Jobs: Send + Sync {
     /// Runs `job` once, on any thread, now or later. A pool that drops the job instead costs time: whoever waits for it
     /// does its work.
     fn spawn(&self, job: Box<dyn FnOnce() + Send>);
-
-    /// Calls `job` with each of `0..count`, in any order and at the same time, and returns after the last call. Is also
-    /// called from within jobs, and must then not wait for a thread that waits for it.
-    fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync));
 }
 
 /// No threads: all work is done by the caller, before the call returns.
@@ -30,81 +31,194 @@ impl Jobs for Alone {
     fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
         job();
     }
-
-    fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
-        (0..count).for_each(job);
-    }
 }
 
-/// Calls `job` with each item and its index.
-pub(crate) fn each_mut<T: Send>(jobs: &dyn Jobs, items: &mut [T], job: impl Fn(usize, &mut T) + Sync) {
-    if jobs.width() == 1 || items.len() == 1 {
-        items.iter_mut().enumerate().for_each(|(k, item)| job(k, item));
-        return;
+/// Calls `work` with each item, and returns its results in order. The caller works, and so do those threads of `jobs`
+/// that have time.
+///
+/// `work` must not wait for other jobs. Then the caller waits only for calls in progress, and cannot deadlock. `work`
+/// is dropped before this returns, so what it shares has one owner again. A panic of `work` reaches the caller.
+pub(crate) fn map<I, R>(jobs: &dyn Jobs, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync + 'static) -> Vec<R>
+where
+    I: Send + 'static,
+    R: Send + 'static,
+{
+    let helpers = jobs.width().min(items.len()).saturating_sub(1);
+    if helpers == 0 {
+        return items.into_iter().map(work).collect();
     }
-    // No lock is ever waited for: each belongs to one call.
-    let slots: Vec<Mutex<Option<&mut T>>> = items.iter_mut().map(|item| Mutex::new(Some(item))).collect();
-    let call = |k: usize| {
-        let item = slots[k].lock().unwrap_or_else(PoisonError::into_inner).take();
-        if let Some(item) = item {
-            job(k, item);
-        }
-    };
-    jobs.each(slots.len(), &call);
-    // Does nothing unless a pool left some out.
-    (0..slots.len()).for_each(call);
+    let slots = items.into_iter().map(|item| Mutex::new(Slot::Waiting(item))).collect();
+    let calls = Arc::new(Calls { slots, next: AtomicUsize::new(0), work });
+    let door = Arc::new(Door::to(&calls));
+    for _ in 0..helpers {
+        let door = Arc::clone(&door);
+        jobs.spawn(Box::new(move || door.help()));
+    }
+    let ended = catch_unwind(AssertUnwindSafe(|| calls.make()));
+    let theirs = door.close();
+    if let Some(panic) = ended.err().or(theirs) {
+        resume_unwind(panic);
+    }
+    let calls = Arc::into_inner(calls).expect("all helpers have left");
+    let results = calls.slots.into_iter().map(|slot| match slot.into_inner() {
+        Ok(Slot::Done(result)) => result,
+        _ => unreachable!("a call that neither ended nor panicked"),
+    });
+    results.collect()
 }
 
-/// Calls `job` with consecutive chunks of about `size` items, and returns its results in order.
-pub(crate) fn map_chunks<T: Sync, R: Send + Sync>(
-    jobs: &dyn Jobs,
-    items: &[T],
-    size: usize,
-    job: impl Fn(&[T]) -> R + Sync,
-) -> Vec<R> {
+/// Items in lists of `size`, for [`map`]; all in one if there is one thread.
+pub(crate) fn chunks<I>(jobs: &dyn Jobs, items: Vec<I>, size: usize) -> Vec<Vec<I>> {
     if items.is_empty() {
         return Vec::new();
     }
     if jobs.width() == 1 || items.len() <= size {
-        return vec![job(items)];
+        return vec![items];
     }
-    let chunks: Vec<(&[T], OnceLock<R>)> = items.chunks(size).map(|chunk| (chunk, OnceLock::new())).collect();
-    jobs.each(chunks.len(), &|k| {
-        let (chunk, result) = &chunks[k];
-        result.get_or_init(|| job(chunk));
-    });
-    chunks.into_iter().map(|(chunk, result)| result.into_inner().unwrap_or_else(|| job(chunk))).collect()
+    let (count, mut items) = (items.len().div_ceil(size), items.into_iter());
+    (0..count).map(|_| items.by_ref().take(size).collect()).collect()
+}
+
+/// The calls of a loop. Each is made by one thread.
+struct Calls<I, R, F> {
+    slots: Vec<Mutex<Slot<I, R>>>,
+    /// The first one that nobody has begun.
+    next: AtomicUsize,
+    work: F,
+}
+
+enum Slot<I, R> {
+    Waiting(I),
+    Begun,
+    Done(R),
+}
+
+/// Makes calls until all have begun.
+trait Make {
+    fn make(&self);
+}
+
+impl<I, R, F: Fn(I) -> R> Make for Calls<I, R, F> {
+    fn make(&self) {
+        // No lock is waited for: each belongs to whoever took the number.
+        while let Some(slot) = self.slots.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let taken = std::mem::replace(&mut *lock(slot), Slot::Begun);
+            if let Slot::Waiting(item) = taken {
+                let result = (self.work)(item);
+                *lock(slot) = Slot::Done(result);
+            }
+        }
+    }
+}
+
+/// Lets helpers in to the calls of a loop, and tells when all have left.
+struct Door<C> {
+    inside: Mutex<Inside<C>>,
+    left: Condvar,
+}
+
+struct Inside<C> {
+    /// `None` once the door is closed.
+    calls: Option<Arc<C>>,
+    helpers: usize,
+    panic: Option<Box<dyn Any + Send>>,
+}
+
+impl<C: Make> Door<C> {
+    fn to(calls: &Arc<C>) -> Self {
+        let inside = Inside { calls: Some(Arc::clone(calls)), helpers: 0, panic: None };
+        Self { inside: Mutex::new(inside), left: Condvar::new() }
+    }
+
+    fn help(&self) {
+        let calls = {
+            let mut inside = lock(&self.inside);
+            let Some(calls) = inside.calls.clone() else { return };
+            inside.helpers += 1;
+            calls
+        };
+        let ended = catch_unwind(AssertUnwindSafe(|| calls.make()));
+        // Before the caller hears of it, who wants to be the only owner.
+        drop(calls);
+        let mut inside = lock(&self.inside);
+        inside.helpers -= 1;
+        inside.panic = inside.panic.take().or(ended.err());
+        self.left.notify_one();
+    }
+
+    /// Waits until all helpers have left. Returns the first panic.
+    fn close(&self) -> Option<Box<dyn Any + Send>> {
+        let mut inside = lock(&self.inside);
+        inside.calls = None;
+        while inside.helpers > 0 {
+            inside = self.left.wait(inside).unwrap_or_else(PoisonError::into_inner);
+        }
+        inside.panic.take()
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rayon::{ThreadPool, ThreadPoolBuilder};
+    use std::thread;
+    use std::time::Duration;
 
-    /// Leaves out every third call.
-    struct Careless;
+    /// Runs jobs at once, drops them, gives each a thread, or has a pool.
+    enum Odd {
+        AtOnce,
+        Drops,
+        Threads,
+        Pool(ThreadPool),
+    }
 
-    impl Jobs for Careless {
+    impl Jobs for Odd {
         fn width(&self) -> usize {
             4
         }
 
-        fn spawn(&self, _: Box<dyn FnOnce() + Send>) {}
-
-        fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
-            (0..count).rev().filter(|k| k % 3 > 0).for_each(job);
+        fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+            match self {
+                Self::AtOnce => job(),
+                Self::Drops => {}
+                Self::Threads => drop(thread::spawn(job)),
+                Self::Pool(pool) => pool.spawn(job),
+            }
         }
+    }
+
+    fn pools() -> [Box<dyn Jobs>; 5] {
+        let pool = Odd::Pool(ThreadPoolBuilder::new().num_threads(3).build().expect("threads"));
+        [Box::new(Alone), Box::new(Odd::AtOnce), Box::new(Odd::Drops), Box::new(Odd::Threads), Box::new(pool)]
     }
 
     #[test]
     fn every_item_is_done_once_and_results_are_in_order() {
-        for jobs in [&Alone as &dyn Jobs, &Careless] {
+        for jobs in pools() {
             for count in [0_u32, 1, 7, 8, 9, 100] {
-                let mut items: Vec<u32> = (0..count).collect();
-                each_mut(jobs, &mut items, |k, item| *item += 1000 + k as u32);
-                assert!(items.iter().enumerate().all(|(k, &item)| item == 1000 + 2 * k as u32), "{items:?}");
-                let chunks = map_chunks(jobs, &items, 8, <[u32]>::to_vec);
-                assert_eq!(chunks.concat(), items);
+                let shared = Arc::new(1000);
+                let theirs = Arc::clone(&shared);
+                let made = map(&*jobs, (0..count).collect(), move |k: u32| *theirs + k);
+                assert!(made.iter().copied().eq(1000..1000 + count), "{made:?}");
+                assert_eq!(Arc::into_inner(shared), Some(1000));
+                assert_eq!(chunks(&*jobs, made.clone(), 8).concat(), made);
             }
+        }
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller() {
+        for jobs in pools() {
+            let bad = |k: u32| {
+                thread::sleep(Duration::from_millis(1));
+                assert!(k != 5, "bad");
+            };
+            let ended = catch_unwind(AssertUnwindSafe(|| map(&*jobs, (0..9).collect(), bad)));
+            assert_eq!(ended.expect_err("a panic").downcast_ref(), Some(&"bad"));
         }
     }
 }

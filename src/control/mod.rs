@@ -2,7 +2,7 @@
 
 mod jobs;
 pub use jobs::{Alone, Jobs};
-pub(crate) use jobs::{each_mut, map_chunks};
+pub(crate) use jobs::{chunks, map};
 
 mod progress;
 pub use progress::{Control, Progress, Stage};

@@ -2,17 +2,17 @@
 
 use super::handoff::{Delivery, Hand, Watch};
 use super::worker::{Stages, Worker};
-use crate::control::{Jobs, each_mut};
+use crate::control::{Jobs, map};
 use crate::frame::Reuse;
 use crate::mesh::Batch;
 use std::sync::Arc;
 
 /// What each worker has to make in a frame.
-pub(super) enum Work<'a> {
+pub(super) enum Work {
     /// Everything that it owns of the first `n` parts.
     All(usize),
     /// Its hand of these, a subset of what it owns; and whether to measure each tile.
-    Some(&'a [Hand], bool),
+    Some(Vec<Hand>, bool),
 }
 
 /// The workers of a session.
@@ -36,20 +36,30 @@ impl<S: Stages> Crew<S> {
     }
 
     /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
-    pub(super) fn make(&mut self, jobs: &dyn Jobs, plan: &S::Plan, work: &Work<'_>, watch: &Watch) -> Vec<Delivery> {
-        let has_work = |&k: &usize| !matches!(work, Work::Some(hands, _) if hands[k].is_empty());
-        let asked = (0..self.workers.len()).filter(has_work).count();
-        let mut deliveries: Vec<(usize, &mut Worker<S>, Delivery)> = Vec::with_capacity(asked);
-        for (k, worker) in self.workers.iter_mut().enumerate().filter(|(k, _)| has_work(k)) {
-            deliveries.push((k, worker, Delivery::default()));
-        }
-        each_mut(jobs, &mut deliveries, |_, (k, worker, delivery)| {
-            *delivery = match work {
-                Work::All(parts) => worker.make_all(plan, *parts, watch),
-                Work::Some(hands, timed) => worker.make_some(plan, &hands[*k], *timed, watch),
+    pub(super) fn make(&mut self, jobs: &dyn Jobs, plan: &Arc<S::Plan>, work: Work, watch: &Watch) -> Vec<Delivery> {
+        let (parts, hands, timed) = match work {
+            Work::All(parts) => (Some(parts), Vec::new(), false),
+            Work::Some(hands, timed) => (None, hands, timed),
+        };
+        let mut hands = hands.into_iter();
+        let all = self.workers.drain(..).map(|worker| (worker, hands.next().unwrap_or_default()));
+        let (busy, idle): (Vec<_>, Vec<_>) = all.partition(|(_, hand)| parts.is_some() || !hand.is_empty());
+        let (plan, watch) = (Arc::clone(plan), watch.clone());
+        let made = map(jobs, busy, move |(mut worker, hand): (Worker<S>, Hand)| {
+            let delivery = match parts {
+                Some(parts) => worker.make_all(&plan, parts, &watch),
+                None => worker.make_some(&plan, &hand, timed, &watch),
             };
+            (worker, delivery)
         });
-        deliveries.into_iter().map(|(_, _, delivery)| delivery).collect()
+        self.workers.extend(idle.into_iter().map(|(worker, _)| worker));
+        let mut deliveries = Vec::with_capacity(made.len());
+        for (worker, delivery) in made {
+            self.workers.push(worker);
+            deliveries.push(delivery);
+        }
+        self.workers.sort_unstable_by_key(Worker::number);
+        deliveries
     }
 
     /// Returns the buffers that a sink left in its batches to the workers that filled them.
@@ -141,7 +151,7 @@ mod tests {
 
     impl FakeSession {
         fn frame(&mut self, plan: f64, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
-            let made = self.crew.make(&self.jobs, &plan, &Work::All(9), &Watch::default());
+            let made = self.crew.make(&self.jobs, &Arc::new(plan), Work::All(9), &Watch::default());
             let (report, batches) = commit(made, &Scene::default(), Feed::All, sink)?;
             self.crew.recycle(batches);
             Ok(report)

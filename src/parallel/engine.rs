@@ -127,9 +127,9 @@ impl Engine {
         let planned_in = laps.lap();
         let hands = self.owners.share(prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
-        let work = Work::Some(&hands, self.owners.wants_times());
+        let work = Work::Some(hands, self.owners.wants_times());
         let watch = Watch::of(control);
-        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, &plan, &work, &watch) };
+        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, &plan, work, &watch) };
         let frame = FinishedFrame { plan, due, deliveries, planned_in, made_in: laps.lap(), deferred };
         if watch.is_cancelled() {
             self.discard(frame);
@@ -184,7 +184,7 @@ impl Engine {
     /// Makes a whole frame of the parts of `scene`, which are the first ones, and feeds it to the sink.
     pub(super) fn whole(
         &mut self,
-        plan: &Plan,
+        plan: &Arc<Plan>,
         (scene, control): (&Scene, &Control),
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
@@ -204,7 +204,7 @@ impl Engine {
 pub(super) fn whole_frame(
     crew: &mut Crew<Prepared>,
     (jobs, prepared): (&dyn Jobs, &Prepared),
-    plan: &Plan,
+    plan: &Arc<Plan>,
     (scene, control): (&Scene, &Control),
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
@@ -212,7 +212,7 @@ pub(super) fn whole_frame(
     let parts = scene.parts.len();
     let tiles = prepared.parts.iter().take(parts).map(|part| part.tiles.len() as u64).sum();
     let watch = Watch::new(control, tiles);
-    let deliveries = crew.make(jobs, plan, &Work::All(parts), &watch);
+    let deliveries = crew.make(jobs, plan, Work::All(parts), &watch);
     if watch.is_cancelled() {
         return Err(FrameError::Cancelled);
     }

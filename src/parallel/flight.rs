@@ -72,10 +72,6 @@ mod tests {
                 self.0.lock().expect("no panic").push(job);
             }
         }
-
-        fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
-            (0..count).for_each(job);
-        }
     }
 
     #[test]

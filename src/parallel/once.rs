@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// When the sink refuses; its `abort` was called.
 pub fn serial(
     prepared: &Arc<Prepared>,
-    plan: &Plan,
+    plan: &Arc<Plan>,
     edge_lines: bool,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
@@ -33,7 +33,7 @@ pub fn serial(
 /// When the system refuses a thread, or the sink refuses. When cancelled, before the sink is touched.
 pub fn tessellate(
     prepared: &Arc<Prepared>,
-    plan: &Plan,
+    plan: &Arc<Plan>,
     options: &SessionOptions,
     control: &Control,
     sink: &mut dyn MeshSink,
@@ -53,7 +53,7 @@ pub fn tessellate(
 pub fn tessellate_on(
     jobs: &dyn Jobs,
     prepared: &Arc<Prepared>,
-    plan: &Plan,
+    plan: &Arc<Plan>,
     edge_lines: bool,
     control: &Control,
     sink: &mut dyn MeshSink,

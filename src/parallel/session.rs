@@ -219,7 +219,7 @@ impl Session {
     ///
     /// # Errors
     /// When the sink refuses: `abort` was called, the session can go on. After an internal error: the session is over.
-    pub fn frame(&mut self, plan: &Plan, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+    pub fn frame(&mut self, plan: &Arc<Plan>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.frame_controlled(plan, &Control::default(), sink)
     }
 
@@ -229,7 +229,7 @@ impl Session {
     /// As [`frame`](Self::frame). When cancelled, before the sink is touched: the session can go on.
     pub fn frame_controlled(
         &mut self,
-        plan: &Plan,
+        plan: &Arc<Plan>,
         control: &Control,
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {

@@ -3,7 +3,6 @@
 use super::cores::{cores, stay_on};
 use super::error::StartError;
 use crate::control::Jobs;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// A pool of threads, which end when it is dropped. Several sessions can share one.
@@ -38,9 +37,5 @@ impl Jobs for Threads {
 
     fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
         self.0.spawn(job);
-    }
-
-    fn each(&self, count: usize, job: &(dyn Fn(usize) + Sync)) {
-        self.0.install(|| (0..count).into_par_iter().for_each(job));
     }
 }

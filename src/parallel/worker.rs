@@ -19,9 +19,9 @@ pub(super) trait Stages: Send + Sync + 'static {
     /// What the master broadcasts.
     type Plan: Send + Sync + 'static;
     /// Work space of a worker. Does not affect results.
-    type Scratch: Default + Send;
+    type Scratch: Default + Send + 'static;
     /// Cache of one tile for incremental updates.
-    type Cache: Default + Send;
+    type Cache: Default + Send + 'static;
 
     /// Gives a used buffer to later tiles.
     fn reuse(scratch: &mut Self::Scratch, mesh: TileMesh);
@@ -66,6 +66,11 @@ impl<S: Stages> Worker<S> {
     pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse) -> Self {
         let (scratch, memories) = (S::Scratch::default(), HashMap::default());
         Self { number, stages, hand, scratch, reuse, memories, kept: 0 }
+    }
+
+    /// Its number, which is its place among the workers.
+    pub(super) fn number(&self) -> u32 {
+        self.number
     }
 
     /// Gives a used buffer to later tiles.

@@ -37,7 +37,7 @@ pub(crate) fn prepared_clean(model: Model) -> Arc<Prepared> {
 /// A frame made by one thread.
 pub(crate) fn frame(prepared: &Arc<Prepared>, plan: &Plan, edge_lines: bool) -> (MemorySink, FrameReport) {
     let mut sink = MemorySink::default();
-    let report = serial(prepared, plan, edge_lines, &mut sink).expect("a frame");
+    let report = serial(prepared, &Arc::new(plan.clone()), edge_lines, &mut sink).expect("a frame");
     (sink, report)
 }
 

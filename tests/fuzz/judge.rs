@@ -33,7 +33,7 @@ impl Meshed {
     pub(crate) fn new(model: Model, chord_rel: f64) -> Result<Self, String> {
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).map_err(|error| error.to_string())?);
         let chord = chord_rel * prepared.diagonal;
-        let plan = plan_within(&prepared, &Tolerance { chord, angle: ANGLE, max_edge: None }, &LIMITS);
+        let plan = Arc::new(plan_within(&prepared, &Tolerance { chord, angle: ANGLE, max_edge: None }, &LIMITS));
         let mut mesh = MemorySink::default();
         let report = serial(&prepared, &plan, true, &mut mesh).map_err(|error| error.to_string())?;
         let facts = check_scene(&mesh);

@@ -78,7 +78,8 @@ impl Made {
 /// only at the edges that are free in the file. A panic is a fault.
 pub(crate) fn make(prepared: &Arc<Prepared>, tolerance: &Tolerance, must_close: impl Fn(usize) -> bool) -> Made {
     let mut sink = MemorySink::default();
-    let report = catch_unwind(AssertUnwindSafe(|| serial(prepared, &plan(prepared, tolerance), true, &mut sink)));
+    let report =
+        catch_unwind(AssertUnwindSafe(|| serial(prepared, &Arc::new(plan(prepared, tolerance)), true, &mut sink)));
     let report = match report {
         Ok(report) => report.expect("the memory sink accepts every frame"),
         Err(panic) => return Made { faults: vec![format!("a panic: {}", said(&*panic))], ..Made::default() },

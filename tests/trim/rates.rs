@@ -118,7 +118,7 @@ impl Rates {
     /// Checks each tile by itself, and the mesh of all tiles.
     fn judge(&self) -> std::result::Result<(), String> {
         let prepared = prepared(self.shape);
-        let plan = self.plan(&prepared);
+        let plan = Arc::new(self.plan(&prepared));
         let (mut scratch, mut out) = (TrimScratch::default(), TrimOutput::default());
         for (part, plan) in prepared.parts.iter().zip(&plan.parts) {
             for number in 0..part.tiles.len() {

@@ -5,6 +5,7 @@ use crate::{
 };
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
@@ -56,7 +57,7 @@ fn a_lobe_whose_edges_cross_above_each_other_leaves_no_crack() {
             let prepared = prepared(sheet_through(&points));
             for chord in CHORDS {
                 let mut sink = MemorySink::default();
-                let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+                let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
                 serial(&prepared, &plan, true, &mut sink).expect("a frame");
                 let facts = check_scene(&sink).total;
                 assert_eq!(facts.defects, 0, "{} corners, z {z}: {facts}; {:?}", points.len(), prepared.diagnostics);

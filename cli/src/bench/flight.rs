@@ -259,7 +259,7 @@ fn anew(session: &mut Session, view: &View, sink: &mut Uploads, common: &Common)
     let plan = tracing::debug_span!("plan").in_scope(|| session.plan_for_view(view, &common.limits.plan()));
     let planned_in = begun.elapsed();
     common.limits.check(&plan)?;
-    let mut report = session.frame(&plan, sink).map_err(|e| Failure::Cannot(e.to_string()))?;
+    let mut report = session.frame(&Arc::new(plan), sink).map_err(|e| Failure::Cannot(e.to_string()))?;
     report.planned_in = planned_in;
     Ok(report)
 }

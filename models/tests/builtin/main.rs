@@ -42,7 +42,7 @@ fn alone(part: Part) -> Arc<Prepared> {
 /// Asserts that no tile is degraded, every face has triangles, and only edges with a single use are open.
 fn meshed(prepared: &Arc<Prepared>, share: f64) -> (f64, SceneFacts, DeviationReport) {
     let chord = share * prepared.diagonal;
-    let plan = frame::plan(prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
+    let plan = Arc::new(frame::plan(prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
     let mut sink = MemorySink::default();
     let report = serial(prepared, &plan, false, &mut sink).unwrap();
     assert!(report.degraded.is_empty(), "at {share}: {:?}", report.degraded);

@@ -2,6 +2,7 @@
 
 use crate::{meshed, patches, prepared};
 use glam::DVec3;
+use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::MemorySink;
 use trimtess::parallel::serial;
@@ -49,7 +50,7 @@ fn what_is_cut_out_of_the_trimmed_teapot_is_gone_from_both_sides_of_a_border() {
     let [whole, cut] = [whole, cut].map(|prepared| {
         let plan = frame::plan(&prepared, &Tolerance { chord: 0.01, angle: 0.5, max_edge: None });
         let mut sink = MemorySink::default();
-        serial(&prepared, &plan, false, &mut sink).unwrap();
+        serial(&prepared, &Arc::new(plan), false, &mut sink).unwrap();
         sink
     });
     let part = trimtess_models::by_name("trimmed-teapot").unwrap().parts.remove(0);

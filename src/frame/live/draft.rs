@@ -61,11 +61,34 @@ pub(super) fn rows(prepared: &Prepared) -> Vec<(usize, Range<usize>)> {
     prepared.parts.iter().enumerate().flat_map(of_part).collect()
 }
 
+/// What the views show of the tiles of a part, in ranges of [`TILES`].
+pub(super) struct SeenTiles(pub(super) Vec<Vec<PixelScale>>);
+
+impl SeenTiles {
+    /// Shows none of `tiles` tiles.
+    pub(super) fn none(tiles: usize) -> Self {
+        Self((0..tiles).step_by(TILES).map(|first| vec![UNSEEN; TILES.min(tiles - first)]).collect())
+    }
+
+    pub(super) fn of(&self, tile: usize) -> PixelScale {
+        self.0[tile / TILES][tile % TILES]
+    }
+
+    /// Whether a tile is drawn.
+    pub(super) fn shows(&self, tile: usize) -> bool {
+        self.of(tile).most >= 0.0
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = &PixelScale> {
+        self.0.iter().flatten()
+    }
+}
+
 /// What the views show of a range of tiles.
-pub(super) struct VisibleTiles<'a> {
+pub(super) struct VisibleTiles {
     pub(super) part: usize,
     pub(super) first: usize,
-    pub(super) seen: &'a mut [PixelScale],
+    pub(super) seen: Vec<PixelScale>,
     /// The drawn tiles: one row of bits per sight of the part.
     pub(super) drawn: Vec<u64>,
 }
@@ -117,11 +140,33 @@ pub(super) struct WantedRate {
 }
 
 /// The plan of the current frame.
-pub(super) struct PlanDraft<'a> {
-    pub(super) page: &'a mut Plan,
-    pub(super) sights: Vec<Vec<InstanceSight>>,
+pub(super) struct PlanDraft {
+    /// Has one owner between steps.
+    pub(super) page: Arc<Plan>,
+    /// By part.
+    pub(super) sights: Arc<Vec<Vec<InstanceSight>>>,
     pub(super) wanted: Vec<WantedRate>,
     /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
     pub(super) near: Vec<(usize, usize)>,
     pub(super) changes: PlanChanges,
+}
+
+impl PlanDraft {
+    /// A draft that begins as a copy of the last plan with a single owner.
+    pub(super) fn new(page: Arc<Plan>, sights: Vec<Vec<InstanceSight>>) -> Self {
+        let (wanted, near, changes) = (Vec::new(), Vec::new(), PlanChanges::default());
+        Self { page, sights: Arc::new(sights), wanted, near, changes }
+    }
+
+    /// The finished plan, and what changed.
+    pub(super) fn finish(self) -> (Arc<Plan>, PlanChanges) {
+        let mut changes = self.changes;
+        for list in [&mut changes.tiles, &mut changes.lattices] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        changes.edges.sort_unstable();
+        changes.edges.dedup();
+        (self.page, changes)
+    }
 }

@@ -7,5 +7,6 @@ pub(super) mod rate;
 pub(super) mod resync;
 pub(super) mod pages;
 pub(super) mod draft;
+pub(super) mod rates;
 pub(super) mod planner;
 pub(super) mod levels;

@@ -5,7 +5,7 @@ use super::lattice::{DensityMet, lattice, places};
 use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use super::tessellants::{Tessellants, bare};
-use crate::control::{Alone, Jobs, map_chunks};
+use crate::control::{Alone, Jobs, chunks, map};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
@@ -43,7 +43,7 @@ pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limi
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
     let held_mib = u32::try_from(of_prepared(prepared).div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    plan_parts(jobs, prepared, &asked, limits, held_mib)
+    plan_parts(jobs, prepared, asked, limits, held_mib)
 }
 
 /// Plans all parts, each for its own tolerance in part coordinates.
@@ -53,7 +53,7 @@ pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limi
 pub(crate) fn plan_parts(
     jobs: &dyn Jobs,
     prepared: &Prepared,
-    asked: &[PartTolerance],
+    asked: Vec<PartTolerance>,
     limits: &PlanLimits,
     held_mib: u32,
 ) -> Plan {
@@ -64,7 +64,8 @@ pub(crate) fn plan_parts(
     let mut shortfall = Shortfall { held_mib, ..Shortfall::none(limits) };
     // A part without tiles meets any tolerance.
     let unusable = |(part, asked): (&Arc<PreparedPart>, &PartTolerance)| asked.unusable && !part.tiles.is_empty();
-    shortfall.unusable = prepared.parts.iter().zip(asked).any(unusable);
+    shortfall.unusable = prepared.parts.iter().zip(&asked).any(unusable);
+    let wanted = Arc::new(Wanted { parts: prepared.parts.clone(), asked });
     let mut round = 0;
     loop {
         shortfall.density = LOWER.powi(round);
@@ -72,8 +73,8 @@ pub(crate) fn plan_parts(
         if round == LOWEST {
             budget.left = u64::MAX;
         }
-        let density = shortfall.density;
-        let asked = PlanRequest { jobs, prepared, asked, density, cells_per_tile: budget.cells_per_tile };
+        let asked =
+            PlanRequest { jobs, wanted: &wanted, density: shortfall.density, cells_per_tile: budget.cells_per_tile };
         if let Some(parts) = asked.plan(0..prepared.parts.len(), &mut budget, &mut shortfall) {
             return Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() };
         }
@@ -84,12 +85,17 @@ pub(crate) fn plan_parts(
     }
 }
 
+/// Parts, and the tolerance of each.
+struct Wanted {
+    parts: Vec<Arc<PreparedPart>>,
+    asked: Vec<PartTolerance>,
+}
+
 /// What to plan, and where.
 #[derive(Clone, Copy)]
 struct PlanRequest<'a> {
     jobs: &'a dyn Jobs,
-    prepared: &'a Prepared,
-    asked: &'a [PartTolerance],
+    wanted: &'a Arc<Wanted>,
     density: f64,
     cells_per_tile: u64,
 }
@@ -101,7 +107,7 @@ impl PlanRequest<'_> {
     /// Upper bound on the triangles, each tile within its limit.
     fn triangles(&self) -> u64 {
         let mut budget = Budget { left: u64::MAX, cells_per_tile: self.cells_per_tile };
-        for part in 0..self.prepared.parts.len() {
+        for part in 0..self.wanted.parts.len() {
             // Keeps the plan of one part at a time in memory. The budget does not run out.
             let _ = self.plan(part..part + 1, &mut budget, &mut Shortfall::none(&PlanLimits::DEFAULT));
         }
@@ -110,78 +116,93 @@ impl PlanRequest<'_> {
 
     /// Plans some parts; `None` if the budget does not suffice.
     fn plan(&self, parts: Range<usize>, budget: &mut Budget, shortfall: &mut Shortfall) -> Option<Vec<PartPlan>> {
-        let Self { jobs, prepared, .. } = *self;
-        let count = |k: usize| (prepared.parts[k].tiles.len(), prepared.parts[k].edges.len());
-        let mut plans: Vec<PartPlan> = parts
-            .clone()
-            .map(|k| PartPlan { tiles: Vec::with_capacity(count(k).0), edges: Vec::with_capacity(count(k).1) })
-            .collect();
-        let spent = SharedBudget { cells: AtomicU64::new(0), left: budget.left };
-
+        let Self { jobs, wanted, density, cells_per_tile } = *self;
+        let (spent, wanted) = (SharedBudget { cells: AtomicU64::new(0), left: budget.left }, Arc::clone(wanted));
+        let round = Arc::new(Round { wanted, density, cells_per_tile, spent });
+        let count = |k: usize| (self.wanted.parts[k].tiles.len(), self.wanted.parts[k].edges.len());
         let rows = |of: fn((usize, usize)) -> usize| -> Vec<(usize, usize)> {
             parts.clone().flat_map(|part| (0..of(count(part))).map(move |row| (part, row))).collect()
         };
-        let tiles = rows(|(tiles, _)| tiles);
-        let lattices = map_chunks(jobs, &tiles, CHUNK, |rows| self.lattices(rows, &spent));
+
+        let shared = Arc::clone(&round);
+        let made = map(jobs, chunks(jobs, rows(|(tiles, _)| tiles), CHUNK), move |rows| shared.lattices(rows));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
-        let mut row = tiles.iter();
-        for chunk in lattices {
-            for ((lattice, kept), &(part, tile)) in chunk?.into_iter().zip(&mut row) {
+        let mut lattices: Vec<_> = parts.clone().map(|k| Vec::with_capacity(count(k).0)).collect();
+        for made in made {
+            for ((part, tile), lattice, kept) in made? {
                 let id = (PartId::new(part), TileId(tile as u32));
                 shortfall.tiles.extend((!kept.cells).then_some(id));
                 shortfall.lines.extend((!kept.lines).then_some(id));
-                plans[part - parts.start].tiles.push(lattice);
+                lattices[part - parts.start].push(lattice);
             }
         }
 
-        let edges = rows(|(_, edges)| edges);
-        let of_part = |part: usize| &plans[part - parts.start].tiles[..];
-        let polylines = map_chunks(jobs, &edges, CHUNK, |rows| self.polylines(rows, of_part, &spent));
-        let mut row = edges.iter();
-        for chunk in polylines {
-            for ((polyline, kept), &(part, edge)) in chunk?.into_iter().zip(&mut row) {
+        let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
+        let beside = Arc::clone(&lattices);
+        let made = map(jobs, chunks(jobs, rows(|(_, edges)| edges), CHUNK), move |rows| {
+            shared.polylines(rows, |part| &beside[part - first])
+        });
+        let lattices = Arc::into_inner(lattices)?.into_iter();
+        let plans =
+            lattices.zip(parts.clone()).map(|(tiles, k)| PartPlan { tiles, edges: Vec::with_capacity(count(k).1) });
+        let mut plans: Vec<PartPlan> = plans.collect();
+        for made in made {
+            for ((part, edge), polyline, kept) in made? {
                 shortfall.edges.extend((!kept).then_some((PartId::new(part), RowId(edge as u32))));
-                plans[part - parts.start].edges.push(polyline);
+                plans[part - first].edges.push(polyline);
             }
         }
-        budget.spend(spent.cells.into_inner())?;
+        budget.spend(round.spent.cells.load(Ordering::Relaxed))?;
         Some(plans)
     }
+}
 
+/// What the jobs of a plan share.
+struct Round {
+    wanted: Arc<Wanted>,
+    density: f64,
+    cells_per_tile: u64,
+    spent: SharedBudget,
+}
+
+/// A part, and a tile or an edge of it.
+type Row = (usize, usize);
+
+impl Round {
     /// The lattices of some tiles.
-    fn lattices(&self, rows: &[(usize, usize)], spent: &SharedBudget) -> Option<Vec<(Arc<TileLattice>, DensityMet)>> {
+    fn lattices(&self, rows: Vec<Row>) -> Option<Vec<(Row, Arc<TileLattice>, DensityMet)>> {
         let mut need = BoxTolerances::default();
-        let of_tile = |&(part, tile): &(usize, usize)| {
-            let (asked, part) = (&self.asked[part], &self.prepared.parts[part]);
-            let tile = &part.tiles[tile];
+        let of_tile = |row: Row| {
+            let (asked, part) = (&self.wanted.asked[row.0], &self.wanted.parts[row.0]);
+            let tile = &part.tiles[row.1];
             let face = &part.faces[part.face_of(tile)];
             asked.over(places(face, tile), &mut need);
             let (lattice, kept) = lattice(face, tile, &need, self.density, self.cells_per_tile, None);
-            spent.add(cells(&lattice))?;
-            Some((Arc::new(lattice), kept))
+            self.spent.add(cells(&lattice))?;
+            Some((row, Arc::new(lattice), kept))
         };
-        rows.iter().map(of_tile).collect()
+        rows.into_iter().map(of_tile).collect()
     }
 
     /// The tessellants of some edges, beside the lattices of their parts.
     fn polylines<'a>(
         &self,
-        rows: &[(usize, usize)],
+        rows: Vec<Row>,
         lattices: impl Fn(usize) -> &'a [Arc<TileLattice>],
-        spent: &SharedBudget,
-    ) -> Option<Vec<(Arc<EdgePolyline>, bool)>> {
+    ) -> Option<Vec<(Row, Arc<EdgePolyline>, bool)>> {
         let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
-        let of_edge = |&(part, edge): &(usize, usize)| {
-            let (asked, edge, tiles) = (&self.asked[part], &self.prepared.parts[part].edges[edge], lattices(part));
+        let of_edge = |row: Row| {
+            let asked = &self.wanted.asked[row.0];
+            let (edge, tiles) = (&self.wanted.parts[row.0].edges[row.1], lattices(row.0));
             let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
             let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
                 asked.over(edge.bounds.places.iter(), &mut need);
                 tessellants.polyline(edge, tiles, &need, self.density, None)
             });
-            spent.add(line.ts.len() as u64)?;
-            Some((Arc::new(line), kept))
+            self.spent.add(line.ts.len() as u64)?;
+            Some((row, Arc::new(line), kept))
         };
-        rows.iter().map(of_edge).collect()
+        rows.into_iter().map(of_edge).collect()
     }
 }
 
