@@ -234,8 +234,12 @@ impl<'a> ArcSpan<'a> {
             return (low - bulge, high + bulge);
         };
         let c = fine.hull.map(|x| n.dot(x));
+        let ends = (c[0].min(c[3]), c[0].max(c[3]));
+        if c[1].min(c[2]) >= ends.0 && c[1].max(c[2]) <= ends.1 {
+            return ends;
+        }
         let [x, y] = turns(c);
-        (c[0].min(c[3]).min(x).min(y), c[0].max(c[3]).max(x).max(y))
+        (ends.0.min(x).min(y), ends.1.max(x).max(y))
     }
 
     /// The same of all cubics between its points.

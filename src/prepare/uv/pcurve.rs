@@ -26,6 +26,10 @@ const MAX_SAMPLES: usize = 20_000;
 /// about 30.
 const MAX_STEPS: u32 = 40;
 
+/// Newton steps from a point beyond [`FAR_OFF`] that may fail to come nearer. After that they are halved: they swing
+/// around a point that is further away than the surface is round.
+const MAX_VAIN_STEPS: u32 = 3;
+
 /// Consecutive searches of the whole surface that may fail to improve a projection. After that the march of this edge
 /// goes on without searches: the edge lies off the surface.
 const MAX_VAIN: u32 = 8;
@@ -35,7 +39,10 @@ const MAX_VAIN: u32 = 8;
 const FAR_OFF: f64 = 3e3;
 
 /// Accuracy of the image beyond [`FAR_OFF`], as a share of the distance.
-const SHARE_OF_GAP: f64 = 0.05;
+const SHARE_OF_GAP: f64 = 0.2;
+
+/// Length of the last step of a projection from beyond [`FAR_OFF`], as a share of the distance.
+const FAR_ENOUGH: f64 = 0.005;
 
 /// Projects points onto one surface.
 pub(crate) struct Projector<'a> {
@@ -245,18 +252,30 @@ impl<'a> Projector<'a> {
             }
         }
         let mut best = (uv, f64::INFINITY);
+        let (mut halves, mut vain) = (false, 0);
+        let is_far = |off: f64| off > FAR_OFF * self.tolerance && self.vain.get() >= MAX_VAIN;
         for step in 0..2 * MAX_STEPS {
-            if step == MAX_STEPS {
-                uv = best.0;
+            let swings = vain >= MAX_VAIN_STEPS && is_far(best.1);
+            let restarts = !halves && (step == MAX_STEPS || swings);
+            if restarts {
+                (uv, halves) = (best.0, true);
             }
             let w = self.wrap(uv);
             let [point, du, dv] = self.surface.tangents(w.x, w.y);
+            let length = |step: DVec2| du.length() * step.x.abs() + dv.length() * step.y.abs();
             let r = p - point;
+            let off = best.1.min(r.length());
+            let enough = if is_far(off) { FAR_ENOUGH * off } else { 1e-4 * self.tolerance };
             if r.length() < best.1 {
-                best = (uv, r.length());
-            } else if step > MAX_STEPS {
+                (best, vain) = ((uv, r.length()), 0);
+            } else if halves && !restarts {
+                if is_far(off) && length(uv - best.0) <= enough {
+                    return best;
+                }
                 uv = 0.5 * (uv + best.0);
                 continue;
+            } else {
+                vain += 1;
             }
             let step = least_squares(du, dv, r);
             let mut next = uv + step;
@@ -286,7 +305,7 @@ impl<'a> Projector<'a> {
             }
             let moved = next - uv;
             uv = next;
-            if du.length() * moved.x.abs() + dv.length() * moved.y.abs() <= 1e-4 * self.tolerance {
+            if length(moved) <= enough {
                 let w = self.wrap(uv);
                 let r = self.surface.point(w.x, w.y).distance(p);
                 return if r <= best.1 { (uv, r) } else { best };
