@@ -38,8 +38,8 @@ pub trait MeshSink: Send {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError>;
 
     /// Starts an incremental frame: it equals the last completed frame except for what is sent now. Each batch replaces
-    /// that of its tile; a batch without triangles removes the tile. Each line replaces that of its edge. Parts stay
-    /// the same; instances may have changed.
+    /// that of its tile; a batch without triangles removes the tile. Each line replaces that of its edge. Known
+    /// parts stay the same, and others may follow them; instances may have changed.
     ///
     /// # Errors
     /// When the sink takes whole frames only, like files; `abort` follows. The provided implementation always fails.

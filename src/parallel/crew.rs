@@ -30,6 +30,11 @@ impl<S: Stages> Crew<S> {
         Self { workers: (0..).zip(hands).map(worker).collect() }
     }
 
+    /// Replaces what the stages work on by the same with more parts.
+    pub(super) fn set_stages(&mut self, stages: &Arc<S>) {
+        self.workers.iter_mut().for_each(|worker| worker.set_stages(stages));
+    }
+
     /// Number of workers.
     pub(super) fn len(&self) -> usize {
         self.workers.len()

@@ -101,6 +101,20 @@ impl Engine {
         Self { prepared, jobs, levels, instances, crew, owners, edge_lines, planner, live: None, next: 0 }
     }
 
+    /// Adds an instance of a part of the model. Whether that takes one more LOD, which is then the last part of
+    /// `prepared`.
+    pub(super) fn add_instance(&mut self, part: PartId) -> bool {
+        let Some(prepared) = self.levels.push(&self.prepared, part) else { return false };
+        self.prepared = prepared;
+        self.crew.set_stages(&self.prepared);
+        self.owners.add_level(part);
+        if let Some(Live { planner, residency }) = &mut self.live {
+            planner.add_parts(Arc::clone(&self.prepared));
+            residency.add_parts(&self.prepared);
+        }
+        true
+    }
+
     pub(super) fn workers(&self) -> usize {
         self.crew.len()
     }

@@ -59,6 +59,14 @@ impl Owners {
         Self { parts, workers: hands.len(), gone: vec![InvalidCaches::default(); hands.len()], epoch }
     }
 
+    /// Appends an LOD of a part: its tiles have the owners of the part's.
+    pub(super) fn add_level(&mut self, part: PartId) {
+        self.parts.push(self.parts[part.index()].clone());
+        if let Some(epoch) = &mut self.epoch {
+            epoch.spent.push(vec![0.0; self.parts[part.index()].len()]);
+        }
+    }
+
     /// Whether workers have to measure each tile.
     pub(super) fn wants_times(&self) -> bool {
         self.epoch.is_some()

@@ -88,8 +88,16 @@ pub(super) struct Due {
 
 impl Residency {
     pub(super) fn new(prepared: &Prepared) -> Self {
-        let parts = prepared.parts.iter().map(|part| PartTiles::new(part)).collect();
-        Self { parts, edges: BTreeSet::new(), whole: true, shown: DrawnTiles::default(), placed: Vec::new(), frames: 0 }
+        let (edges, shown) = (BTreeSet::new(), DrawnTiles::default());
+        let mut new = Self { parts: Vec::new(), edges, whole: true, shown, placed: Vec::new(), frames: 0 };
+        new.add_parts(prepared);
+        new
+    }
+
+    /// Appends the parts of `prepared` that came after those known.
+    pub(super) fn add_parts(&mut self, prepared: &Prepared) {
+        let new = prepared.parts.iter().skip(self.parts.len());
+        self.parts.extend(new.map(|part| PartTiles::new(part)));
     }
 
     /// Marks everything as not resident.

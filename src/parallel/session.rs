@@ -173,11 +173,17 @@ impl Session {
 
     /// Adds an instance of a part of the model, from the next frame of views on. Returns its index, which is the last.
     /// `None` if there is no such part. Cancels a frame of views that was begun.
+    ///
+    /// A part has as many LODs as instances, up to [`SessionOptions::levels`]. One that is added is the last part of
+    /// [`scene`](Self::scene) from then on.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
         self.model.scene.parts.get(instance.part.index())?;
         self.cancel();
         let (engine, _) = self.wait().ok()?;
-        engine.levels.push(instance.part);
+        if engine.add_instance(instance.part) {
+            self.prepared = Arc::clone(&engine.prepared);
+            self.scene.parts.extend(self.prepared.scene.parts.last().cloned());
+        }
         self.parts.push(instance.part);
         self.scene.instances.push(instance);
         self.number_faces();

@@ -68,6 +68,11 @@ impl<S: Stages> Worker<S> {
         Self { number, stages, hand, scratch, reuse, memories, kept: 0 }
     }
 
+    /// Replaces what the stages work on by the same with more parts.
+    pub(super) fn set_stages(&mut self, stages: &Arc<S>) {
+        self.stages = Arc::clone(stages);
+    }
+
     /// Its number, which is its place among the workers.
     pub(super) fn number(&self) -> u32 {
         self.number

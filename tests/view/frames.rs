@@ -7,10 +7,9 @@ use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-use std::time::Duration;
 use trimtess::frame::internals::{Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions, Reuse};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
@@ -309,7 +308,7 @@ fn instances_come_move_and_go() {
     assert!(session.remove_instance(0).is_some() && session.remove_instance(1).is_none());
     session.view(&[view], &mut sink).unwrap();
     assert!(sink.scene.instances.len() == 1 && sink.drawn.tiles(0, 0).count() > 0);
-    assert!(session.add_instance(trimtess::mesh::SceneInstance { part: PartId(9), ..nearer }).is_none());
+    assert!(session.add_instance(SceneInstance { part: PartId(9), ..nearer }).is_none());
 }
 
 /// Rows of instances of a part, at increasing distances from the camera.
@@ -340,12 +339,7 @@ fn distant_instances_have_coarser_levels_of_detail() {
             session.view(&[view], &mut sink).unwrap();
             assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{levels} {k}");
             assert!((0..60).all(|i| session.part_of(i) == Some(PartId(0))));
-            let of_row = |row: PartId, instance: usize| -> usize {
-                let rows = sink.batches.iter().filter(|b| b.part == row && sink.drawn.contains(0, instance, b.tile));
-                rows.map(|b| b.mesh.triangles.len()).sum()
-            };
-            let instances = sink.scene.instances.iter().enumerate();
-            triangles += instances.map(|(i, instance)| of_row(instance.part, i)).sum::<usize>();
+            triangles += triangles_drawn(&sink);
             // Every instance keeps the screen-space error, whatever level it has.
             if k == 5 {
                 let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
@@ -356,6 +350,47 @@ fn distant_instances_have_coarser_levels_of_detail() {
         drawn_at.push(triangles);
     }
     assert!(2 * drawn_at[2] < drawn_at[0] && drawn_at[2] < drawn_at[1], "{drawn_at:?}");
+}
+
+/// Triangles of all instances in the first view.
+fn triangles_drawn(sink: &MemorySink) -> usize {
+    let of_row = |(i, instance): (usize, &SceneInstance)| -> usize {
+        let rows = sink.batches.iter().filter(|b| b.part == instance.part && sink.drawn.contains(0, i, b.tile));
+        rows.map(|b| b.mesh.triangles.len()).sum()
+    };
+    sink.scene.instances.iter().enumerate().map(of_row).sum()
+}
+
+#[test]
+fn instances_that_are_added_have_levels_of_detail() {
+    let prepared = crowd("torus");
+    let eye = DVec3::new(60.0, -80.0, 30.0);
+    let view = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
+    let view = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
+    let mut known = MemorySink::default();
+    Session::start(Arc::clone(&prepared), &options(2)).unwrap().view(&[view], &mut known).unwrap();
+
+    // One instance, and the others later: some before the first frame, some between frames.
+    let mut alone = Prepared::clone(&prepared);
+    let others = alone.scene.instances.split_off(1);
+    for first in [0, 1, 5, 59] {
+        let mut session = Session::start(Arc::new(alone.clone()), &options(2)).unwrap();
+        let mut sink = MemorySink::default();
+        for (k, instance) in others.iter().enumerate() {
+            if k == first || k % 20 == 19 {
+                session.view(&[view], &mut sink).unwrap();
+            }
+            assert_eq!(session.add_instance(instance.clone()), Some(k + 1));
+        }
+        session.view(&[view], &mut sink).unwrap();
+        assert_eq!((session.scene().parts.len(), sink.scene.parts.len()), (4, 4));
+        assert!((0..60).all(|i| session.part_of(i) == Some(PartId(0))));
+        assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{first}");
+        assert_eq!(triangles_drawn(&sink), triangles_drawn(&known), "{first}");
+        let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
+        let (share, _) = measured(session.prepared(), &view, 1.0, &frame);
+        assert!(share <= 1.0, "{first}: {share}");
+    }
 }
 
 #[test]
@@ -427,40 +462,6 @@ fn culled_tiles_are_not_in_the_picture() {
         }
     }
     assert!(culled > 100 && behind > 1000, "{culled} {behind}");
-}
-
-#[test]
-fn a_budget_defers_the_least_urgent_tiles_and_all_are_done_in_the_end() {
-    let prepared = shape("brake-hub");
-    let budget = Some(Duration::from_micros(300));
-    let planner = PlannerOptions::DEFAULT.with_budget(budget);
-    let mut session = Session::start(Arc::clone(&prepared), &options(2).with_planner(planner)).unwrap();
-    let mut at_once = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
-    let (mut sink, mut whole) = (MemorySink::default(), MemorySink::default());
-    let views = path(&mut SplitMix(9), prepared.bounds.unwrap(), 30);
-    let mut deferred = 0;
-    for (k, view) in views.iter().enumerate() {
-        let report = session.view(&[*view], &mut sink).unwrap();
-        deferred += report.deferred;
-        let batches = drawn(&sink);
-        assert_eq!(batches, drawn(&from_scratch(&session)), "{k}");
-        balanced(&prepared, session.plan().unwrap(), &batches, &format!("{k}"));
-    }
-    assert!(deferred > 100, "{deferred}");
-    let last = views[views.len() - 1];
-    for _ in 0..1000 {
-        if session.view(&[last], &mut sink).unwrap().deferred == 0 {
-            break;
-        }
-    }
-    // All tiles keep the tolerance then. Rates may be a step finer than without the budget, because of the path to
-    // them.
-    at_once.view(&[last], &mut whole).unwrap();
-    let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
-    let (share, _) = measured(&prepared, &last, 0.05 * prepared.scene.parts[0].radius, &frame);
-    assert!(share <= 1.0, "{share}");
-    let triangles = |sink: &MemorySink| drawn(sink).iter().map(|b| b.mesh.triangles.len()).sum::<usize>();
-    assert!(triangles(&sink) < 2 * triangles(&whole), "{} {}", triangles(&sink), triangles(&whole));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use super::culling::InstanceSight;
 use super::pages::PlanChanges;
-use super::rate::Rate;
+use super::rate::{Rate, Step};
 use crate::frame::plan::lattice::DensityMet;
 use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
 use crate::frame::tolerance::part_camera::PixelScale;
@@ -100,6 +100,21 @@ pub(super) struct RateChanges {
     pub(super) near: Vec<(usize, usize)>,
     /// Tiles whose turn has come.
     pub(super) due: Vec<(usize, usize)>,
+    /// Cells that tiles would have.
+    pub(super) estimates: Vec<(usize, usize, CellsAt)>,
+}
+
+/// The cells that a tile would have at a step, and at which terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CellsAt {
+    pub(super) term: u32,
+    pub(super) step: Step,
+    pub(super) cells: f64,
+}
+
+impl CellsAt {
+    /// Not known.
+    pub(super) const NEVER: Self = Self { term: 0, step: None, cells: 0.0 };
 }
 
 /// A lattice for a [`WantedRate`].
@@ -127,8 +142,10 @@ pub(super) struct TessellantUpdate {
 
 /// A tile whose rate should change.
 pub(super) struct WantedRate {
-    /// How many steps finer it should be. Infinite without a step so far, or if never planned with the current terms.
+    /// How many steps finer it should be. With a budget only.
     pub(super) urgency: f64,
+    /// Factor on the number of its cells. With a budget only.
+    pub(super) growth: f64,
     pub(super) part: usize,
     pub(super) tile: usize,
     pub(super) rate: Rate,

@@ -29,6 +29,8 @@ pub struct Levels {
     parts: Vec<PartLevels>,
     /// The part of the model, and the band, of each instance.
     instances: Vec<(PartId, Band)>,
+    /// LODs of a part, at most.
+    most: usize,
 }
 
 #[derive(Debug)]
@@ -56,14 +58,12 @@ impl Levels {
         for (p, placed) in placed.into_iter().enumerate() {
             let mut rows = vec![PartId::new(p)];
             for _ in 1..placed.min(most) {
-                rows.push(PartId::new(out.parts.len()));
-                out.parts.push(Arc::clone(&prepared.parts[p]));
-                out.scene.parts.push(ScenePart { mesh_of: Some(PartId::new(p)), ..prepared.scene.parts[p].clone() });
+                rows.push(another(&mut out, PartId::new(p)));
             }
             parts.push(PartLevels { bands: vec![None; rows.len()], rows, place: PartBoxes::whole(&prepared.parts[p]) });
         }
         let instances = prepared.scene.instances.iter().map(|i| (i.part, None)).collect();
-        (Arc::new(out), Self { parts, instances })
+        (Arc::new(out), Self { parts, instances, most })
     }
 
     /// The model's part of an instance, whatever its current LOD. `None` if out of range.
@@ -72,9 +72,19 @@ impl Levels {
         self.instances.get(instance).map(|(part, _)| *part)
     }
 
-    /// Appends an instance of `part`.
-    pub fn push(&mut self, part: PartId) {
+    /// Appends an instance of `part`, and an LOD of it if its instances can use one more: returns `prepared` with that
+    /// LOD after all other parts.
+    pub fn push(&mut self, prepared: &Prepared, part: PartId) -> Option<Arc<Prepared>> {
         self.instances.push((part, None));
+        let placed = self.instances.iter().filter(|(of, _)| *of == part).count();
+        let levels = &mut self.parts[part.index()];
+        if levels.rows.len() >= placed.min(self.most) {
+            return None;
+        }
+        let mut out = Prepared::clone(prepared);
+        levels.rows.push(another(&mut out, part));
+        levels.bands.push(None);
+        Some(Arc::new(out))
     }
 
     /// Removes an instance. The indices of later instances decrease by one.
@@ -123,6 +133,15 @@ impl Levels {
             }
         }
     }
+}
+
+/// Appends an LOD of a part, and returns its row.
+fn another(prepared: &mut Prepared, part: PartId) -> PartId {
+    let row = PartId::new(prepared.parts.len());
+    let of = part.index();
+    prepared.parts.push(Arc::clone(&prepared.parts[of]));
+    prepared.scene.parts.push(ScenePart { mesh_of: Some(part), ..prepared.scene.parts[of].clone() });
+    row
 }
 
 /// The band of a scale, in pixels of the allowed deviation per millimetre. Keeps `before` within the hysteresis.

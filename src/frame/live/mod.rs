@@ -8,5 +8,6 @@ pub(super) mod resync;
 pub(super) mod pages;
 pub(super) mod draft;
 pub(super) mod rates;
+pub(super) mod defer;
 pub(super) mod planner;
 pub(super) mod levels;

@@ -19,6 +19,7 @@ pub struct PlanChanges {
 }
 
 /// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
+#[derive(Default)]
 pub(super) struct PlanPages {
     pub(super) last: Arc<Plan>,
     pub(super) spare: Option<Arc<Plan>>,
@@ -41,6 +42,12 @@ impl PlanPages {
             page.parts[part].edges[edge] = Arc::clone(&self.last.parts[part].edges[edge]);
         }
         spare.unwrap_or_default()
+    }
+
+    /// Appends the parts of `new` to the last plan.
+    pub(super) fn add_parts(&mut self, new: Plan) {
+        Arc::make_mut(&mut self.last).parts.extend(new.parts);
+        self.spare = None;
     }
 
     pub(super) fn turn(&mut self, next: Arc<Plan>, changes: &PlanChanges) {

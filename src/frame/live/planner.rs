@@ -5,9 +5,10 @@
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
 use super::culling::{InstanceSight, PartBoxes};
+use super::defer;
 use super::draft::{
-    ANEW, BESIDE_NEW, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenTiles, TILES, TessellantUpdate, Touched,
-    VisibleTiles, WantedRate, rows,
+    ANEW, BESIDE_NEW, CellsAt, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenTiles, TILES, TessellantUpdate,
+    Touched, VisibleTiles, WantedRate, rows,
 };
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages};
@@ -15,7 +16,7 @@ use super::rate::{Rate, Terms};
 use super::rates::{PartRates, Rates};
 use super::resync::{LineHistory, Turns, owner};
 use crate::control::{Alone, Jobs, chunks, map};
-use crate::frame::plan::budget::{Budget, cells, predicted};
+use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::limits::Shortfall;
 use crate::frame::plan::make::plan_parts;
 use crate::frame::plan::output::Plan;
@@ -71,11 +72,40 @@ impl Planner {
     /// Starts with the coarsest plan. Cost: a few microseconds per tile and per edge.
     #[must_use]
     pub fn new(prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
+        let rates = Rates {
+            prepared: Arc::default(),
+            parts: Vec::new(),
+            terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
+            term: 0,
+            turns: Turns::of(options.lines),
+            options: *options,
+        };
+        let mut planner = Self {
+            rates: Arc::new(rates),
+            pages: PlanPages::default(),
+            changes: PlanChanges::default(),
+            limited: Limited::default(),
+            touched: Touched::default(),
+            rows: Vec::new(),
+            seen: Vec::new(),
+            placed: Vec::new(),
+            unfinished: true,
+        };
+        planner.add_parts(prepared);
+        planner
+    }
+
+    /// Goes on with a model that has further parts after those known. Their plan is the coarsest.
+    pub fn add_parts(&mut self, prepared: Arc<Prepared>) {
+        let rates = own(&mut self.rates);
+        let known = rates.parts.len();
         let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
         let everywhere = |part: &ScenePart| PartTolerance::everywhere(&coarsest, part.radius);
-        let asked: Vec<PartTolerance> = prepared.scene.parts.iter().map(everywhere).collect();
-        let plan = plan_parts(&Alone, &prepared, asked, &options.limits, 0);
-        let parts = prepared.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
+        let asked: Vec<PartTolerance> = prepared.scene.parts.iter().skip(known).map(everywhere).collect();
+        let new = Prepared { parts: prepared.parts[known..].to_vec(), ..Prepared::default() };
+        let plan = plan_parts(&Alone, &new, asked, &rates.options.limits, 0);
+        let waits = rates.options.budget.is_some();
+        rates.parts.extend(new.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
             boxes: PartBoxes::of(part),
             tiles: vec![Rate::Even(None); part.tiles.len()],
             bands: vec![(0.0, 0.0); part.tiles.len()],
@@ -84,30 +114,13 @@ impl Planner {
             edge_terms: vec![0; part.edges.len()],
             kept: LineHistory::none(part),
             cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
+            estimates: vec![CellsAt::NEVER; if waits { part.tiles.len() } else { 0 }],
             seen: SeenTiles::none(part.tiles.len()),
-        });
-        let rates = Rates {
-            parts: parts.collect(),
-            terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
-            term: 0,
-            turns: Turns::of(options.lines),
-            options: *options,
-            prepared: Arc::clone(&prepared),
-        };
-        Self {
-            rates: Arc::new(rates),
-            pages: PlanPages { last: Arc::new(plan), spare: None, lattices: Vec::new(), edges: Vec::new() },
-            changes: PlanChanges::default(),
-            limited: Limited::default(),
-            touched: Touched {
-                stamps: prepared.parts.iter().map(|part| vec![0; part.edges.len()]).collect(),
-                rows: Vec::new(),
-            },
-            rows: rows(&prepared),
-            seen: Vec::new(),
-            placed: Vec::new(),
-            unfinished: true,
-        }
+        }));
+        self.touched.stamps.extend(new.parts.iter().map(|part| vec![0; part.edges.len()]));
+        self.rows = rows(&prepared);
+        rates.prepared = prepared;
+        self.pages.add_parts(plan);
     }
 
     /// The last plan; before the first call of [`plan`](Self::plan), the coarsest one.
@@ -242,40 +255,21 @@ impl Planner {
             wanted
         });
         let parts = &mut own(&mut self.rates).parts;
-        for RateChanges { rates, near, due } in found {
+        for RateChanges { rates, near, due, estimates } in found {
             draft.wanted.extend(rates);
             draft.near.extend(near);
+            estimates.into_iter().for_each(|(p, t, estimate)| parts[p].estimates[t] = estimate);
             due.into_iter().for_each(|(p, t)| parts[p].kept.due[t] = true);
         }
     }
 
-    /// Defers the changes that exceed the budget, the least urgent ones.
-    ///
-    /// A deferred tile keeps its rate. The rates of edges follow from those of tiles, so the plan is always closed.
+    /// Defers the changes that exceed the budget.
     fn defer(&self, draft: &mut PlanDraft) {
-        draft.changes.deferred = 0;
         let Some(budget) = self.rates.options.budget else { return };
-        draft.wanted.sort_by(|a, b| b.urgency.total_cmp(&a.urgency).then((a.part, a.tile).cmp(&(b.part, b.tile))));
-        let mut left = budget.as_secs_f64() * 1e9;
-        let mut made: BTreeSet<(usize, usize)> = BTreeSet::new();
-        let page = Arc::clone(&draft.page);
-        let kept = draft.wanted.iter().take_while(|wanted| {
-            let part = &self.rates.prepared.parts[wanted.part];
-            let uses = part.tiles[wanted.tile].loops.iter().flatten();
-            let beside = uses.flat_map(|u| part.edges[u.edge.index()].uses.iter().map(|place| place.tile.index()));
-            for tile in beside.chain([wanted.tile]) {
-                if made.insert((wanted.part, tile)) {
-                    let growth =
-                        if tile == wanted.tile { (0.5 * wanted.urgency).clamp(-20.0, 20.0).exp2() } else { 1.0 };
-                    left -= predicted(&page.parts[wanted.part], &part.tiles[tile], tile, growth);
-                }
-            }
-            left > 0.0
-        });
-        // Always at least one, or a small budget would never make progress.
-        let kept = kept.count().max(1).min(draft.wanted.len());
-        draft.changes.deferred = (draft.wanted.len() - kept) as u32;
-        draft.wanted.truncate(kept);
+        let wanted = std::mem::take(&mut draft.wanted);
+        let count = wanted.len();
+        draft.wanted = defer::within(budget, wanted, &self.rates.prepared, &draft.page);
+        draft.changes.deferred = (count - draft.wanted.len()) as u32;
     }
 
     /// Plans the lattices of the tiles that change, and marks their edges.

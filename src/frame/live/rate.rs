@@ -59,6 +59,12 @@ pub(crate) fn step(density: f64, before: Step) -> Step {
     kept.or_else(|| Some(exact.ceil().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16))
 }
 
+/// Factor on the cells of a tile that becomes finer by so many steps: its lines grow with the root of the density, in
+/// both directions.
+pub(crate) fn growth_of(steps: f64) -> f64 {
+    (steps / STEPS).clamp(-40.0, 40.0).exp2()
+}
+
 /// The range of densities for which a step is kept.
 pub(crate) fn band(step: Step) -> (f64, f64) {
     let Some(k) = step.map(f64::from) else { return (0.0, 0.0) };

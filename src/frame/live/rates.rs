@@ -3,13 +3,13 @@
 
 use super::culling::{InstanceSight, PartBoxes};
 use super::draft::{
-    ANEW, BESIDE_NEW, NewLattice, NewTessellants, RateChanges, SeenTiles, TessellantUpdate, UNSEEN, VisibleTiles,
-    WantedRate,
+    ANEW, BESIDE_NEW, CellsAt, NewLattice, NewTessellants, RateChanges, SeenTiles, TessellantUpdate, UNSEEN,
+    VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
-use super::rate::{Rate, Step, Terms, band, step};
+use super::rate::{Rate, Step, Terms, band, growth_of, step};
 use super::resync::{LineHistory, Turns};
-use crate::frame::plan::budget::Budget;
+use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{lattice, places};
 use crate::frame::plan::output::Plan;
@@ -41,6 +41,8 @@ pub(super) struct PartRates {
     pub(super) kept: LineHistory,
     /// Number of cells of each tile.
     pub(super) cells: Vec<u64>,
+    /// Cells of tiles that wait for their first step. Empty without a budget.
+    pub(super) estimates: Vec<CellsAt>,
     /// What the views of the current frame show of each tile.
     pub(super) seen: SeenTiles,
 }
@@ -109,19 +111,46 @@ impl Rates {
                 (Rate::Each(each(boxes(), before, sights)), (0.0, 0.0))
             };
             if !planned || due || rate != *before {
-                let finer = |to: &Rate, from: &Rate| match (to.finest(), from.finest()) {
-                    (Some(to), Some(from)) => f64::from(to) - f64::from(from),
-                    _ => f64::INFINITY,
-                };
-                let urgency = match planned {
-                    true if rate == *before => 0.0,
-                    true => finer(&rate, before),
-                    false => f64::INFINITY,
+                let (urgency, growth) = match self.options.budget {
+                    Some(_) => self.urgency((p, t), planned, &rate, wanted),
+                    None => (0.0, 1.0),
                 };
                 let chord = 1.0 / most;
-                wanted.rates.push(WantedRate { urgency, part: p, tile: t, rate, band, chord, anew: due });
+                wanted.rates.push(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, anew: due });
             }
         }
+    }
+
+    /// How many steps finer a tile should be, and the factor on its cells.
+    ///
+    /// Steps say it, except for tiles that have none yet, or one of other terms. Of those the cells say it. They are
+    /// counted once, however long the tile is deferred.
+    fn urgency(&self, (p, t): (usize, usize), planned: bool, rate: &Rate, wanted: &mut RateChanges) -> (f64, f64) {
+        let PartRates { tiles: rates, cells: now, estimates, .. } = &self.parts[p];
+        if let (true, Some(to), Some(from)) = (planned, rate.finest(), rates[t].finest()) {
+            let steps = f64::from(to) - f64::from(from);
+            return (steps, growth_of(steps));
+        }
+        let mut known = estimates[t];
+        if known.term != self.term || known.step.is_some() != rate.finest().is_some() {
+            let part = &self.prepared.parts[p];
+            let (tile, face) = (&part.tiles[t], &part.faces[part.face_of(&part.tiles[t])]);
+            let need = self.terms.need(rate, places(face, tile).len(), self.prepared.scene.parts[p].radius);
+            let (made, _) = lattice(face, tile, &need, 1.0, self.cells_per_tile(), None);
+            known = CellsAt { term: self.term, step: rate.finest(), cells: cells(&made) as f64 };
+            wanted.estimates.push((p, t, known));
+        }
+        let more = match (rate.finest(), known.step) {
+            (Some(to), Some(at)) => growth_of(f64::from(to) - f64::from(at)),
+            _ => 1.0,
+        };
+        let growth = known.cells * more / now[t] as f64;
+        // What has no step of these terms comes before what is only refined for its edges' sake.
+        ((growth.log2() / growth_of(1.0).log2()).max(1.0), growth)
+    }
+
+    fn cells_per_tile(&self) -> u64 {
+        Budget::of(&self.options.limits, 0).cells_per_tile
     }
 
     /// The lattice of a tile at the rate that it should have.
@@ -132,9 +161,8 @@ impl Rates {
         let face = &part.faces[part.face_of(tile)];
         let need = self.terms.need(rate, places(face, tile).len(), self.prepared.scene.parts[*p].radius);
         let before = self.turns.follow(&**old, *anew || rates.tile_terms[*t] != self.term);
-        let cells_per_tile = Budget::of(&self.options.limits, 0).cells_per_tile;
-        let (mut made, kept) =
-            lattice(face, tile, &need, 1.0, cells_per_tile, before.as_ref().map(|b| b as &dyn FollowLines));
+        let before_lines = before.as_ref().map(|b| b as &dyn FollowLines);
+        let (mut made, kept) = lattice(face, tile, &need, 1.0, self.cells_per_tile(), before_lines);
         let is_plane = face.kind == SurfaceKind::Plane;
         // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
         // thin or lost.

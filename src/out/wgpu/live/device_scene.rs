@@ -56,17 +56,23 @@ pub(super) struct DeviceScene {
 impl DeviceScene {
     /// Creates a scene with the parts, still without tiles, and the instances of `scene`.
     pub(super) fn of(scene: &Scene) -> Self {
-        let parts = scene.parts.iter().enumerate().map(|(row, part)| DevicePart {
+        let mut shown = Self::default();
+        shown.add_parts(scene);
+        let places = shown.places_of(scene);
+        shown.place(places);
+        shown
+    }
+
+    /// Appends the parts of `scene` that come after those known, without tiles.
+    pub(super) fn add_parts(&mut self, scene: &Scene) {
+        let new = scene.parts.iter().enumerate().skip(self.parts.len()).map(|(row, part)| DevicePart {
             number: part.mesh_of.map_or(row as u32, |of| of.0),
             centre: part.centre,
             radius: part.radius,
             face_colours: part.face_colours.clone(),
             ..DevicePart::default()
         });
-        let mut shown = Self { parts: parts.collect(), ..Self::default() };
-        let places = shown.places_of(scene);
-        shown.place(places);
-        shown
+        self.parts.extend(new);
     }
 
     /// The instances of `scene`, which must have the same parts.

@@ -115,6 +115,7 @@ impl MeshSink for LiveScene {
         if !self.whole {
             return Err(refusal("changes without a complete frame to build on", io::ErrorKind::InvalidInput));
         }
+        self.shown.add_parts(scene);
         let places = self.shown.places_of(scene);
         self.start(Base::Changes(places));
         Ok(())

@@ -1,0 +1,85 @@
+//! Budgets: a coarse picture at once, closed in every frame, and all of the rest within twice the work.
+
+use super::frames::{balanced, drawn, from_scratch, options, path};
+use super::pixels::measured;
+use super::shape;
+use crate::random::SplitMix;
+use std::sync::Arc;
+use std::time::Duration;
+use trimtess::frame::PlannerOptions;
+use trimtess::mesh::MemorySink;
+use trimtess::parallel::Session;
+use trimtess::prepare::Prepared;
+use trimtess::view::View;
+
+/// A session whose frames may take so many microseconds of a worker.
+fn within(prepared: &Arc<Prepared>, micros: u64) -> Session {
+    let planner = PlannerOptions::DEFAULT.with_budget(Some(Duration::from_micros(micros)));
+    Session::start(Arc::clone(prepared), &options(2).with_planner(planner)).unwrap()
+}
+
+fn a_view(prepared: &Prepared) -> View {
+    path(&mut SplitMix(3), prepared.bounds.unwrap(), 1)[0]
+}
+
+#[test]
+fn a_budget_defers_the_least_urgent_tiles_and_all_are_done_in_the_end() {
+    let prepared = shape("brake-hub");
+    let mut session = within(&prepared, 300);
+    let mut at_once = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let (mut sink, mut whole) = (MemorySink::default(), MemorySink::default());
+    let views = path(&mut SplitMix(9), prepared.bounds.unwrap(), 30);
+    let mut deferred = 0;
+    for (k, view) in views.iter().enumerate() {
+        let report = session.view(&[*view], &mut sink).unwrap();
+        deferred += report.deferred;
+        let batches = drawn(&sink);
+        assert_eq!(batches, drawn(&from_scratch(&session)), "{k}");
+        balanced(&prepared, session.plan().unwrap(), &batches, &format!("{k}"));
+    }
+    assert!(deferred > 100, "{deferred}");
+    let last = views[views.len() - 1];
+    for _ in 0..1000 {
+        if session.view(&[last], &mut sink).unwrap().deferred == 0 {
+            break;
+        }
+    }
+    // All tiles keep the tolerance then. Rates may be a step finer than without the budget, because of the path to
+    // them.
+    at_once.view(&[last], &mut whole).unwrap();
+    let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
+    let (share, _) = measured(&prepared, &last, 0.05 * prepared.scene.parts[0].radius, &frame);
+    assert!(share <= 1.0, "{share}");
+    let triangles = |sink: &MemorySink| drawn(sink).iter().map(|b| b.mesh.triangles.len()).sum::<usize>();
+    assert!(triangles(&sink) < 2 * triangles(&whole), "{} {}", triangles(&sink), triangles(&whole));
+}
+
+#[test]
+fn a_still_camera_reaches_the_picture_within_twice_the_work() {
+    for (name, micros) in [("brake-hub", 100), ("brake-hub", 1000), ("trimmed-teapot", 100), ("brake-assembly", 2000)] {
+        let prepared = shape(name);
+        let view = a_view(&prepared);
+        let (mut sink, mut whole, mut first) = <(MemorySink, MemorySink, MemorySink)>::default();
+        let at_once = Session::start(Arc::clone(&prepared), &options(2)).unwrap().view(&[view], &mut whole).unwrap();
+        let coarse = within(&prepared, 0).view(&[view], &mut first).unwrap();
+        let mut session = within(&prepared, micros);
+        let (mut triangles, mut frames) = (0, 0);
+        loop {
+            let report = session.view(&[view], &mut sink).unwrap();
+            balanced(&prepared, session.plan().unwrap(), &drawn(&sink), &format!("{name}, frame {frames}"));
+            assert!(frames > 0 || report.whole && report.deferred > 0, "{name}: {report:?}");
+            (triangles, frames) = (triangles + report.triangles, frames + 1);
+            if report.deferred == 0 {
+                break;
+            }
+            assert!(frames < 1000, "{name}: {} tiles still wait", report.deferred);
+        }
+        println!(
+            "{name}: {triangles} triangles in {frames} frames, {} at once, {} at first",
+            at_once.triangles, coarse.triangles
+        );
+        assert!(triangles <= 2 * at_once.triangles + coarse.triangles, "{name}: {triangles} for {}", at_once.triangles);
+        let held: usize = drawn(&sink).iter().map(|batch| batch.mesh.triangles.len()).sum();
+        assert_eq!(held as u64, at_once.triangles, "{name}");
+    }
+}
