@@ -208,3 +208,28 @@ fn glu_scene_and_tile_costs_print_their_tables() {
     fs::write(folder.join("triangles"), [32.0_f32; 16].map(f32::to_le_bytes).as_flattened()).unwrap();
     assert_eq!(bench(&folder, &["glu-scene", "triangles", "triangles"]).status.code(), Some(1));
 }
+
+#[test]
+fn stages_are_measured_on_more_and_more_threads() {
+    let folder = folder("scaling");
+    let args = ["builtin:brake-hub", "--scaling", "--workers", "1,2,3", "--frames", "3", "--copies", "2"];
+    let report = measured(&folder, &[&args[..], &["--plot", "scaling.svg"]].concat());
+    assert_eq!(report["threads"], serde_json::json!([1, 2, 3]));
+    let stages = report["stages"].as_array().unwrap();
+    for name in ["read", "prepare", "cold frame", "coherent frame"] {
+        let stage = stages.iter().find(|stage| stage["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+        for field in ["ms", "speedup"] {
+            let all: Vec<f64> = stage[field].as_array().unwrap().iter().filter_map(Value::as_f64).collect();
+            assert!(all.len() == 3 && all.iter().all(|x| *x > 0.0), "{name}: {stage}");
+        }
+        assert!(stage["serial_fraction"][0].is_null() && stage["serial_fraction"][2].is_f64(), "{name}: {stage}");
+    }
+    let hashes = report["hashes"].as_array().unwrap();
+    assert!(hashes.len() == 3 && hashes.iter().all(|hash| *hash == hashes[0]));
+    let weak = report["weak"].as_array().unwrap();
+    assert_eq!(number(&weak[2], "/faces"), 3.0 * number(&weak[0], "/faces"));
+    assert_eq!(number(&report, "/faces"), 2.0 * number(&weak[0], "/faces"));
+    assert!(fs::read_to_string(folder.join("scaling.svg")).unwrap().contains("<polyline"));
+    let refused = bench(&folder, &["builtin:teapot", "--scaling", "--replay"]);
+    assert_eq!(refused.status.code(), Some(2));
+}

@@ -7,6 +7,7 @@ mod kept;
 mod plot;
 mod replay;
 mod route;
+mod scaling;
 mod summary;
 mod tile_costs;
 mod uploads;
@@ -26,6 +27,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use summary::{Costly, Losses, Machine, Replay, Report, Row, Run, Spread, TileCosts};
 use trimtess::prepare::{Prepared, prepare};
+use trimtess::view::View;
 
 /// Maximum number of frames: a view takes 200 bytes, and a quarter of an hour at 1000 frames per second is long enough.
 const MOST_FRAMES: i64 = 1_000_000;
@@ -82,6 +84,14 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "N,N,…", num_args = 0..=1, require_equals = true, default_missing_value = "4,8,16,32,64",
           value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=MOST_WORKERS))]
     replay: Vec<u16>,
+    /// Measure reading, preparing, and cold and coherent frames on 1, 2, 4 … all cores (or the numbers of --workers),
+    /// and as many copies of the model as threads.
+    #[arg(long, conflicts_with_all = ["replay", "coherence", "lines", "resync", "save_path"])]
+    scaling: bool,
+    /// With --scaling: copies of the model, side by side, each with parts of its own.
+    #[arg(long, value_name = "N", requires = "scaling", value_parser = clap::value_parser!(u32).range(1..=10_000),
+          default_value_t = 1)]
+    copies: u32,
     /// Write the results as JSON.
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
@@ -128,9 +138,40 @@ pub(crate) fn run(args: &BenchArgs, common: &Common, outputs: &mut Outputs) -> R
     match (&args.other, &args.input) {
         (Some(Other::GluScene(scene)), _) => glu_scene::run(scene, common),
         (Some(Other::TileCosts(files)), _) => tile_costs::run(files, common),
+        (None, Some(input)) if args.scaling => on_more_threads(input, args, common, outputs),
         (None, Some(input)) => along_a_path(input, args, common, outputs),
         (None, None) => Err(Failure::Usage("FILE is missing".into())),
     }
+}
+
+/// The camera path over a model.
+fn views(args: &BenchArgs, prepared: &Prepared) -> Result<Vec<View>, Failure> {
+    let asked =
+        PictureOverrides { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
+    args.path.views(prepared.bounds, args.frames.map(|n| n as usize), asked)
+}
+
+/// Measures a model on more and more threads.
+fn on_more_threads(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
+    let progress = Progress::start(common);
+    let mut threads: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
+    if threads.is_empty() {
+        threads = scaling::up_to(Machine::this().cores);
+    }
+    threads.sort_unstable();
+    threads.dedup();
+    let plan = scaling::Plan { input, copies: args.copies, rounds: args.rounds, threads };
+    let scaling = scaling::measure(&plan, &|prepared| views(args, prepared), common, &progress)?;
+    drop(progress);
+    if let Some(file) = &args.json {
+        let text = serde_json::to_string(&scaling).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n";
+        outputs.write(file, |out| out.write_all(text.as_bytes()))?;
+    }
+    if let Some(file) = &args.plot {
+        scaling.plot(file, outputs)?;
+    }
+    outputs.tell(&scaling.text());
+    if scaling.is_equal() { Ok(scaling.done) } else { Err(Failure::Cannot("the meshes differ".into())) }
 }
 
 /// Flies a path over a model.
@@ -140,9 +181,7 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
     let model = input.read(&common.limits.step())?;
     progress.stage("preparing");
     let prepared = Arc::new(prepare(model, &common.prepare()).map_err(unprepared)?);
-    let asked =
-        PictureOverrides { size: args.size, deviation_px: args.deviation_px, angle: args.angle.map(f64::to_radians) };
-    let views = args.path.views(prepared.bounds, args.frames.map(|n| n as usize), asked)?;
+    let views = views(args, &prepared)?;
     if let Some(file) = &args.save_path {
         route::save(&views, file, outputs)?;
     }
