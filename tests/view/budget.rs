@@ -2,7 +2,7 @@
 
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::pixels::measured;
-use super::shape;
+use super::{of_corpus, shape};
 use crate::random::SplitMix;
 use std::sync::Arc;
 use std::time::Duration;
@@ -57,29 +57,37 @@ fn a_budget_defers_the_least_urgent_tiles_and_all_are_done_in_the_end() {
 #[test]
 fn a_still_camera_reaches_the_picture_within_twice_the_work() {
     for (name, micros) in [("brake-hub", 100), ("brake-hub", 1000), ("trimmed-teapot", 100), ("brake-assembly", 2000)] {
-        let prepared = shape(name);
-        let view = a_view(&prepared);
-        let (mut sink, mut whole, mut first) = <(MemorySink, MemorySink, MemorySink)>::default();
-        let at_once = Session::start(Arc::clone(&prepared), &options(2)).unwrap().view(&[view], &mut whole).unwrap();
-        let coarse = within(&prepared, 0).view(&[view], &mut first).unwrap();
-        let mut session = within(&prepared, micros);
-        let (mut triangles, mut frames) = (0, 0);
-        loop {
-            let report = session.view(&[view], &mut sink).unwrap();
-            balanced(&prepared, session.plan().unwrap(), &drawn(&sink), &format!("{name}, frame {frames}"));
-            assert!(frames > 0 || report.whole && report.deferred > 0, "{name}: {report:?}");
-            (triangles, frames) = (triangles + report.triangles, frames + 1);
-            if report.deferred == 0 {
-                break;
-            }
-            assert!(frames < 1000, "{name}: {} tiles still wait", report.deferred);
-        }
-        println!(
-            "{name}: {triangles} triangles in {frames} frames, {} at once, {} at first",
-            at_once.triangles, coarse.triangles
-        );
-        assert!(triangles <= 2 * at_once.triangles + coarse.triangles, "{name}: {triangles} for {}", at_once.triangles);
-        let held: usize = drawn(&sink).iter().map(|batch| batch.mesh.triangles.len()).sum();
-        assert_eq!(held as u64, at_once.triangles, "{name}");
+        reaches_the_picture(name, &shape(name), micros);
     }
+    for (name, micros) in [("tri_zero_skirts.step", 4000), ("odrive_pcb_v35.step", 500)] {
+        if let Some(prepared) = of_corpus(name) {
+            reaches_the_picture(name, &prepared, micros);
+        }
+    }
+}
+
+fn reaches_the_picture(name: &str, prepared: &Arc<Prepared>, micros: u64) {
+    let view = a_view(prepared);
+    let (mut sink, mut whole, mut first) = <(MemorySink, MemorySink, MemorySink)>::default();
+    let at_once = Session::start(Arc::clone(prepared), &options(2)).unwrap().view(&[view], &mut whole).unwrap();
+    let coarse = within(prepared, 0).view(&[view], &mut first).unwrap();
+    let mut session = within(prepared, micros);
+    let (mut triangles, mut frames) = (0, 0);
+    loop {
+        let report = session.view(&[view], &mut sink).unwrap();
+        balanced(prepared, session.plan().unwrap(), &drawn(&sink), &format!("{name}, frame {frames}"));
+        assert!(frames > 0 || report.whole && report.deferred > 0, "{name}: {report:?}");
+        (triangles, frames) = (triangles + report.triangles, frames + 1);
+        if report.deferred == 0 {
+            break;
+        }
+        assert!(frames < 1000, "{name}: {} tiles still wait", report.deferred);
+    }
+    println!(
+        "{name}: {triangles} triangles in {frames} frames; at once {}, at first {}",
+        at_once.triangles, coarse.triangles
+    );
+    assert!(triangles <= 2 * at_once.triangles + coarse.triangles, "{name}: {triangles} for {}", at_once.triangles);
+    let held: usize = drawn(&sink).iter().map(|batch| batch.mesh.triangles.len()).sum();
+    assert_eq!(held as u64, at_once.triangles, "{name}");
 }
