@@ -1,5 +1,6 @@
 //! What reading a file costs, counted by all threads, and its limits.
 
+use crate::control::Control;
 use crate::model::StepTrouble;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -27,6 +28,7 @@ pub(super) struct ReadBudget {
     spent: AtomicU64,
     /// Control points of curves and of surfaces in parts.
     points: [AtomicUsize; 2],
+    control: Control,
 }
 
 /// Geometry whose control points are counted.
@@ -37,9 +39,10 @@ pub(super) enum Net {
 }
 
 impl ReadBudget {
-    /// For a text of `length` bytes whose instances take `spent` bytes of memory.
-    pub(super) fn new(length: usize, spent: u64, limit: u64) -> Self {
-        Self { length, limit, spent: AtomicU64::new(spent), points: Default::default() }
+    /// For a text of `length` bytes whose instances take `spent` bytes of memory. Nothing is left of it once `control`
+    /// is cancelled.
+    pub(super) fn new(length: usize, spent: u64, limit: u64, control: &Control) -> Self {
+        Self { length, limit, spent: AtomicU64::new(spent), points: Default::default(), control: control.clone() }
     }
 
     /// How many items lists may name, each counted as often as lists lead to it.
@@ -59,7 +62,7 @@ impl ReadBudget {
     /// Adds memory, before it is allocated. Returns whether all of it is within the limit.
     pub(super) fn spend(&self, bytes: usize) -> bool {
         let before = self.spent.fetch_add(bytes as u64, Ordering::Relaxed);
-        before.saturating_add(bytes as u64) <= self.limit
+        before.saturating_add(bytes as u64) <= self.limit && !self.control.is_cancelled()
     }
 
     /// Memory needed so far, bytes, if that is beyond the limit. Reading can then stop.
@@ -67,8 +70,8 @@ impl ReadBudget {
         Some(self.spent.load(Ordering::Relaxed)).filter(|spent| *spent > self.limit)
     }
 
-    /// Adds `count` control points of a curve or surface. Once the limit is passed, `count` 0 fails, too: nothing more
-    /// need be read.
+    /// Adds `count` control points of a curve or surface. Once the limit is passed, or reading is cancelled, `count` 0
+    /// fails, too: nothing more need be read.
     ///
     /// # Errors
     /// If geometry that edges or faces share comes to more points than a file of this length may have.
@@ -78,6 +81,7 @@ impl ReadBudget {
         let before = self.points[kind].fetch_add(count, Ordering::Relaxed);
         self.spend(count.saturating_mul(BYTES_PER_POINT));
         let what = ["points of shared curves", "points of shared surfaces"][kind];
-        if before.saturating_add(count) > limit { Err(StepTrouble::TooManyVisits { what, limit }) } else { Ok(()) }
+        let passed = before.saturating_add(count) > limit || self.control.is_cancelled();
+        if passed { Err(StepTrouble::TooManyVisits { what, limit }) } else { Ok(()) }
     }
 }

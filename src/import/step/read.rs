@@ -72,19 +72,24 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     read_controlled(bytes, options, &Control::default())
 }
 
-/// As [`read`], with progress and cancellation between parts. The syntax is parsed before the first part.
+/// As [`read`], with progress and cancellation between parts and within them. The syntax is parsed before the first
+/// part, in one piece.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].
 pub fn read_controlled(bytes: &[u8], options: &StepOptions, control: &Control) -> Result<Model, StepError> {
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
-    let table = text::parse(bytes, options, &mut diagnostics)?;
+    let table = text::parse(bytes, options, control, &mut diagnostics)?;
+    let proceed = || if control.is_cancelled() { Err(StepError::Cancelled) } else { Ok(()) };
+    proceed()?;
     let contexts = Contexts::read(&table);
     let styles = Styles::read(&table);
     let structure = StructureBuilder::build(&table, &contexts, &styles, options);
+    proceed()?;
     let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
     tree.expand();
+    proceed()?;
     if tree.visits > options.max_instances {
         return Err(StepError::TooManyInstances { limit: options.max_instances });
     }

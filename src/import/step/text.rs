@@ -7,6 +7,7 @@ use super::sections::{
     Done, cut_behind_end, data_section, end_of_signed, find, settle, without_extra, without_resources,
 };
 use super::table::Table;
+use crate::control::Control;
 use crate::model::{Diagnostic, Severity, StepOutcome, SyntaxCut};
 use std::borrow::Cow;
 use step_io::{Error, parser};
@@ -27,6 +28,7 @@ pub(super) fn magic(bytes: &[u8]) -> Result<usize, StepError> {
 pub(super) fn parse(
     bytes: &[u8],
     options: &StepOptions,
+    control: &Control,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Table, StepError> {
     let start = magic(bytes)?;
@@ -59,6 +61,9 @@ pub(super) fn parse(
     }
     let mut cuts = 0;
     loop {
+        if control.is_cancelled() {
+            return Err(StepError::Cancelled);
+        }
         let error = match parser::parse(&text[..]) {
             Ok(graph) => {
                 for warning in graph.warnings.iter().take(LISTED_WARNINGS) {
@@ -68,7 +73,7 @@ pub(super) fn parse(
                 if let Some(count) = graph.warnings.len().checked_sub(LISTED_WARNINGS).filter(|n| *n > 0) {
                     diagnostics.push(file_note(Severity::Note, StepOutcome::MoreRepairs { count }));
                 }
-                let budget = ReadBudget::new(bytes.len(), needed, options.max_memory);
+                let budget = ReadBudget::new(bytes.len(), needed, options.max_memory, control);
                 return Ok(Table::new(graph.entities.into_values().collect(), elsewhere, budget));
             }
             Err(error) => error,

@@ -54,6 +54,10 @@ pub(crate) fn prepare_part(
     let size = (high - low).length();
     let (trimmed, mut free) = free_edges::free_faces(stated, size);
     let mut healings = Vec::new();
+    if budget.exceeded() {
+        // The whole result will be discarded.
+        return PartOutcome::default();
+    }
     let healed = heal::heal(&trimmed, size, &mut healings);
     let gap_edges = trimmed.edges.len()..healed.edges.len();
     let (part, borders) = sew(healed, &mut free, border_tolerance * size, &mut healings);
@@ -63,11 +67,13 @@ pub(crate) fn prepare_part(
     let mut maker = PartPreparation { id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
     let results = maker.draft(budget);
     if budget.exceeded() {
-        // The whole result will be discarded.
         return PartOutcome::default();
     }
     let mut faces = maker.fill(results);
     let mut directed = maker.direct(&mut faces);
+    if budget.exceeded() {
+        return PartOutcome::default();
+    }
     let without_area = maker.tell_faces(&mut faces, healings);
     let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
     let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
