@@ -1,8 +1,8 @@
 //! Tiles that should change, and a budget of time -> those that change now. The others keep their rates until a later
 //! frame, so the plan is closed whatever is deferred.
 //!
-//! A tile that changes makes its neighbours anew, because they share its edges. So tiles are taken in clusters: from the
-//! most urgent one outwards, through neighbours that should change, too. Only the rim of a cluster is made twice.
+//! When a tile changes, its neighbours are rebuilt, because they share its edges. So tiles are taken in clusters: from the
+//! most urgent one outwards, through neighbours that should change, too. Only the rim of a cluster is rebuilt twice.
 
 use super::draft::WantedRate;
 use crate::frame::plan::budget::predicted;
@@ -32,7 +32,7 @@ pub(super) fn within(budget: Duration, wanted: Vec<WantedRate>, prepared: &Prepa
     let mut left = budget.as_secs_f64() * 1e9;
     let cost = |(p, t): Row, growth: f64| predicted(&page.parts[p], &prepared.parts[p].tiles[t], t, growth);
     let mut now = vec![false; wanted.len()];
-    let mut again: HashSet<Row, BuildHasherDefault<BitMix>> = HashSet::default();
+    let mut rebuilt: HashSet<Row, BuildHasherDefault<BitMix>> = HashSet::default();
     let mut cluster = VecDeque::new();
     'seeds: for seed in order {
         cluster.push_back(seed);
@@ -41,17 +41,17 @@ pub(super) fn within(budget: Duration, wanted: Vec<WantedRate>, prepared: &Prepa
                 continue;
             }
             let (part, tile) = row(k);
-            let before = if again.insert((part, tile)) { 0.0 } else { cost((part, tile), 1.0) };
+            let before = if rebuilt.insert((part, tile)) { 0.0 } else { cost((part, tile), 1.0) };
             left -= cost((part, tile), wanted[k].growth) - before;
             let part_of = &prepared.parts[part];
             let uses = part_of.tiles[tile].loops.iter().flatten();
             for place in uses.flat_map(|u| &part_of.edges[u.edge.index()].uses) {
-                let beside = (part, place.tile.index());
-                if again.insert(beside) {
-                    left -= cost(beside, 1.0);
+                let neighbour = (part, place.tile.index());
+                if rebuilt.insert(neighbour) {
+                    left -= cost(neighbour, 1.0);
                 }
                 let joins = |&&k: &&usize| !now[k] && wanted[k].urgency >= wanted[seed].urgency - LESS_URGENT;
-                cluster.extend(of_row.get(&beside).filter(joins));
+                cluster.extend(of_row.get(&neighbour).filter(joins));
             }
             if left <= 0.0 {
                 break 'seeds;

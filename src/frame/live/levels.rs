@@ -39,6 +39,8 @@ struct PartLevels {
     rows: Vec<PartId>,
     /// The band that each row serves; `None` while the row is unused.
     bands: Vec<Band>,
+    /// Number of instances.
+    placed: usize,
     place: BoundingBox,
 }
 
@@ -60,7 +62,8 @@ impl Levels {
             for _ in 1..placed.min(most) {
                 rows.push(another(&mut out, PartId::new(p)));
             }
-            parts.push(PartLevels { bands: vec![None; rows.len()], rows, place: PartBoxes::whole(&prepared.parts[p]) });
+            let (bands, place) = (vec![None; rows.len()], PartBoxes::whole(&prepared.parts[p]));
+            parts.push(PartLevels { rows, bands, placed, place });
         }
         let instances = prepared.scene.instances.iter().map(|i| (i.part, None)).collect();
         (Arc::new(out), Self { parts, instances, most })
@@ -76,9 +79,9 @@ impl Levels {
     /// LOD after all other parts.
     pub fn push(&mut self, prepared: &Prepared, part: PartId) -> Option<Arc<Prepared>> {
         self.instances.push((part, None));
-        let placed = self.instances.iter().filter(|(of, _)| *of == part).count();
         let levels = &mut self.parts[part.index()];
-        if levels.rows.len() >= placed.min(self.most) {
+        levels.placed += 1;
+        if levels.rows.len() >= levels.placed.min(self.most) {
             return None;
         }
         let mut out = Prepared::clone(prepared);
@@ -92,7 +95,8 @@ impl Levels {
     /// # Panics
     /// If out of range.
     pub fn remove(&mut self, instance: usize) {
-        self.instances.remove(instance);
+        let (part, _) = self.instances.remove(instance);
+        self.parts[part.index()].placed -= 1;
     }
 
     /// Selects the LOD of each instance by its largest scale in the valid views. Off-screen instances keep their LOD.
@@ -183,7 +187,7 @@ mod tests {
     #[test]
     fn rows_keep_their_bands_and_coarser_bands_share_the_next_finer_row() {
         let place = BoundingBox::EMPTY;
-        let mut levels = PartLevels { rows: [3, 7, 8].map(PartId).to_vec(), bands: vec![None; 3], place };
+        let mut levels = PartLevels { rows: [3, 7, 8].map(PartId).to_vec(), bands: vec![None; 3], placed: 9, place };
         levels.serve(&[]);
         assert_eq!(levels.row(0), None);
         levels.serve(&[2, 5]);
