@@ -2,6 +2,7 @@
 #![cfg(feature = "step")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use trimtess::control::{Alone, Control, Progress, Stage};
@@ -162,4 +163,18 @@ fn a_session_goes_on_after_a_cancelled_frame() {
     assert_eq!(after.batches.len(), fresh.batches.len());
     let meshes = |frame: MemorySink| frame.batches.into_iter().map(|batch| batch.mesh).collect::<Vec<_>>();
     assert!(meshes(after) == meshes(fresh));
+}
+
+#[test]
+fn an_observer_that_panics_costs_its_frame_only() {
+    let (prepared, plan) = planned();
+    let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(3)).unwrap();
+    let mut whole = MemorySink::default();
+    session.frame(&plan, &mut whole).unwrap();
+    let bad = Control::observed_by(|progress| assert!(progress.done != 5, "an observer"));
+    let ended = catch_unwind(AssertUnwindSafe(|| session.frame_controlled(&plan, &bad, &mut Untouchable).map(|_| ())));
+    assert!(ended.is_err());
+    let mut again = MemorySink::default();
+    session.frame(&plan, &mut again).unwrap();
+    assert!(again.batches == whole.batches);
 }

@@ -5,6 +5,7 @@ use super::worker::{Stages, Worker};
 use crate::control::{Jobs, map};
 use crate::frame::Reuse;
 use crate::mesh::Batch;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
 /// What each worker has to make in a frame.
@@ -51,19 +52,26 @@ impl<S: Stages> Crew<S> {
         let (busy, idle): (Vec<_>, Vec<_>) = all.partition(|(_, hand)| parts.is_some() || !hand.is_empty());
         let (plan, watch) = (Arc::clone(plan), watch.clone());
         let made = map(jobs, busy, move |(mut worker, hand): (Worker<S>, Hand)| {
-            let delivery = match parts {
+            // A caller's observer may panic. The worker must come back all the same, or its tiles would be missing later.
+            let delivery = catch_unwind(AssertUnwindSafe(|| match parts {
                 Some(parts) => worker.make_all(&plan, parts, &watch),
                 None => worker.make_some(&plan, &hand, timed, &watch),
-            };
+            }));
             (worker, delivery)
         });
         self.workers.extend(idle.into_iter().map(|(worker, _)| worker));
-        let mut deliveries = Vec::with_capacity(made.len());
+        let (mut deliveries, mut panicked) = (Vec::with_capacity(made.len()), None);
         for (worker, delivery) in made {
             self.workers.push(worker);
-            deliveries.push(delivery);
+            match delivery {
+                Ok(delivery) => deliveries.push(delivery),
+                Err(panic) => panicked = Some(panic),
+            }
         }
         self.workers.sort_unstable_by_key(Worker::number);
+        if let Some(panic) = panicked {
+            resume_unwind(panic);
+        }
         deliveries
     }
 

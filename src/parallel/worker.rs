@@ -52,7 +52,7 @@ type ByTile<T> = HashMap<(PartId, TileId), T, BuildHasherDefault<BitMix>>;
 pub(super) struct Worker<S: Stages> {
     number: u32,
     stages: Arc<S>,
-    hand: Hand,
+    hand: Arc<Hand>,
     scratch: S::Scratch,
     reuse: Reuse,
     /// Tile caches and their sizes in bytes.
@@ -65,7 +65,7 @@ impl<S: Stages> Worker<S> {
     /// Creates worker `number`.
     pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse) -> Self {
         let (scratch, memories) = (S::Scratch::default(), HashMap::default());
-        Self { number, stages, hand, scratch, reuse, memories, kept: 0 }
+        Self { number, stages, hand: Arc::new(hand), scratch, reuse, memories, kept: 0 }
     }
 
     /// Replaces what the stages work on by the same with more parts.
@@ -89,12 +89,11 @@ impl<S: Stages> Worker<S> {
     /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with the panic's message. A panic in an
     /// edge costs its polyline, see [`LostLine`].
     pub(super) fn make_all(&mut self, plan: &S::Plan, parts: usize, watch: &Watch) -> Delivery {
-        let hand = std::mem::take(&mut self.hand);
+        let hand = Arc::clone(&self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
         let mut delivery = self.make(watch, plan, &hand.tiles[..tiles], &hand.edges[..edges], None);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
-        self.hand = hand;
         delivery
     }
 
