@@ -15,12 +15,13 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
+use trimtess::control::Control;
 use trimtess::frame::LinePlacement;
 use trimtess::glam::{DAffine3, DVec3};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{Instance, Model, PartId};
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{Prepared, prepare};
+use trimtess::prepare::{Prepared, prepare_controlled};
 use trimtess::view::View;
 
 /// What to measure.
@@ -102,7 +103,7 @@ pub(super) fn measure(
     progress: &Progress,
 ) -> Result<Scaling, Failure> {
     let mut columns: [Vec<f64>; 10] = Default::default();
-    let one = prepare(plan.input.read(&common.limits.step())?, &common.prepare()).map_err(unprepared)?;
+    let one = ready(&plan.input.read(&common.limits.step())?, common)?;
     let step = 1.1 * one.diagonal;
     let (mut hashes, mut weak, mut faces, mut done) = (Vec::new(), Vec::<Weak>::new(), 0, Done::Clean);
     for &threads in &plan.threads {
@@ -113,8 +114,8 @@ pub(super) fn measure(
         let all = side_by_side(&model, plan.copies, step);
         faces = all.parts.iter().map(|part| part.faces.len()).sum();
         progress.stage(format!("{threads} threads: preparing {faces} faces"));
-        let ready = || pool.install(|| prepare(all.clone(), &common.prepare()).map_err(unprepared));
-        let (prepared, prepared_in) = least(plan.rounds, ready)?;
+        let made = || pool.install(|| ready(&all, common));
+        let (prepared, prepared_in) = least(plan.rounds, made)?;
         let (prepared, path) = (Arc::new(prepared), views);
         let views = path(&prepared)?;
         done = Done::of(&prepared);
@@ -138,8 +139,8 @@ pub(super) fn measure(
 
         progress.stage(format!("{threads} threads: {threads} copies"));
         let copies = side_by_side(&model, u32::try_from(threads).unwrap_or(u32::MAX), step);
-        let ready = || pool.install(|| prepare(copies.clone(), &common.prepare()).map_err(unprepared));
-        let (grown, prepare_ms) = least(plan.rounds, ready)?;
+        let made = || pool.install(|| ready(&copies, common));
+        let (grown, prepare_ms) = least(plan.rounds, made)?;
         let grown = Arc::new(grown);
         let flown = path(&grown)?;
         let (follow, lines, coherence) = (Follow::Spread, LinePlacement::Spread, Coherence::Off);
@@ -156,6 +157,11 @@ pub(super) fn measure(
     let stages = names.zip(columns).map(|(name, ms)| Stage::of(name, &plan.threads, ms)).collect();
     let (model, machine, threads) = (plan.input.name(), Machine::this(), plan.threads.clone());
     Ok(Scaling { model, machine, faces, threads, stages, hashes, weak, done })
+}
+
+/// Prepares a model without a copy of it, which would be timed, too.
+fn ready(model: &Model, common: &Common) -> Result<Prepared, Failure> {
+    prepare_controlled(model, &common.prepare(), &Control::default()).map_err(unprepared)
 }
 
 /// The result of `work`, and the least of its times, milliseconds.
