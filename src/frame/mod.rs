@@ -32,6 +32,7 @@ pub use update::tile::Reuse;
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]
 pub mod internals {
+    pub(crate) use super::live::culling::PartBoxes;
     pub use super::live::levels::Levels;
     pub use super::live::pages::PlanChanges;
     pub use super::live::planner::Planner;

@@ -10,8 +10,20 @@ pub(crate) use drawn::tiles_of_word;
 mod scene;
 pub use scene::{Scene, SceneInstance, ScenePart};
 
+mod sink_error;
+pub use sink_error::SinkError;
+
+mod vertex_layout;
+#[cfg(feature = "wgpu")]
+pub(crate) use vertex_layout::octahedral;
+pub use vertex_layout::{IndexFormat, NormalFormat, PositionFormat, VertexLayout};
+
+mod written;
+pub use written::{GridTooCoarse, TileGrid, TileMemory, WrittenTile};
+pub(crate) use written::{NotWritten, PartGrid};
+
 mod sink;
-pub use sink::{MemorySink, MeshSink, SinkError};
+pub use sink::{MemorySink, MeshSink};
 
 mod frame_view;
 pub use frame_view::{BatchView, FrameView, TileView, Triangles};

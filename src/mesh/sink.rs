@@ -1,33 +1,12 @@
 //! The trait through which triangles leave the engine, and a sink that keeps them in memory.
 
-use super::{Batch, DrawnTiles, EdgeLine, Scene};
-use std::fmt;
-
-/// Why a sink failed, usually I/O.
-#[derive(Debug)]
-pub struct SinkError {
-    /// What the sink was doing (a path, a buffer).
-    pub context: String,
-    /// The cause.
-    pub cause: std::io::Error,
-}
-
-impl fmt::Display for SinkError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.context, self.cause)
-    }
-}
-
-impl std::error::Error for SinkError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.cause)
-    }
-}
+use super::{Batch, DrawnTiles, EdgeLine, Scene, SinkError, WrittenTile};
 
 /// Receives frames of triangles.
 ///
 /// Call order: `begin` or `begin_changes`, `batch`*, `edge_line`*, `drawn`, then `end` or `abort`, all on the render
-/// thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers.
+/// thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers. A session that
+/// [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of `batch`.
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
@@ -55,6 +34,16 @@ pub trait MeshSink: Send {
     /// # Errors
     /// When the sink cannot take the batch; `abort` follows.
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError>;
+
+    /// Receives a tile that is in its memory already, instead of a [`batch`](Self::batch). One without triangles removes
+    /// the tile. From this call on the room is the sink's, also if it refuses.
+    ///
+    /// # Errors
+    /// When the sink cannot take it; `abort` follows. The provided implementation always fails.
+    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
+        let context = format!("part {}, tile {}, written for a sink that takes meshes", tile.part.0, tile.tile.0);
+        Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
+    }
 
     /// Receives the polyline of one B-rep edge.
     ///
@@ -93,6 +82,10 @@ impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         (**self).batch(batch)
+    }
+
+    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
+        (**self).written(tile)
     }
 
     fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {

@@ -40,6 +40,21 @@ pub enum Origin {
     },
 }
 
+impl Origin {
+    /// Three words: the variant (0 [`Lattice`](Self::Lattice), 1 [`Edge`](Self::Edge), 2 [`Crossing`](Self::Crossing),
+    /// 3 [`Inner`](Self::Inner), 4 [`Border`](Self::Border)) and its fields in order, then zeros.
+    #[must_use]
+    pub const fn words(&self) -> [u32; 3] {
+        match *self {
+            Self::Lattice { i, j } => [0, i, j],
+            Self::Edge { edge, k } => [1, edge.0, k],
+            Self::Crossing { k } => [2, k, 0],
+            Self::Inner { k } => [3, k, 0],
+            Self::Border { border, k } => [4, border, k],
+        }
+    }
+}
+
 /// Triangles of one tile, in the part's coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileMesh {

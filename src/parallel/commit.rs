@@ -3,10 +3,13 @@
 use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
 use super::metrics::{Laps, WorkerMetrics};
+use super::writer::Writer;
 use crate::frame::{Ladder, Rung};
-use crate::mesh::{Batch, DrawnTiles, MeshSink, Scene, TileMesh};
+use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, NotWritten, Scene, SinkError, TileMesh, WrittenTile};
 use crate::model::{FaceId, PartId, TileId};
+use crate::prepare::internals::panic_message;
 use std::collections::{BTreeMap, BTreeSet};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
 /// Report of a committed frame.
@@ -19,7 +22,7 @@ pub struct FrameReport {
     pub whole: bool,
     /// Tiles made.
     pub tiles: usize,
-    /// Batches with triangles sent to the sink.
+    /// Batches with triangles sent to the sink, and tiles written into its memory.
     pub batches: usize,
     /// Triangles of all batches, each part counted once.
     pub triangles: u64,
@@ -65,19 +68,31 @@ pub(super) enum Feed<'a> {
     },
 }
 
-/// Feeds a complete frame to the sink: `begin`, batches by (part, tile), edge lines by (part, edge), the drawn tiles,
-/// `end`; `abort` after the first refusal. Also returns the batches.
+/// What a sink is fed.
+#[derive(Default)]
+struct Rows {
+    batches: Vec<Batch>,
+    /// Instead of batches.
+    written: Vec<WrittenTile>,
+    lines: Vec<EdgeLine>,
+    /// Rows of `written` that were handed over.
+    handed: usize,
+}
+
+/// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles, `end`;
+/// `abort` after the first refusal. Also returns the batches.
+///
+/// `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
     deliveries: Vec<Delivery>,
-    scene: &Scene,
+    (scene, writer): (&Scene, Option<&Writer>),
     feed: Feed<'_>,
     sink: &mut dyn MeshSink,
 ) -> Result<(FrameReport, Vec<Batch>), FrameError> {
     let _span = tracing::debug_span!("commit").entered();
     let mut laps = Laps::start();
     let mut report = FrameReport::default();
-    let (mut batches, mut lines, mut rungs) = (Vec::new(), Vec::new(), Vec::new());
-    let mut fills = Vec::new();
+    let (mut rows, mut rungs, mut fills) = (Rows::default(), Vec::new(), Vec::new());
     for delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
@@ -86,40 +101,94 @@ pub(super) fn commit(
         report.lost_lines.extend(delivery.lost_lines);
         rungs.extend(delivery.rungs);
         fills.extend(delivery.fills);
-        batches.extend(delivery.batches);
-        lines.extend(delivery.lines);
+        rows.batches.extend(delivery.batches);
+        rows.written.extend(delivery.written);
+        rows.lines.extend(delivery.lines);
     }
-    report.batches = batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()).count();
+    let made = rows.batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()).count();
+    report.batches = made + rows.written.iter().filter(|tile| tile.triangles > 0).count();
     if let Feed::Views { whole, forgotten, .. } = feed {
         if whole {
-            batches.retain(|batch| !batch.mesh.triangles.is_empty());
+            rows.batches.retain(|batch| !batch.mesh.triangles.is_empty());
+            rows.written.retain(|tile| tile.triangles > 0);
         }
-        let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
-        batches.extend(forgotten.iter().map(empty));
+        if let Some(writer) = writer {
+            let gone = |&(part, tile, face)| WrittenTile::gone((part, face, tile), writer.layout());
+            rows.written.extend(forgotten.iter().map(gone));
+        } else {
+            let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
+            rows.batches.extend(forgotten.iter().map(empty));
+        }
         report.forgotten = forgotten.len();
     }
     // The keys are unique, so there are no ties for the number of workers to decide.
-    batches.sort_unstable_by_key(|b| (b.part, b.tile));
-    lines.sort_unstable_by_key(|l| (l.part, l.edge));
+    rows.batches.sort_unstable_by_key(|b| (b.part, b.tile));
+    rows.written.sort_unstable_by_key(|t| (t.part, t.tile));
+    rows.lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.fills = by_face(fills);
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
     let all = matches!(feed, Feed::All);
     report.whole = !matches!(feed, Feed::Views { whole: false, .. });
-    (report.rungs, report.ladder) = climbed(all.then_some(scene), &batches, rungs);
-    let begun = if report.whole { sink.begin(scene) } else { sink.begin_changes(scene) };
-    let fed = begun
-        .and_then(|()| batches.iter_mut().try_for_each(|batch| sink.batch(batch)))
-        .and_then(|()| lines.into_iter().try_for_each(|line| sink.edge_line(line)))
-        .and_then(|()| if let Feed::Views { drawn, .. } = feed { sink.drawn(drawn) } else { Ok(()) })
-        .and_then(|()| sink.end());
+    let faces = rows.batches.iter().map(|batch| (batch.part, batch.face));
+    let faces = faces.chain(rows.written.iter().map(|tile| (tile.part, tile.face)));
+    (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, rungs);
+    // A sink that panics has refused: the session goes on, with a whole frame.
+    let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, (report.whole, feed), sink)));
+    let fed = fed.unwrap_or_else(|panic| {
+        let cause = std::io::Error::other(panic_message(&*panic));
+        Err(SinkError { context: "the sink panicked".into(), cause })
+    });
     if let Err(error) = fed {
-        sink.abort();
+        if let Some(writer) = writer {
+            writer.release(&rows.written[rows.handed..]);
+        }
+        // Whatever it does now, the frame is over.
+        let _ = catch_unwind(AssertUnwindSafe(|| sink.abort()));
         return Err(FrameError::Sink(error));
     }
     report.committed_in = laps.lap();
-    Ok((report, batches))
+    Ok((report, rows.batches))
+}
+
+impl Rows {
+    fn feed(
+        &mut self,
+        scene: &Scene,
+        (whole, feed): (bool, Feed<'_>),
+        sink: &mut dyn MeshSink,
+    ) -> Result<(), SinkError> {
+        if whole { sink.begin(scene) } else { sink.begin_changes(scene) }?;
+        self.batches.iter_mut().try_for_each(|batch| sink.batch(batch))?;
+        for tile in &self.written {
+            self.handed += 1;
+            sink.written(tile)?;
+        }
+        self.lines.drain(..).try_for_each(|line| sink.edge_line(line))?;
+        if let Feed::Views { drawn, .. } = feed {
+            sink.drawn(drawn)?;
+        }
+        sink.end()
+    }
+}
+
+/// Why a tile could not be written, if any could not. The frame must then be dropped before the sink hears of it.
+pub(super) fn refusal(deliveries: &mut [Delivery]) -> Option<FrameError> {
+    let refused = deliveries.iter_mut().filter_map(|delivery| delivery.refused.take());
+    // The first one, whoever made it.
+    let (_, _, why) = refused.min_by_key(|&(part, tile, _)| (part, tile))?;
+    Some(match why {
+        NotWritten::Sink(error) => FrameError::Sink(error),
+        NotWritten::Grid(error) => FrameError::Grid(error),
+    })
+}
+
+/// Gives back the room of tiles that the sink never hears of.
+pub(super) fn release(writer: Option<&Writer>, deliveries: &[Delivery]) {
+    if let Some(writer) = writer {
+        deliveries.iter().for_each(|delivery| writer.release(&delivery.written));
+    }
 }
 
 /// Sums the fills of tiles by face, in the order of the tiles: areas round the same for any number of workers.
@@ -133,8 +202,12 @@ fn by_face(mut tiles: Vec<(TileId, FaceFill)>) -> Vec<FaceFill> {
 }
 
 /// The worst rung of each face that left the normal path, and the number of faces per rung. `scene` is given if all of
-/// it was made: then all its faces are counted.
-fn climbed(scene: Option<&Scene>, batches: &[Batch], tiles: Vec<FaceRung>) -> (Vec<FaceRung>, Ladder) {
+/// it was made: then all its faces are counted. `with_triangles`: the faces of the tiles that were made.
+fn climbed(
+    scene: Option<&Scene>,
+    with_triangles: impl Iterator<Item = (PartId, FaceId)>,
+    tiles: Vec<FaceRung>,
+) -> (Vec<FaceRung>, Ladder) {
     let mut worst: BTreeMap<(PartId, FaceId), Rung> = BTreeMap::new();
     // A tile without area does not affect a face that has other tiles.
     let (vanished, tiles): (Vec<_>, Vec<_>) = tiles.into_iter().partition(|tile| tile.rung == Rung::NoArea);
@@ -149,8 +222,8 @@ fn climbed(scene: Option<&Scene>, batches: &[Batch], tiles: Vec<FaceRung>) -> (V
         *worst = rung.max(*worst);
     }
     let mut meshed: Vec<Vec<bool>> = parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
-    for batch in batches {
-        if let Some(meshed) = meshed.get_mut(batch.part.index()).and_then(|part| part.get_mut(batch.face.index())) {
+    for (part, face) in with_triangles {
+        if let Some(meshed) = meshed.get_mut(part.index()).and_then(|part| part.get_mut(face.index())) {
             *meshed = true;
         }
     }

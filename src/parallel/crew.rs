@@ -1,7 +1,7 @@
 //! The workers of a session: each makes its own tiles, on whichever thread is free.
 
-use super::handoff::{Delivery, Hand, Watch};
-use super::worker::{Stages, Worker};
+use super::handoff::{Delivery, Hand};
+use super::worker::{Order, Stages, Worker};
 use crate::control::{Jobs, map};
 use crate::frame::Reuse;
 use crate::mesh::Batch;
@@ -42,7 +42,7 @@ impl<S: Stages> Crew<S> {
     }
 
     /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
-    pub(super) fn make(&mut self, jobs: &dyn Jobs, plan: &Arc<S::Plan>, work: Work, watch: &Watch) -> Vec<Delivery> {
+    pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Vec<Delivery> {
         let (parts, hands, timed) = match work {
             Work::All(parts) => (Some(parts), Vec::new(), false),
             Work::Some(hands, timed) => (None, hands, timed),
@@ -50,12 +50,11 @@ impl<S: Stages> Crew<S> {
         let mut hands = hands.into_iter();
         let all = self.workers.drain(..).map(|worker| (worker, hands.next().unwrap_or_default()));
         let (busy, idle): (Vec<_>, Vec<_>) = all.partition(|(_, hand)| parts.is_some() || !hand.is_empty());
-        let (plan, watch) = (Arc::clone(plan), watch.clone());
         let made = map(jobs, busy, move |(mut worker, hand): (Worker<S>, Hand)| {
             // A caller's observer may panic. The worker must come back all the same, or its tiles would be missing later.
             let delivery = catch_unwind(AssertUnwindSafe(|| match parts {
-                Some(parts) => worker.make_all(&plan, parts, &watch),
-                None => worker.make_some(&plan, &hand, timed, &watch),
+                Some(parts) => worker.make_all(&order, parts),
+                None => worker.make_some(&order, &hand, timed),
             }));
             (worker, delivery)
         });
@@ -93,7 +92,7 @@ impl<S: Stages> Crew<S> {
 mod tests {
     use super::super::commit::{Feed, FrameReport, commit};
     use super::super::error::FrameError;
-    use super::super::handoff::FaceRung;
+    use super::super::handoff::{FaceRung, Watch};
     use super::super::threads::Threads;
     use super::*;
     use crate::frame::internals::TileOutcome;
@@ -145,6 +144,10 @@ mod tests {
             (self.tile(plan, part, tile, scratch), 0)
         }
 
+        fn chord(plan: &f64, _: PartId, _: TileId) -> f64 {
+            *plan
+        }
+
         fn fill(&self, _: &f64, _: PartId, tile: TileId, why: String) -> TileOutcome {
             TileOutcome::lost(FaceId(tile.0 / 2), why)
         }
@@ -164,8 +167,9 @@ mod tests {
 
     impl FakeSession {
         fn frame(&mut self, plan: f64, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
-            let made = self.crew.make(&self.jobs, &Arc::new(plan), Work::All(9), &Watch::default());
-            let (report, batches) = commit(made, &Scene::default(), Feed::All, sink)?;
+            let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None };
+            let made = self.crew.make(&self.jobs, order, Work::All(9));
+            let (report, batches) = commit(made, (&Scene::default(), None), Feed::All, sink)?;
             self.crew.recycle(batches);
             Ok(report)
         }

@@ -1,7 +1,7 @@
 //! What a frame of views changes in a session: plans, residency, tile caches. The job that makes a frame has all of it,
 //! and gives it back.
 
-use super::commit::{Feed, FrameReport, commit};
+use super::commit::{Feed, FrameReport, commit, refusal, release};
 use super::crew::{Crew, Work};
 use super::error::FrameError;
 use super::handoff::{Delivery, Hand, Watch};
@@ -9,13 +9,14 @@ use super::metrics::Laps;
 use super::options::SessionOptions;
 use super::owners::{Owners, hands};
 use super::residency::{Due, Residency};
-use super::worker::Stages;
+use super::worker::{Order, Stages};
+use super::writer::Writer;
 use crate::control::{Control, Jobs};
 use crate::frame::internals::{
     Levels, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile, update_tile,
 };
 use crate::frame::{Plan, PlannerOptions, Reuse};
-use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMesh};
+use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use crate::view::View;
@@ -47,6 +48,10 @@ impl Stages for Prepared {
         (outcome, memory.bytes())
     }
 
+    fn chord(plan: &Plan, part: PartId, tile: TileId) -> f64 {
+        plan.parts[part.index()].tiles[tile.0 as usize].chord
+    }
+
     fn fill(&self, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
         fill_tile(self, plan, part, tile, why)
     }
@@ -67,9 +72,13 @@ pub(super) struct Engine {
     crew: Crew<Prepared>,
     owners: Owners,
     edge_lines: bool,
+    /// Writes tiles into the memory of the sink, if it wants that.
+    writer: Option<Arc<Writer>>,
     planner: PlannerOptions,
     /// Made with the first frame of views.
     live: Option<Live>,
+    /// Whether the sink shows the last frame of views that was made, and another one of these views would be the same.
+    rests: bool,
     /// Number of the next frame.
     next: u64,
 }
@@ -97,17 +106,34 @@ impl Engine {
         let hands = hands(&prepared, workers, options.edge_lines);
         let owners = Owners::of(&prepared, &hands, options.rebalance_every);
         let crew = Crew::of(&prepared, hands, options.reuse);
-        let (edge_lines, instances, planner) = (options.edge_lines, Vec::new(), options.planner);
-        Self { prepared, jobs, levels, instances, crew, owners, edge_lines, planner, live: None, next: 0 }
+        let (edge_lines, instances, writer, planner) = (options.edge_lines, Vec::new(), None, options.planner);
+        Self {
+            prepared,
+            jobs,
+            levels,
+            instances,
+            crew,
+            owners,
+            edge_lines,
+            writer,
+            planner,
+            live: None,
+            rests: false,
+            next: 0,
+        }
     }
 
     /// Adds an instance of a part of the model. Whether that takes one more LOD, which is then the last part of
     /// `prepared`.
     pub(super) fn add_instance(&mut self, part: PartId) -> bool {
+        self.rests = false;
         let Some(prepared) = self.levels.push(&self.prepared, part) else { return false };
         self.prepared = prepared;
         self.crew.set_stages(&self.prepared);
         self.owners.add_level(part);
+        if let Some(writer) = &mut self.writer {
+            Arc::make_mut(writer).set_prepared(&self.prepared);
+        }
         if let Some(Live { planner, residency }) = &mut self.live {
             planner.add_parts(Arc::clone(&self.prepared));
             residency.add_parts(&self.prepared);
@@ -115,13 +141,30 @@ impl Engine {
         true
     }
 
+    /// Has workers write tiles into the memory of a sink. The next frame of views is a whole one.
+    pub(super) fn write_into(&mut self, layout: VertexLayout, memory: Arc<dyn TileMemory>) {
+        self.writer = Some(Arc::new(Writer::new(layout, memory, &self.prepared)));
+        self.forget();
+    }
+
     pub(super) fn workers(&self) -> usize {
         self.crew.len()
+    }
+
+    /// Whether the sink shows these views of the instances as they were last, and nothing is left to refine.
+    pub(super) fn shows(&self, views: &[View]) -> bool {
+        self.rests && self.live.as_ref().is_some_and(|live| live.planner.has_settled_on(views))
+    }
+
+    /// The report of a frame in which nothing changes.
+    pub(super) fn unchanged(&self) -> FrameReport {
+        FrameReport { frame: self.next, ..FrameReport::default() }
     }
 
     /// Makes a frame of views. `None` if it was cancelled.
     pub(super) fn make(&mut self, views: &[View], control: &Control) -> Option<FinishedFrame> {
         let _span = tracing::debug_span!("make").entered();
+        self.rests = false;
         let mut laps = Laps::start();
         let Self { prepared, jobs, instances, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
@@ -143,7 +186,8 @@ impl Engine {
         let idle = hands.iter().all(Hand::is_empty);
         let work = Work::Some(hands, self.owners.wants_times());
         let watch = Watch::of(control);
-        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, &plan, work, &watch) };
+        let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone() };
+        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work) };
         let frame = FinishedFrame { plan, due, deliveries, planned_in, made_in: laps.lap(), deferred };
         if watch.is_cancelled() {
             self.discard(frame);
@@ -154,12 +198,14 @@ impl Engine {
 
     /// Drops a frame that was not committed. Its changes become part of the next one.
     pub(super) fn discard(&mut self, frame: FinishedFrame) {
+        release(self.writer.as_deref(), &frame.deliveries);
         // How far the workers got is a matter of timing and must not affect later frames.
         self.owners.forget(frame.due.tiles.into_iter());
     }
 
     /// Makes the next frame of views a whole one.
     pub(super) fn forget(&mut self) {
+        self.rests = false;
         self.live.iter_mut().for_each(|live| live.residency.forget());
         self.owners.forget_all();
     }
@@ -167,22 +213,29 @@ impl Engine {
     /// Updates `sink`. Without changes, does not touch it.
     pub(super) fn commit(
         &mut self,
-        frame: FinishedFrame,
+        mut frame: FinishedFrame,
         scene: &Scene,
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
+        if let Some(error) = refusal(&mut frame.deliveries) {
+            self.discard(frame);
+            return Err(error);
+        }
         let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
         let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
         let still = deliveries.is_empty() && !due.whole && due.forgotten.is_empty();
         if still && residency.shows(&plan.drawn, &scene.instances) {
-            return Ok(FrameReport { frame: self.next, planned_in, deferred, ..FrameReport::default() });
+            self.rests = true;
+            return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
         let times = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied());
         self.owners.book(&self.prepared, times);
         let batches = deliveries.iter().flat_map(|delivery| &delivery.batches);
-        let triangles: Vec<_> = batches.map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32)).collect();
+        let batches = batches.map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32));
+        let written = deliveries.iter().flat_map(|delivery| &delivery.written);
+        let triangles: Vec<_> = batches.chain(written.map(|t| (t.part, t.tile, t.triangles))).collect();
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
-        let (report, batches) = match commit(deliveries, scene, feed, sink) {
+        let (report, batches) = match commit(deliveries, (scene, self.writer.as_deref()), feed, sink) {
             Ok(made) => made,
             Err(error) => {
                 self.forget();
@@ -191,6 +244,7 @@ impl Engine {
         };
         self.owners.forget(due.forgotten.iter().map(|&(part, tile, _)| (part, tile)));
         residency.committed(&due, &triangles, &plan.drawn, &scene.instances);
+        self.rests = true;
         self.crew.recycle(batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })
     }
@@ -204,7 +258,8 @@ impl Engine {
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
         let frame = self.count();
-        let report = whole_frame(&mut self.crew, (&*self.jobs, &self.prepared), plan, (scene, control), sink)?;
+        let writer = self.writer.as_ref();
+        let report = whole_frame(&mut self.crew, (&*self.jobs, &self.prepared, writer), plan, (scene, control), sink)?;
         Ok(FrameReport { frame, ..report })
     }
 
@@ -217,7 +272,7 @@ impl Engine {
 /// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.
 pub(super) fn whole_frame(
     crew: &mut Crew<Prepared>,
-    (jobs, prepared): (&dyn Jobs, &Prepared),
+    (jobs, prepared, writer): (&dyn Jobs, &Prepared, Option<&Arc<Writer>>),
     plan: &Arc<Plan>,
     (scene, control): (&Scene, &Control),
     sink: &mut dyn MeshSink,
@@ -226,12 +281,15 @@ pub(super) fn whole_frame(
     let parts = scene.parts.len();
     let tiles = prepared.parts.iter().take(parts).map(|part| part.tiles.len() as u64).sum();
     let watch = Watch::new(control, tiles);
-    let deliveries = crew.make(jobs, plan, Work::All(parts), &watch);
-    if watch.is_cancelled() {
-        return Err(FrameError::Cancelled);
+    let order = Order { plan: Arc::clone(plan), watch: watch.clone(), writer: writer.cloned() };
+    let mut deliveries = crew.make(jobs, order, Work::All(parts));
+    let cancelled = watch.is_cancelled().then_some(FrameError::Cancelled);
+    if let Some(error) = cancelled.or_else(|| refusal(&mut deliveries)) {
+        release(writer.map(|writer| &**writer), &deliveries);
+        return Err(error);
     }
     let made_in = laps.lap();
-    let (report, batches) = commit(deliveries, scene, Feed::All, sink)?;
+    let (report, batches) = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All, sink)?;
     crew.recycle(batches);
     Ok(FrameReport { made_in, ..report })
 }

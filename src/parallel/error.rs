@@ -1,6 +1,6 @@
 //! Why a session does not start, or a frame is not made.
 
-use crate::mesh::SinkError;
+use crate::mesh::{GridTooCoarse, SinkError};
 use std::fmt;
 
 /// Why a session did not start: the operating system refused a thread.
@@ -29,8 +29,10 @@ impl std::error::Error for StartError {
 pub enum FrameError {
     /// The system refused a thread.
     Start(StartError),
-    /// The sink refused.
+    /// The sink refused, or panicked.
     Sink(SinkError),
+    /// A tile does not fit the grid that the sink's layout asks for. The sink was not touched.
+    Grid(GridTooCoarse),
     /// An internal error. The session cannot be used any more.
     Lost {
         /// The message of the panic.
@@ -45,6 +47,7 @@ impl fmt::Display for FrameError {
         match self {
             Self::Start(error) => error.fmt(f),
             Self::Sink(error) => error.fmt(f),
+            Self::Grid(error) => error.fmt(f),
             Self::Lost { why } => write!(f, "an internal error ended the session: {why}"),
             Self::Cancelled => f.write_str("tessellating was cancelled"),
         }
@@ -56,6 +59,7 @@ impl std::error::Error for FrameError {
         match self {
             Self::Start(error) => Some(error),
             Self::Sink(error) => Some(error),
+            Self::Grid(error) => Some(error),
             Self::Lost { .. } | Self::Cancelled => None,
         }
     }

@@ -6,6 +6,7 @@ use crate::prepare::internals::panic_message;
 use crossbeam_channel::{Receiver, bounded};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 type Job = Box<dyn FnOnce() + Send>;
 
@@ -17,6 +18,8 @@ pub(super) struct Flight<T> {
     unclaimed: Unclaimed,
     /// The message of a panic instead, if it panicked.
     result: Receiver<Result<T, String>>,
+    /// The result, if somebody waited for it.
+    landed: Option<Result<T, String>>,
 }
 
 impl<T: Send + 'static> Flight<T> {
@@ -30,17 +33,28 @@ impl<T: Send + 'static> Flight<T> {
         let unclaimed = Arc::new(Mutex::new(Some(job)));
         let theirs = Arc::clone(&unclaimed);
         jobs.spawn(Box::new(move || claim(&theirs)));
-        Self { unclaimed, result }
+        Self { unclaimed, result, landed: None }
     }
 
     /// Whether [`land`](Self::land) would return at once.
     pub(super) fn has_landed(&self) -> bool {
-        !self.result.is_empty()
+        self.landed.is_some() || !self.result.is_empty()
+    }
+
+    /// Waits at most so long, and tells whether [`land`](Self::land) would return at once. Does no work.
+    pub(super) fn lands_within(&mut self, at_most: Duration) -> bool {
+        if self.landed.is_none() {
+            self.landed = self.result.recv_timeout(at_most).ok();
+        }
+        self.landed.is_some()
     }
 
     /// The result. Does the work here if no thread has begun it, else waits. The message of a panic instead, if it
     /// panicked.
     pub(super) fn land(self) -> Result<T, String> {
+        if let Some(landed) = self.landed {
+            return landed;
+        }
         claim(&self.unclaimed);
         self.result.recv().unwrap_or_else(|gone| Err(gone.to_string()))
     }
@@ -81,11 +95,20 @@ mod tests {
         }
         for keeps in [true, false] {
             let jobs = Holding(Mutex::default(), keeps);
-            let flight = Flight::start(&jobs, || 7);
-            assert!(!flight.has_landed());
+            let mut flight = Flight::start(&jobs, || 7);
+            assert!(!flight.has_landed() && !flight.lands_within(Duration::from_millis(1)));
             assert_eq!(flight.land(), Ok(7));
             jobs.0.into_inner().expect("no panic").into_iter().for_each(|late| late());
         }
+    }
+
+    #[test]
+    fn what_was_waited_for_lands_once() {
+        let mut flight = Flight::start(&Alone, || 7);
+        for _ in 0..2 {
+            assert!(flight.lands_within(Duration::ZERO) && flight.has_landed());
+        }
+        assert_eq!(flight.land(), Ok(7));
     }
 
     #[test]

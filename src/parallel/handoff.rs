@@ -3,7 +3,7 @@
 use super::metrics::WorkerMetrics;
 use crate::control::{Control, Stage};
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine};
+use crate::mesh::{Batch, EdgeLine, NotWritten, WrittenTile};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -72,6 +72,10 @@ impl Watch {
 pub(super) struct Delivery {
     /// Batches, ascending by (part, tile). For whole frames, only those with triangles.
     pub(super) batches: Vec<Batch>,
+    /// The same tiles instead, if they are in the sink's memory.
+    pub(super) written: Vec<WrittenTile>,
+    /// The tile that could not be written. The worker stopped there.
+    pub(super) refused: Option<(PartId, TileId, NotWritten)>,
     /// Time of each tile, if they were measured.
     pub(super) times: Vec<(PartId, TileId, Duration)>,
     /// Edge polylines, ascending by (part, edge).

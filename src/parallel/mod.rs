@@ -11,6 +11,8 @@ pub use metrics::{WorkerMetrics, balance};
 mod handoff;
 pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
+mod writer;
+
 mod error;
 pub use error::{FrameError, StartError};
 

@@ -59,5 +59,5 @@ pub fn tessellate_on(
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
     let mut crew = Crew::of(prepared, hands(prepared, jobs.width(), edge_lines), Reuse::NONE);
-    whole_frame(&mut crew, (jobs, prepared), plan, (&prepared.scene, control), sink)
+    whole_frame(&mut crew, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
 }

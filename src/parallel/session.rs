@@ -10,11 +10,12 @@ use super::threads::Threads;
 use crate::control::{Control, Jobs};
 use crate::frame::internals::Levels;
 use crate::frame::{Plan, PlanLimits, Tolerance, plan_for_view_on, plan_on};
-use crate::mesh::{MeshSink, Scene, SceneInstance};
+use crate::mesh::{MeshSink, Scene, SceneInstance, TileMemory, VertexLayout};
 use crate::model::PartId;
 use crate::prepare::Prepared;
 use crate::view::View;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A prepared model with workers. Sessions are independent of each other, also those of one prepared model.
 ///
@@ -76,6 +77,8 @@ pub struct Session {
     engine: EngineState,
     /// The plan of the last frame of views that was made.
     plan: Option<Arc<Plan>>,
+    /// Whether an instance moved, came or went since the last frame of views was begun.
+    moved: bool,
 }
 
 /// Where the engine is.
@@ -123,6 +126,19 @@ impl Session {
             workers,
             engine: EngineState::Idle(Box::new(engine), None),
             plan: None,
+            moved: true,
+        }
+    }
+
+    /// Has workers write tiles into the memory of a sink, in its layout, from the next frame on. The caller's thread
+    /// then moves no vertices: the sink gets [`MeshSink::written`] instead of [`MeshSink::batch`]. Cancels a frame that
+    /// was begun; the next frame of views is a whole one.
+    ///
+    /// Buffers of triangles stay with the workers and are filled again for every tile.
+    pub fn write_into(&mut self, layout: VertexLayout, memory: Arc<dyn TileMemory>) {
+        self.cancel();
+        if let Ok((engine, _)) = self.wait() {
+            engine.write_into(layout, memory);
         }
     }
 
@@ -186,6 +202,7 @@ impl Session {
         }
         self.parts.push(instance.part);
         self.scene.instances.push(instance);
+        self.moved = true;
         self.number_faces();
         Some(self.scene.instances.len() - 1)
     }
@@ -199,14 +216,17 @@ impl Session {
         engine.levels.remove(row);
         self.parts.remove(row);
         let gone = self.scene.instances.remove(row);
+        self.moved = true;
         self.number_faces();
         Some(SceneInstance { part, ..gone })
     }
 
     /// Moves an instance from the next frame of views on. Returns `false` if out of range.
     pub fn move_instance(&mut self, row: usize, transform: glam::DAffine3) -> bool {
-        let instance = self.scene.instances.get_mut(row);
-        instance.map(|instance| instance.transform = transform).is_some()
+        let Some(instance) = self.scene.instances.get_mut(row) else { return false };
+        self.moved |= instance.transform != transform;
+        instance.transform = transform;
+        true
     }
 
     fn number_faces(&mut self) {
@@ -265,13 +285,22 @@ impl Session {
     }
 
     /// Begins a frame of views: a job plans and makes it. Returns at once. Cancels an unfinished frame, whose changes
-    /// become part of this one.
+    /// become part of this one. If the sink shows these views already, there is nothing to begin, and no job is spawned.
+    ///
+    /// Cost on this thread: a copy of the instances and of the views; one comparison of the views if nothing changed.
     ///
     /// # Errors
     /// After an internal error: the session is over.
     pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
         let _span = tracing::debug_span!("begin").entered();
+        if let EngineState::Idle(engine, None) = &self.engine
+            && !self.moved
+            && engine.shows(views)
+        {
+            return Ok(());
+        }
         self.cancel();
+        self.moved = false;
         let (control, views) = (Control::default(), views.to_vec());
         let watched = control.clone();
         let make = move |mut engine: Box<Engine>| {
@@ -333,11 +362,32 @@ impl Session {
     /// # Errors
     /// As [`frame`](Self::frame).
     pub fn finish(&mut self, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
-        let Some(frame) = self.wait()?.1.take() else { return Ok(FrameReport::default()) };
+        self.wait()?;
         match &mut self.engine {
-            EngineState::Idle(engine, _) => engine.commit(frame, &self.scene, sink),
+            EngineState::Idle(engine, frame) => match frame.take() {
+                Some(frame) => engine.commit(frame, &self.scene, sink),
+                None => Ok(engine.unchanged()),
+            },
             EngineState::Busy(..) | EngineState::Lost(_) => Ok(FrameReport::default()),
         }
+    }
+
+    /// As [`finish`](Self::finish), but waits for the frame no longer than `at_most`: `None` if it is not made by then,
+    /// and the sink keeps the last frame. Never makes the frame on this thread.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn finish_within(
+        &mut self,
+        at_most: Duration,
+        sink: &mut dyn MeshSink,
+    ) -> Result<Option<FrameReport>, FrameError> {
+        if let EngineState::Busy(flight, _) = &mut self.engine
+            && !flight.lands_within(at_most)
+        {
+            return Ok(None);
+        }
+        self.finish(sink).map(Some)
     }
 
     /// Waits for the engine. A frame that was cancelled while it was made is discarded.

@@ -3,12 +3,14 @@
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Watch};
 use super::metrics::{Laps, Processor};
+use super::writer::Writer;
 use crate::frame::internals::TileOutcome;
 use crate::frame::{Reuse, Rung};
 use crate::math::BitMix;
-use crate::mesh::{Batch, EdgeLine, TileMesh};
+use crate::mesh::{Batch, EdgeLine, NotWritten, SinkError, TileMesh};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crate::prepare::internals::panic_message;
+use std::any::Any;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -39,11 +41,22 @@ pub(super) trait Stages: Send + Sync + 'static {
         scratch: &mut Self::Scratch,
     ) -> (TileOutcome, usize);
 
+    /// The chord tolerance of a tile, millimetres.
+    fn chord(plan: &Self::Plan, part: PartId, tile: TileId) -> f64;
+
     /// Fills one tile's boundary, after making it failed for the reason `why`.
     fn fill(&self, plan: &Self::Plan, part: PartId, tile: TileId, why: String) -> TileOutcome;
 
     /// Makes one edge's polyline.
     fn edge_line(&self, plan: &Self::Plan, part: PartId, edge: EdgeId) -> EdgeLine;
+}
+
+/// What all workers are told about a frame.
+pub(super) struct Order<P> {
+    pub(super) plan: Arc<P>,
+    pub(super) watch: Watch,
+    /// Where triangles go, if not into batches.
+    pub(super) writer: Option<Arc<Writer>>,
 }
 
 type ByTile<T> = HashMap<(PartId, TileId), T, BuildHasherDefault<BitMix>>;
@@ -88,12 +101,13 @@ impl<S: Stages> Worker<S> {
     /// A panic in a tile is a defect of this crate and costs the inside of that tile: its boundary is filled, and it is
     /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with the panic's message. A panic in an
     /// edge costs its polyline, see [`LostLine`].
-    pub(super) fn make_all(&mut self, plan: &S::Plan, parts: usize, watch: &Watch) -> Delivery {
+    pub(super) fn make_all(&mut self, order: &Order<S::Plan>, parts: usize) -> Delivery {
         let hand = Arc::clone(&self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
-        let mut delivery = self.make(watch, plan, &hand.tiles[..tiles], &hand.edges[..edges], None);
+        let mut delivery = self.make(order, &hand.tiles[..tiles], &hand.edges[..edges], None);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
+        delivery.written.retain(|tile| tile.triangles > 0);
         delivery
     }
 
@@ -101,8 +115,7 @@ impl<S: Stages> Worker<S> {
     /// whether to measure each tile. Batches without triangles are delivered too.
     fn make(
         &mut self,
-        watch: &Watch,
-        plan: &S::Plan,
+        Order { plan, watch, writer }: &Order<S::Plan>,
         tiles: &[(PartId, TileId, FaceId)],
         edges: &[(PartId, EdgeId)],
         some: Option<bool>,
@@ -140,7 +153,18 @@ impl<S: Stages> Worker<S> {
             if self.memories.get(&(part, tile)).is_some_and(|(_, bytes)| *bytes == 0) {
                 self.forget((part, tile));
             }
-            take(&mut delivery, part, tile, outcome);
+            if let Some(writer) = writer {
+                let chord = S::chord(plan, part, tile);
+                if !self.write(writer, (part, tile), &outcome, chord, &mut delivery) {
+                    return delivery;
+                }
+            }
+            let mesh = take(&mut delivery, part, tile, outcome);
+            if writer.is_some() {
+                S::reuse(&mut self.scratch, cleared(mesh));
+            } else {
+                delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });
+            }
             watch.advance();
             if let Some(mut clock) = clock {
                 delivery.times.push((part, tile, clock.lap()));
@@ -162,24 +186,52 @@ impl<S: Stages> Worker<S> {
         delivery
     }
 
+    /// Writes a tile into the sink's memory. Returns whether that succeeded.
+    fn write(
+        &self,
+        writer: &Writer,
+        (part, tile): (PartId, TileId),
+        outcome: &TileOutcome,
+        chord: f64,
+        delivery: &mut Delivery,
+    ) -> bool {
+        let write = || writer.write((part, outcome.face, tile), &outcome.mesh, (self.number, chord));
+        match catch_unwind(AssertUnwindSafe(write)).unwrap_or_else(|panic| Err(panicked(&*panic))) {
+            Ok(written) => delivery.written.push(written),
+            Err(why) => delivery.refused = Some((part, tile, why)),
+        }
+        delivery.refused.is_none()
+    }
+
     /// Drops the cache of a tile.
     fn forget(&mut self, tile: (PartId, TileId)) {
         self.kept -= self.memories.remove(&tile).map_or(0, |(_, bytes)| bytes);
     }
 
     /// Makes a subset of what it owns, with incremental updates. `timed`: whether to measure each tile.
-    pub(super) fn make_some(&mut self, plan: &S::Plan, hand: &Hand, timed: bool, watch: &Watch) -> Delivery {
+    pub(super) fn make_some(&mut self, order: &Order<S::Plan>, hand: &Hand, timed: bool) -> Delivery {
         if hand.gone.all {
             self.memories = HashMap::default();
             self.kept = 0;
         }
         hand.gone.tiles.iter().for_each(|&tile| self.forget(tile));
-        self.make(watch, plan, &hand.tiles, &hand.edges, Some(timed))
+        self.make(order, &hand.tiles, &hand.edges, Some(timed))
     }
 }
 
-/// Adds one tile to the delivery.
-fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcome) {
+/// The memory of a sink panicked.
+fn panicked(payload: &(dyn Any + Send)) -> NotWritten {
+    let cause = std::io::Error::other(panic_message(payload));
+    NotWritten::Sink(SinkError { context: "the sink's memory panicked".into(), cause })
+}
+
+fn cleared(mut mesh: TileMesh) -> TileMesh {
+    mesh.clear();
+    mesh
+}
+
+/// Adds what is told about one tile to the delivery, and returns its triangles.
+fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcome) -> TileMesh {
     let TileOutcome { mesh, face, rung, degradation, slivers, rewound } = outcome;
     delivery.metrics.tiles += 1;
     delivery.metrics.triangles += mesh.triangles.len() as u64;
@@ -192,5 +244,5 @@ fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcom
     if let Some(degradation) = degradation {
         delivery.degraded.push(DegradedTile { part, face, tile, degradation });
     }
-    delivery.batches.push(Batch { part, face, tile, worker: delivery.metrics.worker, mesh });
+    mesh
 }

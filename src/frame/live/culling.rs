@@ -54,6 +54,11 @@ impl PartBoxes {
         boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
     }
 
+    /// The longest side of any tile's bounding box.
+    pub(crate) fn largest(part: &PreparedPart) -> f64 {
+        boxes(part).map(|tile| (tile.high - tile.low).max_element()).fold(0.0, f64::max)
+    }
+
     /// Calls `each` with those of `tiles` that are in the view frustum, ascending. `cull_back_faces` skips back-facing
     /// tiles of closed parts.
     pub(crate) fn seen_by(

@@ -135,6 +135,12 @@ impl Planner {
         &self.changes
     }
 
+    /// Whether the last plan is the one for these views, if no instance moved since, and nothing is left to refine.
+    #[must_use]
+    pub fn has_settled_on(&self, views: &[View]) -> bool {
+        self.seen == views && !self.rates.turns.are_left() && !self.unfinished
+    }
+
     /// Makes the plan for these views of `instances`, whose parts index the prepared model. Where several views or
     /// instances show the same place of a part, the strictest tolerance applies.
     ///
@@ -151,10 +157,9 @@ impl Planner {
     /// As [`plan`](Self::plan), on the threads of `jobs`. The plan does not depend on their number.
     pub fn plan_on(&mut self, jobs: &dyn Jobs, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
         let placed = instances.iter().map(|i| (i.part, i.transform));
-        let is_still = self.seen == views && self.placed.iter().copied().eq(placed.clone());
-        let turns = &mut own(&mut self.rates).turns;
-        turns.pass(is_still);
-        if is_still && !turns.are_left() && !self.unfinished {
+        let has_moved = !self.placed.iter().copied().eq(placed.clone());
+        own(&mut self.rates).turns.pass(self.seen == views && !has_moved);
+        if !has_moved && self.has_settled_on(views) {
             self.changes = PlanChanges::default();
             return &self.pages.last;
         }

@@ -2,8 +2,8 @@
 //! 4.
 
 use super::super::layout::{CellPlace, Vertex};
-use crate::mesh::TileMesh;
-use glam::{DVec3, Vec2, Vec3};
+use crate::mesh::{TileMesh, octahedral};
+use glam::DVec3;
 
 /// Encoded tile. The buffers are reused.
 #[derive(Default)]
@@ -60,44 +60,10 @@ pub(super) fn cells(mesh: &TileMesh) -> impl Iterator<Item = CellPlace> {
     })
 }
 
-/// Encodes a direction in four bytes, with an error below 0.01 degrees. Zero and NaN become +z.
-fn octahedral(normal: Vec3) -> [i16; 2] {
-    let sum = normal.abs().element_sum();
-    let unfolded = match sum > 0.0 && sum.is_finite() {
-        false => Vec2::ZERO,
-        true if normal.z >= 0.0 => normal.truncate() / sum,
-        true => (Vec2::ONE - Vec2::new(normal.y, normal.x).abs() / sum) * normal.truncate().map(|x| 1_f32.copysign(x)),
-    };
-    unfolded.to_array().map(|x| (x * 32_767.0).round() as i16)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The inverse, as in the shader.
-    fn unfold([x, y]: [i16; 2]) -> Vec3 {
-        let (x, y) = (f32::from(x) / 32_767.0, f32::from(y) / 32_767.0);
-        let z = 1.0 - x.abs() - y.abs();
-        let below = (-z).max(0.0);
-        Vec3::new(x - below.copysign(x), y - below.copysign(y), z).normalize()
-    }
-
-    #[test]
-    fn normals_survive_four_bytes() {
-        for k in 0..10_000_u32 {
-            let turn = k as f32 * 2.399_963;
-            let z = 1.0 - 2.0 * (k as f32 + 0.5) / 10_000.0;
-            let normal = Vec3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z);
-            assert!(unfold(octahedral(normal)).angle_between(normal).to_degrees() < 0.05, "{normal}");
-            assert!(unfold(octahedral(normal)).distance(normal) < 1.6e-4, "{normal}");
-        }
-        for axis in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
-            assert_eq!(unfold(octahedral(axis)), axis);
-        }
-        assert_eq!(octahedral(Vec3::ZERO), octahedral(Vec3::Z));
-        assert_eq!(octahedral(Vec3::NAN), octahedral(Vec3::Z));
-    }
+    use glam::Vec2;
 
     #[test]
     fn lattice_positions_count_cells() {

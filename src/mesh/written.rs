@@ -1,0 +1,249 @@
+//! Tiles that workers write straight into a sink's memory, in the layout that it asks for.
+
+use super::vertex_layout::{NormalFormat, PositionFormat, VertexLayout, octahedral};
+use super::{Origin, SinkError, TileMesh};
+use crate::model::{FaceId, PartId, TileId};
+use glam::{DVec3, Vec2, Vec3};
+use std::fmt;
+
+/// Where the memory of tiles comes from: mapped buffers, an arena, one block per tile.
+///
+/// Workers call it from their threads, at the same time, each for its own tiles. An arena per
+/// [`worker`](WrittenTile::worker) needs no lock that is ever waited for.
+pub trait TileMemory: Send + Sync {
+    /// Hands `fill` the room for a tile: [`vertex_bytes`](WrittenTile::vertex_bytes) and
+    /// [`index_bytes`](WrittenTile::index_bytes), exactly. `fill` writes each byte once, in order, and reads none.
+    /// Returns any number by which the sink finds the room: it becomes [`WrittenTile::place`].
+    ///
+    /// # Errors
+    /// When there is no room: the frame is not committed, and its tiles are part of the next one.
+    fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError>;
+
+    /// Takes back the room of a tile that the sink never hears of, because its frame was cancelled or refused.
+    fn release(&self, tile: &WrittenTile);
+}
+
+/// A tile whose vertices and indices are in the memory of the sink.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrittenTile {
+    /// The part.
+    pub part: PartId,
+    /// The face within the part.
+    pub face: FaceId,
+    /// The tile within the part.
+    pub tile: TileId,
+    /// The worker that made it. The only field besides `place` that depends on who works.
+    pub worker: u32,
+    /// Number of vertices.
+    pub vertices: u32,
+    /// Number of triangles. 0: the tile is gone, and has no place.
+    pub triangles: u32,
+    /// Whether indices have four bytes.
+    pub wide: bool,
+    /// The layout of its vertices.
+    pub layout: VertexLayout,
+    /// Where its coordinates count from. With [`PositionFormat::Grid`] only.
+    pub grid: Option<TileGrid>,
+    /// What [`TileMemory::write`] returned.
+    pub place: u64,
+}
+
+/// What the integer coordinates `k` of a tile mean: the position `centre + step * (corner + k)`, where `centre` is the
+/// part's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileGrid {
+    /// Step of the part's grid, millimetres: a power of two.
+    pub step: f64,
+    /// Smallest coordinates of the tile, in steps.
+    pub corner: [i32; 3],
+}
+
+/// A tile that the grid of its part is too coarse for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridTooCoarse {
+    /// The part.
+    pub part: PartId,
+    /// The tile.
+    pub tile: TileId,
+    /// Distance by which rounding to the grid may move a vertex, millimetres.
+    pub moved: f64,
+    /// The chord tolerance of the tile, millimetres.
+    pub chord: f64,
+}
+
+impl fmt::Display for GridTooCoarse {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { part, tile, moved, chord } = self;
+        write!(
+            f,
+            "part {}, tile {}: a grid of 16 bits moves vertices by up to {moved:.1e} mm, more than a tenth of the tolerance \
+             ({chord:.1e} mm)",
+            part.0, tile.0
+        )
+    }
+}
+
+impl std::error::Error for GridTooCoarse {}
+
+/// Share of a tile's tolerance that rounding to the grid may take.
+const SHARE: f64 = 0.1;
+
+/// The grid of a part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PartGrid {
+    pub(crate) centre: DVec3,
+    pub(crate) step: f64,
+}
+
+impl PartGrid {
+    /// The finest grid for a part with this box whose tiles are at most so large, millimetres.
+    pub(crate) fn new(centre: DVec3, radius: f64, largest: f64) -> Self {
+        /// Steps across the largest tile: a little less than 16 bits hold, since edges may leave the tile's box.
+        const ACROSS: f64 = 60_000.0;
+        let finest = (largest / ACROSS).max(radius / f64::from(1 << 29)).max(f64::MIN_POSITIVE);
+        Self { centre, step: finest.log2().ceil().exp2() }
+    }
+
+    /// Distance by which rounding moves a point at most.
+    fn moves(&self) -> f64 {
+        0.5 * 3_f64.sqrt() * self.step
+    }
+
+    fn steps(&self, position: DVec3) -> DVec3 {
+        ((position - self.centre) / self.step).round()
+    }
+
+    /// The grid of one tile; `None` if it is too large for it.
+    fn tile(&self, positions: &[DVec3]) -> Option<TileGrid> {
+        let outside = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let steps = positions.iter().map(|&position| self.steps(position));
+        let (low, high) = steps.fold(outside, |(low, high), at| (low.min(at), high.max(at)));
+        let fits = (high - low).max_element() <= f64::from(u16::MAX);
+        let near = low.abs().max_element() < f64::from(i32::MAX);
+        (fits && near).then(|| TileGrid { step: self.step, corner: low.to_array().map(|x| x as i32) })
+    }
+}
+
+/// Why a tile was not written.
+#[derive(Debug)]
+pub(crate) enum NotWritten {
+    Sink(SinkError),
+    Grid(GridTooCoarse),
+}
+
+impl WrittenTile {
+    /// Bytes of its vertices.
+    #[must_use]
+    pub fn vertex_bytes(&self) -> usize {
+        self.vertices as usize * self.layout.stride()
+    }
+
+    /// Bytes of its indices.
+    #[must_use]
+    pub fn index_bytes(&self) -> usize {
+        3 * self.triangles as usize * if self.wide { 4 } else { 2 }
+    }
+
+    /// A tile without triangles.
+    pub(crate) fn gone((part, face, tile): (PartId, FaceId, TileId), layout: VertexLayout) -> Self {
+        Self { part, face, tile, worker: 0, vertices: 0, triangles: 0, wide: false, layout, grid: None, place: 0 }
+    }
+
+    /// Writes `mesh` into memory for this tile, whose counts and place it sets. `chord`: the tile's tolerance. `tangent`:
+    /// the tangent at parameters.
+    pub(crate) fn write(
+        mut self,
+        mesh: &TileMesh,
+        (grid, chord): (&PartGrid, f64),
+        tangent: &dyn Fn(Vec2) -> Vec3,
+        memory: &dyn TileMemory,
+    ) -> Result<Self, NotWritten> {
+        if mesh.triangles.is_empty() {
+            return Ok(self);
+        }
+        let count = |n: usize| {
+            let cause = || std::io::Error::other(format!("{n} vertices or triangles exceed 32 bits"));
+            u32::try_from(n).map_err(|_| NotWritten::Sink(SinkError { context: "a tile".into(), cause: cause() }))
+        };
+        (self.vertices, self.triangles) = (count(mesh.positions.len())?, count(mesh.triangles.len())?);
+        self.wide = self.layout.is_wide(mesh.positions.len());
+        if self.layout.position == PositionFormat::Grid {
+            let moved = grid.moves();
+            self.grid = grid.tile(&mesh.positions).filter(|_| moved <= SHARE * chord);
+            if self.grid.is_none() {
+                return Err(NotWritten::Grid(GridTooCoarse { part: self.part, tile: self.tile, moved, chord }));
+            }
+        }
+        let mut written = None;
+        let place = memory.write(&self, &mut |vertices, indices| {
+            let fits = (vertices.len(), indices.len()) == (self.vertex_bytes(), self.index_bytes());
+            if fits {
+                self.vertices_to(mesh, grid, tangent, vertices);
+                self.indices_to(mesh, indices);
+            }
+            written = Some(fits);
+        });
+        self.place = place.map_err(NotWritten::Sink)?;
+        if written == Some(true) {
+            return Ok(self);
+        }
+        memory.release(&self);
+        let (vertices, indices) = (self.vertex_bytes(), self.index_bytes());
+        let cause = std::io::Error::other(format!("{vertices} + {indices} bytes asked for"));
+        Err(NotWritten::Sink(SinkError { context: "room of another size, or none, for a tile".into(), cause }))
+    }
+
+    fn vertices_to(&self, mesh: &TileMesh, part: &PartGrid, tangent: &dyn Fn(Vec2) -> Vec3, bytes: &mut [u8]) {
+        let corner = self.grid.map_or(DVec3::ZERO, |grid| DVec3::from(grid.corner.map(f64::from)));
+        for (k, (&position, vertex)) in
+            mesh.positions.iter().zip(bytes.chunks_exact_mut(self.layout.stride())).enumerate()
+        {
+            let mut rest = vertex;
+            match self.layout.position {
+                PositionFormat::F64 => position.to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes())),
+                PositionFormat::F32 => {
+                    (position - part.centre).as_vec3().to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+                }
+                PositionFormat::Grid => {
+                    let [x, y, z] = (part.steps(position) - corner).to_array().map(|x| x as u16);
+                    [x, y, z, 0].iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+                }
+            }
+            let normal = mesh.normals.get(k).copied().unwrap_or_default();
+            match self.layout.normal {
+                NormalFormat::None => {}
+                NormalFormat::F32 => normal.to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes())),
+                NormalFormat::Octahedral => octahedral(normal).iter().for_each(|x| put(&mut rest, x.to_le_bytes())),
+            }
+            let uv = mesh.uvs.get(k).copied().unwrap_or_default();
+            if self.layout.uv {
+                uv.to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+            }
+            if self.layout.tangent {
+                tangent(uv).to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+            }
+            if self.layout.origin {
+                let words = mesh.origins.get(k).map_or([u32::MAX; 3], Origin::words);
+                words.iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+            }
+        }
+    }
+
+    fn indices_to(&self, mesh: &TileMesh, mut bytes: &mut [u8]) {
+        for &corner in mesh.triangles.iter().flatten() {
+            if self.wide {
+                put(&mut bytes, corner.to_le_bytes());
+            } else {
+                put(&mut bytes, (corner as u16).to_le_bytes());
+            }
+        }
+    }
+}
+
+/// Writes the next bytes.
+fn put<const N: usize>(rest: &mut &mut [u8], value: [u8; N]) {
+    if let Some((head, tail)) = std::mem::take(rest).split_first_chunk_mut::<N>() {
+        *head = value;
+        *rest = tail;
+    }
+}

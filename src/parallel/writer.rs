@@ -1,0 +1,68 @@
+//! Triangles of tiles -> bytes in the memory of a sink, by the workers that made them.
+
+use crate::frame::internals::PartBoxes;
+use crate::mesh::{NotWritten, PartGrid, Scene, TileMemory, TileMesh, VertexLayout, WrittenTile};
+use crate::model::{FaceId, PartId, TileId};
+use crate::prepare::Prepared;
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// Writes tiles in one layout into one memory.
+#[derive(Clone)]
+pub(super) struct Writer {
+    layout: VertexLayout,
+    memory: Arc<dyn TileMemory>,
+    prepared: Arc<Prepared>,
+    /// By part.
+    grids: Vec<PartGrid>,
+}
+
+impl Writer {
+    /// For the parts of `prepared`.
+    pub(super) fn new(layout: VertexLayout, memory: Arc<dyn TileMemory>, prepared: &Arc<Prepared>) -> Self {
+        let mut writer = Self { layout, memory, prepared: Arc::default(), grids: Vec::new() };
+        writer.set_prepared(prepared);
+        writer
+    }
+
+    /// Replaces the model by the same with more parts.
+    pub(super) fn set_prepared(&mut self, prepared: &Arc<Prepared>) {
+        self.prepared = Arc::clone(prepared);
+        let Prepared { parts, scene: Scene { parts: scene, .. }, .. } = &**prepared;
+        for (part, seen) in parts.iter().zip(scene).skip(self.grids.len()) {
+            let grid = match seen.mesh_of {
+                Some(of) => self.grids[of.index()],
+                None => PartGrid::new(seen.centre, seen.radius, PartBoxes::largest(part)),
+            };
+            self.grids.push(grid);
+        }
+    }
+
+    pub(super) fn layout(&self) -> VertexLayout {
+        self.layout
+    }
+
+    /// Writes a tile that `worker` made to the tolerance `chord`.
+    pub(super) fn write(
+        &self,
+        tile: (PartId, FaceId, TileId),
+        mesh: &TileMesh,
+        (worker, chord): (u32, f64),
+    ) -> Result<WrittenTile, NotWritten> {
+        let grid = &self.grids[tile.0.index()];
+        let new = WrittenTile { worker, ..WrittenTile::gone(tile, self.layout) };
+        new.write(mesh, (grid, chord), &|uv| self.tangent(tile.0, tile.1, uv), &*self.memory)
+    }
+
+    /// The direction in which the natural parameter u increases.
+    fn tangent(&self, part: PartId, face: FaceId, uv: Vec2) -> Vec3 {
+        let face = &self.prepared.parts[part.index()].faces[face.index()];
+        let [u, v] = [0, 1].map(|k| face.maps[k].to_nurbs(f64::from(uv[k])));
+        face.patches.derivatives(u, v).du.normalize_or_zero().as_vec3()
+    }
+
+    /// Gives back the room of tiles that their sink never hears of.
+    pub(super) fn release(&self, tiles: &[WrittenTile]) {
+        tiles.iter().filter(|tile| tile.triangles > 0).for_each(|tile| self.memory.release(tile));
+    }
+}

@@ -1,0 +1,175 @@
+//! A sink whose memory is one block of vertices and one of indices per tile. Blocks are used again.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use trimtess::mesh::{DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, WrittenTile};
+use trimtess::model::{PartId, TileId};
+
+/// Vertices and indices of a tile.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Room {
+    pub(crate) vertices: Vec<u8>,
+    pub(crate) indices: Vec<u8>,
+}
+
+#[derive(Debug, Default)]
+struct Rooms {
+    all: Vec<Room>,
+    free: Vec<usize>,
+    /// Calls of `write` until one is refused.
+    left: Option<u32>,
+    bad: Refusal,
+}
+
+/// How a call of `write` is refused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Refusal {
+    #[default]
+    Error,
+    Panic,
+    /// Room of the wrong size.
+    Short,
+    /// `fill` is not called.
+    Nothing,
+}
+
+/// The memory.
+#[derive(Debug, Default)]
+pub(crate) struct Blocks(Mutex<Rooms>);
+
+impl Blocks {
+    /// Refuses the call after `left` more.
+    pub(crate) fn refuse(&self, left: Option<u32>, bad: Refusal) {
+        let mut rooms = self.0.lock().expect("no panic");
+        (rooms.left, rooms.bad) = (left, bad);
+    }
+
+    /// Rooms in use.
+    pub(crate) fn used(&self) -> usize {
+        let rooms = self.0.lock().expect("no panic");
+        rooms.all.len() - rooms.free.len()
+    }
+
+    pub(crate) fn room(&self, tile: &WrittenTile) -> Room {
+        self.0.lock().expect("no panic").all[tile.place as usize].clone()
+    }
+}
+
+fn refused() -> SinkError {
+    SinkError { context: "blocks".into(), cause: std::io::ErrorKind::OutOfMemory.into() }
+}
+
+impl TileMemory for Blocks {
+    fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
+        let (place, mut room, bad) = {
+            let mut rooms = self.0.lock().expect("no panic");
+            let bad = rooms.left == Some(0);
+            rooms.left = rooms.left.map(|left| left.saturating_sub(1));
+            let bad = bad.then_some(rooms.bad);
+            if bad == Some(Refusal::Error) {
+                return Err(refused());
+            }
+            if bad == Some(Refusal::Panic) {
+                drop(rooms);
+                panic!("no more room");
+            }
+            let place = rooms.free.pop().unwrap_or_else(|| {
+                rooms.all.push(Room::default());
+                rooms.all.len() - 1
+            });
+            (place, std::mem::take(&mut rooms.all[place]), bad)
+        };
+        let short = usize::from(bad == Some(Refusal::Short));
+        room.vertices.resize(tile.vertex_bytes() - short, 0xee);
+        room.indices.resize(tile.index_bytes(), 0xee);
+        if bad != Some(Refusal::Nothing) {
+            fill(&mut room.vertices, &mut room.indices);
+        }
+        self.0.lock().expect("no panic").all[place] = room;
+        Ok(place as u64)
+    }
+
+    fn release(&self, tile: &WrittenTile) {
+        self.0.lock().expect("no panic").free.push(tile.place as usize);
+    }
+}
+
+/// The sink.
+#[derive(Debug, Default)]
+pub(crate) struct BlockSink {
+    pub(crate) memory: Arc<Blocks>,
+    pub(crate) scene: Scene,
+    pub(crate) tiles: BTreeMap<(PartId, TileId), WrittenTile>,
+    pub(crate) drawn: DrawnTiles,
+    /// Calls of any kind, and of `abort`.
+    pub(crate) calls: usize,
+    pub(crate) aborts: usize,
+    /// Refuses the call with this number, counted from now.
+    pub(crate) refuse: Option<usize>,
+    new: Vec<WrittenTile>,
+    whole: bool,
+}
+
+impl BlockSink {
+    fn call(&mut self) -> Result<(), SinkError> {
+        self.calls += 1;
+        let now = self.refuse == Some(0);
+        self.refuse = self.refuse.and_then(|left| left.checked_sub(1));
+        if now { Err(refused()) } else { Ok(()) }
+    }
+
+    fn start(&mut self, scene: &Scene, whole: bool) -> Result<(), SinkError> {
+        self.call()?;
+        if self.scene.instances.len() != scene.instances.len() || self.scene.parts.len() != scene.parts.len() {
+            self.scene = scene.clone();
+        }
+        self.whole = whole;
+        Ok(())
+    }
+}
+
+impl MeshSink for BlockSink {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.start(scene, true)
+    }
+
+    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.start(scene, false)
+    }
+
+    fn batch(&mut self, _: &mut trimtess::mesh::Batch) -> Result<(), SinkError> {
+        panic!("tiles are written into memory")
+    }
+
+    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
+        self.new.push(*tile);
+        self.call()
+    }
+
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        self.call()
+    }
+
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+        self.drawn.clone_from(drawn);
+        self.call()
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        self.call()?;
+        if self.whole {
+            std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+        }
+        for tile in self.new.drain(..) {
+            let key = (tile.part, tile.tile);
+            let old = if tile.triangles > 0 { self.tiles.insert(key, tile) } else { self.tiles.remove(&key) };
+            old.iter().for_each(|old| self.memory.release(old));
+        }
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        self.aborts += 1;
+        self.new.drain(..).filter(|tile| tile.triangles > 0).for_each(|tile| self.memory.release(&tile));
+    }
+}
