@@ -2,15 +2,20 @@
 //! allocations on that thread. By what the sink does: batches that it copies into vertices of 16 bytes, or the same
 //! vertices written into its memory by the workers.
 //!
-//! `cargo bench --bench caller -- FILE [FRAMES]`. Without a file, the brake assembly.
+//! `cargo bench --bench caller -- FILE [FRAMES [COPIES]]`. Without a file, the brake assembly. Copies of its parts stand
+//! above the picture, out of sight.
 
+use glam::{DAffine3, DVec3};
 use std::error::Error;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::import::step::{self, StepOptions};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{
+    Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile,
+};
+use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::{PrepareOptions, prepare};
 use trimtess::view::{CameraPath, Picture, View};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: 0.5 };
@@ -18,7 +23,7 @@ const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_p
 /// Copies each batch into one buffer of vertices, as a sink for a device does.
 #[derive(Default)]
 struct Copies {
-    centres: Vec<glam::DVec3>,
+    centres: Vec<DVec3>,
     vertices: Vec<[u8; 16]>,
     indices: Vec<u32>,
 }
@@ -138,6 +143,8 @@ struct Spent {
     begin: Vec<Duration>,
     finish: Vec<Duration>,
     both: Vec<Duration>,
+    /// From `begin` to the end of the commit, without the caller's pauses.
+    whole: Vec<Duration>,
     allocations: Vec<u64>,
     tiles: usize,
 }
@@ -152,8 +159,9 @@ impl Spent {
             let begin = start.elapsed();
             begun?;
             while !session.is_made() {
-                std::thread::sleep(Duration::from_micros(50));
+                std::thread::yield_now();
             }
+            let made = start.elapsed();
             let start = Instant::now();
             let mut report = Ok(trimtess::parallel::FrameReport::default());
             let in_finish = allocation_counter::measure(|| report = session.finish(sink));
@@ -163,11 +171,12 @@ impl Spent {
                 spent.begin.push(begin);
                 spent.finish.push(finish);
                 spent.both.push(begin + finish);
+                spent.whole.push(made + finish);
                 spent.allocations.push(in_begin.count_total + in_finish.count_total);
                 spent.tiles += report.tiles;
             }
         }
-        for times in [&mut spent.begin, &mut spent.finish, &mut spent.both] {
+        for times in [&mut spent.begin, &mut spent.finish, &mut spent.both, &mut spent.whole] {
             times.sort_unstable();
         }
         spent.allocations.sort_unstable();
@@ -182,11 +191,12 @@ impl Spent {
         let middle = self.allocations.get(self.allocations.len() / 2).copied().unwrap_or(0);
         println!(
             "{name}: ms on the caller's thread, median and worst: begin {}, finish {}, both {}; allocations {middle} and \
-             {}; {} tiles in {} frames",
+             {}; whole frame {}; {} tiles in {} frames",
             of(&self.begin),
             of(&self.finish),
             of(&self.both),
             self.allocations.last().copied().unwrap_or(0),
+            of(&self.whole),
             self.tiles,
             self.both.len()
         );
@@ -200,8 +210,21 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => trimtess_models::by_name("brake-assembly").ok_or("no such model")?,
     };
     let frames = arguments.get(1).map_or(Ok(200), |count| count.parse())?;
-    let prepared: Arc<Prepared> = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
+    let copies: usize = arguments.get(2).map_or(Ok(0), |count| count.parse())?;
+    let mut prepared = prepare(model, &PrepareOptions::DEFAULT)?;
     let views = CameraPath::Orbit.views(prepared.bounds.ok_or("an empty model")?, frames, &PICTURE);
+    let (parts, instances) = (prepared.parts.len(), prepared.scene.instances.clone());
+    for k in 1..=copies {
+        let up = DAffine3::from_translation(DVec3::Z * (10.0 * k as f64 * prepared.diagonal));
+        prepared.parts.extend_from_within(..parts);
+        prepared.scene.parts.extend_from_within(..parts);
+        prepared.scene.instances.extend(instances.iter().map(|instance| SceneInstance {
+            part: PartId::new(k * parts + instance.part.index()),
+            transform: up * instance.transform,
+            ..instance.clone()
+        }));
+    }
+    let prepared = Arc::new(prepared);
     let still = vec![views[0]; frames];
     println!("{}: {} tiles", prepared.scene.name, prepared.tiles().count());
     let start = || Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_edge_lines(false));

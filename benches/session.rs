@@ -1,17 +1,19 @@
 //! Cost of a moving camera: plans without history, plans that follow the view, and whole frames of a session. By how
-//! far the camera turns per frame (views per full turn, or at rest).
+//! far the camera turns per frame (views per full turn, or at rest), and by how much there is out of sight.
 #![allow(missing_docs, reason = "criterion's macro makes a public function")]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use glam::{DAffine3, DVec3};
 use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
 use trimtess::frame::internals::Planner;
 use trimtess::frame::{PlannerOptions, plan_for_view};
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
+use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
-use trimtess::view::{CameraPath, Picture, View};
+use trimtess::view::{Camera, CameraPath, Picture, Projection, View};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
 /// Views per full turn; `None` is a camera at rest.
@@ -108,5 +110,49 @@ fn frames(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, plans, frames);
+/// A row of parts, of which a camera at one end sees the first few. It turns so little that no tile changes. By the
+/// number of tiles.
+fn crowds(c: &mut Criterion) {
+    let model = trimtess_models::by_name("flower-teapot").expect("a named shape");
+    let one = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    let [low, high] = one.bounds.expect("a placed model");
+    let step = 1.5 * (high.x - low.x);
+    let mut group = c.benchmark_group("session/out of sight");
+    for count in [10, 100, 1000] {
+        let mut many = one.clone();
+        for k in 1..count {
+            many.parts.push(Arc::clone(&one.parts[0]));
+            many.scene.parts.push(one.scene.parts[0].clone());
+            let mut instance = one.scene.instances[0].clone();
+            instance.part = PartId::new(k);
+            instance.transform = DAffine3::from_translation(DVec3::X * (step * k as f64));
+            many.scene.instances.push(instance);
+        }
+        let prepared = Arc::new(many);
+        let projection = Projection::Orthographic { height: 10.0 * (high.z - low.z) };
+        let eye = 0.5 * (low + high) - DVec3::Y * 1e4;
+        let camera = Camera::looking_at(eye, eye + DVec3::Y, DVec3::Z, projection);
+        let views = [0.0, 1e-6].map(|x| {
+            let camera = Camera { eye: eye + DVec3::X * x, ..camera };
+            View { camera, size: PICTURE.size, deviation_px: 0.5, size_px: None, angle: PICTURE.angle }
+        });
+        let options = SessionOptions::DEFAULT.with_edge_lines(false);
+        let mut session = Session::start(Arc::clone(&prepared), &options).expect("threads");
+        for k in 0..80 {
+            session.view(&[views[k % 2]], &mut Nowhere).expect("a frame");
+        }
+        let drawn = session.plan().map_or(0, |plan| (0..count).map(|k| plan.drawn.tiles(0, k).count()).sum::<usize>());
+        let tiles = prepared.tiles().count();
+        let mut k = 0;
+        group.bench_function(format!("{drawn} of {tiles} tiles"), |b| {
+            b.iter(|| {
+                k += 1;
+                session.view(&[views[k % 2]], &mut Nowhere).expect("a frame").tiles
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, plans, frames, crowds);
 criterion_main!(benches);

@@ -55,6 +55,7 @@ pub use part::{Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Par
 mod extent;
 
 mod validate;
+pub(crate) use validate::not_rigid;
 
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};

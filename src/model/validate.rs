@@ -7,7 +7,7 @@ use super::{
     Coedge, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, MAX_DEGREE, Model, ModelError, NurbsCurve,
     NurbsSurface, Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
 };
-use glam::DMat3;
+use glam::{DAffine3, DMat3};
 use std::f64::consts::FRAC_PI_2;
 
 /// Largest error of orthonormality of frames and placements: files print directions with as few as six digits.
@@ -285,17 +285,22 @@ impl Model {
             if instance.part.index() >= count {
                 return Err(ModelError::NoPart { instance: id, part: instance.part, count });
             }
-            let m = instance.transform.matrix3;
-            let square = m.transpose() * m;
-            let scale = (square.x_axis.x + square.y_axis.y + square.z_axis.z) / 3.0;
-            let off = (square * (1.0 / scale) - DMat3::IDENTITY).to_cols_array().into_iter();
-            let start = if instance.transform.translation.is_finite() { 0.0 } else { f64::NAN };
-            let error =
-                off.fold(start, |most: f64, x| if most.is_nan() || x.is_nan() { f64::NAN } else { most.max(x.abs()) });
-            if error.is_nan() || error > NOT_ORTHONORMAL {
+            if let Some(error) = not_rigid(&instance.transform) {
                 return Err(ModelError::Transform { instance: id, error });
             }
         }
         Ok(())
     }
+}
+
+/// How far a transform is from a rigid motion with a uniform scale, as [`ModelError::Transform`] tells it; `None` if it
+/// is one.
+pub(crate) fn not_rigid(transform: &DAffine3) -> Option<f64> {
+    let m = transform.matrix3;
+    let square = m.transpose() * m;
+    let scale = (square.x_axis.x + square.y_axis.y + square.z_axis.z) / 3.0;
+    let off = (square * (1.0 / scale) - DMat3::IDENTITY).to_cols_array().into_iter();
+    let start = if transform.translation.is_finite() { 0.0 } else { f64::NAN };
+    let error = off.fold(start, |most: f64, x| if most.is_nan() || x.is_nan() { f64::NAN } else { most.max(x.abs()) });
+    (error.is_nan() || error > NOT_ORTHONORMAL).then_some(error)
 }

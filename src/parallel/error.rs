@@ -1,6 +1,8 @@
 //! Why a session does not start, or a frame is not made.
 
 use crate::mesh::{GridTooCoarse, SinkError};
+use crate::model::PartId;
+use crate::view::InvalidView;
 use std::fmt;
 
 /// Why a session did not start: the operating system refused a thread.
@@ -29,6 +31,13 @@ impl std::error::Error for StartError {
 pub enum FrameError {
     /// The system refused a thread.
     Start(StartError),
+    /// No frame was begun: nothing can be drawn for a view.
+    View {
+        /// Index of the view.
+        view: usize,
+        /// What is wrong with it.
+        why: InvalidView,
+    },
     /// The sink refused, or panicked.
     Sink(SinkError),
     /// A tile does not fit the grid that the sink's layout asks for. The sink was not touched.
@@ -46,6 +55,7 @@ impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Start(error) => error.fmt(f),
+            Self::View { view, why } => write!(f, "view {view}: {why}"),
             Self::Sink(error) => error.fmt(f),
             Self::Grid(error) => error.fmt(f),
             Self::Lost { why } => write!(f, "an internal error ended the session: {why}"),
@@ -58,9 +68,56 @@ impl std::error::Error for FrameError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Start(error) => Some(error),
+            Self::View { why, .. } => Some(why),
             Self::Sink(error) => Some(error),
             Self::Grid(error) => Some(error),
             Self::Lost { .. } | Self::Cancelled => None,
         }
     }
 }
+
+/// Why an instance was not added or moved.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum InstanceError {
+    /// There is no such part in the model.
+    NoPart {
+        /// The part.
+        part: PartId,
+        /// Number of parts.
+        count: usize,
+    },
+    /// There is no such instance.
+    NoInstance {
+        /// Its index.
+        row: usize,
+        /// Number of instances.
+        count: usize,
+    },
+    /// The transform is not a rigid motion with an optional uniform scale.
+    Transform {
+        /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular, or the transform not finite.
+        error: f64,
+    },
+    /// An internal error ended the session.
+    Lost {
+        /// The message of the panic.
+        why: String,
+    },
+}
+
+impl fmt::Display for InstanceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoPart { part, count } => write!(f, "no part {}; the model has {count}", part.0),
+            Self::NoInstance { row, count } => write!(f, "no instance {row}; the session has {count}"),
+            Self::Transform { error } if error.is_nan() => f.write_str("the transform is singular or not finite"),
+            Self::Transform { error } => {
+                write!(f, "the transform is not a rigid motion with a uniform scale (off by {error:.1e})")
+            }
+            Self::Lost { why } => write!(f, "an internal error ended the session: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for InstanceError {}

@@ -14,7 +14,7 @@ pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 mod writer;
 
 mod error;
-pub use error::{FrameError, StartError};
+pub use error::{FrameError, InstanceError, StartError};
 
 mod commit;
 pub use commit::FrameReport;

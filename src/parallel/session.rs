@@ -3,7 +3,7 @@
 
 use super::commit::FrameReport;
 use super::engine::{Engine, FinishedFrame};
-use super::error::{FrameError, StartError};
+use super::error::{FrameError, InstanceError, StartError};
 use super::flight::Flight;
 use super::options::SessionOptions;
 use super::threads::Threads;
@@ -11,7 +11,7 @@ use crate::control::{Control, Jobs};
 use crate::frame::internals::Levels;
 use crate::frame::{Plan, PlanLimits, Tolerance, plan_for_view_on, plan_on};
 use crate::mesh::{MeshSink, Scene, SceneInstance, TileMemory, VertexLayout};
-use crate::model::PartId;
+use crate::model::{PartId, not_rigid};
 use crate::prepare::Prepared;
 use crate::view::View;
 use std::sync::Arc;
@@ -188,14 +188,21 @@ impl Session {
     }
 
     /// Adds an instance of a part of the model, from the next frame of views on. Returns its index, which is the last.
-    /// `None` if there is no such part. Cancels a frame of views that was begun.
+    /// Cancels a frame of views that was begun.
     ///
     /// A part has as many LODs as instances, up to [`SessionOptions::levels`]. One that is added is the last part of
     /// [`scene`](Self::scene) from then on.
-    pub fn add_instance(&mut self, instance: SceneInstance) -> Option<usize> {
-        self.model.scene.parts.get(instance.part.index())?;
+    ///
+    /// # Errors
+    /// When there is no such part, or the transform is not a rigid motion with an optional uniform scale.
+    pub fn add_instance(&mut self, instance: SceneInstance) -> Result<usize, InstanceError> {
+        let count = self.model.scene.parts.len();
+        if instance.part.index() >= count {
+            return Err(InstanceError::NoPart { part: instance.part, count });
+        }
+        not_rigid(&instance.transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
         self.cancel();
-        let (engine, _) = self.wait().ok()?;
+        let (engine, _) = self.wait().map_err(|error| InstanceError::Lost { why: error.to_string() })?;
         if engine.add_instance(instance.part) {
             self.prepared = Arc::clone(&engine.prepared);
             self.scene.parts.extend(self.prepared.scene.parts.last().cloned());
@@ -204,7 +211,7 @@ impl Session {
         self.scene.instances.push(instance);
         self.moved = true;
         self.number_faces();
-        Some(self.scene.instances.len() - 1)
+        Ok(self.scene.instances.len() - 1)
     }
 
     /// Removes an instance from the next frame of views on. The indices of later instances decrease by one. `None` if
@@ -221,12 +228,17 @@ impl Session {
         Some(SceneInstance { part, ..gone })
     }
 
-    /// Moves an instance from the next frame of views on. Returns `false` if out of range.
-    pub fn move_instance(&mut self, row: usize, transform: glam::DAffine3) -> bool {
-        let Some(instance) = self.scene.instances.get_mut(row) else { return false };
+    /// Moves an instance from the next frame of views on.
+    ///
+    /// # Errors
+    /// When there is no such instance, or the transform is not a rigid motion with an optional uniform scale.
+    pub fn move_instance(&mut self, row: usize, transform: glam::DAffine3) -> Result<(), InstanceError> {
+        let count = self.scene.instances.len();
+        let instance = self.scene.instances.get_mut(row).ok_or(InstanceError::NoInstance { row, count })?;
+        not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
         self.moved |= instance.transform != transform;
         instance.transform = transform;
-        true
+        Ok(())
     }
 
     fn number_faces(&mut self) {
@@ -290,9 +302,13 @@ impl Session {
     /// Cost on this thread: a copy of the instances and of the views; one comparison of the views if nothing changed.
     ///
     /// # Errors
-    /// After an internal error: the session is over.
+    /// When a view is invalid: nothing changes, and a frame that was begun goes on. After an internal error: the session
+    /// is over.
     pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
         let _span = tracing::debug_span!("begin").entered();
+        for (k, view) in views.iter().enumerate() {
+            view.check().map_err(|why| FrameError::View { view: k, why })?;
+        }
         if let EngineState::Idle(engine, None) = &self.engine
             && !self.moved
             && engine.shows(views)

@@ -4,6 +4,9 @@
 mod camera;
 pub use camera::{Camera, Projection, View};
 
+mod invalid_view;
+pub use invalid_view::InvalidView;
+
 mod view_point;
 pub use view_point::{BadViewPoint, ViewPoint};
 

@@ -7,11 +7,11 @@ use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-use trimtess::frame::internals::{Planner, edge_line};
+use trimtess::frame::internals::{Levels, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions, Reuse};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
-use trimtess::parallel::{Session, SessionOptions};
+use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
 
@@ -294,21 +294,28 @@ fn instances_come_move_and_go() {
     let coarse = session.view(&[view], &mut sink).unwrap().triangles;
     let mut nearer = session.scene().instances[0].clone();
     nearer.transform = DAffine3::from_translation(0.5 * (view.camera.eye - nearer.transform.translation));
-    assert_eq!(session.add_instance(nearer.clone()), Some(1));
+    assert_eq!(session.add_instance(nearer.clone()), Ok(1));
     assert_eq!(session.scene().instances[1].first_face, prepared.scene.parts[0].face_colours.len() as u32);
     let fine = session.view(&[view], &mut sink).unwrap();
     assert!(!fine.whole && fine.triangles > coarse, "{} {coarse}", fine.triangles);
     assert_eq!((sink.scene.instances.len(), drawn(&sink) == drawn(&from_scratch(&session))), (2, true));
-    assert!(
-        session.move_instance(0, DAffine3::from_translation(DVec3::splat(1e6)))
-            && !session.move_instance(2, nearer.transform)
-    );
+    session.move_instance(0, DAffine3::from_translation(DVec3::splat(1e6))).unwrap();
+    let none = InstanceError::NoInstance { row: 2, count: 2 };
+    assert_eq!(session.move_instance(2, nearer.transform), Err(none));
+    let bad = [DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0)), DAffine3::from_translation(DVec3::NAN)];
+    for transform in bad {
+        let error = session.move_instance(0, transform).unwrap_err();
+        assert!(matches!(error, InstanceError::Transform { .. }), "{error}");
+        let new = SceneInstance { transform, ..nearer.clone() };
+        assert_eq!(session.add_instance(new).unwrap_err().to_string(), error.to_string());
+    }
     session.view(&[view], &mut sink).unwrap();
     assert_eq!((sink.drawn.tiles(0, 0).count(), sink.drawn.tiles(0, 1).count() > 0), (0, true));
     assert!(session.remove_instance(0).is_some() && session.remove_instance(1).is_none());
     session.view(&[view], &mut sink).unwrap();
     assert!(sink.scene.instances.len() == 1 && sink.drawn.tiles(0, 0).count() > 0);
-    assert!(session.add_instance(SceneInstance { part: PartId(9), ..nearer }).is_none());
+    let none = InstanceError::NoPart { part: PartId(9), count: 1 };
+    assert_eq!(session.add_instance(SceneInstance { part: PartId(9), ..nearer }), Err(none));
 }
 
 /// Rows of instances of a part, at increasing distances from the camera.
@@ -380,7 +387,7 @@ fn instances_that_are_added_have_levels_of_detail() {
             if k == first || k % 20 == 19 {
                 session.view(&[view], &mut sink).unwrap();
             }
-            assert_eq!(session.add_instance(instance.clone()), Some(k + 1));
+            assert_eq!(session.add_instance(instance.clone()), Ok(k + 1));
         }
         session.view(&[view], &mut sink).unwrap();
         assert_eq!((session.scene().parts.len(), sink.scene.parts.len()), (4, 4));
@@ -400,11 +407,12 @@ fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
     let view = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
     let valid = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
     let frame = |views: &[View]| {
-        let mut session = Session::start(Arc::clone(&prepared), &options(2).with_levels(4)).unwrap();
-        let mut sink = MemorySink::default();
-        session.view(views, &mut sink).unwrap();
-        let levels: Vec<PartId> = session.scene().instances.iter().map(|instance| instance.part).collect();
-        (levels, drawn(&sink))
+        let (with_levels, mut levels) = Levels::of(&prepared, 4);
+        let mut planner = Planner::new(with_levels, &PlannerOptions::DEFAULT);
+        let mut instances = prepared.scene.instances.clone();
+        levels.assign(&mut instances, views);
+        let plan = Plan::clone(planner.plan(&instances, views));
+        (instances.iter().map(|instance| instance.part).collect::<Vec<_>>(), plan.parts)
     };
     let alone = frame(&[valid]);
     assert!(alone.0.iter().any(|level| *level != PartId(0)));
@@ -488,7 +496,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
 }
 
 #[test]
-fn invalid_views_draw_nothing() {
+fn invalid_views_are_refused_and_nothing_changes() {
     let prepared = prepared(trimtess_models::by_name("torus").unwrap());
     let good = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
     let mut session = Session::start(Arc::clone(&prepared), &options(1)).unwrap();
@@ -500,9 +508,15 @@ fn invalid_views_draw_nothing() {
         View { size_px: Some(-1.0), ..good },
         View { angle: f64::NAN, ..good },
     ];
+    session.view(&[good], &mut sink).unwrap();
+    let shown = drawn(&sink);
     for view in bad {
-        session.view(&[view], &mut sink).unwrap();
-        assert_eq!((drawn(&sink).len(), session.plan().unwrap().shortfall.as_ref().unwrap().unusable), (0, true));
+        let error = session.view(&[good, view], &mut sink).unwrap_err();
+        assert!(matches!(error, FrameError::View { view: 1, .. }), "{error}");
+        assert_eq!(drawn(&sink), shown);
+        let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+        let plan = planner.plan(&prepared.scene.instances, &[view]);
+        assert!(plan.shortfall.as_ref().unwrap().unusable && plan.drawn.tiles(0, 0).count() == 0);
     }
     session.view(&[], &mut sink).unwrap();
     assert_eq!(drawn(&sink).len(), 0);

@@ -6,7 +6,9 @@ use crate::frame::tolerance::part_camera::{PartCamera, PixelScale};
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
-use std::ops::Range;
+
+/// Tiles that are culled together, and that one call of a job looks at.
+pub(crate) const RANGE: usize = 512;
 
 /// One instance as one view sees it.
 #[derive(Clone, Debug)]
@@ -33,6 +35,8 @@ impl Cone {
 #[derive(Debug)]
 pub(crate) struct PartBoxes {
     whole: BoundingBox,
+    /// Of [`RANGE`] consecutive tiles each.
+    ranges: Vec<BoundingBox>,
     tiles: Vec<BoundingBox>,
     /// Cones of outward normals. Empty for open parts, whose back faces may be visible.
     cones: Vec<Cone>,
@@ -43,10 +47,11 @@ impl PartBoxes {
     pub(crate) fn of(part: &PreparedPart) -> Self {
         let face = |tile: &Tile| &part.faces[part.face_of(tile)];
         let tiles: Vec<BoundingBox> = boxes(part).collect();
-        let whole = tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
+        let around = |tiles: &[BoundingBox]| tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
+        let (whole, ranges) = (around(&tiles), tiles.chunks(RANGE).map(around).collect());
         let closed = part.open_edges().count == 0;
         let cones = part.tiles.iter().filter(|_| closed).map(|tile| normals(face(tile), tile)).collect();
-        Self { whole, tiles, cones }
+        Self { whole, ranges, tiles, cones }
     }
 
     /// The bounding box of all tiles of a part.
@@ -59,18 +64,24 @@ impl PartBoxes {
         boxes(part).map(|tile| (tile.high - tile.low).max_element()).fold(0.0, f64::max)
     }
 
-    /// Calls `each` with those of `tiles` that are in the view frustum, ascending. `cull_back_faces` skips back-facing
-    /// tiles of closed parts.
+    /// Whether any tile may be in the view frustum.
+    pub(crate) fn may_be_seen_by(&self, sight: &PartCamera) -> bool {
+        sight.look(&self.whole).is_some()
+    }
+
+    /// Calls `each` with the tiles of a range that are in the view frustum, ascending. `cull_back_faces` skips
+    /// back-facing tiles of closed parts.
     pub(crate) fn seen_by(
         &self,
         sight: &PartCamera,
         cull_back_faces: bool,
-        tiles: Range<usize>,
+        range: usize,
         mut each: impl FnMut(usize, PixelScale),
     ) {
-        if sight.look(&self.whole).is_none() {
+        if sight.look(&self.ranges[range]).is_none() {
             return;
         }
+        let tiles = RANGE * range..self.tiles.len().min(RANGE * (range + 1));
         for (t, place) in tiles.clone().zip(&self.tiles[tiles]) {
             let Some(seen) = sight.look(place) else { continue };
             let cone = self.cones.get(t).filter(|_| cull_back_faces);

@@ -1,15 +1,13 @@
 //! What a planner's jobs look at and make while a plan is made: ranges of tiles, rates that should change, lattices and
 //! tessellants for them.
 
-use super::culling::InstanceSight;
+use super::culling::{InstanceSight, RANGE};
 use super::pages::PlanChanges;
 use super::rate::{Rate, Step};
 use crate::frame::plan::lattice::DensityMet;
 use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::model::RowId;
-use crate::prepare::Prepared;
-use crate::prepare::internals::PreparedPart;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -47,50 +45,55 @@ impl Touched {
     }
 }
 
-/// Tiles that one call of a job looks at.
-pub(super) const TILES: usize = 512;
 /// Tiles and edges that one call of a job plans.
 pub(super) const PLANNED: usize = 32;
 
-/// The tiles of all parts, in ranges of at most [`TILES`].
-pub(super) fn rows(prepared: &Prepared) -> Vec<(usize, Range<usize>)> {
-    let of_part = |(p, part): (usize, &Arc<PreparedPart>)| {
-        let count = part.tiles.len();
-        (0..count).step_by(TILES).map(move |first| (p, first..count.min(first + TILES)))
-    };
-    prepared.parts.iter().enumerate().flat_map(of_part).collect()
+/// What the views show of [`RANGE`] tiles of a part.
+#[derive(Default)]
+pub(super) struct SeenRange {
+    /// Whether any of them is drawn.
+    pub(super) any: bool,
+    pub(super) scales: Vec<PixelScale>,
 }
 
-/// What the views show of the tiles of a part, in ranges of [`TILES`].
-pub(super) struct SeenTiles(pub(super) Vec<Vec<PixelScale>>);
+/// What the views show of the tiles of a part.
+pub(super) struct SeenTiles(pub(super) Vec<SeenRange>);
 
 impl SeenTiles {
     /// Shows none of `tiles` tiles.
     pub(super) fn none(tiles: usize) -> Self {
-        Self((0..tiles).step_by(TILES).map(|first| vec![UNSEEN; TILES.min(tiles - first)]).collect())
+        let range = |first| SeenRange { any: false, scales: vec![UNSEEN; RANGE.min(tiles - first)] };
+        Self((0..tiles).step_by(RANGE).map(range).collect())
     }
 
     pub(super) fn of(&self, tile: usize) -> PixelScale {
-        self.0[tile / TILES][tile % TILES]
+        self.0[tile / RANGE].scales[tile % RANGE]
+    }
+
+    /// Whether any tile is drawn.
+    pub(super) fn shows_any(&self) -> bool {
+        self.0.iter().any(|range| range.any)
+    }
+
+    /// The tiles of the ranges in which some are drawn.
+    pub(super) fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
+        let with_any = self.0.iter().enumerate().filter(|(_, range)| range.any);
+        with_any.map(|(k, range)| RANGE * k..RANGE * k + range.scales.len())
     }
 
     /// Whether a tile is drawn.
     pub(super) fn shows(&self, tile: usize) -> bool {
         self.of(tile).most >= 0.0
     }
-
-    pub(super) fn iter(&self) -> impl Iterator<Item = &PixelScale> {
-        self.0.iter().flatten()
-    }
 }
 
 /// What the views show of a range of tiles.
 pub(super) struct VisibleTiles {
     pub(super) part: usize,
-    pub(super) first: usize,
-    pub(super) seen: Vec<PixelScale>,
-    /// The drawn tiles: one row of bits per sight of the part.
-    pub(super) drawn: Vec<u64>,
+    pub(super) range: usize,
+    pub(super) seen: SeenRange,
+    /// The drawn tiles: a row of bits for each sight of the part that shows any.
+    pub(super) drawn: Vec<(usize, Vec<u64>)>,
 }
 
 /// Result of looking at tiles: what should change.

@@ -4,11 +4,11 @@
 //! to the eye or partly off-screen has a step for each of its sub-boxes instead. An edge takes the finest step of its
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
-use super::culling::{InstanceSight, PartBoxes};
+use super::culling::{InstanceSight, PartBoxes, RANGE};
 use super::defer;
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenTiles, TILES, TessellantUpdate,
-    Touched, VisibleTiles, WantedRate, rows,
+    ANEW, BESIDE_NEW, CellsAt, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles, TessellantUpdate,
+    Touched, VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages};
@@ -23,7 +23,6 @@ use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::Tessellants;
 use crate::frame::tolerance::box_tolerance::PartTolerance;
 use crate::frame::tolerance::object_tolerance::Tolerance;
-use crate::frame::tolerance::part_camera::PixelScale;
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
@@ -43,8 +42,6 @@ pub struct Planner {
     changes: PlanChanges,
     limited: Limited,
     touched: Touched,
-    /// All tiles, by part and range.
-    rows: Vec<(usize, Range<usize>)>,
     /// Views and placements of the last plan.
     seen: Vec<View>,
     placed: Vec<(PartId, DAffine3)>,
@@ -86,7 +83,6 @@ impl Planner {
             changes: PlanChanges::default(),
             limited: Limited::default(),
             touched: Touched::default(),
-            rows: Vec::new(),
             seen: Vec::new(),
             placed: Vec::new(),
             unfinished: true,
@@ -118,7 +114,6 @@ impl Planner {
             seen: SeenTiles::none(part.tiles.len()),
         }));
         self.touched.stamps.extend(new.parts.iter().map(|part| vec![0; part.edges.len()]));
-        self.rows = rows(&prepared);
         rates.prepared = prepared;
         self.pages.add_parts(plan);
     }
@@ -231,30 +226,38 @@ impl Planner {
 
     /// Finds the drawn tiles.
     fn see(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
-        let mut ranges: Vec<VisibleTiles> = Vec::with_capacity(self.rows.len());
-        for (part, rates) in own(&mut self.rates).parts.iter_mut().enumerate() {
-            let of_range = |(k, seen): (usize, &mut Vec<PixelScale>)| {
+        let mut ranges: Vec<VisibleTiles> = Vec::new();
+        for (part, (rates, sights)) in own(&mut self.rates).parts.iter_mut().zip(&*draft.sights).enumerate() {
+            // Most parts of a large scene are neither in the picture nor were in it.
+            if !rates.seen.shows_any() && !sights.iter().any(|s| rates.boxes.may_be_seen_by(&s.sight)) {
+                continue;
+            }
+            let of_range = |(range, seen): (usize, &mut SeenRange)| {
                 let seen = std::mem::take(seen);
-                VisibleTiles { part, first: k * TILES, seen, drawn: Vec::new() }
+                VisibleTiles { part, range, seen, drawn: Vec::new() }
             };
             ranges.extend(rates.seen.0.iter_mut().enumerate().map(of_range));
         }
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
         let ranges = map(jobs, ranges, move |range| rates.see(range, &sights));
         let (rates, sights) = (own(&mut self.rates), Arc::clone(&draft.sights));
-        for VisibleTiles { part, first, seen, drawn } in ranges {
-            let words = seen.len().div_ceil(64);
-            for (InstanceSight { view, instance, .. }, drawn) in sights[part].iter().zip(drawn.chunks(words)) {
-                own(&mut draft.page).drawn.set_words(*view, *instance, first / 64, drawn);
+        let page = own(&mut draft.page);
+        for VisibleTiles { part, range, seen, drawn } in ranges {
+            for (s, bits) in drawn {
+                let InstanceSight { view, instance, .. } = sights[part][s];
+                page.drawn.set_words(view, instance, range * RANGE / 64, &bits);
             }
-            rates.parts[part].seen.0[first / TILES] = seen;
+            rates.parts[part].seen.0[range] = seen;
         }
     }
 
     /// Finds the drawn tiles whose rate should change.
     fn look(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
-        let found = map(jobs, self.rows.clone(), move |(part, tiles)| {
+        let of_part =
+            |(p, part): (usize, &PartRates)| part.seen.ranges().map(move |tiles| (p, tiles)).collect::<Vec<_>>();
+        let rows: Vec<(usize, Range<usize>)> = rates.parts.iter().enumerate().flat_map(of_part).collect();
+        let found = map(jobs, rows, move |(part, tiles)| {
             let mut wanted = RateChanges::default();
             rates.look_at(part, tiles, &sights[part], &mut wanted);
             wanted

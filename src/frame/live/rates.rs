@@ -1,9 +1,9 @@
 //! The rates of all tiles and edges -> the rates, lattices and tessellants that should change. Reads only, so that all
 //! threads of a frame can.
 
-use super::culling::{InstanceSight, PartBoxes};
+use super::culling::{InstanceSight, PartBoxes, RANGE};
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, NewLattice, NewTessellants, RateChanges, SeenTiles, TessellantUpdate, UNSEEN,
+    ANEW, BESIDE_NEW, CellsAt, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, TessellantUpdate, UNSEEN,
     VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
@@ -61,19 +61,27 @@ pub(super) struct Rates {
 impl Rates {
     /// Finds the drawn ones of some tiles.
     pub(super) fn see(&self, tiles: VisibleTiles, sights: &[Vec<InstanceSight>]) -> VisibleTiles {
-        let VisibleTiles { part, first, mut seen, mut drawn } = tiles;
-        seen.fill(UNSEEN);
-        let words = seen.len().div_ceil(64);
-        drawn.resize(words * sights[part].len(), 0);
-        let (boxes, cull) = (&self.parts[part].boxes, self.options.cull_back_faces);
-        for (InstanceSight { sight, .. }, drawn) in sights[part].iter().zip(drawn.chunks_mut(words)) {
-            boxes.seen_by(sight, cull, first..first + seen.len(), |t, now| {
-                let k = t - first;
-                drawn[k / 64] |= 1 << (k % 64);
-                seen[k] = PixelScale { most: seen[k].most.max(now.most), least: seen[k].least.max(now.least) };
-            });
+        let VisibleTiles { part, range, mut seen, mut drawn } = tiles;
+        let SeenRange { any, scales } = &mut seen;
+        if *any {
+            scales.fill(UNSEEN);
         }
-        VisibleTiles { part, first, seen, drawn }
+        let words = scales.len().div_ceil(64);
+        let (boxes, cull) = (&self.parts[part].boxes, self.options.cull_back_faces);
+        for (s, InstanceSight { sight, .. }) in sights[part].iter().enumerate() {
+            let mut bits = Vec::new();
+            boxes.seen_by(sight, cull, range, |t, now| {
+                let k = t % RANGE;
+                bits.resize(words, 0);
+                bits[k / 64] |= 1 << (k % 64);
+                scales[k] = PixelScale { most: scales[k].most.max(now.most), least: scales[k].least.max(now.least) };
+            });
+            if !bits.is_empty() {
+                drawn.push((s, bits));
+            }
+        }
+        *any = !drawn.is_empty();
+        VisibleTiles { part, range, seen, drawn }
     }
 
     /// Looks at some drawn tiles.
@@ -225,8 +233,8 @@ impl Rates {
     /// Number of cells of the drawn tiles.
     pub(super) fn cells_drawn(&self) -> u64 {
         let of_part = |part: &PartRates| -> u64 {
-            let drawn = part.cells.iter().zip(part.seen.iter()).filter(|(_, seen)| seen.most >= 0.0);
-            drawn.map(|(cells, _)| cells).sum()
+            let drawn = part.seen.ranges().flatten().filter(|&tile| part.seen.shows(tile));
+            drawn.map(|tile| part.cells[tile]).sum()
         };
         self.parts.iter().map(of_part).sum()
     }

@@ -145,32 +145,26 @@ impl PartCamera {
 impl View {
     /// Axes (right, up, forward) and projection; `None` if the view is invalid.
     pub(crate) fn lens(&self) -> Option<([DVec3; 3], SightLens)> {
-        let camera = &self.camera;
-        let forward = camera.forward.try_normalize()?;
-        // `forward` and `up` that are parallel within rounding span no plane.
-        let right = forward.cross(camera.up.try_normalize()?);
-        let right = (right.length() > 1e-9).then(|| right.normalize())?;
+        self.check_camera().ok()?;
         let (width, height) = (f64::from(self.size.0), f64::from(self.size.1));
-        let known = |x: f64| (x > 0.0 && x.is_finite()).then_some(x);
-        let aspect = known(width / height)?;
-        let lens = match camera.projection {
+        let aspect = width / height;
+        let lens = match self.camera.projection {
             Projection::Perspective { fov_y, near } => {
-                let slope = known((0.5 * fov_y).tan())?;
-                let near = (near >= 0.0 && near.is_finite()).then_some(near)?;
+                let slope = (0.5 * fov_y).tan();
                 SightLens::Perspective { focal: 0.5 * height / slope, slopes: [slope * aspect, slope], near }
             }
             Projection::Orthographic { height: shown } => {
-                let pixels_per_length = height / known(shown)?;
+                let pixels_per_length = height / shown;
                 SightLens::Orthographic { pixels_per_length, sides: [0.5 * shown * aspect, 0.5 * shown] }
             }
         };
-        camera.eye.is_finite().then_some(([right, right.cross(forward), forward], lens))
+        Some((self.camera.frame()?, lens))
     }
 
     /// As [`Self::lens`]; `None` too if a limit of the screen-space error is not above 0.
     pub(crate) fn usable_lens(&self) -> Option<([DVec3; 3], SightLens)> {
-        let usable = self.deviation_px > 0.0 && self.angle > 0.0 && self.size_px.is_none_or(|size| size > 0.0);
-        self.lens().filter(|_| usable)
+        self.check().ok()?;
+        self.lens()
     }
 
     /// This camera in the coordinates of an instance.
